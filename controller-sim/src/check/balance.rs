@@ -1,0 +1,32 @@
+//! The centre of mass stays where contact forces within the friction cones can hold it.
+
+use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::message::Check;
+use surefoot_shared_types::robot::RobotModel;
+
+use super::equilibrium::Equilibrium;
+use super::{Case, Violation};
+
+/// The smallest distance of the centre of mass to the edge of the equilibrium region and of the contacts' hull, m.
+pub fn check_balance(model: &RobotModel, config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> Result<f64, Violation> {
+    let region = equilibrium.region(&case.supports);
+    let mut worst = f64::INFINITY;
+    for sample in &case.motion.samples {
+        let margin = region.margin(sample.centre_of_mass);
+        if !(margin >= config.com_margin) {
+            let feet: Vec<&str> = case.contacts.iter().map(|contact| model.feet[contact.limb as usize].name.as_str()).collect();
+            let (feet, limit) = (feet.join(" and "), 1e3 * config.com_margin);
+            let detail = if margin == f64::NEG_INFINITY {
+                format!("no contact forces of the {feet} foot hold the robot")
+            } else {
+                format!(
+                    "the centre of mass is {:.2} mm inside what the {feet} foot can hold, at least {limit:.2} mm are needed",
+                    1e3 * margin
+                )
+            };
+            return Err(Violation::new(Check::Balance, sample.waypoint, detail));
+        }
+        worst = worst.min(margin);
+    }
+    Ok(worst)
+}

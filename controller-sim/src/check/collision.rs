@@ -1,0 +1,128 @@
+//! The robot meets neither the world nor itself, at the waypoints and between them.
+
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::message::Check;
+use surefoot_shared_types::robot::{LinkIndex, RobotModel};
+
+use super::allowed_pairs::allowed_pairs;
+use super::levers::Levers;
+use super::motion::Sample;
+use super::sweep::{Pair, Partner, Sweep};
+use super::{Case, Violation};
+use crate::geometry::body::{Body, Placed};
+use crate::geometry::separation::{is_inside_mesh, separation};
+use crate::geometry::solid::Solid;
+
+/// Distances above this are not told apart, m.
+pub const DISTANCE_CAP: f64 = 0.1;
+
+/// The bodies of the robot and of the world, and the pairs that must stay apart.
+pub struct Collisions {
+    robot: Vec<Body>,
+    world: Vec<Body>,
+    world_placed: Vec<Placed>,
+    levers: Vec<Levers>,
+    self_pairs: Vec<Pair>,
+    world_pairs: Vec<Pair>,
+}
+
+impl Collisions {
+    /// Finds the pairs.
+    pub fn new(model: &RobotModel, robot: Vec<Body>, world: Vec<Body>) -> Self {
+        let allowed = allowed_pairs(model, &robot);
+        let levers = robot.iter().map(|body| Levers::new(model, body)).collect();
+        let forbidden = |a: &Body, b: &Body| match (a.link, b.link) {
+            (Some(a), Some(b)) => a != b && !allowed.contains(&(a.min(b), a.max(b))),
+            _ => false,
+        };
+        let all = 0..robot.len();
+        let self_pairs = all.clone().flat_map(|i| (i + 1..robot.len()).map(move |k| (i, k)));
+        let self_pairs = self_pairs.filter(|&(i, k)| forbidden(&robot[i], &robot[k]));
+        let self_pairs = self_pairs.map(|(i, k)| Pair::new(i, Partner::Robot(k), true)).collect();
+        let is_foot = |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
+        let world_pairs = all.flat_map(|i| (0..world.len()).map(move |k| (i, k)));
+        let world_pairs = world_pairs.map(|(i, k)| Pair::new(i, Partner::World(k), !is_foot(robot[i].link))).collect();
+        let world_placed = world.iter().map(|body| Placed::new(body, &Pose::IDENTITY)).collect();
+        Self { robot, world, world_placed, levers, self_pairs, world_pairs }
+    }
+
+    /// The smallest distance of the robot to the world, m, at most [`DISTANCE_CAP`]. Feet, which touch the world at the ends
+    /// of every step, are checked but not measured.
+    pub fn check_world(&mut self, model: &RobotModel, config: &CheckerConfig, case: &Case) -> Result<f64, Violation> {
+        let stance: Vec<LinkIndex> = case.contacts.iter().map(|contact| model.feet[contact.limb as usize].link).collect();
+        for sample in &case.motion.samples {
+            self.check_stance(config, &stance, sample)?;
+            self.check_inside(sample)?;
+        }
+        let moving = |pair: &Pair| !self.robot[pair.body].link.is_some_and(|link| stance.contains(&link));
+        let (mut swept, resting): (Vec<Pair>, Vec<Pair>) = std::mem::take(&mut self.world_pairs).into_iter().partition(moving);
+        let found = self.sweep(model, config, case, Check::Collision, &mut swept);
+        self.world_pairs = swept.into_iter().chain(resting).collect();
+        found
+    }
+
+    /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`].
+    pub fn check_self(&mut self, model: &RobotModel, config: &CheckerConfig, case: &Case) -> Result<f64, Violation> {
+        let mut pairs = std::mem::take(&mut self.self_pairs);
+        let found = self.sweep(model, config, case, Check::SelfCollision, &mut pairs);
+        self.self_pairs = pairs;
+        found
+    }
+
+    fn sweep(&self, model: &RobotModel, config: &CheckerConfig, case: &Case, check: Check, pairs: &mut [Pair]) -> Result<f64, Violation> {
+        let penetration_max = config.penetration_max;
+        let mut sweep = Sweep {
+            model,
+            robot: &self.robot,
+            world: &self.world,
+            world_placed: &self.world_placed,
+            levers: &self.levers,
+            pairs,
+            check,
+            penetration_max,
+            worst: DISTANCE_CAP,
+        };
+        sweep.run(&case.motion.configurations)?;
+        Ok(sweep.worst)
+    }
+
+    /// A stance foot stands on the world and may press into it a little. Between samples it stays within its pose tolerance.
+    fn check_stance(&self, config: &CheckerConfig, stance: &[LinkIndex], sample: &Sample) -> Result<(), Violation> {
+        let deepest = -config.contact_gap_max;
+        for body in &self.robot {
+            let Some(link) = body.link.filter(|link| stance.contains(link)) else { continue };
+            let placed = Placed::new(body, &sample.posture.world_from_link[link]);
+            for (other, there) in self.world.iter().zip(&self.world_placed) {
+                let found = separation((&body.solid, &placed), (&other.solid, there), -glam::DVec3::Z, deepest);
+                if found.distance < deepest {
+                    return Err(overlap(Check::Collision, sample.waypoint, (body, other), found.distance, config.contact_gap_max));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What is wholly inside a closed mesh touches none of its triangles.
+    fn check_inside(&self, sample: &Sample) -> Result<(), Violation> {
+        for (mesh_body, mesh_placed) in self.world.iter().zip(&self.world_placed) {
+            let Solid::Mesh(mesh) = &mesh_body.solid else { continue };
+            for body in self.robot.iter().filter(|_| sample.is_waypoint) {
+                let Some(link) = body.link else { continue };
+                let placed = Placed::new(body, &sample.posture.world_from_link[link]);
+                let centre = placed.world_from_solid * body.local_bounds.centre();
+                if mesh_placed.bounds.gap(&placed.bounds) <= 0.0 && is_inside_mesh(mesh, &mesh_placed.world_from_solid, centre) {
+                    let detail = format!("link {} is inside the closed mesh {}", body.name, mesh_body.name);
+                    return Err(Violation::new(Check::Collision, sample.waypoint, detail));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The violation by two bodies `distance` (negative, m) apart.
+pub fn overlap(check: Check, waypoint: usize, (a, b): (&Body, &Body), distance: f64, limit: f64) -> Violation {
+    let detail = format!("{} overlaps {} by {:.2} mm, limit {:.2} mm", a.name, b.name, -1e3 * distance, 1e3 * limit);
+    Violation::new(check, waypoint, detail)
+}

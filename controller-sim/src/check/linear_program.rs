@@ -1,0 +1,79 @@
+//! Linear programs by Clarabel.
+
+use clarabel::algebra::CscMatrix;
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
+
+/// Iterations of one program; more than any well-posed one needs.
+const ITERATIONS_MAX: u32 = 100;
+
+/// A linear program over `nonnegative` variables that are at least 0 and some free ones after them.
+pub struct LinearProgram {
+    /// What to minimise, one coefficient per variable.
+    pub cost: Vec<f64>,
+    /// How many of the variables, from the first, are at least 0.
+    pub nonnegative: usize,
+    /// Rows whose product with the variables must equal the number beside them.
+    pub equalities: Vec<(Vec<f64>, f64)>,
+    /// Rows whose product with the variables must not exceed the number beside them.
+    pub inequalities: Vec<(Vec<f64>, f64)>,
+}
+
+impl LinearProgram {
+    /// A minimiser, its nonnegative variables made so, or nothing where the solver does not find one. It is accurate to the
+    /// solver's tolerance only: verify what matters.
+    pub fn solve(&self) -> Option<Vec<f64>> {
+        let (columns, rows) = (self.cost.len(), self.equalities.len() + self.inequalities.len() + self.nonnegative);
+        let (mut row_of, mut column_of, mut value_of, mut right) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (row, (coefficients, bound)) in self.equalities.iter().chain(&self.inequalities).enumerate() {
+            for (column, &value) in coefficients.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                row_of.push(row);
+                column_of.push(column);
+                value_of.push(value);
+            }
+            right.push(*bound);
+        }
+        for column in 0..self.nonnegative {
+            row_of.push(right.len());
+            column_of.push(column);
+            value_of.push(-1.0);
+            right.push(0.0);
+        }
+        let matrix = CscMatrix::new_from_triplets(rows, columns, row_of, column_of, value_of);
+        let cones = [ZeroConeT(self.equalities.len()), NonnegativeConeT(self.inequalities.len() + self.nonnegative)];
+        let settings = DefaultSettings { verbose: false, max_iter: ITERATIONS_MAX, ..DefaultSettings::default() };
+        let quadratic = CscMatrix::zeros((columns, columns));
+        let mut solver = DefaultSolver::new(&quadratic, &self.cost, &matrix, &right, &cones, settings).ok()?;
+        solver.solve();
+        let found = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+        found.then(|| {
+            let mut x = solver.solution.x.clone();
+            x[..self.nonnegative].iter_mut().for_each(|value| *value = value.max(0.0));
+            x
+        })
+    }
+
+    /// The largest violation of an equality by `x`.
+    pub fn equality_error(&self, x: &[f64]) -> f64 {
+        let error = |(row, bound): &(Vec<f64>, f64)| (row.iter().zip(x).map(|(a, b)| a * b).sum::<f64>() - bound).abs();
+        self.equalities.iter().map(error).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_program_is_solved_and_an_impossible_one_refused() {
+        let mut program = LinearProgram {
+            cost: vec![-1.0, -2.0, 0.0],
+            nonnegative: 2,
+            equalities: vec![(vec![1.0, 1.0, 1.0], 4.0)],
+            inequalities: vec![(vec![0.0, 0.0, -1.0], -1.0), (vec![0.0, 1.0, 0.0], 2.0)],
+        };
+        let x = program.solve().unwrap();
+        assert!((x[0] - 1.0).abs() < 1e-6 && (x[1] - 2.0).abs() < 1e-6 && program.equality_error(&x) < 1e-6);
+        program.inequalities.push((vec![0.0, 0.0, 1.0], 0.5));
+        assert!(program.solve().is_none());
+    }
+}

@@ -1,0 +1,209 @@
+//! The physical checks: may this piece of motion, in this mode, on these contacts, be walked?
+//!
+//! [`Checker::check_segment`] runs them in the order of [`PHYSICAL`] and stops at the first violation;
+//! [`Checker::check_all`] runs them all. Each check lives in the file of its name.
+
+mod allowed_pairs;
+mod balance;
+mod collision;
+mod contact;
+mod equilibrium;
+mod levers;
+mod limits;
+mod linear_program;
+mod motion;
+mod support;
+mod sweep;
+mod torque;
+
+use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::message::feedback::Margins;
+use surefoot_shared_types::message::limits::JOINTS_MAX;
+use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::scene::World;
+
+use crate::geometry::body::Body;
+use equilibrium::Equilibrium;
+use motion::Motion;
+use support::{SoleSupport, SupportFinder};
+
+/// The physical checks, in the order in which they are made.
+pub const PHYSICAL: [Check; 7] =
+    [Check::Spacing, Check::Limits, Check::Contact, Check::Balance, Check::Torque, Check::Collision, Check::SelfCollision];
+
+/// A robot or world that cannot be judged.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum CheckerError {
+    /// The robot does not fit the messages.
+    #[error("the robot has {joints} moving joints; at most {max} fit a message: lock some in the robot file")]
+    TooManyJoints {
+        /// Its moving joints.
+        joints: usize,
+        /// What fits.
+        max: usize,
+    },
+    /// Not a biped.
+    #[error("the robot has {feet} feet; the checker judges bipeds: name a left and a right foot in the robot file")]
+    NotABiped {
+        /// Its feet.
+        feet: usize,
+    },
+    /// A shape that the geometry code cannot represent.
+    #[error("unusable shape: {0}")]
+    Shape(String),
+    /// A declared sole that the foot's own shapes do not carry.
+    #[error("the sole of foot '{foot}' has a vertex {millimetres} mm off the foot's collision shapes: correct the sole in the robot file")]
+    SoleOffFoot {
+        /// The foot.
+        foot: String,
+        /// How far, rounded.
+        millimetres: u64,
+    },
+}
+
+/// A piece of motion within one mode.
+#[derive(Debug, Clone, Copy)]
+pub struct Segment<'a> {
+    /// Which feet carry the robot.
+    pub mode: SupportMode,
+    /// Where they stand, one per foot of the mode.
+    pub contacts: &'a [Contact],
+    /// The motion; at least one waypoint.
+    pub waypoints: &'a [Waypoint],
+}
+
+/// Something that must not be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{} at waypoint {waypoint}: {detail}", check.word())]
+pub struct Violation {
+    /// Which check it violates.
+    pub check: Check,
+    /// The waypoint of the segment at or after which it happens.
+    pub waypoint: usize,
+    /// One line: what, how much, the limit, and which link, foot, shape or joint.
+    pub detail: String,
+}
+
+impl Violation {
+    /// A violation of `check` at `waypoint`.
+    pub fn new(check: Check, waypoint: usize, detail: impl Into<String>) -> Self {
+        Self { check, waypoint, detail: detail.into() }
+    }
+}
+
+/// What all checks say of a segment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SegmentReport {
+    /// The worst margins of the checks that passed.
+    pub margins: Margins,
+    /// The first violation of each check that did not.
+    pub violations: Vec<Violation>,
+}
+
+/// Judges motions of one robot in one world.
+pub struct Checker {
+    model: RobotModel,
+    world: World,
+    config: CheckerConfig,
+    supports: SupportFinder,
+    equilibrium: Equilibrium,
+    collisions: collision::Collisions,
+}
+
+impl Checker {
+    /// Prepares all that does not depend on the motion, among it which links may touch each other.
+    pub fn new(model: RobotModel, world: World, config: CheckerConfig) -> Result<Self, CheckerError> {
+        if model.joints.len() > JOINTS_MAX {
+            return Err(CheckerError::TooManyJoints { joints: model.joints.len(), max: JOINTS_MAX });
+        }
+        if model.feet.len() != 2 {
+            return Err(CheckerError::NotABiped { feet: model.feet.len() });
+        }
+        let robot_bodies = Body::of_robot(&model).map_err(CheckerError::Shape)?;
+        let world_bodies = Body::of_world(&world).map_err(CheckerError::Shape)?;
+        support::check_soles(&model, &robot_bodies, config.contact_gap_max)?;
+        let supports = SupportFinder::new(&model, &world, &config).map_err(CheckerError::Shape)?;
+        let collisions = collision::Collisions::new(&model, robot_bodies, world_bodies);
+        let equilibrium = Equilibrium::new(world.mu);
+        Ok(Self { model, world, config, supports, equilibrium, collisions })
+    }
+
+    /// The robot.
+    pub fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
+    /// The world.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The worst margins of a segment, or the first violation in the order of [`PHYSICAL`].
+    pub fn check_segment(&mut self, segment: &Segment) -> Result<Margins, Violation> {
+        let mut margins = Margins::UNMEASURED;
+        let spacing = limits::check_spacing(&self.model, &self.config, segment)?;
+        let case = self.prepare(segment, spacing);
+        for check in &PHYSICAL[1..] {
+            record(&mut margins, *check, self.run(*check, &case)?);
+        }
+        Ok(margins)
+    }
+
+    /// All checks of a segment, each up to its first violation. Waypoints too far apart to interpolate end it early.
+    pub fn check_all(&mut self, segment: &Segment) -> SegmentReport {
+        let mut report = SegmentReport { margins: Margins::UNMEASURED, violations: Vec::new() };
+        match limits::check_spacing(&self.model, &self.config, segment) {
+            Err(violation) => report.violations.push(violation),
+            Ok(spacing) => {
+                let case = self.prepare(segment, spacing);
+                for check in &PHYSICAL[1..] {
+                    match self.run(*check, &case) {
+                        Ok(margin) => record(&mut report.margins, *check, margin),
+                        Err(violation) => report.violations.push(violation),
+                    }
+                }
+            }
+        }
+        report
+    }
+
+    fn prepare(&mut self, segment: &Segment, spacing: limits::Spacing) -> Case {
+        let contacts = segment.contacts.to_vec();
+        let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
+        Case { contacts, supports, motion: Motion::new(&self.model, segment.waypoints, spacing) }
+    }
+
+    fn run(&mut self, check: Check, case: &Case) -> Result<f64, Violation> {
+        match check {
+            Check::Limits => limits::check_limits(&self.model, case),
+            Check::Contact => contact::check_contact(&self.model, &self.config, case),
+            Check::Balance => balance::check_balance(&self.model, &self.config, &mut self.equilibrium, case),
+            Check::Torque => torque::check_torque(&self.model, &self.config, &mut self.equilibrium, case),
+            Check::Collision => self.collisions.check_world(&self.model, &self.config, case),
+            Check::SelfCollision => self.collisions.check_self(&self.model, &self.config, case),
+            _ => Ok(f64::INFINITY),
+        }
+    }
+}
+
+/// A segment with what several checks need of it.
+struct Case {
+    contacts: Vec<Contact>,
+    /// What the world gives each contact.
+    supports: Vec<SoleSupport>,
+    motion: Motion,
+}
+
+fn record(margins: &mut Margins, check: Check, margin: f64) {
+    let field = match check {
+        Check::Limits => &mut margins.limits,
+        Check::Contact => &mut margins.contact,
+        Check::Balance => &mut margins.balance,
+        Check::Collision => &mut margins.collision,
+        Check::SelfCollision => &mut margins.self_collision,
+        Check::Torque => &mut margins.torque,
+        _ => return,
+    };
+    *field = field.min(margin);
+}

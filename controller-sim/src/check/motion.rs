@@ -1,0 +1,79 @@
+//! A segment's motion, sampled finely enough to judge what happens between its waypoints.
+
+use glam::DVec3;
+use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::spatial::rotation_distance;
+
+use super::limits::Spacing;
+use crate::kinematics::{Configuration, Posture};
+
+/// The largest joint (rad, m), root position (m) or root rotation (rad) change between two samples.
+const SUBSTEP_MAX: f64 = 0.01;
+
+/// A configuration on the way, with what follows from it.
+pub struct Sample {
+    /// The waypoint at or before it.
+    pub waypoint: usize,
+    /// Where all links are.
+    pub posture: Posture,
+    /// The centre of mass in the world.
+    pub centre_of_mass: DVec3,
+    /// Whether it is a waypoint itself.
+    pub is_waypoint: bool,
+}
+
+/// How far a motion from one configuration to another turns and moves things.
+pub struct Change {
+    /// Root displacement, m.
+    pub root_position: f64,
+    /// Root rotation, rad.
+    pub root_rotation: f64,
+    /// Absolute change of each joint, rad or m.
+    pub joints: Vec<f64>,
+}
+
+impl Change {
+    /// The change between two configurations.
+    pub fn between(a: &Configuration, b: &Configuration) -> Self {
+        Self {
+            root_position: a.world_from_root.translation.distance(b.world_from_root.translation),
+            root_rotation: rotation_distance(a.world_from_root.rotation, b.world_from_root.rotation),
+            joints: a.q.iter().zip(&b.q).map(|(x, y)| (x - y).abs()).collect(),
+        }
+    }
+
+    /// The largest of all its numbers.
+    pub fn largest(&self) -> f64 {
+        self.joints.iter().copied().fold(self.root_position.max(self.root_rotation), f64::max)
+    }
+}
+
+/// A segment's motion.
+pub struct Motion {
+    /// The waypoints' configurations.
+    pub configurations: Vec<Configuration>,
+    /// Samples from the first waypoint to the last, every waypoint among them.
+    pub samples: Vec<Sample>,
+}
+
+impl Motion {
+    /// Samples a motion whose spacing is known to be bounded.
+    pub fn new(model: &RobotModel, waypoints: &[Waypoint], Spacing { changes }: Spacing) -> Self {
+        let configurations: Vec<_> = waypoints.iter().map(|waypoint| Configuration::of_waypoint(waypoint, model.joints.len())).collect();
+        let mut samples = Vec::new();
+        for (index, start) in configurations.iter().enumerate() {
+            let pieces = changes.get(index).map_or(1, |change| ((change.largest() / SUBSTEP_MAX).ceil() as usize).max(1));
+            for piece in 0..pieces {
+                let configuration = match configurations.get(index + 1) {
+                    Some(end) if piece > 0 => start.towards(end, piece as f64 / pieces as f64),
+                    _ => start.clone(),
+                };
+                let posture = Posture::new(model, &configuration);
+                let centre_of_mass = posture.centre_of_mass(model);
+                samples.push(Sample { waypoint: index, posture, centre_of_mass, is_waypoint: piece == 0 });
+            }
+        }
+        Self { configurations, samples }
+    }
+}

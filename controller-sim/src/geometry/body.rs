@@ -1,0 +1,62 @@
+//! A solid somewhere: on a link of the robot, or in the world.
+
+use surefoot_shared_types::robot::{LinkIndex, RobotModel};
+use surefoot_shared_types::scene::World;
+use surefoot_shared_types::{Pose, Shape};
+
+use super::bounds::Bounds;
+use super::solid::Solid;
+
+/// A solid with its place in a frame: its link's, or the world's.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// The link it belongs to; `None` for a part of the world.
+    pub link: Option<LinkIndex>,
+    /// The link's or the world shape's name.
+    pub name: String,
+    /// The solid's frame in the link's or the world's.
+    pub frame_from_solid: Pose,
+    /// The solid.
+    pub solid: Solid,
+    /// The box around the solid, in its own frame.
+    pub local_bounds: Bounds,
+    /// The largest distance of any of its points from the origin of the link or of the world, m.
+    pub reach: f64,
+}
+
+impl Body {
+    fn new(link: Option<LinkIndex>, name: &str, frame_from_solid: Pose, shape: &Shape) -> Result<Self, String> {
+        let solid = Solid::new(shape).map_err(|error| format!("{name}: {error}"))?;
+        let local_bounds = solid.local_bounds();
+        let reach = solid.reach_from(frame_from_solid.inverse().translation);
+        Ok(Self { link, name: name.to_owned(), frame_from_solid, solid, local_bounds, reach })
+    }
+
+    /// All collision shapes of a robot.
+    pub fn of_robot(model: &RobotModel) -> Result<Vec<Self>, String> {
+        let shapes = model.links.iter().enumerate().flat_map(|(index, link)| link.shapes.iter().map(move |shape| (index, link, shape)));
+        shapes.map(|(index, link, shape)| Self::new(Some(index), &link.name, shape.link_from_shape, &shape.shape)).collect()
+    }
+
+    /// All shapes of a world.
+    pub fn of_world(world: &World) -> Result<Vec<Self>, String> {
+        world.shapes.iter().map(|shape| Self::new(None, &shape.name, shape.world_from_shape, &shape.shape)).collect()
+    }
+}
+
+/// A body's place at an instant.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed {
+    /// The solid's frame in the world.
+    pub world_from_solid: Pose,
+    /// The box around the solid, in the world.
+    pub bounds: Bounds,
+}
+
+impl Placed {
+    /// Where a body is when its frame is at `world_from_frame`.
+    pub fn new(body: &Body, world_from_frame: &Pose) -> Self {
+        let world_from_solid = *world_from_frame * body.frame_from_solid;
+        Self { world_from_solid, bounds: body.local_bounds.moved(&world_from_solid) }
+    }
+}

@@ -1,0 +1,115 @@
+//! Convex polygons in a plane, counter-clockwise.
+
+use glam::DVec2;
+
+/// Twice the area (m2) below which three points count as on one line.
+const COLLINEAR_AREA: f64 = 1e-11;
+
+/// The convex hull's vertices, counter-clockwise, without points on its sides; fewer than three where there is no area.
+pub fn hull(points: &[DVec2]) -> Vec<DVec2> {
+    hull_indices(points).into_iter().map(|index| points[index]).collect()
+}
+
+/// As [`hull`], as indices into `points` (Andrew's monotone chain).
+pub fn hull_indices(points: &[DVec2]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).collect();
+    order.sort_by(|&a, &b| points[a].x.total_cmp(&points[b].x).then(points[a].y.total_cmp(&points[b].y)));
+    let mut lower = half_hull(points, order.iter().copied());
+    let mut upper = half_hull(points, order.iter().rev().copied());
+    lower.pop();
+    upper.pop();
+    lower.extend(upper);
+    lower
+}
+
+fn half_hull(points: &[DVec2], order: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut chain: Vec<usize> = Vec::new();
+    for index in order {
+        while let [.., a, b] = chain[..] {
+            if (points[b] - points[a]).perp_dot(points[index] - points[b]) > COLLINEAR_AREA {
+                break;
+            }
+            chain.pop();
+        }
+        chain.push(index);
+    }
+    chain
+}
+
+/// The area, m2.
+pub fn area(polygon: &[DVec2]) -> f64 {
+    0.5 * sides(polygon).map(|(a, b)| a.perp_dot(b)).sum::<f64>()
+}
+
+/// The signed distance of a point to the boundary: positive inside, minus infinity if the polygon has no area.
+pub fn margin(polygon: &[DVec2], point: DVec2) -> f64 {
+    if polygon.len() < 3 {
+        return f64::NEG_INFINITY;
+    }
+    let inside = sides(polygon).map(|(a, b)| (b - a).normalize_or_zero().perp_dot(point - a)).fold(f64::INFINITY, f64::min);
+    if inside >= 0.0 {
+        return inside;
+    }
+    -sides(polygon).map(|(a, b)| distance_to_segment(a, b, point)).fold(f64::INFINITY, f64::min)
+}
+
+/// The sides, each from a vertex to the next.
+pub fn sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
+    polygon.iter().copied().zip(polygon.iter().copied().cycle().skip(1))
+}
+
+/// At most `count` of the polygon's vertices, those furthest in evenly spaced directions: a polygon inside this one.
+pub fn extreme_vertices(polygon: &[DVec2], count: usize) -> Vec<usize> {
+    if polygon.len() <= count {
+        return (0..polygon.len()).collect();
+    }
+    let mut kept: Vec<usize> = (0..count)
+        .map(|k| {
+            let direction = direction(k, count);
+            (0..polygon.len()).fold(0, |best, i| if polygon[i].dot(direction) > polygon[best].dot(direction) { i } else { best })
+        })
+        .collect();
+    kept.sort_unstable();
+    kept.dedup();
+    kept
+}
+
+/// The `k`-th of `count` evenly spaced unit vectors.
+pub fn direction(k: usize, count: usize) -> DVec2 {
+    let (sin, cos) = libm::sincos(std::f64::consts::TAU * k as f64 / count as f64);
+    DVec2::new(cos, sin)
+}
+
+fn distance_to_segment(a: DVec2, b: DVec2, point: DVec2) -> f64 {
+    let along = b - a;
+    let t = if along.length_squared() > 0.0 { ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
+    (a + t * along).distance(point)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Vec<DVec2> {
+        hull(&[(0., 0.), (1., 0.), (0.5, 0.0), (1., 1.), (0., 1.), (0.4, 0.6), (1.0, 0.3)].map(DVec2::from))
+    }
+
+    #[test]
+    fn hull_keeps_corners_only() {
+        assert_eq!(square(), [(0., 0.), (1., 0.), (1., 1.), (0., 1.)].map(DVec2::from));
+        assert!((area(&square()) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn margin_is_signed_and_exact_past_a_corner() {
+        assert!((margin(&square(), DVec2::new(0.5, 0.2)) - 0.2).abs() < 1e-12);
+        assert!((margin(&square(), DVec2::new(-3.0, -4.0)) + 5.0).abs() < 1e-12);
+        assert_eq!(margin(&square()[..2], DVec2::ZERO), f64::NEG_INFINITY);
+    }
+
+    #[test]
+    fn points_on_a_line_have_no_area() {
+        let line: Vec<DVec2> = (0..9).map(|i| DVec2::new(0.1 * f64::from(i), 0.3 * f64::from(i))).collect();
+        assert!(hull(&line).len() < 3);
+    }
+}

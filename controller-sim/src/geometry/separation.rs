@@ -1,0 +1,234 @@
+//! How far two solids are apart, as a bound that is true whatever an iteration did.
+//!
+//! The signed distance of two convex solids is the largest gap over all directions, where the gap along a unit direction is
+//! how far one must look along it from the end of the first solid to the beginning of the second (negative: they overlap,
+//! and that much translation along it would part them). So *any* direction gives a lower bound, by two support points.
+//! parry's GJK and EPA only propose directions; if they stop at a cap or fail, the bound is merely poor and reads as
+//! overlap, never as free space. A mesh is taken triangle by triangle.
+
+use glam::DVec3;
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::query::details::{closest_points_support_map_support_map_with_params, contact_support_map_support_map};
+use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
+use parry3d_f64::query::{Ray, RayCast};
+use parry3d_f64::shape::{SupportMap, TriMesh};
+use surefoot_shared_types::Pose;
+
+use super::body::Placed;
+use super::solid::{Convex, Core, Solid};
+
+/// A lower bound on the signed distance of two solids.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Separation {
+    /// The bound, m; negative where they may overlap.
+    pub distance: f64,
+    /// The unit direction, in the world, from the first solid to the second, along which the gap is this wide.
+    pub direction: DVec3,
+}
+
+impl Separation {
+    fn better(self, other: Self) -> Self {
+        if other.distance > self.distance { other } else { self }
+    }
+}
+
+/// The separation of two solids: exact up to rounding, or any bound of at least `enough` (m). `hint` is a direction to try
+/// first, in the world.
+pub fn separation(a: (&Solid, &Placed), b: (&Solid, &Placed), hint: DVec3, enough: f64) -> Separation {
+    let apart = a.1.bounds.gap(&b.1.bounds);
+    if apart >= enough {
+        return Separation { distance: apart, direction: hint };
+    }
+    match (a.0, b.0) {
+        (Solid::Convex(first), Solid::Convex(second)) => {
+            convex_separation((first, &a.1.world_from_solid), (second, &b.1.world_from_solid), hint, enough)
+        }
+        (Solid::Mesh(mesh), other) => mesh_separation((mesh, &a.1.world_from_solid), (other, b.1), hint, enough),
+        (other, Solid::Mesh(mesh)) => {
+            let turned = mesh_separation((mesh, &b.1.world_from_solid), (other, a.1), -hint, enough);
+            Separation { direction: -turned.direction, ..turned }
+        }
+    }
+}
+
+/// Whether a point lies inside a closed mesh: whether most of three rays from it first meet the back of a triangle.
+pub fn is_inside_mesh(mesh: &TriMesh, world_from_mesh: &Pose, point: DVec3) -> bool {
+    let origin = world_from_mesh.inverse() * point;
+    let directions = [DVec3::new(0.11, 0.23, 0.97), DVec3::new(-0.71, 0.13, 0.69), DVec3::new(0.19, -0.83, -0.53)];
+    let leaves = |direction: DVec3| {
+        let hit = mesh.cast_local_ray_and_get_normal(&Ray::new(origin, direction), f64::MAX, false);
+        hit.is_some_and(|hit| face_normal(mesh, hit.subshape).dot(direction) > 0.0)
+    };
+    directions.into_iter().filter(|&direction| leaves(direction)).count() >= 2
+}
+
+/// The outward unit normal of a mesh's triangle.
+pub fn face_normal(mesh: &TriMesh, triangle: u32) -> DVec3 {
+    let corners = mesh.triangle(triangle);
+    (corners.b - corners.a).cross(corners.c - corners.a).normalize_or_zero()
+}
+
+fn mesh_separation(mesh: (&TriMesh, &Pose), other: (&Solid, &Placed), hint: DVec3, enough: f64) -> Separation {
+    let near = other.1.bounds.moved(&mesh.1.inverse()).grown(enough.max(0.0));
+    let mut worst = Separation { distance: enough, direction: hint };
+    for index in mesh.0.bvh().intersect_aabb(&Aabb::new(near.low, near.high)) {
+        let corners = mesh.0.triangle(index);
+        let triangle = Convex { core: Core::Triangle([corners.a, corners.b, corners.c]), radius: 0.0 };
+        let found = match other.0 {
+            Solid::Convex(convex) => {
+                convex_separation((&triangle, mesh.1), (convex, &other.1.world_from_solid), worst.direction, worst.distance)
+            }
+            Solid::Mesh(second) => {
+                let bounds = super::bounds::Bounds::of_points([corners.a, corners.b, corners.c]).moved(mesh.1);
+                let placed = Placed { world_from_solid: *mesh.1, bounds };
+                let solid = Solid::Convex(triangle);
+                let turned = mesh_separation((second, &other.1.world_from_solid), (&solid, &placed), -worst.direction, worst.distance);
+                Separation { direction: -turned.direction, ..turned }
+            }
+        };
+        if found.distance < worst.distance {
+            worst = found;
+        }
+    }
+    worst
+}
+
+type PlacedConvex<'a> = (&'a Convex, &'a Pose);
+
+fn convex_separation(a: PlacedConvex, b: PlacedConvex, hint: DVec3, enough: f64) -> Separation {
+    let hinted = along(a, b, hint);
+    if hinted.distance >= enough {
+        return hinted;
+    }
+    match proposed_direction(a, b) {
+        Proposal::Apart(direction) => hinted.better(along(a, b, direction)),
+        Proposal::Overlapping(direction) => {
+            axis_directions(a.1, b.1).into_iter().chain([direction]).fold(hinted, |best, axis| best.better(along(a, b, axis)))
+        }
+    }
+}
+
+/// The gap along one direction.
+fn along(a: PlacedConvex, b: PlacedConvex, direction: DVec3) -> Separation {
+    let end = a.0.core.support_point(a.1, direction).dot(direction) + a.0.radius;
+    let begin = b.0.core.support_point(b.1, -direction).dot(direction) - b.0.radius;
+    Separation { distance: begin - end, direction }
+}
+
+/// A direction from the first solid to the second, in the world.
+enum Proposal {
+    Apart(DVec3),
+    Overlapping(DVec3),
+}
+
+fn proposed_direction(a: PlacedConvex, b: PlacedConvex) -> Proposal {
+    let a_from_b = a.1.inverse() * *b.1;
+    let (first, second) = (&a.0.core, &b.0.core);
+    let mut simplex = VoronoiSimplex::new();
+    let found = closest_points_support_map_support_map_with_params(&a_from_b, first, second, f64::MAX, &mut simplex, None);
+    if let GJKResult::ClosestPoints(on_first, on_second, _) = found
+        && let Some(direction) = (on_second - on_first).try_normalize()
+        && on_first.distance(on_second) > TOUCHING_MAX
+    {
+        return Proposal::Apart(a.1.rotation * direction);
+    }
+    let contact = contact_support_map_support_map(&a_from_b, first, second, TOUCHING_MAX);
+    Proposal::Overlapping(contact.map_or(DVec3::Z, |contact| (a.1.rotation * contact.normal1).normalize_or(DVec3::Z)))
+}
+
+/// Below this distance (m) closest points do not tell a direction well.
+const TOUCHING_MAX: f64 = 1e-6;
+
+/// Both frames' axes and their cross products, both ways: what parts boxes, and what is left when EPA fails.
+fn axis_directions(a: &Pose, b: &Pose) -> Vec<DVec3> {
+    let first = DVec3::AXES.map(|axis| a.rotation * axis);
+    let second = DVec3::AXES.map(|axis| b.rotation * axis);
+    let crosses = first.into_iter().flat_map(|x| second.into_iter().filter_map(move |y| x.cross(y).try_normalize()));
+    first.into_iter().chain(second).chain(crosses).flat_map(|axis| [axis, -axis]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use surefoot_shared_types::Shape;
+    use surefoot_shared_types::shape::MeshSource;
+    use surefoot_shared_types::spatial::rotation_from_rpy;
+
+    use super::*;
+
+    fn measure(a: &Shape, pose_a: Pose, b: &Shape, pose_b: Pose) -> f64 {
+        let place = |shape: &Shape, pose: Pose| {
+            let solid = Solid::new(shape).unwrap();
+            let bounds = solid.local_bounds().moved(&pose);
+            (solid, Placed { world_from_solid: pose, bounds })
+        };
+        let ((first, placed), (second, other)) = (place(a, pose_a), place(b, pose_b));
+        separation((&first, &placed), (&second, &other), DVec3::X, 10.0).distance
+    }
+
+    fn at(x: f64, y: f64, z: f64) -> Pose {
+        Pose::from_translation(DVec3::new(x, y, z))
+    }
+
+    fn cube(half: f64) -> Shape {
+        Shape::Box { half_extents: DVec3::splat(half) }
+    }
+
+    fn cube_mesh(half: f64) -> Shape {
+        let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 * half - half;
+        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let triangles = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        let source = MeshSource { path: "cube.stl".into(), scale: DVec3::ONE };
+        Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source }
+    }
+
+    #[test]
+    fn distances_and_depths_of_round_shapes_are_closed_form() {
+        let ball = Shape::Sphere { radius: 0.5 };
+        let capsule = Shape::Capsule { radius: 0.1, half_length: 0.4 };
+        assert!((measure(&ball, at(0., 0., 0.), &ball, at(3., 4., 0.)) - 4.0).abs() < 1e-9);
+        assert!((measure(&ball, at(0., 0., 0.), &cube(1.0), at(0., 0., 1.49)) + 0.01).abs() < 1e-9);
+        assert!((measure(&capsule, at(0., 0., 0.), &cube(1.0), at(0., 0., 1.6)) - 0.1).abs() < 1e-9);
+        assert!((measure(&capsule, at(0., 0., 0.), &capsule, at(0.15, 0., 0.)) + 0.05).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_turned_cube_on_its_edge_is_measured() {
+        let turned = Pose::from_parts(DVec3::new(0.0, 0.0, 1.0 + 2.0_f64.sqrt() - 0.003), rotation_from_rpy(0.785398163397448, 0.0, 0.3));
+        assert!((measure(&cube(1.0), at(0., 0., 0.), &cube(1.0), turned) + 0.003).abs() < 1e-8);
+    }
+
+    #[test]
+    fn a_mesh_measures_like_its_solid_outside_and_knows_its_inside() {
+        for z in [1.2, 1.05, 0.999] {
+            let solid = measure(&cube(0.5), at(0., 0., 0.), &cube(0.3), at(0.1, 0., z - 0.2));
+            let mesh = measure(&cube_mesh(0.5), at(0., 0., 0.), &cube(0.3), at(0.1, 0., z - 0.2));
+            assert!((solid - mesh).abs() < 1e-8, "{solid} {mesh}");
+        }
+        let Solid::Mesh(mesh) = Solid::new(&cube_mesh(0.5)).unwrap() else { unreachable!() };
+        assert!(is_inside_mesh(&mesh, &at(1., 0., 0.), DVec3::new(0.7, 0.1, 0.2)));
+        assert!(!is_inside_mesh(&mesh, &at(1., 0., 0.), DVec3::new(0.3, 0.1, 0.2)));
+    }
+
+    #[test]
+    fn random_boxes_agree_with_the_separating_axis_theorem() {
+        let mut state = 1_u64;
+        let mut draw = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        for _ in 0..500 {
+            let mut pose =
+                || Pose::from_parts(DVec3::new(draw(), draw(), draw()), rotation_from_rpy(6.0 * draw(), 3.0 * draw(), 6.0 * draw()));
+            let (a, b) = (pose(), pose());
+            let (small, flat) = (cube(0.2), Shape::Box { half_extents: DVec3::new(0.3, 0.2, 0.02) });
+            let found = measure(&small, a, &flat, b);
+            let cores = [Core::Box(DVec3::splat(0.2)), Core::Box(DVec3::new(0.3, 0.2, 0.02))].map(|core| Convex { core, radius: 0.0 });
+            let axes = axis_directions(&a, &b).into_iter().map(|axis| along((&cores[0], &a), (&cores[1], &b), axis).distance);
+            let by_axes = axes.fold(f64::NEG_INFINITY, f64::max);
+            assert!(found >= by_axes - 1e-9, "a direction proposed by GJK is worse than an axis");
+            if by_axes < 0.0 {
+                assert!((found - by_axes).abs() < 1e-7, "{found} {by_axes}");
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! What a shape is to the checker: a convex core with a rounding radius, or a closed triangle mesh.
+
+use glam::DVec3;
+use parry3d_f64::shape::{SupportMap, TriMesh};
+use parry3d_f64::transformation::try_convex_hull;
+use surefoot_shared_types::Shape;
+
+use super::bounds::Bounds;
+
+/// The sharp part of a convex solid.
+#[derive(Debug, Clone)]
+pub enum Core {
+    /// A box, by its half extents.
+    Box(DVec3),
+    /// A segment along z, by its half length; a point if that is 0.
+    Segment(f64),
+    /// A cylinder along z.
+    Cylinder {
+        /// Its radius, m.
+        radius: f64,
+        /// Half its length, m.
+        half_length: f64,
+    },
+    /// The hull of some points.
+    Points(Vec<DVec3>),
+    /// A triangle of a mesh.
+    Triangle([DVec3; 3]),
+}
+
+impl SupportMap for Core {
+    fn local_support_point(&self, direction: DVec3) -> DVec3 {
+        match self {
+            Self::Box(half) => DVec3::select(direction.cmpge(DVec3::ZERO), *half, -*half),
+            Self::Segment(half_length) => DVec3::new(0.0, 0.0, half_length.copysign(direction.z)),
+            Self::Cylinder { radius, half_length } => {
+                let across = direction.truncate().try_normalize().unwrap_or(glam::DVec2::X) * *radius;
+                across.extend(half_length.copysign(direction.z))
+            }
+            Self::Points(points) => furthest(points, direction),
+            Self::Triangle(corners) => furthest(corners, direction),
+        }
+    }
+}
+
+fn furthest(points: &[DVec3], direction: DVec3) -> DVec3 {
+    let mut best = (f64::NEG_INFINITY, DVec3::ZERO);
+    for point in points {
+        let reach = point.dot(direction);
+        if reach > best.0 {
+            best = (reach, *point);
+        }
+    }
+    best.1
+}
+
+/// A convex solid: its core, grown by a radius.
+#[derive(Debug, Clone)]
+pub struct Convex {
+    /// The sharp part.
+    pub core: Core,
+    /// How far the solid reaches beyond its core, m.
+    pub radius: f64,
+}
+
+/// A solid in its own frame.
+#[derive(Debug, Clone)]
+pub enum Solid {
+    /// A convex one.
+    Convex(Convex),
+    /// A closed surface of triangles.
+    Mesh(Box<TriMesh>),
+}
+
+impl Solid {
+    /// The checker's form of a shape, or why it has none.
+    pub fn new(shape: &Shape) -> Result<Self, String> {
+        let convex = |core, radius| Ok(Self::Convex(Convex { core, radius }));
+        match shape {
+            Shape::Box { half_extents } => convex(Core::Box(*half_extents), 0.0),
+            Shape::Sphere { radius } => convex(Core::Segment(0.0), *radius),
+            Shape::Capsule { radius, half_length } => convex(Core::Segment(*half_length), *radius),
+            Shape::Cylinder { radius, half_length } => convex(Core::Cylinder { radius: *radius, half_length: *half_length }, 0.0),
+            Shape::ConvexHull { points } => {
+                let (vertices, _) = try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
+                convex(Core::Points(vertices), 0.0)
+            }
+            Shape::Mesh { vertices, triangles, .. } => Ok(Self::Mesh(Box::new(triangle_mesh(vertices, triangles)?))),
+        }
+    }
+
+    /// The box around it, in its own frame.
+    pub fn local_bounds(&self) -> Bounds {
+        match self {
+            Self::Convex(convex) => {
+                let reach = |axis| convex.core.local_support_point(axis);
+                let ends = DVec3::AXES.into_iter().flat_map(|axis| [reach(axis), reach(-axis)]);
+                Bounds::of_points(ends).grown(convex.radius)
+            }
+            Self::Mesh(mesh) => Bounds::of_points(mesh.vertices().iter().copied()),
+        }
+    }
+
+    /// The largest distance of any of its points from `centre` (m, its own frame), or a little more.
+    pub fn reach_from(&self, centre: DVec3) -> f64 {
+        let furthest = |points: &[DVec3]| points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
+        match self {
+            Self::Convex(Convex { core: Core::Points(points), radius }) => furthest(points) + radius,
+            Self::Convex(_) => {
+                let bounds = self.local_bounds();
+                (bounds.low - centre).abs().max((bounds.high - centre).abs()).length()
+            }
+            Self::Mesh(mesh) => furthest(mesh.vertices()),
+        }
+    }
+}
+
+/// parry's form of a mesh, or why it has none.
+pub fn triangle_mesh(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<TriMesh, String> {
+    TriMesh::new(vertices.to_vec(), triangles.to_vec()).map_err(|error| format!("unusable mesh: {error}"))
+}

@@ -1,0 +1,158 @@
+//! One received chunk, from its bytes to the verdict: the controller's heart.
+//!
+//! The walker stands at a statically stable configuration. A chunk that passes every test moves it to the chunk's end; any
+//! other leaves it where it stands, so a refusal is always safe.
+
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::message::chunk::FLAG_LAST;
+use surefoot_shared_types::message::feedback::Margins;
+use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint};
+
+pub use crate::admission::Identity;
+use crate::admission::check_message;
+use crate::check::{Checker, Segment, Violation};
+use crate::continuity::{Stance, check_transition};
+
+/// How far the first waypoint of a chunk may be from the configuration in which the robot stands, in any number.
+const CONTINUITY_MAX: f64 = 1e-9;
+
+/// The simulated robot, and how far it got in the plan it walks.
+pub struct Walker {
+    checker: Checker,
+    identity: Identity,
+    plan: Option<u64>,
+    next_sequence: u64,
+    stream: Digest,
+    finished: bool,
+    standing: Option<Standing>,
+    margins: Margins,
+}
+
+/// A configuration in which the robot may stop forever.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Standing {
+    /// The configuration, and the plan's time at which it was reached.
+    pub waypoint: Waypoint,
+    /// Which feet carry the robot.
+    pub mode: SupportMode,
+    /// Where they stand.
+    pub contacts: Vec<Contact>,
+}
+
+impl Walker {
+    /// A robot that stands nowhere yet: the first chunk says where.
+    pub fn new(checker: Checker, identity: Identity) -> Self {
+        Self {
+            checker,
+            identity,
+            plan: None,
+            next_sequence: 0,
+            stream: Digest::default(),
+            finished: false,
+            standing: None,
+            margins: Margins::UNMEASURED,
+        }
+    }
+
+    /// Admits a chunk, checks it, and walks it: the worst margins of the chunk, or why it is refused. Tested in the order
+    /// CRC, form, instance, robot, world, configuration, sequence, stream, continuity, physics.
+    pub fn admit_and_walk(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
+        let mode = check_message(chunk, &self.identity, self.checker.model().joints.len())?;
+        let starts_plan = chunk.sequence == 0 && self.plan != Some(chunk.plan_id);
+        self.check_sequence(chunk, starts_plan)?;
+        self.check_stream(chunk, starts_plan)?;
+        self.check_continuity(chunk, mode, starts_plan)?;
+        let segment = Segment { mode, contacts: chunk.contacts(), waypoints: chunk.waypoints() };
+        let margins = self.checker.check_segment(&segment)?;
+        self.walk(chunk, mode, starts_plan, &margins);
+        Ok(margins)
+    }
+
+    /// The sequence number expected next: all before are accepted.
+    pub fn next_sequence(&self) -> u64 {
+        self.next_sequence
+    }
+
+    /// The plan being walked, if any.
+    pub fn plan_id(&self) -> Option<u64> {
+        self.plan
+    }
+
+    /// The digest of the accepted stream.
+    pub fn stream(&self) -> Digest {
+        self.stream
+    }
+
+    /// Whether the last chunk of the plan is accepted.
+    pub fn finished(&self) -> bool {
+        self.finished
+    }
+
+    /// Where the robot stands; nothing before the first chunk.
+    pub fn standing(&self) -> Option<&Standing> {
+        self.standing.as_ref()
+    }
+
+    /// The worst margins of the accepted chunks of this plan.
+    pub fn margins(&self) -> Margins {
+        self.margins
+    }
+
+    fn check_sequence(&self, chunk: &PlanChunk, starts_plan: bool) -> Result<(), Violation> {
+        let bad = |detail| Err(Violation::new(Check::Sequence, 0, detail));
+        if starts_plan {
+            return Ok(());
+        }
+        let (got, expected) = (chunk.sequence, self.next_sequence);
+        if self.plan != Some(chunk.plan_id) {
+            return bad(format!("chunk {got} of plan {}, which has not begun", chunk.plan_id));
+        }
+        match got.cmp(&expected) {
+            std::cmp::Ordering::Less => bad(format!("chunk {got} again; {expected} comes next")),
+            std::cmp::Ordering::Greater => bad(format!("chunk {got} leaves a gap; {expected} comes next")),
+            std::cmp::Ordering::Equal if self.finished => bad(format!("chunk {got} after the plan's last one")),
+            std::cmp::Ordering::Equal => Ok(()),
+        }
+    }
+
+    fn check_stream(&self, chunk: &PlanChunk, starts_plan: bool) -> Result<(), Violation> {
+        let expected = if starts_plan { Digest::default() } else { self.stream };
+        if chunk.stream == expected {
+            return Ok(());
+        }
+        Err(Violation::new(Check::Stream, 0, format!("it continues stream {}, accepted is {expected}", chunk.stream)))
+    }
+
+    /// A new plan may start its clock anew and put its weight on another foot, but begins where the robot stands.
+    fn check_continuity(&self, chunk: &PlanChunk, mode: SupportMode, starts_plan: bool) -> Result<(), Violation> {
+        let bad = |detail| Err(Violation::new(Check::Continuity, 0, detail));
+        let Some(standing) = &self.standing else { return Ok(()) };
+        let first = &chunk.waypoints()[0];
+        let jump = largest_difference(&standing.waypoint, first);
+        if !(jump <= CONTINUITY_MAX) {
+            return bad(format!("it begins {jump:.3e} from where the robot stands, limit {CONTINUITY_MAX:.0e}"));
+        }
+        let late = (first.time - standing.waypoint.time).abs();
+        if !starts_plan && !(late <= CONTINUITY_MAX) {
+            return bad(format!("it begins at {} s, the chunk before ended at {} s", first.time, standing.waypoint.time));
+        }
+        let before = Stance { mode: standing.mode, contacts: &standing.contacts };
+        check_transition(&before, &Stance { mode, contacts: chunk.contacts() }).or_else(bad)
+    }
+
+    fn walk(&mut self, chunk: &PlanChunk, mode: SupportMode, starts_plan: bool, margins: &Margins) {
+        let so_far = if starts_plan { Margins::UNMEASURED } else { self.margins };
+        self.margins = so_far.min(margins);
+        self.plan = Some(chunk.plan_id);
+        self.next_sequence = chunk.sequence + 1;
+        self.stream = chunk.stream_after();
+        self.finished = chunk.flags & FLAG_LAST != 0;
+        let last = chunk.waypoints()[chunk.waypoints().len() - 1];
+        self.standing = Some(Standing { waypoint: last, mode, contacts: chunk.contacts().to_vec() });
+    }
+}
+
+fn largest_difference(a: &Waypoint, b: &Waypoint) -> f64 {
+    let numbers = |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).chain(w.q).collect::<Vec<f64>>();
+    numbers(a).iter().zip(numbers(b)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+}

@@ -1,0 +1,61 @@
+//! The judge's example plans, where they exist: the good ones pass, the bad ones fail for the right reason.
+
+use std::path::Path;
+
+use surefoot_controller_sim::{PlanReport, check_plan};
+use surefoot_shared_types::message::Check;
+use surefoot_shared_types::plan_file::load::load_plan;
+
+/// Beside the repository.
+const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/judge/examples");
+
+fn judged(name: &str) -> Option<PlanReport> {
+    let path = Path::new(EXAMPLES).join(name);
+    if !path.exists() {
+        println!("skipped: {} is not here", path.display());
+        return None;
+    }
+    let report = check_plan(&load_plan(&path).unwrap(), &path).unwrap();
+    for line in &report.checks {
+        let violation = line.violation.as_ref().map(|found| format!("phase {}: {}", found.phase, found.violation));
+        println!("{name}: {} {:?} {}", line.check.word(), line.worst, violation.unwrap_or_default());
+    }
+    Some(report)
+}
+
+fn assert_valid(name: &str) {
+    if let Some(report) = judged(name) {
+        assert!(report.is_valid(), "{report:#?}");
+    }
+}
+
+fn assert_violates(name: &str, check: Check) {
+    if let Some(report) = judged(name) {
+        assert!(report.violations().any(|found| found.violation.check == check), "{report:#?}");
+    }
+}
+
+#[test]
+fn a_walk_of_talos_is_valid() {
+    assert_valid("talos_flat.json");
+}
+
+#[test]
+fn a_walk_of_g1_over_terrain_is_valid() {
+    assert_valid("g1_terrain.json");
+}
+
+#[test]
+fn a_sliding_foot_is_found() {
+    assert_violates("g1_bad_foot_slide5mm.json", Check::Contact);
+}
+
+#[test]
+fn a_ridge_under_the_swing_foot_is_found() {
+    assert_violates("g1_bad_ridge_under_swing.json", Check::Collision);
+}
+
+#[test]
+fn a_centre_of_mass_outside_the_support_is_found() {
+    assert_violates("talos_bad_com_outside.json", Check::Balance);
+}

@@ -1,0 +1,249 @@
+//! Each physical check against cases computed by hand: what holds passes with the right margin, what does not is named.
+
+mod check_robot;
+
+use check_robot::*;
+use glam::DVec3;
+use surefoot_controller_sim::kinematics::{Configuration, Posture};
+use surefoot_controller_sim::{Checker, CheckerError, Segment, Violation};
+use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::message::feedback::Margins;
+use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::scene::{GRAVITY, World};
+use surefoot_shared_types::spatial::rotation_about;
+use surefoot_shared_types::{Pose, Shape};
+
+fn judge(robot: RobotModel, world: World, contacts: &[Contact], waypoints: &[Waypoint]) -> Result<Margins, Violation> {
+    let mode = match contacts {
+        [one] if one.limb == 0 => SupportMode::Left,
+        [_] => SupportMode::Right,
+        _ => SupportMode::Double,
+    };
+    let mut checker = Checker::new(robot, world, CheckerConfig::default()).unwrap();
+    checker.check_segment(&Segment { mode, contacts, waypoints })
+}
+
+fn refused(result: Result<Margins, Violation>, check: Check, words: &str) -> Violation {
+    let violation = result.expect_err("must be refused");
+    assert_eq!(violation.check, check, "{violation}");
+    assert!(violation.detail.contains(words), "{violation}");
+    violation
+}
+
+#[test]
+fn standing_is_accepted_with_the_margins_of_the_drawing() {
+    let margins = judge(robot(), world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.3, 0.0), 4)).unwrap();
+    // The elbow is 2.5 from its limits at 0, the shoulder 2.2 at 0.3.
+    assert!((margins.limits - 2.2).abs() < 1e-9, "{margins:?}");
+    assert!((margins.contact - 2e-3).abs() < 1e-9, "{margins:?}");
+    // The support polygon is 0.2 m long; the arm (4 of 34 kg) moves the centre of mass by less than 3 cm forwards.
+    assert!(margins.balance > 0.07 && margins.balance < 0.1, "{margins:?}");
+    // The shin ends 0.04 m over the floor but belongs to the foot's link; the hand hangs 0.33 m over the floor.
+    assert_eq!(margins.collision, 0.1);
+    // The forearm hangs 0.25 - 0.03 - 0.14 m beside the torso, and 0.08 m beside the thigh.
+    assert!((margins.self_collision - 0.08).abs() < 1e-6, "{margins:?}");
+}
+
+#[test]
+fn a_pendulum_needs_weight_times_lever() {
+    let (model, lean) = (robot(), 0.7);
+    let posture = Posture::new(&model, &Configuration { world_from_root: at(0., 0., 0.9), q: vec![0., 0., lean, 0.] });
+    // Swinging an arm back by a positive turn about y: its links' centres lie 0.2 and 0.6 m from the shoulder.
+    let expected = -MASSES[2] * GRAVITY * (0.2 + 0.6) * -libm::sin(lean);
+    let torques = posture.gravity_torques(&model);
+    assert!((torques[SHOULDER] - expected).abs() < 1e-9, "{torques:?}");
+    let total = MASSES[0] + 2.0 * (MASSES[1] + MASSES[2]);
+    let com = posture.centre_of_mass(&model);
+    assert!((com.x - MASSES[2] * (0.2 + 0.6) * -libm::sin(lean) / total).abs() < 1e-12, "{com}");
+    assert!((com.y - 2.0 * MASSES[2] * 0.25 / total).abs() < 1e-12, "{com}");
+    // On one foot the stance hip carries everything but its own leg, about its own axis.
+    let standing = posture.standing_torques(&model, 0);
+    assert!((standing[0] - (torques[0] + com.x * total * GRAVITY)).abs() < 1e-9, "{standing:?}");
+    assert_eq!(standing[1], torques[1]);
+}
+
+#[test]
+fn a_robot_turned_as_a_whole_keeps_its_shape() {
+    let model = robot();
+    let q = vec![0.1, -0.2, 0.7, 0.4];
+    let upright = Posture::new(&model, &Configuration { world_from_root: Pose::IDENTITY, q: q.clone() });
+    let turn = Pose::from_parts(DVec3::new(1., 2., 3.), rotation_about(DVec3::new(0.6, 0.0, 0.8), 1.1));
+    let turned = Posture::new(&model, &Configuration { world_from_root: turn, q });
+    for (a, b) in upright.world_from_link.iter().zip(&turned.world_from_link) {
+        assert!((turn * a.translation - b.translation).length() < 1e-12);
+    }
+}
+
+#[test]
+fn a_joint_past_its_limit_is_named() {
+    let waypoints = swing((2.3, 0.0), (2.51, 0.0), 3);
+    let violation = refused(judge(robot(), world(vec![]), &both_feet(), &waypoints), Check::Limits, "shoulder");
+    assert_eq!(violation.waypoint, 2);
+}
+
+#[test]
+fn jumps_and_stopped_clocks_are_refused() {
+    let jump = swing((0.0, 0.0), (0.21, 0.0), 2);
+    refused(judge(robot(), world(vec![]), &both_feet(), &jump), Check::Spacing, "shoulder");
+    let mut stopped = swing((0.0, 0.0), (0.1, 0.0), 3);
+    stopped[2].time = stopped[1].time;
+    assert_eq!(refused(judge(robot(), world(vec![]), &both_feet(), &stopped), Check::Spacing, "time").waypoint, 1);
+    let mut slide = swing((0.0, 0.0), (0.1, 0.0), 2);
+    slide[1].root_position[0] = 1e6;
+    refused(judge(robot(), world(vec![]), &both_feet(), &slide), Check::Spacing, "root");
+}
+
+#[test]
+fn a_foot_off_its_declared_pose_is_refused() {
+    let mut contacts = both_feet();
+    contacts[1].position[0] = 0.0021;
+    refused(judge(robot(), world(vec![]), &contacts, &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "right sole");
+    // A hip turned by 0.004 rad moves its sole by 3.6 mm.
+    let mut waypoints = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
+    waypoints[1].q[0] = 0.004;
+    refused(judge(robot(), world(vec![]), &both_feet(), &waypoints), Check::Contact, "left sole");
+}
+
+#[test]
+fn a_sole_needs_ground_under_it() {
+    let mut on_edge = world(vec![]);
+    // The floor ends 2 mm behind the toes: 2 mm x 10 cm support the left sole, which is less than 5 cm2.
+    on_edge.shapes[0].world_from_shape = at(3.098, 0.0, -0.25);
+    refused(judge(robot(), on_edge, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "cm2");
+    let mut sunk = world(vec![]);
+    sunk.shapes[0].world_from_shape = at(0.0, 0.0, -0.246);
+    refused(judge(robot(), sunk, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "deep");
+    let mut far = world(vec![]);
+    far.shapes[0].world_from_shape = at(0.0, 0.0, -0.2531);
+    refused(judge(robot(), far, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "0.00 cm2");
+}
+
+#[test]
+fn two_bars_support_a_sole_over_their_span() {
+    let mut bars = world(vec![]);
+    bars.shapes.clear();
+    let lying = |x: f64| Pose::from_parts(DVec3::new(x, 0.0, -0.02), rotation_about(DVec3::X, std::f64::consts::FRAC_PI_2));
+    for (name, x) in [("rear", -0.06), ("front", 0.07)] {
+        let bar = Shape::Cylinder { radius: 0.02, half_length: 1.0 };
+        bars.shapes.push(surefoot_shared_types::scene::WorldShape { name: name.into(), world_from_shape: lying(x), shape: bar });
+    }
+    let margins = judge(robot(), bars.clone(), &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)).unwrap();
+    // The centre of mass is near the middle; the rear bar is 6 cm behind it, the line of contact a few mm wide.
+    assert!(margins.balance > 0.05 && margins.balance < 0.065, "{margins:?}");
+    // One bar alone carries each sole on a strip of a few millimetres.
+    bars.shapes.pop();
+    refused(judge(robot(), bars, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "cm2");
+}
+
+#[test]
+fn a_slope_beyond_friction_or_a_tilted_surface_is_no_ground() {
+    let tilted = |angle: f64, mu: f64| {
+        let mut slope = world(vec![]);
+        let turn = rotation_about(DVec3::Y, angle);
+        slope.shapes[0].world_from_shape = Pose::from_parts(turn * DVec3::new(0.0, 0.0, -0.25), turn);
+        slope.mu = mu;
+        judge(robot(), slope, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2))
+    };
+    tilted(0.02, 0.6).unwrap();
+    refused(tilted(0.02, 0.019), Check::Contact, "cm2");
+    refused(tilted(0.15, 0.6), Check::Contact, "");
+}
+
+#[test]
+fn leaning_out_of_the_support_is_refused() {
+    let mut heavy = robot();
+    heavy.links[4].mass = 30.0;
+    let result = judge(heavy, world(vec![]), &both_feet(), &swing((0.0, 0.0), (1.2, 0.0), 13));
+    let violation = refused(result, Check::Balance, "centre of mass");
+    assert!(violation.waypoint > 0, "it stands at first: {violation}");
+    let one_foot = judge(robot(), world(vec![]), &[contact(0)], &swing((0.0, 0.0), (0.1, 0.0), 2));
+    refused(one_foot, Check::Balance, "left foot");
+}
+
+#[test]
+fn a_weak_joint_is_named() {
+    let mut weak = robot();
+    // Held level, the arm needs 2 kg x 9.81 x (0.2 + 0.6) m = 15.7 N m.
+    weak.joints[SHOULDER].effort = 15.6;
+    let level = |world: World, robot: RobotModel| judge(robot, world, &both_feet(), &swing((-1.4, 0.0), (-1.5708, 0.0), 2));
+    refused(level(world(vec![]), weak.clone()), Check::Torque, "shoulder");
+    weak.joints[SHOULDER].effort = 15.8;
+    let margins = level(world(vec![]), weak).unwrap();
+    assert!((margins.torque - (1.0 - 1.6 * GRAVITY / 15.8)).abs() < 1e-4, "{margins:?}");
+}
+
+#[test]
+fn two_feet_share_the_load_as_well_as_they_can() {
+    // Both hips turn about one line, so together they hold the arm's 2 kg x 9.81 x 0.8 m x sin(0.6); at best half each.
+    let half = 0.5 * MASSES[2] * GRAVITY * 0.8 * libm::sin(0.6);
+    let hips_of = |effort: f64| {
+        let mut weak = robot();
+        (weak.joints[0].effort, weak.joints[1].effort) = (effort, effort);
+        judge(weak, world(vec![]), &both_feet(), &swing((-0.5, 0.0), (-0.6, 0.0), 2))
+    };
+    let margins = hips_of(1.02 * half).unwrap();
+    assert!((margins.torque - (1.0 - 1.0 / 1.02)).abs() < 1e-4, "{margins:?}");
+    refused(hips_of(0.98 * half), Check::Torque, "hip");
+}
+
+#[test]
+fn a_thin_rod_between_two_waypoints_is_met() {
+    // The hand moves 0.77 m x 0.2 rad = 0.15 m in one step, over a rod of 1 cm that neither end touches.
+    let rod = |x: f64| ("rod", at(x, 0.25, 0.45), Shape::Cylinder { radius: 0.005, half_length: 0.05 });
+    let waypoints = swing((-0.1, 0.0), (0.1, 0.0), 2);
+    refused(judge(robot(), world(vec![rod(0.0)]), &both_feet(), &waypoints), Check::Collision, "forearm overlaps rod");
+    let margins = judge(robot(), world(vec![rod(0.15)]), &both_feet(), &waypoints).unwrap();
+    assert!(margins.collision > 0.03 && margins.collision < 0.1, "{margins:?}");
+}
+
+#[test]
+fn overlaps_up_to_the_tolerance_pass() {
+    // The hanging hand ends at z = 0.9 + 0.2 - 0.4 - 0.38 = 0.32.
+    let block = |depth: f64| ("block", at(0.0, 0.25, 0.32 + depth - 0.05), box_of(0.01, 0.01, 0.05));
+    let still = [waypoint(0.0, 0.0, 0.0)];
+    let margins = judge(robot(), world(vec![block(0.0015)]), &both_feet(), &still).unwrap();
+    assert!((margins.collision + 0.0015).abs() < 1e-6, "{margins:?}");
+    refused(judge(robot(), world(vec![block(0.0025)]), &both_feet(), &still), Check::Collision, "2.50 mm");
+}
+
+#[test]
+fn a_robot_inside_a_closed_mesh_is_refused() {
+    let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 4.0 - 2.0;
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    let source = surefoot_shared_types::shape::MeshSource { path: "room.stl".into(), scale: DVec3::ONE };
+    let solid = Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source };
+    let result = judge(robot(), world(vec![("rock", at(0., 0., 0.), solid)]), &both_feet(), &[waypoint(0.0, 0.0, 0.0)]);
+    // The soles are probed first: they lie two metres deep.
+    refused(result, Check::Contact, "deep");
+}
+
+#[test]
+fn the_forearm_swung_into_the_body_is_a_self_collision() {
+    let result = judge(robot(), world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.0, -1.5), 11));
+    let violation = refused(result, Check::SelfCollision, "forearm");
+    assert!(violation.waypoint > 0);
+}
+
+#[test]
+fn check_all_names_every_violated_check() {
+    let mut weak = robot();
+    weak.joints[SHOULDER].effort = 1.0;
+    let mut checker = Checker::new(weak, world(vec![]), CheckerConfig::default()).unwrap();
+    let waypoints = swing((0.9, 0.0), (0.9, -1.5), 11);
+    let report = checker.check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &waypoints });
+    let found: Vec<Check> = report.violations.iter().map(|violation| violation.check).collect();
+    assert_eq!(found, [Check::Torque]);
+    assert!(report.margins.balance.is_finite() && report.margins.torque == f64::INFINITY);
+}
+
+#[test]
+fn robots_that_cannot_be_judged_are_refused() {
+    let mut one_legged = robot();
+    one_legged.feet.pop();
+    assert!(matches!(Checker::new(one_legged, world(vec![]), CheckerConfig::default()), Err(CheckerError::NotABiped { feet: 1 })));
+    let mut giant = robot();
+    giant.feet[0].polygon[0].x = -0.11;
+    assert!(matches!(Checker::new(giant, world(vec![]), CheckerConfig::default()), Err(CheckerError::SoleOffFoot { .. })));
+}

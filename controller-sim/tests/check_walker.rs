@@ -1,0 +1,168 @@
+//! Every reason for which a received chunk is refused, and that a refusal leaves the robot where it stands.
+
+mod check_robot;
+
+use check_robot::*;
+use surefoot_controller_sim::{Checker, Identity, Walker};
+use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint};
+
+const IDENTITY: Identity = Identity { instance: 7, robot: Digest([1; 32]), world: Digest([2; 32]), config: Digest([3; 32]) };
+
+fn walker() -> Walker {
+    Walker::new(Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap(), IDENTITY)
+}
+
+fn chunk(sequence: u64, stream: Digest, mode: SupportMode, contacts: &[Contact], waypoints: &[Waypoint]) -> Box<PlanChunk> {
+    let mut chunk: Box<PlanChunk> = Box::new(bytemuck::Zeroable::zeroed());
+    chunk.schema = CHUNK_SCHEMA;
+    chunk.target_instance = 7;
+    chunk.sequence = sequence;
+    chunk.flags = if sequence == 0 { FLAG_FIRST } else { 0 };
+    chunk.mode = mode as u32;
+    chunk.contacts_len = contacts.len() as u32;
+    chunk.contacts[..contacts.len()].copy_from_slice(contacts);
+    chunk.waypoints_len = waypoints.len() as u32;
+    chunk.waypoints[..waypoints.len()].copy_from_slice(waypoints);
+    chunk.joints_len = 4;
+    (chunk.robot, chunk.world, chunk.config, chunk.stream) = (IDENTITY.robot, IDENTITY.world, IDENTITY.config, stream);
+    signed(chunk)
+}
+
+fn signed(mut chunk: Box<PlanChunk>) -> Box<PlanChunk> {
+    chunk.crc = chunk.computed_crc();
+    chunk
+}
+
+fn first() -> Box<PlanChunk> {
+    chunk(0, Digest::default(), SupportMode::Double, &both_feet(), &swing((0.0, 0.0), (0.2, 0.0), 3))
+}
+
+/// The chunk after [`first`].
+fn second() -> Box<PlanChunk> {
+    let mut waypoints = swing((0.2, 0.0), (0.0, 0.0), 3);
+    waypoints.iter_mut().for_each(|waypoint| waypoint.time += 2.0);
+    chunk(1, first().stream_after(), SupportMode::Double, &both_feet(), &waypoints)
+}
+
+/// What a walker that has accepted [`first`] says of the second chunk, changed.
+fn refusal(change: impl Fn(&mut PlanChunk)) -> Check {
+    let mut walker = walker();
+    walker.admit_and_walk(&first()).unwrap();
+    let before = walker.standing().cloned();
+    let mut changed = second();
+    change(&mut changed);
+    let check = walker.admit_and_walk(&signed(changed)).expect_err("must be refused").check;
+    assert_eq!((walker.standing().cloned(), walker.next_sequence()), (before, 1), "a refusal must not move the robot");
+    walker.admit_and_walk(&second()).expect("the right chunk is still accepted");
+    check
+}
+
+#[test]
+fn chunks_in_order_are_walked_to_the_end() {
+    let mut walker = walker();
+    walker.admit_and_walk(&first()).unwrap();
+    let mut last = second();
+    last.flags = FLAG_LAST;
+    let last = signed(last);
+    walker.admit_and_walk(&last).unwrap();
+    assert!(walker.finished());
+    assert_eq!(walker.stream(), last.stream_after());
+    assert_eq!(walker.standing().unwrap().waypoint.time, 4.0);
+    assert_eq!(walker.admit_and_walk(&last).unwrap_err().check, Check::Sequence);
+}
+
+#[test]
+fn any_flipped_bit_is_refused_by_the_crc() {
+    let good = first();
+    let size = size_of::<PlanChunk>();
+    for bit in (0..8 * size).step_by(997) {
+        let mut bad = good.clone();
+        bytemuck::bytes_of_mut(&mut *bad)[bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(walker_cached(|walker| walker.admit_and_walk(&bad).unwrap_err().check), Check::Crc, "bit {bit}");
+    }
+}
+
+/// Runs on one shared walker that must never move.
+fn walker_cached<T>(use_it: impl FnOnce(&mut Walker) -> T) -> T {
+    thread_local!(static WALKER: std::cell::RefCell<Walker> = std::cell::RefCell::new(walker()));
+    WALKER.with_borrow_mut(use_it)
+}
+
+#[test]
+fn malformed_messages_are_refused() {
+    let changes: [&dyn Fn(&mut PlanChunk); 15] = [
+        &|chunk| chunk.schema = 2,
+        &|chunk| chunk.flags = 4,
+        &|chunk| chunk.flags = FLAG_FIRST,
+        &|chunk| chunk.mode = 3,
+        &|chunk| chunk.contacts_len = u32::MAX,
+        &|chunk| chunk.contacts_len = 1,
+        &|chunk| chunk.contacts[1].limb = 0,
+        &|chunk| chunk.contacts[1].limb = 9,
+        &|chunk| chunk.contacts[0].polygon_len = 17,
+        &|chunk| chunk.contacts[0].rotation = [0.0, 0.0, 0.0, 1.1],
+        &|chunk| chunk.waypoints_len = 0,
+        &|chunk| chunk.waypoints_len = 33,
+        &|chunk| chunk.joints_len = 5,
+        &|chunk| chunk.waypoints[1].q[2] = f64::NAN,
+        &|chunk| chunk.waypoints[2].root_position[0] = f64::INFINITY,
+    ];
+    for (index, change) in changes.iter().enumerate() {
+        assert_eq!(refusal(change), Check::Malformed, "change {index}");
+    }
+}
+
+#[test]
+fn chunks_for_others_are_refused() {
+    assert_eq!(refusal(|chunk| chunk.target_instance = 8), Check::Instance);
+    assert_eq!(refusal(|chunk| chunk.robot = Digest([9; 32])), Check::Robot);
+    assert_eq!(refusal(|chunk| chunk.world = Digest([9; 32])), Check::World);
+    assert_eq!(refusal(|chunk| chunk.config = Digest([9; 32])), Check::Config);
+}
+
+#[test]
+fn chunks_out_of_order_are_refused() {
+    assert_eq!(refusal(|chunk| *chunk = *first()), Check::Sequence);
+    assert_eq!(refusal(|chunk| chunk.sequence = 2), Check::Sequence);
+    assert_eq!(refusal(|chunk| chunk.plan_id = 1), Check::Sequence);
+    assert_eq!(refusal(|chunk| chunk.stream = Digest([9; 32])), Check::Stream);
+}
+
+#[test]
+fn chunks_that_do_not_continue_are_refused() {
+    assert_eq!(refusal(|chunk| chunk.waypoints[0].q[2] += 1e-8), Check::Continuity);
+    assert_eq!(refusal(|chunk| chunk.waypoints[0].time += 0.1), Check::Continuity);
+    assert_eq!(refusal(|chunk| chunk.contacts[1].position[0] += 1e-5), Check::Continuity);
+}
+
+#[test]
+fn a_foot_may_be_lifted_but_not_swapped() {
+    let mut light = robot();
+    light.links[2].mass = 0.1;
+    light.links[0].com.y = 0.1;
+    let mut walker = Walker::new(Checker::new(light, world(vec![]), CheckerConfig::default()).unwrap(), IDENTITY);
+    let still = [waypoint(0.0, 0.0, 0.0)];
+    let start = chunk(0, Digest::default(), SupportMode::Left, &[contact(0)], &still);
+    walker.admit_and_walk(&start).unwrap();
+    let swapped = chunk(1, start.stream_after(), SupportMode::Right, &[contact(1)], &still);
+    assert_eq!(walker.admit_and_walk(&swapped).unwrap_err().check, Check::Continuity);
+    let lowered = chunk(1, start.stream_after(), SupportMode::Double, &both_feet(), &still);
+    walker.admit_and_walk(&lowered).unwrap();
+}
+
+#[test]
+fn physics_is_judged_last_and_a_new_plan_begins_where_the_robot_stands() {
+    assert_eq!(refusal(|chunk| chunk.waypoints[2].q[2] = 0.5), Check::Spacing);
+    let mut walker = walker();
+    walker.admit_and_walk(&first()).unwrap();
+    let mut elsewhere = first();
+    elsewhere.plan_id = 1;
+    assert_eq!(walker.admit_and_walk(&signed(elsewhere)).unwrap_err().check, Check::Continuity);
+    let mut here = chunk(0, Digest::default(), SupportMode::Double, &both_feet(), &swing((0.2, 0.0), (0.1, 0.0), 3));
+    here.plan_id = 1;
+    walker.admit_and_walk(&signed(here)).unwrap();
+    assert_eq!((walker.plan_id(), walker.next_sequence()), (Some(1), 1));
+}

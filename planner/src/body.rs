@@ -1,0 +1,163 @@
+//! The robot, compiled once into what the search asks of it all the time.
+
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::message::limits::JOINTS_MAX;
+use surefoot_shared_types::robot::RobotModel;
+
+use crate::kinematics::leg::LegError;
+use crate::kinematics::{Kinematics, Leg};
+use crate::statics::Statics;
+
+/// Most links of a robot, fixed ones included.
+pub const LINKS_MAX: usize = 192;
+
+/// A whole-body configuration: where the root is and how the joints stand.
+#[derive(Debug, Clone, Copy)]
+pub struct Configuration {
+    /// The root's pose in the world.
+    pub world_from_root: Pose,
+    /// Joint positions in the order of `RobotModel::joints`, the rest 0.
+    pub q: [f64; JOINTS_MAX],
+}
+
+/// What follows from a configuration: every link's pose and the centre of mass, in the world.
+#[derive(Debug, Clone, Copy)]
+pub struct Snapshot {
+    /// One pose per link, the rest identity.
+    pub world_from_links: [Pose; LINKS_MAX],
+    /// The centre of mass, m.
+    pub com: DVec3,
+}
+
+/// A robot that cannot be planned for.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BodyError {
+    /// A leg that cannot place its sole freely.
+    #[error(transparent)]
+    Leg(#[from] LegError),
+    /// More links than [`LINKS_MAX`].
+    #[error("the robot has {links} links; at most {LINKS_MAX} are supported: merge fixed ones")]
+    TooManyLinks {
+        /// How many it has.
+        links: usize,
+    },
+    /// Not a biped.
+    #[error("the robot has {feet} feet; the planner walks on exactly 2")]
+    FeetCount {
+        /// How many it has.
+        feet: usize,
+    },
+}
+
+/// The compiled robot. Constant during a search.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Forward kinematics.
+    pub kinematics: Kinematics,
+    /// The legs, by limb.
+    pub legs: [Leg; 2],
+    /// Gravity torques.
+    pub statics: Statics,
+    /// The link of each foot.
+    pub foot_links: [usize; 2],
+    /// Each sole's frame in its foot link's.
+    pub links_from_soles: [Pose; 2],
+    /// Each sole's outline in its own frame.
+    pub sole_polygons: [Vec<DVec2>; 2],
+    /// The standing posture's joint positions.
+    pub standing_q: [f64; JOINTS_MAX],
+    /// How much of each leg's reach the standing posture uses, 0 to 1, the larger of the two.
+    pub standing_reach_share: f64,
+    /// The joints that are free in every mode: all that belong to no leg, with their limits.
+    pub free_joints: Vec<FreeJoint>,
+    /// Joints in use.
+    pub joints_len: usize,
+}
+
+/// A joint of no leg.
+#[derive(Debug, Clone, Copy)]
+pub struct FreeJoint {
+    /// Index into `q`.
+    pub index: usize,
+    /// Lower limit with the planner's margin.
+    pub lower: f64,
+    /// Upper limit with the planner's margin.
+    pub upper: f64,
+}
+
+impl Body {
+    /// Compiles a robot.
+    ///
+    /// # Errors
+    /// The robot is no biped that this planner can move; the message says why.
+    pub fn new(model: &RobotModel, config: &PlannerConfig) -> Result<Self, BodyError> {
+        let [left, right] = model.feet.as_slice() else { return Err(BodyError::FeetCount { feet: model.feet.len() }) };
+        if model.links.len() > LINKS_MAX {
+            return Err(BodyError::TooManyLinks { links: model.links.len() });
+        }
+        let margin = config.joint_margin;
+        let legs = [Leg::new(model, 0, margin)?, Leg::new(model, 1, margin)?];
+        let in_a_leg = |index: usize| legs.iter().any(|leg| leg.joints().iter().any(|joint| joint.index == index));
+        let free = model.joints.iter().enumerate().filter(|(index, _)| !in_a_leg(*index));
+        let free_joints = free.map(|(index, joint)| FreeJoint { index, lower: joint.lower + margin, upper: joint.upper - margin });
+        let mut standing_q = [0.0; JOINTS_MAX];
+        standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
+        let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
+        Ok(Self {
+            kinematics: Kinematics::new(model),
+            statics: Statics::new(model, config.effort_share),
+            foot_links: [left.link, right.link],
+            links_from_soles: [left.link_from_sole, right.link_from_sole],
+            sole_polygons: [left.polygon.clone(), right.polygon.clone()],
+            free_joints: free_joints.collect(),
+            joints_len: model.joints.len(),
+            legs,
+            standing_q,
+            standing_reach_share,
+        })
+    }
+
+    /// Forward kinematics and centre of mass of a configuration.
+    pub fn snapshot(&self, configuration: &Configuration) -> Snapshot {
+        let mut world_from_links = [Pose::IDENTITY; LINKS_MAX];
+        self.kinematics.forward(&configuration.world_from_root, &configuration.q, &mut world_from_links);
+        let com = self.kinematics.center_of_mass(&world_from_links);
+        Snapshot { world_from_links, com }
+    }
+
+    /// A sole's pose in the world.
+    pub fn world_from_sole(&self, snapshot: &Snapshot, limb: usize) -> Pose {
+        snapshot.world_from_links[self.foot_links[limb]] * self.links_from_soles[limb]
+    }
+
+    /// Moves both legs so that their soles stand at these poses; `false` where a leg cannot.
+    pub fn place_soles(&self, configuration: &mut Configuration, world_from_soles: &[Pose; 2]) -> bool {
+        let root_from_world = configuration.world_from_root.inverse();
+        self.legs.iter().zip(world_from_soles).all(|(leg, sole)| leg.solve(&(root_from_world * *sole), &mut configuration.q))
+    }
+
+    /// The greatest root height (m) at which, seen from `root`'s place and rotation, each hip is at most its share of
+    /// reach away from its ankle; `None` where a foot is too far to the side.
+    pub fn root_height(&self, root: &Pose, world_from_soles: &[Pose; 2], reach_shares: [f64; 2]) -> Option<f64> {
+        let mut height = f64::INFINITY;
+        for ((leg, sole), share) in self.legs.iter().zip(world_from_soles).zip(reach_shares) {
+            let hip = root.rotation * leg.hip();
+            let ankle = *sole * leg.sole_from_ankle();
+            let aside = (ankle - root.translation - hip).truncate().length_squared();
+            let length = share * leg.reach();
+            let rise = length * length - aside;
+            if rise <= 0.0 {
+                return None;
+            }
+            height = height.min(ankle.z + libm::sqrt(rise) - hip.z);
+        }
+        Some(height)
+    }
+}
+
+fn reach_share(leg: &Leg, q: &[f64]) -> f64 {
+    let ankle = leg.root_from_sole(q) * leg.sole_from_ankle();
+    ankle.distance(leg.hip()) / leg.reach()
+}

@@ -1,0 +1,154 @@
+//! Cuts a walk into plan chunks at waypoints, all of which are statically stable.
+
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::limits::CHUNK_WAYPOINTS_MAX;
+use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
+
+use crate::body::Configuration;
+use crate::motion::foothold::Foothold;
+use crate::motion::graph::ArenaFull;
+
+/// The fastest joint of a plan, rad/s or m/s: slow enough to be quasi-static for every robot we tried in physical replay.
+const JOINT_SPEED_MAX: f64 = 0.4;
+/// The fastest root of a plan, m/s.
+const ROOT_SPEED_MAX: f64 = 0.12;
+/// The shortest time between two waypoints, s.
+const WAYPOINT_INTERVAL_MIN: f64 = 0.01;
+
+/// What a plan was made for: goes into every chunk.
+#[derive(Debug, Clone, Copy)]
+pub struct Provenance {
+    /// Digest of the robot.
+    pub robot: Digest,
+    /// Digest of the world.
+    pub world: Digest,
+    /// Digest of the scenario.
+    pub config: Digest,
+    /// Joints in use.
+    pub joints_len: usize,
+}
+
+/// Builds a plan's chunks into an arena allocated once.
+#[derive(Debug)]
+pub struct ChunkBuilder {
+    chunks: Vec<PlanChunk>,
+    provenance: Provenance,
+    time: f64,
+    waypoints: u64,
+}
+
+impl ChunkBuilder {
+    /// An arena for plans of `waypoints_max` waypoints.
+    pub fn new(waypoints_max: usize, provenance: Provenance) -> Self {
+        let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 8;
+        Self { chunks: Vec::with_capacity(chunks_max), provenance, time: 0.0, waypoints: 0 }
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.chunks.capacity() * size_of::<PlanChunk>()
+    }
+
+    /// The chunks built so far.
+    pub fn chunks(&self) -> &[PlanChunk] {
+        &self.chunks
+    }
+
+    /// Waypoints of the plan, those shared by two chunks counted once.
+    pub fn waypoints(&self) -> u64 {
+        self.waypoints
+    }
+
+    /// Appends a motion within one mode: from `first` over all of `track`.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn append(
+        &mut self,
+        support: SupportMode,
+        stance: &[&Foothold],
+        first: &Configuration,
+        track: &[Configuration],
+    ) -> Result<(), ArenaFull> {
+        if self.waypoints == 0 {
+            self.waypoints = 1;
+        }
+        self.waypoints += track.len() as u64;
+        let mut from = *first;
+        for piece in track.chunks(CHUNK_WAYPOINTS_MAX - 1) {
+            self.push_chunk(support, stance, &from, piece)?;
+            from = piece[piece.len() - 1];
+        }
+        Ok(())
+    }
+
+    /// Marks the ends of the plan and seals the stream: sequence numbers, flags and digests. Answers the digest of the whole.
+    pub fn finish(&mut self) -> Digest {
+        let last = self.chunks.len().saturating_sub(1);
+        let mut stream = Digest::default();
+        for (index, chunk) in self.chunks.iter_mut().enumerate() {
+            chunk.sequence = index as u64;
+            chunk.flags = if index == 0 { FLAG_FIRST } else { 0 } | if index == last { FLAG_LAST } else { 0 };
+            chunk.stream = stream;
+            stream = chunk.stream_after();
+        }
+        stream
+    }
+
+    fn push_chunk(
+        &mut self,
+        support: SupportMode,
+        stance: &[&Foothold],
+        first: &Configuration,
+        piece: &[Configuration],
+    ) -> Result<(), ArenaFull> {
+        if self.chunks.len() == self.chunks.capacity() {
+            return Err(ArenaFull::Waypoints);
+        }
+        let mut chunk: PlanChunk = bytemuck::Zeroable::zeroed();
+        chunk.schema = CHUNK_SCHEMA;
+        chunk.plan_id = 1;
+        chunk.mode = support as u32;
+        chunk.joints_len = self.provenance.joints_len as u32;
+        (chunk.robot, chunk.world, chunk.config) = (self.provenance.robot, self.provenance.world, self.provenance.config);
+        chunk.contacts_len = stance.len() as u32;
+        for (contact, foothold) in chunk.contacts.iter_mut().zip(stance) {
+            *contact = contact_of(foothold);
+        }
+        chunk.waypoints_len = piece.len() as u32 + 1;
+        chunk.waypoints[0] = waypoint(first, self.time);
+        let mut before = first;
+        for (slot, configuration) in chunk.waypoints[1..].iter_mut().zip(piece) {
+            self.time += interval(before, configuration);
+            *slot = waypoint(configuration, self.time);
+            before = configuration;
+        }
+        self.chunks.push(chunk);
+        Ok(())
+    }
+}
+
+fn waypoint(configuration: &Configuration, time: f64) -> Waypoint {
+    let pose = &configuration.world_from_root;
+    Waypoint { time, root_position: pose.translation.to_array(), root_rotation: pose.rotation.to_array(), q: configuration.q }
+}
+
+fn contact_of(foothold: &Foothold) -> Contact {
+    let mut contact: Contact = bytemuck::Zeroable::zeroed();
+    contact.limb = foothold.limb as u32;
+    contact.polygon_len = foothold.support.len() as u32;
+    contact.position = foothold.world_from_sole.translation.to_array();
+    contact.rotation = foothold.world_from_sole.rotation.to_array();
+    for (slot, vertex) in contact.polygon.iter_mut().zip(&foothold.support) {
+        *slot = vertex.to_array();
+    }
+    contact
+}
+
+/// The time a motion between two waypoints takes, s.
+fn interval(a: &Configuration, b: &Configuration) -> f64 {
+    let joint = a.q.iter().zip(&b.q).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+    let root = a.world_from_root.translation.distance(b.world_from_root.translation);
+    (joint / JOINT_SPEED_MAX).max(root / ROOT_SPEED_MAX).max(WAYPOINT_INTERVAL_MIN)
+}

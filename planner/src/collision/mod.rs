@@ -1,0 +1,174 @@
+//! Collision of the robot with the world and with itself.
+//!
+//! Everything is prepared once; queries are exact (f64), allocate nothing and may run on any number of threads at once.
+//! In doubt the answer is a hit: see [`narrow`].
+
+mod body;
+pub mod bvh;
+pub mod error;
+mod hull;
+pub mod kernels;
+mod mesh;
+pub mod narrow;
+mod self_pairs;
+pub mod solid;
+mod world;
+
+use glam::DVec3;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::scene::World;
+
+use body::{BODIES_MAX, Body};
+pub use error::CollisionError;
+use kernels::exceeds;
+use self_pairs::{Pair, SelfPairs, bodies_within, parts_within};
+use world::{WorldShapes, lifted};
+
+/// What a foot does, which decides how near it may come to the world.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum FootState {
+    /// Stands on the world: its sole may touch what it stands on.
+    Stance,
+    /// Lifting off or landing along its sole normal: clearance to the sides and above, none asked below the sole.
+    Leaving,
+    /// In the air: full clearance.
+    Free,
+}
+
+/// What is too near to what.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Hit {
+    /// A link and a shape of the world.
+    World {
+        /// Index into `RobotModel::links`.
+        link: usize,
+        /// Index into `World::shapes`.
+        shape: usize,
+    },
+    /// Two links.
+    SelfPair {
+        /// The link with the smaller index.
+        a: usize,
+        /// The other one.
+        b: usize,
+    },
+}
+
+/// A standing foot is lifted by this much (m) before it is tested: the sole may touch, but not sink in any further.
+const STANCE_LIFT: f64 = 0.0015;
+/// A leaving foot is lifted by this much (m) more than its clearance.
+const LEAVING_LIFT: f64 = 0.0005;
+
+/// A robot in a world, prepared for collision checks. Link poses are always world-from-link, one per link.
+#[derive(Debug, Clone)]
+pub struct CollisionModel {
+    bodies: Vec<Body>,
+    pairs: SelfPairs,
+    world: WorldShapes,
+    clearance: f64,
+}
+
+impl CollisionModel {
+    /// Prepares a robot in a world; everything shall keep `clearance` (m, finite, at least 0) from everything.
+    ///
+    /// # Errors
+    /// Names the first shape or number that cannot be used.
+    pub fn new(model: &RobotModel, world: &World, clearance: f64) -> Result<Self, CollisionError> {
+        if !(clearance.is_finite() && clearance >= 0.0) {
+            return Err(CollisionError::BadNumber { owner: "planner".into(), what: "clearance", requirement: "finite and not negative" });
+        }
+        let bodies = Body::all(model)?;
+        let pairs = SelfPairs::new(model, &bodies, clearance);
+        Ok(Self { bodies, pairs, world: WorldShapes::new(world)?, clearance })
+    }
+
+    /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None` where everything keeps its clearance, subject to
+    /// what the `feet` (one state per foot) do.
+    pub fn hit(&self, world_from_links: &[Pose], feet: &[FootState]) -> Option<Hit> {
+        self.world_hit(world_from_links, feet).or_else(|| self.self_hit(world_from_links))
+    }
+
+    /// The first hit of the robot with the world.
+    pub fn world_hit(&self, world_from_links: &[Pose], feet: &[FootState]) -> Option<Hit> {
+        self.bodies.iter().find_map(|body| {
+            let pose = &world_from_links[body.link];
+            let shape = match body.foot {
+                Some(foot) => self.foot_body_hit(body, pose, foot.link_normal, feet[foot.limb]),
+                None => self.world.hit(body, pose, self.clearance),
+            };
+            shape.map(|shape| Hit::World { link: body.link, shape })
+        })
+    }
+
+    /// The first hit of the robot with itself.
+    pub fn self_hit(&self, world_from_links: &[Pose]) -> Option<Hit> {
+        let mut centers = heapless::Vec::<DVec3, BODIES_MAX>::new();
+        centers.extend(self.bodies.iter().map(|body| world_from_links[body.link] * body.ball.center));
+        let is_hit = |pair: &&Pair| {
+            let (a, b) = (pair.a as usize, pair.b as usize);
+            !exceeds((centers[a] - centers[b]).length_squared(), pair.reach_squared) && {
+                let (a, b) = (&self.bodies[a], &self.bodies[b]);
+                parts_within(a, b, &world_from_links[a.link].inv_mul(&world_from_links[b.link]), pair.clearance)
+            }
+        };
+        let pair = self.pairs.checked.iter().find(is_hit)?;
+        Some(Hit::SelfPair { a: self.bodies[pair.a as usize].link, b: self.bodies[pair.b as usize].link })
+    }
+
+    /// The first world shape that a foot alone, with what is rigidly joined to it, hits with its sole at a pose.
+    pub fn foot_hit(&self, limb: usize, world_from_sole: &Pose, state: FootState) -> Option<usize> {
+        self.foot_bodies(limb)
+            .find_map(|(body, foot)| self.foot_body_hit(body, &(*world_from_sole * foot.sole_from_link), foot.link_normal, state))
+    }
+
+    /// Whether the first two feet, with what is rigidly joined to them, come too near to each other at these sole poses.
+    pub fn feet_hit(&self, world_from_soles: [&Pose; 2]) -> bool {
+        let limb_of = |body: u32| self.bodies[body as usize].foot.filter(|foot| foot.limb < 2);
+        self.pairs.checked.iter().any(|pair| match (limb_of(pair.a), limb_of(pair.b)) {
+            (Some(foot_a), Some(foot_b)) if foot_a.limb != foot_b.limb => {
+                let world_from_a = *world_from_soles[foot_a.limb] * foot_a.sole_from_link;
+                let world_from_b = *world_from_soles[foot_b.limb] * foot_b.sole_from_link;
+                let (a, b) = (&self.bodies[pair.a as usize], &self.bodies[pair.b as usize]);
+                bodies_within(a, &world_from_a, b, &world_from_b, pair.clearance)
+            }
+            _ => false,
+        })
+    }
+
+    /// A bound (m) on how far any point of any collision shape lies from itself in two sets of link poses.
+    pub fn motion_bound(&self, a: &[Pose], b: &[Pose]) -> f64 {
+        let bound = |body: &Body| {
+            let (from, to) = (&a[body.link], &b[body.link]);
+            let center = (*to * body.ball.center - *from * body.ball.center).length();
+            // A turn by theta moves a point at radius r by at most 2 r sin(theta / 2).
+            center + 2.0 * body.ball.radius * (from.rotation.conjugate() * to.rotation).xyz().length()
+        };
+        self.bodies.iter().map(bound).fold(0.0, f64::max)
+    }
+
+    /// The pairs of links that may touch, in ascending order.
+    pub fn allowed_pairs(&self) -> &[(usize, usize)] {
+        &self.pairs.allowed
+    }
+
+    /// Heap bytes.
+    pub fn bytes(&self) -> usize {
+        let bodies = size_of_val(self.bodies.as_slice()) + self.bodies.iter().map(Body::bytes).sum::<usize>();
+        let pairs = size_of_val(self.pairs.checked.as_slice()) + size_of_val(self.pairs.allowed.as_slice());
+        bodies + pairs + self.world.bytes()
+    }
+
+    fn foot_bodies(&self, limb: usize) -> impl Iterator<Item = (&Body, body::FootBody)> {
+        self.bodies.iter().filter_map(move |body| body.foot.filter(|foot| foot.limb == limb).map(|foot| (body, foot)))
+    }
+
+    fn foot_body_hit(&self, body: &Body, world_from_link: &Pose, link_normal: DVec3, state: FootState) -> Option<usize> {
+        let (lift, margin) = match state {
+            FootState::Stance => (STANCE_LIFT, 0.0),
+            FootState::Leaving => (self.clearance + LEAVING_LIFT, self.clearance),
+            FootState::Free => (0.0, self.clearance),
+        };
+        self.world.hit(body, &lifted(world_from_link, link_normal, lift), margin)
+    }
+}

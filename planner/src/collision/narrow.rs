@@ -1,0 +1,141 @@
+//! Whether two solids come within a margin of each other.
+//!
+//! "No" is only said with a proof: an exact closed form, or a separating direction whose gap was measured. An iteration
+//! cap, a degenerate simplex or a number that is not one therefore reads as "yes".
+
+use glam::{DMat3, DVec3};
+use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
+use parry3d_f64::shape::SupportMap;
+use surefoot_shared_types::Pose;
+
+use super::bvh::Aabb;
+use super::kernels::{
+    Segment, box_box_gap, exceeds, point_box_distance_squared, point_triangle_distance_squared, segment_box_distance_squared,
+    segment_segment_distance_squared, segment_triangle_distance_squared,
+};
+use super::mesh::Mesh;
+use super::solid::{Convex, Core, Solid};
+
+/// Whether the distance of two solids is `margin` (m, at least 0) or less; touching counts, and so does one solid
+/// within the other.
+pub fn is_within(a: &Solid, b: &Solid, a_from_b: &Pose, margin: f64) -> bool {
+    match (a, b) {
+        (Solid::Convex(a), Solid::Convex(b)) => convex_within(a, b, a_from_b, margin),
+        (Solid::Mesh(mesh), Solid::Convex(convex)) => mesh_within(mesh, convex, a_from_b, margin) || mesh_holds(mesh, b, a_from_b),
+        (Solid::Convex(_), Solid::Mesh(_)) => is_within(b, a, &a_from_b.inverse(), margin),
+        (Solid::Mesh(mesh_a), Solid::Mesh(mesh_b)) => {
+            meshes_within(mesh_a, mesh_b, a_from_b, margin) || mesh_holds(mesh_a, b, a_from_b) || mesh_holds(mesh_b, a, &a_from_b.inverse())
+        }
+    }
+}
+
+fn mesh_holds(mesh: &Mesh, solid: &Solid, mesh_from_solid: &Pose) -> bool {
+    mesh.contains(*mesh_from_solid * solid.point_inside())
+}
+
+/// Whether any triangle of the mesh comes within the margin of a convex solid.
+fn mesh_within(mesh: &Mesh, convex: &Convex, mesh_from_convex: &Pose, margin: f64) -> bool {
+    let reach = convex.radius + margin;
+    let core_bounds = convex.core.aabb();
+    let region = transformed(core_bounds, mesh_from_convex).grown(reach);
+    let convex_from_mesh = mesh_from_convex.inverse();
+    let rotation = DMat3::from_quat(convex_from_mesh.rotation);
+    let near = core_bounds.grown(reach);
+    mesh.any_triangle_near(&region, |corners| {
+        let corners = corners.map(|corner| rotation * corner + convex_from_mesh.translation);
+        Aabb::of_points(corners).overlaps(&near) && triangle_within(&convex.core, corners, reach)
+    })
+}
+
+fn meshes_within(a: &Mesh, b: &Mesh, a_from_b: &Pose, margin: f64) -> bool {
+    let region = transformed(b.aabb(), a_from_b).grown(margin);
+    let b_from_a = a_from_b.inverse();
+    a.any_triangle_near(&region, |corners| {
+        let triangle = Convex { core: Core::Triangle(corners), radius: 0.0 };
+        mesh_within(b, &triangle, &b_from_a, margin)
+    })
+}
+
+/// Whether a triangle in the core's frame comes within `reach` of the core.
+fn triangle_within(core: &Core, corners: [DVec3; 3], reach: f64) -> bool {
+    let reach_squared = reach * reach;
+    match core {
+        Core::Point => !exceeds(point_triangle_distance_squared(DVec3::ZERO, corners), reach_squared),
+        Core::Segment { half_length } => {
+            !exceeds(segment_triangle_distance_squared(segment_at(&Pose::IDENTITY, *half_length), corners), reach_squared)
+        }
+        _ => !is_beyond_plane(core, corners, reach) && gjk_within(core, &Core::Triangle(corners), &Pose::IDENTITY, reach),
+    }
+}
+
+/// Whether the core lies wholly further than `reach` to one side of the triangle's plane.
+fn is_beyond_plane(core: &Core, [a, b, c]: [DVec3; 3], reach: f64) -> bool {
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let height = normal.dot(a);
+    let above = normal.dot(core.local_support_point(-normal)) - height;
+    let below = height - normal.dot(core.local_support_point(normal));
+    above.max(below) > reach
+}
+
+fn convex_within(a: &Convex, b: &Convex, a_from_b: &Pose, margin: f64) -> bool {
+    let reach = a.radius + b.radius + margin;
+    let reach_squared = reach * reach;
+    match (&a.core, &b.core) {
+        (Core::Point, Core::Point) => !exceeds(a_from_b.translation.length_squared(), reach_squared),
+        (Core::Point | Core::Segment { .. }, Core::Point | Core::Segment { .. }) => {
+            let (a, b) = (segment_of(&a.core, &Pose::IDENTITY), segment_of(&b.core, a_from_b));
+            !exceeds(segment_segment_distance_squared(a, b), reach_squared)
+        }
+        (Core::Box { half_extents }, Core::Point) => {
+            !exceeds(point_box_distance_squared(a_from_b.translation, *half_extents), reach_squared)
+        }
+        (Core::Box { half_extents }, Core::Segment { half_length }) => {
+            !exceeds(segment_box_distance_squared(segment_at(a_from_b, *half_length), *half_extents), reach_squared)
+        }
+        (Core::Point | Core::Segment { .. }, Core::Box { .. }) => convex_within(b, a, &a_from_b.inverse(), margin),
+        (Core::Box { half_extents: half_a }, Core::Box { half_extents: half_b }) => {
+            let gap = box_box_gap(*half_a, *half_b, &DMat3::from_quat(a_from_b.rotation), a_from_b.translation);
+            gap <= 0.0 || !exceeds(gap, reach) && gjk_within(&a.core, &b.core, a_from_b, reach)
+        }
+        _ => !are_boxes_apart(&a.core, &b.core, a_from_b, reach) && gjk_within(&a.core, &b.core, a_from_b, reach),
+    }
+}
+
+/// Whether already the boxes around two cores are further apart than `reach`.
+fn are_boxes_apart(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
+    let (around_a, around_b) = (a.aabb(), b.aabb());
+    let center = *a_from_b * around_b.center() - around_a.center();
+    box_box_gap(around_a.half_extents(), around_b.half_extents(), &DMat3::from_quat(a_from_b.rotation), center) > reach
+}
+
+fn segment_of(core: &Core, frame: &Pose) -> Segment {
+    match core {
+        Core::Segment { half_length } => segment_at(frame, *half_length),
+        _ => Segment { start: frame.translation, delta: DVec3::ZERO },
+    }
+}
+
+fn segment_at(frame: &Pose, half_length: f64) -> Segment {
+    let half = frame.rotation * DVec3::new(0.0, 0.0, half_length);
+    Segment { start: frame.translation - half, delta: 2.0 * half }
+}
+
+fn transformed(bounds: Aabb, pose: &Pose) -> Aabb {
+    bounds.transformed(&DMat3::from_quat(pose.rotation), pose.translation)
+}
+
+/// GJK on two cores. Whatever it answers, only a measured gap along the direction that it found counts as separation.
+fn gjk_within(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
+    if !a_from_b.is_finite() {
+        return true;
+    }
+    let start = a_from_b.translation.try_normalize().unwrap_or(DVec3::X);
+    let mut simplex = VoronoiSimplex::new();
+    simplex.reset(CsoPoint::from_shapes(a_from_b, a, b, start));
+    let direction = match gjk::closest_points(a_from_b, a, b, reach, true, &mut simplex) {
+        GJKResult::Intersection => return true,
+        GJKResult::ClosestPoints(_, _, direction) | GJKResult::Proximity(direction) | GJKResult::NoIntersection(direction) => direction,
+    };
+    let gap = -direction.dot(CsoPoint::from_shapes(a_from_b, a, b, direction).point);
+    !exceeds(gap, reach)
+}

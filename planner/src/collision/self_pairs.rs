@@ -1,0 +1,139 @@
+//! Which pairs of links may touch, and how far apart the others have to stay.
+
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::RobotModel;
+
+use super::body::{Body, joints_between};
+use super::kernels::exceeds;
+use super::narrow::is_within;
+use crate::kinematics::forward::Kinematics;
+use crate::random::{Random, Stream};
+
+/// A pair of bodies that is checked.
+#[derive(Debug, Clone, Copy)]
+pub struct Pair {
+    /// Index of the first body; its link stands before the second one's.
+    pub a: u32,
+    /// Index of the second body.
+    pub b: u32,
+    /// Up to this squared distance of the balls' centres the solids have to be looked at, m2.
+    pub reach_squared: f64,
+    /// The distance to keep, m.
+    pub clearance: f64,
+}
+
+/// The pairs to check, those that collide most often first, and those to leave alone.
+#[derive(Debug, Clone)]
+pub struct SelfPairs {
+    /// Pairs to check.
+    pub checked: Vec<Pair>,
+    /// Links of pairs that may touch, in ascending order.
+    pub allowed: Vec<(usize, usize)>,
+}
+
+/// Random configurations that tell which pairs always collide.
+const SAMPLES: usize = 300;
+/// Pairs that collide in at least this many of them (95 %) may touch.
+const ALWAYS: usize = SAMPLES * 95 / 100;
+/// Pairs that collide at position zero may touch where at most this many moving joints lie between them.
+const NEIGHBOR_JOINTS_MAX: usize = 3;
+/// Halvings in the search of the clearance at rest: below a nanometre of any clearance in use.
+const HALVINGS: usize = 30;
+
+impl SelfPairs {
+    /// Sorts the pairs of a robot's bodies; `clearance` (m) is asked where the standing posture leaves room for it.
+    pub fn new(model: &RobotModel, bodies: &[Body], clearance: f64) -> Self {
+        let survey = Survey::new(model, bodies);
+        let mut allowed = Vec::new();
+        let mut ranked = Vec::new();
+        for (a, body_a) in bodies.iter().enumerate() {
+            for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
+                let joints = joints_between(model, body_a.link, body_b.link);
+                let hits = if joints > 1 { survey.hits(body_a, body_b) } else { SAMPLES };
+                let touches_at_zero = joints <= NEIGHBOR_JOINTS_MAX && touch(body_a, body_b, &survey.zero);
+                if joints <= 1 || hits >= ALWAYS || touches_at_zero {
+                    allowed.push((body_a.link, body_b.link));
+                    continue;
+                }
+                let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
+                let reach = body_a.ball.radius + body_b.ball.radius + clearance;
+                ranked.push((hits, Pair { a: a as u32, b: b as u32, reach_squared: reach * reach, clearance }));
+            }
+        }
+        ranked.sort_by_key(|&(hits, pair)| (std::cmp::Reverse(hits), pair.a, pair.b));
+        Self { checked: ranked.into_iter().map(|(_, pair)| pair).collect(), allowed }
+    }
+}
+
+/// The link poses in the configurations that decide.
+struct Survey {
+    zero: Vec<Pose>,
+    standing: Vec<Pose>,
+    samples: Vec<Vec<Pose>>,
+}
+
+impl Survey {
+    fn new(model: &RobotModel, bodies: &[Body]) -> Self {
+        let kinematics = Kinematics::new(model);
+        let poses = |q: &[f64]| {
+            let mut poses = vec![Pose::IDENTITY; model.links.len()];
+            kinematics.forward(&Pose::IDENTITY, q, &mut poses);
+            poses
+        };
+        let zero: Vec<f64> = model.joints.iter().map(|joint| 0f64.clamp(joint.lower, joint.upper)).collect();
+        let sample_count = if bodies.len() > 1 { SAMPLES } else { 0 };
+        let samples = (0..sample_count).map(|index| poses(&random_q(model, index)));
+        Self { zero: poses(&zero), standing: poses(&model.standing_q), samples: samples.collect() }
+    }
+
+    fn hits(&self, a: &Body, b: &Body) -> usize {
+        self.samples.iter().filter(|poses| touch(a, b, poses)).count()
+    }
+}
+
+fn random_q(model: &RobotModel, index: usize) -> Vec<f64> {
+    let mut random = Random::new(0, Stream::Preparation, 0, index as u64);
+    let turn = std::f64::consts::PI;
+    model.joints.iter().map(|joint| random.uniform(joint.lower.clamp(-turn, turn), joint.upper.clamp(-turn, turn))).collect()
+}
+
+fn touch(a: &Body, b: &Body, poses: &[Pose]) -> bool {
+    bodies_within(a, &poses[a.link], b, &poses[b.link], 0.0)
+}
+
+/// `clearance`, or half of the pair's distance in a posture where that is less (to within a nanometre, from below).
+fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f64 {
+    let is_free = |margin: f64| !bodies_within(a, &standing[a.link], b, &standing[b.link], 2.0 * margin);
+    if is_free(clearance) {
+        return clearance;
+    }
+    let (mut free, mut hit) = (0.0, clearance);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (free + hit);
+        if is_free(middle) { free = middle } else { hit = middle }
+    }
+    free
+}
+
+/// Whether two bodies come within `margin` of each other.
+pub fn bodies_within(a: &Body, world_from_a: &Pose, b: &Body, world_from_b: &Pose, margin: f64) -> bool {
+    let a_from_b = world_from_a.inv_mul(world_from_b);
+    let reach = a.ball.radius + b.ball.radius + margin;
+    if exceeds((a_from_b * b.ball.center - a.ball.center).length_squared(), reach * reach) {
+        return false;
+    }
+    parts_within(a, b, &a_from_b, margin)
+}
+
+/// The same, of bodies whose balls are known to be near.
+pub fn parts_within(a: &Body, b: &Body, a_from_b: &Pose, margin: f64) -> bool {
+    b.parts.iter().any(|part_b| {
+        let center = *a_from_b * part_b.ball.center;
+        let a_from_part = *a_from_b * part_b.link_from_part;
+        a.parts.iter().any(|part_a| {
+            let reach = part_a.ball.radius + part_b.ball.radius + margin;
+            let is_near = !exceeds((center - part_a.ball.center).length_squared(), reach * reach);
+            is_near && is_within(&part_a.solid, &part_b.solid, &part_a.link_from_part.inv_mul(&a_from_part), margin)
+        })
+    })
+}

@@ -1,0 +1,181 @@
+//! Shapes as the checker sees them: a convex core with a radius around it, or a surface of triangles.
+
+use glam::DVec3;
+use parry3d_f64::shape::SupportMap;
+use surefoot_shared_types::Shape;
+
+use super::bvh::Aabb;
+use super::error::CollisionError;
+use super::hull::Hull;
+use super::mesh::Mesh;
+
+/// A solid in its own frame.
+#[derive(Debug, Clone)]
+pub enum Solid {
+    /// A convex core inflated by a radius.
+    Convex(Convex),
+    /// A triangle mesh.
+    Mesh(Mesh),
+}
+
+/// All points within `radius` of a core.
+#[derive(Debug, Clone)]
+pub struct Convex {
+    /// The core.
+    pub core: Core,
+    /// The radius around it, m.
+    pub radius: f64,
+}
+
+/// A convex set, centred on the origin of its frame unless it has corners of its own.
+#[derive(Debug, Clone)]
+pub enum Core {
+    /// The origin.
+    Point,
+    /// Along z.
+    Segment {
+        /// Half of its length.
+        half_length: f64,
+    },
+    /// A box.
+    Box {
+        /// Half of each side.
+        half_extents: DVec3,
+    },
+    /// A cylinder along z.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Half of its length.
+        half_length: f64,
+    },
+    /// A convex hull.
+    Hull(Hull),
+    /// A triangle.
+    Triangle([DVec3; 3]),
+}
+
+impl Solid {
+    /// Prepares a shape; `owner` says whose it is in errors.
+    pub fn new(shape: &Shape, owner: &str) -> Result<Self, CollisionError> {
+        let positive = |value: f64, what: &'static str| -> Result<f64, CollisionError> {
+            let is_good = value.is_finite() && value > 0.0;
+            is_good.then_some(value).ok_or(CollisionError::BadNumber { owner: owner.into(), what, requirement: "finite and positive" })
+        };
+        let (core, radius) = match shape {
+            Shape::Box { half_extents } => {
+                positive(half_extents.min_element(), "every half extent")?;
+                positive(half_extents.max_element(), "every half extent")?;
+                (Core::Box { half_extents: *half_extents }, 0.0)
+            }
+            Shape::Sphere { radius } => (Core::Point, positive(*radius, "the radius")?),
+            Shape::Cylinder { radius, half_length } => {
+                let (radius, half_length) = (positive(*radius, "the radius")?, positive(*half_length, "the length")?);
+                (Core::Cylinder { radius, half_length }, 0.0)
+            }
+            Shape::Capsule { radius, half_length } => {
+                (Core::Segment { half_length: positive(*half_length, "the length")? }, positive(*radius, "the radius")?)
+            }
+            Shape::ConvexHull { points } => {
+                let hull = Hull::new(points).map_err(|reason| CollisionError::DegenerateHull { owner: owner.into(), reason })?;
+                (Core::Hull(hull), 0.0)
+            }
+            Shape::Mesh { vertices, triangles, .. } => {
+                let mesh = Mesh::new(vertices, triangles);
+                return mesh.map(Self::Mesh).map_err(|reason| CollisionError::BadMesh { owner: owner.into(), reason });
+            }
+        };
+        Ok(Self::Convex(Convex { core, radius }))
+    }
+
+    /// The box around it, in its frame.
+    pub fn aabb(&self) -> Aabb {
+        match self {
+            Self::Convex(convex) => convex.core.aabb().grown(convex.radius),
+            Self::Mesh(mesh) => mesh.aabb(),
+        }
+    }
+
+    /// The radius of the ball around `center` (in its frame) that holds it.
+    pub fn radius_about(&self, center: DVec3) -> f64 {
+        let furthest = |points: &[DVec3]| points.iter().map(|point| (*point - center).length()).fold(0.0, f64::max);
+        match self {
+            Self::Convex(Convex { core, radius }) => radius + core.radius_about(center),
+            Self::Mesh(mesh) => furthest(mesh.vertices()),
+        }
+    }
+
+    /// A point of it.
+    pub fn point_inside(&self) -> DVec3 {
+        match self {
+            Self::Convex(Convex { core: Core::Hull(hull), .. }) => hull.vertices()[0],
+            Self::Convex(Convex { core: Core::Triangle(corners), .. }) => corners[0],
+            Self::Convex(_) => DVec3::ZERO,
+            Self::Mesh(mesh) => mesh.vertices()[0],
+        }
+    }
+
+    /// Heap bytes.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Convex(Convex { core: Core::Hull(hull), .. }) => hull.bytes(),
+            Self::Convex(_) => 0,
+            Self::Mesh(mesh) => mesh.bytes(),
+        }
+    }
+}
+
+impl Core {
+    /// The box around it, in its frame.
+    pub fn aabb(&self) -> Aabb {
+        let half = match self {
+            Self::Point => DVec3::ZERO,
+            Self::Segment { half_length } => DVec3::new(0.0, 0.0, *half_length),
+            Self::Box { half_extents } => *half_extents,
+            Self::Cylinder { radius, half_length } => DVec3::new(*radius, *radius, *half_length),
+            Self::Hull(hull) => return hull.aabb(),
+            Self::Triangle(corners) => return Aabb::of_points(*corners),
+        };
+        Aabb { min: -half, max: half }
+    }
+
+    /// The radius of the ball around `center` (in its frame) that holds it.
+    fn radius_about(&self, center: DVec3) -> f64 {
+        let furthest = |points: &[DVec3]| points.iter().map(|point| (*point - center).length()).fold(0.0, f64::max);
+        match self {
+            Self::Hull(hull) => furthest(hull.vertices()),
+            Self::Triangle(corners) => furthest(corners),
+            Self::Cylinder { radius, half_length } => {
+                let across = radius + (center.x * center.x + center.y * center.y).sqrt();
+                let along = half_length + center.z.abs();
+                (across * across + along * along).sqrt()
+            }
+            Self::Point | Self::Segment { .. } | Self::Box { .. } => (self.aabb().max + center.abs()).length(),
+        }
+    }
+}
+
+impl SupportMap for Core {
+    fn local_support_point(&self, direction: DVec3) -> DVec3 {
+        match self {
+            Self::Point => DVec3::ZERO,
+            Self::Segment { half_length } => DVec3::new(0.0, 0.0, half_length.copysign(direction.z)),
+            Self::Box { half_extents } => half_extents.copysign(direction),
+            Self::Cylinder { radius, half_length } => {
+                let rim = DVec3::new(direction.x, direction.y, 0.0).normalize_or_zero() * *radius;
+                DVec3::new(rim.x, rim.y, half_length.copysign(direction.z))
+            }
+            Self::Hull(hull) => hull.support(direction),
+            Self::Triangle(corners) => {
+                let [a, b, c] = corners.map(|corner| corner.dot(direction));
+                corners[if a >= b && a >= c {
+                    0
+                } else if b >= c {
+                    1
+                } else {
+                    2
+                }]
+            }
+        }
+    }
+}

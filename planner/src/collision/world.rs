@@ -1,0 +1,72 @@
+//! The world's shapes behind a tree of boxes.
+
+use glam::{DMat3, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::scene::World;
+
+use super::body::{Body, Part};
+use super::bvh::{Aabb, Bvh};
+use super::error::CollisionError;
+use super::narrow::is_within;
+use super::solid::Solid;
+
+/// The world, prepared.
+#[derive(Debug, Clone)]
+pub struct WorldShapes {
+    shapes: Vec<Placed>,
+    tree: Bvh,
+}
+
+#[derive(Debug, Clone)]
+struct Placed {
+    shape_from_world: Pose,
+    solid: Solid,
+}
+
+impl WorldShapes {
+    /// Prepares a world.
+    pub fn new(world: &World) -> Result<Self, CollisionError> {
+        let mut shapes = Vec::with_capacity(world.shapes.len());
+        let mut bounds = Vec::with_capacity(world.shapes.len());
+        for shape in &world.shapes {
+            let owner = format!("world shape '{}'", shape.name);
+            if !shape.world_from_shape.is_finite() {
+                return Err(CollisionError::BadNumber { owner, what: "the pose", requirement: "finite" });
+            }
+            let solid = Solid::new(&shape.shape, &owner)?;
+            let rotation = DMat3::from_quat(shape.world_from_shape.rotation);
+            bounds.push(solid.aabb().transformed(&rotation, shape.world_from_shape.translation));
+            shapes.push(Placed { shape_from_world: shape.world_from_shape.inverse(), solid });
+        }
+        Ok(Self { shapes, tree: Bvh::new(&bounds, 1) })
+    }
+
+    /// The first shape within `margin` of a body, in the tree's order.
+    pub fn hit(&self, body: &Body, world_from_link: &Pose, margin: f64) -> Option<usize> {
+        let center = *world_from_link * body.ball.center;
+        let around = Aabb { min: center, max: center }.grown(body.ball.radius + margin);
+        self.tree.find(|bounds| bounds.overlaps(&around), |_| true)?;
+        body.parts.iter().find_map(|part| self.part_hit(part, world_from_link, margin))
+    }
+
+    fn part_hit(&self, part: &Part, world_from_link: &Pose, margin: f64) -> Option<usize> {
+        let world_from_part = *world_from_link * part.link_from_part;
+        let rotation = DMat3::from_quat(world_from_part.rotation);
+        let around = part.bounds.transformed(&rotation, world_from_part.translation).grown(margin);
+        let touches = |index: usize| {
+            let shape = &self.shapes[index];
+            is_within(&shape.solid, &part.solid, &(shape.shape_from_world * world_from_part), margin)
+        };
+        self.tree.find(|bounds| bounds.overlaps(&around), touches)
+    }
+
+    /// Heap bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.shapes.as_slice()) + self.shapes.iter().map(|shape| shape.solid.bytes()).sum::<usize>() + self.tree.bytes()
+    }
+}
+
+/// A pose moved by `distance` along `normal`, a direction in its own frame.
+pub fn lifted(pose: &Pose, normal: DVec3, distance: f64) -> Pose {
+    Pose::from_parts(pose.translation + pose.rotation * normal * distance, pose.rotation)
+}

@@ -1,0 +1,175 @@
+//! The conditions that every configuration of a plan meets, and every motion between two of them [Grey 4.1]: the centre of
+//! mass over the support polygon, joint limits, torque limits, and no collision. Joint limits are kept where joints are
+//! set; the rest is checked here, cheapest first.
+
+use glam::DVec2;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::message::SupportMode;
+use surefoot_shared_types::spatial::{interpolate, rotation_distance};
+
+use crate::body::{Body, Configuration, Snapshot};
+use crate::collision::{CollisionModel, FootState};
+use crate::region::Region;
+use crate::statics::{FootLoad, balance_loads};
+
+/// Why a configuration or motion was turned down. Each is counted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Rejection {
+    /// A leg does not reach its sole within its joint limits.
+    Unreachable,
+    /// The centre of mass leaves the support polygon.
+    Balance,
+    /// A joint would need more than its share of effort.
+    Torque,
+    /// The robot meets the world.
+    Collision,
+    /// The robot meets itself.
+    SelfCollision,
+    /// A stance foot would drift between two waypoints.
+    FootDrift,
+    /// The motion needs more steps than allowed, or a joint would jump.
+    Discontinuous,
+}
+
+impl Rejection {
+    /// How many kinds there are.
+    pub const COUNT: usize = 7;
+    /// Their names in reports, by discriminant.
+    pub const WORDS: [&'static str; Self::COUNT] =
+        ["unreachable", "balance", "torque", "collision", "self_collision", "foot_drift", "discontinuous"];
+}
+
+/// What one mode fixes: which feet stand where, and where the centre of mass may be.
+#[derive(Debug, Clone)]
+pub struct Mode {
+    /// Which feet carry the robot.
+    pub support: SupportMode,
+    /// Where the stance soles stand in the world; a swing foot's entry is not used.
+    pub world_from_soles: [Pose; 2],
+    /// Each stance foot's support polygon in world x and y.
+    pub regions: [Region; 2],
+    /// Where the centre of mass may be.
+    pub region: Region,
+}
+
+impl Mode {
+    /// Whether a foot stands still in this mode.
+    pub fn stands(&self, limb: usize) -> bool {
+        match self.support {
+            SupportMode::Left => limb == 0,
+            SupportMode::Right => limb == 1,
+            SupportMode::Double => true,
+        }
+    }
+
+    /// The foot that swings, if one does.
+    pub fn swing(&self) -> Option<usize> {
+        [0, 1].into_iter().find(|&limb| !self.stands(limb))
+    }
+}
+
+/// A stance foot may be this far from its place between two waypoints, m; half of what the checker tolerates.
+const FOOT_DRIFT_MAX: f64 = 1.0e-3;
+/// A stance foot may be turned this far between two waypoints, rad; half of what the checker tolerates.
+const FOOT_TURN_MAX: f64 = 1.7e-3;
+/// Shares of the weight on the right foot that are tried for double support, after the one that follows the centre of mass.
+const LOAD_SHARES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
+
+/// The compiled constraints: constant during a search, shared by all threads.
+#[derive(Debug)]
+pub struct Constraints {
+    /// The robot.
+    pub body: Body,
+    /// The robot's and the world's geometry.
+    pub collision: CollisionModel,
+    /// The parameters.
+    pub config: PlannerConfig,
+}
+
+impl Constraints {
+    /// Checks one configuration in a mode.
+    ///
+    /// # Errors
+    /// The first condition that it violates.
+    pub fn check(&self, mode: &Mode, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
+        let com = snapshot.com.truncate();
+        if mode.region.margin(com) < self.config.com_margin {
+            return Err(Rejection::Balance);
+        }
+        if !self.torque_admits(mode, snapshot, com) {
+            return Err(Rejection::Torque);
+        }
+        self.check_collision(snapshot, feet)
+    }
+
+    /// Checks the joint-linear motion between two configurations, both of which are checked themselves.
+    ///
+    /// # Errors
+    /// The first condition that it violates.
+    pub fn check_between(
+        &self,
+        mode: &Mode,
+        ends: [(&Configuration, &Snapshot); 2],
+        feet: [FootState; 2],
+        work: &mut u64,
+    ) -> Result<(), Rejection> {
+        let bound = self.collision.motion_bound(&ends[0].1.world_from_links, &ends[1].1.world_from_links);
+        let pieces = libm::ceil(bound / self.config.collision_step).max(2.0);
+        for piece in 1..pieces as usize {
+            *work += 1;
+            let between = midway(ends[0].0, ends[1].0, piece as f64 / pieces);
+            let snapshot = self.body.snapshot(&between);
+            if mode.region.margin(snapshot.com.truncate()) < self.config.com_margin {
+                return Err(Rejection::Balance);
+            }
+            if !self.soles_hold(mode, &snapshot) {
+                return Err(Rejection::FootDrift);
+            }
+            self.check_collision(&snapshot, feet)?;
+        }
+        Ok(())
+    }
+
+    fn check_collision(&self, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
+        match self.collision.hit(&snapshot.world_from_links, &feet) {
+            None => Ok(()),
+            Some(crate::collision::Hit::World { .. }) => Err(Rejection::Collision),
+            Some(crate::collision::Hit::SelfPair { .. }) => Err(Rejection::SelfCollision),
+        }
+    }
+
+    fn soles_hold(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
+        (0..2).filter(|&limb| mode.stands(limb)).all(|limb| {
+            let (is, wanted) = (self.body.world_from_sole(snapshot, limb), &mode.world_from_soles[limb]);
+            is.translation.distance(wanted.translation) <= FOOT_DRIFT_MAX
+                && rotation_distance(is.rotation, wanted.rotation) <= FOOT_TURN_MAX
+        })
+    }
+
+    fn torque_admits(&self, mode: &Mode, snapshot: &Snapshot, com: DVec2) -> bool {
+        let idle = FootLoad { share: 0.0, point: com };
+        let all = FootLoad { share: 1.0, point: com };
+        let holds = |loads: &[FootLoad; 2]| self.body.statics.effort_use(&snapshot.world_from_links, loads) <= 1.0;
+        match mode.support {
+            SupportMode::Left => holds(&[all, idle]),
+            SupportMode::Right => holds(&[idle, all]),
+            SupportMode::Double => {
+                let [left, right] = [&mode.regions[0], &mode.regions[1]];
+                let between = right.centroid() - left.centroid();
+                let natural = ((com - left.centroid()).dot(between) / between.length_squared().max(1e-9)).clamp(0.0, 1.0);
+                let shares = std::iter::once(natural).chain(LOAD_SHARES);
+                shares.filter_map(|share| balance_loads([left, right], com, share)).any(|loads| holds(&loads))
+            }
+        }
+    }
+}
+
+/// The configuration a fraction `t` of the way between two, as the robot moves between waypoints: joints and root
+/// position linearly, root rotation along the shortest arc.
+pub fn midway(a: &Configuration, b: &Configuration, t: f64) -> Configuration {
+    let world_from_root = interpolate(&a.world_from_root, &b.world_from_root, t);
+    let q = std::array::from_fn(|i| a.q[i] + t * (b.q[i] - a.q[i]));
+    Configuration { world_from_root, q }
+}

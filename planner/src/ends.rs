@@ -1,0 +1,83 @@
+//! Whether and how the robot stands at the start and at the goal.
+
+use glam::DVec2;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::Mark;
+
+use crate::collision::FootState;
+use crate::constraint::{Constraints, Rejection};
+use crate::foot_placement::{Scratch, Surfaces};
+use crate::motion::foothold::{Foothold, double_mode};
+use crate::motion::track::State;
+use crate::motion::transition::{Posture, settle};
+use crate::outcome::EndFault;
+
+/// Shares of the standing posture's reach that are tried for standing.
+const REACH_SHARES: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
+
+/// Both feet on a mark.
+#[derive(Debug, Clone)]
+pub struct End {
+    /// The placements, left and right.
+    pub footholds: [Foothold; 2],
+    /// The robot standing on them.
+    pub state: State,
+}
+
+/// Stands the robot on a mark exactly.
+///
+/// # Errors
+/// Why it cannot stand there.
+pub fn stand_on(constraints: &Constraints, surfaces: &Surfaces, scratch: &mut Scratch, mark: &Mark) -> Result<End, EndFault> {
+    let prints = mark.world_from_soles();
+    let left = foothold_at(constraints, surfaces, scratch, 0, &prints[0])?;
+    let right = foothold_at(constraints, surfaces, scratch, 1, &prints[1])?;
+    let footholds = [left, right];
+    let state = stand(constraints, &footholds, mark.yaw).map_err(EndFault::NoPosture)?;
+    Ok(End { footholds, state })
+}
+
+/// The placement of a foot exactly at a pose.
+///
+/// # Errors
+/// No support, or the foot meets the world.
+pub fn foothold_at(
+    constraints: &Constraints,
+    surfaces: &Surfaces,
+    scratch: &mut Scratch,
+    limb: usize,
+    world_from_sole: &Pose,
+) -> Result<Foothold, EndFault> {
+    let support = surfaces
+        .support(scratch, &constraints.body.sole_polygons[limb], world_from_sole)
+        .map_err(|reason| EndFault::Unsupported { limb, reason })?;
+    if constraints.collision.foot_hit(limb, world_from_sole, FootState::Stance).is_some() {
+        return Err(EndFault::FootCollides { limb });
+    }
+    Ok(Foothold::new(limb, *world_from_sole, support.polygon))
+}
+
+/// A standing configuration over two placements, the centre of mass between both feet.
+///
+/// # Errors
+/// The last condition that failed.
+pub fn stand(constraints: &Constraints, footholds: &[Foothold; 2], yaw: f64) -> Result<State, Rejection> {
+    let mode = double_mode(&footholds[0], &footholds[1]);
+    let world_from_soles = [footholds[0].world_from_sole, footholds[1].world_from_sole];
+    let middle: DVec2 = 0.5 * (footholds[0].region.centroid() + footholds[1].region.centroid());
+    let world_from_root = surefoot_shared_types::spatial::rotation_about(glam::DVec3::Z, yaw);
+    let mut last = Rejection::Unreachable;
+    for share in REACH_SHARES {
+        let posture = Posture { world_from_root, reach_share: share * constraints.body.standing_reach_share, com: middle };
+        let settled = settle(&constraints.body, &world_from_soles, &posture, constraints.body.standing_q, &mut 0);
+        let checked = settled.and_then(|(configuration, snapshot)| {
+            constraints.check(&mode, &snapshot, [FootState::Stance; 2])?;
+            Ok(State { configuration, world_from_soles })
+        });
+        match checked {
+            Ok(state) => return Ok(state),
+            Err(rejection) => last = rejection,
+        }
+    }
+    Err(last)
+}

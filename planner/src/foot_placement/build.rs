@@ -1,0 +1,115 @@
+//! From the shapes of a world to faces and round sides.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+use parry3d_f64::transformation::try_convex_hull;
+use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::{Pose, Shape};
+
+use super::SurfacesError;
+use super::merge::merge_coplanar;
+use super::surfaces::{FACE_VERTICES_MAX, Face, Round, RoundEnds};
+
+/// How far the flat sides that stand for a cylinder may be inside it, m.
+const CYLINDER_SAGITTA: f64 = 2e-4;
+/// Most flat sides that stand for a cylinder.
+const CYLINDER_SIDES_MAX: usize = 256;
+
+/// The elements of a world.
+#[derive(Debug, Default)]
+pub(super) struct Parts {
+    /// All faces.
+    pub faces: Vec<Face>,
+    /// Their vertices.
+    pub vertices: Vec<DVec3>,
+    /// All round sides.
+    pub rounds: Vec<Round>,
+}
+
+/// Takes a world apart.
+pub(super) fn parts_of(world: &World) -> Result<Parts, SurfacesError> {
+    let mut parts = Parts::default();
+    for shape in &world.shapes {
+        parts.add(shape)?;
+    }
+    Ok(parts)
+}
+
+impl Parts {
+    fn add(&mut self, world_shape: &WorldShape) -> Result<(), SurfacesError> {
+        let pose = world_shape.world_from_shape;
+        match &world_shape.shape {
+            Shape::Box { half_extents } => self.add_box(&pose, *half_extents),
+            Shape::Sphere { radius } => self.add_round(&pose, *radius, 0.0, RoundEnds::Ball),
+            Shape::Capsule { radius, half_length } => self.add_round(&pose, *radius, *half_length, RoundEnds::Ball),
+            Shape::Cylinder { radius, half_length } => {
+                self.add_round(&pose, *radius, *half_length, RoundEnds::Flat);
+                self.add_cylinder_faces(&pose, *radius, *half_length);
+            }
+            Shape::ConvexHull { points } => {
+                let error = |message: &str| SurfacesError::Shape { shape: world_shape.name.clone(), message: message.into() };
+                let (vertices, triangles) =
+                    try_convex_hull(points).map_err(|_| error("its points span no volume; give at least four that do"))?;
+                self.add_triangles(&pose, &vertices, &triangles);
+            }
+            Shape::Mesh { vertices, triangles, .. } => self.add_triangles(&pose, vertices, triangles),
+        }
+        Ok(())
+    }
+
+    fn add_box(&mut self, pose: &Pose, half: DVec3) {
+        for axis in 0..3 {
+            for sign in [-1.0, 1.0] {
+                let mut normal = DVec3::ZERO;
+                normal[axis] = sign;
+                let (u, v) = (normal.any_orthonormal_vector(), normal.cross(normal.any_orthonormal_vector()));
+                let corner = |a: f64, b: f64| *pose * ((normal + a * u + b * v) * half);
+                self.add_face(&[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
+            }
+        }
+    }
+
+    fn add_round(&mut self, pose: &Pose, radius: f64, half_length: f64, ends: RoundEnds) {
+        let end = DVec3::Z * half_length;
+        self.rounds.push(Round { a: *pose * -end, b: *pose * end, radius, ends });
+    }
+
+    /// The caps, and flat sides that show where the cylinder is to those who would step through it.
+    fn add_cylinder_faces(&mut self, pose: &Pose, radius: f64, half_length: f64) {
+        let wanted = PI / libm::acos((1.0 - CYLINDER_SAGITTA / radius).max(0.5));
+        let sides = (wanted.ceil() as usize).clamp(16, CYLINDER_SIDES_MAX);
+        let rim = |i: usize, count: usize, z: f64| {
+            let (sin, cos) = libm::sincos(TAU * i as f64 / count as f64);
+            *pose * DVec3::new(radius * cos, radius * sin, z)
+        };
+        for i in 0..sides {
+            let [low, high] = [-half_length, half_length];
+            self.add_face(&[rim(i, sides, low), rim(i + 1, sides, low), rim(i + 1, sides, high), rim(i, sides, high)]);
+        }
+        let cap_sides = sides.min(FACE_VERTICES_MAX);
+        let top: Vec<DVec3> = (0..cap_sides).map(|i| rim(i, cap_sides, half_length)).collect();
+        let bottom: Vec<DVec3> = (0..cap_sides).rev().map(|i| rim(i, cap_sides, -half_length)).collect();
+        self.add_face(&top);
+        self.add_face(&bottom);
+    }
+
+    fn add_triangles(&mut self, pose: &Pose, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+        let points: Vec<DVec3> = vertices.iter().map(|&v| *pose * v).collect();
+        let mut corners = Vec::new();
+        merge_coplanar(&points, triangles, |face| {
+            corners.clear();
+            corners.extend(face.iter().map(|&i| points[i as usize]));
+            self.add_face(&corners);
+        });
+    }
+
+    /// Adds a convex polygon; one without an area is left out.
+    fn add_face(&mut self, corners: &[DVec3]) {
+        let spanned = corners.windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0])).sum::<DVec3>();
+        let Some(normal) = spanned.try_normalize() else { return };
+        let offset = corners.iter().map(|&p| normal.dot(p)).sum::<f64>() / corners.len() as f64;
+        self.faces.push(Face { normal, offset, first: self.vertices.len() as u32, count: corners.len() as u32 });
+        self.vertices.extend_from_slice(corners);
+    }
+}

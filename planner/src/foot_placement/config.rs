@@ -1,0 +1,108 @@
+//! The parameters of foot placement: what counts as support, and the bounds of the search for it.
+
+use super::SurfacesError;
+
+/// What counts as support, and the bounds of the search for it. All lengths in metres, angles in radians.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FootPlacementConfig {
+    /// The smallest support area, m2 (ours: a quarter of a DRC-Hubo sole).
+    pub support_area_min: f64,
+    /// The smallest distance from the support polygon's centroid to its nearest edge, m [Grey 4.1.2].
+    pub centroid_edge_distance_min: f64,
+    /// How far a surface may be from the sole's plane and still carry it, m (the judge allows 3 mm).
+    pub plane_distance_max: f64,
+    /// How far a carrying surface's normal may be from the sole's, rad (the judge allows 5 degrees).
+    pub normal_tilt_max: f64,
+    /// How far a carrying surface stays inside the friction cone, rad.
+    pub friction_margin: f64,
+    /// Thickness of the plate above the sole in which nothing may be, m (the thesis's thin rectangle, 4.2.2).
+    pub plate_height: f64,
+    /// Algorithm 1's targets per request, `N_SampleAttempts` [Grey 4.2.2, figure 4.10].
+    pub sample_attempts_max: u32,
+    /// Algorithm 1's triplets per target, `N_PlaneAttempts` [Grey 4.2.2, figure 4.10].
+    pub plane_attempts_max: u32,
+    /// Algorithm 1's placements and swaps per triplet, `N_MaxIterations` [Grey 4.2.2, figure 4.10].
+    pub iterations_max: u32,
+    /// The nearest intersection points a triplet is drawn from, `N_neighbors` [Grey 4.2.2].
+    pub neighbors: usize,
+    /// Distance between intersection points along an edge or a line, m.
+    pub point_spacing: f64,
+    /// Most surface elements looked at by one query of the support.
+    pub support_elements_max: usize,
+    /// Most contact points kept by one query of the support.
+    pub contact_points_max: usize,
+    /// Most features gathered by one request.
+    pub features_max: usize,
+    /// Most planes that one request proposes on.
+    pub planes_max: usize,
+    /// Most geometric candidates of one request.
+    pub candidates_max: usize,
+    /// Most intersection points of one request.
+    pub intersection_points_max: usize,
+}
+
+impl Default for FootPlacementConfig {
+    fn default() -> Self {
+        let degree = std::f64::consts::PI / 180.0;
+        Self {
+            support_area_min: 0.008,
+            centroid_edge_distance_min: 0.02,
+            plane_distance_max: 1e-3,
+            normal_tilt_max: degree,
+            friction_margin: degree,
+            plate_height: 0.02,
+            sample_attempts_max: 40,
+            plane_attempts_max: 10,
+            iterations_max: 20,
+            neighbors: 10,
+            point_spacing: 0.05,
+            support_elements_max: 16_384,
+            contact_points_max: 1_024,
+            features_max: 192,
+            planes_max: 32,
+            candidates_max: 1_024,
+            intersection_points_max: 1_024,
+        }
+    }
+}
+
+impl FootPlacementConfig {
+    /// Refuses values outside their range, naming the field.
+    pub(super) fn validate(&self) -> Result<(), SurfacesError> {
+        let reals = [
+            ("support_area_min", self.support_area_min, 1e-6, 1.0),
+            ("centroid_edge_distance_min", self.centroid_edge_distance_min, 0.0, 1.0),
+            ("plane_distance_max", self.plane_distance_max, 1e-6, 0.01),
+            ("normal_tilt_max", self.normal_tilt_max, 1e-6, 0.1),
+            ("friction_margin", self.friction_margin, 0.0, 0.5),
+            ("plate_height", self.plate_height, 2.0 * self.plane_distance_max, 0.2),
+            ("point_spacing", self.point_spacing, 1e-3, 1.0),
+        ];
+        let counts = [
+            ("sample_attempts_max", self.sample_attempts_max as usize, 0, 1_000_000),
+            ("plane_attempts_max", self.plane_attempts_max as usize, 1, 1_000_000),
+            ("iterations_max", self.iterations_max as usize, 1, 1_000_000),
+            ("neighbors", self.neighbors, 3, NEIGHBORS_MAX),
+            ("support_elements_max", self.support_elements_max, 1, 1 << 24),
+            ("contact_points_max", self.contact_points_max, 128, 1 << 20),
+            ("features_max", self.features_max, 1, 1 << 20),
+            ("planes_max", self.planes_max, 1, 1 << 16),
+            ("candidates_max", self.candidates_max, 1, 1 << 20),
+            ("intersection_points_max", self.intersection_points_max, 3, 1 << 20),
+        ];
+        for (field, value, lower, upper) in reals {
+            if !(lower..=upper).contains(&value) {
+                return Err(SurfacesError::Config { field, value, lower, upper });
+            }
+        }
+        for (field, value, lower, upper) in counts {
+            if !(lower..=upper).contains(&value) {
+                return Err(SurfacesError::Config { field, value: value as f64, lower: lower as f64, upper: upper as f64 });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The largest `neighbors`: they are kept on the stack.
+pub(super) const NEIGHBORS_MAX: usize = 64;

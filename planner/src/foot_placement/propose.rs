@@ -1,0 +1,274 @@
+//! Placements near an ideal one: geometry first, then small variations of it, then Algorithm 1.
+
+use std::ops::ControlFlow;
+
+use glam::{DVec2, DVec3};
+use parry3d_f64::bounding_volume::Aabb;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
+
+use super::scratch::Scratch;
+use super::surfaces::Surfaces;
+use super::{NoSupport, Support};
+use crate::random::{Random, Stream};
+
+/// Candidates that are varied at random.
+const VARIED_MAX: usize = 8;
+/// The largest shift of a varied candidate in its plane, m, and its largest turn, rad.
+const VARIATION: (f64, f64) = (0.04, 0.2);
+/// Candidates as alike as this (m, and sine of half the turn) are examined once.
+const ALIKE: f64 = 1e-3;
+/// The reach is searched in boxes that double in size until enough features are found.
+const GATHERING_STEPS: i32 = 4;
+
+/// What a caller asks for.
+#[derive(Clone, Copy)]
+pub struct Request<'a> {
+    /// The sole's outline in the sole frame: convex, counter-clockwise, 3 to 16 vertices, m.
+    pub sole_polygon: &'a [DVec2],
+    /// Where the sole is wished for. Of its rotation only the heading counts: the ground decides the tilt.
+    pub ideal: Pose,
+    /// The farthest horizontal distance from the ideal position, m.
+    pub reach_xy: f64,
+    /// The lowest and highest height relative to the ideal's, m.
+    pub reach_z: [f64; 2],
+    /// The largest turn away from the ideal heading, rad.
+    pub yaw_spread: f64,
+    /// The seed of the random streams.
+    pub seed: u64,
+    /// What is being sampled, for the random stream.
+    pub object: u64,
+    /// Which attempt at it this is, for the random stream.
+    pub attempt: u64,
+    /// How hard to try.
+    pub effort: Effort,
+    /// Whether the foot collides with nothing at a pose of its sole.
+    pub is_free: &'a dyn Fn(&Pose) -> bool,
+}
+
+/// How many placements to examine, by source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Effort {
+    /// Geometric candidates.
+    pub geometric_max: u32,
+    /// Random variations of the nearest of them.
+    pub varied_max: u32,
+    /// Placements of Algorithm 1 (its own three limits hold besides).
+    pub sampled_max: u32,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { geometric_max: 256, varied_max: 32, sampled_max: 1_000 }
+    }
+}
+
+/// Where a placement came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// Read off the geometry.
+    Geometric,
+    /// A random variation of a geometric one.
+    Varied,
+    /// Algorithm 1 [Grey 4.2.2].
+    Sampled,
+}
+
+/// A pose at which a sole is carried and the foot is free.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Placement {
+    /// The sole's pose.
+    pub world_from_sole: Pose,
+    /// What carries it.
+    pub support: Support,
+    /// Where it came from.
+    pub source: Source,
+}
+
+/// What a request did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Placements handed out, by [`Source`].
+    pub found: [u32; 3],
+    /// Placements examined, by [`Source`].
+    pub examined: [u32; 3],
+    /// Placements refused, by reason, in the order of [`NoSupport::ALL`].
+    pub refused: [u32; NoSupport::ALL.len()],
+    /// Placements with support where the foot collides.
+    pub not_free: u32,
+    /// Algorithm 1's planes that were too steep or without area.
+    pub planes_unsuitable: u32,
+    /// Features gathered; `features_max` of them means that farther ones were left out.
+    pub features: u32,
+    /// Whether the caller said enough.
+    pub stopped: bool,
+}
+
+impl Request<'_> {
+    /// Whether a pose of the sole is within reach of the ideal.
+    pub(super) fn reaches(&self, world_from_sole: &Pose) -> bool {
+        let moved = world_from_sole.translation - self.ideal.translation;
+        let turned = wrap_angle(yaw_of(world_from_sole.rotation) - yaw_of(self.ideal.rotation));
+        moved.truncate().length() <= self.reach_xy + 1e-9
+            && (self.reach_z[0] - 1e-9..=self.reach_z[1] + 1e-9).contains(&moved.z)
+            && turned.abs() <= self.yaw_spread + 1e-9
+    }
+
+    /// The largest distance of the sole's outline from its frame's origin, m.
+    fn sole_radius(&self) -> f64 {
+        self.sole_polygon.iter().map(|p| p.length()).fold(0.0, f64::max)
+    }
+
+    /// The box in the world where surfaces may be for this request, its horizontal size scaled by `share`.
+    pub(super) fn region(&self, share: f64) -> Aabb {
+        let side = self.reach_xy * share + self.sole_radius();
+        let lower = self.ideal.translation + DVec3::new(-side, -side, self.reach_z[0] - self.sole_radius());
+        let upper = self.ideal.translation + DVec3::new(side, side, self.reach_z[1] + self.sole_radius());
+        Aabb::new(lower, upper)
+    }
+}
+
+/// One request on its way.
+pub(super) struct Proposal<'a, 'r> {
+    pub surfaces: &'a Surfaces,
+    pub scratch: &'a mut Scratch,
+    pub request: &'a Request<'r>,
+    pub random: Random,
+    pub tally: Tally,
+    out: &'a mut dyn FnMut(Placement) -> bool,
+}
+
+impl Surfaces {
+    /// Hands placements within reach to `out`, best first, until it returns `false` or the effort is spent. The order
+    /// depends on nothing but the arguments. An ideal that is not finite finds nothing.
+    pub fn propose(&self, scratch: &mut Scratch, request: &Request, out: &mut dyn FnMut(Placement) -> bool) -> Tally {
+        let random = Random::new(request.seed, Stream::FootPlacement, request.object, request.attempt);
+        let mut proposal = Proposal { surfaces: self, scratch, request, random, tally: Tally::default(), out };
+        if request.ideal.is_finite() && request.reach_xy.is_finite() {
+            let outcome = proposal.run();
+            proposal.tally.stopped = outcome.is_break();
+        }
+        proposal.tally
+    }
+
+    /// Lists the nearest features within reach that may carry, nearest first.
+    fn gather(&self, scratch: &mut Scratch, request: &Request) {
+        for step in (0..GATHERING_STEPS).rev() {
+            scratch.features.clear();
+            self.gather_in(scratch, request, &request.region(1.0 / f64::from(1 << step)));
+            if scratch.features.len() >= self.config.features_max {
+                break;
+            }
+        }
+    }
+
+    fn gather_in(&self, scratch: &mut Scratch, request: &Request, region: &Aabb) {
+        let ideal = request.ideal.translation;
+        for (count, id) in self.elements_in(region).enumerate() {
+            if count >= self.config.support_elements_max {
+                scratch.features.dropped += 1;
+                break;
+            }
+            if !self.may_carry(id) {
+                continue;
+            }
+            if scratch.features.is_full() {
+                keep_nearest(scratch, self.config.features_max);
+            }
+            let (aside, height) = self.distance_and_height(id, ideal.truncate());
+            scratch.features.push((aside + (height - ideal.z).abs(), id));
+        }
+        keep_nearest(scratch, self.config.features_max);
+    }
+}
+
+fn keep_nearest(scratch: &mut Scratch, count: usize) {
+    scratch.features.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    scratch.features.truncate(count);
+}
+
+impl Proposal<'_, '_> {
+    fn run(&mut self) -> ControlFlow<()> {
+        self.surfaces.gather(self.scratch, self.request);
+        self.tally.features = self.scratch.features.len() as u32;
+        self.surfaces.list_candidates(self.scratch, self.request);
+        self.propose_geometric()?;
+        self.propose_varied()?;
+        self.sample()
+    }
+
+    fn propose_geometric(&mut self) -> ControlFlow<()> {
+        for i in 0..self.scratch.candidates.len() {
+            if self.tally.examined[Source::Geometric as usize] >= self.request.effort.geometric_max {
+                break;
+            }
+            if !self.is_repeated(i) {
+                let pose = self.scratch.candidates[i].world_from_sole;
+                self.examine(pose, Source::Geometric)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Whether a candidate is like one just before it; costs are sorted, so that is where its like are.
+    fn is_repeated(&self, index: usize) -> bool {
+        let at = &self.scratch.candidates[index];
+        let is_alike = |pose: &Pose| {
+            let turn = (pose.rotation.conjugate() * at.world_from_sole.rotation).xyz().length();
+            (pose.translation - at.world_from_sole.translation).length() < ALIKE && turn < ALIKE
+        };
+        let before = self.scratch.candidates[..index].iter().rev();
+        before.take_while(|c| at.cost - c.cost < 2.0 * ALIKE).any(|c| is_alike(&c.world_from_sole))
+    }
+
+    fn propose_varied(&mut self) -> ControlFlow<()> {
+        let count = self.scratch.candidates.len().min(VARIED_MAX);
+        for i in 0..self.request.effort.varied_max as usize {
+            if count == 0 {
+                break;
+            }
+            let base = self.scratch.candidates[i % count].world_from_sole;
+            let (shift, turn) = VARIATION;
+            let shift = DVec3::new(self.random.uniform(-shift, shift), self.random.uniform(-shift, shift), 0.0);
+            let turn = rotation_about(DVec3::Z, self.random.uniform(-turn, turn));
+            let pose = base * Pose::from_parts(shift, turn);
+            if self.request.reaches(&pose) {
+                self.examine(pose, Source::Varied)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Hands a placement out if the sole is carried and the foot free there. Whether it was, or the caller said enough.
+    pub(super) fn examine(&mut self, world_from_sole: Pose, source: Source) -> ControlFlow<(), Examined> {
+        self.tally.examined[source as usize] += 1;
+        let support = match self.surfaces.support(self.scratch, self.request.sole_polygon, &world_from_sole) {
+            Ok(support) => support,
+            Err(reason) => {
+                self.tally.refused[reason as usize] += 1;
+                return ControlFlow::Continue(Examined::Refused(reason));
+            }
+        };
+        if !(self.request.is_free)(&world_from_sole) {
+            self.tally.not_free += 1;
+            return ControlFlow::Continue(Examined::NotFree);
+        }
+        self.tally.found[source as usize] += 1;
+        if (self.out)(Placement { world_from_sole, support, source }) {
+            ControlFlow::Continue(Examined::Found)
+        } else {
+            ControlFlow::Break(())
+        }
+    }
+}
+
+/// What became of a placement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Examined {
+    /// Handed out.
+    Found,
+    /// The foot collides there.
+    NotFree,
+    /// The sole is not carried there.
+    Refused(NoSupport),
+}

@@ -1,0 +1,204 @@
+//! Algorithm 1: planes through triplets of intersection points, and placements on them [Grey 4.2.2].
+
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::spatial::yaw_of;
+
+use super::NoSupport;
+use super::candidates::centre_of;
+use super::config::NEIGHBORS_MAX;
+use super::polygon::clip;
+use super::pose_on_plane;
+use super::propose::{Examined, Proposal, Source};
+use super::surfaces::Element;
+
+/// Random points taken inside each face.
+const INNER_POINTS: usize = 4;
+/// Most points along one edge or line.
+const EDGE_POINTS_MAX: usize = 64;
+/// Twice the area of the flattest triangle that still defines a plane, m2.
+const TRIANGLE_AREA_MIN: f64 = 1e-4;
+
+type Triplet = [DVec3; 3];
+
+/// What became of a triplet.
+enum TripletEnd {
+    Found,
+    Exhausted,
+}
+
+impl Proposal<'_, '_> {
+    /// The whole of Algorithm 1; each target that leads to a placement hands it out and the next target follows.
+    pub(super) fn sample(&mut self) -> ControlFlow<()> {
+        if self.request.effort.sampled_max == 0 {
+            return ControlFlow::Continue(());
+        }
+        self.sample_intersection();
+        let config = &self.surfaces.config;
+        for attempt in 0..config.sample_attempts_max {
+            let target = self.sample_target(attempt);
+            let neighbors = nearest(&self.scratch.intersection_points, target, config.neighbors);
+            if neighbors.len() < 3 {
+                break;
+            }
+            for _ in 0..config.plane_attempts_max {
+                let triplet = self.sample_triplet(&neighbors);
+                if let TripletEnd::Found = self.try_triplet(triplet)? {
+                    break;
+                }
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Lines 8 to 19: placements on the triplet's plane, which turns towards whatever is in the way.
+    fn try_triplet(&mut self, mut triplet: Triplet) -> ControlFlow<(), TripletEnd> {
+        for iteration in 0..self.surfaces.config.iterations_max {
+            if self.tally.examined[Source::Sampled as usize] >= self.request.effort.sampled_max {
+                break;
+            }
+            let Some(normal) = self.suitable_normal(&triplet) else {
+                self.tally.planes_unsuitable += 1;
+                break;
+            };
+            let pose = self.sample_pose(&triplet, normal, iteration);
+            if !self.request.reaches(&pose) {
+                continue;
+            }
+            match self.examine(pose, Source::Sampled)? {
+                Examined::Found => return ControlFlow::Continue(TripletEnd::Found),
+                Examined::Refused(NoSupport::Penetrates) => {
+                    if let Some(point) = self.scratch.intrusion {
+                        let closest =
+                            (0..3).min_by(|&i, &j| triplet[i].distance_squared(point).total_cmp(&triplet[j].distance_squared(point)));
+                        triplet[closest.unwrap_or(0)] = point;
+                    }
+                }
+                Examined::Refused(_) | Examined::NotFree => {}
+            }
+        }
+        ControlFlow::Continue(TripletEnd::Exhausted)
+    }
+
+    /// `IsSuitablePlane`: the upward normal, unless the points are collinear or the plane too steep.
+    fn suitable_normal(&self, triplet: &Triplet) -> Option<DVec3> {
+        let spanned = (triplet[1] - triplet[0]).cross(triplet[2] - triplet[0]);
+        let normal = if spanned.z < 0.0 { -spanned } else { spanned };
+        let length = normal.length();
+        (length >= TRIANGLE_AREA_MIN).then(|| normal / length).filter(|&n| self.surfaces.is_flat_enough(n))
+    }
+
+    /// `SampleRandomSE2`: the triangle's centroid with the ideal heading first, then anywhere in it, any heading allowed.
+    fn sample_pose(&mut self, triplet: &Triplet, normal: DVec3, iteration: u32) -> Pose {
+        let ideal_yaw = yaw_of(self.request.ideal.rotation);
+        let (point, yaw) = if iteration == 0 {
+            ((triplet[0] + triplet[1] + triplet[2]) / 3.0, ideal_yaw)
+        } else {
+            let spread = self.request.yaw_spread.min(std::f64::consts::PI);
+            (self.point_in_triangle(triplet), ideal_yaw + self.random.uniform(-spread, spread))
+        };
+        let turned = pose_on_plane(DVec3::ZERO, normal, yaw).rotation;
+        Pose::from_parts(point - turned * centre_of(self.request.sole_polygon).extend(0.0), turned)
+    }
+
+    fn point_in_triangle(&mut self, triangle: &Triplet) -> DVec3 {
+        let (mut u, mut v) = (self.random.uniform(0.0, 1.0), self.random.uniform(0.0, 1.0));
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        triangle[0] + (triangle[1] - triangle[0]) * u + (triangle[2] - triangle[0]) * v
+    }
+
+    /// `SampleRandomTranslation`: the ideal first, then anywhere within reach.
+    fn sample_target(&mut self, attempt: u32) -> DVec3 {
+        let request = self.request;
+        if attempt == 0 {
+            return request.ideal.translation;
+        }
+        let reach = request.reach_xy;
+        let x = self.random.uniform(-reach, reach);
+        let y = self.random.uniform(-reach, reach);
+        request.ideal.translation + DVec3::new(x, y, self.random.uniform(request.reach_z[0], request.reach_z[1]))
+    }
+
+    /// Three different points.
+    fn sample_triplet(&mut self, points: &[DVec3]) -> Triplet {
+        let i = self.random.below(points.len());
+        let j = (i + 1 + self.random.below(points.len() - 1)) % points.len();
+        let first_free = |taken: [usize; 2], at: usize| (at..).find(|k| !taken.contains(&(k % points.len())));
+        let k = first_free([i, j], self.random.below(points.len())).map_or(0, |k| k % points.len());
+        [points[i], points[j], points[k]]
+    }
+
+    /// `SampleIntersection`: vertices, points along edges and lines, and random points of the features within reach.
+    fn sample_intersection(&mut self) {
+        self.scratch.intersection_points.clear();
+        for i in 0..self.scratch.features.len() {
+            if self.scratch.intersection_points.is_full() {
+                break;
+            }
+            self.clip_to_reach(self.scratch.features[i].1);
+            self.add_edge_points();
+            self.add_inner_points();
+        }
+    }
+
+    /// Leaves in the clip buffer what of a feature lies within reach: a polygon, a line's two ends, or a point.
+    fn clip_to_reach(&mut self, id: u32) {
+        let region = self.request.region(1.0);
+        let buffer = &mut self.scratch.clip;
+        buffer.polygon.clear();
+        match self.surfaces.element(id) {
+            Element::Face(_, vertices) => buffer.polygon.extend(vertices.iter().copied()),
+            Element::Round(round) => {
+                let top = round.side_normal(DVec3::Z).unwrap_or(DVec3::Z) * round.radius;
+                buffer.polygon.extend([round.a + top, round.b + top]);
+            }
+        }
+        for axis in 0..3 {
+            clip(&mut buffer.polygon, &mut buffer.spare, |p| p[axis] - region.mins[axis]);
+            clip(&mut buffer.polygon, &mut buffer.spare, |p| region.maxs[axis] - p[axis]);
+        }
+    }
+
+    fn add_edge_points(&mut self) {
+        let polygon = &self.scratch.clip.polygon;
+        for i in 0..polygon.len() {
+            let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
+            let steps = ((a.distance(b) / self.surfaces.config.point_spacing).ceil() as usize).clamp(1, EDGE_POINTS_MAX);
+            for step in 0..steps {
+                self.scratch.intersection_points.push(a + (b - a) * (step as f64 / steps as f64));
+            }
+        }
+    }
+
+    fn add_inner_points(&mut self) {
+        for _ in 0..INNER_POINTS {
+            let count = self.scratch.clip.polygon.len();
+            if count < 3 {
+                return;
+            }
+            let k = 1 + self.random.below(count - 2);
+            let polygon = &self.scratch.clip.polygon;
+            let triangle = [polygon[0], polygon[k], polygon[k + 1]];
+            let point = self.point_in_triangle(&triangle);
+            self.scratch.intersection_points.push(point);
+        }
+    }
+}
+
+/// The `count` points nearest to `target`, nearest first.
+fn nearest(points: &[DVec3], target: DVec3, count: usize) -> heapless::Vec<DVec3, NEIGHBORS_MAX> {
+    let mut nearest: heapless::Vec<DVec3, NEIGHBORS_MAX> = heapless::Vec::new();
+    for &point in points {
+        let distance = point.distance_squared(target);
+        let place = nearest.partition_point(|p| p.distance_squared(target) <= distance);
+        if place < count {
+            nearest.truncate(count - 1);
+            let _always_has_room = nearest.insert(place, point);
+        }
+    }
+    nearest
+}

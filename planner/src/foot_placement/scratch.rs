@@ -1,0 +1,131 @@
+//! The memory that queries work in, allocated once.
+
+use glam::{DVec2, DVec3};
+
+use super::FootPlacementConfig;
+use super::candidates::{Candidate, Footprint, Plane};
+use super::surfaces::FACE_VERTICES_MAX;
+
+/// A face, or what clipping left of it: its vertices plus one for every clip plane.
+pub(super) type FacePoints = heapless::Vec<DVec3, { FACE_VERTICES_MAX + 24 }>;
+
+/// A polygon being clipped, and the spare it is clipped into.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ClipBuffer {
+    /// The polygon.
+    pub polygon: FacePoints,
+    /// Where the next clip goes.
+    pub spare: FacePoints,
+}
+
+/// Memory of one caller's queries; no query allocates beyond it. One per thread, any number of [`super::Surfaces`].
+#[derive(Debug, Clone)]
+pub struct Scratch {
+    pub(super) clip: ClipBuffer,
+    pub(super) contact_points: Bounded<DVec2>,
+    pub(super) hull: Vec<DVec2>,
+    /// The point of the last refused support that stands furthest above the sole plane, in the world.
+    pub(super) intrusion: Option<DVec3>,
+    pub(super) features: Bounded<(f64, u32)>,
+    pub(super) planes: Bounded<Plane>,
+    pub(super) footprints: Bounded<Footprint>,
+    pub(super) candidates: Bounded<Candidate>,
+    pub(super) intersection_points: Bounded<DVec3>,
+}
+
+impl Scratch {
+    /// Allocates what queries with this configuration need.
+    pub fn new(config: &FootPlacementConfig) -> Self {
+        Self {
+            clip: ClipBuffer::default(),
+            contact_points: Bounded::new(config.contact_points_max),
+            hull: Vec::with_capacity(config.contact_points_max + 8),
+            intrusion: None,
+            features: Bounded::new(GATHERING_ROOM * config.features_max),
+            planes: Bounded::new(config.planes_max),
+            footprints: Bounded::new(config.features_max),
+            candidates: Bounded::new(config.candidates_max),
+            intersection_points: Bounded::new(config.intersection_points_max),
+        }
+    }
+
+    /// Bytes on the heap.
+    pub fn heap_bytes(&self) -> usize {
+        self.contact_points.heap_bytes()
+            + self.hull.capacity() * size_of::<DVec2>()
+            + self.features.heap_bytes()
+            + self.planes.heap_bytes()
+            + self.footprints.heap_bytes()
+            + self.candidates.heap_bytes()
+            + self.intersection_points.heap_bytes()
+    }
+
+    /// How often anything was left out because its list was full, since this scratch was made.
+    pub fn dropped(&self) -> u64 {
+        self.contact_points.dropped
+            + self.features.dropped
+            + self.planes.dropped
+            + self.footprints.dropped
+            + self.candidates.dropped
+            + self.intersection_points.dropped
+    }
+}
+
+/// How many times `features_max` are held while the nearest are being picked.
+const GATHERING_ROOM: usize = 4;
+
+/// A list that never grows beyond its first capacity: what does not fit is counted and dropped.
+#[derive(Debug, Clone)]
+pub(super) struct Bounded<T> {
+    items: Vec<T>,
+    count_max: usize,
+    /// How many items were dropped so far.
+    pub dropped: u64,
+}
+
+impl<T> Bounded<T> {
+    fn new(count_max: usize) -> Self {
+        Self { items: Vec::with_capacity(count_max), count_max, dropped: 0 }
+    }
+
+    /// Adds an item, or counts it as dropped.
+    pub fn push(&mut self, item: T) {
+        if self.is_full() {
+            self.dropped += 1;
+        } else {
+            self.items.push(item);
+        }
+    }
+
+    /// Whether the next push drops.
+    pub fn is_full(&self) -> bool {
+        self.items.len() == self.count_max
+    }
+
+    /// Forgets the items from this index on.
+    pub fn truncate(&mut self, count: usize) {
+        self.items.truncate(count);
+    }
+
+    fn heap_bytes(&self) -> usize {
+        self.items.capacity() * size_of::<T>()
+    }
+
+    /// Forgets the items.
+    pub fn clear(&mut self) {
+        self.items.clear();
+    }
+}
+
+impl<T> std::ops::Deref for Bounded<T> {
+    type Target = [T];
+    fn deref(&self) -> &[T] {
+        &self.items
+    }
+}
+
+impl<T> std::ops::DerefMut for Bounded<T> {
+    fn deref_mut(&mut self) -> &mut [T] {
+        &mut self.items
+    }
+}

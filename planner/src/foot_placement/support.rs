@@ -1,0 +1,223 @@
+//! What carries a sole at a given pose, exactly.
+
+use glam::{DMat3, DVec2, DVec3};
+use parry3d_f64::bounding_volume::Aabb;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
+
+use super::polygon::{area_and_centroid, clip, clip_to_outline, convex_hull, cross, distance_to, edges, inner_distance, simplify};
+use super::scratch::{Bounded, Scratch};
+use super::surfaces::{Element, Face, Round, RoundEnds, Surfaces};
+use super::{NoSupport, Support};
+
+/// A surface that only touches the outline does not stand in it: how far inside it must be, m.
+const OUTLINE_INSET: f64 = 1e-4;
+/// How far a surface that faces down must be below the sole plane not to lie on top of the ground there, m.
+const COVER_DEPTH: f64 = 1e-4;
+/// Halvings of the search for the point of a round axis nearest to the plate.
+const AXIS_SEARCH_STEPS: usize = 48;
+
+/// A sole held at a pose.
+struct HeldSole<'a> {
+    outline: &'a [DVec2],
+    world_from_sole: &'a Pose,
+    /// The rotation part of `sole_from_world`.
+    sole_from_world: DMat3,
+    normal: DVec3,
+}
+
+impl HeldSole<'_> {
+    fn in_sole(&self, point: DVec3) -> DVec3 {
+        self.sole_from_world * (point - self.world_from_sole.translation)
+    }
+
+    /// The box in the world around the outline between two heights above the sole plane.
+    fn region(&self, lowest: f64, highest: f64) -> Aabb {
+        let corner = |p: &DVec2, z: f64| *self.world_from_sole * p.extend(z);
+        let corners = self.outline.iter().flat_map(|p| [corner(p, lowest), corner(p, highest)]);
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (lower, upper) = corners.fold(start, |(lower, upper), v| (lower.min(v), upper.max(v)));
+        Aabb::new(lower, upper)
+    }
+}
+
+/// What was found near a sole so far.
+#[derive(Default)]
+struct Findings {
+    /// The highest point, in the sole frame, of a surface that stands in the outline.
+    intrusion: Option<DVec3>,
+}
+
+impl Findings {
+    fn intrude(&mut self, point: DVec3) {
+        if self.intrusion.is_none_or(|highest| point.z > highest.z) {
+            self.intrusion = Some(point);
+        }
+    }
+}
+
+impl Surfaces {
+    /// The exact support of a sole held at a pose: the hull of all places within the outline where a surface is within
+    /// `plane_distance_max` of the sole plane, aligned with it and inside the friction cone [Grey 4.1.2].
+    ///
+    /// # Errors
+    /// Why there is none. `scratch` then remembers what stood in the way.
+    pub fn support(&self, scratch: &mut Scratch, sole_polygon: &[DVec2], world_from_sole: &Pose) -> Result<Support, NoSupport> {
+        scratch.intrusion = None;
+        if !is_sole(sole_polygon) || !world_from_sole.is_finite() {
+            return Err(NoSupport::InvalidSole);
+        }
+        let rotation = DMat3::from_quat(world_from_sole.rotation);
+        let sole = HeldSole { outline: sole_polygon, world_from_sole, sole_from_world: rotation.transpose(), normal: rotation.z_axis };
+        if !self.is_flat_enough(sole.normal) {
+            return Err(NoSupport::TooSteep);
+        }
+        let findings = self.examine(scratch, &sole)?;
+        if let Some(point) = findings.intrusion {
+            scratch.intrusion = Some(*world_from_sole * point);
+            return Err(NoSupport::Penetrates);
+        }
+        if scratch.contact_points.is_empty() {
+            return Err(NoSupport::NothingBelow);
+        }
+        self.judge_contacts(scratch)
+    }
+
+    /// Collects contact points and intrusions.
+    fn examine(&self, scratch: &mut Scratch, sole: &HeldSole) -> Result<Findings, NoSupport> {
+        scratch.contact_points.clear();
+        let mut findings = Findings::default();
+        let region = sole.region(-self.config.plane_distance_max, self.config.plate_height);
+        for (count, id) in self.elements_in(&region).enumerate() {
+            if count >= self.config.support_elements_max {
+                return Err(NoSupport::TooManyElements);
+            }
+            match self.element(id) {
+                Element::Face(face, vertices) => self.examine_face(scratch, sole, &mut findings, face, vertices),
+                Element::Round(round) => self.examine_round(scratch, sole, &mut findings, round),
+            }
+        }
+        Ok(findings)
+    }
+
+    fn examine_face(&self, scratch: &mut Scratch, sole: &HeldSole, findings: &mut Findings, face: &Face, vertices: &[DVec3]) {
+        let tolerance = self.config.plane_distance_max;
+        let buffer = &mut scratch.clip;
+        buffer.polygon.clear();
+        buffer.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
+        let (lowest, highest) = height_range(&buffer.polygon);
+        if highest < -tolerance || lowest > self.config.plate_height {
+            return;
+        }
+        clip_to_outline(buffer, sole.outline, 0.0);
+        let alignment = face.normal.dot(sole.normal);
+        let (lowest, highest) = height_range(&buffer.polygon);
+        let obstructs_above = if alignment < -0.5 { -COVER_DEPTH } else { tolerance };
+        if highest > obstructs_above && lowest < self.config.plate_height {
+            clip_to_outline(buffer, sole.outline, OUTLINE_INSET);
+            clip(&mut buffer.polygon, &mut buffer.spare, |p| self.config.plate_height - p.z);
+            buffer.polygon.iter().filter(|p| p.z > obstructs_above).for_each(|p| findings.intrude(*p));
+        }
+        if alignment >= self.aligned_cos && self.is_flat_enough(face.normal) {
+            clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
+            clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
+            for i in 0..scratch.clip.polygon.len() {
+                add_contact(&mut scratch.contact_points, &mut scratch.hull, scratch.clip.polygon[i].truncate());
+            }
+        }
+    }
+
+    fn examine_round(&self, scratch: &mut Scratch, sole: &HeldSole, findings: &mut Findings, round: &Round) {
+        let tolerance = self.config.plane_distance_max;
+        let (a, b) = (sole.in_sole(round.a), sole.in_sole(round.b));
+        if a.z.max(b.z) + round.radius < -tolerance {
+            return;
+        }
+        if round.ends == RoundEnds::Ball {
+            if let Some(point) = self.intrusion_of_round(sole, round, a, b) {
+                findings.intrude(point);
+            }
+            for end in [a, b] {
+                let point = end + DVec3::Z * round.radius;
+                if point.z.abs() <= tolerance && inner_distance(sole.outline, point.truncate()) >= 0.0 {
+                    add_contact(&mut scratch.contact_points, &mut scratch.hull, point.truncate());
+                }
+            }
+        }
+        let Some(side_normal) = round.side_normal(sole.normal) else { return };
+        if side_normal.dot(sole.normal) < self.aligned_cos || !self.is_flat_enough(side_normal) {
+            return;
+        }
+        let offset = sole.sole_from_world * side_normal * round.radius;
+        let buffer = &mut scratch.clip;
+        buffer.polygon.clear();
+        buffer.polygon.extend([a + offset, b + offset]);
+        clip_to_outline(buffer, sole.outline, 0.0);
+        clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
+        clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
+        for i in 0..scratch.clip.polygon.len() {
+            add_contact(&mut scratch.contact_points, &mut scratch.hull, scratch.clip.polygon[i].truncate());
+        }
+    }
+
+    /// Where a capsule or ball with the axis `a b` (sole frame) stands in the plate above the sole, if it does.
+    fn intrusion_of_round(&self, sole: &HeldSole, round: &Round, a: DVec3, b: DVec3) -> Option<DVec3> {
+        let (low, high) = (self.config.plane_distance_max, self.config.plate_height);
+        let distance = |t: f64| {
+            let p = a + (b - a) * t;
+            let aside = distance_to(sole.outline, p.truncate());
+            let above = (low - p.z).max(p.z - high).max(0.0);
+            (aside * aside + above * above).sqrt()
+        };
+        let (mut from, mut to) = (0.0, 1.0);
+        for _ in 0..AXIS_SEARCH_STEPS {
+            let (third, two_thirds) = (from + (to - from) / 3.0, to - (to - from) / 3.0);
+            if distance(third) <= distance(two_thirds) { to = two_thirds } else { from = third }
+        }
+        let nearest = 0.5 * (from + to);
+        let point = a + (b - a) * nearest;
+        (distance(nearest) < round.radius - OUTLINE_INSET).then(|| point.truncate().extend((point.z + round.radius).min(high)))
+    }
+
+    /// The support that the collected contact points make.
+    fn judge_contacts(&self, scratch: &mut Scratch) -> Result<Support, NoSupport> {
+        convex_hull(&mut scratch.contact_points, &mut scratch.hull);
+        simplify(&mut scratch.hull, POLYGON_VERTICES_MAX);
+        let (area, centroid) = area_and_centroid(&scratch.hull);
+        if area < self.config.support_area_min {
+            return Err(NoSupport::AreaTooSmall);
+        }
+        let edge_distance = inner_distance(&scratch.hull, centroid);
+        if edge_distance < self.config.centroid_edge_distance_min {
+            return Err(NoSupport::CentroidNearEdge);
+        }
+        Ok(Support { polygon: scratch.hull.iter().copied().collect(), area, edge_distance })
+    }
+}
+
+/// Whether a polygon is convex, counter-clockwise, and of a size that fits.
+fn is_sole(polygon: &[DVec2]) -> bool {
+    let n = polygon.len();
+    let turns_left = |i: usize| cross(polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]) >= -1e-12;
+    (3..=POLYGON_VERTICES_MAX).contains(&n)
+        && polygon.iter().all(|p| p.is_finite())
+        && (0..n).all(turns_left)
+        && edges(polygon).map(|(a, b)| a.perp_dot(b)).sum::<f64>() > 0.0
+}
+
+/// The lowest and the highest of some points; an empty range (infinity, minus infinity) of none.
+fn height_range(points: &[DVec3]) -> (f64, f64) {
+    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p.z), high.max(p.z)))
+}
+
+/// Keeps a contact point; a full list is first reduced to its hull, which loses nothing.
+fn add_contact(points: &mut Bounded<DVec2>, hull: &mut Vec<DVec2>, point: DVec2) {
+    if points.is_full() {
+        convex_hull(points, hull);
+        points.clear();
+        for &corner in hull.iter() {
+            points.push(corner);
+        }
+    }
+    points.push(point);
+}

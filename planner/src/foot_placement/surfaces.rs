@@ -1,0 +1,200 @@
+//! The compiled world: flat faces and round lines, with a bounding volume hierarchy over both.
+
+use glam::{DVec2, DVec3};
+use parry3d_f64::bounding_volume::Aabb;
+use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use surefoot_shared_types::scene::World;
+
+use super::{FootPlacementConfig, SurfacesError, build};
+
+/// Most vertices of a face; larger outlines are split or approximated from inside.
+pub(super) const FACE_VERTICES_MAX: usize = 64;
+
+/// A planar convex piece of the boundary of a shape.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Face {
+    /// Outward unit normal.
+    pub normal: DVec3,
+    /// `normal . p` of its points, m.
+    pub offset: f64,
+    /// The first of its vertices in [`Surfaces::vertices`].
+    pub first: u32,
+    /// How many vertices it has, at most [`FACE_VERTICES_MAX`].
+    pub count: u32,
+}
+
+/// How a round shape ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum RoundEnds {
+    /// A cylinder: the flat caps and the side are also faces, for collision.
+    Flat,
+    /// A capsule or a ball.
+    Ball,
+}
+
+/// The side of a cylinder, a capsule, or a ball (`a == b`).
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Round {
+    /// One end of the axis.
+    pub a: DVec3,
+    /// The other end.
+    pub b: DVec3,
+    /// The radius, m.
+    pub radius: f64,
+    /// Its ends.
+    pub ends: RoundEnds,
+}
+
+impl Round {
+    /// The axis direction, or `None` for a ball.
+    pub fn direction(&self) -> Option<DVec3> {
+        (self.b - self.a).try_normalize()
+    }
+
+    /// The unit normal of the side nearest to `normal`, or `None` where the axis is along it.
+    pub fn side_normal(&self, normal: DVec3) -> Option<DVec3> {
+        match self.direction() {
+            None => Some(normal),
+            Some(d) => (normal - d * normal.dot(d)).try_normalize(),
+        }
+    }
+}
+
+/// One element of the compiled world.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Element<'a> {
+    /// A face and its vertices, counter-clockwise seen from outside.
+    Face(&'a Face, &'a [DVec3]),
+    /// A round side.
+    Round(&'a Round),
+}
+
+/// Everything that a sole can rest on or bump into, compiled once from a world.
+#[derive(Debug, Clone)]
+pub struct Surfaces {
+    pub(super) config: FootPlacementConfig,
+    pub(super) faces: Vec<Face>,
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) rounds: Vec<Round>,
+    bvh: Bvh,
+    /// The cosine of the steepest tilt of a carrying surface.
+    pub(super) steepest_cos: f64,
+    /// The cosine of the largest angle between the normals of a sole and of what carries it.
+    pub(super) aligned_cos: f64,
+}
+
+impl Surfaces {
+    /// Compiles a world. Allocates; nothing after it does.
+    ///
+    /// # Errors
+    /// A parameter out of range, or a shape without volume (named).
+    pub fn new(world: &World, config: FootPlacementConfig) -> Result<Self, SurfacesError> {
+        config.validate()?;
+        let parts = build::parts_of(world)?;
+        let steepest = (libm::atan(world.mu) - config.friction_margin).max(0.0);
+        let aligned_cos = libm::cos(config.normal_tilt_max);
+        let mut surfaces = Self {
+            config,
+            faces: parts.faces,
+            vertices: parts.vertices,
+            rounds: parts.rounds,
+            bvh: Bvh::new(),
+            steepest_cos: libm::cos(steepest) - 1e-12,
+            aligned_cos,
+        };
+        let boxes: Vec<Aabb> = (0..surfaces.element_count()).map(|id| surfaces.element_box(id)).collect();
+        surfaces.bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
+        Ok(surfaces)
+    }
+
+    /// The parameters it was compiled with.
+    pub fn config(&self) -> &FootPlacementConfig {
+        &self.config
+    }
+
+    /// How many faces and round sides it holds.
+    pub fn element_count(&self) -> u32 {
+        (self.faces.len() + self.rounds.len()) as u32
+    }
+
+    /// Bytes on the heap.
+    pub fn heap_bytes(&self) -> usize {
+        size_of_val(self.faces.as_slice())
+            + size_of_val(self.vertices.as_slice())
+            + size_of_val(self.rounds.as_slice())
+            + self.bvh.heap_memory_size()
+    }
+
+    /// The element with this number.
+    pub(super) fn element(&self, id: u32) -> Element<'_> {
+        match self.faces.get(id as usize) {
+            Some(face) => Element::Face(face, self.face_vertices(face)),
+            None => Element::Round(&self.rounds[id as usize - self.faces.len()]),
+        }
+    }
+
+    /// The elements whose boxes meet the box from `lower` to `upper`, in a fixed order.
+    pub(super) fn elements_in<'a>(&'a self, region: &'a Aabb) -> impl Iterator<Item = u32> + 'a {
+        self.bvh.intersect_aabb(region)
+    }
+
+    /// Whether a surface with this normal may carry.
+    pub(super) fn is_flat_enough(&self, normal: DVec3) -> bool {
+        normal.z >= self.steepest_cos
+    }
+
+    /// Whether some part of the element may carry a sole.
+    pub(super) fn may_carry(&self, id: u32) -> bool {
+        match self.element(id) {
+            Element::Face(face, _) => self.is_flat_enough(face.normal),
+            Element::Round(round) => round.side_normal(DVec3::Z).is_some_and(|n| self.is_flat_enough(n)),
+        }
+    }
+
+    /// The horizontal distance from a point to the outline of an element seen from above, and the height of the element
+    /// there, m.
+    pub(super) fn distance_and_height(&self, id: u32, from: DVec2) -> (f64, f64) {
+        match self.element(id) {
+            Element::Face(face, vertices) => {
+                let near = nearest_on_outline(vertices, from);
+                let height = (face.offset - face.normal.x * near.x - face.normal.y * near.y) / face.normal.z.max(1e-6);
+                ((near - from).length(), height)
+            }
+            Element::Round(round) => {
+                let (a, b) = (round.a.truncate(), round.b.truncate());
+                let near = super::polygon::closest_on_segment(a, b, from);
+                let length = (b - a).length();
+                let share = if length < 1e-12 { 0.0 } else { (near - a).length() / length };
+                ((near - from).length(), round.a.z + share * (round.b.z - round.a.z) + round.radius)
+            }
+        }
+    }
+
+    fn face_vertices(&self, face: &Face) -> &[DVec3] {
+        &self.vertices[face.first as usize..(face.first + face.count) as usize]
+    }
+
+    fn element_box(&self, id: u32) -> Aabb {
+        match self.element(id) {
+            Element::Face(_, vertices) => {
+                let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+                let (lower, upper) = vertices.iter().fold(start, |(lower, upper), &v| (lower.min(v), upper.max(v)));
+                Aabb::new(lower, upper)
+            }
+            Element::Round(round) => {
+                let reach = DVec3::splat(round.radius);
+                Aabb::new(round.a.min(round.b) - reach, round.a.max(round.b) + reach)
+            }
+        }
+    }
+}
+
+/// The point nearest to `from` of an upward face seen from above.
+fn nearest_on_outline(vertices: &[DVec3], from: DVec2) -> DVec2 {
+    let sides = || (0..vertices.len()).map(|i| (vertices[i].truncate(), vertices[(i + 1) % vertices.len()].truncate()));
+    if sides().all(|(a, b)| (b - a).perp_dot(from - a) >= 0.0) {
+        return from;
+    }
+    let near = sides().map(|(a, b)| super::polygon::closest_on_segment(a, b, from));
+    near.min_by(|p, q| p.distance_squared(from).total_cmp(&q.distance_squared(from))).unwrap_or(from)
+}

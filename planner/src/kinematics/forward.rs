@@ -1,0 +1,83 @@
+//! Forward kinematics of the whole tree and its centre of mass.
+
+use glam::{DQuat, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::{JointKind, RobotModel};
+use surefoot_shared_types::spatial::rotation_about;
+
+/// The robot's tree, compiled for forward kinematics.
+#[derive(Debug, Clone)]
+pub struct Kinematics {
+    links: Vec<LinkNode>,
+    mass: f64,
+}
+
+#[derive(Debug, Clone)]
+struct LinkNode {
+    parent: usize,
+    parent_from_joint: Pose,
+    motion: Motion,
+    mass: f64,
+    com: DVec3,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Motion {
+    Fixed,
+    Turn { joint: usize, axis: DVec3 },
+    Slide { joint: usize, axis: DVec3 },
+}
+
+impl Kinematics {
+    /// Compiles a robot.
+    pub fn new(model: &RobotModel) -> Self {
+        let links = model.links.iter().map(|link| {
+            let (parent, parent_from_joint, joint) =
+                link.parent.as_ref().map_or((0, Pose::IDENTITY, None), |at| (at.parent, at.parent_from_joint, at.joint));
+            let motion = joint.map_or(Motion::Fixed, |joint| {
+                let axis = model.joints[joint].axis;
+                match model.joints[joint].kind {
+                    JointKind::Revolute => Motion::Turn { joint, axis },
+                    JointKind::Prismatic => Motion::Slide { joint, axis },
+                }
+            });
+            LinkNode { parent, parent_from_joint, motion, mass: link.mass, com: link.com }
+        });
+        Self { links: links.collect(), mass: model.mass() }
+    }
+
+    /// The number of links.
+    pub fn links_len(&self) -> usize {
+        self.links.len()
+    }
+
+    /// Total mass, kg.
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Writes every link's pose. `q` has one entry per joint, `world_from_links` one per link.
+    pub fn forward(&self, world_from_root: &Pose, q: &[f64], world_from_links: &mut [Pose]) {
+        world_from_links[0] = *world_from_root;
+        for (index, link) in self.links.iter().enumerate().skip(1) {
+            let world_from_joint = world_from_links[link.parent] * link.parent_from_joint;
+            world_from_links[index] = world_from_joint * link.motion.pose(q);
+        }
+    }
+
+    /// The centre of mass in the world.
+    pub fn center_of_mass(&self, world_from_links: &[Pose]) -> DVec3 {
+        let moment = self.links.iter().zip(world_from_links).map(|(link, pose)| (*pose * link.com) * link.mass);
+        moment.sum::<DVec3>() / self.mass
+    }
+}
+
+impl Motion {
+    fn pose(self, q: &[f64]) -> Pose {
+        match self {
+            Self::Fixed => Pose::IDENTITY,
+            Self::Turn { joint, axis } => Pose::from_parts(DVec3::ZERO, rotation_about(axis, q[joint])),
+            Self::Slide { joint, axis } => Pose::from_parts(axis * q[joint], DQuat::IDENTITY),
+        }
+    }
+}

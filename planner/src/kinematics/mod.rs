@@ -1,0 +1,10 @@
+//! Forward kinematics of the whole tree, and inverse kinematics of a leg: closed-form where the leg's axes meet as they
+//! must, a bounded Newton iteration otherwise.
+
+pub mod closed_form;
+pub mod forward;
+pub mod leg;
+pub mod newton;
+
+pub use forward::Kinematics;
+pub use leg::Leg;

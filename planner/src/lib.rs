@@ -1,0 +1,23 @@
+//! A bounded, deterministic planner of whole-body, quasi-static walks (Randomized Possibility Graph).
+//!
+//! [`rpg`] shows the whole search; read it first.
+
+pub mod body;
+pub mod channel;
+pub mod chunking;
+pub mod collision;
+pub mod constraint;
+pub mod ends;
+pub mod foot_placement;
+pub mod guide;
+pub mod kinematics;
+pub mod motion;
+pub mod outcome;
+pub mod random;
+pub mod region;
+pub mod rpg;
+pub mod seeding;
+pub mod statics;
+
+pub use outcome::{Outcome, Status};
+pub use rpg::{Planner, PlannerError};

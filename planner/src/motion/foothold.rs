@@ -1,0 +1,56 @@
+//! A foot placement in the graph, and the modes it makes.
+
+use glam::DVec2;
+use heapless::Vec as BoundedVec;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::SupportMode;
+use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
+
+use crate::constraint::Mode;
+use crate::region::Region;
+
+/// A place where a foot can stand.
+#[derive(Debug, Clone)]
+pub struct Foothold {
+    /// Which foot.
+    pub limb: usize,
+    /// The sole's pose in the world.
+    pub world_from_sole: Pose,
+    /// The supported part of the sole, in the sole frame.
+    pub support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
+    /// The supported part of the sole in world x and y.
+    pub region: Region,
+}
+
+impl Foothold {
+    /// A placement with its support polygon (sole frame).
+    pub fn new(limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
+        let region = Region::hull(support.iter().map(|v| (world_from_sole * v.extend(0.0)).truncate()));
+        Self { limb, world_from_sole, support, region }
+    }
+
+    /// The distance between two placements' sole frames, D(T) of the transition between them [Grey 4.4.2], m.
+    pub fn distance(&self, other: &Self) -> f64 {
+        self.world_from_sole.translation.distance(other.world_from_sole.translation)
+    }
+}
+
+/// The mode in which `stance` alone carries the robot.
+pub fn single_mode(stance: &Foothold) -> Mode {
+    let support = if stance.limb == 0 { SupportMode::Left } else { SupportMode::Right };
+    let mut regions = [Region::default(), Region::default()];
+    regions[stance.limb] = stance.region.clone();
+    Mode { support, world_from_soles: [stance.world_from_sole; 2], regions, region: stance.region.clone() }
+}
+
+/// The mode in which both feet carry the robot; the placements may come in either order.
+pub fn double_mode(a: &Foothold, b: &Foothold) -> Mode {
+    let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
+    let vertices = left.region.vertices().iter().chain(right.region.vertices()).copied();
+    Mode {
+        support: SupportMode::Double,
+        world_from_soles: [left.world_from_sole, right.world_from_sole],
+        regions: [left.region.clone(), right.region.clone()],
+        region: Region::hull(vertices),
+    }
+}

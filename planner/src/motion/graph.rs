@@ -1,0 +1,172 @@
+//! The graph of modes and transitions [Grey 4.4.2].
+//!
+//! A transition `(a | b)` is "all weight on placement a, placement b touched". Its twin `(b | a)` lies at the other end of
+//! the double-support mode of the two. From `(a | b)` the robot goes on to the twin (double support), or swings its free
+//! foot to another placement: `(a | c)` (single support on a).
+
+use crate::body::Configuration;
+use crate::motion::foothold::Foothold;
+
+/// Index of a foot placement.
+pub type FootholdId = u32;
+/// Index of a transition; the twin's is its last bit flipped.
+pub type TransitionId = u32;
+
+/// Stands for the standing configuration at the start, before the first transition.
+pub const START: TransitionId = TransitionId::MAX;
+/// Stands for the standing configuration at the goal, after the last transition.
+pub const GOAL: TransitionId = TransitionId::MAX - 1;
+
+/// Which arena of the graph is full.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ArenaFull {
+    /// `footholds_max`.
+    Footholds,
+    /// `transitions_max`.
+    Transitions,
+    /// `edges_max`.
+    Edges,
+    /// `waypoints_max`.
+    Waypoints,
+}
+
+/// A transition of the graph.
+#[derive(Debug, Clone)]
+pub struct Transition {
+    /// The placement that carries the robot.
+    pub stance: FootholdId,
+    /// The placement that is touched.
+    pub other: FootholdId,
+    /// D(T): the distance between the two placements, m.
+    pub distance: f64,
+    /// S(T): one more than the failed attempts to sample it.
+    pub attempts: u32,
+    /// Q(T): a configuration that was found.
+    pub configuration: Option<Configuration>,
+    next_of_stance: Option<TransitionId>,
+}
+
+impl Transition {
+    /// C(T) of a transition that no single-mode search uses [Grey 4.4.2].
+    pub fn cost(&self) -> f64 {
+        if self.configuration.is_some() { 0.0 } else { f64::from(self.attempts) * self.distance * self.distance * self.distance }
+    }
+}
+
+/// The arenas of the graph, allocated once.
+#[derive(Debug)]
+pub struct Graph {
+    footholds: Vec<Foothold>,
+    first_of_stance: Vec<Option<TransitionId>>,
+    transitions: Vec<Transition>,
+    connected: FootholdId,
+}
+
+/// Two placements of one foot closer than this are one, m.
+const SAME_PLACE: f64 = 0.01;
+/// Two placements of one foot turned less than this against each other are one, as the sine of half the angle.
+const SAME_TURN: f64 = 0.02;
+
+impl Graph {
+    /// Empty arenas of these capacities.
+    pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
+        Self {
+            footholds: Vec::with_capacity(footholds_max),
+            first_of_stance: Vec::with_capacity(footholds_max),
+            transitions: Vec::with_capacity(transitions_max),
+            connected: 0,
+        }
+    }
+
+    /// The placements.
+    pub fn footholds(&self) -> &[Foothold] {
+        &self.footholds
+    }
+
+    /// The transitions.
+    pub fn transitions(&self) -> &[Transition] {
+        &self.transitions
+    }
+
+    /// A transition to change.
+    pub fn transition_mut(&mut self, id: TransitionId) -> &mut Transition {
+        &mut self.transitions[id as usize]
+    }
+
+    /// A transition's two placements: stance, other.
+    pub fn pair(&self, id: TransitionId) -> (&Foothold, &Foothold) {
+        let transition = &self.transitions[id as usize];
+        (&self.footholds[transition.stance as usize], &self.footholds[transition.other as usize])
+    }
+
+    /// The transition at the other end of the double-support mode.
+    pub fn twin(id: TransitionId) -> TransitionId {
+        id ^ 1
+    }
+
+    /// The transitions whose stance is a placement, newest first.
+    pub fn from_stance(&self, stance: FootholdId) -> impl Iterator<Item = TransitionId> + '_ {
+        let next = |id: &TransitionId| self.transitions[*id as usize].next_of_stance;
+        std::iter::successors(self.first_of_stance[stance as usize], next)
+    }
+
+    /// The transition `(stance | other)`, if the graph has it.
+    pub fn find(&self, stance: FootholdId, other: FootholdId) -> Option<TransitionId> {
+        self.from_stance(stance).find(|&id| self.transitions[id as usize].other == other)
+    }
+
+    /// The placement of the same foot that is all but this one, if there is one.
+    pub fn same(&self, foothold: &Foothold) -> Option<FootholdId> {
+        let is_same = |known: &Foothold| {
+            let turn = known.world_from_sole.rotation.conjugate() * foothold.world_from_sole.rotation;
+            known.limb == foothold.limb && known.distance(foothold) < SAME_PLACE && turn.xyz().length() < SAME_TURN
+        };
+        self.footholds.iter().position(is_same).map(|index| index as FootholdId)
+    }
+
+    /// Adds a placement.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn add_foothold(&mut self, foothold: Foothold) -> Result<FootholdId, ArenaFull> {
+        if self.footholds.len() == self.footholds.capacity() {
+            return Err(ArenaFull::Footholds);
+        }
+        self.footholds.push(foothold);
+        self.first_of_stance.push(None);
+        Ok((self.footholds.len() - 1) as FootholdId)
+    }
+
+    /// Adds the two transitions between placements of different feet.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn connect(&mut self, a: FootholdId, b: FootholdId) -> Result<(), ArenaFull> {
+        if self.transitions.len() + 2 > self.transitions.capacity() {
+            return Err(ArenaFull::Transitions);
+        }
+        let distance = self.footholds[a as usize].distance(&self.footholds[b as usize]);
+        for (stance, other) in [(a, b), (b, a)] {
+            let id = self.transitions.len() as TransitionId;
+            let next_of_stance = self.first_of_stance[stance as usize].replace(id);
+            self.transitions.push(Transition { stance, other, distance, attempts: 1, configuration: None, next_of_stance });
+        }
+        Ok(())
+    }
+
+    /// The first placement that was not yet connected to those before it.
+    pub fn connected(&self) -> FootholdId {
+        self.connected
+    }
+
+    /// Notes that all placements up to this one are connected.
+    pub fn mark_connected(&mut self, foothold: FootholdId) {
+        self.connected = foothold + 1;
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.footholds.capacity() * (size_of::<Foothold>() + size_of::<Option<TransitionId>>())
+            + self.transitions.capacity() * size_of::<Transition>()
+    }
+}

@@ -1,0 +1,13 @@
+//! Stage M: whole-body motions over modes and transitions [Grey 4.4].
+
+pub mod edges;
+pub mod foothold;
+pub mod graph;
+pub mod heap;
+pub mod roadmap;
+pub mod sequence;
+pub mod single_mode;
+pub mod track;
+pub mod transition;
+pub mod tree;
+pub mod workspace;

@@ -1,0 +1,298 @@
+//! Gamma_M: all that stage M has found [Grey 3.2, 4.4], and the rounds that add to it.
+//!
+//! A round hands one search to each workspace, runs them side by side and merges the results in order; the partition
+//! depends on nothing but the sequence, so the number of threads cannot matter.
+
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use surefoot_shared_types::message::SupportMode;
+
+use crate::body::Configuration;
+use crate::chunking::ChunkBuilder;
+use crate::constraint::{Constraints, Mode, Rejection};
+use crate::ends::End;
+use crate::motion::edges::{EdgeRecord, EdgeTable};
+use crate::motion::foothold::{Foothold, double_mode, single_mode};
+use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId};
+use crate::motion::single_mode::{self, Problem};
+use crate::motion::track::State;
+use crate::motion::transition::{self, TransitionPair};
+use crate::motion::workspace::Workspace;
+
+/// Searches that run side by side in one round.
+const WORKSPACES: usize = 16;
+/// Most waypoints of one single-mode motion.
+const TRACK_MAX: usize = 1024;
+/// Most nodes of one tree.
+const TREE_NODES_MAX: usize = 1536;
+/// Attempts at one transition in one round.
+const ATTEMPTS_PER_ROUND: u32 = 24;
+
+/// What all searches read.
+#[derive(Debug)]
+pub struct Shared {
+    /// The conditions.
+    pub constraints: Constraints,
+    /// The threads.
+    pub pool: ThreadPool,
+    /// The seed of all streams.
+    pub seed: u64,
+}
+
+/// The roadmap and the memory of its searches, allocated once.
+#[derive(Debug)]
+pub struct Roadmap {
+    /// Modes and transitions.
+    pub graph: Graph,
+    /// What is known of the motions between transitions.
+    pub edges: EdgeTable,
+    waypoints: Vec<Configuration>,
+    workspaces: Vec<Workspace>,
+}
+
+/// What a round did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct RoundTally {
+    /// Where the next round goes on in the sequence.
+    pub next: usize,
+    /// Searches that failed.
+    pub failures: u32,
+    /// Searches that found something.
+    pub found: u32,
+    /// Work units spent.
+    pub work: u64,
+    /// What was turned down.
+    pub rejections: [u64; Rejection::COUNT],
+}
+
+/// One search of a round.
+#[derive(Debug)]
+enum Outcome {
+    Idle,
+    Transition { id: TransitionId, failed_attempts: u32, found: Option<Configuration> },
+    Motion { from: TransitionId, to: TransitionId, failures: u32, found: bool },
+}
+
+/// A pair of neighbours in the sequence, ends included.
+#[derive(Debug, Clone, Copy)]
+struct Hop {
+    from: TransitionId,
+    to: TransitionId,
+}
+
+impl Roadmap {
+    /// Arenas of these capacities.
+    pub fn new(footholds_max: usize, transitions_max: usize, waypoints_max: usize) -> Self {
+        Self {
+            graph: Graph::new(footholds_max, transitions_max),
+            edges: EdgeTable::new(transitions_max),
+            waypoints: Vec::with_capacity(waypoints_max),
+            workspaces: (0..WORKSPACES).map(|_| Workspace::new(TRACK_MAX, TREE_NODES_MAX)).collect(),
+        }
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.graph.bytes()
+            + self.edges.bytes()
+            + self.waypoints.capacity() * size_of::<Configuration>()
+            + self.workspaces.iter().map(Workspace::bytes).sum::<usize>()
+    }
+
+    /// Samples configurations for the next transitions of the sequence that have none, from `next` on.
+    pub fn sample_transitions(&mut self, shared: &Shared, sequence: &[TransitionId], next: usize) -> RoundTally {
+        let mut batch: heapless::Vec<TransitionId, WORKSPACES> = heapless::Vec::new();
+        let mut tally = RoundTally { next, ..RoundTally::default() };
+        for &id in &sequence[next..] {
+            let wanted = self.graph.transitions()[id as usize].configuration.is_none() && !batch.contains(&id);
+            if wanted && batch.push(id).is_err() {
+                break;
+            }
+            tally.next += 1;
+        }
+        let graph = &self.graph;
+        let outcomes = run(shared, &mut self.workspaces, batch.len(), |index, workspace| {
+            sample_transition(shared, graph, batch[index], workspace)
+        });
+        for outcome in outcomes {
+            if let Outcome::Transition { id, failed_attempts, found } = outcome {
+                let transition = self.graph.transition_mut(id);
+                transition.attempts += failed_attempts;
+                transition.configuration = found;
+                tally.count(found.is_some());
+            }
+        }
+        self.collect(&mut tally);
+        tally
+    }
+
+    /// Plans the next motions of the sequence that are missing, from hop `next` on (hop 0 leads from the start to the first
+    /// transition, the last one from the last transition to the goal).
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn plan_motions(
+        &mut self,
+        shared: &Shared,
+        ends: &[End; 2],
+        sequence: &[TransitionId],
+        next: usize,
+    ) -> Result<RoundTally, ArenaFull> {
+        let mut batch: heapless::Vec<Hop, WORKSPACES> = heapless::Vec::new();
+        let mut tally = RoundTally { next, ..RoundTally::default() };
+        for hop in (next..=sequence.len()).map(|index| hop(sequence, index)) {
+            if self.edges.get(hop.from, hop.to).motion.is_none() && batch.push(hop).is_err() {
+                break;
+            }
+            tally.next += 1;
+        }
+        let (graph, edges) = (&self.graph, &self.edges);
+        let outcomes = run(shared, &mut self.workspaces, batch.len(), |index, workspace| {
+            plan_motion(shared, graph, edges, ends, batch[index], workspace)
+        });
+        for (index, outcome) in outcomes.into_iter().enumerate() {
+            if let Outcome::Motion { from, to, failures, found } = outcome {
+                let motion = if found { Some(self.store(index)?) } else { None };
+                let failures = if found { failures } else { failures + 1 };
+                self.edges.set(from, to, EdgeRecord { failures, motion })?;
+                tally.count(found);
+            }
+        }
+        self.collect(&mut tally);
+        Ok(tally)
+    }
+
+    /// Hands the motions of a complete sequence to the chunk builder.
+    ///
+    /// # Errors
+    /// The chunk arena is full.
+    pub fn assemble(&self, ends: &[End; 2], sequence: &[TransitionId], chunks: &mut ChunkBuilder) -> Result<(), ArenaFull> {
+        for index in 0..=sequence.len() {
+            let hop = hop(sequence, index);
+            let Some((first, count)) = self.edges.get(hop.from, hop.to).motion else { continue };
+            let track = &self.waypoints[first as usize..(first + count) as usize];
+            let from = state(&self.graph, ends, hop.from);
+            let (support, stance) = self.stance(hop);
+            chunks.append(support, &stance, &from.configuration, track)?;
+        }
+        Ok(())
+    }
+
+    fn store(&mut self, workspace: usize) -> Result<(u32, u32), ArenaFull> {
+        let track = &self.workspaces[workspace].track;
+        if self.waypoints.len() + track.len() > self.waypoints.capacity() {
+            return Err(ArenaFull::Waypoints);
+        }
+        let first = self.waypoints.len() as u32;
+        self.waypoints.extend_from_slice(track);
+        Ok((first, track.len() as u32))
+    }
+
+    fn collect(&mut self, tally: &mut RoundTally) {
+        tally.work += 1;
+        for workspace in &mut self.workspaces {
+            tally.work += std::mem::take(&mut workspace.work);
+            for (total, count) in tally.rejections.iter_mut().zip(&mut workspace.rejections) {
+                *total += std::mem::take(count);
+            }
+        }
+    }
+
+    fn stance(&self, hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
+        let mut stance = heapless::Vec::new();
+        let (mode, placements) = mode(&self.graph, hop);
+        let limbs = (0..2).filter(|&limb| mode.stands(limb));
+        stance.extend(limbs.filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb)));
+        (mode.support, stance)
+    }
+}
+
+impl RoundTally {
+    fn count(&mut self, found: bool) {
+        if found { self.found += 1 } else { self.failures += 1 }
+    }
+}
+
+/// Runs `search` for each index below `count`, each in a workspace of its own, and answers the outcomes in order.
+fn run(
+    shared: &Shared,
+    workspaces: &mut [Workspace],
+    count: usize,
+    search: impl Fn(usize, &mut Workspace) -> Outcome + Sync,
+) -> [Outcome; WORKSPACES] {
+    let mut outcomes = [const { Outcome::Idle }; WORKSPACES];
+    if count > 0 {
+        shared.pool.install(|| {
+            let slots = workspaces.par_iter_mut().zip(outcomes.par_iter_mut()).enumerate().with_max_len(1);
+            slots.take(count).for_each(|(index, (workspace, outcome))| *outcome = search(index, workspace));
+        });
+    }
+    outcomes
+}
+
+fn sample_transition(shared: &Shared, graph: &Graph, id: TransitionId, workspace: &mut Workspace) -> Outcome {
+    let (stance, other) = graph.pair(id);
+    let mode = single_mode(stance);
+    let before = graph.transitions()[id as usize].attempts - 1;
+    for attempt in before..before + ATTEMPTS_PER_ROUND {
+        let pair = TransitionPair { stance, other };
+        let mut work = 0;
+        let sampled =
+            transition::sample(&shared.constraints, &mode, pair, (shared.seed, u64::from(id)), u64::from(attempt), &mut work);
+        workspace.work += work;
+        match sampled {
+            Ok(found) => return Outcome::Transition { id, failed_attempts: attempt - before, found: Some(found) },
+            Err(rejection) => workspace.count(rejection),
+        }
+    }
+    Outcome::Transition { id, failed_attempts: ATTEMPTS_PER_ROUND, found: None }
+}
+
+fn plan_motion(
+    shared: &Shared,
+    graph: &Graph,
+    edges: &EdgeTable,
+    ends: &[End; 2],
+    hop: Hop,
+    workspace: &mut Workspace,
+) -> Outcome {
+    let failures = edges.get(hop.from, hop.to).failures;
+    let problem = Problem {
+        mode: mode(graph, hop).0,
+        from: state(graph, ends, hop.from),
+        to: state(graph, ends, hop.to),
+        random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
+        failures,
+    };
+    let found = single_mode::solve(&shared.constraints, &problem, workspace).is_ok();
+    Outcome::Motion { from: hop.from, to: hop.to, failures, found }
+}
+
+/// Hop `index` of a sequence.
+fn hop(sequence: &[TransitionId], index: usize) -> Hop {
+    let from = if index == 0 { START } else { sequence[index - 1] };
+    let to = sequence.get(index).copied().unwrap_or(GOAL);
+    Hop { from, to }
+}
+
+/// The mode of a hop, and the placements that it touches.
+fn mode(graph: &Graph, hop: Hop) -> (Mode, [&Foothold; 2]) {
+    let known = if hop.from == START { hop.to } else { hop.from };
+    let (stance, other) = graph.pair(known);
+    let is_double = hop.from == START || hop.to == GOAL || hop.to == Graph::twin(hop.from);
+    let mode = if is_double { double_mode(stance, other) } else { single_mode(stance) };
+    (mode, [stance, other])
+}
+
+fn state(graph: &Graph, ends: &[End; 2], id: TransitionId) -> State {
+    match id {
+        START => ends[0].state,
+        GOAL => ends[1].state,
+        _ => {
+            let (stance, other) = graph.pair(id);
+            let world_from_soles = transition::world_from_soles(TransitionPair { stance, other });
+            let configuration = graph.transitions()[id as usize].configuration.unwrap_or(ends[0].state.configuration);
+            State { configuration, world_from_soles }
+        }
+    }
+}

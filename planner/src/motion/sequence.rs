@@ -1,0 +1,110 @@
+//! The cheapest sequence of transitions from start to goal [Grey 4.4.2].
+
+use crate::motion::edges::EdgeTable;
+use crate::motion::graph::{GOAL, Graph, START, TransitionId};
+use crate::motion::heap::IndexHeap;
+
+/// The penalty p for each failed single-mode search between two transitions: no less than the cost of a transition
+/// that was never tried and is as long as a step can be [Grey 4.4.2].
+pub const SINGLE_MODE_PENALTY: f64 = 1.0;
+
+/// The arrays of the shortest-path search, allocated once.
+#[derive(Debug)]
+pub struct SequenceSearch {
+    heap: IndexHeap,
+    costs: Vec<(f64, u32)>,
+    came_from: Vec<Option<TransitionId>>,
+    sequence: Vec<TransitionId>,
+}
+
+impl SequenceSearch {
+    /// Arrays for this many transitions.
+    pub fn new(transitions_max: usize) -> Self {
+        Self {
+            heap: IndexHeap::new(transitions_max),
+            costs: vec![(f64::INFINITY, 0); transitions_max],
+            came_from: vec![None; transitions_max],
+            sequence: Vec::with_capacity(transitions_max),
+        }
+    }
+
+    /// The sequence found last, start to goal.
+    pub fn sequence(&self) -> &[TransitionId] {
+        &self.sequence
+    }
+
+    /// Finds the cheapest sequence from one of `starts` to a transition that `is_goal` accepts (Dijkstra; among equal costs
+    /// the fewest transitions). `false` where the graph holds none. Counts a unit of work for each 64 edges looked at.
+    pub fn find(
+        &mut self,
+        graph: &Graph,
+        edges: &EdgeTable,
+        starts: &[TransitionId],
+        is_goal: &dyn Fn(TransitionId) -> bool,
+        work: &mut u64,
+    ) -> bool {
+        let nodes = graph.transitions().len();
+        self.heap.clear(nodes);
+        self.costs[..nodes].fill((f64::INFINITY, 0));
+        self.sequence.clear();
+        for &start in starts {
+            self.relax(graph, None, start, penalty(edges, START, start), (0.0, 0));
+        }
+        let mut looked_at = 0_u64;
+        let mut best: Option<(f64, TransitionId)> = None;
+        while let Some((node, cost, hops)) = self.heap.pop() {
+            if best.is_some_and(|(least, _)| least <= cost) {
+                break;
+            }
+            let arrived = cost + penalty(edges, node, GOAL);
+            if is_goal(node) && best.is_none_or(|(least, _)| arrived < least) {
+                best = Some((arrived, node));
+            }
+            let twin = Graph::twin(node);
+            let penalty = penalty(edges, node, twin);
+            self.relax(graph, Some(node), twin, penalty, (cost, hops));
+            for next in graph.from_stance(graph.transitions()[node as usize].stance) {
+                looked_at += 1;
+                if next != node {
+                    self.relax_swing(graph, edges, node, next, (cost, hops));
+                }
+            }
+        }
+        *work += looked_at / 64 + 1;
+        if let Some((_, goal)) = best {
+            self.trace(goal);
+        }
+        best.is_some()
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.heap.bytes() + self.costs.len() * (size_of::<(f64, u32)>() + size_of::<Option<TransitionId>>() + size_of::<TransitionId>())
+    }
+
+    fn relax_swing(&mut self, graph: &Graph, edges: &EdgeTable, node: TransitionId, next: TransitionId, reached: (f64, u32)) {
+        let bound = reached.0 + graph.transitions()[next as usize].cost();
+        if (bound, reached.1 + 1) < self.costs[next as usize] {
+            self.relax(graph, Some(node), next, penalty(edges, node, next), reached);
+        }
+    }
+
+    fn relax(&mut self, graph: &Graph, from: Option<TransitionId>, to: TransitionId, penalty: f64, reached: (f64, u32)) {
+        let cost = (reached.0 + penalty + graph.transitions()[to as usize].cost(), reached.1 + 1);
+        if cost < self.costs[to as usize] {
+            self.costs[to as usize] = cost;
+            self.came_from[to as usize] = from;
+            self.heap.push(to, cost.0, cost.1);
+        }
+    }
+
+    fn trace(&mut self, goal: TransitionId) {
+        let came_from = &self.came_from;
+        self.sequence.extend(std::iter::successors(Some(goal), |&at| came_from[at as usize]));
+        self.sequence.reverse();
+    }
+}
+
+fn penalty(edges: &EdgeTable, from: TransitionId, to: TransitionId) -> f64 {
+    f64::from(edges.get(from, to).failures) * SINGLE_MODE_PENALTY
+}

@@ -1,0 +1,212 @@
+//! A checked motion within one mode: the root, the swing sole and the free joints move along a given path, the legs follow
+//! by inverse kinematics, the root gives way until the centre of mass is where it shall be, and every waypoint and every
+//! motion between two is checked.
+
+use glam::DVec3;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::spatial::interpolate;
+
+use crate::body::{Configuration, Snapshot};
+use crate::collision::FootState;
+use crate::constraint::{Constraints, Mode, Rejection};
+
+/// A configuration together with where its soles are: the coordinates of a mode.
+#[derive(Debug, Clone, Copy)]
+pub struct State {
+    /// Root and joints.
+    pub configuration: Configuration,
+    /// Both soles in the world.
+    pub world_from_soles: [Pose; 2],
+}
+
+/// Root shifts a waypoint may take to bring the centre of mass back.
+const COM_SHIFTS_MAX: usize = 4;
+/// How far the centre of mass may be from its course, m.
+const COM_COURSE_TOLERANCE: f64 = 4e-3;
+/// The smallest step along a path, as a share of it: less means that a joint would jump.
+const STEP_MIN: f64 = 1.0 / 4096.0;
+/// The longest motion of any point between two waypoints, in collision steps.
+const WAYPOINT_COLLISION_STEPS: f64 = 4.0;
+/// The share of a leg's reach that a moving root leaves at least.
+const REACH_SHARE_MAX: f64 = 0.997;
+
+/// How the swing sole travels between the ends of a track.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Swing {
+    /// Straight.
+    Straight,
+    /// Straight plus a hump of this height (m) along z.
+    Hump(f64),
+    /// Up by this height (m) above the higher end, across, and down.
+    Over(f64),
+}
+
+/// One stretch of a track.
+#[derive(Debug, Clone, Copy)]
+pub struct Stretch<'a> {
+    /// The mode that it stays in.
+    pub mode: &'a Mode,
+    /// Where it begins.
+    pub from: &'a State,
+    /// Where it leads.
+    pub to: &'a State,
+    /// Whether it must end at `to` itself; otherwise `to` gives the direction, the legs and the centre of mass follow.
+    pub exact: bool,
+    /// How the swing sole travels.
+    pub swing: Swing,
+    /// What is asked of the swing foot's clearance.
+    pub swing_foot: FootState,
+}
+
+/// Follows a stretch from its beginning, handing each checked waypoint to `emit` (the first is the one after `from`) until the
+/// end, an obstacle or a `false` from `emit`.
+///
+/// # Errors
+/// What stopped it; what was emitted before remains good.
+pub fn follow(
+    constraints: &Constraints,
+    stretch: &Stretch<'_>,
+    work: &mut u64,
+    emit: &mut dyn FnMut(&State) -> bool,
+) -> Result<(), Rejection> {
+    let feet = foot_states(stretch);
+    let mut at = 0.0;
+    let mut step = first_step(stretch);
+    let mut here = *stretch.from;
+    let mut here_snapshot = constraints.body.snapshot(&here.configuration);
+    let com_ends = [here_snapshot.com, constraints.body.snapshot(&stretch.to.configuration).com];
+    while at < 1.0 {
+        let next_at = (at + step).min(1.0);
+        let next = place(constraints, stretch, &here, next_at, &com_ends, work);
+        let near = next.as_ref().is_ok_and(|(state, snapshot)| is_near(constraints, (&here, &here_snapshot), (state, snapshot)));
+        if !near {
+            step *= 0.5;
+            if step < STEP_MIN {
+                return Err(next.err().unwrap_or(Rejection::Discontinuous));
+            }
+            continue;
+        }
+        let (state, snapshot) = next?;
+        *work += 1;
+        constraints.check(stretch.mode, &snapshot, feet)?;
+        let ends = [(&here.configuration, &here_snapshot), (&state.configuration, &snapshot)];
+        constraints.check_between(stretch.mode, ends, feet, work)?;
+        (here, here_snapshot, at) = (state, snapshot, next_at);
+        step = (step * 1.5).min(1.0 - at).max(STEP_MIN);
+        if !emit(&here) {
+            return Err(Rejection::Discontinuous);
+        }
+    }
+    Ok(())
+}
+
+fn foot_states(stretch: &Stretch<'_>) -> [FootState; 2] {
+    [0, 1].map(|limb| if stretch.mode.stands(limb) { FootState::Stance } else { stretch.swing_foot })
+}
+
+/// A first guess of the step, from how far root and soles travel.
+fn first_step(stretch: &Stretch<'_>) -> f64 {
+    let travel = |a: &Pose, b: &Pose| a.translation.distance(b.translation);
+    let root = travel(&stretch.from.configuration.world_from_root, &stretch.to.configuration.world_from_root);
+    let soles = [0, 1].map(|limb| travel(&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb]));
+    let rise = match stretch.swing {
+        Swing::Straight => 0.0,
+        Swing::Hump(height) | Swing::Over(height) => 2.0 * height,
+    };
+    let length = root.max(soles[0]).max(soles[1]) + rise;
+    (0.03 / length.max(1e-6)).clamp(STEP_MIN, 1.0)
+}
+
+fn is_near(constraints: &Constraints, a: (&State, &Snapshot), b: (&State, &Snapshot)) -> bool {
+    let joints = a.0.configuration.q.iter().zip(&b.0.configuration.q);
+    let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+    let config = &constraints.config;
+    joint_step <= config.waypoint_joint_step
+        && constraints.collision.motion_bound(&a.1.world_from_links, &b.1.world_from_links)
+            <= WAYPOINT_COLLISION_STEPS * config.collision_step
+}
+
+/// The same state with its legs brought to its soles and the centre of mass brought back inside the support region.
+///
+/// # Errors
+/// The legs do not reach, or the shifts do not converge.
+pub fn place_at(constraints: &Constraints, mode: &Mode, wished: &State, work: &mut u64) -> Result<State, Rejection> {
+    let stretch =
+        Stretch { mode, from: wished, to: wished, exact: false, swing: Swing::Straight, swing_foot: FootState::Free };
+    place(constraints, &stretch, wished, 1.0, &[DVec3::ZERO; 2], work).map(|(state, _)| state)
+}
+
+/// The state at `t` along a stretch; at its end the wished-for state itself.
+fn place(
+    constraints: &Constraints,
+    stretch: &Stretch<'_>,
+    here: &State,
+    t: f64,
+    com_ends: &[DVec3; 2],
+    work: &mut u64,
+) -> Result<(State, Snapshot), Rejection> {
+    let body = &constraints.body;
+    *work += 1;
+    if t >= 1.0 && stretch.exact {
+        return Ok((*stretch.to, body.snapshot(&stretch.to.configuration)));
+    }
+    let mut state = *here;
+    for limb in (0..2).filter(|&limb| !stretch.mode.stands(limb)) {
+        state.world_from_soles[limb] = swing_pose(stretch, limb, t);
+    }
+    let (from, to) = (&stretch.from.configuration, &stretch.to.configuration);
+    let course = interpolate(&from.world_from_root, &to.world_from_root, t);
+    for joint in &body.free_joints {
+        state.configuration.q[joint.index] = from.q[joint.index] + t * (to.q[joint.index] - from.q[joint.index]);
+    }
+    state.configuration.world_from_root = course;
+    let course_com = com_ends[0].lerp(com_ends[1], t).truncate();
+    let com_depth = constraints.config.com_margin + COM_COURSE_TOLERANCE;
+    for _ in 0..COM_SHIFTS_MAX {
+        *work += 1;
+        let root = &mut state.configuration.world_from_root;
+        let highest = body.root_height(root, &state.world_from_soles, [REACH_SHARE_MAX; 2]).ok_or(Rejection::Unreachable)?;
+        root.translation.z = course.translation.z.min(highest);
+        if !body.place_soles(&mut state.configuration, &state.world_from_soles) {
+            return Err(Rejection::Unreachable);
+        }
+        let snapshot = body.snapshot(&state.configuration);
+        let com = snapshot.com.truncate();
+        let error = if stretch.exact { course_com - com } else { stretch.mode.region.nearest_inside(com, com_depth) - com };
+        if error.length() <= COM_COURSE_TOLERANCE {
+            return Ok((state, snapshot));
+        }
+        state.configuration.world_from_root.translation += error.extend(0.0);
+    }
+    Err(Rejection::Balance)
+}
+
+fn swing_pose(stretch: &Stretch<'_>, limb: usize, t: f64) -> Pose {
+    let (from, to) = (&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb]);
+    match stretch.swing {
+        Swing::Straight => interpolate(from, to, t),
+        Swing::Hump(height) => {
+            let mut pose = interpolate(from, to, t);
+            let side = 2.0 * t - 1.0;
+            pose.translation.z += height * (1.0 - side * side * side * side);
+            pose
+        }
+        Swing::Over(height) => over_pose(from, to, height, t),
+    }
+}
+
+/// Up, across, down, each in proportion to its length.
+fn over_pose(from: &Pose, to: &Pose, height: f64, t: f64) -> Pose {
+    let top = from.translation.z.max(to.translation.z) + height;
+    let (rise, fall) = (top - from.translation.z, top - to.translation.z);
+    let across = (to.translation - from.translation).truncate().length();
+    let along = t * (rise + across + fall);
+    let share = ((along - rise) / across.max(1e-9)).clamp(0.0, 1.0);
+    let mut pose = interpolate(from, to, share);
+    pose.translation.z = if along < rise {
+        from.translation.z + along
+    } else {
+        top - (along - rise - across).max(0.0)
+    };
+    pose
+}

@@ -1,0 +1,168 @@
+//! Transition configurations: both feet on their placements, all weight on one of them [Grey 4.4.2].
+//!
+//! The root's pose is the only unknown beside the free joints: its rotation and height are chosen, its place follows from
+//! putting the centre of mass where it shall be (a few fixed-point shifts), the legs follow by inverse kinematics. The
+//! first attempts are primitive configurations, then their neighbourhood, then uniform samples [Grey 4.4.5].
+
+use glam::{DQuat, DVec2, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy, wrap_angle, yaw_of};
+
+use crate::body::{Body, Configuration, Snapshot};
+use crate::collision::FootState;
+use crate::constraint::{Constraints, Mode, Rejection};
+use crate::motion::foothold::Foothold;
+use crate::random::{Random, Stream};
+use crate::region::Region;
+
+/// Fixed-point shifts of the root that bring the centre of mass over its target.
+const COM_SHIFTS_MAX: usize = 8;
+/// How near the centre of mass must come to its target, m.
+const COM_TOLERANCE: f64 = 5e-4;
+/// The share of a leg's reach that samples may use: beyond it the knee is all but straight.
+const REACH_SHARE_MAX: f64 = 0.995;
+
+/// A wished-for posture of the root over a pair of soles.
+#[derive(Debug, Clone, Copy)]
+pub struct Posture {
+    /// The root's rotation in the world.
+    pub world_from_root: DQuat,
+    /// The largest share of its reach that either leg may use.
+    pub reach_share: f64,
+    /// Where the centre of mass shall be, world x and y, m.
+    pub com: DVec2,
+}
+
+/// The primitive postures: share of the standing reach beyond which to bend, pitch (rad), roll toward the stance foot
+/// (rad), and how far the centre of mass stands from the support's centroid toward the other foot (share of what the
+/// margin leaves).
+const PRIMITIVES: [(f64, f64, f64, f64); 12] = [
+    (1.0, 0.0, 0.0, 0.5),
+    (1.0, 0.0, 0.0, 0.0),
+    (0.96, 0.0, 0.0, 0.7),
+    (1.03, 0.0, 0.0, 0.6),
+    (0.92, 0.12, 0.0, 0.5),
+    (1.02, 0.0, 0.08, 0.8),
+    (0.96, 0.15, 0.08, 0.8),
+    (0.88, 0.25, 0.0, 0.6),
+    (1.02, 0.2, 0.0, 0.9),
+    (0.98, -0.08, -0.08, 0.6),
+    (0.84, 0.35, 0.1, 0.8),
+    (1.03, 0.0, -0.1, 0.9),
+];
+/// Attempts in the neighbourhood of the primitives, before uniform ones.
+const NEIGHBOURHOOD_ATTEMPTS: u64 = 24;
+
+/// A transition: all weight on `stance`, `other` in touch.
+#[derive(Debug, Clone, Copy)]
+pub struct TransitionPair<'a> {
+    /// The placement that carries the robot.
+    pub stance: &'a Foothold,
+    /// The placement that is touched.
+    pub other: &'a Foothold,
+}
+
+/// Samples a transition configuration. `attempt` counts the attempts S(T) made so far; `object` names the transition in
+/// the random stream. `mode` is the single-support mode of the stance placement.
+///
+/// # Errors
+/// Why this attempt failed.
+pub fn sample(
+    constraints: &Constraints,
+    mode: &Mode,
+    pair: TransitionPair<'_>,
+    random: (u64, u64),
+    attempt: u64,
+    work: &mut u64,
+) -> Result<Configuration, Rejection> {
+    let (seed, object) = random;
+    let mut draws = Random::new(seed, Stream::Transition, object, attempt);
+    let body = &constraints.body;
+    let (posture, free) = choose(body, mode, pair, constraints.config.com_margin, attempt, &mut draws);
+    let soles = world_from_soles(pair);
+    let (configuration, snapshot) = settle(body, &soles, &posture, free, work)?;
+    *work += 1;
+    constraints.check(mode, &snapshot, [FootState::Stance; 2])?;
+    Ok(configuration)
+}
+
+/// Puts the robot over its soles in the wished-for posture: the root shifts until the centre of mass is where it shall be.
+///
+/// # Errors
+/// The legs do not reach, or the shifts do not converge.
+pub fn settle(
+    body: &Body,
+    world_from_soles: &[Pose; 2],
+    posture: &Posture,
+    start_q: [f64; surefoot_shared_types::message::limits::JOINTS_MAX],
+    work: &mut u64,
+) -> Result<(Configuration, Snapshot), Rejection> {
+    let mut configuration =
+        Configuration { world_from_root: Pose::from_parts(posture.com.extend(0.0), posture.world_from_root), q: start_q };
+    let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
+    for _ in 0..COM_SHIFTS_MAX {
+        *work += 1;
+        let height = body.root_height(&configuration.world_from_root, world_from_soles, shares);
+        configuration.world_from_root.translation.z = height.ok_or(Rejection::Unreachable)?;
+        if !body.place_soles(&mut configuration, world_from_soles) {
+            return Err(Rejection::Unreachable);
+        }
+        let snapshot = body.snapshot(&configuration);
+        let error = posture.com - snapshot.com.truncate();
+        if error.length() < COM_TOLERANCE {
+            return Ok((configuration, snapshot));
+        }
+        configuration.world_from_root.translation += error.extend(0.0);
+    }
+    Err(Rejection::Balance)
+}
+
+/// The soles of a pair by limb.
+pub fn world_from_soles(pair: TransitionPair<'_>) -> [Pose; 2] {
+    let mut soles = [pair.other.world_from_sole; 2];
+    soles[pair.stance.limb] = pair.stance.world_from_sole;
+    soles
+}
+
+type FreeJoints = [f64; surefoot_shared_types::message::limits::JOINTS_MAX];
+
+fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, attempt: u64, draws: &mut Random) -> (Posture, FreeJoints) {
+    let primitives = PRIMITIVES.len() as u64;
+    let heading = mean_yaw(pair.stance.world_from_sole.rotation, pair.other.world_from_sole.rotation);
+    let (share, pitch, roll, lean) = PRIMITIVES[(attempt % primitives) as usize];
+    let side = if pair.stance.limb == 0 { 1.0 } else { -1.0 };
+    let mut free = body.standing_q;
+    let uniform = attempt >= primitives + NEIGHBOURHOOD_ATTEMPTS;
+    let spread = match attempt {
+        _ if uniform => 1.0,
+        _ if attempt >= primitives => 0.4,
+        _ => 0.0,
+    };
+    let mut jitter = |half: f64| spread * draws.uniform(-half, half);
+    let rotation = rotation_about(DVec3::Z, heading + jitter(0.6))
+        * rotation_from_rpy(-side * roll + jitter(0.25), pitch + jitter(0.3), 0.0);
+    let share = (share + jitter(0.15)) * body.standing_reach_share;
+    let lean = (lean + jitter(0.6)).clamp(-0.5, 1.0);
+    if uniform {
+        for joint in &body.free_joints {
+            let position = free[joint.index] + jitter(0.5);
+            free[joint.index] = position.clamp(joint.lower, joint.upper);
+        }
+    }
+    let toward = lean_target(&mode.region, pair.other.region.centroid(), lean, com_margin + 2.0 * COM_TOLERANCE);
+    let com = toward + DVec2::new(jitter(0.02), jitter(0.02));
+    (Posture { world_from_root: rotation, reach_share: share, com }, free)
+}
+
+/// The point a share `lean` of the way from the region's centroid toward `other`, as far as the margin allows.
+fn lean_target(region: &Region, other: DVec2, lean: f64, margin: f64) -> DVec2 {
+    let centroid = region.centroid();
+    let limit = region.nearest_inside(other, margin);
+    centroid + lean * (limit - centroid)
+}
+
+/// The heading halfway between two.
+pub fn mean_yaw(a: DQuat, b: DQuat) -> f64 {
+    let (a, b) = (yaw_of(a), yaw_of(b));
+    a + 0.5 * wrap_angle(b - a)
+}

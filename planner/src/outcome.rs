@@ -1,0 +1,111 @@
+//! How a search ends.
+
+use crate::constraint::Rejection;
+use crate::foot_placement::NoSupport;
+use crate::motion::graph::ArenaFull;
+
+/// What a step of the planner leaves behind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Status {
+    /// There is more to do.
+    Working,
+    /// The search is over.
+    Done(Outcome),
+}
+
+/// How a search ended. None of these is an error: each is an honest answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Outcome {
+    /// A plan was found.
+    Found,
+    /// A bound of the budget was reached first.
+    BudgetExhausted(Bound),
+    /// An arena is full.
+    ArenaFull(ArenaFull),
+    /// The robot cannot stand at the start.
+    StartInvalid(EndFault),
+    /// The robot cannot stand at the goal.
+    GoalInvalid(EndFault),
+}
+
+/// A bound of the budget, by the name of its parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bound {
+    /// `planner.work_max`.
+    Work,
+}
+
+/// Why the robot cannot stand at a mark.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum EndFault {
+    /// A sole finds no support there.
+    Unsupported {
+        /// The foot.
+        limb: usize,
+        /// Why.
+        reason: NoSupport,
+    },
+    /// A foot meets the world there.
+    FootCollides {
+        /// The foot.
+        limb: usize,
+    },
+    /// No standing configuration over both soles meets the constraints; the last condition that failed.
+    NoPosture(Rejection),
+}
+
+impl Outcome {
+    /// One line for a person: what ended the search and what to do about it.
+    pub fn describe(&self) -> String {
+        match self {
+            Self::Found => "plan found".into(),
+            Self::BudgetExhausted(Bound::Work) => "no plan within the budget: planner.work_max is used up".into(),
+            Self::ArenaFull(full) => format!("no plan: the arena planner.{} is full; raise it", full.parameter()),
+            Self::StartInvalid(fault) => format!("the start is invalid: {}", fault.describe()),
+            Self::GoalInvalid(fault) => format!("the goal is invalid: {}", fault.describe()),
+        }
+    }
+
+    /// The outcome's name in reports.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Found => "found",
+            Self::BudgetExhausted(_) => "budget_exhausted",
+            Self::ArenaFull(_) => "arena_full",
+            Self::StartInvalid(_) => "start_invalid",
+            Self::GoalInvalid(_) => "goal_invalid",
+        }
+    }
+
+    /// The parameter that ended the search, if one did.
+    pub fn bound(&self) -> Option<&'static str> {
+        match self {
+            Self::BudgetExhausted(Bound::Work) => Some("work_max"),
+            Self::ArenaFull(full) => Some(full.parameter()),
+            _ => None,
+        }
+    }
+}
+
+impl EndFault {
+    fn describe(&self) -> String {
+        let foot = |limb: &usize| ["left", "right"][*limb];
+        match self {
+            Self::Unsupported { limb, reason } => format!("the {} sole is not supported there ({reason:?})", foot(limb)),
+            Self::FootCollides { limb } => format!("the {} foot meets the world there", foot(limb)),
+            Self::NoPosture(rejection) => format!("no standing posture there ({})", Rejection::WORDS[*rejection as usize]),
+        }
+    }
+}
+
+impl ArenaFull {
+    /// The parameter that sizes the arena.
+    pub fn parameter(&self) -> &'static str {
+        match self {
+            Self::Footholds => "footholds_max",
+            Self::Transitions => "transitions_max",
+            Self::Edges => "edges_max",
+            Self::Waypoints => "waypoints_max",
+        }
+    }
+}

@@ -1,0 +1,358 @@
+//! The planner: read this first.
+//!
+//! A search runs through phases, each advanced by bounded pieces of work:
+//!
+//! ```text
+//! Ends      stand the robot on the start and the goal
+//! Seed      foot placements along the guide route        [Grey 4.4.4]
+//! Connect   transitions between neighbouring placements  [Grey 4.4.2]
+//! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
+//! Sample    configurations for its transitions           [Grey 4.4.2]
+//! Move      motions within its modes                     [Grey 4.4.3]
+//! ```
+//!
+//! A sequence that cannot be completed has become dearer, so the next one is another; where the sequences grow too dear or
+//! there is none, more placements are sampled. The first complete sequence is the plan.
+
+use std::num::NonZeroUsize;
+
+use surefoot_shared_types::config::{PlannerConfig, Scenario};
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::message::PlanChunk;
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::scene::World;
+
+use crate::body::{Body, BodyError};
+use crate::chunking::{ChunkBuilder, Provenance};
+use crate::collision::{CollisionError, CollisionModel};
+use crate::constraint::{Constraints, Rejection};
+use crate::ends::{End, stand_on};
+use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
+use crate::guide::Guide;
+use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
+use crate::motion::roadmap::{Roadmap, RoundTally, Shared};
+use crate::motion::sequence::SequenceSearch;
+use crate::outcome::{Bound, Outcome, Status};
+use crate::seeding::Seeding;
+
+/// Why a planner cannot be made for these inputs.
+#[derive(Debug, thiserror::Error)]
+pub enum PlannerError {
+    /// The robot is none that this planner can move.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// A shape cannot be compiled for collision checks.
+    #[error(transparent)]
+    Collision(#[from] CollisionError),
+    /// A shape cannot be compiled into surfaces to stand on.
+    #[error(transparent)]
+    Surfaces(#[from] SurfacesError),
+    /// The threads cannot be started.
+    #[error("cannot start {threads} planner threads: {reason}")]
+    Threads {
+        /// How many were asked for.
+        threads: usize,
+        /// What the system says.
+        reason: String,
+    },
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Phase {
+    Ends,
+    Seed { next: usize },
+    Connect { next: FootholdId },
+    Sequence,
+    Sample { next: usize, failed: bool },
+    Move { next: usize, failed: bool },
+    Over(Outcome),
+}
+
+/// What a search has done so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Work units spent.
+    pub work: u64,
+    /// Sequences tried.
+    pub sequences: u64,
+    /// Sweeps of foot placements along the guide.
+    pub sweeps: u64,
+    /// Transitions with a configuration.
+    pub transitions_found: u64,
+    /// Motions found.
+    pub motions_found: u64,
+    /// What was turned down, by [`Rejection`].
+    pub rejections: [u64; Rejection::COUNT],
+}
+
+/// A planner for one robot, world and scenario. All memory is allocated by [`Planner::new`].
+#[derive(Debug)]
+pub struct Planner {
+    shared: Shared,
+    roadmap: Roadmap,
+    surfaces: Surfaces,
+    scratch: Scratch,
+    guide: Guide,
+    scenario: Scenario,
+    search: SequenceSearch,
+    chunks: ChunkBuilder,
+    phase: Phase,
+    ends: Option<Box<[End; 2]>>,
+    tally: Tally,
+    digest: Digest,
+    barren_sequences: u32,
+}
+
+/// The start's placements and the goal's are the first four in the graph.
+const END_FOOTHOLDS: [[FootholdId; 2]; 2] = [[0, 1], [2, 3]];
+/// Sequences in a row without a new motion or transition after which more placements are sampled near the trouble.
+const BARREN_SEQUENCES_MAX: u32 = 8;
+
+impl Planner {
+    /// Compiles the robot and the world and allocates all that a search needs.
+    ///
+    /// # Errors
+    /// The robot or the world is none that this planner can use, or its threads cannot be started.
+    pub fn new(model: &RobotModel, world: &World, scenario: &Scenario, threads: NonZeroUsize) -> Result<Self, PlannerError> {
+        let config: &PlannerConfig = &scenario.planner;
+        let body = Body::new(model, config)?;
+        let collision = CollisionModel::new(model, world, config.clearance)?;
+        let placement = placement_config(&body, config);
+        let scratch = Scratch::new(&placement);
+        let surfaces = Surfaces::new(world, placement)?;
+        let transitions_max = config.transitions_max as usize;
+        let provenance =
+            Provenance { robot: model.digest, world: world.digest, config: scenario.digest, joints_len: body.joints_len };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build();
+        let pool = pool.map_err(|error| PlannerError::Threads { threads: threads.get(), reason: error.to_string() })?;
+        Ok(Self {
+            shared: Shared { constraints: Constraints { body, collision, config: config.clone() }, pool, seed: scenario.seed },
+            roadmap: Roadmap::new(config.footholds_max as usize, transitions_max, config.waypoints_max as usize),
+            surfaces,
+            scratch,
+            guide: Guide::new(scenario.start, scenario.goal, config.station_spacing),
+            scenario: scenario.clone(),
+            search: SequenceSearch::new(transitions_max),
+            chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance),
+            phase: Phase::Ends,
+            ends: None,
+            tally: Tally::default(),
+            digest: Digest::default(),
+            barren_sequences: 0,
+        })
+    }
+
+    /// Advances the search by about `work` units, or to its end.
+    pub fn step(&mut self, work: u64) -> Status {
+        let until = self.tally.work.saturating_add(work).min(self.shared.constraints.config.work_max);
+        while self.tally.work < until {
+            if let Phase::Over(outcome) = self.phase {
+                return Status::Done(outcome);
+            }
+            self.phase = self.advance().unwrap_or_else(|full| Phase::Over(Outcome::ArenaFull(full)));
+        }
+        if let Phase::Over(outcome) = self.phase {
+            return Status::Done(outcome);
+        }
+        if self.tally.work >= self.shared.constraints.config.work_max {
+            let outcome = Outcome::BudgetExhausted(Bound::Work);
+            self.phase = Phase::Over(outcome);
+            return Status::Done(outcome);
+        }
+        Status::Working
+    }
+
+    /// The plan's chunks, once found; complete but for who receives them.
+    pub fn chunks(&self) -> &[PlanChunk] {
+        self.chunks.chunks()
+    }
+
+    /// The digest of the chunk stream, once found.
+    pub fn digest(&self) -> Digest {
+        self.digest
+    }
+
+    /// What the search has done so far.
+    pub fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    /// Waypoints of the plan, once found.
+    pub fn waypoints(&self) -> u64 {
+        self.chunks.waypoints()
+    }
+
+    /// Steps of the plan, once found: how often a foot is set down elsewhere.
+    pub fn steps(&self) -> u64 {
+        let sequence = self.search.sequence();
+        let is_swing = |pair: &&[TransitionId]| pair[1] != Graph::twin(pair[0]);
+        sequence.windows(2).filter(is_swing).count() as u64
+    }
+
+    /// Bytes of all arenas by name.
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 5] {
+        [
+            ("roadmap", self.roadmap.bytes()),
+            ("sequence", self.search.bytes()),
+            ("chunks", self.chunks.bytes()),
+            ("collision", self.shared.constraints.collision.bytes()),
+            ("surfaces", self.surfaces.heap_bytes()),
+        ]
+    }
+
+    fn advance(&mut self) -> Result<Phase, ArenaFull> {
+        match self.phase {
+            Phase::Ends => self.stand_on_ends(),
+            Phase::Seed { next } => self.seed(next),
+            Phase::Connect { next } => self.connect(next),
+            Phase::Sequence => self.find_sequence(),
+            Phase::Sample { next, failed } => self.sample(next, failed),
+            Phase::Move { next, failed } => self.plan_motions(next, failed),
+            Phase::Over(_) => Ok(self.phase),
+        }
+    }
+
+    fn stand_on_ends(&mut self) -> Result<Phase, ArenaFull> {
+        self.tally.work += 64;
+        let (constraints, surfaces, scratch) = (&self.shared.constraints, &self.surfaces, &mut self.scratch);
+        let start = match stand_on(constraints, surfaces, scratch, &self.scenario.start) {
+            Ok(end) => end,
+            Err(fault) => return Ok(Phase::Over(Outcome::StartInvalid(fault))),
+        };
+        let goal = match stand_on(constraints, surfaces, scratch, &self.scenario.goal) {
+            Ok(end) => end,
+            Err(fault) => return Ok(Phase::Over(Outcome::GoalInvalid(fault))),
+        };
+        for foothold in start.footholds.iter().chain(&goal.footholds) {
+            self.roadmap.graph.add_foothold(foothold.clone())?;
+        }
+        self.ends = Some(Box::new([start, goal]));
+        Ok(Phase::Seed { next: 0 })
+    }
+
+    fn seed(&mut self, next: usize) -> Result<Phase, ArenaFull> {
+        if next == 2 * self.guide.stations() {
+            self.tally.sweeps += 1;
+            return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
+        }
+        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+        let place = (next / 2, next % 2);
+        let (sweep, work) = (self.tally.sweeps, &mut self.tally.work);
+        seeding.sweep_station(&self.guide, place, sweep, &mut self.roadmap.graph, &mut self.scratch, work)?;
+        Ok(Phase::Seed { next: next + 1 })
+    }
+
+    fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
+        if next as usize == self.roadmap.graph.footholds().len() {
+            return Ok(Phase::Sequence);
+        }
+        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+        seeding.connect(next, self.step_max(), &mut self.roadmap.graph, &mut self.tally.work)?;
+        self.roadmap.graph.mark_connected(next);
+        Ok(Phase::Connect { next: next + 1 })
+    }
+
+    /// An upper bound of the distance between two soles in a step, m: one leg's reach, and the hips apart.
+    fn step_max(&self) -> f64 {
+        let [left, right] = &self.shared.constraints.body.legs;
+        left.reach().max(right.reach()) + left.hip().distance(right.hip())
+    }
+
+    fn find_sequence(&mut self) -> Result<Phase, ArenaFull> {
+        self.tally.sequences += 1;
+        let [[l0, r0], goal] = END_FOOTHOLDS;
+        let mut starts: heapless::Vec<TransitionId, 2> = heapless::Vec::new();
+        starts.extend([self.roadmap.graph.find(l0, r0), self.roadmap.graph.find(r0, l0)].into_iter().flatten());
+        let is_goal = |id: TransitionId| {
+            let transition = &self.roadmap.graph.transitions()[id as usize];
+            goal.contains(&transition.stance) && goal.contains(&transition.other)
+        };
+        let work = &mut self.tally.work;
+        if !self.search.find(&self.roadmap.graph, &self.roadmap.edges, &starts, &is_goal, work) {
+            return Ok(Phase::Seed { next: 0 });
+        }
+        Ok(Phase::Sample { next: 0, failed: false })
+    }
+
+    fn sample(&mut self, next: usize, failed: bool) -> Result<Phase, ArenaFull> {
+        let sequence = self.search.sequence();
+        let round = self.roadmap.sample_transitions(&self.shared, sequence, next);
+        let done = round.next == sequence.len();
+        self.tally.transitions_found += u64::from(round.found);
+        let (next, failed) = self.count(&round, failed);
+        Ok(match (done, failed) {
+            (false, _) => Phase::Sample { next, failed },
+            (true, true) => self.after_failure()?,
+            (true, false) => Phase::Move { next: 0, failed: false },
+        })
+    }
+
+    fn plan_motions(&mut self, next: usize, failed: bool) -> Result<Phase, ArenaFull> {
+        let Some(ends) = &self.ends else { return Ok(Phase::Ends) };
+        let sequence = self.search.sequence();
+        let round = self.roadmap.plan_motions(&self.shared, ends, sequence, next)?;
+        let done = round.next == sequence.len() + 1;
+        self.tally.motions_found += u64::from(round.found);
+        let (next, failed) = self.count(&round, failed);
+        Ok(match (done, failed) {
+            (false, _) => Phase::Move { next, failed },
+            (true, true) => self.after_failure()?,
+            (true, false) => self.finish()?,
+        })
+    }
+
+    /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
+    fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
+        self.barren_sequences += 1;
+        if self.barren_sequences <= BARREN_SEQUENCES_MAX {
+            return Ok(Phase::Sequence);
+        }
+        self.barren_sequences = 0;
+        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+        for &id in self.search.sequence() {
+            let transition = &self.roadmap.graph.transitions()[id as usize];
+            if transition.configuration.is_some() {
+                continue;
+            }
+            for foothold in [transition.stance, transition.other] {
+                let (limb, pose) =
+                    (self.roadmap.graph.footholds()[foothold as usize].limb, self.roadmap.graph.footholds()[foothold as usize].world_from_sole);
+                let name = (u64::from(id) | 1 << 41, self.tally.sequences);
+                seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch, &mut self.tally.work)?;
+            }
+        }
+        Ok(Phase::Connect { next: self.roadmap.graph.connected() })
+    }
+
+    fn finish(&mut self) -> Result<Phase, ArenaFull> {
+        let Some(ends) = &self.ends else { return Ok(Phase::Ends) };
+        self.roadmap.assemble(ends, self.search.sequence(), &mut self.chunks)?;
+        self.digest = self.chunks.finish();
+        Ok(Phase::Over(Outcome::Found))
+    }
+
+    /// Adds a round to the tally; answers where to go on and whether anything failed so far.
+    fn count(&mut self, round: &RoundTally, failed: bool) -> (usize, bool) {
+        self.tally.work += round.work;
+        for (total, count) in self.tally.rejections.iter_mut().zip(round.rejections) {
+            *total += count;
+        }
+        if round.found > 0 {
+            self.barren_sequences = 0;
+        }
+        (round.next, failed || round.failures > 0)
+    }
+}
+
+/// Foot placement with the bounds that this robot's soles allow.
+fn placement_config(body: &Body, config: &PlannerConfig) -> FootPlacementConfig {
+    let area = |polygon: &Vec<glam::DVec2>| {
+        let next = polygon.iter().cycle().skip(1);
+        0.5 * polygon.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
+    };
+    let smallest = body.sole_polygons.iter().map(area).fold(f64::INFINITY, f64::min);
+    FootPlacementConfig { support_area_min: config.support_area_min.min(SOLE_SHARE_MIN * smallest), ..FootPlacementConfig::default() }
+}
+
+/// The share of a small sole that must be carried where `support_area_min` would ask for more.
+const SOLE_SHARE_MIN: f64 = 0.6;

@@ -1,0 +1,172 @@
+//! Fills the graph with foot placements along the guide route, and with the transitions between them [Grey 4.4.4].
+
+use glam::DVec3;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::spatial::rotation_about;
+
+use crate::collision::FootState;
+use crate::constraint::Constraints;
+use crate::foot_placement::{Effort, Placement, Request, Scratch, Surfaces};
+use crate::guide::Guide;
+use crate::motion::foothold::Foothold;
+use crate::motion::graph::{ArenaFull, FootholdId, Graph};
+use crate::random::{Random, Stream};
+
+/// How far from the ideal a placement may be, m.
+const REACH_XY: f64 = 0.35;
+/// How far below and above the ideal a placement may be, m.
+const REACH_Z: [f64; 2] = [-0.6, 0.6];
+/// How far a placement's heading may be from the ideal, rad.
+const YAW_SPREAD: f64 = 0.8;
+/// How far from an ideal that is carried exactly more placements are of no use, m.
+const EXACT: f64 = 1e-3;
+/// Placements kept of one query where the ideal itself does not carry.
+const KEPT_MAX: usize = 6;
+/// Placements kept of one query of a later sweep.
+const KEPT_LATER_MAX: usize = 3;
+/// How far the ideals of later sweeps stray, m and rad.
+const LATER_SPREAD: (f64, f64) = (0.2, 0.4);
+/// Neighbours that a placement is connected to at the most, nearest first.
+const NEIGHBOURS_MAX: usize = 32;
+/// How many units of work one query of placements counts.
+const QUERY_WORK: u64 = 16;
+
+/// The effort of a first sweep: what the geometry says, and a little sampling where it says nothing.
+const FIRST_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
+/// The effort of a query that found nothing at first, and of later sweeps.
+const LATER_EFFORT: Effort = Effort { geometric_max: 48, varied_max: 8, sampled_max: 60 };
+
+/// What seeding reads.
+#[derive(Debug, Clone, Copy)]
+pub struct Seeding<'a> {
+    /// The robot and the world's geometry.
+    pub constraints: &'a Constraints,
+    /// Where soles can rest.
+    pub surfaces: &'a Surfaces,
+    /// The seed of all streams.
+    pub seed: u64,
+}
+
+impl Seeding<'_> {
+    /// Adds the placements of one foot at one station in sweep `sweep`.
+    ///
+    /// # Errors
+    /// The placement arena is full.
+    pub fn sweep_station(
+        &self,
+        guide: &Guide,
+        place: (usize, usize),
+        sweep: u64,
+        graph: &mut Graph,
+        scratch: &mut Scratch,
+        work: &mut u64,
+    ) -> Result<(), ArenaFull> {
+        let (station, limb) = place;
+        let ideal = guide.world_from_ideal_sole(station, limb);
+        let object = (station * 2 + limb) as u64;
+        if sweep > 0 {
+            return self.sample_about(&ideal, limb, (object, sweep), graph, scratch, work);
+        }
+        let before = graph.footholds().len();
+        self.query(&ideal, limb, (object, 0), FIRST_EFFORT, KEPT_MAX, graph, scratch, work)?;
+        if graph.footholds().len() == before {
+            self.query(&ideal, limb, (object, 0), LATER_EFFORT, KEPT_MAX, graph, scratch, work)?;
+        }
+        Ok(())
+    }
+
+    /// Adds placements of one foot at random near a pose.
+    ///
+    /// # Errors
+    /// The placement arena is full.
+    pub fn sample_about(
+        &self,
+        pose: &Pose,
+        limb: usize,
+        name: (u64, u64),
+        graph: &mut Graph,
+        scratch: &mut Scratch,
+        work: &mut u64,
+    ) -> Result<(), ArenaFull> {
+        let mut random = Random::new(self.seed, Stream::FootPlacement, name.0 | 1 << 40, name.1);
+        let (shift, turn) = LATER_SPREAD;
+        let offset = DVec3::new(random.uniform(-shift, shift), random.uniform(-shift, shift), 0.0);
+        let rotation = pose.rotation * rotation_about(DVec3::Z, random.uniform(-turn, turn));
+        let ideal = Pose::from_parts(pose.translation + offset, rotation);
+        self.query(&ideal, limb, name, LATER_EFFORT, KEPT_LATER_MAX, graph, scratch, work)
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "one call site's arguments in three layers; a struct would only rename them")]
+    fn query(
+        &self,
+        ideal: &Pose,
+        limb: usize,
+        name: (u64, u64),
+        effort: Effort,
+        kept_max: usize,
+        graph: &mut Graph,
+        scratch: &mut Scratch,
+        work: &mut u64,
+    ) -> Result<(), ArenaFull> {
+        *work += QUERY_WORK;
+        let collision = &self.constraints.collision;
+        let request = Request {
+            sole_polygon: &self.constraints.body.sole_polygons[limb],
+            ideal: *ideal,
+            reach_xy: REACH_XY,
+            reach_z: REACH_Z,
+            yaw_spread: YAW_SPREAD,
+            seed: self.seed,
+            object: name.0,
+            attempt: name.1,
+            effort,
+            is_free: &|pose| collision.foot_hit(limb, pose, FootState::Leaving).is_none(),
+        };
+        let mut kept = 0;
+        let mut ending = Ok(());
+        self.surfaces.propose(scratch, &request, &mut |placement: Placement| {
+            let foothold = Foothold::new(limb, placement.world_from_sole, placement.support.polygon);
+            let is_ideal = placement.world_from_sole.translation.distance(ideal.translation) < EXACT;
+            if graph.same(&foothold).is_none() {
+                ending = graph.add_foothold(foothold).map(|_| ());
+                kept += 1;
+            }
+            ending.is_ok() && kept < kept_max && !is_ideal
+        });
+        ending
+    }
+
+    /// Connects a placement with the earlier ones of the other foot that it may form a step with, nearest first.
+    ///
+    /// # Errors
+    /// The transition arena is full.
+    pub fn connect(&self, foothold: FootholdId, step_max: f64, graph: &mut Graph, work: &mut u64) -> Result<(), ArenaFull> {
+        let mut nearest: heapless::Vec<(f64, FootholdId), NEIGHBOURS_MAX> = heapless::Vec::new();
+        let here = &graph.footholds()[foothold as usize];
+        for (index, other) in graph.footholds()[..foothold as usize].iter().enumerate() {
+            let distance = here.distance(other);
+            if other.limb == here.limb || distance > step_max {
+                continue;
+            }
+            let at = nearest.partition_point(|(known, _)| *known <= distance);
+            if nearest.is_full() && at < NEIGHBOURS_MAX {
+                nearest.pop();
+            }
+            nearest.insert(at, (distance, index as FootholdId)).ok();
+        }
+        *work += 1 + foothold as u64 / 64;
+        for (_, other) in nearest {
+            if !self.feet_meet(graph, foothold, other) {
+                graph.connect(foothold, other)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the two feet would intersect on these placements: such a transition can not exist [Grey 4.4.2].
+    fn feet_meet(&self, graph: &Graph, a: FootholdId, b: FootholdId) -> bool {
+        let [a, b] = [a, b].map(|id| &graph.footholds()[id as usize]);
+        let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
+        self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole])
+    }
+}

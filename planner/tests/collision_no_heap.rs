@@ -1,0 +1,95 @@
+//! No query of the collision model touches the heap. Alone in its file: the allocator counts for the whole process.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::{DQuat, DVec3};
+use surefoot_planner::collision::{CollisionModel, FootState, Hit};
+use surefoot_planner::kinematics::forward::Kinematics;
+use surefoot_planner::random::{Random, Stream};
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::shape::MeshSource;
+use surefoot_shared_types::{Pose, Shape};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is handed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's promises are handed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are handed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// One shape of every kind around a robot, and a sheet of 20 000 triangles below it.
+fn world_of_every_shape() -> World {
+    const ROWS: u32 = 101;
+    let at =
+        |i: u32, j: u32| DVec3::new(f64::from(i) * 0.04 - 2.0, f64::from(j) * 0.04 - 2.0, -1.0 + f64::from((i * 7 + j * 3) % 5) * 0.03);
+    let vertices = (0..ROWS * ROWS).map(|k| at(k / ROWS, k % ROWS)).collect();
+    let cells = (0..ROWS - 1).flat_map(|i| (0..ROWS - 1).map(move |j| i * ROWS + j));
+    let triangles = cells.flat_map(|k| [[k, k + ROWS, k + ROWS + 1], [k, k + ROWS + 1, k + 1]]).collect();
+    let corners = (0..40).map(|k| DVec3::new(f64::from(k * 7 % 11), f64::from(k * 5 % 13), f64::from(k * 3 % 17)) * 0.02).collect();
+    let shapes = [
+        (Shape::Mesh { vertices, triangles, source: MeshSource { path: "sheet".into(), scale: DVec3::ONE } }, DVec3::ZERO),
+        (Shape::Box { half_extents: DVec3::splat(0.2) }, DVec3::new(0.8, 0.0, 0.0)),
+        (Shape::Sphere { radius: 0.2 }, DVec3::new(-0.8, 0.0, 0.0)),
+        (Shape::Cylinder { radius: 0.1, half_length: 0.5 }, DVec3::new(0.0, 0.8, 0.0)),
+        (Shape::Capsule { radius: 0.1, half_length: 0.5 }, DVec3::new(0.0, -0.8, 0.0)),
+        (Shape::ConvexHull { points: corners }, DVec3::new(0.5, 0.5, 0.3)),
+    ];
+    let place = |(index, (shape, at)): (usize, (Shape, DVec3))| WorldShape {
+        name: format!("shape {index}"),
+        world_from_shape: Pose::from_parts(at, DQuat::IDENTITY),
+        shape,
+    };
+    World { mu: 0.6, shapes: shapes.into_iter().enumerate().map(place).collect(), digest: Default::default() }
+}
+
+#[test]
+fn queries_allocate_nothing() {
+    let robot = load_robot(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml")).unwrap();
+    let model = CollisionModel::new(&robot, &world_of_every_shape(), 0.01).unwrap();
+    let kinematics = Kinematics::new(&robot);
+    let mut poses = vec![Pose::IDENTITY; robot.links.len()];
+    let mut q = robot.standing_q.clone();
+    let mut world_hits = vec![0; 6];
+    let (mut self_hits, mut free, mut foot_hits) = (0, 0, 0);
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    for sample in 0..5_000 {
+        let mut random = Random::new(1, Stream::Preparation, 3, sample);
+        for (value, joint) in q.iter_mut().zip(&robot.joints) {
+            *value = random.uniform(joint.lower, joint.upper).clamp(-0.6, 0.6);
+        }
+        let root =
+            Pose::from_parts(DVec3::new(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8), random.uniform(-0.3, 0.6)), DQuat::IDENTITY);
+        kinematics.forward(&root, &q, &mut poses);
+        let states = [FootState::Stance, FootState::Leaving, FootState::Free];
+        let feet = [states[random.below(3)], states[random.below(3)]];
+        if let Some(Hit::World { shape, .. }) = model.world_hit(&poses, &feet) {
+            world_hits[shape] += 1;
+        }
+        self_hits += usize::from(model.self_hit(&poses).is_some());
+        free += usize::from(model.hit(&poses, &feet).is_none());
+        foot_hits += usize::from(model.foot_hit(random.below(2), &root, feet[0]).is_some() || model.feet_hit([&root, &poses[1]]));
+        assert!(model.motion_bound(&poses, &poses) < 1e-9);
+    }
+    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before, "queries allocated");
+    assert!(
+        world_hits.iter().all(|&count| count > 0) && self_hits > 0 && free > 0 && foot_hits > 0,
+        "{world_hits:?} {self_hits} {free} {foot_hits}"
+    );
+}

@@ -1,0 +1,228 @@
+//! The collision model of the reference robot.
+
+use std::path::Path;
+
+use glam::{DQuat, DVec3};
+use surefoot_planner::collision::{CollisionModel, FootState, Hit};
+use surefoot_planner::kinematics::forward::Kinematics;
+use surefoot_planner::random::{Random, Stream};
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::spatial::rotation_from_scaled_axis;
+use surefoot_shared_types::{Pose, Shape};
+
+const CLEARANCE: f64 = 0.01;
+const STANCE: [FootState; 2] = [FootState::Stance; 2];
+
+fn hubo() -> RobotModel {
+    load_robot(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml")).expect("the reference robot loads")
+}
+
+fn world(boxes: &[(DVec3, DVec3)]) -> World {
+    let place = |(index, &(center, half_extents)): (usize, &(DVec3, DVec3))| WorldShape {
+        name: format!("box {index}"),
+        world_from_shape: Pose::from_parts(center, DQuat::IDENTITY),
+        shape: Shape::Box { half_extents },
+    };
+    World { mu: 0.6, shapes: boxes.iter().enumerate().map(place).collect(), digest: Default::default() }
+}
+
+/// A floor whose top is at `top`.
+fn floor(top: f64) -> (DVec3, DVec3) {
+    (DVec3::new(0.0, 0.0, top - 0.25), DVec3::new(5.0, 5.0, 0.25))
+}
+
+fn poses_at(robot: &RobotModel, root: &Pose, q: &[f64]) -> Vec<Pose> {
+    let mut poses = vec![Pose::IDENTITY; robot.links.len()];
+    Kinematics::new(robot).forward(root, q, &mut poses);
+    poses
+}
+
+/// Standing with the left sole at the height 0.
+fn standing(robot: &RobotModel) -> Vec<Pose> {
+    let at_origin = poses_at(robot, &Pose::IDENTITY, &robot.standing_q);
+    let sole = at_origin[robot.feet[0].link] * robot.feet[0].link_from_sole;
+    let root = Pose::from_parts(DVec3::new(0.0, 0.0, -sole.translation.z), DQuat::IDENTITY);
+    poses_at(robot, &root, &robot.standing_q)
+}
+
+fn raised(poses: &[Pose], by: f64) -> Vec<Pose> {
+    poses.iter().map(|pose| Pose::from_parts(pose.translation + DVec3::Z * by, pose.rotation)).collect()
+}
+
+#[test]
+fn the_standing_robot_hits_nothing() {
+    let robot = hubo();
+    let model = CollisionModel::new(&robot, &world(&[floor(0.0)]), CLEARANCE).unwrap();
+    let poses = standing(&robot);
+    assert_eq!(model.hit(&poses, &STANCE), None);
+    assert_eq!(model.self_hit(&poses), None);
+}
+
+#[test]
+fn self_clearance_never_asks_for_more_than_half_of_what_standing_leaves() {
+    let robot = hubo();
+    let model = CollisionModel::new(&robot, &world(&[]), 0.5).unwrap();
+    let poses = standing(&robot);
+    assert_eq!(model.self_hit(&poses), None);
+    // The feet stand `apart` beside each other, so half of the gap between their boxes is asked.
+    let soles = [0, 1].map(|limb: usize| poses[robot.feet[limb].link] * robot.feet[limb].link_from_sole);
+    let gap = (soles[0].translation.y - soles[1].translation.y) - 0.14;
+    let left_at = |apart: f64| Pose::from_parts(DVec3::new(0.0, 0.14 + apart, 0.0), DQuat::IDENTITY);
+    assert!(model.feet_hit([&left_at(0.5 * gap - 1e-6), &Pose::IDENTITY]));
+    assert!(!model.feet_hit([&left_at(0.5 * gap + 1e-6), &Pose::IDENTITY]));
+}
+
+#[test]
+fn what_a_foot_does_decides_how_near_the_floor_may_be() {
+    let robot = hubo();
+    let model = CollisionModel::new(&robot, &world(&[floor(0.0)]), CLEARANCE).unwrap();
+    let poses = standing(&robot);
+    let hits = |by: f64, state: FootState| model.world_hit(&raised(&poses, by), &[state; 2]).is_some();
+    assert!(!hits(0.0, FootState::Stance) && !hits(-0.0014, FootState::Stance) && hits(-0.0016, FootState::Stance));
+    assert!(!hits(0.0, FootState::Leaving) && !hits(-0.0004, FootState::Leaving) && hits(-0.0006, FootState::Leaving));
+    assert!(hits(0.0, FootState::Free) && hits(0.0099, FootState::Free) && !hits(0.0101, FootState::Free));
+}
+
+#[test]
+fn clearance_is_asked_beside_a_leaving_foot_and_not_beside_a_standing_one() {
+    let robot = hubo();
+    let poses = standing(&robot);
+    let foot = poses[robot.feet[0].link] * robot.feet[0].link_from_sole;
+    let outer = robot.feet[0].polygon.iter().map(|corner| corner.y).fold(0.0, f64::max);
+    let side = foot.translation.y + outer;
+    let with_wall = |apart: f64| {
+        let wall = (DVec3::new(0.0, side + apart + 0.25, 0.03), DVec3::new(5.0, 0.25, 0.03));
+        CollisionModel::new(&robot, &world(&[floor(0.0), wall]), CLEARANCE).unwrap()
+    };
+    assert_eq!(with_wall(0.009).foot_hit(0, &foot, FootState::Stance), None);
+    assert_eq!(with_wall(0.009).foot_hit(0, &foot, FootState::Leaving), Some(1));
+    assert_eq!(with_wall(0.011).foot_hit(0, &foot, FootState::Leaving), None);
+    assert!(with_wall(0.011).foot_hit(0, &foot, FootState::Free).is_some());
+    assert_eq!(with_wall(-0.001).foot_hit(0, &foot, FootState::Stance), Some(1));
+}
+
+#[test]
+fn a_foot_alone_is_judged_as_in_the_whole_robot() {
+    let robot = hubo();
+    let mut random = Random::new(4, Stream::Preparation, 1, 0);
+    let mut offset = |reach: f64| DVec3::new(random.uniform(-reach, reach), random.uniform(-reach, reach), random.uniform(-reach, reach));
+    let blocks: Vec<_> = (0..20).map(|_| (offset(0.5), DVec3::splat(0.03))).collect();
+    let model = CollisionModel::new(&robot, &world(&blocks), CLEARANCE).unwrap();
+    let at_rest = standing(&robot);
+    let foot = &robot.feet[1];
+    let mut hits = 0;
+    for _ in 0..2_000 {
+        let world_from_sole = Pose::from_parts(offset(0.4), rotation_from_scaled_axis(offset(0.5)));
+        // The rest of the robot is far away.
+        let mut poses = raised(&at_rest, 100.0);
+        poses[foot.link] = world_from_sole * foot.link_from_sole.inverse();
+        for state in [FootState::Stance, FootState::Leaving, FootState::Free] {
+            let alone = model.foot_hit(1, &world_from_sole, state);
+            let whole = model.world_hit(&poses, &[FootState::Free, state]);
+            assert_eq!(alone.map(|shape| Hit::World { link: foot.link, shape }), whole);
+            hits += usize::from(alone.is_some());
+        }
+    }
+    assert!((100..5_900).contains(&hits), "{hits}");
+}
+
+#[test]
+fn feet_side_by_side_are_apart_and_feet_on_one_another_are_not() {
+    let robot = hubo();
+    let model = CollisionModel::new(&robot, &world(&[]), CLEARANCE).unwrap();
+    let right = Pose::IDENTITY;
+    let width = 0.14;
+    let left_at = |y: f64| Pose::from_parts(DVec3::new(0.0, y, 0.0), DQuat::IDENTITY);
+    assert!(!model.feet_hit([&left_at(0.2), &right]));
+    assert!(!model.feet_hit([&left_at(width + CLEARANCE + 1e-6), &right]));
+    assert!(model.feet_hit([&left_at(width + CLEARANCE - 1e-6), &right]));
+    assert!(model.feet_hit([&left_at(0.0), &right]));
+}
+
+#[test]
+fn every_link_that_touches_a_block_is_found() {
+    let robot = hubo();
+    let poses = standing(&robot);
+    for (link, pose) in poses.iter().enumerate().filter(|&(link, _)| !robot.links[link].shapes.is_empty()) {
+        let center = *pose * robot.links[link].shapes[0].link_from_shape.translation;
+        let model = CollisionModel::new(&robot, &world(&[(center, DVec3::splat(0.001))]), CLEARANCE).unwrap();
+        let alone: Vec<Pose> = poses.iter().enumerate().map(|(i, p)| if i == link { *p } else { raised(&[*p], 50.0)[0] }).collect();
+        assert_eq!(model.world_hit(&alone, &STANCE), Some(Hit::World { link, shape: 0 }), "{}", robot.links[link].name);
+    }
+}
+
+#[test]
+fn crossed_legs_hit_each_other() {
+    let robot = hubo();
+    let model = CollisionModel::new(&robot, &world(&[]), CLEARANCE).unwrap();
+    let mut poses = standing(&robot);
+    let (left, right) = (robot.feet[0].link, robot.feet[1].link);
+    poses[left] = poses[right];
+    let hit = model.self_hit(&poses);
+    assert!(matches!(hit, Some(Hit::SelfPair { a, b }) if a < b && (a, b) == (left.min(right), left.max(right))), "{hit:?}");
+}
+
+#[test]
+fn allowed_pairs_repeat_and_hold_neighbours_only() {
+    let robot = hubo();
+    let build = || CollisionModel::new(&robot, &world(&[]), CLEARANCE).unwrap();
+    let (first, second) = (build(), build());
+    assert_eq!(first.allowed_pairs(), second.allowed_pairs());
+    assert!(first.allowed_pairs().is_sorted() && first.allowed_pairs().iter().all(|(a, b)| a < b));
+    let (left, right) = (robot.feet[0].link, robot.feet[1].link);
+    assert!(!first.allowed_pairs().contains(&(left.min(right), left.max(right))));
+    for (link, attachment) in robot.links.iter().enumerate().filter_map(|(link, l)| l.parent.as_ref().map(|parent| (link, parent))) {
+        let has_shapes = |link: usize| !robot.links[link].shapes.is_empty();
+        if has_shapes(link) && has_shapes(attachment.parent) {
+            assert!(first.allowed_pairs().contains(&(attachment.parent, link)));
+        }
+    }
+    assert!(first.bytes() > 1_000);
+}
+
+#[test]
+fn no_corner_moves_further_than_the_bound() {
+    let robot = hubo();
+    let model = CollisionModel::new(&robot, &world(&[]), CLEARANCE).unwrap();
+    let mut random = Random::new(8, Stream::Preparation, 2, 0);
+    for _ in 0..300 {
+        let mut draw = || {
+            let q: Vec<f64> = robot.joints.iter().map(|joint| random.uniform(joint.lower, joint.upper)).collect();
+            let turn = DVec3::new(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0));
+            poses_at(&robot, &Pose::from_parts(turn, rotation_from_scaled_axis(turn)), &q)
+        };
+        let (from, to) = (draw(), draw());
+        let bound = model.motion_bound(&from, &to);
+        let mut furthest: f64 = 0.0;
+        for (link, body) in robot.links.iter().enumerate() {
+            for placed in &body.shapes {
+                let reach = match &placed.shape {
+                    Shape::Box { half_extents } => *half_extents,
+                    Shape::Cylinder { half_length, .. } => DVec3::new(0.0, 0.0, *half_length),
+                    Shape::Capsule { half_length, radius } => DVec3::new(0.0, 0.0, half_length + radius),
+                    _ => DVec3::ZERO,
+                };
+                for corner in [reach, -reach, reach * DVec3::new(1.0, -1.0, 1.0), reach * DVec3::new(-1.0, 1.0, 1.0)] {
+                    let point = placed.link_from_shape * corner;
+                    furthest = furthest.max((to[link] * point - from[link] * point).length());
+                }
+            }
+        }
+        assert!(furthest <= bound && bound < 2.0 * furthest, "{furthest} {bound}");
+    }
+}
+
+#[test]
+fn a_clearance_or_shape_that_cannot_be_is_refused() {
+    let robot = hubo();
+    for clearance in [-0.01, f64::NAN, f64::INFINITY] {
+        assert!(CollisionModel::new(&robot, &world(&[]), clearance).unwrap_err().to_string().contains("clearance"));
+    }
+    let flat = world(&[(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0))]);
+    assert!(CollisionModel::new(&robot, &flat, CLEARANCE).unwrap_err().to_string().starts_with("world shape 'box 0'"));
+    let mut nowhere = world(&[floor(0.0)]);
+    nowhere.shapes[0].world_from_shape.translation.x = f64::NAN;
+    assert!(CollisionModel::new(&robot, &nowhere, CLEARANCE).is_err());
+}

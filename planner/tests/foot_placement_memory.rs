@@ -1,0 +1,63 @@
+//! Queries never touch the heap, and full lists are counted.
+
+mod foot_placement_worlds;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use foot_placement_worlds::*;
+use surefoot_planner::foot_placement::{Effort, FootPlacementConfig, Request, Scratch, Surfaces};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// One test only: others running beside it would be counted too.
+#[test]
+fn queries_do_not_allocate_and_count_what_they_drop() {
+    let polygon = sole();
+    let worlds = [vec![floor()], ibeams(), round_bars(12), stairs(), spiral(), vec![rubble(200)]];
+    for (i, shapes) in worlds.into_iter().enumerate() {
+        let surfaces = surfaces(shapes);
+        let mut scratch = Scratch::new(surfaces.config());
+        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        for object in 0..20 {
+            let ideal = turned(0.05 * object as f64, 0.1, 0.2, 0.3 * object as f64);
+            let effort = Effort { sampled_max: 500, ..Effort::default() };
+            let request = Request { object, effort, ..request(&polygon, ideal) };
+            surfaces.propose(&mut scratch, &request, &mut |_| true);
+            let _either_way = surfaces.support(&mut scratch, &polygon, &ideal);
+        }
+        assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 0, "world {i}");
+    }
+    a_small_scratch_drops_and_says_so();
+}
+
+fn a_small_scratch_drops_and_says_so() {
+    let config =
+        FootPlacementConfig { features_max: 2, planes_max: 1, candidates_max: 3, intersection_points_max: 5, ..Default::default() };
+    let surfaces = Surfaces::new(&world(ibeams()), config.clone()).unwrap();
+    let mut scratch = Scratch::new(&config);
+    let polygon = sole();
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    surfaces.propose(&mut scratch, &request(&polygon, at(0.0, 0.0, 0.2)), &mut |_| true);
+    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before);
+    assert!(scratch.dropped() > 0);
+}

@@ -1,0 +1,203 @@
+//! Proposed placements: found on every feature of section 4.2, near the ideal, and always the same.
+
+mod foot_placement_worlds;
+
+use foot_placement_worlds::*;
+use glam::DVec3;
+use surefoot_planner::foot_placement::{Effort, Request, Scratch, Source, Surfaces};
+use surefoot_planner::random::{Random, Stream};
+use surefoot_shared_types::spatial::{rotation_from_rpy, yaw_of};
+use surefoot_shared_types::{Pose, Shape};
+
+const GEOMETRY_ONLY: Effort = Effort { geometric_max: 256, varied_max: 0, sampled_max: 0 };
+const SAMPLING_ONLY: Effort = Effort { geometric_max: 0, varied_max: 0, sampled_max: 8_000 };
+
+/// The share of random ideals within `region` (lower, upper corner) for which some placement is found.
+fn rate(surfaces: &Surfaces, region: [[f64; 3]; 2], effort: Effort, reach_xy: f64) -> f64 {
+    let polygon = sole();
+    let mut scratch = Scratch::new(surfaces.config());
+    let queries = 100;
+    let succeeds = |object: u64| {
+        let mut random = Random::new(5, Stream::Preparation, object, 0);
+        let [x, y, z] = [0, 1, 2].map(|axis| random.uniform(region[0][axis], region[1][axis]));
+        let ideal = turned(x, y, z, random.uniform(-3.1, 3.1));
+        let request = Request { effort, object, reach_xy, ..request(&polygon, ideal) };
+        surfaces.propose(&mut scratch, &request, &mut |_| false).stopped
+    };
+    (0..queries).map(succeeds).filter(|&found| found).count() as f64 / queries as f64
+}
+
+#[test]
+fn a_flat_floor_gives_the_ideal_itself_first() {
+    let floor = surfaces(vec![floor()]);
+    let polygon = sole();
+    let ideal = turned(0.4, 0.7, 0.0, 0.3);
+    let placements = first(&floor, &request(&polygon, ideal), 3);
+    assert!((placements[0].world_from_sole.translation - ideal.translation).length() < 1e-12);
+    assert!((yaw_of(placements[0].world_from_sole.rotation) - 0.3).abs() < 1e-12);
+    assert_eq!(placements[0].source, Source::Geometric);
+    assert_eq!(placements.len(), 3);
+}
+
+#[test]
+fn a_slope_tilts_the_sole_and_keeps_its_heading() {
+    let angle = 0.9 * libm::atan(MU);
+    let polygon = sole();
+    let placements = first(&surfaces(ramp(angle)), &request(&polygon, turned(0.1, 0.0, 0.0, 0.8)), 1);
+    let rotation = placements[0].world_from_sole.rotation;
+    assert!((yaw_of(rotation) - 0.8).abs() < 1e-9);
+    assert!((libm::acos((rotation * DVec3::Z).z) - angle).abs() < 1e-9);
+    assert!((placements[0].support.area - SOLE_AREA).abs() < 1e-9);
+    let steep = 1.1 * libm::atan(MU);
+    assert!(first(&surfaces(ramp(steep)), &request(&polygon, at(0.0, 0.0, 0.0)), 1).is_empty());
+}
+
+#[test]
+fn stones_are_met_wholly_at_the_nearest_place() {
+    let polygon = sole();
+    let stones = surfaces(stones());
+    let geometry = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(0.36, -0.02, 0.0)) };
+    let whole = first(&stones, &geometry, 100).into_iter().find(|p| (p.support.area - SOLE_AREA).abs() < 1e-9).unwrap();
+    let moved = whole.world_from_sole.translation - geometry.ideal.translation;
+    assert!(moved.length() < 0.07, "moved by {moved}: the stone's room for the sole begins 0.05 away");
+}
+
+#[test]
+fn ibeams_are_crossed_with_the_sole_centred() {
+    let polygon = sole();
+    let beams = surfaces(ibeams());
+    let request = Request { reach_z: [-0.05, 0.05], effort: GEOMETRY_ONLY, ..request(&polygon, turned(0.06, 0.2, 0.2, 0.15)) };
+    let placements = first(&beams, &request, 1_000);
+    let centred = placements.iter().find(|p| {
+        let centre = p.world_from_sole * DVec3::new(0.02, 0.0, 0.0);
+        centre.x.abs() < 1e-9 && yaw_of(p.world_from_sole.rotation).abs() < 1e-9
+    });
+    assert!((centred.unwrap().support.area - 0.2 * 0.14).abs() < 1e-9);
+    let mut along: Vec<f64> = placements.iter().map(|p| p.world_from_sole.translation.y).collect();
+    along.sort_by(f64::total_cmp);
+    assert!(along[0] < 0.0 && along[along.len() - 1] > 0.4, "several places along the beams: {along:?}");
+    assert!(placements.iter().all(|p| p.support.area >= 0.008));
+}
+
+#[test]
+fn geometry_alone_finds_placements_on_every_feature() {
+    let beam = vec![block([2.0, 0.12, 0.02], [0.0, 0.0, 0.8])];
+    let drum_pose = Pose::from_parts(DVec3::new(0.0, 0.0, -0.02), rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0));
+    let mixed = vec![block([0.05, 1.0, 0.05], [-0.16, 0.0, 0.0]), (Shape::Capsule { radius: 0.02, half_length: 0.6 }, drum_pose)];
+    let tilted_bars = {
+        let mut shapes = round_bars(2);
+        shapes[1].1.translation.z += 0.05;
+        shapes
+    };
+    let features = [
+        ("floor", vec![floor()], [[-2.0, -2.0, -0.1], [2.0, 2.0, 0.1]]),
+        ("ramp", ramp(0.9 * libm::atan(MU)), [[-0.3, -0.5, -0.1], [0.3, 0.5, 0.1]]),
+        ("stones", stones(), [[0.0, -0.1, -0.05], [1.4, 0.1, 0.05]]),
+        ("ibeams", ibeams()[1..].to_vec(), [[-0.15, -0.8, 0.1], [0.15, 0.8, 0.3]]),
+        ("round bars", round_bars(12), [[0.1, -0.4, -0.1], [1.6, 0.4, 0.1]]),
+        ("tilted bars", tilted_bars, [[0.0, -0.4, -0.1], [0.16, 0.4, 0.1]]),
+        ("bar and capsule", mixed, [[-0.15, -0.4, -0.1], [0.15, 0.4, 0.1]]),
+        ("beam", beam, [[-0.8, -0.15, 0.7], [0.8, 0.15, 0.9]]),
+        ("stairs", stairs(), [[0.4, -0.4, 0.55], [0.6, 0.4, 0.75]]),
+        ("spiral", spiral(), [[0.2, 0.5, 0.45], [0.45, 0.75, 0.65]]),
+        ("block edge", vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])], [[-0.15, -0.4, -0.1], [0.1, 0.4, 0.1]]),
+        ("flat mesh", vec![mesh(4.0, 20, |_, _| 0.0)], [[-1.5, -1.5, -0.1], [1.5, 1.5, 0.1]]),
+    ];
+    for (name, shapes, region) in features {
+        let surfaces = surfaces(shapes);
+        let [geometric, sampled] = [GEOMETRY_ONLY, SAMPLING_ONLY].map(|effort| rate(&surfaces, region, effort, 0.3));
+        println!("{name}: geometry {geometric:.3}, Algorithm 1 alone {sampled:.3}");
+        assert!(geometric >= 0.95, "{name}: {geometric}");
+    }
+}
+
+#[test]
+fn parallel_bars_are_found_at_every_span() {
+    for percent in (60..=130).step_by(5) {
+        let bars = surfaces(square_bars(f64::from(percent) / 100.0));
+        let region = [[-0.1, -0.2, -0.05], [0.1, 0.2, 0.05]];
+        let [geometric, sampled] = [GEOMETRY_ONLY, SAMPLING_ONLY].map(|effort| rate(&bars, region, effort, 0.3));
+        println!("span {percent} %: geometry {geometric:.3}, Algorithm 1 alone {sampled:.3}");
+        assert!(geometric >= 0.95, "{percent} %: {geometric}");
+    }
+}
+
+#[test]
+fn algorithm_1_finds_placements_by_itself() {
+    for (shapes, least) in [(vec![floor()], 0.99), (stones(), 0.8), (ibeams(), 0.8)] {
+        let region = [[0.0, -0.1, 0.0], [0.3, 0.1, 0.1]];
+        let rate = rate(&surfaces(shapes), region, SAMPLING_ONLY, 0.3);
+        assert!(rate >= least, "{rate}");
+    }
+}
+
+#[test]
+fn bars_too_far_apart_give_nothing() {
+    let bars = surfaces(square_bars(1.6));
+    assert_eq!(rate(&bars, [[-0.1, -0.2, -0.05], [0.1, 0.2, 0.05]], Effort::default(), 0.3), 0.0);
+}
+
+#[test]
+fn placements_keep_to_the_request() {
+    let polygon = sole();
+    let surfaces = surfaces(ibeams());
+    let is_left = |pose: &Pose| pose.translation.y > 0.0;
+    let request = Request {
+        reach_xy: 0.2,
+        reach_z: [-0.05, 0.02],
+        yaw_spread: 0.4,
+        is_free: &is_left,
+        ..request(&polygon, turned(0.0, 0.0, 0.2, 0.1))
+    };
+    let mut count = 0;
+    let tally = surfaces.propose(&mut Scratch::new(surfaces.config()), &request, &mut |p| {
+        let moved = p.world_from_sole.translation - request.ideal.translation;
+        assert!(moved.truncate().length() <= 0.2 + 1e-6 && (-0.05 - 1e-6..=0.02 + 1e-6).contains(&moved.z));
+        assert!((yaw_of(p.world_from_sole.rotation) - 0.1).abs() <= 0.4 + 1e-6);
+        assert!(p.world_from_sole.translation.y > 0.0);
+        count += 1;
+        true
+    });
+    assert_eq!(count, tally.found.iter().sum::<u32>());
+    assert!(tally.not_free > 0 && count > 0 && !tally.stopped);
+    let examined: u32 = tally.examined.iter().sum();
+    assert_eq!(examined, count + tally.not_free + tally.refused.iter().sum::<u32>(), "every placement is accounted for");
+}
+
+#[test]
+fn the_same_request_gives_the_same_placements_and_another_seed_others() {
+    let polygon = sole();
+    let surfaces = surfaces(stones());
+    let request = Request { effort: Effort { geometric_max: 20, ..Effort::default() }, ..request(&polygon, at(0.2, 0.0, 0.0)) };
+    let placements = first(&surfaces, &request, 10_000);
+    assert_eq!(placements, first(&surfaces, &request, 10_000));
+    assert_ne!(placements, first(&surfaces, &Request { seed: 2, ..request }, 10_000));
+    let mut used = Scratch::new(surfaces.config());
+    let mut again = Vec::new();
+    let elsewhere = Request { ideal: at(1.0, 0.0, 0.0), ..request };
+    surfaces.propose(&mut used, &elsewhere, &mut |_| true);
+    surfaces.propose(&mut used, &request, &mut |p| {
+        again.push(p);
+        true
+    });
+    assert_eq!(placements, again, "a used scratch changes nothing");
+}
+
+#[test]
+fn hostile_requests_end_with_nothing() {
+    let polygon = sole();
+    let surfaces = surfaces(vec![floor()]);
+    let sound = request(&polygon, at(0.0, 0.0, 0.0));
+    let broken = [
+        Request { ideal: at(f64::NAN, 0.0, 0.0), ..sound },
+        Request { reach_xy: f64::INFINITY, ..sound },
+        Request { reach_z: [1.0, -1.0], ..sound },
+        Request { sole_polygon: &polygon[..2], ..sound },
+        Request { sole_polygon: &[], ..sound },
+        Request { yaw_spread: f64::NAN, ..sound },
+        Request { ideal: at(50.0, 0.0, 0.0), ..sound },
+    ];
+    for (i, request) in broken.iter().enumerate() {
+        assert!(first(&surfaces, request, 10).is_empty(), "case {i}");
+    }
+}

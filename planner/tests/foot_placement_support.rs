@@ -1,0 +1,192 @@
+//! What carries a sole: areas against values worked out by hand, and each reason for refusal.
+
+mod foot_placement_worlds;
+
+use foot_placement_worlds::*;
+use glam::{DVec2, DVec3};
+use surefoot_planner::foot_placement::{FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
+use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy};
+use surefoot_shared_types::{Pose, Shape};
+
+fn area_at(surfaces: &Surfaces, pose: &Pose) -> f64 {
+    support(surfaces, pose).unwrap().area
+}
+
+/// The sole pose on a slope up along x.
+fn on_ramp(angle: f64) -> Pose {
+    Pose::from_parts(DVec3::ZERO, rotation_about(DVec3::Y, -angle))
+}
+
+#[test]
+fn a_floor_carries_the_whole_sole() {
+    let support = support(&surfaces(vec![floor()]), &turned(0.3, -0.2, 0.0, 0.7)).unwrap();
+    assert!((support.area - SOLE_AREA).abs() < 1e-12);
+    assert!((support.edge_distance - 0.07).abs() < 1e-12);
+    assert_eq!(support.polygon.len(), 4);
+    assert!(support.polygon.iter().all(|p| sole().iter().any(|q| p.distance(*q) < 1e-12)));
+}
+
+#[test]
+fn both_ibeams_carry_and_one_does_not() {
+    let beams = surfaces(ibeams());
+    let both = area_at(&beams, &at(-0.02, 0.3, 0.2));
+    assert!((both - 0.20 * 0.14).abs() < 1e-9, "outer span 0.20 by the sole's width, got {both}");
+    let one = support(&beams, &at(-0.075 - 0.1, 0.0, 0.2));
+    assert_eq!(one, Err(NoSupport::AreaTooSmall), "across one top: 0.05 by 0.14 is 0.007 m2");
+}
+
+#[test]
+fn a_stone_carries_what_lies_on_it() {
+    let stones = surfaces(stones());
+    assert!((area_at(&stones, &at(-0.02, 0.12, 0.0)) - SOLE_AREA).abs() < 1e-9);
+    assert!((area_at(&stones, &at(0.08, 0.12, 0.0)) - 0.15 * 0.14).abs() < 1e-9, "toe beyond the edge by 0.07");
+}
+
+#[test]
+fn a_beam_narrower_than_the_sole_carries_its_own_width() {
+    let beam = surfaces(vec![block([2.0, 0.12, 0.02], [0.0, 0.0, 0.8])]);
+    assert!((area_at(&beam, &at(0.0, 0.0, 0.8)) - 0.22 * 0.12).abs() < 1e-9);
+}
+
+#[test]
+fn friction_decides_the_steepest_slope() {
+    let cone = libm::atan(MU);
+    let gentle = 0.9 * cone;
+    assert!((area_at(&surfaces(ramp(gentle)), &on_ramp(gentle)) - SOLE_AREA).abs() < 1e-9);
+    let steep = 1.1 * cone;
+    assert_eq!(support(&surfaces(ramp(steep)), &on_ramp(steep)), Err(NoSupport::TooSteep));
+}
+
+#[test]
+fn two_round_bars_carry_what_is_between_their_top_lines() {
+    let bars = surfaces(round_bars(2));
+    let support = support(&bars, &at(0.06, 0.1, 0.0)).unwrap();
+    assert!((support.area - 0.16 * 0.14).abs() < 1e-9, "{}", support.area);
+    assert_eq!(support_of_one_bar(&bars), Err(NoSupport::AreaTooSmall));
+}
+
+fn support_of_one_bar(bars: &Surfaces) -> Result<f64, NoSupport> {
+    support(bars, &at(-0.12, 0.0, 0.0)).map(|s| s.area)
+}
+
+#[test]
+fn bars_at_different_heights_carry_a_tilted_sole() {
+    let mut shapes = round_bars(2);
+    shapes[1].1.translation.z += 0.04;
+    let tilt = libm::asin(0.04 / (0.16f64 * 0.16 + 0.04 * 0.04).sqrt());
+    let rotation = rotation_about(DVec3::Y, -tilt);
+    let centre = 0.5 * (shapes[0].1.translation + shapes[1].1.translation) + rotation * DVec3::new(-0.02, 0.0, 0.02);
+    let area = area_at(&surfaces(shapes), &Pose::from_parts(centre, rotation));
+    assert!((area - 0.14 * (0.16f64 * 0.16 + 0.04 * 0.04).sqrt()).abs() < 1e-6, "{area}");
+}
+
+#[test]
+fn capsules_and_balls_carry_at_points() {
+    let lying = rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+    let capsule = |x: f64| (Shape::Capsule { radius: 0.02, half_length: 0.6 }, Pose::from_parts(DVec3::new(x, 0.0, -0.02), lying));
+    let area = area_at(&surfaces(vec![capsule(0.0), capsule(0.16)]), &at(0.06, 0.0, 0.0));
+    assert!((area - 0.16 * 0.14).abs() < 1e-9);
+    let balls = [(-0.05, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.05, 0.05)];
+    let ball = |&(x, y): &(f64, f64)| (Shape::Sphere { radius: 0.03 }, at(x, y, -0.03));
+    let area = area_at(&surfaces(balls.iter().map(ball).collect()), &at(0.0, 0.0, 0.0));
+    assert!((area - 0.15 * 0.1).abs() < 1e-9);
+}
+
+#[test]
+fn a_drum_carries_on_its_cap_alone() {
+    let drum = (Shape::Cylinder { radius: 0.3, half_length: 0.2 }, at(0.0, 0.0, -0.2));
+    assert!((area_at(&surfaces(vec![drum.clone()]), &at(0.0, 0.0, 0.0)) - SOLE_AREA).abs() < 1e-9);
+    let lying = (drum.0, Pose::from_parts(DVec3::new(0.0, 0.0, -0.3), rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0)));
+    assert_eq!(support(&surfaces(vec![lying]), &at(0.0, 0.0, 0.0)), Err(NoSupport::AreaTooSmall));
+}
+
+#[test]
+fn a_hull_and_a_mesh_carry_like_the_box_they_trace() {
+    let poses = [turned(0.1, 0.05, 0.0, 0.4), at(0.3, 0.0, 0.0), turned(-0.33, 0.31, 0.0, 2.0)];
+    let corners = [-0.4, 0.4].iter().flat_map(|&x| [-0.4, 0.4].map(|y| (x, y))).flat_map(|(x, y)| [-0.5, 0.0].map(|z| DVec3::new(x, y, z)));
+    let traced = [
+        surfaces(vec![(Shape::ConvexHull { points: corners.collect() }, Pose::IDENTITY)]),
+        surfaces(vec![mesh(0.8, 1, |_, _| 0.0)]),
+        surfaces(vec![mesh(0.8, 40, |_, _| 0.0)]),
+    ];
+    let original = surfaces(vec![block([0.8, 0.8, 0.5], [0.0, 0.0, 0.0])]);
+    for pose in &poses {
+        let expected = support(&original, pose).unwrap();
+        for surfaces in &traced {
+            let found = support(surfaces, pose).unwrap();
+            assert_eq!(found.polygon.len(), expected.polygon.len());
+            assert!(found.polygon.iter().all(|p| expected.polygon.iter().any(|q| p.distance(*q) < 1e-6)));
+            assert!((found.area - expected.area).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn tiles_with_a_gap_and_a_small_step_still_carry_together() {
+    let tiles = |step: f64| surfaces(vec![block([0.2, 0.4, 0.1], [-0.11, 0.0, 0.0]), block([0.2, 0.4, 0.1], [0.11, 0.0, step])]);
+    assert!((area_at(&tiles(-0.0009), &at(0.0, 0.0, 0.0)) - SOLE_AREA).abs() < 1e-9);
+    assert!((area_at(&tiles(-0.0011), &at(0.0, 0.0, 0.0)) - 0.08 * 0.14).abs() < 1e-9, "the lower tile is out of touch");
+    assert_eq!(support(&tiles(0.0011), &at(0.0, 0.0, 0.0)), Err(NoSupport::Penetrates));
+}
+
+#[test]
+fn whatever_stands_in_the_outline_is_refused() {
+    let obstacles = [
+        block([0.02, 0.02, 0.5], [0.05, 0.0, 0.25]),
+        (Shape::Sphere { radius: 0.02 }, at(0.05, 0.0, 0.0)),
+        (Shape::Sphere { radius: 0.05 }, at(0.05, 0.08, 0.02)),
+        (Shape::Capsule { radius: 0.01, half_length: 0.5 }, at(0.05, 0.0, 0.0)),
+        (Shape::Cylinder { radius: 0.01, half_length: 0.5 }, at(0.05, 0.0, 0.0)),
+        block([0.3, 0.3, 0.01], [0.0, 0.0, 0.017]),
+        block([0.5, 0.5, 0.5], [0.0, 0.0, 0.5]),
+    ];
+    for obstacle in obstacles {
+        let label = format!("{obstacle:?}");
+        let scene = surfaces(vec![floor(), obstacle]);
+        assert_eq!(support(&scene, &at(0.0, 0.0, 0.0)), Err(NoSupport::Penetrates), "{label}");
+        assert!(support(&scene, &at(2.0, 0.0, 0.0)).is_ok(), "{label}");
+    }
+}
+
+#[test]
+fn walls_beside_the_sole_and_ceilings_above_it_are_no_obstacle() {
+    let scene = surfaces(vec![
+        floor(),
+        block([0.1, 2.0, 1.0], [0.18, 0.0, 1.0]),
+        block([1.0, 1.0, 0.1], [0.0, 0.0, 0.2]),
+        (Shape::Sphere { radius: 0.05 }, at(0.0, 0.121, 0.01)),
+    ]);
+    assert!(support(&scene, &at(0.0, 0.0, 0.0)).is_ok());
+}
+
+#[test]
+fn each_reason_is_given() {
+    let scene = surfaces(vec![floor(), block([0.3, 0.04, 0.1], [3.0, 0.0, 0.5])]);
+    let narrow = surfaces(vec![block([0.5, 0.038, 0.1], [0.0, 0.0, 0.0])]);
+    assert_eq!(support(&scene, &at(0.0, 0.0, 0.5)), Err(NoSupport::NothingBelow));
+    assert_eq!(support(&scene, &at(0.0, 0.0, 0.002)), Err(NoSupport::NothingBelow));
+    assert_eq!(support(&scene, &at(0.0, 0.0, -0.002)), Err(NoSupport::Penetrates));
+    assert_eq!(support(&scene, &on_ramp(0.55)), Err(NoSupport::TooSteep));
+    assert_eq!(support(&scene, &at(f64::NAN, 0.0, 0.0)), Err(NoSupport::InvalidSole));
+    assert_eq!(support(&narrow, &at(0.0, 0.0, 0.0)), Err(NoSupport::CentroidNearEdge));
+    let few = FootPlacementConfig { support_elements_max: 1, ..Default::default() };
+    let crowded = Surfaces::new(&world(ibeams()), few.clone()).unwrap();
+    assert_eq!(crowded.support(&mut Scratch::new(&few), &sole(), &at(-0.02, 0.0, 0.2)), Err(NoSupport::TooManyElements));
+}
+
+#[test]
+fn hostile_soles_worlds_and_parameters_are_refused() {
+    let scene = surfaces(vec![floor()]);
+    let mut scratch = Scratch::new(scene.config());
+    let clockwise: Vec<DVec2> = sole().into_iter().rev().collect();
+    let too_many: Vec<DVec2> = (0..17).map(|i| DVec2::from(libm::sincos(-f64::from(i) * 0.3))).collect();
+    for polygon in [vec![], vec![DVec2::ZERO; 4], clockwise, too_many, vec![DVec2::NAN; 3]] {
+        assert_eq!(scene.support(&mut scratch, &polygon, &at(0.0, 0.0, 0.0)), Err(NoSupport::InvalidSole));
+    }
+    let flat = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::ZERO];
+    let broken = world(vec![(Shape::ConvexHull { points: flat[..2].to_vec() }, Pose::IDENTITY)]);
+    assert!(matches!(Surfaces::new(&broken, Default::default()), Err(SurfacesError::Shape { .. })));
+    let config = FootPlacementConfig { plane_distance_max: f64::NAN, ..Default::default() };
+    assert!(matches!(Surfaces::new(&world(vec![]), config), Err(SurfacesError::Config { field: "plane_distance_max", .. })));
+    assert_eq!(support(&surfaces(vec![]), &at(0.0, 0.0, 0.0)), Err(NoSupport::NothingBelow));
+}

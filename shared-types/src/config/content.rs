@@ -1,0 +1,45 @@
+//! The digest of what in a scenario influences a plan and has no digest of its own.
+
+use serde::Serialize;
+
+use super::{CheckerConfig, Mark, PlannerConfig, Scenario};
+use crate::digest::Digest;
+
+#[derive(Serialize)]
+struct Content<'a> {
+    seed: u64,
+    start: Print,
+    goal: Print,
+    goal_position_tolerance: f64,
+    goal_yaw_tolerance: f64,
+    planner: &'a PlannerConfig,
+    checker: &'a CheckerConfig,
+}
+
+#[derive(Serialize)]
+struct Print {
+    xyz: [f64; 3],
+    yaw: f64,
+    feet_apart: f64,
+}
+
+impl From<&Mark> for Print {
+    fn from(mark: &Mark) -> Self {
+        Self { xyz: mark.position.to_array(), yaw: mark.yaw, feet_apart: mark.feet_apart }
+    }
+}
+
+/// The digest of a scenario's content; names and paths do not count.
+pub(super) fn digest(scenario: &Scenario) -> Digest {
+    let content = Content {
+        seed: scenario.seed,
+        start: (&scenario.start).into(),
+        goal: (&scenario.goal).into(),
+        goal_position_tolerance: scenario.goal_position_tolerance,
+        goal_yaw_tolerance: scenario.goal_yaw_tolerance,
+        planner: &scenario.planner,
+        checker: &scenario.checker,
+    };
+    let bytes = serde_json::to_vec(&content).expect("structs of plain numbers can always be written as JSON");
+    Digest::of(&[&bytes])
+}

@@ -1,0 +1,115 @@
+//! Reads and validates scenarios.
+
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::InputError;
+use crate::digest::Digest;
+use crate::source::{Source, TEXT_BYTES_MAX, check_numbers, check_positive};
+
+use super::relations::check_relations;
+use super::{CheckerConfig, Mark, PlannerConfig, Scenario};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawScenario {
+    robot: PathBuf,
+    world: PathBuf,
+    #[serde(default = "default_seed")]
+    seed: u64,
+    start: Spanned<RawStart>,
+    goal: Spanned<RawGoal>,
+    planner: Option<Spanned<PlannerConfig>>,
+    checker: Option<Spanned<CheckerConfig>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawStart {
+    xyz: [f64; 3],
+    #[serde(default)]
+    yaw: f64,
+    #[serde(default = "default_feet_apart")]
+    feet_apart: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawGoal {
+    xyz: [f64; 3],
+    #[serde(default)]
+    yaw: f64,
+    #[serde(default = "default_feet_apart")]
+    feet_apart: f64,
+    #[serde(default = "default_position_tolerance")]
+    position_tolerance: f64,
+    #[serde(default = "default_yaw_tolerance")]
+    yaw_tolerance: f64,
+}
+
+/// Loads a scenario file.
+///
+/// The file names `robot` and `world` (paths relative to it), `seed` (default 1), `[start]` and `[goal]` (`xyz` in m, `yaw` in
+/// rad, `feet_apart` in m; the goal also `position_tolerance` in m and `yaw_tolerance` in rad), and optionally `[planner]`
+/// ([`PlannerConfig`]) and `[checker]` ([`CheckerConfig`]). The robot and the world themselves are not opened.
+///
+/// # Errors
+/// When the file cannot be read, a number is out of range, or a planner margin is not strictly stronger than what the checker
+/// tolerates.
+pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
+    let source = Source::read(path, TEXT_BYTES_MAX)?;
+    let raw: RawScenario = source.parse_toml()?;
+    let (start_place, goal_place) = (source.place(raw.start.span().start), source.place(raw.goal.span().start));
+    let table = raw.planner.as_ref().map(Spanned::span).or(raw.checker.as_ref().map(Spanned::span));
+    let config_place = source.place(table.map_or(0, |span| span.start));
+    let (start, goal) = (raw.start.into_inner(), raw.goal.into_inner());
+    let planner = raw.planner.map(Spanned::into_inner).unwrap_or_default();
+    let checker = raw.checker.map(Spanned::into_inner).unwrap_or_default();
+    let start_mark = mark(start.xyz, start.yaw, start.feet_apart).map_err(|message| start_place.error("[start]", message))?;
+    let goal_mark = mark(goal.xyz, goal.yaw, goal.feet_apart)
+        .and_then(|mark| check_positive("position_tolerance", &[goal.position_tolerance]).map(|()| mark))
+        .and_then(|mark| check_positive("yaw_tolerance", &[goal.yaw_tolerance]).map(|()| mark))
+        .map_err(|message| goal_place.error("[goal]", message))?;
+    check_relations(&planner, &checker).map_err(|(field, message)| config_place.error(field, message))?;
+    let base_dir = path.parent().unwrap_or(Path::new(""));
+    let scenario = Scenario {
+        name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+        path: path.to_owned(),
+        robot_path: base_dir.join(raw.robot),
+        world_path: base_dir.join(raw.world),
+        start: start_mark,
+        goal: goal_mark,
+        goal_position_tolerance: goal.position_tolerance,
+        goal_yaw_tolerance: goal.yaw_tolerance,
+        seed: raw.seed,
+        planner,
+        checker,
+        digest: Digest::default(),
+    };
+    Ok(scenario.with_seed(raw.seed))
+}
+
+fn mark(xyz: [f64; 3], yaw: f64, feet_apart: f64) -> Result<Mark, String> {
+    check_numbers("xyz", &xyz)?;
+    check_numbers("yaw", &[yaw])?;
+    check_positive("feet_apart", &[feet_apart])?;
+    Ok(Mark { position: xyz.into(), yaw, feet_apart })
+}
+
+fn default_seed() -> u64 {
+    1
+}
+
+fn default_feet_apart() -> f64 {
+    0.2
+}
+
+fn default_position_tolerance() -> f64 {
+    0.10
+}
+
+fn default_yaw_tolerance() -> f64 {
+    0.35
+}

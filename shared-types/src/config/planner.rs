@@ -1,0 +1,94 @@
+//! The parameters of the planner and of the checker, with the relations that must hold between them.
+
+/// Everything that bounds or shapes the search. Deserialised from a scenario's `[planner]` table, each field optional.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlannerConfig {
+    /// Work units the whole plan may use (one unit is about one whole-body configuration check).
+    pub work_max: u64,
+    /// Most foot placements in the graph.
+    pub footholds_max: u32,
+    /// Most transitions in the graph.
+    pub transitions_max: u32,
+    /// Most waypoints of a plan.
+    pub waypoints_max: u32,
+    /// Clearance between the robot and the world, and between its own links, at every sampled configuration, m.
+    pub clearance: f64,
+    /// How far the centre of mass stays inside the support polygon, m.
+    pub com_margin: f64,
+    /// The share of a joint's effort limit that may be used, 0 to 1.
+    pub effort_share: f64,
+    /// How far joints stay from their position limits, rad or m.
+    pub joint_margin: f64,
+    /// The longest joint motion between two waypoints, rad.
+    pub waypoint_joint_step: f64,
+    /// The longest motion of any point of the robot between two collision samples, m.
+    pub collision_step: f64,
+    /// The smallest support area of a foot placement, m2.
+    pub support_area_min: f64,
+    /// Distance between guide-route stations that seed foot placements, m.
+    pub station_spacing: f64,
+}
+
+impl Default for PlannerConfig {
+    fn default() -> Self {
+        Self {
+            work_max: 20_000_000,
+            footholds_max: 16_384,
+            transitions_max: 262_144,
+            waypoints_max: 65_536,
+            clearance: 0.006,
+            com_margin: 0.01,
+            effort_share: 0.95,
+            joint_margin: 0.005,
+            waypoint_joint_step: 0.04,
+            collision_step: 0.01,
+            support_area_min: 0.008,
+            station_spacing: 0.25,
+        }
+    }
+}
+
+/// The checker's tolerances. Deserialised from a scenario's `[checker]` table, each field optional. The loader refuses a
+/// scenario whose planner margins are not strictly larger than these.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct CheckerConfig {
+    /// How far a stance sole may be from its declared place, m.
+    pub foot_position_max: f64,
+    /// How far a stance sole may be turned from its declared pose, rad.
+    pub foot_rotation_max: f64,
+    /// A sole point counts as supported within this distance of a surface, m; also how deep a stance foot may press.
+    pub contact_gap_max: f64,
+    /// How far a supporting surface's normal may be from the sole's, rad.
+    pub contact_tilt_max: f64,
+    /// The smallest support area of a stance sole, m2.
+    pub support_area_min: f64,
+    /// How deep two things may overlap before it counts as a collision, m.
+    pub penetration_max: f64,
+    /// How far inside the equilibrium region the centre of mass must be, m.
+    pub com_margin: f64,
+    /// The share of a joint's effort limit that may be used.
+    pub effort_share: f64,
+    /// The longest joint motion between two waypoints, rad.
+    pub joint_step_max: f64,
+    /// The longest root motion between two waypoints, m.
+    pub root_step_max: f64,
+}
+
+impl Default for CheckerConfig {
+    fn default() -> Self {
+        Self {
+            foot_position_max: 2e-3,
+            foot_rotation_max: 0.2 * std::f64::consts::PI / 180.0,
+            contact_gap_max: 3e-3,
+            contact_tilt_max: 5.0 * std::f64::consts::PI / 180.0,
+            support_area_min: 5e-4,
+            penetration_max: 2e-3,
+            com_margin: 0.0,
+            effort_share: 1.0,
+            joint_step_max: 0.2,
+            root_step_max: 0.1,
+        }
+    }
+}

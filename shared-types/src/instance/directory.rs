@@ -1,0 +1,144 @@
+//! Private folders, and the segments that iceoryx2 puts into `/dev/shm`.
+
+use std::fs::{self, DirBuilder, DirEntry};
+use std::io::{self, ErrorKind};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::path::{Path, PathBuf};
+
+use super::InstanceError;
+use super::lock::LOCK_FILE;
+
+/// Where Linux shows POSIX shared memory.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// The folder of all instances of this user: in `/dev/shm`, or in the folder for temporary files where that is unusable.
+pub(super) fn default_base() -> Result<PathBuf, InstanceError> {
+    let folder = format!("surefoot-{}", effective_uid());
+    let base = Path::new(SHARED_MEMORY).join(&folder);
+    match ensure_private(&base) {
+        Ok(()) => Ok(base),
+        Err(InstanceError::Io { .. }) => Ok(std::env::temp_dir().join(folder)),
+        Err(squatted) => Err(squatted),
+    }
+}
+
+/// Creates a folder with mode 0700, or checks that it is ours alone.
+pub(super) fn ensure_private(path: &Path) -> Result<(), InstanceError> {
+    match DirBuilder::new().mode(0o700).create(path) {
+        Ok(()) => Ok(()),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => check_private(path),
+        Err(error) => Err(io_error(path, error)),
+    }
+}
+
+/// Whether `path` exists; an error if it is not a folder of this user that nobody else may enter.
+pub(super) fn is_ours(path: &Path) -> Result<bool, InstanceError> {
+    match check_private(path) {
+        Ok(()) => Ok(true),
+        Err(InstanceError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Checks that `path` is a folder of this user that nobody else may enter.
+fn check_private(path: &Path) -> Result<(), InstanceError> {
+    let squatted = |reason: String| Err(InstanceError::Squatted { path: path.to_owned(), reason });
+    let metadata = path.symlink_metadata().map_err(|error| io_error(path, error))?;
+    if metadata.is_symlink() {
+        return squatted("it is a symbolic link, not a folder".into());
+    }
+    if !metadata.is_dir() {
+        return squatted("it is not a folder".into());
+    }
+    if metadata.uid() != effective_uid() {
+        return squatted(format!("it belongs to user {}, not to user {}", metadata.uid(), effective_uid()));
+    }
+    let mode = metadata.mode() & 0o7777;
+    if mode & 0o077 != 0 {
+        return squatted(format!("its mode is {mode:04o}, so others may enter it; 0700 is needed"));
+    }
+    Ok(())
+}
+
+/// Refuses segments of our prefix that belong to somebody else.
+pub(super) fn refuse_foreign_segments(prefix: &str) -> Result<(), InstanceError> {
+    for segment in segments(prefix)? {
+        match segment.path().symlink_metadata() {
+            Ok(metadata) if metadata.uid() != effective_uid() => {
+                let reason = format!("it belongs to user {}", metadata.uid());
+                return Err(InstanceError::Squatted { path: segment.path(), reason });
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Removes the segments of our prefix.
+pub(super) fn remove_segments(prefix: &str) -> Result<(), InstanceError> {
+    for segment in segments(prefix)? {
+        unless_gone(fs::remove_file(segment.path()), &segment.path())?;
+    }
+    Ok(())
+}
+
+/// Removes everything in the root but the lock.
+pub(super) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
+    for entry in entries(root)? {
+        if entry.file_name() == LOCK_FILE {
+            continue;
+        }
+        let path = entry.path();
+        let is_folder = entry.file_type().map_err(|error| io_error(&path, error))?.is_dir();
+        unless_gone(if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) }, &path)?;
+    }
+    Ok(())
+}
+
+/// Removes the root, and the base folder if it was the last one in it.
+pub(super) fn remove_root(root: &Path) -> Result<(), InstanceError> {
+    unless_gone(fs::remove_dir_all(root), root)?;
+    if let Some(base) = root.parent() {
+        // Fails while other instances live there, as it should.
+        let _ = fs::remove_dir(base);
+    }
+    Ok(())
+}
+
+/// The names of what stands in `folder`; none when it does not exist.
+pub(super) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
+    let mut names: Vec<String> = entries(folder)?.iter().filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort();
+    Ok(names)
+}
+
+/// `error` as met at `path`.
+pub(super) fn io_error(path: &Path, source: io::Error) -> InstanceError {
+    InstanceError::Io { path: path.to_owned(), source }
+}
+
+fn segments(prefix: &str) -> Result<Vec<DirEntry>, InstanceError> {
+    let mut found = entries(Path::new(SHARED_MEMORY))?;
+    found.retain(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix)));
+    Ok(found)
+}
+
+fn entries(folder: &Path) -> Result<Vec<DirEntry>, InstanceError> {
+    match fs::read_dir(folder) {
+        Ok(read) => read.collect::<Result<_, _>>().map_err(|error| io_error(folder, error)),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(io_error(folder, error)),
+    }
+}
+
+fn unless_gone(result: io::Result<()>, path: &Path) -> Result<(), InstanceError> {
+    match result {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(io_error(path, error)),
+        _ => Ok(()),
+    }
+}
+
+fn effective_uid() -> u32 {
+    // SAFETY: geteuid has no preconditions and cannot fail.
+    unsafe { libc::geteuid() }
+}

@@ -1,0 +1,222 @@
+//! An instance: the private corner of shared memory in which one planner and one controller meet.
+//!
+//! Its root folder is `/dev/shm/surefoot-<uid>/<name>`, mode 0700, and every segment carries a prefix of its own, so
+//! that nothing is shared with other users or other iceoryx2 programs. Everybody in the instance holds a shared lock on
+//! the file `lock` in the root; the kernel drops the locks of the killed. Whoever can get the lock exclusively is
+//! alone, and only then may the root and its segments be removed: the last one out does so, and so does the next
+//! [`Instance::create`] or [`Instance::clean_dead`] after a crash.
+
+mod directory;
+mod lock;
+pub mod service;
+mod succession;
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
+
+pub use service::{ChannelError, Link};
+pub use succession::{Rank, Succession, draw_id};
+
+use crate::digest::Digest;
+
+/// Longest name of an instance, bytes.
+pub const NAME_LEN_MAX: usize = 32;
+/// Longest path of a base folder, bytes; leaves room for iceoryx2's own folders below it.
+const BASE_PATH_LEN_MAX: usize = 64;
+/// How often a lock is tried while somebody else creates or removes the same instance.
+const LOCK_ATTEMPTS_MAX: usize = 20;
+
+/// Why an instance cannot be entered.
+#[derive(Debug, thiserror::Error)]
+pub enum InstanceError {
+    /// The name is not usable.
+    #[error("instance name '{name}': use 1 to {NAME_LEN_MAX} of the characters a-z, 0-9, _ and -")]
+    Name {
+        /// The name as given.
+        name: String,
+    },
+    /// Somebody else made the folder, or others may enter it.
+    #[error("{}: {reason}; remove it, or choose another instance name", path.display())]
+    Squatted {
+        /// The folder or segment.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// Other processes live in it.
+    #[error("instance '{name}' is in use; end its processes or choose another name")]
+    InUse {
+        /// Its name.
+        name: String,
+    },
+    /// Nobody created it.
+    #[error("instance '{name}' does not exist ({}); start its creator first", root.display())]
+    Missing {
+        /// Its name.
+        name: String,
+        /// Where it was looked for.
+        root: PathBuf,
+    },
+    /// The path does not fit iceoryx2's limits.
+    #[error("{}: the path is not absolute, not plain text, or longer than {BASE_PATH_LEN_MAX} bytes", path.display())]
+    Path {
+        /// The base folder.
+        path: PathBuf,
+    },
+    /// The file system said no.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+/// A handle on an instance. Clones share it; with the last one the process leaves.
+#[derive(Debug, Clone)]
+pub struct Instance {
+    membership: Arc<Membership>,
+}
+
+#[derive(Debug)]
+struct Membership {
+    place: Place,
+    lock: File,
+}
+
+/// Where an instance lives.
+#[derive(Debug, Clone)]
+pub(crate) struct Place {
+    name: String,
+    root: PathBuf,
+    prefix: String,
+}
+
+impl Instance {
+    /// Creates an instance under the default base folder, after removing what a crash left of it.
+    pub fn create(name: &str) -> Result<Self, InstanceError> {
+        Self::create_in(&directory::default_base()?, name)
+    }
+
+    /// Enters an instance that another process created.
+    pub fn attach(name: &str) -> Result<Self, InstanceError> {
+        Self::attach_in(&directory::default_base()?, name)
+    }
+
+    /// Like [`Self::create`], with the base folder given: an absolute path, created with mode 0700 when missing.
+    pub fn create_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
+        let place = Place::new(base, name)?;
+        for _ in 0..LOCK_ATTEMPTS_MAX {
+            directory::ensure_private(base)?;
+            directory::ensure_private(&place.root)?;
+            directory::refuse_foreign_segments(&place.prefix)?;
+            if let Some(lock) = lock::alone(&place.root)? {
+                directory::empty_except_lock(&place.root)?;
+                directory::remove_segments(&place.prefix)?;
+                if lock::share(&lock, &place.root)? {
+                    return Ok(Self { membership: Arc::new(Membership { place, lock }) });
+                }
+            }
+            lock::pause();
+        }
+        Err(InstanceError::InUse { name: place.name })
+    }
+
+    /// Like [`Self::attach`], with the base folder given.
+    pub fn attach_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
+        let place = Place::new(base, name)?;
+        for _ in 0..LOCK_ATTEMPTS_MAX {
+            if !directory::is_ours(base)? || !directory::is_ours(&place.root)? {
+                break;
+            }
+            directory::refuse_foreign_segments(&place.prefix)?;
+            if let Some(lock) = lock::among_others(&place.root)? {
+                return Ok(Self { membership: Arc::new(Membership { place, lock }) });
+            }
+            lock::pause();
+        }
+        Err(InstanceError::Missing { name: place.name, root: place.root })
+    }
+
+    /// Removes every instance of this user in which no process lives any more; returns how many. Call it at start-up.
+    pub fn clean_dead() -> Result<usize, InstanceError> {
+        Self::clean_dead_in(&directory::default_base()?)
+    }
+
+    /// Like [`Self::clean_dead`], with the base folder given.
+    pub fn clean_dead_in(base: &Path) -> Result<usize, InstanceError> {
+        let mut removed = 0;
+        for name in directory::child_names(base)? {
+            let Ok(place) = Place::new(base, &name) else { continue };
+            if !matches!(directory::is_ours(&place.root), Ok(true)) {
+                continue;
+            }
+            if let Some(lock) = lock::alone(&place.root)? {
+                place.remove(&lock)?;
+                removed += 1;
+            }
+        }
+        Ok(removed)
+    }
+
+    /// The instance's name.
+    pub fn name(&self) -> &str {
+        &self.membership.place.name
+    }
+
+    /// The instance's root folder.
+    pub fn root(&self) -> &Path {
+        &self.membership.place.root
+    }
+
+    /// What every shared-memory segment's name of this instance begins with.
+    pub fn segment_prefix(&self) -> &str {
+        &self.membership.place.prefix
+    }
+
+    /// iceoryx2's configuration for this instance. Nothing is looked up in files.
+    pub(crate) fn config(&self) -> Result<Config, InstanceError> {
+        let place = &self.membership.place;
+        let unusable = || InstanceError::Path { path: place.root.clone() };
+        let root = place.root.to_str().ok_or_else(unusable)?;
+        let mut config = Config::default();
+        config.global.set_root_path(&IoxPath::new(root.as_bytes()).map_err(|_| unusable())?);
+        config.global.prefix = FileName::new(place.prefix.as_bytes()).map_err(|_| unusable())?;
+        Ok(config)
+    }
+}
+
+impl Place {
+    fn new(base: &Path, name: &str) -> Result<Self, InstanceError> {
+        let fits = (1..=NAME_LEN_MAX).contains(&name.len());
+        if !fits || !name.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_' || byte == b'-') {
+            return Err(InstanceError::Name { name: name.to_owned() });
+        }
+        let path = base.to_str().filter(|path| base.is_absolute() && path.len() <= BASE_PATH_LEN_MAX);
+        let path = path.ok_or_else(|| InstanceError::Path { path: base.to_owned() })?;
+        let tag = Digest::of(&[path.as_bytes()]).to_string();
+        Ok(Self { name: name.to_owned(), root: base.join(name), prefix: format!("surefoot-{}-{name}.", &tag[..12]) })
+    }
+
+    /// Removes root and segments. `_alone` is the exclusive lock that makes it lawful.
+    fn remove(&self, _alone: &File) -> Result<(), InstanceError> {
+        directory::remove_segments(&self.prefix)?;
+        directory::remove_root(&self.root)
+    }
+}
+
+impl Drop for Membership {
+    fn drop(&mut self) {
+        if lock::become_alone(&self.lock) {
+            // A failure leaves files that the next start removes; there is nobody to tell.
+            let _ = self.place.remove(&self.lock);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,126 @@
+use std::fs;
+use std::os::unix::fs::{PermissionsExt, symlink};
+
+use super::*;
+
+fn base() -> tempfile::TempDir {
+    tempfile::Builder::new().prefix("sf-test").permissions(fs::Permissions::from_mode(0o700)).tempdir_in("/dev/shm").unwrap()
+}
+
+fn segments_of(instance: &Instance) -> Vec<String> {
+    let all = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    all.filter(|name| name.starts_with(instance.segment_prefix())).collect()
+}
+
+#[test]
+fn names_are_checked() {
+    let base = base();
+    for name in ["", "A", "a/b", "..", "a b", "ä", &"x".repeat(33), "a\0"] {
+        assert!(matches!(Instance::create_in(base.path(), name), Err(InstanceError::Name { .. })), "{name:?}");
+    }
+    let longest_base = base.path().join("b".repeat(BASE_PATH_LEN_MAX - base.path().as_os_str().len() - 1));
+    let instance = Instance::create_in(&longest_base, &"x".repeat(NAME_LEN_MAX)).unwrap();
+    assert!(Link::open(&instance).is_ok());
+    assert!(matches!(Instance::create_in(&longest_base.join("c"), "a"), Err(InstanceError::Path { .. })));
+    assert!(matches!(Instance::create_in(Path::new("relative"), "a"), Err(InstanceError::Path { .. })));
+}
+
+#[test]
+fn the_last_one_out_removes_everything() {
+    let base = base();
+    let inner = base.path().join("mine");
+    let created = Instance::create_in(&inner, "walk").unwrap();
+    assert_eq!(fs::metadata(created.root()).unwrap().permissions().mode() & 0o7777, 0o700);
+    let attached = Instance::attach_in(&inner, "walk").unwrap();
+    let link = Link::open(&attached).unwrap();
+    assert!(!segments_of(&attached).is_empty());
+    drop(created);
+    assert!(attached.root().exists(), "an attached one keeps it");
+    let probe = Instance::attach_in(&inner, "walk").unwrap();
+    drop((link, attached));
+    let (root, prefix) = (probe.root().to_owned(), probe.segment_prefix().to_owned());
+    drop(probe);
+    assert!(!root.exists() && !inner.exists());
+    let left: Vec<_> = fs::read_dir("/dev/shm")
+        .unwrap()
+        .filter(|entry| entry.as_ref().unwrap().file_name().to_str().unwrap().starts_with(&prefix))
+        .collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn an_instance_in_use_is_not_created_again_and_a_missing_one_is_not_attached() {
+    let base = base();
+    let first = Instance::create_in(base.path(), "a").unwrap();
+    assert!(matches!(Instance::create_in(base.path(), "a"), Err(InstanceError::InUse { .. })));
+    assert!(matches!(Instance::attach_in(base.path(), "b"), Err(InstanceError::Missing { .. })));
+    let neighbour = Instance::create_in(base.path(), "a-b").unwrap();
+    drop(first);
+    assert!(neighbour.root().exists());
+    assert!(Instance::create_in(base.path(), "a").is_ok());
+}
+
+#[test]
+fn squatted_folders_are_refused() {
+    let base = base();
+    let refused = |path: &Path, name: &str| {
+        let error = Instance::create_in(path, name).unwrap_err();
+        assert!(matches!(error, InstanceError::Squatted { .. }), "{error}");
+        assert!(matches!(Instance::attach_in(path, name), Err(InstanceError::Squatted { .. })));
+    };
+    for (name, mode) in [("open", 0o777), ("group", 0o750)] {
+        let root = base.path().join(name);
+        fs::create_dir(&root).unwrap();
+        fs::set_permissions(&root, fs::Permissions::from_mode(mode)).unwrap();
+        refused(base.path(), name);
+        refused(&root, "inside");
+    }
+    let private = base.path().join("private");
+    fs::create_dir(&private).unwrap();
+    fs::set_permissions(&private, fs::Permissions::from_mode(0o700)).unwrap();
+    symlink(&private, base.path().join("link")).unwrap();
+    refused(base.path(), "link");
+    fs::write(base.path().join("file"), "").unwrap();
+    refused(base.path(), "file");
+    assert_eq!(fs::read_dir(&private).unwrap().count(), 0, "nothing was written through the link");
+}
+
+#[test]
+fn a_lock_that_is_a_link_is_refused() {
+    let base = base();
+    let root = base.path().join("a");
+    fs::create_dir(&root).unwrap();
+    fs::set_permissions(&root, fs::Permissions::from_mode(0o700)).unwrap();
+    symlink(base.path().join("elsewhere"), root.join("lock")).unwrap();
+    assert!(matches!(Instance::create_in(base.path(), "a"), Err(InstanceError::Io { .. })));
+    assert!(!base.path().join("elsewhere").exists());
+}
+
+#[test]
+fn what_a_crash_left_is_removed() {
+    let base = base();
+    let living = Instance::create_in(base.path(), "living").unwrap();
+    let dead = Instance::create_in(base.path(), "dead").unwrap();
+    let (root, segment) = (dead.root().to_owned(), format!("/dev/shm/{}data", dead.segment_prefix()));
+    drop(dead);
+    for path in [root.clone(), root.join("nodes")] {
+        fs::create_dir(&path).unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o700)).unwrap();
+    }
+    fs::write(&segment, "left").unwrap();
+    assert_eq!(Instance::clean_dead_in(base.path()).unwrap(), 1);
+    assert!(!root.exists() && !Path::new(&segment).exists() && living.root().exists());
+}
+
+#[test]
+fn another_layout_is_refused() {
+    use crate::message::{Feedback, Layout, PlanChunk};
+    let base = base();
+    let instance = Instance::create_in(base.path(), "layout").unwrap();
+    let link = Link::open(&instance).unwrap();
+    for (chunk, feedback) in [(PlanChunk::HASH ^ 1, Feedback::HASH), (PlanChunk::HASH, Feedback::HASH ^ 1)] {
+        assert!(matches!(Link::open_with_layouts(&instance, chunk, feedback), Err(ChannelError::Layout { .. })));
+    }
+    assert!(Link::open(&instance).is_ok());
+    drop(link);
+}

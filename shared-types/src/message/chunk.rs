@@ -1,0 +1,258 @@
+//! A plan chunk: a statically stable piece of one mode.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::layout::layout;
+use super::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
+use crate::Pose;
+use crate::digest::Digest;
+
+/// The layout version that a chunk carries in [`PlanChunk::schema`].
+pub const CHUNK_SCHEMA: u64 = 1;
+/// Flag: the first chunk of its plan.
+pub const FLAG_FIRST: u32 = 1;
+/// Flag: the last chunk of its plan.
+pub const FLAG_LAST: u32 = 2;
+
+/// A whole-body configuration at an instant. Between two waypoints joints and root position move linearly, the root's
+/// rotation along the shortest arc.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.Waypoint.v1")]
+pub struct Waypoint {
+    /// Time since the plan's start, s; strictly increasing.
+    pub time: f64,
+    /// Root position in the world, m.
+    pub root_position: [f64; 3],
+    /// Root rotation in the world, unit quaternion x, y, z, w.
+    pub root_rotation: [f64; 4],
+    /// Joint positions in the order of `RobotModel::joints`, rad or m; unused entries are 0.
+    pub q: [f64; JOINTS_MAX],
+}
+
+impl Waypoint {
+    /// The root's pose in the world.
+    pub fn world_from_root(&self) -> Pose {
+        pose_from_parts(self.root_position, self.root_rotation)
+    }
+}
+
+/// A foot that stands still during a chunk.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.Contact.v1")]
+pub struct Contact {
+    /// Index of the foot in `RobotModel::feet`.
+    pub limb: u32,
+    /// Vertices used in `polygon`.
+    pub polygon_len: u32,
+    /// Sole position in the world, m.
+    pub position: [f64; 3],
+    /// Sole rotation in the world, unit quaternion x, y, z, w.
+    pub rotation: [f64; 4],
+    /// The part of the sole that the planner found supported: convex, counter-clockwise, sole frame, m.
+    pub polygon: [[f64; 2]; POLYGON_VERTICES_MAX],
+}
+
+impl Contact {
+    /// The sole's pose in the world.
+    pub fn world_from_sole(&self) -> Pose {
+        pose_from_parts(self.position, self.rotation)
+    }
+}
+
+/// Which feet carry the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum SupportMode {
+    /// The left foot alone.
+    Left = 0,
+    /// The right foot alone.
+    Right = 1,
+    /// Both feet.
+    Double = 2,
+}
+
+impl SupportMode {
+    /// The mode with this wire value, if there is one.
+    pub fn from_wire(value: u32) -> Option<Self> {
+        [Self::Left, Self::Right, Self::Double].into_iter().find(|mode| *mode as u32 == value)
+    }
+
+    /// The plan format's word for it.
+    pub fn word(self) -> &'static str {
+        ["left", "right", "double"][self as usize]
+    }
+}
+
+/// A piece of a plan within one mode. Its first waypoint repeats the last one of the chunk before. Every waypoint is
+/// statically stable, so the robot may stop at either end forever.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.PlanChunk.v1")]
+pub struct PlanChunk {
+    /// [`CHUNK_SCHEMA`].
+    pub schema: u64,
+    /// The planner process's session, drawn at its start.
+    pub session: u64,
+    /// The controller instance this chunk is meant for.
+    pub target_instance: u64,
+    /// Counts plans within a session.
+    pub plan_id: u64,
+    /// Counts replans within a plan.
+    pub epoch: u64,
+    /// Position of this chunk in its plan, from 0.
+    pub sequence: u64,
+    /// [`FLAG_FIRST`], [`FLAG_LAST`].
+    pub flags: u32,
+    /// A [`SupportMode`] as its wire value.
+    pub mode: u32,
+    /// Contacts used.
+    pub contacts_len: u32,
+    /// Waypoints used, at least 2 except in a chunk that only repeats a transition.
+    pub waypoints_len: u32,
+    /// Joints used in every waypoint.
+    pub joints_len: u32,
+    /// CRC-32 (IEEE) of all bytes of the chunk with this field zero.
+    pub crc: u32,
+    /// Digest of the robot.
+    pub robot: Digest,
+    /// Digest of the world.
+    pub world: Digest,
+    /// Digest of the scenario and its configuration.
+    pub config: Digest,
+    /// Digest of the plan's stream up to and without this chunk.
+    pub stream: Digest,
+    /// The feet that stand still.
+    pub contacts: [Contact; CONTACTS_MAX],
+    /// The motion.
+    pub waypoints: [Waypoint; CHUNK_WAYPOINTS_MAX],
+}
+
+const _: () = assert!(size_of::<Waypoint>() == 64 + 8 * JOINTS_MAX);
+const _: () = assert!(size_of::<Contact>() == 64 + 16 * POLYGON_VERTICES_MAX);
+const _: () = assert!(size_of::<PlanChunk>() == 200 + CONTACTS_MAX * size_of::<Contact>() + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>());
+
+layout!(Waypoint { time: f64, root_position: [f64; 3], root_rotation: [f64; 4], q: [f64; JOINTS_MAX] } with []);
+layout!(Contact {
+    limb: u32,
+    polygon_len: u32,
+    position: [f64; 3],
+    rotation: [f64; 4],
+    polygon: [[f64; 2]; POLYGON_VERTICES_MAX],
+} with []);
+layout!(PlanChunk {
+    schema: u64,
+    session: u64,
+    target_instance: u64,
+    plan_id: u64,
+    epoch: u64,
+    sequence: u64,
+    flags: u32,
+    mode: u32,
+    contacts_len: u32,
+    waypoints_len: u32,
+    joints_len: u32,
+    crc: u32,
+    robot: Digest,
+    world: Digest,
+    config: Digest,
+    stream: Digest,
+    contacts: [Contact; CONTACTS_MAX],
+    waypoints: [Waypoint; CHUNK_WAYPOINTS_MAX],
+} with [Contact, Waypoint]);
+
+// SAFETY: a transparent array of bytes without pointers.
+unsafe impl ZeroCopySend for Digest {}
+
+impl PlanChunk {
+    /// The waypoints in use.
+    pub fn waypoints(&self) -> &[Waypoint] {
+        &self.waypoints[..(self.waypoints_len as usize).min(CHUNK_WAYPOINTS_MAX)]
+    }
+
+    /// The contacts in use.
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts[..(self.contacts_len as usize).min(CONTACTS_MAX)]
+    }
+
+    /// The CRC that belongs to the chunk's bytes.
+    pub fn computed_crc(&self) -> u32 {
+        let offset = std::mem::offset_of!(Self, crc);
+        let bytes = bytemuck::bytes_of(self);
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(&bytes[..offset]);
+        hasher.update(&[0; 4]);
+        hasher.update(&bytes[offset + 4..]);
+        hasher.finalize()
+    }
+
+    /// Writes the CRC that belongs to the chunk's bytes. The last thing done to a chunk before it is sent.
+    pub fn seal(&mut self) {
+        self.crc = self.computed_crc();
+    }
+
+    /// Whether the chunk carries the CRC of its bytes. Until this is known, no field may be believed.
+    pub fn is_intact(&self) -> bool {
+        self.crc == self.computed_crc()
+    }
+
+    /// The digest of the stream after this chunk. Who sends it (session, target instance) does not count: the same plan
+    /// has the same digest whoever carries it.
+    pub fn stream_after(&self) -> Digest {
+        let anonymous = Self { session: 0, target_instance: 0, crc: 0, ..*self };
+        self.stream.chain(bytemuck::bytes_of(&anonymous))
+    }
+}
+
+fn pose_from_parts(position: [f64; 3], rotation: [f64; 4]) -> Pose {
+    Pose::from_parts(position.into(), glam::DQuat::from_array(rotation))
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    fn sealed() -> Box<PlanChunk> {
+        let mut chunk = Box::new(PlanChunk::zeroed());
+        bytemuck::bytes_of_mut(&mut *chunk).iter_mut().enumerate().for_each(|(at, byte)| *byte = (at % 251) as u8);
+        chunk.seal();
+        chunk
+    }
+
+    #[test]
+    fn every_flipped_bit_of_the_header_breaks_the_seal() {
+        let mut chunk = sealed();
+        assert!(chunk.is_intact());
+        for bit in 0..8 * std::mem::offset_of!(PlanChunk, contacts) {
+            bytemuck::bytes_of_mut(&mut *chunk)[bit / 8] ^= 1 << (bit % 8);
+            assert!(!chunk.is_intact(), "header bit {bit}");
+            bytemuck::bytes_of_mut(&mut *chunk)[bit / 8] ^= 1 << (bit % 8);
+        }
+        assert!(chunk.is_intact());
+    }
+
+    #[test]
+    fn every_flipped_byte_breaks_the_seal() {
+        let mut chunk = sealed();
+        for at in 0..size_of::<PlanChunk>() {
+            bytemuck::bytes_of_mut(&mut *chunk)[at] ^= 0xff;
+            assert!(!chunk.is_intact(), "byte {at}");
+            bytemuck::bytes_of_mut(&mut *chunk)[at] ^= 0xff;
+        }
+    }
+
+    #[test]
+    fn the_stream_does_not_know_its_carrier() {
+        let chunk = sealed();
+        let mut carried = chunk.clone();
+        (carried.session, carried.target_instance) = (1, 2);
+        carried.seal();
+        assert_eq!(carried.stream_after(), chunk.stream_after());
+        carried.waypoints[3].q[4] += 1e-9;
+        assert_ne!(carried.stream_after(), chunk.stream_after());
+    }
+}

@@ -1,0 +1,262 @@
+//! The controller's answer: how far it got, and what it refuses.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::layout::layout;
+use crate::digest::Digest;
+
+/// The layout version that feedback carries in [`Feedback::schema`].
+pub const FEEDBACK_SCHEMA: u64 = 1;
+
+/// What a chunk can violate. The physical checks come first; the rest concern the message itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u32)]
+pub enum Check {
+    /// Joint position limits.
+    Limits = 0,
+    /// A stance foot leaves its declared pose, or its sole is not supported by the world.
+    Contact = 1,
+    /// No contact forces balance the robot, or its centre of mass leaves the support polygon.
+    Balance = 2,
+    /// The robot meets the world.
+    Collision = 3,
+    /// The robot meets itself.
+    SelfCollision = 4,
+    /// A joint torque or force over its limit.
+    Torque = 5,
+    /// Waypoints too far apart, or time not increasing.
+    Spacing = 6,
+    /// The chunk does not continue the one before.
+    Continuity = 7,
+    /// Unknown schema, counts out of range, numbers not finite, quaternions not unit, wrong contacts for the mode.
+    Malformed = 8,
+    /// The CRC does not belong to the bytes.
+    Crc = 9,
+    /// The stream digest does not continue the accepted one.
+    Stream = 10,
+    /// Not the next expected sequence number.
+    Sequence = 11,
+    /// Made for another robot.
+    Robot = 12,
+    /// Made for another world.
+    World = 13,
+    /// Made for another scenario or configuration.
+    Config = 14,
+    /// Meant for another controller instance.
+    Instance = 15,
+}
+
+impl Check {
+    /// All checks, in wire order.
+    pub const ALL: [Self; 16] = [
+        Self::Limits,
+        Self::Contact,
+        Self::Balance,
+        Self::Collision,
+        Self::SelfCollision,
+        Self::Torque,
+        Self::Spacing,
+        Self::Continuity,
+        Self::Malformed,
+        Self::Crc,
+        Self::Stream,
+        Self::Sequence,
+        Self::Robot,
+        Self::World,
+        Self::Config,
+        Self::Instance,
+    ];
+
+    /// The check with this wire value, if there is one.
+    pub fn from_wire(value: u32) -> Option<Self> {
+        Self::ALL.get(value as usize).copied()
+    }
+
+    /// Its name in reports.
+    pub fn word(self) -> &'static str {
+        [
+            "limits",
+            "contact",
+            "balance",
+            "collision",
+            "self_collision",
+            "torque",
+            "spacing",
+            "continuity",
+            "malformed",
+            "crc",
+            "stream",
+            "sequence",
+            "robot",
+            "world",
+            "config",
+            "instance",
+        ][self as usize]
+    }
+}
+
+/// What the controller thinks of the newest chunk it judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Verdict {
+    /// Nothing judged yet.
+    Waiting = 0,
+    /// Walked and accepted.
+    Accepted = 1,
+    /// Refused; the robot stands at the end of the chunk before.
+    Refused = 2,
+}
+
+/// The worst margins seen so far; positive is good. One number per physical check.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.Margins.v1")]
+pub struct Margins {
+    /// Distance to the nearest joint limit, rad or m.
+    pub limits: f64,
+    /// What remains of the stance foot's position tolerance, m.
+    pub contact: f64,
+    /// Distance of the centre of mass to the edge of the equilibrium region, m.
+    pub balance: f64,
+    /// Distance between robot and world beside the stance soles, m, capped at 0.1; negative where they overlap.
+    pub collision: f64,
+    /// Distance between links that may collide, m, capped at 0.1; negative where they overlap.
+    pub self_collision: f64,
+    /// Share of a joint's effort limit that stays unused.
+    pub torque: f64,
+}
+
+impl Margins {
+    /// Nothing measured yet: every margin unbounded.
+    pub const UNMEASURED: Self = Self {
+        limits: f64::INFINITY,
+        contact: f64::INFINITY,
+        balance: f64::INFINITY,
+        collision: f64::INFINITY,
+        self_collision: f64::INFINITY,
+        torque: f64::INFINITY,
+    };
+
+    /// The smaller of each pair.
+    pub fn min(&self, other: &Self) -> Self {
+        Self {
+            limits: self.limits.min(other.limits),
+            contact: self.contact.min(other.contact),
+            balance: self.balance.min(other.balance),
+            collision: self.collision.min(other.collision),
+            self_collision: self.self_collision.min(other.self_collision),
+            torque: self.torque.min(other.torque),
+        }
+    }
+}
+
+/// The controller's latest word. Cumulative: every chunk below `next_sequence` is accepted. Sent again as a heartbeat.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.Feedback.v1")]
+pub struct Feedback {
+    /// [`FEEDBACK_SCHEMA`].
+    pub schema: u64,
+    /// The controller process's instance, drawn at its start; never 0.
+    pub instance: u64,
+    /// The planner session it listens to; 0 before the first chunk.
+    pub session: u64,
+    /// The plan it walks.
+    pub plan_id: u64,
+    /// The epoch it walks.
+    pub epoch: u64,
+    /// The sequence number it expects next: all before are accepted.
+    pub next_sequence: u64,
+    /// Counts this instance's feedback messages.
+    pub count: u64,
+    /// A [`Verdict`] as its wire value. A refusal stays until the planner acknowledges it with a new epoch.
+    pub verdict: u32,
+    /// The violated [`Check`] as its wire value, when refused.
+    pub check: u32,
+    /// The sequence number of the refused chunk, when refused.
+    pub refused_sequence: u64,
+    /// Waypoint of the refused chunk where the violation was met.
+    pub refused_waypoint: u32,
+    /// 1 once the last chunk of the plan is accepted.
+    pub finished: u32,
+    /// Chunks received again after they had been accepted, and not walked again, since the instance's start.
+    pub duplicated: u64,
+    /// Chunks received before their predecessors, and therefore ignored, since the instance's start.
+    pub gaps: u64,
+    /// Digest of the stream of all accepted chunks; meaningless while `next_sequence` is 0.
+    pub stream: Digest,
+    /// Worst margins of the accepted chunks.
+    pub margins: Margins,
+}
+
+const _: () = assert!(size_of::<Margins>() == 48);
+const _: () = assert!(size_of::<Feedback>() == 176);
+
+impl Verdict {
+    /// The verdict with this wire value, if there is one.
+    pub fn from_wire(value: u32) -> Option<Self> {
+        [Self::Waiting, Self::Accepted, Self::Refused].into_iter().find(|verdict| *verdict as u32 == value)
+    }
+}
+
+impl Feedback {
+    /// Whether the numbers that steer a sender can be what a controller says.
+    pub fn is_well_formed(&self) -> bool {
+        let verdict = Verdict::from_wire(self.verdict);
+        let refusal_is_named = verdict != Some(Verdict::Refused) || Check::from_wire(self.check).is_some();
+        self.schema == FEEDBACK_SCHEMA && self.instance != 0 && verdict.is_some() && refusal_is_named && self.finished <= 1
+    }
+}
+
+layout!(Margins { limits: f64, contact: f64, balance: f64, collision: f64, self_collision: f64, torque: f64 } with []);
+layout!(Feedback {
+    schema: u64,
+    instance: u64,
+    session: u64,
+    plan_id: u64,
+    epoch: u64,
+    next_sequence: u64,
+    count: u64,
+    verdict: u32,
+    check: u32,
+    refused_sequence: u64,
+    refused_waypoint: u32,
+    finished: u32,
+    duplicated: u64,
+    gaps: u64,
+    stream: Digest,
+    margins: Margins,
+} with [Margins]);
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    #[test]
+    fn wire_values_come_back() {
+        for check in Check::ALL {
+            assert_eq!(Check::from_wire(check as u32), Some(check));
+            assert!(!check.word().is_empty());
+        }
+        assert_eq!(Check::from_wire(16), None);
+        assert_eq!(Verdict::from_wire(2), Some(Verdict::Refused));
+        assert_eq!(Verdict::from_wire(3), None);
+    }
+
+    #[test]
+    fn malformed_feedback_is_told_apart() {
+        let good = Feedback { schema: FEEDBACK_SCHEMA, instance: 7, verdict: 2, check: 9, ..Feedback::zeroed() };
+        assert!(good.is_well_formed());
+        let bad = [
+            Feedback { schema: 2, ..good },
+            Feedback { instance: 0, ..good },
+            Feedback { verdict: 3, ..good },
+            Feedback { check: 16, ..good },
+            Feedback { finished: 2, ..good },
+        ];
+        assert!(bad.iter().all(|feedback| !feedback.is_well_formed()));
+    }
+}

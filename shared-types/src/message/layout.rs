@@ -1,0 +1,161 @@
+//! What a message looks like in memory: every field's name, type, offset and size, and one hash over all of them.
+//!
+//! Two programs may only share a service when their hashes agree: a type name and a size can stay the same while the
+//! fields change places. The table also serves whoever mirrors a message in another language.
+
+use bytemuck::Pod;
+use iceoryx2::prelude::ZeroCopySend;
+
+/// One field of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Field {
+    /// Its name in Rust.
+    pub name: &'static str,
+    /// Its type as written in Rust.
+    pub type_name: &'static str,
+    /// Bytes from the start of the message.
+    pub offset: usize,
+    /// Bytes that it takes.
+    pub size: usize,
+}
+
+/// A message whose fields are known.
+pub trait Layout: Pod + ZeroCopySend + std::fmt::Debug {
+    /// All fields, in order of their offsets.
+    const FIELDS: &'static [Field];
+    /// A hash over the message's size, [`Self::FIELDS`] and the hashes of the messages inside it.
+    const HASH: u64;
+}
+
+/// The 64-bit FNV-1a hash of `bytes`, continuing from `hash`.
+pub(crate) const fn fnv(mut hash: u64, bytes: &[u8]) -> u64 {
+    let mut at = 0;
+    while at < bytes.len() {
+        hash = (hash ^ bytes[at] as u64).wrapping_mul(0x0000_0100_0000_01b3);
+        at += 1;
+    }
+    hash
+}
+
+/// The hash of a message of `size` bytes with these fields, whose parts have the hashes `parts`.
+pub(crate) const fn hash_of(size: usize, fields: &[Field], parts: &[u64]) -> u64 {
+    let mut hash = fnv(0xcbf2_9ce4_8422_2325, &(size as u64).to_le_bytes());
+    let mut at = 0;
+    while at < fields.len() {
+        hash = fnv(hash, fields[at].name.as_bytes());
+        hash = fnv(hash, b":");
+        hash = fnv(hash, fields[at].type_name.as_bytes());
+        hash = fnv(hash, &(fields[at].offset as u64).to_le_bytes());
+        hash = fnv(hash, &(fields[at].size as u64).to_le_bytes());
+        at += 1;
+    }
+    let mut at = 0;
+    while at < parts.len() {
+        hash = fnv(hash, &parts[at].to_le_bytes());
+        at += 1;
+    }
+    hash
+}
+
+/// Implements [`Layout`]: `layout!(Name { field: type, ... } with [Message, ...])`, where the messages in brackets are
+/// those that stand inside. A field that is missing or has another type does not compile.
+macro_rules! layout {
+    ($message:ident { $($field:ident: $type:ty),+ $(,)? } with [$($part:ty),*]) => {
+        impl $crate::message::layout::Layout for $message {
+            const FIELDS: &'static [$crate::message::layout::Field] = {
+                const fn _all_fields_are_listed(message: &$message) {
+                    let $message { $($field),+ } = message;
+                    $(let _: &$type = $field;)+
+                }
+                &[$($crate::message::layout::Field {
+                    name: stringify!($field),
+                    type_name: stringify!($type),
+                    offset: std::mem::offset_of!($message, $field),
+                    size: size_of::<$type>(),
+                }),+]
+            };
+            const HASH: u64 = $crate::message::layout::hash_of(
+                size_of::<$message>(),
+                <$message as $crate::message::layout::Layout>::FIELDS,
+                &[$(<$part as $crate::message::layout::Layout>::HASH),*],
+            );
+        }
+    };
+}
+pub(crate) use layout;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::{Contact, Feedback, Margins, PlanChunk, Waypoint};
+
+    fn assert_no_gaps<M: Layout>() {
+        let mut end = 0;
+        for field in M::FIELDS {
+            assert_eq!(field.offset, end, "{} does not follow its predecessor", field.name);
+            end += field.size;
+        }
+        assert_eq!(end, size_of::<M>());
+        assert_eq!(align_of::<M>(), 8);
+    }
+
+    #[test]
+    fn no_message_has_padding() {
+        assert_no_gaps::<Waypoint>();
+        assert_no_gaps::<Contact>();
+        assert_no_gaps::<PlanChunk>();
+        assert_no_gaps::<Margins>();
+        assert_no_gaps::<Feedback>();
+    }
+
+    #[test]
+    fn the_wire_offsets_stand() {
+        let offset = |fields: &[Field], name: &str| fields.iter().find(|field| field.name == name).unwrap().offset;
+        let chunk = PlanChunk::FIELDS;
+        let expected = [
+            ("schema", 0),
+            ("session", 8),
+            ("target_instance", 16),
+            ("sequence", 40),
+            ("flags", 48),
+            ("crc", 68),
+            ("robot", 72),
+            ("stream", 168),
+            ("contacts", 200),
+            ("waypoints", 1480),
+        ];
+        for (name, at) in expected {
+            assert_eq!(offset(chunk, name), at, "{name}");
+        }
+        let expected = [
+            ("schema", 0),
+            ("instance", 8),
+            ("next_sequence", 40),
+            ("verdict", 56),
+            ("finished", 76),
+            ("duplicated", 80),
+            ("gaps", 88),
+            ("stream", 96),
+            ("margins", 128),
+        ];
+        for (name, at) in expected {
+            assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
+        }
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (15_816, 176));
+    }
+
+    #[test]
+    fn the_hash_sees_names_types_places_and_parts() {
+        let field = Field { name: "a", type_name: "u64", offset: 0, size: 8 };
+        let base = hash_of(16, &[field], &[1]);
+        let others = [
+            hash_of(24, &[field], &[1]),
+            hash_of(16, &[Field { name: "b", ..field }], &[1]),
+            hash_of(16, &[Field { type_name: "f64", ..field }], &[1]),
+            hash_of(16, &[Field { offset: 8, ..field }], &[1]),
+            hash_of(16, &[field], &[2]),
+        ];
+        assert!(others.iter().all(|other| *other != base));
+        assert_ne!(PlanChunk::HASH, Feedback::HASH);
+    }
+}

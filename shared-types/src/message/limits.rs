@@ -1,0 +1,10 @@
+//! The fixed sizes of messages.
+
+/// Most moving joints of a robot.
+pub const JOINTS_MAX: usize = 48;
+/// Most waypoints of one chunk.
+pub const CHUNK_WAYPOINTS_MAX: usize = 32;
+/// Most contacts of one chunk (a biped uses 2).
+pub const CONTACTS_MAX: usize = 4;
+/// Most vertices of a sole or support polygon.
+pub const POLYGON_VERTICES_MAX: usize = 16;

@@ -1,0 +1,148 @@
+//! What must be true of a plan file by itself.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::robot::spec::FOOT_NAMES;
+use crate::scene::shape_block::{pose_from_arrays, pose_from_block};
+use crate::source::{check_numbers, check_positive};
+
+use super::{EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, WaypointBlock};
+
+/// An element of the file and what is wrong with it.
+type Complaint = (String, String);
+
+/// Complains about the first thing in a plan that is out of order.
+pub(super) fn check_plan(plan: &PlanFile) -> Result<(), Complaint> {
+    if plan.schema != SCHEMA {
+        return Err(("schema".into(), format!("is '{}'; only '{SCHEMA}' is understood", plan.schema)));
+    }
+    check_robot(&plan.robot).map_err(|message| ("robot".to_owned(), message))?;
+    check_numbers("mu", &[plan.scene.mu]).map_err(|message| ("scene".to_owned(), message))?;
+    check_names(&plan.joint_names).map_err(|message| ("joint_names".to_owned(), message))?;
+    check_waypoints(plan)?;
+    check_phases(plan)?;
+    for (name, end) in [("start", &plan.start), ("goal", &plan.goal)] {
+        check_end(end, plan.joint_names.len()).map_err(|message| (name.to_owned(), message))?;
+    }
+    Ok(())
+}
+
+fn check_robot(robot: &RobotBlock) -> Result<(), String> {
+    check_foot_names(&robot.feet)?;
+    for (name, foot) in &robot.feet {
+        pose_from_block(&foot.sole_pose).map_err(|message| format!("foot '{name}': {message}"))?;
+        check_numbers(&format!("foot '{name}': polygon"), foot.polygon.as_flattened())?;
+    }
+    for (name, position) in &robot.locked_joints {
+        check_numbers(&format!("locked_joints '{name}'"), &[*position])?;
+    }
+    for (name, effort) in &robot.effort_limits {
+        check_positive(&format!("effort_limits '{name}'"), &[*effort])?;
+    }
+    check_positive("effort_scale", &[robot.effort_scale.unwrap_or(1.0)])
+}
+
+fn check_foot_names<T>(feet: &BTreeMap<String, T>) -> Result<(), String> {
+    if feet.keys().map(String::as_str).eq(FOOT_NAMES) {
+        return Ok(());
+    }
+    Err(format!("its feet are {:?}; they must be {FOOT_NAMES:?}", feet.keys().collect::<Vec<_>>()))
+}
+
+fn check_names(names: &[String]) -> Result<(), String> {
+    let mut seen = BTreeSet::new();
+    match names.iter().find(|name| !seen.insert(name.as_str())) {
+        Some(name) => Err(format!("names '{name}' twice")),
+        None => Ok(()),
+    }
+}
+
+fn check_waypoints(plan: &PlanFile) -> Result<(), Complaint> {
+    let mut before = f64::NEG_INFINITY;
+    for (at, waypoint) in plan.waypoints.iter().enumerate() {
+        check_waypoint(waypoint, before, plan.joint_names.len()).map_err(|message| (format!("waypoint {at}"), message))?;
+        before = waypoint.t;
+    }
+    Ok(())
+}
+
+fn check_waypoint(waypoint: &WaypointBlock, before: f64, joints: usize) -> Result<(), String> {
+    check_numbers("t", &[waypoint.t])?;
+    if waypoint.t <= before {
+        return Err(format!("t is {} after {before}; time must increase", waypoint.t));
+    }
+    check_configuration(waypoint.root_xyz, waypoint.root_quat_xyzw, &waypoint.q, joints)
+}
+
+fn check_configuration(xyz: [f64; 3], quat_xyzw: [f64; 4], q: &[f64], joints: usize) -> Result<(), String> {
+    pose_from_arrays(xyz, quat_xyzw)?;
+    if q.len() != joints {
+        return Err(format!("q has {} entries for {joints} joint_names", q.len()));
+    }
+    check_numbers("q", q)
+}
+
+fn check_phases(plan: &PlanFile) -> Result<(), Complaint> {
+    let waypoints = plan.waypoints.len();
+    let mut expected = 0;
+    for (at, phase) in plan.phases.iter().enumerate() {
+        check_phase(phase, expected, waypoints).map_err(|message| (format!("phase {at}"), message))?;
+        expected = phase.last;
+    }
+    match plan.phases.last() {
+        None => Err(("phases".into(), "a plan needs at least one phase".into())),
+        Some(phase) if phase.last + 1 != waypoints => Err((
+            format!("phase {}", plan.phases.len() - 1),
+            format!("ends at waypoint {} instead of the last, {}", phase.last, waypoints - 1),
+        )),
+        Some(_) => Ok(()),
+    }
+}
+
+fn check_phase(phase: &PhaseBlock, expected_first: usize, waypoints: usize) -> Result<(), String> {
+    if phase.first != expected_first {
+        return Err(format!("begins at waypoint {} instead of {expected_first}; phases share their transition waypoints", phase.first));
+    }
+    if phase.last < phase.first || phase.last >= waypoints {
+        return Err(format!("covers waypoints {}..{} of {waypoints}", phase.first, phase.last));
+    }
+    let expected: &[&str] = match phase.mode.as_str() {
+        "left" => &FOOT_NAMES[..1],
+        "right" => &FOOT_NAMES[1..],
+        "double" => &FOOT_NAMES,
+        other => return Err(format!("has the unknown mode '{other}'; use left, right or double")),
+    };
+    let mut feet: Vec<&str> = phase.contacts.iter().map(|contact| contact.foot.as_str()).collect();
+    feet.sort_unstable();
+    if feet != expected {
+        return Err(format!("has contacts {feet:?} in mode '{}', which needs {expected:?}", phase.mode));
+    }
+    for contact in &phase.contacts {
+        pose_from_block(&contact.sole_pose).map_err(|message| format!("contact '{}': {message}", contact.foot))?;
+    }
+    Ok(())
+}
+
+fn check_end(end: &EndBlock, joints: usize) -> Result<(), String> {
+    match end {
+        EndBlock::Config { root_xyz, root_quat_xyzw, q, tol } => {
+            check_configuration(*root_xyz, *root_quat_xyzw, q, joints)?;
+            check_positive("tol", &[*tol])
+        }
+        EndBlock::RootRegion { xy, radius, z_range, yaw, yaw_tol } => {
+            check_numbers("xy", xy)?;
+            check_positive("radius", &[*radius])?;
+            check_numbers("z_range", z_range.as_ref().map_or(&[], |range| range.as_slice()))?;
+            check_numbers("yaw", &[yaw.unwrap_or(0.0), yaw_tol.unwrap_or(0.0)])
+        }
+        EndBlock::Feet { soles, tol } => check_soles(soles, *tol),
+    }
+}
+
+fn check_soles(soles: &BTreeMap<String, PoseBlock>, tol: f64) -> Result<(), String> {
+    check_foot_names(soles)?;
+    for (name, pose) in soles {
+        pose_from_block(pose).map_err(|message| format!("sole '{name}': {message}"))?;
+    }
+    check_positive("tol", &[tol])
+}

@@ -1,0 +1,145 @@
+//! Writes plan files.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::config::{Mark, Scenario};
+use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
+use crate::robot::{Foot, RobotModel};
+use crate::scene::{World, WorldShape};
+use crate::shape::MeshSource;
+use crate::source::relative_to;
+use crate::{InputError, Pose, Shape};
+
+use super::check::check_plan;
+use super::{
+    ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, SceneBlock, SceneShapeBlock, ShapeBlock,
+    WaypointBlock,
+};
+
+/// How far the first configuration's soles may be from the start mark, m.
+const START_TOLERANCE: f64 = 2e-3;
+
+/// The plan file of a stream of chunks, to be saved in `plan_dir` (absolute, or relative to the working directory).
+///
+/// Every chunk's first waypoint repeats the last one of the chunk before and is written once. Neighbouring chunks with the same
+/// mode and the same sole poses become one phase.
+pub fn plan_from_chunks(robot: &RobotModel, world: &World, scenario: &Scenario, chunks: &[PlanChunk], plan_dir: &Path) -> PlanFile {
+    let plan_dir = plan_dir.canonicalize().or_else(|_| std::path::absolute(plan_dir)).unwrap_or_else(|_| plan_dir.to_owned());
+    let (waypoints, phases) = motion(robot, chunks);
+    PlanFile {
+        schema: SCHEMA.to_owned(),
+        robot: robot_block(robot, &plan_dir),
+        scene: SceneBlock { mu: world.mu, shapes: world.shapes.iter().map(|shape| shape_block(shape, &plan_dir)).collect() },
+        joint_names: robot.joints.iter().map(|joint| joint.name.clone()).collect(),
+        waypoints,
+        phases,
+        start: end_block(robot, &scenario.start, START_TOLERANCE),
+        goal: end_block(robot, &scenario.goal, scenario.goal_position_tolerance),
+    }
+}
+
+/// Saves a plan file: whole or not at all.
+///
+/// # Errors
+/// When the plan breaks a rule of its own format, or the file cannot be written.
+pub fn save(plan: &PlanFile, path: &Path) -> Result<(), InputError> {
+    check_plan(plan).map_err(|(element, message)| InputError::element(path, element, message))?;
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
+        return Err(InputError::file(path, "is not a file name to write to"));
+    };
+    let part = folder.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
+    let written = write_whole(plan, &part).and_then(|()| std::fs::rename(&part, path));
+    written.map_err(|error| {
+        let _ = std::fs::remove_file(&part);
+        InputError::file(path, format!("cannot be written: {error}"))
+    })
+}
+
+fn write_whole(plan: &PlanFile, path: &Path) -> std::io::Result<()> {
+    let mut writer = BufWriter::new(OpenOptions::new().write(true).create(true).truncate(true).open(path)?);
+    serde_json::to_writer(&mut writer, plan)?;
+    writer.write_all(b"\n")?;
+    let file: File = writer.into_inner().map_err(|error| error.into_error())?;
+    file.sync_all()
+}
+
+fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<PhaseBlock>) {
+    let mut waypoints: Vec<WaypointBlock> = Vec::new();
+    let mut phases: Vec<PhaseBlock> = Vec::new();
+    for chunk in chunks {
+        let first = waypoints.len().saturating_sub(1);
+        let repeated = usize::from(!waypoints.is_empty());
+        waypoints.extend(chunk.waypoints().iter().skip(repeated).map(|waypoint| waypoint_block(waypoint, robot.joints.len())));
+        let last = waypoints.len().saturating_sub(1);
+        let mode = SupportMode::from_wire(chunk.mode).map_or("unknown", SupportMode::word);
+        let contacts: Vec<_> = chunk.contacts().iter().map(|contact| contact_block(contact, robot)).collect();
+        match phases.last_mut() {
+            Some(phase) if phase.mode == mode && phase.contacts == contacts => phase.last = last,
+            _ => phases.push(PhaseBlock { first, last, mode: mode.to_owned(), contacts }),
+        }
+    }
+    (waypoints, phases)
+}
+
+fn waypoint_block(waypoint: &Waypoint, joints: usize) -> WaypointBlock {
+    WaypointBlock {
+        t: waypoint.time,
+        root_xyz: waypoint.root_position,
+        root_quat_xyzw: waypoint.root_rotation,
+        q: waypoint.q.iter().take(joints).copied().collect(),
+    }
+}
+
+fn contact_block(contact: &Contact, robot: &RobotModel) -> ContactBlock {
+    let foot = robot.feet.get(contact.limb as usize).map_or("unknown", |foot| &foot.name);
+    ContactBlock { foot: foot.to_owned(), sole_pose: PoseBlock { xyz: contact.position, quat_xyzw: contact.rotation } }
+}
+
+fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
+    RobotBlock {
+        urdf: relative_to(&robot.urdf_path, plan_dir),
+        feet: robot.feet.iter().map(|foot| (foot.name.clone(), foot_block(foot, robot))).collect(),
+        locked_joints: robot.locked_joints.iter().cloned().collect(),
+        effort_limits: robot.joints.iter().map(|joint| (joint.name.clone(), joint.effort)).collect(),
+        effort_scale: None,
+    }
+}
+
+fn foot_block(foot: &Foot, robot: &RobotModel) -> FootBlock {
+    FootBlock {
+        link: robot.links[foot.link].name.clone(),
+        sole_pose: pose_block(&foot.link_from_sole),
+        polygon: foot.polygon.iter().map(|corner| corner.to_array()).collect(),
+    }
+}
+
+fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
+    let block = match &shape.shape {
+        Shape::Box { half_extents } => ShapeBlock::Box { half_extents: half_extents.to_array() },
+        Shape::Sphere { radius } => ShapeBlock::Sphere { radius: *radius },
+        Shape::Cylinder { radius, half_length } => ShapeBlock::Cylinder { radius: *radius, length: 2.0 * half_length },
+        Shape::Capsule { radius, half_length } => ShapeBlock::Capsule { radius: *radius, length: 2.0 * half_length },
+        Shape::ConvexHull { points } => {
+            ShapeBlock::Convex { points: Some(points.iter().map(|point| point.to_array()).collect()), path: None, scale: None }
+        }
+        Shape::Mesh { source: MeshSource { path, scale }, .. } => {
+            ShapeBlock::Mesh { path: relative_to(path, plan_dir), scale: (*scale != DVec3::ONE).then(|| scale.to_array()) }
+        }
+    };
+    SceneShapeBlock { name: shape.name.clone(), pose: pose_block(&shape.world_from_shape), shape: block }
+}
+
+fn end_block(robot: &RobotModel, mark: &Mark, tol: f64) -> EndBlock {
+    let soles: BTreeMap<_, _> =
+        robot.feet.iter().zip(mark.world_from_soles()).map(|(foot, pose)| (foot.name.clone(), pose_block(&pose))).collect();
+    EndBlock::Feet { soles, tol }
+}
+
+fn pose_block(pose: &Pose) -> PoseBlock {
+    PoseBlock { xyz: pose.translation.to_array(), quat_xyzw: pose.rotation.to_array() }
+}

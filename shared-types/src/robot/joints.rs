@@ -1,0 +1,140 @@
+//! Validates joints: kinds, axes, limits, and which of them are locked.
+
+use glam::DVec3;
+
+use crate::source::Place;
+use crate::spatial::{rotation_about, rotation_from_rpy};
+use crate::{InputError, Pose};
+
+use super::spec::{JointValues, RobotSpec};
+use super::urdf::Urdf;
+use super::{Joint, JointKind};
+
+/// What becomes of a URDF joint.
+pub(super) enum JointRole {
+    /// It moves; `child` is still to be filled in.
+    Moving(Joint),
+    /// It holds still: `parent_from_child` at its fixed or locked position.
+    Still(Pose),
+}
+
+/// The joint frame in the parent link's frame.
+pub(super) fn parent_from_joint(joint: &urdf_rs::Joint) -> Pose {
+    pose_from_origin(&joint.origin)
+}
+
+/// The pose that a URDF `<origin>` states.
+pub(super) fn pose_from_origin(origin: &urdf_rs::Pose) -> Pose {
+    let [roll, pitch, yaw] = *origin.rpy;
+    Pose::from_parts(DVec3::from_array(*origin.xyz), rotation_from_rpy(roll, pitch, yaw))
+}
+
+/// Decides what a URDF joint becomes under a robot file.
+pub(super) fn joint_role(urdf: &Urdf, index: usize, spec: &RobotSpec) -> Result<JointRole, InputError> {
+    let joint = &urdf.robot.joints[index];
+    let kind = match joint.joint_type {
+        urdf_rs::JointType::Fixed => return Ok(JointRole::Still(parent_from_joint(joint))),
+        urdf_rs::JointType::Revolute | urdf_rs::JointType::Continuous => JointKind::Revolute,
+        urdf_rs::JointType::Prismatic => JointKind::Prismatic,
+        _ => {
+            return Err(complain(
+                urdf,
+                index,
+                "moves in more than one direction; only revolute, continuous, prismatic and fixed joints are supported",
+            ));
+        }
+    };
+    let axis = unit_axis(joint).map_err(|message| complain(urdf, index, message))?;
+    if let Some((position, place)) = spec.locked.get(&joint.name) {
+        check_locked_position(urdf, index, *position, place)?;
+        return Ok(JointRole::Still(parent_from_joint(joint) * motion(kind, axis, *position)));
+    }
+    moving_joint(urdf, index, kind, axis, spec)
+}
+
+/// Complains about names in a table that are not moving joints of the URDF.
+pub(super) fn check_names(urdf: &Urdf, table: &str, values: &JointValues) -> Result<(), InputError> {
+    for (name, (_, place)) in values {
+        let complain = |message: &str| Err(place.error(format!("{table} '{name}'"), message));
+        match urdf.robot.joints.iter().find(|joint| joint.name == *name) {
+            None => return complain("the URDF has no joint of this name"),
+            Some(joint) if joint.joint_type == urdf_rs::JointType::Fixed => return complain("this joint is fixed; remove the entry"),
+            Some(_) => {}
+        }
+    }
+    Ok(())
+}
+
+/// How the child frame moves in the joint frame.
+fn motion(kind: JointKind, axis: DVec3, position: f64) -> Pose {
+    match kind {
+        JointKind::Revolute => Pose::from_parts(DVec3::ZERO, rotation_about(axis, position)),
+        JointKind::Prismatic => Pose::from_parts(position * axis, glam::DQuat::IDENTITY),
+    }
+}
+
+fn moving_joint(urdf: &Urdf, index: usize, kind: JointKind, axis: DVec3, spec: &RobotSpec) -> Result<JointRole, InputError> {
+    let joint = &urdf.robot.joints[index];
+    let facts = &urdf.joint_facts[index];
+    let refuse = |message: String| Err(complain(urdf, index, message));
+    if let Some(mimic) = &joint.mimic {
+        return refuse(format!("mimics '{}', which is not supported; lock it in the robot file", mimic.joint));
+    }
+    if !facts.has_limit {
+        return refuse("has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file".into());
+    }
+    let (lower, upper) = position_limits(joint);
+    if !(lower < upper) || !lower.is_finite() || !upper.is_finite() {
+        return refuse(format!("its limits {lower}..{upper} leave no room to move; correct them or lock it in the robot file"));
+    }
+    if !(joint.limit.effort > 0.0 && joint.limit.effort.is_finite()) {
+        return refuse(format!("effort must be positive, but is {}; state it in <limit>", joint.limit.effort));
+    }
+    if !facts.has_velocity || !(joint.limit.velocity > 0.0 && joint.limit.velocity.is_finite()) {
+        return refuse(format!("velocity must be positive, but is {}; state it in <limit>", joint.limit.velocity));
+    }
+    let effort = tightened_effort(joint, spec)?;
+    Ok(JointRole::Moving(Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity: joint.limit.velocity }))
+}
+
+fn position_limits(joint: &urdf_rs::Joint) -> (f64, f64) {
+    match joint.joint_type {
+        urdf_rs::JointType::Continuous => (-std::f64::consts::PI, std::f64::consts::PI),
+        _ => (joint.limit.lower, joint.limit.upper),
+    }
+}
+
+fn tightened_effort(joint: &urdf_rs::Joint, spec: &RobotSpec) -> Result<f64, InputError> {
+    let stated = joint.limit.effort;
+    let limit = match spec.effort_limits.get(&joint.name) {
+        None => stated,
+        Some((effort, _)) if *effort > 0.0 && *effort <= stated => *effort,
+        Some((effort, place)) => {
+            let message = format!("is {effort}; it must be positive and at most the URDF's {stated}");
+            return Err(place.error(format!("[effort_limits] '{}'", joint.name), message));
+        }
+    };
+    Ok(limit * spec.effort_scale)
+}
+
+fn check_locked_position(urdf: &Urdf, index: usize, position: f64, place: &Place) -> Result<(), InputError> {
+    let joint = &urdf.robot.joints[index];
+    let (lower, upper) = position_limits(joint);
+    let limited = urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
+    if limited && !(lower..=upper).contains(&position) {
+        return Err(place.error(format!("[locked] '{}'", joint.name), format!("is {position}, outside its limits {lower}..{upper}")));
+    }
+    Ok(())
+}
+
+fn unit_axis(joint: &urdf_rs::Joint) -> Result<DVec3, String> {
+    let axis = DVec3::from_array(*joint.axis.xyz);
+    match axis.try_normalize() {
+        Some(axis) => Ok(axis),
+        None => Err(format!("its axis {:?} has no direction", *joint.axis.xyz)),
+    }
+}
+
+fn complain(urdf: &Urdf, index: usize, message: impl Into<String>) -> InputError {
+    urdf.joint_facts[index].place.error(format!("joint '{}'", urdf.robot.joints[index].name), message)
+}

@@ -1,0 +1,147 @@
+//! Loads robots: a robot file or a plan's robot block, the URDF and its meshes, all validated.
+
+use std::path::Path;
+
+use crate::InputError;
+use crate::digest::Digest;
+use crate::mesh::MeshStore;
+use crate::message::limits::JOINTS_MAX;
+use crate::plan_file::RobotBlock;
+use crate::source::absolute;
+
+use super::joints::{JointRole, check_names, joint_role, parent_from_joint};
+use super::links::{build_link, check_moving_masses};
+use super::robot_file::{read_robot_file, spec_from_block};
+use super::sole::check_sole;
+use super::spec::{FootSpec, RobotSpec};
+use super::tree::{TreeLink, sort_links};
+use super::urdf::{Urdf, read_urdf};
+use super::{Attachment, Foot, Joint, Link, RobotModel};
+
+/// Loads the robot that a `robot.toml` describes.
+///
+/// The file names the `urdf` (relative to it) and the two `[[feet]]` (`name` "left" or "right", `link`, `sole_xyz` in m and
+/// `sole_rpy` in rad in the link frame, `polygon` in m in the sole frame), and optionally the `root` link it expects,
+/// `exact_meshes` (links whose collision meshes are kept; all others become convex hulls), and the tables `[standing]` (joint
+/// positions; joints not listed stand as near to 0 as their limits allow), `[locked]` (joints held still) and `[effort_limits]`
+/// (N m or N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
+///
+/// # Errors
+/// The first thing in the file, the URDF or a mesh that is out of order, with its file, line and element.
+pub fn load_robot(robot_toml: &Path) -> Result<RobotModel, InputError> {
+    build_robot(&read_robot_file(robot_toml)?)
+}
+
+/// Builds the robot that a plan file names. Its URDF is relative to `base_dir`; errors in the block name `plan_path`.
+///
+/// The standing posture is as near to 0 as the limits allow, and all meshes become convex hulls: a plan says neither.
+///
+/// # Errors
+/// As [`load_robot`].
+pub fn robot_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &Path) -> Result<RobotModel, InputError> {
+    build_robot(&spec_from_block(block, base_dir, plan_path)?)
+}
+
+fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
+    let urdf = read_urdf(&spec.urdf_path)?;
+    check_names(&urdf, "[standing]", &spec.standing)?;
+    check_names(&urdf, "[locked]", &spec.locked)?;
+    check_names(&urdf, "[effort_limits]", &spec.effort_limits)?;
+    let tree = sort_links(&urdf)?;
+    check_root(&urdf, &tree, spec)?;
+    let mut meshes = MeshStore::default();
+    let (links, joints) = build_bodies(&urdf, &tree, spec, &mut meshes)?;
+    check_moving_masses(&urdf, &tree, &links)?;
+    let feet = build_feet(spec, &links)?;
+    Ok(RobotModel {
+        name: urdf.robot.name.clone(),
+        urdf_path: absolute(&spec.urdf_path),
+        standing_q: standing_posture(spec, &joints)?,
+        links,
+        joints,
+        feet,
+        locked_joints: spec.locked.iter().map(|(name, (position, _))| (name.clone(), *position)).collect(),
+        digest: Digest::of(&[urdf.source.text.as_bytes(), &spec.bytes, &meshes.digest().0]),
+    })
+}
+
+fn check_root(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec) -> Result<(), InputError> {
+    let root = &urdf.robot.links[tree[0].urdf_link].name;
+    match &spec.root {
+        Some((stated, place)) if stated != root => Err(place.error("root", format!("is '{stated}', but the URDF's root link is '{root}'"))),
+        _ => Ok(()),
+    }
+}
+
+fn build_bodies(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, meshes: &mut MeshStore) -> Result<(Vec<Link>, Vec<Joint>), InputError> {
+    for (name, place) in &spec.exact_meshes {
+        if !urdf.robot.links.iter().any(|link| link.name == *name) {
+            return Err(place.error("exact_meshes", format!("the URDF has no link '{name}'")));
+        }
+    }
+    let mut links = Vec::with_capacity(tree.len());
+    let mut joints = Vec::new();
+    for (at, node) in tree.iter().enumerate() {
+        let exact = spec.exact_meshes.iter().any(|(name, _)| *name == urdf.robot.links[node.urdf_link].name);
+        let mut link = build_link(urdf, node.urdf_link, exact, meshes)?;
+        if let Some((parent, joint)) = node.parent {
+            link.parent = Some(attach(urdf, spec, (parent, joint, at), &mut joints)?);
+        }
+        links.push(link);
+    }
+    if joints.len() > JOINTS_MAX {
+        let message = format!("{} joints move; at most {JOINTS_MAX} may. Lock some in the robot file", joints.len());
+        return Err(InputError::file(&urdf.source.path, message));
+    }
+    Ok((links, joints))
+}
+
+/// Hangs link `child` on link `parent` by a URDF joint, which joins `joints` if it moves.
+fn attach(
+    urdf: &Urdf,
+    spec: &RobotSpec,
+    (parent, urdf_joint, child): (usize, usize, usize),
+    joints: &mut Vec<Joint>,
+) -> Result<Attachment, InputError> {
+    Ok(match joint_role(urdf, urdf_joint, spec)? {
+        JointRole::Still(parent_from_child) => Attachment { parent, parent_from_joint: parent_from_child, joint: None },
+        JointRole::Moving(joint) => {
+            joints.push(Joint { child, ..joint });
+            let parent_from_joint = parent_from_joint(&urdf.robot.joints[urdf_joint]);
+            Attachment { parent, parent_from_joint, joint: Some(joints.len() - 1) }
+        }
+    })
+}
+
+fn build_feet(spec: &RobotSpec, links: &[Link]) -> Result<Vec<Foot>, InputError> {
+    spec.feet
+        .iter()
+        .map(|foot_spec| {
+            let element = format!("foot '{}'", foot_spec.name);
+            let Some(link) = links.iter().position(|link| link.name == foot_spec.link) else {
+                return Err(foot_spec.place.error(element, format!("the URDF has no link '{}'", foot_spec.link)));
+            };
+            let FootSpec { name, link_from_sole, polygon, .. } = foot_spec;
+            let foot = Foot { name: name.clone(), link, link_from_sole: *link_from_sole, polygon: polygon.clone() };
+            check_sole(&foot, &links[link], foot_spec)?;
+            Ok(foot)
+        })
+        .collect()
+}
+
+fn standing_posture(spec: &RobotSpec, joints: &[Joint]) -> Result<Vec<f64>, InputError> {
+    if let Some((name, (_, place))) = spec.standing.iter().find(|(name, _)| spec.locked.contains_key(*name)) {
+        return Err(place.error(format!("[standing] '{name}'"), "this joint is locked; remove one of the two entries"));
+    }
+    joints
+        .iter()
+        .map(|joint| match spec.standing.get(&joint.name) {
+            None => Ok(0.0_f64.clamp(joint.lower, joint.upper)),
+            Some((position, _)) if (joint.lower..=joint.upper).contains(position) => Ok(*position),
+            Some((position, place)) => Err(place.error(
+                format!("[standing] '{}'", joint.name),
+                format!("is {position}, outside the joint's limits {}..{}", joint.lower, joint.upper),
+            )),
+        })
+        .collect()
+}

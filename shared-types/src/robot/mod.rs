@@ -1,0 +1,147 @@
+//! A robot: what the URDF and the `robot.toml` beside it say, validated.
+//!
+//! The model is plain data. Each process compiles it into what its own algorithms need.
+
+mod joints;
+mod links;
+pub mod load;
+mod robot_file;
+mod sole;
+pub(crate) mod spec;
+mod tree;
+mod urdf;
+
+use glam::{DMat3, DVec3};
+
+use crate::digest::Digest;
+use crate::message::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+use crate::{Pose, Shape};
+
+/// Index into [`RobotModel::links`].
+pub type LinkIndex = usize;
+/// Index into [`RobotModel::joints`] and into every joint vector `q`.
+pub type JointIndex = usize;
+/// Index into [`RobotModel::feet`].
+pub type LimbIndex = usize;
+
+/// A validated robot. Links are sorted so that a parent stands before its children; link 0 is the root.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotModel {
+    /// The URDF's robot name.
+    pub name: String,
+    /// Absolute path of the URDF file.
+    pub urdf_path: std::path::PathBuf,
+    /// All links, parents first.
+    pub links: Vec<Link>,
+    /// The moving joints, in the order of every joint vector `q`. At most [`JOINTS_MAX`].
+    pub joints: Vec<Joint>,
+    /// The feet. A biped has two: 0 is left, 1 is right.
+    pub feet: Vec<Foot>,
+    /// Joint positions of the standing posture (rad or m), one per joint.
+    pub standing_q: Vec<f64>,
+    /// Joints that the robot file holds still, by URDF name, with their positions; not part of `q`.
+    pub locked_joints: Vec<(String, f64)>,
+    /// Digest of the URDF, the robot file and all meshes.
+    pub digest: Digest,
+}
+
+/// One rigid body of the robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// URDF name.
+    pub name: String,
+    /// How it hangs on its parent; `None` for the root.
+    pub parent: Option<Attachment>,
+    /// Mass in kg; 0 for a massless frame.
+    pub mass: f64,
+    /// Centre of mass in the link frame.
+    pub com: DVec3,
+    /// Rotational inertia about the centre of mass, along the link frame's axes, kg m2.
+    pub inertia: DMat3,
+    /// Collision shapes.
+    pub shapes: Vec<LinkShape>,
+}
+
+/// How a link hangs on its parent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attachment {
+    /// The parent link; its index is smaller than the child's.
+    pub parent: LinkIndex,
+    /// The joint frame in the parent link's frame, which is also the child's frame at position 0.
+    pub parent_from_joint: Pose,
+    /// The moving joint, or `None` for a fixed one (also a locked one, whose position is folded into the pose).
+    pub joint: Option<JointIndex>,
+}
+
+/// A collision shape of a link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinkShape {
+    /// The shape's frame in the link's.
+    pub link_from_shape: Pose,
+    /// The shape. A mesh arrives here as its convex hull unless the robot file asks for the exact surface.
+    pub shape: Shape,
+}
+
+/// What a moving joint moves along or about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// Rotation about the axis (rad).
+    Revolute,
+    /// Translation along the axis (m).
+    Prismatic,
+}
+
+/// A moving joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// URDF name.
+    pub name: String,
+    /// Rotation or translation.
+    pub kind: JointKind,
+    /// Unit axis in the joint frame.
+    pub axis: DVec3,
+    /// The link that it moves.
+    pub child: LinkIndex,
+    /// Lower position limit (rad or m).
+    pub lower: f64,
+    /// Upper position limit (rad or m), above `lower`.
+    pub upper: f64,
+    /// Largest torque or force (N m or N), positive and finite.
+    pub effort: f64,
+    /// Largest speed (rad/s or m/s), positive and finite.
+    pub velocity: f64,
+}
+
+/// A foot: a link with a flat sole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Foot {
+    /// "left" or "right".
+    pub name: String,
+    /// The link that carries the sole.
+    pub link: LinkIndex,
+    /// The sole frame in the link's: z points out of the ground into the foot, x forward.
+    pub link_from_sole: Pose,
+    /// The sole's outline in the sole frame at z = 0: convex, counter-clockwise, at most [`POLYGON_VERTICES_MAX`] vertices.
+    pub polygon: Vec<glam::DVec2>,
+}
+
+impl RobotModel {
+    /// Total mass in kg.
+    pub fn mass(&self) -> f64 {
+        self.links.iter().map(|link| link.mass).sum()
+    }
+
+    /// The moving joints from the root to a link, root first.
+    pub fn chain(&self, link: LinkIndex) -> Vec<JointIndex> {
+        let mut joints = Vec::new();
+        let mut at = self.links[link].parent.as_ref();
+        while let Some(attachment) = at {
+            joints.extend(attachment.joint);
+            at = self.links[attachment.parent].parent.as_ref();
+        }
+        joints.reverse();
+        joints
+    }
+}
+
+const _: () = assert!(JOINTS_MAX >= 32 && POLYGON_VERTICES_MAX >= 4);

@@ -1,0 +1,133 @@
+//! Reads `robot.toml` and a plan's robot block into a [`RobotSpec`].
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::plan_file::RobotBlock;
+use crate::scene::shape_block::{pose_from_arrays, pose_from_block};
+use crate::source::{Place, Source, TEXT_BYTES_MAX, check_numbers};
+use crate::spatial::rotation_from_rpy;
+use crate::{InputError, Pose};
+
+use super::spec::{FOOT_NAMES, FootSpec, JointValues, RobotSpec};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRobot {
+    urdf: String,
+    root: Option<Spanned<String>>,
+    #[serde(default)]
+    exact_meshes: Vec<Spanned<String>>,
+    #[serde(default)]
+    feet: Vec<Spanned<RawFoot>>,
+    #[serde(default)]
+    standing: BTreeMap<String, Spanned<f64>>,
+    #[serde(default)]
+    locked: BTreeMap<String, Spanned<f64>>,
+    #[serde(default)]
+    effort_limits: BTreeMap<String, Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFoot {
+    name: String,
+    link: String,
+    sole_xyz: [f64; 3],
+    #[serde(default)]
+    sole_rpy: [f64; 3],
+    polygon: Vec<[f64; 2]>,
+}
+
+/// Reads a robot file.
+pub(super) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
+    let source = Source::read(path, TEXT_BYTES_MAX)?;
+    let raw: RawRobot = source.parse_toml()?;
+    let named = |name: Spanned<String>| {
+        let place = source.place(name.span().start);
+        (name.into_inner(), place)
+    };
+    let place = Place::file(path);
+    let feet = raw.feet.into_iter().map(|foot| foot_from_file(foot, &source)).collect::<Result<_, _>>()?;
+    Ok(RobotSpec {
+        feet: left_and_right(feet, &place)?,
+        urdf_path: path.parent().unwrap_or(Path::new("")).join(raw.urdf),
+        root: raw.root.map(named),
+        exact_meshes: raw.exact_meshes.into_iter().map(named).collect(),
+        standing: joint_values("[standing]", raw.standing, &source)?,
+        locked: joint_values("[locked]", raw.locked, &source)?,
+        effort_limits: joint_values("[effort_limits]", raw.effort_limits, &source)?,
+        effort_scale: 1.0,
+        bytes: source.text.into_bytes(),
+    })
+}
+
+/// Takes a plan's robot block, its URDF relative to `base_dir`.
+pub(super) fn spec_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &Path) -> Result<RobotSpec, InputError> {
+    let place = Place::file(plan_path);
+    let feet = block
+        .feet
+        .iter()
+        .map(|(name, foot)| {
+            let link_from_sole = pose_from_block(&foot.sole_pose).map_err(|message| place.error(format!("foot '{name}'"), message))?;
+            FootSpec::new(name.clone(), foot.link.clone(), link_from_sole, &foot.polygon, place.clone())
+        })
+        .collect::<Result<_, _>>()?;
+    let effort_scale = block.effort_scale.unwrap_or(1.0);
+    if !(effort_scale > 0.0) {
+        return Err(place.error("effort_scale", format!("is {effort_scale}; it must be positive")));
+    }
+    let anonymous = RobotBlock { urdf: String::new(), ..block.clone() };
+    let bytes = serde_json::to_vec(&anonymous).map_err(|error| place.error("robot", error.to_string()))?;
+    Ok(RobotSpec {
+        feet: left_and_right(feet, &place)?,
+        urdf_path: base_dir.join(&block.urdf),
+        root: None,
+        exact_meshes: Vec::new(),
+        standing: JointValues::new(),
+        locked: block_values("locked_joints", &block.locked_joints, &place)?,
+        effort_limits: block_values("effort_limits", &block.effort_limits, &place)?,
+        effort_scale: effort_scale.min(1.0),
+        bytes,
+    })
+}
+
+fn foot_from_file(foot: Spanned<RawFoot>, source: &Source) -> Result<FootSpec, InputError> {
+    let place = source.place(foot.span().start);
+    let RawFoot { name, link, sole_xyz, sole_rpy, polygon } = foot.into_inner();
+    let link_from_sole = sole_pose(sole_xyz, sole_rpy).map_err(|message| place.error(format!("foot '{name}'"), message))?;
+    FootSpec::new(name, link, link_from_sole, &polygon, place)
+}
+
+fn sole_pose(xyz: [f64; 3], rpy: [f64; 3]) -> Result<Pose, String> {
+    check_numbers("sole_rpy", &rpy)?;
+    pose_from_arrays(xyz, rotation_from_rpy(rpy[0], rpy[1], rpy[2]).to_array())
+}
+
+fn left_and_right(feet: Vec<FootSpec>, place: &Place) -> Result<Vec<FootSpec>, InputError> {
+    let mut feet = feet;
+    feet.sort_by_key(|foot| FOOT_NAMES.iter().position(|name| *name == foot.name));
+    if feet.iter().map(|foot| foot.name.as_str()).eq(FOOT_NAMES) {
+        return Ok(feet);
+    }
+    let names: Vec<_> = feet.iter().map(|foot| foot.name.as_str()).collect();
+    Err(place.error("feet", format!("are {names:?}; a biped needs exactly one named \"left\" and one named \"right\"")))
+}
+
+fn joint_values(table: &str, raw: BTreeMap<String, Spanned<f64>>, source: &Source) -> Result<JointValues, InputError> {
+    raw.into_iter().map(|(name, value)| checked_value(table, name, *value.get_ref(), source.place(value.span().start))).collect()
+}
+
+fn block_values(table: &str, raw: &BTreeMap<String, f64>, place: &Place) -> Result<JointValues, InputError> {
+    raw.iter().map(|(name, value)| checked_value(table, name.clone(), *value, place.clone())).collect()
+}
+
+fn checked_value(table: &str, name: String, value: f64, place: Place) -> Result<(String, (f64, Place)), InputError> {
+    match check_numbers("entry", &[value]) {
+        Ok(()) => Ok((name, (value, place))),
+        Err(message) => Err(place.error(format!("{table} '{name}'"), message)),
+    }
+}

@@ -1,0 +1,84 @@
+//! Makes sure that a declared sole lies on the foot's own surface: a plan could otherwise claim giant feet.
+
+use glam::DVec3;
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::Triangle;
+
+use crate::hull::hull_triangles;
+use crate::{InputError, Shape};
+
+use super::spec::FootSpec;
+use super::{Foot, Link};
+
+/// How far a sole's corner may be from the surface of the foot's collision shapes, m.
+const SOLE_GAP_MAX: f64 = 3e-3;
+
+/// Complains unless every corner of the sole lies on the surface of its link's own shapes.
+pub(super) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<(), InputError> {
+    let complain = |message: String| spec.place.error(format!("foot '{}'", foot.name), message);
+    if link.shapes.is_empty() {
+        return Err(complain(format!("its link '{}' has no collision shape", link.name)));
+    }
+    for corner in &foot.polygon {
+        let point = foot.link_from_sole * corner.extend(0.0);
+        let mut nearest = f64::INFINITY;
+        for shape in &link.shapes {
+            let local = shape.link_from_shape.inverse() * point;
+            nearest = nearest.min(signed_distance(&shape.shape, local).map_err(complain)?);
+        }
+        if nearest.abs() > SOLE_GAP_MAX {
+            let side = if nearest > 0.0 { "off" } else { "inside" };
+            return Err(complain(format!(
+                "sole corner [{}, {}] lies {:.1} mm {side} the collision shapes of link '{}'; at most {:.0} mm is allowed",
+                corner.x,
+                corner.y,
+                1e3 * nearest.abs(),
+                link.name,
+                1e3 * SOLE_GAP_MAX
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The distance from a shape's surface to a point in the shape's frame, negative inside. A mesh is only its surface.
+fn signed_distance(shape: &Shape, point: DVec3) -> Result<f64, String> {
+    let radial = (point.x * point.x + point.y * point.y).sqrt();
+    Ok(match shape {
+        Shape::Box { half_extents } => {
+            let beyond = point.abs() - *half_extents;
+            beyond.max(DVec3::ZERO).length() + beyond.max_element().min(0.0)
+        }
+        Shape::Sphere { radius } => point.length() - radius,
+        Shape::Cylinder { radius, half_length } => {
+            let beyond = glam::DVec2::new(radial - radius, point.z.abs() - half_length);
+            beyond.max(glam::DVec2::ZERO).length() + beyond.max_element().min(0.0)
+        }
+        Shape::Capsule { radius, half_length } => {
+            let along = (point.z.abs() - half_length).max(0.0);
+            (radial * radial + along * along).sqrt() - radius
+        }
+        Shape::ConvexHull { points } => {
+            let (corners, triangles) = hull_triangles(points)?;
+            let height = triangles.iter().filter_map(|triangle| height_above(&corners, *triangle, point)).fold(f64::NEG_INFINITY, f64::max);
+            if height > 0.0 { surface_distance(&corners, &triangles, point) } else { height }
+        }
+        Shape::Mesh { vertices, triangles, .. } => surface_distance(vertices, triangles, point),
+    })
+}
+
+fn surface_distance(vertices: &[DVec3], triangles: &[[u32; 3]], point: DVec3) -> f64 {
+    triangles
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.map(|index| vertices[index as usize]);
+            Triangle::new(a, b, c).distance_to_local_point(point, false)
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// How far a point lies outside the plane of an outward triangle; `None` for a sliver.
+fn height_above(vertices: &[DVec3], triangle: [u32; 3], point: DVec3) -> Option<f64> {
+    let [a, b, c] = triangle.map(|index| vertices[index as usize]);
+    (b - a).cross(c - a).try_normalize().map(|normal| normal.dot(point - a))
+}

@@ -1,0 +1,77 @@
+//! What a robot file or a plan's robot block says beside the URDF, in one form for both.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use glam::DVec2;
+
+use crate::hull::{convex_polygon, polygon_area};
+use crate::message::limits::POLYGON_VERTICES_MAX;
+use crate::source::{Place, check_numbers};
+use crate::{InputError, Pose};
+
+/// The smallest area of a sole, m2.
+const SOLE_AREA_MIN: f64 = 1e-6;
+/// How far a sole may reach from its frame, m.
+const SOLE_REACH_MAX: f64 = 1.0;
+/// The names of a biped's feet, in the order of [`super::RobotModel::feet`].
+pub(crate) const FOOT_NAMES: [&str; 2] = ["left", "right"];
+
+/// All that is not in the URDF.
+pub(super) struct RobotSpec {
+    /// Path of the URDF.
+    pub(super) urdf_path: PathBuf,
+    /// The URDF's root link, if the file states it.
+    pub(super) root: Option<(String, Place)>,
+    /// Links whose meshes stay meshes.
+    pub(super) exact_meshes: Vec<(String, Place)>,
+    /// The feet, in the order of [`FOOT_NAMES`].
+    pub(super) feet: Vec<FootSpec>,
+    /// Joint positions of the standing posture.
+    pub(super) standing: JointValues,
+    /// Joints held still.
+    pub(super) locked: JointValues,
+    /// Tighter effort limits.
+    pub(super) effort_limits: JointValues,
+    /// A factor on all effort limits, at most 1.
+    pub(super) effort_scale: f64,
+    /// What counts for the digest.
+    pub(super) bytes: Vec<u8>,
+}
+
+/// Numbers by joint name, and where each stands.
+pub(super) type JointValues = BTreeMap<String, (f64, Place)>;
+
+/// A foot as a file describes it.
+pub(super) struct FootSpec {
+    pub(super) name: String,
+    pub(super) link: String,
+    pub(super) link_from_sole: Pose,
+    pub(super) polygon: Vec<DVec2>,
+    pub(super) place: Place,
+}
+
+impl FootSpec {
+    /// A foot with the convex hull of `outline` as its sole; the message says what is wrong with it.
+    pub(super) fn new(name: String, link: String, link_from_sole: Pose, outline: &[[f64; 2]], place: Place) -> Result<Self, InputError> {
+        match sole_polygon(outline) {
+            Ok(polygon) => Ok(Self { name, link, link_from_sole, polygon, place }),
+            Err(message) => Err(place.error(format!("foot '{name}'"), message)),
+        }
+    }
+}
+
+fn sole_polygon(outline: &[[f64; 2]]) -> Result<Vec<DVec2>, String> {
+    check_numbers("polygon", outline.as_flattened())?;
+    if let Some(far) = outline.as_flattened().iter().find(|number| number.abs() > SOLE_REACH_MAX) {
+        return Err(format!("polygon reaches {far} m from the sole frame; at most {SOLE_REACH_MAX} m is allowed"));
+    }
+    let polygon = convex_polygon(&outline.iter().map(|point| DVec2::from_array(*point)).collect::<Vec<_>>());
+    if polygon.len() < 3 || polygon_area(&polygon) < SOLE_AREA_MIN {
+        return Err(format!("polygon is degenerate; its corners must enclose at least {SOLE_AREA_MIN:e} m2"));
+    }
+    if polygon.len() > POLYGON_VERTICES_MAX {
+        return Err(format!("polygon's convex hull has {} corners; at most {POLYGON_VERTICES_MAX} are allowed", polygon.len()));
+    }
+    Ok(polygon)
+}

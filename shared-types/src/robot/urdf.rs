@@ -1,0 +1,152 @@
+//! Reads URDF files: `urdf-rs` supplies the types, this module the strictness and the line numbers that it lacks.
+//!
+//! `urdf-rs` drops what it cannot read as a number, turns a missing `<limit>` into 0..0 and knows no lines. So the raw XML
+//! is walked first, and every number of every link and joint is checked where it stands.
+
+use std::path::Path;
+
+use roxmltree::{Document, Node};
+
+use crate::InputError;
+use crate::source::{Place, Source, TEXT_BYTES_MAX, check_numbers, check_xml_depth};
+
+/// Most links of a robot.
+const LINKS_MAX: usize = 4096;
+/// The joint types of the URDF specification.
+const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+/// Which attributes hold how many numbers.
+const NUMERIC: [(&str, &[(&str, usize)]); 12] = [
+    ("origin", &[("xyz", 3), ("rpy", 3)]),
+    ("axis", &[("xyz", 3)]),
+    ("box", &[("size", 3)]),
+    ("sphere", &[("radius", 1)]),
+    ("cylinder", &[("radius", 1), ("length", 1)]),
+    ("capsule", &[("radius", 1), ("length", 1)]),
+    ("mesh", &[("scale", 3)]),
+    ("mass", &[("value", 1)]),
+    ("inertia", &[("ixx", 1), ("ixy", 1), ("ixz", 1), ("iyy", 1), ("iyz", 1), ("izz", 1)]),
+    ("limit", &[("lower", 1), ("upper", 1), ("effort", 1), ("velocity", 1)]),
+    ("mimic", &[("multiplier", 1), ("offset", 1)]),
+    ("color", &[("rgba", 4)]),
+];
+
+/// A parsed URDF, with what `urdf-rs` does not keep.
+pub(super) struct Urdf {
+    /// The file.
+    pub(super) source: Source,
+    /// All links and joints in document order.
+    pub(super) robot: urdf_rs::Robot,
+    /// Where each of `robot.links` stands.
+    pub(super) link_places: Vec<Place>,
+    /// Where each of `robot.joints` stands, and what its `<limit>` says.
+    pub(super) joint_facts: Vec<JointFacts>,
+}
+
+/// What the raw XML of a joint says.
+pub(super) struct JointFacts {
+    pub(super) place: Place,
+    /// Whether it has a `<limit>`.
+    pub(super) has_limit: bool,
+    /// Whether its `<limit>` has a velocity.
+    pub(super) has_velocity: bool,
+}
+
+/// Reads a URDF and checks everything that can be checked element by element.
+pub(super) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
+    let source = Source::read(path, TEXT_BYTES_MAX)?;
+    check_xml_depth(&source.text).map_err(|(offset, message)| source.place(offset).error("<robot>", message))?;
+    let document =
+        Document::parse(&source.text).map_err(|error| InputError::file(path, error.to_string()).at_line(error.pos().row as usize))?;
+    let root = document.root_element();
+    if root.tag_name().name() != "robot" {
+        return Err(element_place(&source, root).error(format!("<{}>", root.tag_name().name()), "is not a URDF; its root must be <robot>"));
+    }
+    let link_places = named_elements(&source, root, "link")?;
+    let joint_places = named_elements(&source, root, "joint")?;
+    if link_places.is_empty() {
+        return Err(InputError::file(path, "holds no links"));
+    }
+    if link_places.len() > LINKS_MAX {
+        return Err(InputError::file(path, format!("has {} links; at most {LINKS_MAX} are supported", link_places.len())));
+    }
+    let joint_facts: Vec<JointFacts> =
+        children(root, "joint").zip(joint_places).map(|(joint, place)| joint_facts(joint, place)).collect::<Result<_, _>>()?;
+    for element in root.children().filter(|node| node.has_tag_name("link") || node.has_tag_name("joint")) {
+        element.descendants().filter(Node::is_element).try_for_each(|node| check_element_numbers(&source, element, node))?;
+    }
+    let robot = urdf_rs::read_from_string(&source.text).map_err(|error| Place::file(path).error("<robot>", error.to_string()))?;
+    if robot.links.len() != link_places.len() || robot.joints.len() != joint_facts.len() {
+        return Err(InputError::file(path, "links and joints must stand directly below <robot>"));
+    }
+    Ok(Urdf { link_places, joint_facts, robot, source })
+}
+
+fn children<'a, 'input>(root: Node<'a, 'input>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'input>> {
+    root.children().filter(move |node| node.has_tag_name(tag))
+}
+
+fn element_place(source: &Source, node: Node) -> Place {
+    source.place(node.range().start)
+}
+
+/// The places of all elements with this tag, whose names must be there and unique.
+fn named_elements(source: &Source, root: Node, tag: &'static str) -> Result<Vec<Place>, InputError> {
+    let mut names = std::collections::BTreeSet::new();
+    children(root, tag)
+        .map(|node| {
+            let place = element_place(source, node);
+            match node.attribute("name") {
+                None | Some("") => Err(place.error(format!("<{tag}>"), "has no name")),
+                Some(name) if !names.insert(name) => {
+                    Err(place.error(format!("{tag} '{name}'"), format!("another {tag} has the same name")))
+                }
+                Some(_) => Ok(place),
+            }
+        })
+        .collect()
+}
+
+fn joint_facts(joint: Node, place: Place) -> Result<JointFacts, InputError> {
+    let name = joint.attribute("name").unwrap_or_default();
+    let complain = |message: String| Err(place.error(format!("joint '{name}'"), message));
+    match joint.attribute("type") {
+        None => return complain("has no type".into()),
+        Some(kind) if !JOINT_TYPES.contains(&kind) => {
+            return complain(format!("has the unknown type '{kind}'; use one of {JOINT_TYPES:?}"));
+        }
+        Some(_) => {}
+    }
+    for end in ["parent", "child"] {
+        if !joint.children().any(|node| node.has_tag_name(end) && node.has_attribute("link")) {
+            return complain(format!("has no <{end} link=\"...\">"));
+        }
+    }
+    let limit = joint.children().find(|node| node.has_tag_name("limit"));
+    let has_velocity = limit.is_some_and(|limit| limit.has_attribute("velocity"));
+    Ok(JointFacts { has_limit: limit.is_some(), has_velocity, place })
+}
+
+fn check_element_numbers(source: &Source, owner: Node, node: Node) -> Result<(), InputError> {
+    let tag = node.tag_name().name();
+    let attributes = NUMERIC.iter().filter(|(name, _)| *name == tag).flat_map(|(_, attributes)| attributes.iter());
+    for (attribute, count) in attributes {
+        let Some(text) = node.attribute(*attribute) else { continue };
+        if let Err(message) = check_attribute(text, *count) {
+            let owner_name = format!("{} '{}'", owner.tag_name().name(), owner.attribute("name").unwrap_or_default());
+            return Err(element_place(source, node).error(owner_name, format!("<{tag} {attribute}=\"{text}\"> {message}")));
+        }
+    }
+    Ok(())
+}
+
+fn check_attribute(text: &str, count: usize) -> Result<(), String> {
+    let numbers: Vec<f64> = text
+        .split_whitespace()
+        .map(str::parse)
+        .collect::<Result<_, _>>()
+        .map_err(|_| format!("is not {count} number{}", if count == 1 { "" } else { "s" }))?;
+    if numbers.len() != count {
+        return Err(format!("holds {} numbers instead of {count}", numbers.len()));
+    }
+    check_numbers("it", &numbers)
+}

@@ -1,0 +1,99 @@
+//! The words of a world file, as TOML spells them.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::plan_file::{PoseBlock, SceneShapeBlock, ShapeBlock};
+use crate::source::check_numbers;
+use crate::spatial::rotation_from_rpy;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawWorld {
+    pub(super) mu: Spanned<f64>,
+    #[serde(default)]
+    pub(super) shapes: Vec<Spanned<RawShape>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawShape {
+    pub(super) name: String,
+    #[serde(default)]
+    xyz: [f64; 3],
+    rpy: Option<[f64; 3]>,
+    quat_xyzw: Option<[f64; 4]>,
+    r#box: Option<RawBox>,
+    sphere: Option<RawSphere>,
+    cylinder: Option<RawRod>,
+    capsule: Option<RawRod>,
+    convex: Option<RawConvex>,
+    mesh: Option<RawMesh>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawBox {
+    half_extents: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSphere {
+    radius: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRod {
+    radius: f64,
+    length: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawConvex {
+    points: Option<Vec<[f64; 3]>>,
+    path: Option<String>,
+    scale: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawMesh {
+    path: String,
+    scale: Option<[f64; 3]>,
+}
+
+impl RawShape {
+    /// The same shape in the plan format's words; the message says what is wrong with it.
+    pub(super) fn into_block(self) -> Result<SceneShapeBlock, String> {
+        let pose = PoseBlock { xyz: self.xyz, quat_xyzw: self.quaternion()? };
+        let geometries = [
+            self.r#box.map(|raw| ShapeBlock::Box { half_extents: raw.half_extents }),
+            self.sphere.map(|raw| ShapeBlock::Sphere { radius: raw.radius }),
+            self.cylinder.map(|raw| ShapeBlock::Cylinder { radius: raw.radius, length: raw.length }),
+            self.capsule.map(|raw| ShapeBlock::Capsule { radius: raw.radius, length: raw.length }),
+            self.convex.map(|raw| ShapeBlock::Convex { points: raw.points, path: raw.path, scale: raw.scale }),
+            self.mesh.map(|raw| ShapeBlock::Mesh { path: raw.path, scale: raw.scale }),
+        ];
+        let mut present = geometries.into_iter().flatten();
+        match (present.next(), present.next()) {
+            (Some(shape), None) => Ok(SceneShapeBlock { name: self.name, pose, shape }),
+            (None, _) => Err("needs one of box, sphere, cylinder, capsule, convex, mesh".into()),
+            (Some(_), Some(_)) => Err("has more than one geometry; give each its own shape".into()),
+        }
+    }
+
+    fn quaternion(&self) -> Result<[f64; 4], String> {
+        match (self.rpy, self.quat_xyzw) {
+            (Some(_), Some(_)) => Err("has both rpy and quat_xyzw; keep one".into()),
+            (None, Some(quaternion)) => Ok(quaternion),
+            (Some([roll, pitch, yaw]), None) => {
+                check_numbers("rpy", &[roll, pitch, yaw])?;
+                Ok(rotation_from_rpy(roll, pitch, yaw).to_array())
+            }
+            (None, None) => Ok([0.0, 0.0, 0.0, 1.0]),
+        }
+    }
+}

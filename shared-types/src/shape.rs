@@ -1,0 +1,55 @@
+//! The shapes of robots and worlds.
+
+use glam::DVec3;
+
+/// A solid in its own frame, metres. A mesh is a closed surface with outward normals.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A box centred on the origin.
+    Box {
+        /// Half of each side.
+        half_extents: DVec3,
+    },
+    /// A ball centred on the origin.
+    Sphere {
+        /// Its radius.
+        radius: f64,
+    },
+    /// A cylinder along z, centred on the origin.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Half of its full length.
+        half_length: f64,
+    },
+    /// A capsule along z, centred on the origin.
+    Capsule {
+        /// Its radius.
+        radius: f64,
+        /// Half of the length of its cylindrical part.
+        half_length: f64,
+    },
+    /// The convex hull of some points.
+    ConvexHull {
+        /// At least four points that span a volume; interior points are allowed.
+        points: Vec<DVec3>,
+    },
+    /// A triangle mesh.
+    Mesh {
+        /// Its vertices.
+        vertices: Vec<DVec3>,
+        /// Vertex indices, counter-clockwise seen from outside.
+        triangles: Vec<[u32; 3]>,
+        /// The file it came from, as written (needed to export it again).
+        source: MeshSource,
+    },
+}
+
+/// Where a mesh or hull came from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshSource {
+    /// Absolute path of the file.
+    pub path: std::path::PathBuf,
+    /// The scale applied to its vertices.
+    pub scale: DVec3,
+}

@@ -1,0 +1,179 @@
+//! Plan files: what is written comes back, and what is broken is refused.
+
+mod common;
+
+use std::path::Path;
+
+use bytemuck::Zeroable;
+use common::{Folder, check_no_panic};
+use serde_json::{Value, json};
+use surefoot_shared_types::InputError;
+use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::plan_file::load::{joint_order, load_plan};
+use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
+use surefoot_shared_types::plan_file::{EndBlock, PlanFile};
+use surefoot_shared_types::robot::load::{load_robot, robot_from_block};
+use surefoot_shared_types::scene::load::{load_world, world_from_block};
+
+fn contact(limb: u32, x: f64) -> Contact {
+    Contact { limb, position: [x, 0.1, 0.0], rotation: [0.0, 0.0, 0.0, 1.0], ..Contact::zeroed() }
+}
+
+fn chunk(mode: SupportMode, contacts: &[Contact], times: std::ops::RangeInclusive<u32>) -> PlanChunk {
+    let mut chunk = PlanChunk { mode: mode as u32, contacts_len: contacts.len() as u32, joints_len: 2, ..PlanChunk::zeroed() };
+    chunk.contacts[..contacts.len()].copy_from_slice(contacts);
+    for (waypoint, time) in chunk.waypoints.iter_mut().zip(times.clone()) {
+        let time = f64::from(time);
+        *waypoint =
+            Waypoint { time, root_position: [0.1 * time, 0.0, 1.0 / 3.0], root_rotation: [0.0, 0.0, 0.0, 1.0], ..Waypoint::zeroed() };
+        waypoint.q[..2].copy_from_slice(&[0.1 * time, 0.7]);
+    }
+    chunk.waypoints_len = times.count() as u32;
+    chunk
+}
+
+/// Double support in two chunks, a step with the right foot, and an instant of double support.
+fn chunks() -> Vec<PlanChunk> {
+    let both = [contact(0, 0.0), contact(1, 0.0)];
+    vec![
+        chunk(SupportMode::Double, &both, 0..=3),
+        chunk(SupportMode::Double, &both, 3..=5),
+        chunk(SupportMode::Left, &both[..1], 5..=8),
+        chunk(SupportMode::Double, &[both[0], contact(1, 0.4)], 8..=8),
+        chunk(SupportMode::Right, &[contact(1, 0.4)], 8..=9),
+    ]
+}
+
+fn plan(folder: &Folder) -> PlanFile {
+    let robot = load_robot(&folder.path("robot.toml")).unwrap();
+    let world = load_world(&folder.path("world.toml")).unwrap();
+    let scenario = load_scenario(&folder.path("scenario.toml")).unwrap();
+    let plans = folder.path("plans");
+    std::fs::create_dir_all(&plans).unwrap();
+    plan_from_chunks(&robot, &world, &scenario, &chunks(), &plans)
+}
+
+#[test]
+fn chunks_become_waypoints_and_phases_that_tile() {
+    let plan = plan(&Folder::new());
+    assert_eq!(plan.waypoints.iter().map(|waypoint| waypoint.t).collect::<Vec<_>>(), (0..10).map(f64::from).collect::<Vec<_>>());
+    let phases: Vec<_> = plan.phases.iter().map(|phase| (phase.mode.as_str(), phase.first, phase.last)).collect();
+    assert_eq!(phases, [("double", 0, 5), ("left", 5, 8), ("double", 8, 8), ("right", 8, 9)]);
+    assert_eq!(plan.robot.urdf, "../stilts.urdf");
+    assert_eq!(plan.joint_names, ["left_hip", "right_hip"]);
+    assert!(matches!(&plan.start, EndBlock::Feet { soles, tol } if soles["left"].xyz == [0.0, 0.1, 0.0] && *tol == 2e-3));
+    assert!(matches!(&plan.goal, EndBlock::Feet { tol, .. } if *tol == 0.10));
+}
+
+#[test]
+fn a_saved_plan_comes_back_bit_for_bit() {
+    let folder = Folder::new();
+    let plan = plan(&folder);
+    let path = folder.path("plans/plan.json");
+    save(&plan, &path).unwrap();
+    assert_eq!(load_plan(&path).unwrap(), plan);
+    let left: Vec<_> = std::fs::read_dir(folder.path("plans")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["plan.json"]);
+}
+
+#[test]
+fn a_plan_carries_its_robot_and_world() {
+    let folder = Folder::new();
+    let plan = plan(&folder);
+    let (plans, path) = (folder.path("plans"), folder.path("plans/plan.json"));
+    let robot = robot_from_block(&plan.robot, &plans, &path).unwrap();
+    let original = load_robot(&folder.path("robot.toml")).unwrap();
+    assert_eq!((&robot.links, &robot.joints, &robot.feet), (&original.links, &original.joints, &original.feet));
+    assert_eq!(robot.standing_q, [0.0, 0.2]);
+    let world = world_from_block(&plan.scene, &plans, &path).unwrap();
+    assert_eq!(world.shapes, load_world(&folder.path("world.toml")).unwrap().shapes);
+    assert_eq!(joint_order(&plan, &robot, &path).unwrap(), [0, 1]);
+}
+
+#[test]
+fn joint_names_may_come_in_any_order_but_must_be_the_robots() {
+    let folder = Folder::new();
+    let robot = load_robot(&folder.path("robot.toml")).unwrap();
+    let mut plan = plan(&folder);
+    let path = folder.path("plan.json");
+    for (names, expected) in [
+        (vec!["right_hip", "left_hip"], Ok(vec![1, 0])),
+        (vec!["left_hip"], Err("lacks 'right_hip'")),
+        (vec!["left_hip", "tail"], Err("'tail'")),
+        (vec!["left_hip", "right_hip", "left_hip"], Err("twice")),
+    ] {
+        plan.joint_names = names.into_iter().map(str::to_owned).collect();
+        match (joint_order(&plan, &robot, &path), expected) {
+            (Ok(order), Ok(expected)) => assert_eq!(order, expected),
+            (Err(error), Err(expected)) => assert!(error.to_string().contains(expected), "{error}"),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+#[test]
+fn an_impossible_plan_or_place_is_not_saved() {
+    let folder = Folder::new();
+    let mut plan = plan(&folder);
+    assert!(save(&plan, &folder.path("gone/plan.json")).unwrap_err().to_string().contains("cannot be written"));
+    plan.waypoints[4].q[1] = f64::NAN;
+    let path = folder.path("plan.json");
+    assert!(save(&plan, &path).unwrap_err().to_string().contains("waypoint 4"));
+    assert!(!path.exists());
+}
+
+/// Loads the good plan with the value at a JSON pointer replaced; `Null` removes nothing, it is written as null.
+fn load_with(pointer: &str, value: Value) -> Result<PlanFile, InputError> {
+    let folder = Folder::new();
+    let mut json = serde_json::to_value(plan(&folder)).unwrap();
+    *json.pointer_mut(pointer).unwrap_or_else(|| panic!("no {pointer}")) = value;
+    folder.write("plan.json", json.to_string().as_bytes());
+    load_plan(&folder.path("plan.json"))
+}
+
+#[test]
+fn broken_plans_are_refused() {
+    for (pointer, value, complaint) in [
+        ("/schema", json!("biped-plan/2"), "only 'biped-plan/1'"),
+        ("/scene/mu", json!(1e7), "scene: mu"),
+        ("/joint_names", json!(["left_hip", "left_hip"]), "joint_names: names 'left_hip' twice"),
+        ("/robot/feet", json!({}), "robot: its feet"),
+        ("/robot/effort_limits/left_hip", json!(-1), "effort_limits 'left_hip'"),
+        ("/robot/feet/left/sole_pose/quat_xyzw", json!([0, 0, 0, 2]), "foot 'left': quaternion"),
+        ("/waypoints/3/t", json!(2.0), "waypoint 3: t is 2"),
+        ("/waypoints/3/t", Value::Null, "plan.json:1"),
+        ("/waypoints/3/q", json!([0.0]), "waypoint 3: q has 1"),
+        ("/waypoints/3/q", json!([0.0, 1e300]), "waypoint 3: q"),
+        ("/waypoints/3/root_xyz", json!([0, 0, 2e6]), "waypoint 3: position"),
+        ("/waypoints/3/root_quat_xyzw", json!([0, 0, 0, 1.001]), "waypoint 3: quaternion"),
+        ("/waypoints", json!([]), "phase 0: covers"),
+        ("/phases", json!([]), "at least one phase"),
+        ("/phases/0/first", json!(1), "phase 0: begins at waypoint 1"),
+        ("/phases/1/first", json!(6), "phase 1: begins at waypoint 6 instead of 5"),
+        ("/phases/1/last", json!(4), "phase 1: covers"),
+        ("/phases/3/last", json!(8), "phase 3: ends at waypoint 8"),
+        ("/phases/3/last", json!(10), "phase 3: covers"),
+        ("/phases/3/last", json!(u64::MAX), "phase 3: covers"),
+        ("/phases/1/mode", json!("hop"), "phase 1: has the unknown mode 'hop'"),
+        ("/phases/1/mode", json!("double"), "phase 1: has contacts [\"left\"]"),
+        ("/phases/1/contacts/0/foot", json!("tail"), "phase 1: has contacts [\"tail\"]"),
+        ("/phases/1/contacts/0/sole_pose/quat_xyzw", json!([0, 0, 0, 0]), "phase 1: contact 'left': quaternion"),
+        ("/start/tol", json!(0), "start: tol"),
+        ("/goal/soles", json!({"left": {"xyz": [0, 0, 0]}}), "goal: its feet"),
+        ("/goal/type", json!("dance"), "dance"),
+    ] {
+        let error = load_with(pointer, value.clone()).err().unwrap_or_else(|| panic!("{pointer} = {value} was accepted")).to_string();
+        assert!(error.contains(complaint), "{pointer} = {value}: {error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
+    }
+}
+
+#[test]
+fn no_damage_panics() {
+    let folder = Folder::new();
+    let text = serde_json::to_string(&plan(&folder)).unwrap();
+    check_no_panic("plan.json", text.as_bytes(), |folder: &Path| load_plan(&folder.join("plan.json")));
+    folder.write("deep.json", "[".repeat(1_000_000).as_bytes());
+    assert!(load_plan(&folder.path("deep.json")).is_err());
+}

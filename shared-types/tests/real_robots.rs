@@ -1,0 +1,44 @@
+//! Robots from outside the project load as they are. They live beside the repository; without them there is nothing to test.
+
+use std::path::{Path, PathBuf};
+
+use surefoot_shared_types::plan_file::RobotBlock;
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::load::robot_from_block;
+
+fn load(name: &str) -> Option<RobotModel> {
+    let folder = PathBuf::from("/work/shared/robots").join(name);
+    let path = folder.join("robot.json");
+    if !path.is_file() {
+        println!("skipped: {} is not here", path.display());
+        return None;
+    }
+    let block: RobotBlock = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    Some(robot_from_block(&block, Path::new(&folder), &path).unwrap())
+}
+
+#[test]
+fn talos_of_primitives_loads() {
+    let Some(robot) = load("talos_prim") else { return };
+    assert_eq!(robot.joints.len(), 30);
+    assert!((robot.mass() - 90.0).abs() < 5.0, "{}", robot.mass());
+    assert_eq!(robot.chain(robot.feet[0].link).len(), 6);
+}
+
+#[test]
+fn talos_of_meshes_loads() {
+    let Some(robot) = load("talos") else { return };
+    assert_eq!(robot.joints.len(), 30);
+}
+
+#[test]
+fn g1_loads() {
+    let Some(robot) = load("g1") else { return };
+    assert_eq!(robot.joints.len(), 29);
+}
+
+#[test]
+fn h1_2_loads() {
+    let Some(robot) = load("h1_2") else { return };
+    assert_eq!(robot.joints.len(), 27);
+}

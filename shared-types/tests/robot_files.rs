@@ -1,0 +1,240 @@
+//! Robot files, URDFs and meshes: good ones load as they say, every broken one gives one clear error.
+
+mod common;
+
+use std::path::Path;
+
+use common::{FOOT_OBJ, Folder, ROBOT, Spoiling, URDF, check_no_panic, check_spoilings};
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::robot::{JointKind, RobotModel};
+use surefoot_shared_types::{InputError, Shape};
+
+fn load(folder: &Path) -> Result<RobotModel, InputError> {
+    load_robot(&folder.join("robot.toml"))
+}
+
+#[test]
+fn a_good_robot_loads_as_it_says() {
+    let folder = Folder::new();
+    let robot = load(&folder.path("")).unwrap();
+    assert_eq!(robot.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>(), ["pelvis", "left_foot", "right_foot", "imu"]);
+    assert_eq!(robot.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>(), ["left_hip", "right_hip"]);
+    assert_eq!(robot.joints[0].axis, DVec3::Y);
+    assert_eq!(robot.joints[0].kind, JointKind::Revolute);
+    assert_eq!(robot.joints[0].effort, 70.0);
+    assert_eq!(robot.standing_q, [0.3, 0.2]);
+    assert_eq!(robot.feet.iter().map(|foot| foot.name.as_str()).collect::<Vec<_>>(), ["left", "right"]);
+    let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]].map(DVec2::from_array);
+    assert_eq!(robot.feet[0].polygon, corners);
+    assert_eq!(robot.mass(), 14.0);
+    assert!(matches!(&robot.links[2].shapes[0].shape, Shape::ConvexHull { points } if points.len() == 8));
+}
+
+#[test]
+fn exact_meshes_stay_meshes() {
+    let folder = Folder::new();
+    folder.write("robot.toml", format!("exact_meshes = [\"right_foot\"]\n{ROBOT}").as_bytes());
+    let robot = load(&folder.path("")).unwrap();
+    assert!(matches!(&robot.links[2].shapes[0].shape, Shape::Mesh { triangles, .. } if triangles.len() == 12));
+}
+
+#[test]
+fn a_locked_joint_is_folded_into_its_pose() {
+    let folder = Folder::new();
+    folder.write("robot.toml", format!("{ROBOT}\n[locked]\nright_hip = 0.5\n").as_bytes());
+    let robot = load(&folder.path("")).unwrap();
+    assert_eq!(robot.joints.len(), 1);
+    let attachment = robot.links[2].parent.as_ref().unwrap();
+    assert_eq!(attachment.joint, None);
+    let down = attachment.parent_from_joint.rotation * -DVec3::Z;
+    assert!((down - DVec3::new(-libm::sin(0.5), 0.0, -libm::cos(0.5))).length() < 1e-12);
+}
+
+#[test]
+fn a_continuous_joint_gets_one_turn() {
+    let folder = Folder::new();
+    folder.write("stilts.urdf", URDF.replacen("type=\"revolute\"", "type=\"continuous\"", 1).as_bytes());
+    let joint = load(&folder.path("")).unwrap().joints[0].clone();
+    assert_eq!((joint.lower, joint.upper), (-std::f64::consts::PI, std::f64::consts::PI));
+}
+
+#[test]
+fn the_digest_covers_urdf_robot_file_and_meshes() {
+    let digest = |file: &str, text: String| {
+        let folder = Folder::new();
+        folder.write(file, text.as_bytes());
+        load(&folder.path("")).unwrap().digest
+    };
+    let same = digest("robot.toml", ROBOT.to_owned());
+    assert_eq!(same, digest("stilts.urdf", URDF.to_owned()));
+    assert_ne!(same, digest("robot.toml", format!("{ROBOT}\n")));
+    assert_ne!(same, digest("stilts.urdf", format!("{URDF}\n")));
+    assert_ne!(same, digest("meshes/foot.obj", format!("{FOOT_OBJ}\n")));
+}
+
+#[test]
+fn broken_urdfs_are_refused() {
+    let hip_limit = "<limit lower=\"-1\" upper=\"1.5\" effort=\"80\" velocity=\"5\"/>";
+    let foot_mass = "<mass value=\"2\"/>";
+    let cases = [
+        Spoiling { from: hip_limit, to: "", complaint: &["stilts.urdf:16: joint 'left_hip'", "no <limit>"] },
+        Spoiling { from: "lower=\"-1\"", to: "lower=\"1.5\"", complaint: &["joint 'left_hip'", "lock it"] },
+        Spoiling { from: "effort=\"80\"", to: "", complaint: &["joint 'left_hip'", "effort must be positive"] },
+        Spoiling { from: "effort=\"80\"", to: "effort=\"-1\"", complaint: &["joint 'left_hip'", "effort must be positive"] },
+        Spoiling { from: " velocity=\"5\"", to: "", complaint: &["joint 'left_hip'", "velocity"] },
+        Spoiling { from: " velocity=\"5\"", to: " velocity=\"0\"", complaint: &["joint 'left_hip'", "velocity must be positive"] },
+        Spoiling { from: "upper=\"1.5\"", to: "upper=\"nan\"", complaint: &["stilts.urdf:18", "joint 'left_hip'", "NaN"] },
+        Spoiling { from: "upper=\"1.5\"", to: "upper=\"inf\"", complaint: &["joint 'left_hip'", "inf"] },
+        Spoiling { from: "0 0.1 0\"", to: "0 abc 0\"", complaint: &["stilts.urdf:17", "joint 'left_hip'", "not 3 numbers"] },
+        Spoiling { from: "0 0.1 0\"", to: "0 0.1 0 0\"", complaint: &["joint 'left_hip'", "4 numbers instead of 3"] },
+        Spoiling { from: "0 0.1 0\"", to: "0 1e7 0\"", complaint: &["joint 'left_hip'", "10000000"] },
+        Spoiling { from: "xyz=\"0 2 0\"", to: "xyz=\"0 0 0\"", complaint: &["joint 'left_hip'", "axis"] },
+        Spoiling { from: "type=\"revolute\"", to: "type=\"floating\"", complaint: &["joint 'left_hip'", "only revolute"] },
+        Spoiling { from: "type=\"revolute\"", to: "type=\"bendy\"", complaint: &["joint 'left_hip'", "unknown type 'bendy'"] },
+        Spoiling { from: "type=\"revolute\"", to: "", complaint: &["joint 'left_hip'", "no type"] },
+        Spoiling { from: "<child link=\"left_foot\"/>", to: "<child link=\"lost\"/>", complaint: &["joint 'left_hip'", "'lost'"] },
+        Spoiling { from: "<parent link=\"pelvis\"/>", to: "<parent link=\"lost\"/>", complaint: &["joint 'left_hip'", "'lost'"] },
+        Spoiling { from: "<child link=\"left_foot\"/>", to: "", complaint: &["joint 'left_hip'", "no <child"] },
+        Spoiling {
+            from: "<child link=\"left_foot\"/>",
+            to: "<child link=\"right_foot\"/>",
+            complaint: &["joint 'right_hip'", "already hangs"],
+        },
+        Spoiling { from: "<child link=\"imu\"/>", to: "<child link=\"pelvis\"/>", complaint: &["link 'imu'", "not on the root"] },
+        Spoiling {
+            from: "<link name=\"imu\"/>",
+            to: "<link name=\"imu\"/><link name=\"extra\"/>",
+            complaint: &["link 'extra'", "second root"],
+        },
+        Spoiling { from: "<link name=\"imu\"/>", to: "<link name=\"pelvis\"/>", complaint: &["link 'pelvis'", "same name"] },
+        Spoiling { from: "<link name=\"imu\"/>", to: "<link/>", complaint: &["<link>", "no name"] },
+        Spoiling { from: "joint name=\"right_hip\"", to: "joint name=\"left_hip\"", complaint: &["joint 'left_hip'", "same name"] },
+        Spoiling { from: "meshes/foot.obj", to: "meshes/gone.obj", complaint: &["link 'right_foot'", "gone.obj", "not found"] },
+        Spoiling { from: foot_mass, to: "<mass value=\"0\"/>", complaint: &["link 'left_foot'", "no mass"] },
+        Spoiling { from: foot_mass, to: "<mass value=\"-2\"/>", complaint: &["link 'left_foot'", "negative"] },
+        Spoiling { from: foot_mass, to: "", complaint: &["stilts.urdf", "mass"] },
+        Spoiling {
+            from: "ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.01\"",
+            to: "ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"",
+            complaint: &["link 'left_foot'", "positive definite"],
+        },
+        Spoiling { from: "ixx=\"0.02\"", to: "ixx=\"-0.02\"", complaint: &["link 'left_foot'", "positive definite"] },
+        Spoiling { from: "ixy=\"0\"", to: "ixy=\"0.2\"", complaint: &["link 'pelvis'", "positive definite"] },
+        Spoiling { from: "size=\"0.2 0.1 0.04\"", to: "size=\"0.2 0 0.04\"", complaint: &["link 'left_foot'", "box size", "positive"] },
+        Spoiling { from: "radius=\"0.1\"", to: "radius=\"-0.1\"", complaint: &["link 'pelvis'", "radius", "positive"] },
+        Spoiling {
+            from: "size=\"0.2 0.1 0.04\"",
+            to: "size=\"0.18 0.1 0.04\"",
+            complaint: &["robot.toml:10", "foot 'left'", "10.0 mm off"],
+        },
+        Spoiling {
+            from: "<axis xyz=\"0 2 0\"/>",
+            to: "<axis xyz=\"0 2 0\"/><mimic joint=\"right_hip\"/>",
+            complaint: &["joint 'left_hip'", "lock it"],
+        },
+        Spoiling { from: "</robot>", to: "", complaint: &["stilts.urdf:"] },
+        Spoiling { from: "<robot name=\"stilts\">", to: "<model>", complaint: &["stilts.urdf:"] },
+    ];
+    check_spoilings("stilts.urdf", URDF, &cases, load);
+}
+
+#[test]
+fn a_file_that_is_no_urdf_is_refused() {
+    let folder = Folder::new();
+    folder.write("stilts.urdf", b"<sdf/>");
+    assert!(load(&folder.path("")).unwrap_err().to_string().contains("not a URDF"));
+    folder.write("stilts.urdf", b"<robot name=\"r\"/>");
+    assert!(load(&folder.path("")).unwrap_err().to_string().contains("no link"));
+    let deep = format!("<robot name=\"r\">{}{}</robot>", "<a>".repeat(100_000), "</a>".repeat(100_000));
+    folder.write("stilts.urdf", deep.as_bytes());
+    assert!(load(&folder.path("")).unwrap_err().to_string().contains("nested deeper"));
+}
+
+#[test]
+fn a_cycle_without_a_root_is_refused() {
+    let folder = Folder::new();
+    let joint = "<joint name=\"back\" type=\"fixed\"><parent link=\"imu\"/><child link=\"pelvis\"/></joint></robot>";
+    folder.write("stilts.urdf", URDF.replace("</robot>", joint).as_bytes());
+    assert!(load(&folder.path("")).unwrap_err().to_string().contains("cycle"));
+}
+
+#[test]
+fn too_many_joints_are_refused() {
+    let folder = Folder::new();
+    let arms: String = (0..50)
+        .map(|i| {
+            format!(
+                "<link name=\"a{i}\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>\
+                 <joint name=\"j{i}\" type=\"prismatic\"><parent link=\"pelvis\"/><child link=\"a{i}\"/>\
+                 <limit lower=\"0\" upper=\"1\" effort=\"1\" velocity=\"1\"/></joint>"
+            )
+        })
+        .collect();
+    folder.write("stilts.urdf", URDF.replace("</robot>", &format!("{arms}</robot>")).as_bytes());
+    let error = load(&folder.path("")).unwrap_err().to_string();
+    assert!(error.contains("52 joints move") && error.contains("Lock"), "{error}");
+}
+
+#[test]
+fn broken_robot_files_are_refused() {
+    let polygon = "polygon = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]";
+    let cases = [
+        Spoiling { from: "stilts.urdf", to: "gone.urdf", complaint: &["gone.urdf", "cannot be read"] },
+        Spoiling { from: "stilts.urdf", to: ".", complaint: &["not a regular file"] },
+        Spoiling { from: "root = \"pelvis\"", to: "root = \"imu\"", complaint: &["robot.toml:2", "root", "'pelvis'"] },
+        Spoiling { from: "root =", to: "roots =", complaint: &["robot.toml:2", "roots"] },
+        Spoiling { from: "root = \"pelvis\"", to: "root = ", complaint: &["robot.toml:2"] },
+        Spoiling { from: "root = \"pelvis\"", to: "exact_meshes = [\"lost\"]", complaint: &["robot.toml:2", "exact_meshes", "'lost'"] },
+        Spoiling { from: "name = \"right\"", to: "name = \"middle\"", complaint: &["feet", "middle"] },
+        Spoiling { from: "name = \"right\"", to: "name = \"left\"", complaint: &["feet", "exactly one"] },
+        Spoiling { from: "link = \"right_foot\"", to: "link = \"lost\"", complaint: &["robot.toml:4", "foot 'right'", "'lost'"] },
+        Spoiling { from: "link = \"right_foot\"", to: "link = \"imu\"", complaint: &["foot 'right'", "no collision shape"] },
+        Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0, -1.01]", complaint: &["foot 'right'", "10.0 mm off"] },
+        Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0, nan]", complaint: &["robot.toml:4", "foot 'right'", "NaN"] },
+        Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0]", complaint: &["robot.toml:7"] },
+        Spoiling { from: polygon, to: "polygon = [[0, 0], [0.1, 0], [0.05, 0]]", complaint: &["foot 'right'", "degenerate"] },
+        Spoiling { from: polygon, to: "polygon = []", complaint: &["foot 'right'", "degenerate"] },
+        Spoiling { from: polygon, to: "polygon = [[0, 0], [7, 0], [0, 1]]", complaint: &["foot 'right'", "7 m"] },
+        Spoiling { from: "left_hip = 0.3", to: "left_hop = 0.3", complaint: &["robot.toml:17", "[standing] 'left_hop'", "no joint"] },
+        Spoiling { from: "left_hip = 0.3", to: "imu_mount = 0.3", complaint: &["[standing] 'imu_mount'", "fixed"] },
+        Spoiling { from: "left_hip = 0.3", to: "left_hip = 2", complaint: &["robot.toml:17", "[standing] 'left_hip'", "-1..1.5"] },
+        Spoiling { from: "left_hip = 0.3", to: "left_hip = inf", complaint: &["[standing] 'left_hip'", "inf"] },
+        Spoiling { from: "left_hip = 70", to: "left_hip = 90", complaint: &["robot.toml:20", "[effort_limits] 'left_hip'", "80"] },
+        Spoiling { from: "left_hip = 70", to: "left_hip = 0", complaint: &["[effort_limits] 'left_hip'", "positive"] },
+        Spoiling { from: "left_hip = 70", to: "hip = 7", complaint: &["[effort_limits] 'hip'", "no joint"] },
+        Spoiling { from: "left_hip = 70", to: "[locked]\nleft_hip = 0.1", complaint: &["[standing] 'left_hip'", "locked"] },
+        Spoiling { from: "left_hip = 70", to: "[locked]\nright_hip = 0.1", complaint: &["[locked] 'right_hip'", "0.2..1.5"] },
+        Spoiling { from: "left_hip = 70", to: "[locked]\nhip = 0.1", complaint: &["[locked] 'hip'", "no joint"] },
+    ];
+    check_spoilings("robot.toml", ROBOT, &cases, load);
+}
+
+#[test]
+fn a_sole_of_too_many_corners_is_refused() {
+    let folder = Folder::new();
+    let circle: Vec<[f64; 2]> = (0..40).map(|i| libm::sincos(f64::from(i) * 0.157)).map(|(sin, cos)| [0.05 * cos, 0.05 * sin]).collect();
+    let polygon = "polygon = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]";
+    folder.write("robot.toml", ROBOT.replacen(polygon, &format!("polygon = {circle:?}"), 1).as_bytes());
+    let error = load(&folder.path("")).unwrap_err().to_string();
+    assert!(error.contains("at most 16"), "{error}");
+}
+
+#[test]
+fn broken_meshes_are_refused() {
+    let cases = [
+        Spoiling { from: "f 1 4 3", to: "f 1 4 30", complaint: &["link 'right_foot'", "foot.obj"] },
+        Spoiling { from: "v -0.1 -0.05 -0.02", to: "v -0.1 nan -0.02", complaint: &["link 'right_foot'", "foot.obj"] },
+        Spoiling { from: "v -0.1 -0.05 -0.02", to: "v 1e9 0 0", complaint: &["link 'right_foot'", "foot.obj", "beyond"] },
+        Spoiling { from: FOOT_OBJ, to: "", complaint: &["link 'right_foot'", "foot.obj"] },
+        Spoiling { from: FOOT_OBJ, to: "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", complaint: &["link 'right_foot'", "one plane"] },
+    ];
+    check_spoilings("meshes/foot.obj", FOOT_OBJ, &cases, load);
+}
+
+#[test]
+fn no_damage_panics() {
+    check_no_panic("stilts.urdf", URDF.as_bytes(), load);
+    check_no_panic("robot.toml", ROBOT.as_bytes(), load);
+    check_no_panic("meshes/foot.obj", FOOT_OBJ.as_bytes(), load);
+}

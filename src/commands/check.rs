@@ -1,0 +1,113 @@
+//! `surefoot check`: the controller's checks on an exported plan.
+
+use serde::Serialize;
+use surefoot_controller_sim::plan::{CheckLine, EndReport, PlanReport};
+use surefoot_controller_sim::check_plan;
+use surefoot_shared_types::plan_file::load::load_plan;
+
+use crate::arguments::CheckArguments;
+use crate::failure::{Ending, Failure};
+use crate::margins::{WorstMargins, with_unit};
+use crate::terminal;
+
+/// Runs the command.
+///
+/// # Errors
+/// When the plan, its robot or its world cannot be used.
+pub fn run(arguments: &CheckArguments) -> Result<Ending, Failure> {
+    let plan = load_plan(&arguments.plan)?;
+    let report = check_plan(&plan, &arguments.plan)?;
+    if arguments.json {
+        let text = serde_json::to_string_pretty(&JsonReport::from(&report));
+        terminal::say(&text.unwrap_or_else(|error| error.to_string()));
+    } else {
+        terminal::say(&table(&report));
+    }
+    Ok(if report.is_valid() { Ending::Done } else { Ending::Refused })
+}
+
+fn table(report: &PlanReport) -> String {
+    let mut rows = vec![format!("{:<16}{:<14}where", "check", "worst margin")];
+    rows.extend(report.checks.iter().map(row));
+    rows.extend([("start", &report.start), ("goal", &report.goal)].map(|(name, end)| end_row(name, end)));
+    rows.push(if report.is_valid() { "accepted".to_owned() } else { "refused".to_owned() });
+    rows.join("\n")
+}
+
+fn row(line: &CheckLine) -> String {
+    let word = line.check.word();
+    let margin = line.worst.map_or("-".to_owned(), |worst| with_unit(word, worst.margin));
+    let place = match (&line.violation, line.worst) {
+        (Some(placed), _) => format!("VIOLATED in phase {}: {}", placed.phase, placed.violation),
+        (None, Some(worst)) => format!("phase {}", worst.phase),
+        (None, None) => "holds".to_owned(),
+    };
+    format!("{word:<16}{margin:<14}{place}")
+}
+
+fn end_row(name: &str, end: &EndReport) -> String {
+    let margin = with_unit(name, end.limit - end.error);
+    let place = end.violation.as_ref().map_or_else(|| "reached".to_owned(), |violation| format!("VIOLATED: {violation}"));
+    format!("{name:<16}{margin:<14}{place}")
+}
+
+#[derive(Serialize)]
+struct JsonReport {
+    outcome: &'static str,
+    margins: WorstMargins,
+    checks: Vec<JsonCheck>,
+    start: JsonEnd,
+    goal: JsonEnd,
+}
+
+#[derive(Serialize)]
+struct JsonCheck {
+    check: &'static str,
+    margin: Option<f64>,
+    phase: Option<usize>,
+    violation: Option<JsonViolation>,
+}
+
+#[derive(Serialize)]
+struct JsonViolation {
+    phase: usize,
+    waypoint: usize,
+    detail: String,
+}
+
+#[derive(Serialize)]
+struct JsonEnd {
+    error: Option<f64>,
+    limit: f64,
+    violation: Option<String>,
+}
+
+impl From<&PlanReport> for JsonReport {
+    fn from(report: &PlanReport) -> Self {
+        Self {
+            outcome: if report.is_valid() { "accepted" } else { "refused" },
+            margins: (&report.margins).into(),
+            checks: report.checks.iter().map(JsonCheck::from).collect(),
+            start: (&report.start).into(),
+            goal: (&report.goal).into(),
+        }
+    }
+}
+
+impl From<&CheckLine> for JsonCheck {
+    fn from(line: &CheckLine) -> Self {
+        let violation = line.violation.as_ref().map(|placed| JsonViolation {
+            phase: placed.phase,
+            waypoint: placed.violation.waypoint,
+            detail: placed.violation.detail.clone(),
+        });
+        let worst = line.worst;
+        Self { check: line.check.word(), margin: worst.map(|worst| worst.margin), phase: worst.map(|worst| worst.phase), violation }
+    }
+}
+
+impl From<&EndReport> for JsonEnd {
+    fn from(end: &EndReport) -> Self {
+        Self { error: Some(end.error).filter(|error| error.is_finite()), limit: end.limit, violation: end.violation.clone() }
+    }
+}

@@ -1,0 +1,84 @@
+//! `surefoot control`: checks and walks the plan that arrives in an instance. Also the controller process of a walk.
+
+use std::time::Duration;
+
+use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
+use surefoot_controller_sim::{Checker, Identity, Walker};
+use surefoot_shared_types::instance::draw_id;
+use surefoot_shared_types::message::PlanChunk;
+
+use super::{enter, settle};
+use crate::arguments::ControlArguments;
+use crate::audience::Audience;
+use crate::clock::Stopwatch;
+use crate::failure::{Ending, Failure};
+use crate::inputs::Inputs;
+use crate::line::{Judged, Line, Refusal};
+use crate::margins::WorstMargins;
+use crate::signals;
+
+/// How long the last word is repeated for a planner that does not leave.
+const LINGER: Duration = Duration::from_secs(10);
+
+/// Runs the command.
+///
+/// # Errors
+/// When an input cannot be used, the transport fails, or a signal comes.
+pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
+    settle(&arguments.role);
+    let Inputs { scenario, model, world } = Inputs::load(&arguments.scenario, arguments.seed)?;
+    let mut audience = Audience::new(arguments.role.report_lines, false);
+    let id = draw_id();
+    let identity = Identity { instance: id, robot: model.digest, world: world.digest, config: scenario.digest };
+    let walker = Walker::new(Checker::new(model, world, scenario.checker)?, identity);
+    let mut judge = Judge { walker, seconds: 0.0, detail: String::new() };
+    let mut receiver = ChunkReceiver::open(&enter(&arguments.instance)?, id)?;
+    audience.tell(&Line::ControllerReady)?;
+    let keep_going = || signals::raised().is_none();
+    let ended = receiver.run(&mut |chunk| judge.judge(chunk), &keep_going)?;
+    let refusal = match ended {
+        Ended::Finished => None,
+        Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail.clone())),
+        Ended::Stopped => return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
+    };
+    let judged = judge.conclude(receiver.tally().duplicates, refusal);
+    audience.tell(&Line::Judged(judged.clone()))?;
+    audience.say(|| verdict(&judged));
+    receiver.linger(LINGER, &keep_going)?;
+    Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done })
+}
+
+/// Judges chunks and remembers what it took.
+struct Judge {
+    walker: Walker,
+    seconds: f64,
+    detail: String,
+}
+
+impl Judge {
+    fn judge(&mut self, chunk: &PlanChunk) -> Judgement {
+        let watch = Stopwatch::start();
+        let judgement = match self.walker.admit_and_walk(chunk) {
+            Ok(margins) => Judgement::Accepted(margins),
+            Err(violation) => {
+                self.detail = violation.detail;
+                Judgement::Refused { check: violation.check, waypoint: violation.waypoint as u32 }
+            }
+        };
+        self.seconds += watch.seconds();
+        judgement
+    }
+
+    fn conclude(&self, duplicated: u64, refusal: Option<Refusal>) -> Judged {
+        let margins = WorstMargins::from(&self.walker.margins());
+        Judged { check_seconds: self.seconds, accepted: self.walker.next_sequence(), duplicated, margins, refusal }
+    }
+}
+
+fn verdict(judged: &Judged) -> String {
+    let so_far = format!("{} chunks walked and accepted; margins: {}", judged.accepted, judged.margins.describe());
+    match &judged.refusal {
+        None => so_far,
+        Some(refusal) => format!("{so_far}\nrefused: {}", refusal.describe()),
+    }
+}

@@ -1,0 +1,104 @@
+//! `surefoot doctor`: whether this machine can run a walk, and what to do where it cannot.
+
+mod machine;
+mod round_trip;
+
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+use surefoot_planner::Planner;
+use surefoot_shared_types::instance::Instance;
+
+use crate::affinity;
+use crate::arguments::DoctorArguments;
+use crate::failure::{Ending, Failure};
+use crate::inputs::Inputs;
+use crate::terminal;
+
+/// Something found out.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Finding {
+    grade: Grade,
+    text: String,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Grade {
+    Good,
+    Advice,
+    Missing,
+}
+
+impl Finding {
+    fn good(text: impl Into<String>) -> Self {
+        Self { grade: Grade::Good, text: text.into() }
+    }
+
+    fn advice(text: impl Into<String>) -> Self {
+        Self { grade: Grade::Advice, text: text.into() }
+    }
+
+    fn missing(text: impl Into<String>) -> Self {
+        Self { grade: Grade::Missing, text: text.into() }
+    }
+
+    fn line(&self) -> String {
+        let word = match self.grade {
+            Grade::Good => "good",
+            Grade::Advice => "advice",
+            Grade::Missing => "MISSING",
+        };
+        format!("{word:<8} {}", self.text)
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When something essential is missing.
+pub fn run(arguments: &DoctorArguments) -> Result<Ending, Failure> {
+    let mut missing = 0;
+    let mut show = |findings: Vec<Finding>| {
+        missing += findings.iter().filter(|finding| finding.grade == Grade::Missing).count();
+        findings.iter().for_each(|finding| terminal::say(&finding.line()));
+    };
+    show(machine::shared_memory());
+    show(vec![machine::cores()]);
+    show(machine::limits());
+    show(transport());
+    if let Some(scenario) = &arguments.scenario {
+        show(vec![self::scenario(scenario)]);
+    }
+    if missing > 0 { Err(Failure::Unfit { missing }) } else { Ok(Ending::Done) }
+}
+
+/// A private instance, and chunks through it.
+fn transport() -> Vec<Finding> {
+    let instance = match Instance::create(&format!("doctor-{}", std::process::id())) {
+        Ok(instance) => instance,
+        Err(error) => return vec![Finding::missing(format!("instance: {error}"))],
+    };
+    let root = Finding::good(format!("instance: {} is ours alone", instance.root().display()));
+    let chunks = match round_trip::run(&instance) {
+        Ok(round_trip) => Finding::good(format!("iceoryx2: {round_trip}")),
+        Err(reason) => Finding::missing(format!("iceoryx2: {reason}")),
+    };
+    vec![root, chunks]
+}
+
+fn scenario(path: &Path) -> Finding {
+    let threads = NonZeroUsize::new(affinity::default_threads()).unwrap_or(NonZeroUsize::MIN);
+    let inputs = match Inputs::load(path, None) {
+        Ok(inputs) => inputs,
+        Err(error) => return Finding::missing(format!("scenario: {error}")),
+    };
+    match Planner::new(&inputs.model, &inputs.world, &inputs.scenario, threads) {
+        Ok(planner) => {
+            let arenas = planner.arena_bytes();
+            let total: usize = arenas.iter().map(|(_, bytes)| bytes).sum();
+            let parts: Vec<String> = arenas.iter().map(|(name, bytes)| format!("{name} {bytes}")).collect();
+            Finding::good(format!("scenario: '{}' needs {total} bytes of arenas: {}", inputs.scenario.name, parts.join(", ")))
+        }
+        Err(error) => Finding::missing(format!("scenario: {error}")),
+    }
+}

@@ -1,0 +1,79 @@
+//! What the machine offers: shared memory, cores, limits.
+
+use std::ffi::CString;
+use std::path::Path;
+
+use super::Finding;
+use crate::affinity;
+
+const SHARED_MEMORY: &str = "/dev/shm";
+/// Free shared memory that a walk needs, with room to spare, MiB.
+const FREE_MIB_MIN: u64 = 64;
+/// Open files that a walk needs, with room to spare.
+const OPEN_FILES_MIN: u64 = 256;
+/// Memory that may be locked where nothing can be paged out by surprise, KiB.
+const LOCKED_KIB_MIN: u64 = 65_536;
+
+/// Whether shared memory can be written to, and how much of it there is.
+pub(super) fn shared_memory() -> Vec<Finding> {
+    let writable = match tempfile::Builder::new().prefix("surefoot-doctor-").tempfile_in(SHARED_MEMORY) {
+        Ok(_) => Finding::good(format!("shared memory: {SHARED_MEMORY} can be written to")),
+        Err(error) => Finding::missing(format!("shared memory: {error}; mount a tmpfs there with mode 1777")),
+    };
+    let size = match sizes_mib(Path::new(SHARED_MEMORY)) {
+        Some((free, total)) if free < FREE_MIB_MIN => Finding::missing(format!(
+            "shared memory: {free} MiB of {total} MiB free, {FREE_MIB_MIN} are needed; remount it larger (in a container: --shm-size=256m)"
+        )),
+        Some((free, total)) => Finding::good(format!("shared memory: {free} MiB of {total} MiB free")),
+        None => Finding::missing(format!("shared memory: {SHARED_MEMORY} is no file system; mount a tmpfs there")),
+    };
+    vec![writable, size]
+}
+
+/// Whether planner and controller can have a core each.
+pub(super) fn cores() -> Finding {
+    match affinity::cores() {
+        1 => Finding::advice("cores: 1; planner and controller share it, give them two for speed"),
+        cores => Finding::good(format!("cores: {cores}; planner and controller have one each")),
+    }
+}
+
+/// The limits that the system sets this process.
+pub(super) fn limits() -> Vec<Finding> {
+    let open_files = match soft_limit(libc::RLIMIT_NOFILE) {
+        Some(files) if files < OPEN_FILES_MIN => {
+            Finding::missing(format!("open files: {files}, {OPEN_FILES_MIN} are needed; run 'ulimit -n 1024'"))
+        }
+        files => Finding::good(format!("open files: {}", in_words(files, ""))),
+    };
+    let locked = match soft_limit(libc::RLIMIT_MEMLOCK) {
+        Some(bytes) if bytes / 1024 < LOCKED_KIB_MIN => {
+            Finding::advice(format!("locked memory: {} KiB; run 'ulimit -l {LOCKED_KIB_MIN}' to keep timing steady", bytes / 1024))
+        }
+        bytes => Finding::good(format!("locked memory: {}", in_words(bytes.map(|bytes| bytes / 1024), " KiB"))),
+    };
+    vec![open_files, locked]
+}
+
+fn in_words(limit: Option<u64>, unit: &str) -> String {
+    limit.map_or("unlimited".to_owned(), |limit| format!("{limit}{unit}"))
+}
+
+/// The limit that holds; nothing if there is none.
+fn soft_limit(resource: libc::__rlimit_resource_t) -> Option<u64> {
+    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+    // SAFETY: `limit` outlives the call. It fails only for unknown resources.
+    unsafe { libc::getrlimit(resource, &mut limit) };
+    Some(limit.rlim_cur).filter(|limit| *limit != libc::RLIM_INFINITY)
+}
+
+/// Free and total size of the file system at `path`, MiB.
+fn sizes_mib(path: &Path) -> Option<(u64, u64)> {
+    let path = CString::new(path.to_str()?).ok()?;
+    // SAFETY: an all-zero statvfs is a valid one.
+    let mut stat: libc::statvfs = unsafe { std::mem::zeroed() };
+    // SAFETY: both pointers outlive the call.
+    let result = unsafe { libc::statvfs(path.as_ptr(), &mut stat) };
+    let mib = |blocks: u64| ((u128::from(blocks) * u128::from(stat.f_frsize)) >> 20) as u64;
+    (result == 0).then(|| (mib(stat.f_bavail), mib(stat.f_blocks)))
+}

@@ -1,0 +1,87 @@
+//! The commands, one file each.
+
+pub mod check;
+pub mod control;
+pub mod doctor;
+pub mod plan;
+pub mod walk;
+
+use std::path::Path;
+
+use surefoot_shared_types::instance::{Instance, InstanceError};
+
+use crate::affinity;
+use crate::arguments::{Arguments, Command, RoleArguments};
+use crate::audience::Audience;
+use crate::failure::{Ending, Failure};
+use crate::line::Line;
+use crate::outputs;
+use crate::report::Report;
+use crate::signals;
+use crate::terminal;
+
+/// How often entering an instance is tried while somebody else creates or leaves it.
+const ENTER_ATTEMPTS_MAX: usize = 5;
+
+/// Runs a command; answers its exit code.
+pub fn run(arguments: &Arguments) -> u8 {
+    let result = match &arguments.command {
+        Command::Walk(arguments) => walk::run(arguments),
+        Command::Plan(arguments) => plan::run(arguments),
+        Command::Control(arguments) => control::run(arguments),
+        Command::Check(arguments) => check::run(arguments),
+        Command::Doctor(arguments) => doctor::run(arguments),
+    };
+    match result {
+        Ok(ending) => ending.code(),
+        Err(failure) => {
+            explain(&failure, arguments.reports_lines());
+            failure.code()
+        }
+    }
+}
+
+/// Says why a command ended without an answer, to whoever listens.
+fn explain(failure: &Failure, to_supervisor: bool) {
+    match failure {
+        Failure::Interrupted(_) | Failure::Unheard(_) if to_supervisor => {}
+        _ if to_supervisor => {
+            let told = Audience::Supervisor.tell(&Line::Failed { message: failure.to_string() });
+            told.unwrap_or_else(|unheard| terminal::complain(&unheard));
+        }
+        _ => terminal::complain(failure),
+    }
+}
+
+/// What a process does first that may be a supervisor's.
+fn settle(role: &RoleArguments) {
+    if role.report_lines {
+        signals::end_with_parent();
+    }
+    signals::install();
+    affinity::pin(role.core);
+}
+
+/// Enters an instance, creating it where it does not exist yet.
+fn enter(name: &str) -> Result<Instance, InstanceError> {
+    let mut attempts = 0;
+    loop {
+        attempts += 1;
+        let entered = match Instance::attach(name) {
+            Err(InstanceError::Missing { .. }) => Instance::create(name),
+            entered => entered,
+        };
+        match entered {
+            Err(InstanceError::InUse { .. }) if attempts < ENTER_ATTEMPTS_MAX => {}
+            entered => return entered,
+        }
+    }
+}
+
+/// Writes the report where it is wanted; answers how the command ends.
+fn conclude(report: &Report, json: Option<&Path>) -> Result<Ending, Failure> {
+    if let Some(path) = json {
+        outputs::write_json(report, path)?;
+    }
+    report.ending()
+}

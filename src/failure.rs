@@ -1,0 +1,126 @@
+//! How a command can end, and the exit code of each end.
+
+use std::path::PathBuf;
+
+use surefoot_controller_sim::CheckerError;
+use surefoot_planner::PlannerError;
+use surefoot_shared_types::InputError;
+use surefoot_shared_types::instance::{ChannelError, InstanceError};
+
+use crate::picture::PictureError;
+use crate::supervisor::Role;
+
+/// An end with an answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// Everything asked for was done: 0.
+    Done,
+    /// No plan within the budget: 3.
+    NoPlan,
+    /// The controller, or a check, refused: 4.
+    Refused,
+}
+
+impl Ending {
+    /// The exit code.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::NoPlan => 3,
+            Self::Refused => 4,
+        }
+    }
+}
+
+/// An end without an answer: bad input or environment.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// A file cannot be used.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The planner cannot use the robot or the world.
+    #[error(transparent)]
+    Planner(#[from] PlannerError),
+    /// The checker cannot use the robot or the world.
+    #[error(transparent)]
+    Checker(#[from] CheckerError),
+    /// No instance.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    /// No transport.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// The robot cannot stand where the scenario wants it to.
+    #[error("{0}; change the scenario's mark or its world")]
+    Ends(String),
+    /// No picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// A file cannot be written.
+    #[error("{}: cannot be written: {reason}", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// A process cannot be started.
+    #[error("the {role} process cannot be started: {source}")]
+    Start {
+        /// Which.
+        role: Role,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A process reported why it cannot go on.
+    #[error("{role}: {message}")]
+    Role {
+        /// Which.
+        role: Role,
+        /// Its words.
+        message: String,
+    },
+    /// A process ended before its work was done.
+    #[error("the {role} process ended unexpectedly ({how}); run 'surefoot doctor', then walk again")]
+    Died {
+        /// Which.
+        role: Role,
+        /// Its exit status.
+        how: String,
+    },
+    /// No controller answers.
+    #[error("no controller answers: its process hangs or was never started; start 'surefoot control' with the same instance name")]
+    ControllerLost,
+    /// Something that every walk needs is missing.
+    #[error("this machine cannot run a walk: {missing} of the findings above must be seen to")]
+    Unfit {
+        /// How many.
+        missing: usize,
+    },
+    /// Whoever wanted this role's lines is gone.
+    #[error("nobody reads this process's reports any more: {0}")]
+    Unheard(std::io::Error),
+    /// A signal asked for the end.
+    #[error("ended by signal {0}")]
+    Interrupted(i32),
+}
+
+impl Failure {
+    /// The exit code: 2, or 128 and the signal's number.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Interrupted(signal) => u8::try_from(128 + signal).unwrap_or(u8::MAX),
+            _ => 2,
+        }
+    }
+
+    /// The outcome's name in reports, if a run that had begun ended in this.
+    pub fn word(&self) -> Option<&'static str> {
+        match self {
+            Self::Role { role: Role::Planner, .. } | Self::Died { role: Role::Planner, .. } => Some("planner_failed"),
+            Self::Role { role: Role::Controller, .. } | Self::Died { role: Role::Controller, .. } => Some("controller_failed"),
+            Self::ControllerLost => Some("controller_lost"),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! What a run is about: scenario, robot and world.
+
+use std::path::Path;
+
+use surefoot_shared_types::InputError;
+use surefoot_shared_types::config::Scenario;
+use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scene::World;
+use surefoot_shared_types::scene::load::load_world;
+
+/// A scenario with all that it names.
+#[derive(Debug, Clone)]
+pub struct Inputs {
+    /// The scenario.
+    pub scenario: Scenario,
+    /// Its robot.
+    pub model: RobotModel,
+    /// Its world.
+    pub world: World,
+}
+
+impl Inputs {
+    /// Loads a scenario, its robot and its world; `seed` takes the place of the scenario's own.
+    ///
+    /// # Errors
+    /// When one of the files cannot be used.
+    pub fn load(path: &Path, seed: Option<u64>) -> Result<Self, InputError> {
+        let scenario = load_scenario(path)?;
+        let scenario = match seed {
+            Some(seed) => scenario.with_seed(seed),
+            None => scenario,
+        };
+        let model = load_robot(&scenario.robot_path)?;
+        let world = load_world(&scenario.world_path)?;
+        Ok(Self { scenario, model, world })
+    }
+}

@@ -1,0 +1,205 @@
+//! What the planner and the controller process tell: one JSON object a line on stdout.
+
+use serde::{Deserialize, Serialize};
+use surefoot_controller_sim::channel::Refusal as RefusedChunk;
+use surefoot_planner::Outcome;
+use surefoot_planner::channel::{Delivery, Outcome as DeliveryOutcome};
+
+use crate::margins::WorstMargins;
+
+/// Something a role process tells.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "line", rename_all = "snake_case")]
+pub enum Line {
+    /// The planner has all its memory.
+    PlannerReady {
+        /// Time it took, s.
+        ready_seconds: f64,
+        /// Size of all arenas.
+        arena_bytes: u64,
+    },
+    /// The planner searches.
+    Planning(Searching),
+    /// The planner is done searching.
+    Planned(Planned),
+    /// The planner hears how far the controller is.
+    Delivering {
+        /// Chunks accepted.
+        accepted: u64,
+        /// Chunks of the plan.
+        chunks: u64,
+    },
+    /// The planner is done delivering.
+    Delivered(Delivered),
+    /// The controller listens.
+    ControllerReady,
+    /// The controller is done judging.
+    Judged(Judged),
+    /// The process cannot go on.
+    Failed {
+        /// Why and what to do, one line.
+        message: String,
+    },
+}
+
+/// How far a search is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Searching {
+    /// Work units used.
+    pub work: u64,
+    /// Work units that may be used.
+    pub work_max: u64,
+    /// Sequences tried.
+    pub sequences: u64,
+    /// Transitions with a configuration.
+    pub transitions: u64,
+    /// Motions found.
+    pub motions: u64,
+}
+
+/// How a search ended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Planned {
+    /// What kind of end it is.
+    pub end: PlanEnd,
+    /// The outcome's name.
+    pub outcome: String,
+    /// The parameter that ended it, if one did.
+    pub bound: Option<String>,
+    /// The outcome in one line for a person.
+    pub description: String,
+    /// Digest of the chunk stream, if there is one.
+    pub digest: Option<String>,
+    /// Time it took, s.
+    pub plan_seconds: f64,
+    /// Work units used.
+    pub work: u64,
+    /// Sequences tried.
+    pub sequences: u64,
+    /// Heap allocations during the search.
+    pub allocations: u64,
+    /// Steps of the plan.
+    pub steps: u64,
+    /// Waypoints of the plan.
+    pub waypoints: u64,
+    /// Chunks of the plan.
+    pub chunks: u64,
+}
+
+/// The kinds of ends of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanEnd {
+    /// A plan.
+    Found,
+    /// A bound.
+    NoPlan,
+    /// A start or goal where the robot cannot stand.
+    BadInput,
+}
+
+impl From<&Outcome> for PlanEnd {
+    fn from(outcome: &Outcome) -> Self {
+        match outcome {
+            Outcome::Found => Self::Found,
+            Outcome::BudgetExhausted(_) | Outcome::ArenaFull(_) => Self::NoPlan,
+            Outcome::StartInvalid(_) | Outcome::GoalInvalid(_) => Self::BadInput,
+        }
+    }
+}
+
+/// How a delivery ended, as the planner saw it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Delivered {
+    /// What kind of end it is.
+    pub end: DeliveryEnd,
+    /// Chunks put into shared memory, those sent again included.
+    pub sent: u64,
+    /// Chunks sent again.
+    pub resent: u64,
+    /// Chunks accepted.
+    pub accepted: u64,
+    /// Chunks that the controller received again after it had accepted them.
+    pub duplicated: u64,
+    /// The worst margins that the controller told.
+    pub margins: WorstMargins,
+    /// The refusal, if there was one.
+    pub refusal: Option<Refusal>,
+}
+
+/// The kinds of ends of a delivery.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DeliveryEnd {
+    /// Every chunk is accepted.
+    Accepted,
+    /// A chunk is refused.
+    Refused,
+    /// The controller does not answer.
+    ControllerLost,
+    /// This process was asked to end.
+    Stopped,
+}
+
+/// A refused chunk.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// The violated check.
+    pub check: String,
+    /// The chunk.
+    pub sequence: u64,
+    /// Where in the chunk.
+    pub waypoint: u32,
+    /// What, how much, the limit; empty where the controller did not say.
+    pub detail: String,
+}
+
+impl Refusal {
+    /// A refusal as the controller sees it.
+    pub fn of(chunk: RefusedChunk, detail: String) -> Self {
+        Self { check: chunk.check.word().to_owned(), sequence: chunk.sequence, waypoint: chunk.waypoint, detail }
+    }
+
+    /// One line for a person.
+    pub fn describe(&self) -> String {
+        let detail = if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
+        format!("{} at waypoint {} of chunk {}{detail}", self.check, self.waypoint, self.sequence)
+    }
+}
+
+/// What the controller made of the plan.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// Time spent checking, s.
+    pub check_seconds: f64,
+    /// Chunks accepted.
+    pub accepted: u64,
+    /// Chunks received again after they had been accepted.
+    pub duplicated: u64,
+    /// The worst margins of the accepted chunks.
+    pub margins: WorstMargins,
+    /// The refusal, if there was one.
+    pub refusal: Option<Refusal>,
+}
+
+impl From<&Delivery> for Delivered {
+    fn from(delivery: &Delivery) -> Self {
+        let (end, refusal) = match delivery.outcome {
+            DeliveryOutcome::Accepted => (DeliveryEnd::Accepted, None),
+            DeliveryOutcome::Refused { sequence, check, waypoint } => {
+                (DeliveryEnd::Refused, Some(Refusal::of(RefusedChunk { sequence, check, waypoint }, String::new())))
+            }
+            DeliveryOutcome::ControllerLost => (DeliveryEnd::ControllerLost, None),
+            DeliveryOutcome::Stopped => (DeliveryEnd::Stopped, None),
+        };
+        Self {
+            end,
+            sent: delivery.sent,
+            resent: delivery.resent,
+            accepted: delivery.accepted,
+            duplicated: delivery.feedback.map_or(0, |feedback| feedback.duplicated),
+            margins: delivery.feedback.map(|feedback| WorstMargins::from(&feedback.margins)).unwrap_or_default(),
+            refusal,
+        }
+    }
+}

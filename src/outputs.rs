@@ -1,0 +1,71 @@
+//! The files that a run leaves behind: checked before it begins, complete or not at all.
+
+use std::fs::Permissions;
+use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use surefoot_shared_types::plan_file::PlanFile;
+
+use crate::arguments::OutputArguments;
+use crate::failure::Failure;
+use crate::inputs::Inputs;
+use crate::picture::{PictureScene, check_extension, render};
+
+/// Checks that every file asked for can be written, so that a long run need not fail at its end.
+///
+/// # Errors
+/// When a folder is missing or cannot be written to, a name is a folder's, or a picture's extension is unknown.
+pub fn check(outputs: &OutputArguments) -> Result<(), Failure> {
+    if let Some(picture) = &outputs.picture {
+        check_extension(picture)?;
+    }
+    [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().try_for_each(|path| check_place(path))
+}
+
+/// Draws a plan.
+///
+/// # Errors
+/// When the plan cannot be drawn or the file cannot be written.
+pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), Failure> {
+    let scene = PictureScene::new(&inputs.model, &inputs.world, plan)?;
+    Ok(render(&scene, path)?)
+}
+
+/// Writes a value as a JSON file.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_json(value: &impl Serialize, path: &Path) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| unwritable(path, &error.to_string());
+    let mut file = temporary_beside(path).map_err(failed)?;
+    serde_json::to_writer_pretty(&mut file, value).map_err(|error| failed(error.into()))?;
+    file.write_all(b"\n").map_err(failed)?;
+    file.persist(path).map(drop).map_err(|error| failed(error.error))
+}
+
+/// The folder that a file stands in.
+pub fn folder_of(path: &Path) -> PathBuf {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or_else(|| PathBuf::from("."), Path::to_owned)
+}
+
+fn check_place(path: &Path) -> Result<(), Failure> {
+    if path.is_dir() || path.file_name().is_none() {
+        return Err(unwritable(path, "it is a folder; name a file in it"));
+    }
+    if !folder_of(path).is_dir() {
+        return Err(unwritable(path, "its folder does not exist; create it first"));
+    }
+    temporary_beside(path).map(drop).map_err(|error| unwritable(path, &format!("{error}; choose another folder")))
+}
+
+fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    // The permissions of an ordinary new file; the process's mask still applies.
+    let readable = Permissions::from_mode(0o666);
+    tempfile::Builder::new().prefix(".surefoot-").suffix(".tmp").permissions(readable).tempfile_in(folder_of(path))
+}
+
+fn unwritable(path: &Path, reason: &str) -> Failure {
+    Failure::Output { path: path.to_owned(), reason: reason.to_owned() }
+}

@@ -1,0 +1,45 @@
+//! Why a picture could not be made.
+
+use std::path::PathBuf;
+
+/// Why a picture could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The file's name says neither still nor moving.
+    #[error("{}: a picture's name must end in .png (several instants in one picture) or .apng (moving)", path.display())]
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file cannot be written.
+    #[error("{}: cannot write the picture: {source}; choose a place that can be written to", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The plan does not belong to the robot, or contradicts itself.
+    #[error("the plan cannot be drawn: {reason}; export it again from the same robot")]
+    Plan {
+        /// What is wrong.
+        reason: String,
+    },
+    /// A convex hull without volume.
+    #[error("'{name}' cannot be drawn: its convex hull has no volume ({reason}); give it at least four points that span one")]
+    Hull {
+        /// The shape or link.
+        name: String,
+        /// What the hull's construction said.
+        reason: String,
+    },
+    /// No link has a collision shape.
+    #[error("the robot cannot be drawn: none of its links has a collision shape; add some to its URDF")]
+    NoRobotShapes,
+}
+
+impl PictureError {
+    pub(super) fn plan(reason: impl Into<String>) -> Self {
+        Self::Plan { reason: reason.into() }
+    }
+}

@@ -1,0 +1,70 @@
+//! Advances a planner to the end of its search.
+
+use surefoot_planner::{Outcome, Planner, Status};
+
+use crate::allocations;
+use crate::clock::Stopwatch;
+use crate::failure::Failure;
+use crate::line::{Line, Planned, Searching};
+use crate::signals;
+
+/// Work units between two looks at clock and signals. Without influence on the plan.
+const WORK_PER_STEP: u64 = 2_000;
+/// Time between two words about the search, s.
+const TELL_EVERY_SECONDS: f64 = 0.1;
+
+/// Advances `planner` until its search ends, telling about it now and then.
+///
+/// # Errors
+/// When a signal asks for the end, or telling fails.
+pub fn run(planner: &mut Planner, work_max: u64, tell: &mut dyn FnMut(&Line) -> Result<(), Failure>) -> Result<Planned, Failure> {
+    let watch = Stopwatch::start();
+    let mut allocations = 0;
+    let mut told_at = 0.0;
+    loop {
+        let before = allocations::count();
+        let status = planner.step(WORK_PER_STEP);
+        allocations += allocations::count() - before;
+        if let Status::Done(outcome) = status {
+            return Ok(planned(planner, &outcome, watch.seconds(), allocations));
+        }
+        if let Some(signal) = signals::raised() {
+            return Err(Failure::Interrupted(signal));
+        }
+        if watch.seconds() - told_at > TELL_EVERY_SECONDS {
+            told_at = watch.seconds();
+            tell(&Line::Planning(searching(planner, work_max)))?;
+        }
+    }
+}
+
+fn searching(planner: &Planner, work_max: u64) -> Searching {
+    let tally = planner.tally();
+    Searching {
+        work: tally.work,
+        work_max,
+        sequences: tally.sequences,
+        transitions: tally.transitions_found,
+        motions: tally.motions_found,
+    }
+}
+
+fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations: u64) -> Planned {
+    let tally = planner.tally();
+    let found = *outcome == Outcome::Found;
+    let if_found = |count: u64| if found { count } else { 0 };
+    Planned {
+        end: outcome.into(),
+        outcome: outcome.word().to_owned(),
+        bound: outcome.bound().map(str::to_owned),
+        description: outcome.describe(),
+        digest: found.then(|| planner.digest().to_string()),
+        plan_seconds,
+        work: tally.work,
+        sequences: tally.sequences,
+        allocations,
+        steps: if_found(planner.steps()),
+        waypoints: if_found(planner.waypoints()),
+        chunks: if_found(planner.chunks().len() as u64),
+    }
+}

@@ -1,0 +1,98 @@
+//! One role process and the thread that reads its lines.
+
+use std::io::{BufRead, BufReader, Read};
+use std::os::unix::process::CommandExt;
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::sync::mpsc::Sender;
+use std::time::Duration;
+
+use crate::clock::Stopwatch;
+use crate::line::Line;
+use crate::signals;
+
+use super::Role;
+
+/// Longest line that a role may tell, bytes.
+const LINE_BYTES_MAX: u64 = 1 << 16;
+/// How long a process may take to end before it is killed, s.
+const GRACE_SECONDS: f64 = 3.0;
+/// Time between two looks whether it has ended.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
+
+/// What comes out of a process.
+#[derive(Debug)]
+pub(super) enum News {
+    /// A line.
+    Told(Line),
+    /// Something else.
+    Babble(String),
+    /// Nothing any more.
+    Closed,
+}
+
+/// A running role process.
+#[derive(Debug)]
+pub(super) struct Process {
+    child: Child,
+}
+
+impl Process {
+    /// Starts `command` in a process group of its own, so that a terminal's Ctrl-C reaches only the supervisor.
+    pub(super) fn start(mut command: Command, role: Role, mouth: Sender<(Role, News)>) -> std::io::Result<Self> {
+        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).process_group(0).spawn()?;
+        let stdout = child.stdout.take();
+        let process = Self { child };
+        let read = move || stdout.into_iter().for_each(|stdout| read_lines(stdout, role, &mouth));
+        match std::thread::Builder::new().name(format!("{role} lines")).spawn(read) {
+            Ok(_) => Ok(process),
+            Err(error) => {
+                process.ask_to_end();
+                process.wait();
+                Err(error)
+            }
+        }
+    }
+
+    /// Asks it to end.
+    pub(super) fn ask_to_end(&self) {
+        signals::ask_to_end(&self.child);
+    }
+
+    /// Waits for its end, which comes by force if it takes too long; answers its exit status in words.
+    pub(super) fn wait(mut self) -> String {
+        let watch = Stopwatch::start();
+        loop {
+            match self.child.try_wait() {
+                Ok(Some(status)) => return status.to_string(),
+                Ok(None) if watch.seconds() < GRACE_SECONDS => std::thread::sleep(LOOK_EVERY),
+                Ok(None) => {
+                    // Fails only if it has ended by itself meanwhile.
+                    let _ = self.child.kill();
+                    return self.child.wait().map_or_else(|error| error.to_string(), |_| "it hung and was killed".to_owned());
+                }
+                Err(error) => return error.to_string(),
+            }
+        }
+    }
+}
+
+/// Queues every line until the end; a queue that nobody reads any more ends it too.
+fn read_lines(stdout: ChildStdout, role: Role, mouth: &Sender<(Role, News)>) {
+    let mut reader = BufReader::new(stdout);
+    let mut text = Vec::new();
+    loop {
+        text.clear();
+        let news = match reader.by_ref().take(LINE_BYTES_MAX).read_until(b'\n', &mut text) {
+            Ok(0) | Err(_) => News::Closed,
+            Ok(_) => serde_json::from_slice(&text).map_or_else(|_| babble(&text), News::Told),
+        };
+        let over = matches!(news, News::Closed);
+        if mouth.send((role, news)).is_err() || over {
+            return;
+        }
+    }
+}
+
+fn babble(text: &[u8]) -> News {
+    News::Babble(String::from_utf8_lossy(text).chars().take(80).collect::<String>().trim().to_owned())
+}
