@@ -40,13 +40,7 @@ pub fn run(planner: &mut Planner, work_max: u64, tell: &mut dyn FnMut(&Line) -> 
 
 fn searching(planner: &Planner, work_max: u64) -> Searching {
     let tally = planner.tally();
-    Searching {
-        work: tally.work,
-        work_max,
-        sequences: tally.sequences,
-        transitions: tally.transitions_found,
-        motions: tally.motions_found,
-    }
+    Searching { work: tally.work, work_max, sequences: tally.sequences, transitions: tally.transitions_found, motions: tally.motions_found }
 }
 
 fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations: u64) -> Planned {

@@ -26,8 +26,11 @@ const KEPT_MAX: usize = 6;
 const KEPT_LATER_MAX: usize = 3;
 /// How far the ideals of later sweeps stray, m and rad.
 const LATER_SPREAD: (f64, f64) = (0.2, 0.4);
-/// Neighbours that a placement is connected to at the most, nearest first.
-const NEIGHBOURS_MAX: usize = 32;
+/// Neighbours that a placement is connected to at the most.
+const NEIGHBOURS_MAX: usize = 128;
+/// Of all neighbours in one cell of this width (m) about a placement only the nearest is connected, so that a crowd at
+/// hand does not crowd out the few across a gap.
+const NEIGHBOUR_CELL: f64 = 0.1;
 /// How many units of work one query of placements counts.
 const QUERY_WORK: u64 = 16;
 
@@ -35,6 +38,14 @@ const QUERY_WORK: u64 = 16;
 const FIRST_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
 /// The effort of a query that found nothing at first, and of later sweeps.
 const LATER_EFFORT: Effort = Effort { geometric_max: 48, varied_max: 8, sampled_max: 60 };
+
+/// A placement that another may form a step with.
+#[derive(Debug, Clone, Copy)]
+struct Neighbour {
+    cell: glam::IVec3,
+    distance: f64,
+    id: FootholdId,
+}
 
 /// What seeding reads.
 #[derive(Debug, Clone, Copy)]
@@ -136,28 +147,31 @@ impl Seeding<'_> {
         ending
     }
 
-    /// Connects a placement with the earlier ones of the other foot that it may form a step with, nearest first.
+    /// Connects a placement with the earlier ones of the other foot that it may form a step with.
     ///
     /// # Errors
     /// The transition arena is full.
     pub fn connect(&self, foothold: FootholdId, step_max: f64, graph: &mut Graph, work: &mut u64) -> Result<(), ArenaFull> {
-        let mut nearest: heapless::Vec<(f64, FootholdId), NEIGHBOURS_MAX> = heapless::Vec::new();
+        let mut neighbours: heapless::Vec<Neighbour, NEIGHBOURS_MAX> = heapless::Vec::new();
         let here = &graph.footholds()[foothold as usize];
         for (index, other) in graph.footholds()[..foothold as usize].iter().enumerate() {
             let distance = here.distance(other);
             if other.limb == here.limb || distance > step_max {
                 continue;
             }
-            let at = nearest.partition_point(|(known, _)| *known <= distance);
-            if nearest.is_full() && at < NEIGHBOURS_MAX {
-                nearest.pop();
+            let offset = other.world_from_sole.translation - here.world_from_sole.translation;
+            let cell = (offset / NEIGHBOUR_CELL).round().as_ivec3();
+            let neighbour = Neighbour { cell, distance, id: index as FootholdId };
+            match neighbours.iter_mut().find(|known| known.cell == cell) {
+                Some(known) if known.distance <= distance => {}
+                Some(known) => *known = neighbour,
+                None => drop(neighbours.push(neighbour)),
             }
-            nearest.insert(at, (distance, index as FootholdId)).ok();
         }
         *work += 1 + foothold as u64 / 64;
-        for (_, other) in nearest {
-            if !self.feet_meet(graph, foothold, other) {
-                graph.connect(foothold, other)?;
+        for neighbour in neighbours {
+            if !self.feet_meet(graph, foothold, neighbour.id) {
+                graph.connect(foothold, neighbour.id)?;
             }
         }
         Ok(())

@@ -1,8 +1,8 @@
 //! `surefoot check`: the controller's checks on an exported plan.
 
 use serde::Serialize;
-use surefoot_controller_sim::plan::{CheckLine, EndReport, PlanReport};
 use surefoot_controller_sim::check_plan;
+use surefoot_controller_sim::plan::{CheckLine, EndReport, PlanReport};
 use surefoot_shared_types::plan_file::load::load_plan;
 
 use crate::arguments::CheckArguments;

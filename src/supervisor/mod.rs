@@ -89,7 +89,10 @@ impl Supervisor {
                 Ok((role, News::Told(Line::Failed { message }))) => return Err(Failure::Role { role, message }),
                 Ok((_, News::Told(line))) => return Ok(Event::Told(line)),
                 Ok((role, News::Babble(text))) => {
-                    return Err(Failure::Role { role, message: format!("said '{text}', which is no report; use the same surefoot for both") });
+                    return Err(Failure::Role {
+                        role,
+                        message: format!("said '{text}', which is no report; use the same surefoot for both"),
+                    });
                 }
                 Ok((role, News::Closed)) => return Ok(Event::Ended { role, how: self.bury(role) }),
                 Err(_) => {}

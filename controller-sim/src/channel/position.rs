@@ -3,7 +3,6 @@
 //! The CRC comes first: until it holds no field is believed. Then a chunk is for this controller instance, of the
 //! planner session that speaks now, of the plan being walked, and the next one, or it is not judged.
 
-use bytemuck::Zeroable;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::instance::{Rank, Succession};
 use surefoot_shared_types::message::chunk::FLAG_LAST;
@@ -139,7 +138,6 @@ impl Position {
             gaps: self.tally.gaps,
             stream: self.stream,
             margins: self.margins,
-            ..Feedback::zeroed()
         }
     }
 

@@ -11,6 +11,9 @@ pub struct FootPlacementConfig {
     pub centroid_edge_distance_min: f64,
     /// How far a surface may be from the sole's plane and still carry it, m (the judge allows 3 mm).
     pub plane_distance_max: f64,
+    /// The smallest width of a carrying piece of a face under the sole, m: a corner or edge touched by less carries nothing
+    /// that a real foot could rely on, and may fall between the samples of a checker's 5 mm grid (ours).
+    pub contact_width_min: f64,
     /// How far a carrying surface's normal may be from the sole's, rad (the judge allows 5 degrees).
     pub normal_tilt_max: f64,
     /// How far a carrying surface stays inside the friction cone, rad.
@@ -48,6 +51,7 @@ impl Default for FootPlacementConfig {
             support_area_min: 0.008,
             centroid_edge_distance_min: 0.02,
             plane_distance_max: 1e-3,
+            contact_width_min: 0.011,
             normal_tilt_max: degree,
             friction_margin: degree,
             plate_height: 0.02,
@@ -73,6 +77,7 @@ impl FootPlacementConfig {
             ("support_area_min", self.support_area_min, 1e-6, 1.0),
             ("centroid_edge_distance_min", self.centroid_edge_distance_min, 0.0, 1.0),
             ("plane_distance_max", self.plane_distance_max, 1e-6, 0.01),
+            ("contact_width_min", self.contact_width_min, 0.0, 0.05),
             ("normal_tilt_max", self.normal_tilt_max, 1e-6, 0.1),
             ("friction_margin", self.friction_margin, 0.0, 0.5),
             ("plate_height", self.plate_height, 2.0 * self.plane_distance_max, 0.2),

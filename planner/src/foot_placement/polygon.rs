@@ -125,6 +125,17 @@ pub(super) fn closest_on_segment(a: DVec2, b: DVec2, point: DVec2) -> DVec2 {
     if length2 < 1e-24 { a } else { a + along * ((point - a).dot(along) / length2).clamp(0.0, 1.0) }
 }
 
+/// The smallest width of a convex polygon seen along its plane's x and y, m: the least, over its edges, of the farthest vertex.
+pub(super) fn width(polygon: &[DVec3]) -> f64 {
+    let flat = |i: usize| polygon[i % polygon.len()].truncate();
+    let height_over = |i: usize| {
+        let along = (flat(i + 1) - flat(i)).try_normalize()?;
+        Some(polygon.iter().map(|p| along.perp_dot(p.truncate() - flat(i)).abs()).fold(0.0, f64::max))
+    };
+    let least = (0..polygon.len()).filter_map(height_over).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,7 +5,7 @@ use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
-use super::polygon::{area_and_centroid, clip, clip_to_outline, convex_hull, cross, distance_to, edges, inner_distance, simplify};
+use super::polygon::{area_and_centroid, clip, clip_to_outline, convex_hull, cross, distance_to, edges, inner_distance, simplify, width};
 use super::scratch::{Bounded, Scratch};
 use super::surfaces::{Element, Face, Round, RoundEnds, Surfaces};
 use super::{NoSupport, Support};
@@ -121,6 +121,9 @@ impl Surfaces {
         if alignment >= self.aligned_cos && self.is_flat_enough(face.normal) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
+            if width(&buffer.polygon) < self.config.contact_width_min {
+                return;
+            }
             for i in 0..scratch.clip.polygon.len() {
                 add_contact(&mut scratch.contact_points, &mut scratch.hull, scratch.clip.polygon[i].truncate());
             }

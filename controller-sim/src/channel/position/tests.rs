@@ -1,3 +1,5 @@
+use bytemuck::Zeroable;
+
 use super::*;
 
 const ME: u64 = 9;

@@ -1,0 +1,293 @@
+//! Forward kinematics against Pinocchio's numbers, inverse kinematics of legs against forward kinematics.
+
+mod common;
+
+use common::{Hinge, chain_robot, hinge, hubo, random_positions, repository};
+use glam::{DQuat, DVec3};
+use serde_json::Value;
+use surefoot_planner::kinematics::leg::LegError;
+use surefoot_planner::kinematics::{Kinematics, Leg};
+use surefoot_planner::random::{Random, Stream};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::{JointKind, RobotModel};
+use surefoot_shared_types::spatial::rotation_distance;
+
+const SAMPLES: u64 = 100_000;
+const X: [f64; 3] = [1.0, 0.0, 0.0];
+const Y: [f64; 3] = [0.0, 1.0, 0.0];
+const Z: [f64; 3] = [0.0, 0.0, 1.0];
+const ORIGIN: [f64; 3] = [0.0; 3];
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+}
+
+fn vector(value: &Value) -> DVec3 {
+    DVec3::from_slice(&numbers(value))
+}
+
+fn rotation(value: &Value) -> DQuat {
+    DQuat::from_slice(&numbers(value)).normalize()
+}
+
+fn place(names: &Value, name: &str) -> usize {
+    names.as_array().unwrap().iter().position(|known| known == name).unwrap()
+}
+
+/// Talos's left leg by its data sheet.
+fn talos_hinges() -> [Hinge; 6] {
+    [
+        hinge([-0.02, 0.085, -0.271], Z, [-0.349, 1.571]),
+        hinge(ORIGIN, X, [-0.524, 0.524]),
+        hinge(ORIGIN, Y, [-2.095, 0.7]),
+        hinge([0.0, 0.0, -0.38], Y, [0.0, 2.618]),
+        hinge([0.0, 0.0, -0.325], Y, [-1.309, 0.768]),
+        hinge(ORIGIN, X, [-0.524, 0.524]),
+    ]
+}
+
+fn talos_leg() -> RobotModel {
+    chain_robot(&talos_hinges(), [0.0, 0.0, -0.107])
+}
+
+/// A leg with its knee ahead and to the side of the thigh, two axes turned round, and joints that turn all the way.
+fn crooked_leg() -> RobotModel {
+    let all = [-3.1, 3.1];
+    let (backward_y, backward_x) = ([0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]);
+    let hinges = [
+        hinge([0.0, 0.1, -0.1], Z, all),
+        hinge(ORIGIN, backward_x, all),
+        hinge(ORIGIN, Y, all),
+        hinge([0.04, 0.015, -0.36], backward_y, all),
+        hinge([-0.02, 0.01, -0.33], Y, all),
+        hinge(ORIGIN, X, all),
+    ];
+    chain_robot(&hinges, [0.03, 0.0, -0.09])
+}
+
+/// The Hubo whose left hip pitch axis stands 3 cm ahead of where yaw and roll meet.
+fn hubo_with_split_hip() -> RobotModel {
+    let mut model = hubo();
+    let joint = model.joints.iter().find(|joint| joint.name == "left_hip_pitch").unwrap();
+    let link = &mut model.links[joint.child];
+    link.parent.as_mut().unwrap().parent_from_joint.translation.x += 0.03;
+    model
+}
+
+fn distance(leg: &Leg, a: &[f64], b: &[f64]) -> f64 {
+    leg.joints().iter().map(|joint| (a[joint.index] - b[joint.index]).powi(2)).sum::<f64>().sqrt()
+}
+
+fn pose_error(a: &Pose, b: &Pose) -> f64 {
+    a.translation.distance(b.translation).max(rotation_distance(a.rotation, b.rotation))
+}
+
+fn within_limits(leg: &Leg, q: &[f64]) -> bool {
+    leg.joints().iter().all(|joint| (joint.lower..=joint.upper).contains(&q[joint.index]))
+}
+
+#[test]
+fn every_link_and_the_centre_of_mass_stand_where_pinocchio_says() {
+    let text = std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
+    let data: Value = serde_json::from_str(&text).unwrap();
+    let model = hubo();
+    let kinematics = Kinematics::new(&model);
+    assert!((kinematics.mass() - data["mass"].as_f64().unwrap()).abs() < 1e-9);
+    let cases = data["configurations"].as_array().unwrap();
+    assert!(cases.len() >= 20 && model.links.len() == data["link_names"].as_array().unwrap().len());
+    let mut poses = vec![Pose::IDENTITY; kinematics.links_len()];
+    for case in cases {
+        let theirs = numbers(&case["q"]);
+        let q: Vec<f64> = model.joints.iter().map(|joint| theirs[place(&data["joint_names"], &joint.name)]).collect();
+        let world_from_root = Pose::from_parts(vector(&case["root_xyz"]), rotation(&case["root_quat_xyzw"]));
+        kinematics.forward(&world_from_root, &q, &mut poses);
+        for (link, pose) in model.links.iter().zip(&poses) {
+            let at = place(&data["link_names"], &link.name);
+            let expected = Pose::from_parts(vector(&case["links_xyz"][at]), rotation(&case["links_quat_xyzw"][at]));
+            assert!(pose_error(pose, &expected) < 1e-9, "{}: {pose:?}, not {expected:?}", link.name);
+        }
+        assert!(kinematics.center_of_mass(&poses).distance(vector(&case["com"])) < 1e-9);
+    }
+}
+
+#[test]
+fn a_leg_knows_its_sole_as_the_whole_tree_does() {
+    let mut sliding = talos_hinges();
+    sliding[3].kind = JointKind::Prismatic;
+    sliding[3].limits = [-0.1, 0.2];
+    for model in [hubo(), talos_leg(), crooked_leg(), hubo_with_split_hip(), chain_robot(&sliding, [0.0, 0.0, -0.1])] {
+        let kinematics = Kinematics::new(&model);
+        let mut poses = vec![Pose::IDENTITY; kinematics.links_len()];
+        let mut random = Random::new(1, Stream::Preparation, 0, 0);
+        for (limb, foot) in model.feet.iter().enumerate() {
+            let leg = Leg::new(&model, limb, 0.0).unwrap();
+            for _ in 0..1_000 {
+                let q = random_positions(&model, 0.0, &mut random);
+                kinematics.forward(&Pose::IDENTITY, &q, &mut poses);
+                assert!(pose_error(&leg.root_from_sole(&q), &(poses[foot.link] * foot.link_from_sole)) < 1e-12);
+            }
+        }
+    }
+}
+
+/// Solves for soles at random joint positions from random hints, and checks that the answer is right, allowed and nearest:
+/// never farther from the hint than the positions that the sole was made from.
+fn closed_form_round_trip(model: &RobotModel, limb: usize) {
+    const MARGIN: f64 = 0.005;
+    let leg = Leg::new(model, limb, MARGIN).unwrap();
+    assert!(leg.is_closed_form());
+    let mut random = Random::new(2, Stream::Preparation, limb as u64, 0);
+    for sample in 0..SAMPLES {
+        let made_from = random_positions(model, MARGIN, &mut random);
+        let hint = random_positions(model, MARGIN, &mut random);
+        let sole = leg.root_from_sole(&made_from);
+        let mut q = hint.clone();
+        assert!(leg.solve(&sole, &mut q), "sample {sample}: {made_from:?}");
+        assert!(pose_error(&leg.root_from_sole(&q), &sole) < 1e-8, "sample {sample}: {made_from:?} became {q:?}");
+        assert!(within_limits(&leg, &q), "sample {sample}: {q:?}");
+        let (found, known) = (distance(&leg, &q, &hint), distance(&leg, &made_from, &hint));
+        assert!(found <= known + 1e-6, "sample {sample}: {q:?} is farther from {hint:?} than {made_from:?}");
+    }
+}
+
+#[test]
+fn hubo_legs_come_back_from_any_sole() {
+    let model = hubo();
+    closed_form_round_trip(&model, 0);
+    closed_form_round_trip(&model, 1);
+}
+
+#[test]
+fn a_talos_leg_comes_back_from_any_sole() {
+    closed_form_round_trip(&talos_leg(), 0);
+}
+
+#[test]
+fn a_crooked_leg_comes_back_from_any_sole() {
+    closed_form_round_trip(&crooked_leg(), 0);
+}
+
+#[test]
+fn all_eight_branches_are_found_by_their_neighbourhood() {
+    let model = crooked_leg();
+    let leg = Leg::new(&model, 0, 0.0).unwrap();
+    let mut random = Random::new(3, Stream::Preparation, 0, 0);
+    let mut most = 0;
+    for _ in 0..100 {
+        let sole = leg.root_from_sole(&random_positions(&model, 0.0, &mut random));
+        let mut branches: Vec<Vec<f64>> = vec![];
+        for _ in 0..400 {
+            let mut q = random_positions(&model, 0.0, &mut random);
+            assert!(leg.solve(&sole, &mut q));
+            if branches.iter().all(|known| distance(&leg, known, &q) > 1e-4) {
+                branches.push(q);
+            }
+        }
+        for branch in &branches {
+            let mut q: Vec<f64> = branch.iter().map(|position| position + random.uniform(-1e-3, 1e-3)).collect();
+            assert!(leg.solve(&sole, &mut q) && distance(&leg, &q, branch) < 1e-6);
+        }
+        most = most.max(branches.len());
+    }
+    assert_eq!(most, 8);
+}
+
+/// The share of soles near a known posture that the iteration reaches; every answer must be right and allowed.
+fn newton_round_trip(model: &RobotModel, stray: f64, samples: u64) -> f64 {
+    const MARGIN: f64 = 0.005;
+    let leg = Leg::new(model, 0, MARGIN).unwrap();
+    assert!(!leg.is_closed_form());
+    let mut random = Random::new(4, Stream::Preparation, 0, 0);
+    let mut reached = 0;
+    for sample in 0..samples {
+        let made_from = random_positions(model, MARGIN, &mut random);
+        let sole = leg.root_from_sole(&made_from);
+        let hint: Vec<f64> = made_from.iter().map(|position| position + random.uniform(-stray, stray)).collect();
+        let mut q = hint.clone();
+        if leg.solve(&sole, &mut q) {
+            reached += 1;
+            assert!(pose_error(&leg.root_from_sole(&q), &sole) < 1e-8, "sample {sample}: {made_from:?} became {q:?}");
+            assert!(within_limits(&leg, &q), "sample {sample}: {q:?}");
+        } else {
+            assert_eq!(q, hint, "sample {sample}");
+        }
+    }
+    reached as f64 / samples as f64
+}
+
+#[test]
+fn a_leg_whose_hip_axes_do_not_meet_follows_its_sole() {
+    let model = hubo_with_split_hip();
+    let near = newton_round_trip(&model, 0.04, SAMPLES);
+    let farther = newton_round_trip(&model, 0.3, SAMPLES / 10);
+    assert!(near > 0.99, "{near}");
+    assert!(farther > 0.9, "{farther}");
+}
+
+#[test]
+fn a_leg_of_seven_joints_follows_its_sole() {
+    let mut hinges: Vec<Hinge> = talos_hinges().into();
+    hinges.insert(4, hinge([0.0, 0.0, -0.05], Z, [-0.5, 0.5]));
+    let reached = newton_round_trip(&chain_robot(&hinges, [0.0, 0.0, -0.1]), 0.04, SAMPLES / 10);
+    assert!(reached > 0.95, "{reached}");
+}
+
+#[test]
+fn soles_out_of_reach_are_refused_and_nothing_moves() {
+    for model in [hubo(), talos_leg(), hubo_with_split_hip()] {
+        let leg = Leg::new(&model, 0, 0.0).unwrap();
+        let mut random = Random::new(5, Stream::Preparation, 0, 0);
+        for _ in 0..1_000 {
+            let q = random_positions(&model, 0.0, &mut random);
+            let mut sole = leg.root_from_sole(&q);
+            let away = (sole.translation - leg.hip()).normalize();
+            sole.translation = leg.hip() + away * (leg.reach() + leg.sole_from_ankle().length() + 0.02);
+            let mut moved = q.clone();
+            assert!(!leg.solve(&sole, &mut moved));
+            assert_eq!(moved, q);
+        }
+    }
+}
+
+#[test]
+fn soles_beyond_the_limits_are_refused_or_reached_another_way() {
+    let model = hubo();
+    let leg = Leg::new(&model, 0, 0.0).unwrap();
+    let mut random = Random::new(6, Stream::Preparation, 0, 0);
+    let mut refused = 0;
+    for _ in 0..10_000 {
+        let q: Vec<f64> = model.joints.iter().map(|_| random.uniform(-3.1, 3.1)).collect();
+        let hint = random_positions(&model, 0.0, &mut random);
+        let sole = leg.root_from_sole(&q);
+        let mut moved = hint.clone();
+        if leg.solve(&sole, &mut moved) {
+            assert!(within_limits(&leg, &moved) && pose_error(&leg.root_from_sole(&moved), &sole) < 1e-8);
+        } else {
+            assert_eq!(moved, hint);
+            refused += 1;
+        }
+    }
+    assert!((5_000..10_000).contains(&refused), "{refused}");
+}
+
+#[test]
+fn other_joints_never_move() {
+    let model = hubo();
+    let leg = Leg::new(&model, 0, 0.0).unwrap();
+    let mut random = Random::new(7, Stream::Preparation, 0, 0);
+    let before = random_positions(&model, 0.0, &mut random);
+    let mut q = before.clone();
+    assert!(leg.solve(&leg.root_from_sole(&model.standing_q), &mut q));
+    let is_of_leg = |index: usize| leg.joints().iter().any(|joint| joint.index == index);
+    assert!((0..q.len()).filter(|&index| !is_of_leg(index)).all(|index| q[index] == before[index]));
+    assert_ne!(q, before);
+}
+
+#[test]
+fn a_leg_needs_six_to_eight_joints() {
+    let hinges = talos_hinges();
+    let five = Leg::new(&chain_robot(&hinges[..5], ORIGIN), 0, 0.0).unwrap_err();
+    assert_eq!(five, LegError::JointCount { foot: "left".into(), joints: 5 });
+    let nine: Vec<Hinge> = talos_hinges().into_iter().chain(talos_hinges()).take(9).collect();
+    assert_eq!(Leg::new(&chain_robot(&nine, ORIGIN), 0, 0.0).unwrap_err(), LegError::JointCount { foot: "left".into(), joints: 9 });
+}

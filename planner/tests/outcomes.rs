@@ -1,0 +1,233 @@
+//! Every way a search can end, and every robot and world that no search begins with.
+
+mod common;
+
+use common::{Case, chain_robot, hinge, run};
+use surefoot_planner::body::{BodyError, LINKS_MAX};
+use surefoot_planner::constraint::Rejection;
+use surefoot_planner::foot_placement::{NoSupport, SurfacesError};
+use surefoot_planner::kinematics::leg::LegError;
+use surefoot_planner::motion::graph::ArenaFull;
+use surefoot_planner::outcome::{Bound, EndFault};
+use surefoot_planner::{Outcome, PlannerError, Status};
+use surefoot_shared_types::Shape;
+use surefoot_shared_types::config::Mark;
+use surefoot_shared_types::robot::Link;
+
+const STEP: u64 = 20_000;
+
+fn outcome_of(case: &Case) -> Outcome {
+    let mut planner = case.planner(2);
+    let outcome = run(&mut planner, STEP);
+    assert_eq!(planner.step(STEP), Status::Done(outcome), "an end is an end");
+    let found = outcome == Outcome::Found;
+    assert_eq!(found, !planner.chunks().is_empty(), "chunks if and only if a plan was found");
+    assert_eq!(found, planner.digest() != Default::default());
+    outcome
+}
+
+fn flat_walk() -> Case {
+    Case::shipped("flat_walk")
+}
+
+#[test]
+fn a_walk_on_the_floor_is_found() {
+    assert_eq!(outcome_of(&flat_walk()), Outcome::Found);
+}
+
+#[test]
+fn no_plan_leads_through_a_wall() {
+    let case = Case::shipped("no_way_wall").configured(|planner| planner.work_max = 100_000);
+    assert_eq!(outcome_of(&case), Outcome::BudgetExhausted(Bound::Work));
+}
+
+#[test]
+fn the_budget_ends_a_search_that_would_succeed_and_is_not_overspent() {
+    const WORK_MAX: u64 = 2_000;
+    let case = flat_walk().configured(|planner| planner.work_max = WORK_MAX);
+    let mut planner = case.planner(1);
+    assert_eq!(run(&mut planner, 100), Outcome::BudgetExhausted(Bound::Work));
+    let work = planner.tally().work;
+    assert!(work >= WORK_MAX && planner.chunks().is_empty());
+}
+
+#[test]
+fn every_arena_that_is_full_is_named() {
+    type Shrink = fn(&mut surefoot_shared_types::config::PlannerConfig);
+    let cases: [(Shrink, ArenaFull); 4] = [
+        (|planner| planner.footholds_max = 3, ArenaFull::Footholds),
+        (|planner| planner.footholds_max = 20, ArenaFull::Footholds),
+        (|planner| planner.transitions_max = 4, ArenaFull::Transitions),
+        (|planner| planner.waypoints_max = 64, ArenaFull::Waypoints),
+    ];
+    for (shrink, full) in cases {
+        let outcome = outcome_of(&flat_walk().configured(shrink));
+        assert_eq!(outcome, Outcome::ArenaFull(full));
+        let bound = outcome.bound().unwrap();
+        assert!(outcome.describe().contains(bound), "{}", outcome.describe());
+    }
+}
+
+type Spoil = fn(Case, &Mark) -> Case;
+
+/// What spoils a mark on the floor, and how the planner says so.
+const SPOILT: [(&str, Spoil, fn(&EndFault) -> bool); 6] = [
+    ("the hole", without_floor, |fault| matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow })),
+    ("the block at the sole", block_under_left_sole, |fault| {
+        matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::Penetrates })
+    }),
+    ("the bar above the right toes", bar_over_right_toes, |fault| *fault == EndFault::FootCollides { limb: 1 }),
+    ("the wall through the body", wall_through_body, |fault| *fault == EndFault::NoPosture(Rejection::Collision)),
+    ("weak motors", weak_motors, |fault| *fault == EndFault::NoPosture(Rejection::Torque)),
+    ("a margin wider than the feet", wide_margin, |fault| *fault == EndFault::NoPosture(Rejection::Balance)),
+];
+
+fn without_floor(mut case: Case, _: &Mark) -> Case {
+    case.world.shapes.clear();
+    case.with_box([5.0, 50.0, -0.25], [1.0, 1.0, 0.25])
+}
+
+fn block_under_left_sole(case: Case, mark: &Mark) -> Case {
+    let left = mark.world_from_soles()[0].translation;
+    case.with_box([left.x, left.y, 0.005], [0.02, 0.02, 0.005])
+}
+
+fn bar_over_right_toes(case: Case, mark: &Mark) -> Case {
+    let right = mark.world_from_soles()[1].translation;
+    case.with_box([right.x + 0.13, right.y, 0.045], [0.02, 0.02, 0.015])
+}
+
+fn wall_through_body(case: Case, mark: &Mark) -> Case {
+    case.with_box([mark.position.x, mark.position.y, 1.0], [0.3, 1.0, 0.4])
+}
+
+fn weak_motors(case: Case, _: &Mark) -> Case {
+    case.configured(|planner| planner.effort_share = 1e-3)
+}
+
+fn wide_margin(case: Case, _: &Mark) -> Case {
+    case.configured(|planner| planner.com_margin = 0.2)
+}
+
+/// A floor under the left and under the right mark, so that one can be spoilt without the other.
+fn two_floors() -> Case {
+    let mut case = flat_walk();
+    case.world.shapes.clear();
+    case.with_box([0.0, 0.0, -0.25], [2.5, 1.0, 0.25]).with_box([10.0, 0.0, -0.25], [2.5, 1.0, 0.25])
+}
+
+#[test]
+fn a_start_that_cannot_be_stood_on_says_why() {
+    for (what, spoil, expected) in SPOILT {
+        let case = flat_walk();
+        let mark = case.scenario.start;
+        match outcome_of(&spoil(case, &mark)) {
+            Outcome::StartInvalid(fault) if expected(&fault) => {}
+            other => panic!("{what}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_start_with_the_feet_too_far_apart_is_out_of_reach() {
+    let mut case = flat_walk();
+    case.scenario.start.feet_apart = 1.7;
+    assert_eq!(outcome_of(&case), Outcome::StartInvalid(EndFault::NoPosture(Rejection::Unreachable)));
+}
+
+#[test]
+fn a_start_with_one_foot_through_the_other_collides_with_itself() {
+    let mut case = flat_walk();
+    case.scenario.start.feet_apart = 0.1;
+    assert_eq!(outcome_of(&case), Outcome::StartInvalid(EndFault::NoPosture(Rejection::SelfCollision)));
+}
+
+#[test]
+fn a_start_in_the_air_is_unsupported() {
+    let mut case = flat_walk();
+    case.scenario.start.position.z = 0.4;
+    let fault = EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow };
+    assert_eq!(outcome_of(&case), Outcome::StartInvalid(fault));
+}
+
+#[test]
+fn a_goal_that_cannot_be_stood_on_says_why() {
+    let hindered = SPOILT.into_iter().filter(|(what, ..)| what.starts_with("the block") || what.contains("bar") || what.contains("wall"));
+    for (what, spoil, expected) in hindered {
+        let case = two_floors();
+        let mark = case.scenario.goal;
+        match outcome_of(&spoil(case, &mark)) {
+            Outcome::GoalInvalid(fault) if expected(&fault) => {}
+            other => panic!("{what}: {other:?}"),
+        }
+    }
+    let mut floating = flat_walk();
+    floating.scenario.goal.position.z = 0.4;
+    let fault = EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow };
+    assert_eq!(outcome_of(&floating), Outcome::GoalInvalid(fault));
+}
+
+#[test]
+fn every_outcome_has_its_own_words() {
+    let fault = EndFault::FootCollides { limb: 1 };
+    let outcomes = [
+        Outcome::Found,
+        Outcome::BudgetExhausted(Bound::Work),
+        Outcome::ArenaFull(ArenaFull::Footholds),
+        Outcome::StartInvalid(fault),
+        Outcome::GoalInvalid(fault),
+    ];
+    for (index, outcome) in outcomes.iter().enumerate() {
+        assert!(outcomes[..index].iter().all(|other| other.word() != outcome.word() && other.describe() != outcome.describe()));
+    }
+    assert!(Outcome::StartInvalid(fault).describe().contains("right foot"));
+}
+
+fn refusal(case: &Case) -> PlannerError {
+    case.try_planner(1).unwrap_err()
+}
+
+#[test]
+fn robots_that_are_no_bipeds_are_refused() {
+    let mut hopper = flat_walk();
+    hopper.model.feet.pop();
+    assert!(matches!(refusal(&hopper), PlannerError::Body(BodyError::FeetCount { feet: 1 })));
+
+    let mut tripod = flat_walk();
+    tripod.model.feet.push(tripod.model.feet[0].clone());
+    assert!(matches!(refusal(&tripod), PlannerError::Body(BodyError::FeetCount { feet: 3 })));
+
+    let mut stiff = flat_walk();
+    let hinges: Vec<_> = (0..5).map(|_| hinge([0.0, 0.0, -0.1], [0.0, 1.0, 0.0], [-1.0, 1.0])).collect();
+    stiff.model = chain_robot(&hinges, [0.0; 3]);
+    stiff.model.feet.push(stiff.model.feet[0].clone());
+    assert!(matches!(refusal(&stiff), PlannerError::Body(BodyError::Leg(LegError::JointCount { joints: 5, .. }))));
+}
+
+#[test]
+fn a_robot_of_too_many_links_is_refused() {
+    let mut case = flat_walk();
+    let bolt = Link { name: "bolt".into(), mass: 0.0, shapes: vec![], ..case.model.links[1].clone() };
+    case.model.links.resize(LINKS_MAX + 1, bolt);
+    assert!(matches!(refusal(&case), PlannerError::Body(BodyError::TooManyLinks { links }) if links == LINKS_MAX + 1));
+}
+
+#[test]
+fn a_clearance_that_is_no_number_is_refused() {
+    let case = flat_walk().configured(|planner| planner.clearance = f64::NAN);
+    assert!(matches!(refusal(&case), PlannerError::Collision(_)));
+}
+
+#[test]
+fn a_support_area_out_of_range_is_refused() {
+    let case = flat_walk().configured(|planner| planner.support_area_min = 0.0);
+    assert!(matches!(refusal(&case), PlannerError::Surfaces(SurfacesError::Config { field: "support_area_min", .. })));
+}
+
+#[test]
+fn a_broken_shape_is_refused_by_its_name() {
+    let mut case = flat_walk();
+    case.world.shapes[0].shape = Shape::Sphere { radius: -1.0 };
+    let message = refusal(&case).to_string();
+    assert!(message.contains("floor"), "{message}");
+}

@@ -1,0 +1,198 @@
+//! Every condition turns down what violates it, and only that.
+
+mod common;
+
+use common::Case;
+use glam::DVec2;
+use surefoot_planner::body::{Body, Configuration, Snapshot};
+use surefoot_planner::collision::{CollisionModel, FootState};
+use surefoot_planner::constraint::{Constraints, Mode, Rejection, midway};
+use surefoot_planner::ends::{End, stand_on};
+use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use surefoot_planner::motion::foothold::{double_mode, single_mode};
+use surefoot_planner::motion::single_mode::{Problem, solve};
+use surefoot_planner::motion::track::State;
+use surefoot_planner::motion::transition::{Posture, settle};
+use surefoot_planner::motion::workspace::Workspace;
+use surefoot_planner::region::Region;
+use surefoot_shared_types::spatial::rotation_about;
+
+const STANCE: [FootState; 2] = [FootState::Stance; 2];
+
+/// A robot that stands in its world.
+struct Stand {
+    case: Case,
+    constraints: Constraints,
+    end: End,
+    mode: Mode,
+}
+
+fn constraints_of(case: &Case) -> Constraints {
+    let config = case.scenario.planner.clone();
+    let body = Body::new(&case.model, &config).unwrap();
+    let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
+    Constraints { body, collision, config }
+}
+
+fn stand() -> Stand {
+    let case = Case::shipped("flat_walk");
+    let constraints = constraints_of(&case);
+    let placement = FootPlacementConfig::default();
+    let mut scratch = Scratch::new(&placement);
+    let surfaces = Surfaces::new(&case.world, placement).unwrap();
+    let end = stand_on(&constraints, &surfaces, &mut scratch, &case.scenario.start).unwrap();
+    let mode = double_mode(&end.footholds[0], &end.footholds[1]);
+    Stand { case, constraints, end, mode }
+}
+
+impl Stand {
+    fn configuration(&self) -> Configuration {
+        self.end.state.configuration
+    }
+
+    /// The standing configuration with some joints elsewhere.
+    fn moved(&self, joints: &[(&str, f64)]) -> Configuration {
+        let mut configuration = self.configuration();
+        for (name, position) in joints {
+            let index = self.case.model.joints.iter().position(|joint| joint.name == *name).unwrap();
+            configuration.q[index] = *position;
+        }
+        configuration
+    }
+
+    fn snapshot(&self, configuration: &Configuration) -> Snapshot {
+        self.constraints.body.snapshot(configuration)
+    }
+
+    fn check(&self, configuration: &Configuration) -> Result<(), Rejection> {
+        self.constraints.check(&self.mode, &self.snapshot(configuration), STANCE)
+    }
+
+    fn check_between(&self, a: &Configuration, b: &Configuration) -> Result<(), Rejection> {
+        let snapshots = [a, b].map(|configuration| self.snapshot(configuration));
+        self.constraints.check_between(&self.mode, [(a, &snapshots[0]), (b, &snapshots[1])], STANCE, &mut 0)
+    }
+
+    /// The robot crouching on the same soles.
+    fn crouched(&self) -> Configuration {
+        let posture = Posture {
+            world_from_root: rotation_about(glam::DVec3::Z, self.case.scenario.start.yaw),
+            reach_share: 0.8 * self.constraints.body.standing_reach_share,
+            com: self.snapshot(&self.configuration()).com.truncate(),
+        };
+        let soles = self.end.state.world_from_soles;
+        settle(&self.constraints.body, &soles, &posture, self.configuration().q, &mut 0).unwrap().0
+    }
+
+    /// A small box where the left hand is in a configuration.
+    fn with_box_at_hand(mut self, configuration: &Configuration) -> Self {
+        let hand = self.case.model.links.iter().position(|link| link.name == "left_hand").unwrap();
+        let center = self.snapshot(configuration).world_from_links[hand] * self.case.model.links[hand].com;
+        self.case = self.case.with_box(center.to_array(), [0.02; 3]);
+        self.constraints = constraints_of(&self.case);
+        self
+    }
+}
+
+const ARM_FORWARD: [(&str, f64); 1] = [("left_shoulder_pitch", -0.8)];
+const ARM_BACK: [(&str, f64); 1] = [("left_shoulder_pitch", 0.4)];
+
+fn feet_too_far_apart() -> Result<(), Rejection> {
+    let stand = stand();
+    let mut soles = stand.end.state.world_from_soles;
+    soles[0].translation.y += 1.5;
+    let posture = Posture { world_from_root: soles[1].rotation, reach_share: 0.9, com: soles[1].translation.truncate() };
+    settle(&stand.constraints.body, &soles, &posture, stand.configuration().q, &mut 0).map(|_| ())
+}
+
+fn centre_of_mass_beside_the_only_foot() -> Result<(), Rejection> {
+    let mut stand = stand();
+    stand.mode = single_mode(&stand.end.footholds[0]);
+    stand.check(&stand.configuration())
+}
+
+fn centre_of_mass_leaves_between_waypoints() -> Result<(), Rejection> {
+    let mut stand = stand();
+    let (a, b) = (stand.moved(&ARM_FORWARD), stand.moved(&ARM_BACK));
+    let away = stand.snapshot(&midway(&a, &b, 0.5)).com.truncate() + DVec2::new(0.2, 0.0);
+    let corners = [(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)];
+    stand.mode.region = Region::hull(corners.map(|corner| away + DVec2::from(corner)));
+    stand.check_between(&a, &b)
+}
+
+fn weak_motors() -> Result<(), Rejection> {
+    let mut stand = stand();
+    stand.case = stand.case.configured(|planner| planner.effort_share = 1e-2);
+    stand.constraints = constraints_of(&stand.case);
+    stand.check(&stand.configuration())
+}
+
+fn hand_in_a_box() -> Result<(), Rejection> {
+    let stand = stand();
+    let configuration = stand.configuration();
+    let stand = stand.with_box_at_hand(&configuration);
+    stand.check(&configuration)
+}
+
+fn hand_through_a_box() -> Result<(), Rejection> {
+    let stand = stand();
+    let (a, b) = (stand.moved(&ARM_FORWARD), stand.moved(&ARM_BACK));
+    let stand = stand.with_box_at_hand(&midway(&a, &b, 0.5));
+    assert_eq!([&a, &b].map(|end| stand.check(end)), [Ok(()); 2], "both ends are free");
+    stand.check_between(&a, &b)
+}
+
+fn legs_crossed() -> Result<(), Rejection> {
+    let stand = stand();
+    stand.check(&stand.moved(&[("left_hip_roll", -0.3), ("right_hip_roll", 0.3)]))
+}
+
+fn crouch_in_one_leap() -> Result<(), Rejection> {
+    let stand = stand();
+    stand.check_between(&stand.configuration(), &stand.crouched())
+}
+
+fn more_waypoints_than_there_is_room_for() -> Result<(), Rejection> {
+    let stand = stand();
+    let to = State { configuration: stand.crouched(), world_from_soles: stand.end.state.world_from_soles };
+    let problem = Problem { mode: stand.mode.clone(), from: stand.end.state, to, random: (1, 1), failures: 0 };
+    solve(&stand.constraints, &problem, &mut Workspace::new(2, 8))
+}
+
+/// What is turned down, and as what.
+const CASES: [(fn() -> Result<(), Rejection>, Rejection); 9] = [
+    (feet_too_far_apart, Rejection::Unreachable),
+    (centre_of_mass_beside_the_only_foot, Rejection::Balance),
+    (centre_of_mass_leaves_between_waypoints, Rejection::Balance),
+    (weak_motors, Rejection::Torque),
+    (hand_in_a_box, Rejection::Collision),
+    (hand_through_a_box, Rejection::Collision),
+    (legs_crossed, Rejection::SelfCollision),
+    (crouch_in_one_leap, Rejection::FootDrift),
+    (more_waypoints_than_there_is_room_for, Rejection::Discontinuous),
+];
+
+#[test]
+fn each_violation_is_turned_down_as_what_it_is() {
+    for (index, (violate, rejection)) in CASES.iter().enumerate() {
+        assert_eq!(violate(), Err(*rejection), "case {index}");
+    }
+}
+
+#[test]
+fn no_kind_of_rejection_goes_untested() {
+    let tested = |kind: &usize| CASES.iter().any(|(_, rejection)| *rejection as usize == *kind);
+    let untested: Vec<&str> = (0..Rejection::COUNT).filter(|kind| !tested(kind)).map(|kind| Rejection::WORDS[kind]).collect();
+    assert!(untested.is_empty(), "{untested:?}");
+}
+
+#[test]
+fn what_violates_nothing_is_not_turned_down() {
+    let stand = stand();
+    assert_eq!(stand.check(&stand.configuration()), Ok(()));
+    assert_eq!(stand.check(&stand.crouched()), Ok(()));
+    assert_eq!(stand.check_between(&stand.moved(&ARM_FORWARD), &stand.moved(&ARM_BACK)), Ok(()));
+    let to = State { configuration: stand.crouched(), world_from_soles: stand.end.state.world_from_soles };
+    let problem = Problem { mode: stand.mode.clone(), from: stand.end.state, to, random: (1, 1), failures: 0 };
+    assert_eq!(solve(&stand.constraints, &problem, &mut Workspace::new(1024, 64)), Ok(()));
+}

@@ -1,0 +1,176 @@
+//! Gravity torques against Pinocchio's numbers and against virtual work; loads that balance.
+
+mod common;
+
+use common::{hubo, random_positions, repository};
+use glam::{DQuat, DVec2, DVec3};
+use serde_json::Value;
+use surefoot_planner::body::LINKS_MAX;
+use surefoot_planner::kinematics::Kinematics;
+use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::region::Region;
+use surefoot_planner::statics::{FootLoad, Statics, balance_loads};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::limits::JOINTS_MAX;
+use surefoot_shared_types::robot::{JointKind, RobotModel};
+use surefoot_shared_types::scene::GRAVITY;
+use surefoot_shared_types::spatial::rotation_from_rpy;
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
+}
+
+fn poses_of(kinematics: &Kinematics, world_from_root: &Pose, q: &[f64]) -> Vec<Pose> {
+    let mut poses = vec![Pose::IDENTITY; LINKS_MAX];
+    kinematics.forward(world_from_root, q, &mut poses);
+    poses
+}
+
+fn torques_of(model: &RobotModel, poses: &[Pose], loads: &[FootLoad; 2]) -> Vec<f64> {
+    let mut torques = [0.0; JOINTS_MAX];
+    Statics::new(model, 1.0).torques(poses, loads, &mut torques);
+    torques[..model.joints.len()].to_vec()
+}
+
+#[test]
+fn standing_on_one_foot_needs_the_torques_that_pinocchio_says() {
+    let text = std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
+    let data: Value = serde_json::from_str(&text).unwrap();
+    let model = hubo();
+    let kinematics = Kinematics::new(&model);
+    let names: Vec<&str> = data["joint_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    let places: Vec<usize> = model.joints.iter().map(|joint| names.iter().position(|name| *name == joint.name).unwrap()).collect();
+    for case in data["configurations"].as_array().unwrap() {
+        let theirs = numbers(&case["q"]);
+        let q: Vec<f64> = places.iter().map(|&at| theirs[at]).collect();
+        let rotation = DQuat::from_slice(&numbers(&case["root_quat_xyzw"])).normalize();
+        let root = Pose::from_parts(DVec3::from_slice(&numbers(&case["root_xyz"])), rotation);
+        let poses = poses_of(&kinematics, &root, &q);
+        let point = kinematics.center_of_mass(&poses).truncate();
+        for (limb, foot) in model.feet.iter().enumerate() {
+            let share = |of: usize| if of == limb { 1.0 } else { 0.0 };
+            let ours = torques_of(&model, &poses, &[0, 1].map(|of| FootLoad { share: share(of), point }));
+            let expected = numbers(&case["standing_torques"][&foot.name]);
+            for (joint, &at) in places.iter().enumerate() {
+                let (ours, expected) = (ours[joint], expected[at]);
+                assert!((ours - expected).abs() < 1e-6, "{} on {}: {ours}, not {expected}", names[at], foot.name);
+            }
+        }
+    }
+}
+
+/// The energy (J) of the weight less the work of the vertical foot forces, whose slope is what the joints must hold.
+fn potential(kinematics: &Kinematics, root: &Pose, q: &[f64], pressed: &[(usize, DVec3, f64); 2]) -> f64 {
+    let poses = poses_of(kinematics, root, q);
+    let weight = kinematics.mass() * GRAVITY;
+    let work = pressed.iter().map(|(link, point, share)| share * weight * (poses[*link] * *point).z).sum::<f64>();
+    weight * kinematics.center_of_mass(&poses).z - work
+}
+
+fn assert_virtual_work(model: &RobotModel) {
+    const STEP: f64 = 1e-5;
+    let kinematics = Kinematics::new(model);
+    let mut random = Random::new(1, Stream::Preparation, 0, 0);
+    for _ in 0..50 {
+        let q = random_positions(model, 0.0, &mut random);
+        let mut angle = || random.uniform(-1.0, 1.0);
+        let root = Pose::from_parts(DVec3::new(angle(), angle(), angle()), rotation_from_rpy(angle(), angle(), angle()));
+        let share = 0.5 + 0.5 * angle();
+        let poses = poses_of(&kinematics, &root, &q);
+        let pressed = [0, 1].map(|limb| {
+            let point = DVec3::new(0.1 * angle(), 0.05 * angle(), -0.12);
+            (model.feet[limb].link, point, [1.0 - share, share][limb])
+        });
+        let loads = pressed.map(|(link, point, share)| FootLoad { share, point: (poses[link] * point).truncate() });
+        for (joint, torque) in torques_of(model, &poses, &loads).into_iter().enumerate() {
+            let at = |shift: f64| {
+                let mut moved = q.clone();
+                moved[joint] += shift;
+                potential(&kinematics, &root, &moved, &pressed)
+            };
+            let slope = (at(STEP) - at(-STEP)) / (2.0 * STEP);
+            assert!((torque - slope).abs() < 1e-5, "{}: {torque}, not {slope}", model.joints[joint].name);
+        }
+    }
+}
+
+#[test]
+fn torques_on_both_feet_do_the_work_of_gravity() {
+    assert_virtual_work(&hubo());
+}
+
+#[test]
+fn forces_of_sliding_joints_do_the_work_of_gravity() {
+    let mut model = hubo();
+    for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("knee") || joint.name.ends_with("elbow")) {
+        joint.kind = JointKind::Prismatic;
+    }
+    assert_virtual_work(&model);
+}
+
+#[test]
+fn effort_use_is_the_share_of_the_most_strained_joint() {
+    let model = hubo();
+    let kinematics = Kinematics::new(&model);
+    let poses = poses_of(&kinematics, &Pose::IDENTITY, &model.standing_q);
+    let point = kinematics.center_of_mass(&poses).truncate();
+    let loads = [FootLoad { share: 0.5, point }; 2];
+    let torques = torques_of(&model, &poses, &loads);
+    let expected = torques.iter().zip(&model.joints).map(|(torque, joint)| torque.abs() / joint.effort).fold(0.0, f64::max);
+    for effort_share in [1.0, 0.5, 0.1] {
+        let used = Statics::new(&model, effort_share).effort_use(&poses, &loads);
+        assert!((used - expected / effort_share).abs() < 1e-12 && used > 0.0);
+    }
+}
+
+fn foot_region(center: DVec2, turn: f64) -> Region {
+    let rotation = DVec2::new(libm::cos(turn), libm::sin(turn));
+    Region::hull([(-0.09, -0.07), (0.13, -0.07), (0.13, 0.07), (-0.09, 0.07)].map(|corner| center + rotation.rotate(corner.into())))
+}
+
+/// Two feet at random, and loads that they can carry.
+fn random_stance(random: &mut Random) -> ([Region; 2], [DVec2; 2], f64) {
+    let mut region = |y: f64| {
+        let center = DVec2::new(random.uniform(-0.2, 0.2), y + random.uniform(-0.05, 0.05));
+        foot_region(center, random.uniform(-0.5, 0.5))
+    };
+    let regions = [region(0.15), region(-0.15)];
+    let points = [0, 1].map(|foot| {
+        let vertices = regions[foot].vertices();
+        let corner = vertices[random.below(vertices.len())];
+        corner.lerp(regions[foot].centroid(), random.uniform(0.0, 1.0))
+    });
+    (regions, points, random.uniform(0.0, 1.0))
+}
+
+#[test]
+fn balanced_loads_stand_in_their_soles_and_carry_the_weight() {
+    let mut random = Random::new(8, Stream::Preparation, 0, 0);
+    let mut balanced = 0;
+    const CASES: usize = 10_000;
+    for _ in 0..CASES {
+        let (regions, points, share) = random_stance(&mut random);
+        let com = points[0] * (1.0 - share) + points[1] * share;
+        let Some(loads) = balance_loads([&regions[0], &regions[1]], com, share) else { continue };
+        balanced += 1;
+        assert_eq!([loads[0].share, loads[1].share], [1.0 - share, share]);
+        let center = loads.iter().map(|load| load.point * load.share).sum::<DVec2>();
+        assert!(center.distance(com) < 1e-6);
+        for (load, region) in loads.iter().zip(&regions) {
+            assert!(region.margin(load.point) > -1e-9, "{load:?} outside {region:?}");
+        }
+    }
+    assert!(balanced as f64 > 0.9 * CASES as f64, "{balanced} of {CASES} stances that can be balanced");
+}
+
+#[test]
+fn what_cannot_be_balanced_is_refused() {
+    let feet = [foot_region(DVec2::new(0.0, 0.15), 0.0), foot_region(DVec2::new(0.0, -0.15), 0.0)];
+    let regions = [&feet[0], &feet[1]];
+    for share in [0.0, 0.1, 0.5, 0.9, 1.0] {
+        assert_eq!(balance_loads(regions, DVec2::new(0.2, 0.0), share), None, "ahead of both feet");
+        assert_eq!(balance_loads(regions, DVec2::new(0.0, 0.3), share), None, "beside both feet");
+    }
+    assert_eq!(balance_loads(regions, DVec2::new(0.0, 0.15), 0.9), None, "over the left foot with the weight on the right");
+    assert!(balance_loads(regions, DVec2::new(0.0, 0.15), 0.0).is_some());
+}

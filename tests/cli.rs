@@ -1,0 +1,170 @@
+//! The command's manners: what it says and how it ends when something is wrong, and what it leaves behind.
+
+#[path = "common/command.rs"]
+mod command;
+
+use std::fs;
+use std::path::Path;
+
+use command::{Said, assert_nothing_left, run, scenario};
+use surefoot_shared_types::config::load::load_scenario;
+
+/// A folder with a copy of flat_walk in which `from` is replaced by `to`.
+struct Room {
+    folder: tempfile::TempDir,
+}
+
+impl Room {
+    fn new(from: &str, to: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+        let text = fs::read_to_string(configs.join("scenarios/flat_walk.toml")).unwrap();
+        assert!(text.contains(from), "flat_walk.toml has no '{from}'");
+        let text = text.replacen(from, to, 1).replace("\"../", &format!("\"{}/", configs.display()));
+        fs::write(folder.path().join("scenario.toml"), text).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).to_str().unwrap().to_owned()
+    }
+
+    fn files(&self) -> Vec<String> {
+        let mut names: Vec<String> =
+            fs::read_dir(self.folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+}
+
+fn assert_bad_input(said: &Said, expected: &str) {
+    assert_eq!(said.code, 2, "{}{}", said.out, said.err);
+    assert_eq!(said.err.lines().count(), 1, "more than one line: {}", said.err);
+    assert!(said.err.starts_with("error: "), "{}", said.err);
+    assert!(said.err.contains(expected), "'{expected}' is not in: {}", said.err);
+    assert_eq!(said.out, "");
+    assert_nothing_left(said.pid);
+}
+
+#[test]
+fn usage_errors_end_with_2_and_help_with_0() {
+    for wrong in [
+        &[][..],
+        &["fly"],
+        &["walk"],
+        &["walk", "x.toml", "--sed", "1"],
+        &["walk", "x.toml", "--seed", "banana"],
+        &["walk", "x.toml", "--seed=-1"],
+        &["plan", "x.toml", "--threads", "0"],
+        &["control", "x.toml"],
+        &["check"],
+    ] {
+        let said = run(wrong);
+        assert_eq!(said.code, 2, "{wrong:?}: {}", said.err);
+        assert!(said.err.contains("--help"), "{wrong:?}: {}", said.err);
+    }
+    let said = run(&["--help"]);
+    assert_eq!(said.code, 0);
+    for word in ["walk", "plan", "control", "check", "doctor", "Exit codes"] {
+        assert!(said.out.contains(word), "{word}");
+    }
+    assert!(!run(&["plan", "--help"]).out.contains("report-lines"), "how a supervisor runs a role is nobody's business");
+}
+
+#[test]
+fn a_missing_scenario_is_named() {
+    for word in ["walk", "plan"] {
+        assert_bad_input(&run(&[word, "no/such.toml"]), "no/such.toml");
+    }
+    assert_bad_input(&run(&["control", "no/such.toml", "--instance", "x"]), "no/such.toml");
+}
+
+#[test]
+fn broken_scenarios_are_named_with_their_line() {
+    for (from, to, expected) in [
+        ("seed = 1", "seed = = 1", "scenario.toml:4:"),
+        ("seed = 1", "sead = 1", "scenario.toml:4:"),
+        ("yaw = 0.0", "yaw = nan", "scenario.toml:"),
+        ("worlds/flat_walk", "worlds/nowhere", "nowhere.toml"),
+        ("hubo/robot.toml", "hubo/robo.toml", "robo.toml"),
+        ("seed = 1", "seed = 1\n[planner]\nwork_max = 0\n[x]", "scenario.toml:"),
+    ] {
+        let room = Room::new(from, to);
+        assert_bad_input(&run(&["walk", &room.path("scenario.toml"), "--quiet"]), expected);
+    }
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_refused_before_anything_is_planned() {
+    let room = Room::new("seed = 1", "seed = 1");
+    let before = room.files();
+    let file = room.path("scenario.toml");
+    for (option, path, expected) in [
+        ("--export", room.path("missing/plan.json"), "missing"),
+        ("--json", room.path("missing/report.json"), "missing"),
+        ("--json", room.path("."), "folder"),
+        ("--picture", room.path("missing/walk.png"), "missing"),
+        ("--picture", room.path("walk.gif"), ".apng"),
+        ("--picture", room.path("walk"), ".png"),
+    ] {
+        for word in ["walk", "plan"] {
+            assert_bad_input(&run(&[word, &file, option, &path]), expected);
+        }
+    }
+    assert_eq!(room.files(), before, "something half-written");
+}
+
+#[test]
+fn a_start_in_the_air_is_bad_input_and_still_reported() {
+    let room = Room::new("xyz = [0.5, 0.0, 0.0]", "xyz = [0.5, 0.0, 3.0]");
+    for word in ["walk", "plan"] {
+        let said = run(&[word, &room.path("scenario.toml"), "--quiet", "--json", &room.path("report.json")]);
+        assert_bad_input(&said, "the start is invalid");
+        let report: serde_json::Value = serde_json::from_slice(&fs::read(room.path("report.json")).unwrap()).unwrap();
+        assert_eq!(report["outcome"], "start_invalid");
+        assert!(report["digest"].is_null());
+    }
+}
+
+#[test]
+fn plans_that_are_none_are_named() {
+    let room = Room::new("seed = 1", "seed = 1");
+    fs::write(room.path("text.json"), "hello").unwrap();
+    fs::write(room.path("other.json"), "{\"schema\": \"other/1\"}").unwrap();
+    for name in ["missing.json", "text.json", "other.json"] {
+        assert_bad_input(&run(&["check", &room.path(name)]), name);
+    }
+}
+
+#[test]
+fn instance_names_are_checked() {
+    assert_bad_input(&run(&["control", &scenario("flat_walk"), "--instance", "../../etc"]), "instance name");
+    assert_bad_input(&run(&["plan", &scenario("flat_walk"), "--quiet", "--instance", ""]), "instance name");
+}
+
+#[test]
+fn the_doctor_finds_this_machine_fit() {
+    let said = run(&["doctor", &scenario("ibeam_hallway")]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    for expected in ["shared memory", "cores", "open files", "locked memory", "64 chunks delivered", "bytes of arenas"] {
+        assert!(said.out.contains(expected), "'{expected}' is not in: {}", said.out);
+    }
+}
+
+#[test]
+fn the_doctor_says_what_is_wrong_with_a_scenario() {
+    let said = run(&["doctor", "no/such.toml"]);
+    assert_eq!(said.code, 2);
+    assert!(said.out.contains("MISSING  scenario: no/such.toml"), "{}", said.out);
+    assert_eq!(said.err.lines().count(), 1);
+}
+
+#[test]
+fn a_seed_on_the_command_line_is_the_same_as_in_the_file() {
+    let (one, seven) = (Room::new("seed = 1", "seed = 1"), Room::new("seed = 1", "seed = 7"));
+    let load = |room: &Room| load_scenario(Path::new(&room.path("scenario.toml"))).unwrap();
+    let (one, seven) = (load(&one), load(&seven));
+    assert_ne!(one.digest, seven.digest);
+    assert_eq!(one.clone().with_seed(7).digest, seven.digest);
+    assert_eq!(one.clone().with_seed(1), one);
+}

@@ -1,0 +1,58 @@
+//! Runs the `surefoot` binary.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+/// What a finished run said.
+pub struct Said {
+    pub code: i32,
+    pub out: String,
+    pub err: String,
+    pub pid: u32,
+}
+
+/// The command with these arguments, not started yet, in the repository's folder.
+pub fn surefoot(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_surefoot"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments);
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Runs the command to its end.
+pub fn run(arguments: &[&str]) -> Said {
+    finish(surefoot(arguments).spawn().unwrap())
+}
+
+/// Waits for the end of a run.
+pub fn finish(child: Child) -> Said {
+    let pid = child.id();
+    let Output { status, stdout, stderr } = child.wait_with_output().unwrap();
+    let code = status.code().unwrap_or_else(|| panic!("surefoot ended by {status}"));
+    Said { code, out: String::from_utf8(stdout).unwrap(), err: String::from_utf8(stderr).unwrap(), pid }
+}
+
+/// A scenario that ships with the repository.
+pub fn scenario(name: &str) -> String {
+    format!("configs/scenarios/{name}.toml")
+}
+
+/// Fails if anything in shared memory still carries the name of this process's instance.
+pub fn assert_nothing_left(pid: u32) {
+    let name = format!("walk-{pid}");
+    let is_ours = |path: &PathBuf| {
+        let file = path.file_name().unwrap().to_string_lossy();
+        file == name || file.contains(&format!("-{name}."))
+    };
+    let mut found = entries(Path::new("/dev/shm"));
+    let bases: Vec<PathBuf> =
+        found.iter().filter(|path| path.is_dir() && path.to_string_lossy().starts_with("/dev/shm/surefoot-")).cloned().collect();
+    found.extend(bases.iter().flat_map(|base| entries(base)));
+    found.retain(is_ours);
+    assert!(found.is_empty(), "left behind: {found:?}");
+}
+
+fn entries(folder: &Path) -> Vec<PathBuf> {
+    // Other tests' instances come and go meanwhile.
+    std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
+}

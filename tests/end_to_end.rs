@@ -1,0 +1,173 @@
+//! Whole walks: two processes, real shared memory, the shipped scenarios.
+
+#[path = "common/command.rs"]
+mod command;
+
+use std::fs;
+
+use command::{assert_nothing_left, run, scenario};
+use serde_json::Value;
+
+/// A walk that must succeed, and what it left.
+struct Walk {
+    folder: tempfile::TempDir,
+    report: Value,
+    out: String,
+    err: String,
+}
+
+impl Walk {
+    fn of(name: &str, more: &[&str]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |file: &str| folder.path().join(file).to_str().unwrap().to_owned();
+        let (file, plan, json) = (scenario(name), path("plan.json"), path("report.json"));
+        let said = run(&[&["walk", &file, "--export", &plan, "--json", &json], more].concat());
+        assert_eq!(said.code, 0, "{name}: {}{}", said.out, said.err);
+        assert_nothing_left(said.pid);
+        let report = serde_json::from_slice(&fs::read(json).unwrap()).unwrap();
+        Self { folder, report, out: said.out, err: said.err }
+    }
+
+    fn path(&self, file: &str) -> String {
+        self.folder.path().join(file).to_str().unwrap().to_owned()
+    }
+
+    /// A copy of the plan with one change.
+    fn damaged(&self, change: impl FnOnce(&mut Value)) -> String {
+        let mut plan: Value = serde_json::from_slice(&fs::read(self.path("plan.json")).unwrap()).unwrap();
+        change(&mut plan);
+        fs::write(self.path("damaged.json"), plan.to_string()).unwrap();
+        self.path("damaged.json")
+    }
+}
+
+fn count(value: &Value) -> u64 {
+    value.as_u64().unwrap_or_else(|| panic!("{value} is no count"))
+}
+
+fn assert_complete(name: &str, report: &Value) {
+    assert_eq!((&report["outcome"], &report["bound"]), (&"accepted".into(), &Value::Null));
+    assert_eq!((&report["scenario"], &report["robot"], &report["world"]), (&name.into(), &"hubo".into(), &name.into()));
+    assert_eq!(report["digest"].as_str().unwrap().len(), 64);
+    assert_eq!(report["refusal"], Value::Null);
+    for field in ["seed", "threads", "work", "steps", "waypoints", "arena_bytes"] {
+        assert!(count(&report[field]) > 0, "{field}");
+    }
+    assert!(report["allocations_after_ready"].is_u64());
+    for field in ["ready_seconds", "plan_seconds", "check_seconds"] {
+        assert!(report[field].as_f64().unwrap() > 0.0, "{field}");
+    }
+    for check in ["limits", "contact", "balance", "collision", "self_collision", "torque"] {
+        assert!(report["margins"][check].is_f64(), "{check}: {}", report["margins"]);
+    }
+    let chunks = &report["chunks"];
+    assert!(count(&chunks["sent"]) > 0);
+    assert_eq!(chunks["sent"], chunks["accepted"]);
+    assert_eq!((count(&chunks["refused"]), count(&chunks["lost"])), (0, 0));
+    assert!(chunks["duplicated"].is_u64());
+}
+
+fn walks(name: &str) {
+    let walk = Walk::of(name, &[]);
+    assert_complete(name, &walk.report);
+    for expected in ["walked and accepted", "digest", "sent", "margins"] {
+        assert!(walk.out.contains(expected), "'{expected}' is not in: {}", walk.out);
+    }
+    assert!(walk.err.contains("planner ready"), "no progress: {}", walk.err);
+    let check = run(&["check", &walk.path("plan.json")]);
+    assert_eq!(check.code, 0, "{}{}", check.out, check.err);
+    assert!(check.out.ends_with("accepted\n"), "{}", check.out);
+}
+
+#[test]
+fn flat_walk() {
+    walks("flat_walk");
+}
+
+#[test]
+fn stepping_stones() {
+    walks("stepping_stones");
+}
+
+#[test]
+fn ibeam_hallway() {
+    walks("ibeam_hallway");
+}
+
+#[test]
+fn ibeam_gap() {
+    walks("ibeam_gap");
+}
+
+#[test]
+fn no_way_ends_at_a_bound_that_is_named() {
+    for name in ["no_way_wall", "no_way_ceiling", "no_way_island", "no_way_slope"] {
+        let folder = tempfile::tempdir().unwrap();
+        let [plan, json, picture] = ["plan.json", "report.json", "walk.png"].map(|file| folder.path().join(file));
+        let texts = [&plan, &json, &picture].map(|path| path.to_str().unwrap());
+        let said = run(&["walk", &scenario(name), "--quiet", "--export", texts[0], "--json", texts[1], "--picture", texts[2]]);
+        assert_eq!(said.code, 3, "{name}: {}{}", said.out, said.err);
+        let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+        let bound = report["bound"].as_str().unwrap_or_else(|| panic!("{name}: no bound in {report}"));
+        assert!(said.out.contains(&format!("planner.{bound}")), "{name}: '{bound}' is not in: {}", said.out);
+        assert!(!plan.exists() && !picture.exists(), "{name}: a plan where there is none");
+        assert_eq!(count(&report["chunks"]["sent"]), 0);
+        assert_eq!(said.err, "", "{name}: quiet is quiet");
+        assert_nothing_left(said.pid);
+    }
+}
+
+#[test]
+fn a_damaged_plan_is_refused_with_its_place() {
+    let walk = Walk::of("flat_walk", &["--quiet"]);
+    let turned = walk.damaged(|plan| {
+        let names = plan["joint_names"].as_array().unwrap();
+        let knees: Vec<usize> = (0..names.len()).filter(|&joint| names[joint].as_str().unwrap().contains("knee")).collect();
+        assert_eq!(knees.len(), 2);
+        let middle = plan["waypoints"].as_array().unwrap().len() / 2;
+        for knee in knees {
+            let angle = &mut plan["waypoints"][middle]["q"][knee];
+            *angle = (angle.as_f64().unwrap() + 0.05).into();
+        }
+    });
+    let said = run(&["check", &turned]);
+    assert_eq!(said.code, 4, "{}{}", said.out, said.err);
+    assert!(said.out.lines().any(|line| line.starts_with("contact") && line.contains("VIOLATED in phase")), "{}", said.out);
+
+    let moved = walk.damaged(|plan| {
+        let phase = plan["phases"].as_array().unwrap().len() / 2;
+        let x = &mut plan["phases"][phase]["contacts"][0]["sole_pose"]["xyz"][0];
+        *x = (x.as_f64().unwrap() + 0.01).into();
+    });
+    let said = run(&["check", &moved, "--json"]);
+    assert_eq!(said.code, 4, "{}{}", said.out, said.err);
+    let report: Value = serde_json::from_str(&said.out).unwrap();
+    assert_eq!(report["outcome"], "refused");
+    let contact = report["checks"].as_array().unwrap().iter().find(|line| line["check"] == "contact").unwrap();
+    assert!(contact["violation"]["detail"].is_string(), "{report}");
+}
+
+#[test]
+fn the_plan_is_the_same_with_any_number_of_threads_and_with_or_without_a_controller() {
+    let walked = Walk::of("stepping_stones", &["--quiet", "--threads", "1", "--seed", "3"]);
+    assert_eq!((count(&walked.report["seed"]), count(&walked.report["threads"])), (3, 1));
+    for threads in ["1", "2", "4"] {
+        let json = walked.path("plan_only.json");
+        let said = run(&["plan", &scenario("stepping_stones"), "--quiet", "--seed", "3", "--threads", threads, "--json", &json]);
+        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+        assert_eq!(report["outcome"], "found");
+        assert_eq!(report["digest"], walked.report["digest"], "{threads} threads");
+        assert_eq!(report["work"], walked.report["work"], "{threads} threads");
+    }
+}
+
+#[test]
+fn a_picture_of_the_walk_is_drawn_without_an_export() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("walk.png");
+    let said = run(&["walk", &scenario("flat_walk"), "--quiet", "--picture", picture.to_str().unwrap()]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert_eq!(&fs::read(&picture).unwrap()[..8], b"\x89PNG\r\n\x1a\n");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}

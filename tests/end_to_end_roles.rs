@@ -1,0 +1,147 @@
+//! The two processes of a walk: started by hand, ended by signals, killed.
+
+#[path = "common/command.rs"]
+mod command;
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command};
+
+use command::{assert_nothing_left, finish, run, scenario, surefoot};
+use serde_json::Value;
+
+/// An instance name of this test process.
+fn instance(word: &str) -> String {
+    format!("test-{word}-{}", std::process::id())
+}
+
+/// A walk that searches for a very long time.
+struct Endless {
+    folder: tempfile::TempDir,
+    child: Child,
+    err: BufReader<std::process::ChildStderr>,
+}
+
+impl Endless {
+    /// Starts it and waits until its planner searches.
+    fn start() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let configs = format!("\"{}/configs/", env!("CARGO_MANIFEST_DIR"));
+        let text = fs::read_to_string(scenario("no_way_wall")).unwrap();
+        let text = text.replace("\"../", &configs).replace("work_max = 400_000", "work_max = 1_000_000_000_000");
+        let file = folder.path().join("endless.toml");
+        fs::write(&file, text).unwrap();
+        let report = folder.path().join("report.json");
+        let mut child = surefoot(&["walk", file.to_str().unwrap(), "--json", report.to_str().unwrap()]).spawn().unwrap();
+        let mut err = BufReader::new(child.stderr.take().unwrap());
+        let mut line = String::new();
+        err.read_line(&mut line).unwrap();
+        assert!(line.starts_with("planner ready"), "{line}");
+        Self { folder, child, err }
+    }
+
+    /// The process of a role, by the command word it was started with.
+    fn role(&self, word: &str) -> String {
+        let pid = self.child.id();
+        let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap();
+        let is_role = |child: &&str| {
+            let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
+            line.split(|byte| *byte == 0).nth(1) == Some(word.as_bytes())
+        };
+        children.split_whitespace().find(is_role).unwrap_or_else(|| panic!("no {word} among {children}")).to_owned()
+    }
+
+    /// Its exit code, and what else it said on stderr.
+    fn end(mut self) -> (i32, String, tempfile::TempDir) {
+        let mut rest = String::new();
+        self.err.read_to_string(&mut rest).unwrap();
+        let said = finish(self.child);
+        assert_nothing_left(said.pid);
+        (said.code, rest, self.folder)
+    }
+}
+
+fn kill(signal: &str, pid: &str) {
+    assert!(Command::new("kill").args([signal, pid]).status().unwrap().success());
+}
+
+fn is_alive(pid: &str) -> bool {
+    fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| !stat.contains(") Z "))
+}
+
+/// Waits for the last steps of a process that is ending.
+fn wait_for_end(pid: &str) {
+    for _ in 0..1000 {
+        if !is_alive(pid) {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    panic!("process {pid} lives on");
+}
+
+#[test]
+fn signals_end_both_processes_and_clean_up() {
+    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+        let walk = Endless::start();
+        let (planner, controller) = (walk.role("plan"), walk.role("control"));
+        kill(signal, &walk.child.id().to_string());
+        let (ended, err, folder) = walk.end();
+        assert_eq!(ended, code, "{err}");
+        assert!(!is_alive(&planner) && !is_alive(&controller), "an orphan after {signal}");
+        assert!(!folder.path().join("report.json").exists(), "half a report");
+    }
+}
+
+#[test]
+fn a_killed_role_is_named_and_the_other_one_ended() {
+    for (word, name, other) in [("plan", "planner", "control"), ("control", "controller", "plan")] {
+        let walk = Endless::start();
+        let survivor = walk.role(other);
+        kill("-KILL", &walk.role(word));
+        let (code, err, folder) = walk.end();
+        assert_eq!(code, 2, "{err}");
+        assert_eq!(err.lines().count(), 1, "{err}");
+        assert!(err.contains(&format!("the {name} process ended unexpectedly")) && err.contains("SIGKILL"), "{err}");
+        assert!(!is_alive(&survivor), "the {other} process lives on");
+        let report: Value = serde_json::from_slice(&fs::read(folder.path().join("report.json")).unwrap()).unwrap();
+        assert_eq!(report["outcome"], format!("{name}_failed"));
+    }
+}
+
+#[test]
+fn the_roles_do_not_outlive_a_killed_supervisor() {
+    let walk = Endless::start();
+    let roles = [walk.role("plan"), walk.role("control")];
+    kill("-KILL", &walk.child.id().to_string());
+    let Endless { mut child, mut err, folder: _folder } = walk;
+    child.wait().unwrap();
+    // The roles share the supervisor's stderr, which ends with the last of them.
+    err.read_to_string(&mut String::new()).unwrap();
+    roles.iter().for_each(|role| wait_for_end(role));
+    assert_nothing_left(child.id());
+}
+
+#[test]
+fn the_roles_find_each_other_when_started_by_hand() {
+    let name = instance("hand");
+    let file = scenario("flat_walk");
+    let control = surefoot(&["control", &file, "--instance", &name]).spawn().unwrap();
+    let plan = run(&["plan", &file, "--quiet", "--instance", &name]);
+    let control = finish(control);
+    assert_eq!((plan.code, control.code), (0, 0), "{}{}{}{}", plan.out, plan.err, control.out, control.err);
+    assert!(plan.out.contains("walked and accepted"), "{}", plan.out);
+    assert!(control.out.contains("chunks walked and accepted"), "{}", control.out);
+}
+
+#[test]
+fn a_plan_of_another_seed_is_refused_by_both_accounts() {
+    let name = instance("seed");
+    let file = scenario("flat_walk");
+    let control = surefoot(&["control", &file, "--instance", &name, "--seed", "2"]).spawn().unwrap();
+    let plan = run(&["plan", &file, "--quiet", "--instance", &name, "--seed", "3"]);
+    let control = finish(control);
+    assert_eq!((plan.code, control.code), (4, 4), "{}{}{}{}", plan.out, plan.err, control.out, control.err);
+    assert!(plan.out.contains("refused") && plan.out.contains("config"), "{}", plan.out);
+    assert!(control.out.contains("refused: config at waypoint 0 of chunk 0: made for another scenario"), "{}", control.out);
+}
