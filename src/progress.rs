@@ -5,8 +5,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::line::Line;
 use crate::terminal;
 
-const PLANNING: &str = "planning {bar:30} {pos}/{len} work units  {msg}";
-const WALKING: &str = "walking  {bar:30} {pos}/{len} chunks";
+const PLANNING: &str = "planning {bar:20} {percent:>3}% of work_max  {wide_msg}";
+const WALKING: &str = "walking  {bar:20} {pos}/{len} chunks";
 
 /// Shows a person what the roles tell.
 #[derive(Debug)]
@@ -67,8 +67,8 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, line: &Line) {
             let bar = bar.get_or_insert_with(|| new_bar(searching.work_max, PLANNING));
             bar.set_position(searching.work);
             bar.set_message(format!(
-                "{} sequences, {} transitions, {} motions",
-                searching.sequences, searching.transitions, searching.motions
+                "{} work, {} sequences, {} transitions, {} motions",
+                searching.work, searching.sequences, searching.transitions, searching.motions
             ));
         }
         Line::Delivering { accepted, chunks } => bar.get_or_insert_with(|| new_bar(*chunks, WALKING)).set_position(*accepted),

@@ -6,13 +6,14 @@ use libc::c_int;
 
 static RAISED: AtomicI32 = AtomicI32::new(0);
 
-/// Notes SIGINT, SIGTERM and SIGHUP from now on. The second signal of a kind ends the process at once.
+/// Notes SIGINT, SIGTERM and SIGHUP from now on. A second SIGINT ends the process at once; of the others more may come, as the
+/// kernel sends one for each thread of a dying parent.
 pub fn install() {
-    for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP] {
+    for (signal, flags) in [(libc::SIGINT, libc::SA_RESETHAND), (libc::SIGTERM, 0), (libc::SIGHUP, 0)] {
         // SAFETY: an all-zero sigaction is a valid one.
         let mut action: libc::sigaction = unsafe { std::mem::zeroed() };
         action.sa_sigaction = note as extern "C" fn(c_int) as libc::sighandler_t;
-        action.sa_flags = libc::SA_RESTART | libc::SA_RESETHAND;
+        action.sa_flags = libc::SA_RESTART | flags;
         // SAFETY: `note` only stores an atomic, which is allowed in a handler. A failure leaves the default action in place.
         unsafe { libc::sigaction(signal, &action, std::ptr::null_mut()) };
     }

@@ -1,5 +1,8 @@
 //! The command's manners: what it says and how it ends when something is wrong, and what it leaves behind.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+
+#[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
 mod command;
 

@@ -1,5 +1,8 @@
 //! Whole walks: two processes, real shared memory, the shipped scenarios.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+
+#[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
 mod command;
 

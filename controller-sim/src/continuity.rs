@@ -40,7 +40,7 @@ pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
     for old in before.contacts {
         for new in after.contacts.iter().filter(|new| new.limb == old.limb) {
             let moved = pose_difference(old, new);
-            if !(moved <= KEPT_POSE_MAX) {
+            if !within(moved, KEPT_POSE_MAX) {
                 return Err(format!("foot {} is declared {:.6} mm from where it stood before", old.limb, 1e3 * moved));
             }
         }

@@ -5,6 +5,7 @@
 //! separating directions) and shares no algorithm with the planner: only data, file loading and rigid motions.
 
 pub mod admission;
+mod bound;
 pub mod channel;
 pub mod check;
 pub mod continuity;

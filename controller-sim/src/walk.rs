@@ -10,6 +10,7 @@ use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Way
 
 pub use crate::admission::Identity;
 use crate::admission::check_message;
+use crate::bound::within;
 use crate::check::{Checker, Segment, Violation};
 use crate::continuity::{Stance, check_transition};
 
@@ -129,11 +130,11 @@ impl Walker {
         let Some(standing) = &self.standing else { return Ok(()) };
         let first = &chunk.waypoints()[0];
         let jump = largest_difference(&standing.waypoint, first);
-        if !(jump <= CONTINUITY_MAX) {
+        if !within(jump, CONTINUITY_MAX) {
             return bad(format!("it begins {jump:.3e} from where the robot stands, limit {CONTINUITY_MAX:.0e}"));
         }
         let late = (first.time - standing.waypoint.time).abs();
-        if !starts_plan && !(late <= CONTINUITY_MAX) {
+        if !starts_plan && !within(late, CONTINUITY_MAX) {
             return bad(format!("it begins at {} s, the chunk before ended at {} s", first.time, standing.waypoint.time));
         }
         let before = Stance { mode: standing.mode, contacts: &standing.contacts };

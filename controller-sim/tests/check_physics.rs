@@ -208,6 +208,32 @@ fn overlaps_up_to_the_tolerance_pass() {
 }
 
 #[test]
+fn feet_may_not_stand_in_things_beside_their_soles() {
+    // A step whose riser cuts into the shin, 0.04 m ahead of the ankle, over the toes: the sole itself is on the floor.
+    let step = |depth: f64| ("step", at(0.04 - depth + 0.2, -0.1, 0.4), box_of(0.2, 0.03, 0.2));
+    let still = [waypoint(0.0, 0.0, 0.0)];
+    judge(robot(), world(vec![step(0.0025)]), &both_feet(), &still).unwrap();
+    refused(judge(robot(), world(vec![step(0.0035)]), &both_feet(), &still), Check::Collision, "right_leg overlaps step by 3.50 mm");
+    // A foot that does not carry may press less deep.
+    let mut light = robot();
+    light.links[2].mass = 0.1;
+    light.links[0].com.y = 0.1;
+    judge(light.clone(), world(vec![step(0.0015)]), &[contact(0)], &still).unwrap();
+    refused(judge(light, world(vec![step(0.0025)]), &[contact(0)], &still), Check::Collision, "right_leg overlaps step by 2.50 mm");
+}
+
+#[test]
+fn links_that_overlap_at_joint_position_zero_may_touch_if_they_are_near() {
+    // A torso wide enough to hold the upper part of the forearm, two joints away.
+    let mut wide = robot();
+    wide.links[0].shapes[0].shape = box_of(0.1, 0.3, 0.25);
+    wide.links[4].shapes[0].link_from_shape = at(0.0, 0.0, -0.15);
+    wide.links[3].shapes.clear();
+    let margins = judge(wide, world(vec![]), &both_feet(), &[waypoint(0.0, 0.0, 0.0)]).unwrap();
+    assert!(margins.self_collision > 0.0, "{margins:?}");
+}
+
+#[test]
 fn a_robot_inside_a_closed_mesh_is_refused() {
     let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 4.0 - 2.0;
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];

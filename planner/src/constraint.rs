@@ -52,7 +52,12 @@ pub struct Mode {
     pub regions: [Region; 2],
     /// Where the centre of mass may be.
     pub region: Region,
+    /// How deep inside the region its centroid lies, m.
+    pub depth: f64,
 }
+
+/// The share of a small region's depth that the margin of the centre of mass takes up at most.
+const MARGIN_SHARE_MAX: f64 = 0.6;
 
 impl Mode {
     /// Whether a foot stands still in this mode.
@@ -89,13 +94,19 @@ pub struct Constraints {
 }
 
 impl Constraints {
+    /// How far the centre of mass stays inside a mode's support polygon, m: as configured, or less where the polygon is so
+    /// small that hardly anything would be left of it.
+    pub fn com_margin(&self, mode: &Mode) -> f64 {
+        self.config.com_margin.min(MARGIN_SHARE_MAX * mode.depth)
+    }
+
     /// Checks one configuration in a mode.
     ///
     /// # Errors
     /// The first condition that it violates.
     pub fn check(&self, mode: &Mode, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
         let com = snapshot.com.truncate();
-        if mode.region.margin(com) < self.config.com_margin {
+        if mode.region.margin(com) < self.com_margin(mode) {
             return Err(Rejection::Balance);
         }
         if !self.torque_admits(mode, snapshot, com) {
@@ -121,7 +132,7 @@ impl Constraints {
             *work += 1;
             let between = midway(ends[0].0, ends[1].0, piece as f64 / pieces);
             let snapshot = self.body.snapshot(&between);
-            if mode.region.margin(snapshot.com.truncate()) < self.config.com_margin {
+            if mode.region.margin(snapshot.com.truncate()) < self.com_margin(mode) {
                 return Err(Rejection::Balance);
             }
             if !self.soles_hold(mode, &snapshot) {

@@ -4,6 +4,8 @@
 //! The digests in `tests/data/golden_digests.txt` are those of the walks with their shipped seeds. After a change that is
 //! meant to change plans, `SUREFOOT_BLESS=1 cargo test -p surefoot-planner --test determinism` rewrites them.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
 mod common;
 
 use common::{Case, WALKS, repository, run};

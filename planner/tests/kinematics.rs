@@ -1,5 +1,7 @@
 //! Forward kinematics against Pinocchio's numbers, inverse kinematics of legs against forward kinematics.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
 mod common;
 
 use common::{Hinge, chain_robot, hinge, hubo, random_positions, repository};

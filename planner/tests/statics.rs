@@ -1,5 +1,7 @@
 //! Gravity torques against Pinocchio's numbers and against virtual work; loads that balance.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
 mod common;
 
 use common::{hubo, random_positions, repository};
@@ -160,7 +162,7 @@ fn balanced_loads_stand_in_their_soles_and_carry_the_weight() {
             assert!(region.margin(load.point) > -1e-9, "{load:?} outside {region:?}");
         }
     }
-    assert!(balanced as f64 > 0.9 * CASES as f64, "{balanced} of {CASES} stances that can be balanced");
+    assert!(balanced as f64 > 0.98 * CASES as f64, "{balanced} of {CASES} stances that can be balanced");
 }
 
 #[test]

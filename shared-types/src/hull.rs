@@ -68,7 +68,7 @@ fn spans_volume(points: &[DVec3]) -> bool {
         |measure: &dyn Fn(DVec3) -> f64| points.iter().copied().max_by(|a, b| measure(*a).total_cmp(&measure(*b))).unwrap_or(origin);
     let along = farthest(&|p| (p - origin).length_squared()) - origin;
     let extent = along.length();
-    if !(extent > 0.0) {
+    if extent == 0.0 {
         return false;
     }
     let axis = along / extent;

@@ -62,7 +62,7 @@ impl MeshStore {
         }
         let mesh = self.load(path)?;
         let vertices: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
-        match vertices.iter().find(|vertex| !(vertex.abs().max_element() <= NUMBER_MAX)) {
+        match vertices.iter().find(|vertex| vertex.abs().max_element() > NUMBER_MAX) {
             Some(vertex) => Err(format!("mesh {} has a vertex at {vertex}, beyond {NUMBER_MAX:e}", path.display())),
             None => Ok((vertices, mesh.triangles.clone())),
         }

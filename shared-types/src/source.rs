@@ -124,7 +124,7 @@ pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
 
 /// Complains unless all numbers are finite and at most [`NUMBER_MAX`] in magnitude.
 pub(crate) fn check_numbers(what: &str, numbers: &[f64]) -> Result<(), String> {
-    match numbers.iter().find(|number| !(number.abs() <= NUMBER_MAX)) {
+    match numbers.iter().find(|number| number.is_nan() || number.abs() > NUMBER_MAX) {
         Some(number) => Err(format!("{what} holds {number}; every number must be finite and at most {NUMBER_MAX:e} in magnitude")),
         None => Ok(()),
     }

@@ -101,7 +101,7 @@ fn broken_urdfs_are_refused() {
             to: "<child link=\"right_foot\"/>",
             complaint: &["joint 'right_hip'", "already hangs"],
         },
-        Spoiling { from: "<child link=\"imu\"/>", to: "<child link=\"pelvis\"/>", complaint: &["link 'imu'", "not on the root"] },
+        Spoiling { from: "<child link=\"imu\"/>", to: "<child link=\"pelvis\"/>", complaint: &["link 'pelvis'", "not on the root"] },
         Spoiling {
             from: "<link name=\"imu\"/>",
             to: "<link name=\"imu\"/><link name=\"extra\"/>",

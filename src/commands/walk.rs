@@ -83,7 +83,7 @@ fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, repor
 fn follow(supervisor: &mut Supervisor, hear: &mut dyn FnMut(&Line)) -> Result<(), Failure> {
     let mut course = Course::default();
     while !course.is_over() {
-        match supervisor.next()? {
+        match supervisor.next_event()? {
             Event::Told(line) => {
                 course.note(&line);
                 hear(&line);

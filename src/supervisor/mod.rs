@@ -1,6 +1,6 @@
 //! Starts the role processes, hears what they tell, notices when they end, and ends them.
 //!
-//! Each process's lines are read by a thread of its own and queued; [`Supervisor::next`] is the only place where anything
+//! Each process's lines are read by a thread of its own and queued; [`Supervisor::next_event`] is the only place where anything
 //! is decided. A role that ended can be started again: nothing of the process before it remains.
 
 mod process;
@@ -80,7 +80,7 @@ impl Supervisor {
     ///
     /// # Errors
     /// When a signal asks this process to end, or a role says that it cannot go on.
-    pub fn next(&mut self) -> Result<Event, Failure> {
+    pub fn next_event(&mut self) -> Result<Event, Failure> {
         loop {
             if let Some(signal) = signals::raised() {
                 return Err(Failure::Interrupted(signal));

@@ -6,6 +6,7 @@ use surefoot_shared_types::robot::RobotModel;
 
 use super::equilibrium::Equilibrium;
 use super::{Case, Violation};
+use crate::bound::within;
 
 /// The smallest distance of the centre of mass to the edge of the equilibrium region and of the contacts' hull, m.
 pub fn check_balance(model: &RobotModel, config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> Result<f64, Violation> {
@@ -13,7 +14,7 @@ pub fn check_balance(model: &RobotModel, config: &CheckerConfig, equilibrium: &m
     let mut worst = f64::INFINITY;
     for sample in &case.motion.samples {
         let margin = region.margin(sample.centre_of_mass);
-        if !(margin >= config.com_margin) {
+        if !within(config.com_margin, margin) {
             let feet: Vec<&str> = case.contacts.iter().map(|contact| model.feet[contact.limb as usize].name.as_str()).collect();
             let (feet, limit) = (feet.join(" and "), 1e3 * config.com_margin);
             let detail = if margin == f64::NEG_INFINITY {

@@ -8,6 +8,7 @@ use surefoot_shared_types::robot::RobotModel;
 
 use super::motion::Change;
 use super::{Case, Segment, Violation};
+use crate::bound::within;
 use crate::kinematics::Configuration;
 
 /// Rounding allowed at a limit, rad or m.
@@ -32,17 +33,17 @@ pub fn check_spacing(model: &RobotModel, config: &CheckerConfig, segment: &Segme
         }
         let [a, b] = [&pair[0], &pair[1]].map(|waypoint| Configuration::of_waypoint(waypoint, model.joints.len()));
         let change = Change::between(&a, &b);
-        if let Some(joint) = change.joints.iter().position(|step| !(*step <= config.joint_step_max + ROUNDING)) {
+        if let Some(joint) = change.joints.iter().position(|step| !within(*step, config.joint_step_max + ROUNDING)) {
             let (name, step) = (&model.joints[joint].name, change.joints[joint]);
             return bad(index, format!("joint {name} moves {step:.4} to the next waypoint, limit {}", config.joint_step_max));
         }
-        if !(change.root_position <= config.root_step_max + ROUNDING) {
+        if !within(change.root_position, config.root_step_max + ROUNDING) {
             return bad(
                 index,
                 format!("the root moves {:.4} m to the next waypoint, limit {}", change.root_position, config.root_step_max),
             );
         }
-        if !(change.root_rotation <= config.joint_step_max + ROUNDING) {
+        if !within(change.root_rotation, config.joint_step_max + ROUNDING) {
             let turn = change.root_rotation;
             return bad(index, format!("the root turns {turn:.4} rad to the next waypoint, limit {}", config.joint_step_max));
         }

@@ -11,6 +11,7 @@ use surefoot_shared_types::scene::GRAVITY;
 use super::equilibrium::{Equilibrium, Generator, least_effort_forces};
 use super::motion::Sample;
 use super::{Case, Violation};
+use crate::bound::within;
 
 /// Rounding allowed at a limit, as a share of it.
 const ROUNDING: f64 = 1e-6;
@@ -26,7 +27,7 @@ pub fn check_torque(model: &RobotModel, config: &CheckerConfig, equilibrium: &mu
         };
         for (joint, torque) in model.joints.iter().zip(torques) {
             let share = torque.abs() / joint.effort;
-            if !(share <= config.effort_share + ROUNDING) {
+            if !within(share, config.effort_share + ROUNDING) {
                 let limit = config.effort_share * joint.effort;
                 return bad(format!("joint {} needs {:.1} N m or N, limit {limit:.1}", joint.name, torque.abs()));
             }

@@ -36,7 +36,8 @@ impl Separation {
 /// first, in the world.
 pub fn separation(a: (&Solid, &Placed), b: (&Solid, &Placed), hint: DVec3, enough: f64) -> Separation {
     let apart = a.1.bounds.gap(&b.1.bounds);
-    if apart >= enough {
+    // Boxes that overlap say nothing about how deep their contents do.
+    if apart > 0.0 && apart >= enough {
         return Separation { distance: apart, direction: hint };
     }
     match (a.0, b.0) {
@@ -192,8 +193,19 @@ mod tests {
     }
 
     #[test]
+    fn an_overlap_is_seen_whatever_is_enough() {
+        let solid = Solid::new(&cube(1.0)).unwrap();
+        let place = |pose: Pose| Placed { world_from_solid: pose, bounds: solid.local_bounds().moved(&pose) };
+        for enough in [-0.003, 0.0, 0.1] {
+            let found = separation((&solid, &place(at(0., 0., 0.))), (&solid, &place(at(0., 0., 1.5))), DVec3::X, enough);
+            assert!((found.distance + 0.5).abs() < 1e-9, "{found:?}");
+        }
+    }
+
+    #[test]
     fn a_turned_cube_on_its_edge_is_measured() {
-        let turned = Pose::from_parts(DVec3::new(0.0, 0.0, 1.0 + 2.0_f64.sqrt() - 0.003), rotation_from_rpy(0.785398163397448, 0.0, 0.3));
+        let turned =
+            Pose::from_parts(DVec3::new(0.0, 0.0, 1.0 + 2.0_f64.sqrt() - 0.003), rotation_from_rpy(std::f64::consts::FRAC_PI_4, 0.0, 0.3));
         assert!((measure(&cube(1.0), at(0., 0., 0.), &cube(1.0), turned) + 0.003).abs() < 1e-8);
     }
 

@@ -6,6 +6,7 @@ use surefoot_shared_types::plan_file::{EndBlock, PoseBlock};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::spatial::{rotation_distance, wrap_angle, yaw_of};
 
+use crate::bound::within;
 use crate::kinematics::{Configuration, Posture};
 
 /// The yaw tolerance of a root region that names a yaw but no tolerance, rad.
@@ -24,7 +25,7 @@ pub struct EndReport {
 
 impl EndReport {
     fn new(error: f64, limit: f64, what: &str) -> Self {
-        let violation = (!(error <= limit)).then(|| format!("{what} by {error:.6}, limit {limit}"));
+        let violation = (!within(error, limit)).then(|| format!("{what} by {error:.6}, limit {limit}"));
         Self { error, limit, violation }
     }
 }

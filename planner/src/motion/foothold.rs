@@ -40,17 +40,20 @@ pub fn single_mode(stance: &Foothold) -> Mode {
     let support = if stance.limb == 0 { SupportMode::Left } else { SupportMode::Right };
     let mut regions = [Region::default(), Region::default()];
     regions[stance.limb] = stance.region.clone();
-    Mode { support, world_from_soles: [stance.world_from_sole; 2], regions, region: stance.region.clone() }
+    let region = stance.region.clone();
+    Mode { support, world_from_soles: [stance.world_from_sole; 2], regions, depth: region.margin(region.centroid()), region }
 }
 
 /// The mode in which both feet carry the robot; the placements may come in either order.
 pub fn double_mode(a: &Foothold, b: &Foothold) -> Mode {
     let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
     let vertices = left.region.vertices().iter().chain(right.region.vertices()).copied();
+    let region = Region::hull(vertices);
     Mode {
         support: SupportMode::Double,
         world_from_soles: [left.world_from_sole, right.world_from_sole],
         regions: [left.region.clone(), right.region.clone()],
-        region: Region::hull(vertices),
+        depth: region.margin(region.centroid()),
+        region,
     }
 }

@@ -161,7 +161,7 @@ fn place(
     }
     state.configuration.world_from_root = course;
     let course_com = com_ends[0].lerp(com_ends[1], t).truncate();
-    let com_depth = constraints.config.com_margin + COM_COURSE_TOLERANCE;
+    let com_depth = constraints.com_margin(stretch.mode) + COM_COURSE_TOLERANCE;
     for _ in 0..COM_SHIFTS_MAX {
         *work += 1;
         let root = &mut state.configuration.world_from_root;

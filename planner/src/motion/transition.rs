@@ -78,7 +78,7 @@ pub fn sample(
     let (seed, object) = random;
     let mut draws = Random::new(seed, Stream::Transition, object, attempt);
     let body = &constraints.body;
-    let (posture, free) = choose(body, mode, pair, constraints.config.com_margin, attempt, &mut draws);
+    let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), attempt, &mut draws);
     let soles = world_from_soles(pair);
     let (configuration, snapshot) = settle(body, &soles, &posture, free, work)?;
     *work += 1;

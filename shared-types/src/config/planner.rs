@@ -14,7 +14,8 @@ pub struct PlannerConfig {
     pub waypoints_max: u32,
     /// Clearance between the robot and the world, and between its own links, at every sampled configuration, m.
     pub clearance: f64,
-    /// How far the centre of mass stays inside the support polygon, m.
+    /// How far the centre of mass stays inside the support polygon, m; of a small polygon at most 60 % of its depth. A
+    /// robot with soft joints sways by about a centimetre.
     pub com_margin: f64,
     /// The share of a joint's effort limit that may be used, 0 to 1.
     pub effort_share: f64,
@@ -38,8 +39,8 @@ impl Default for PlannerConfig {
             transitions_max: 262_144,
             waypoints_max: 65_536,
             clearance: 0.006,
-            com_margin: 0.01,
-            effort_share: 0.95,
+            com_margin: 0.02,
+            effort_share: 0.8,
             joint_margin: 0.005,
             waypoint_joint_step: 0.04,
             collision_step: 0.01,

@@ -84,13 +84,13 @@ fn moving_joint(urdf: &Urdf, index: usize, kind: JointKind, axis: DVec3, spec: &
         return refuse("has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file".into());
     }
     let (lower, upper) = position_limits(joint);
-    if !(lower < upper) || !lower.is_finite() || !upper.is_finite() {
+    if lower >= upper || !lower.is_finite() || !upper.is_finite() {
         return refuse(format!("its limits {lower}..{upper} leave no room to move; correct them or lock it in the robot file"));
     }
     if !(joint.limit.effort > 0.0 && joint.limit.effort.is_finite()) {
         return refuse(format!("effort must be positive, but is {}; state it in <limit>", joint.limit.effort));
     }
-    if !facts.has_velocity || !(joint.limit.velocity > 0.0 && joint.limit.velocity.is_finite()) {
+    if !(joint.limit.velocity > 0.0 && joint.limit.velocity.is_finite()) {
         return refuse(format!("velocity must be positive, but is {}; state it in <limit>", joint.limit.velocity));
     }
     let effort = tightened_effort(joint, spec)?;

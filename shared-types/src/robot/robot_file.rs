@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use crate::plan_file::RobotBlock;
 use crate::scene::shape_block::{pose_from_arrays, pose_from_block};
-use crate::source::{Place, Source, TEXT_BYTES_MAX, check_numbers};
+use crate::source::{Place, Source, TEXT_BYTES_MAX, check_numbers, check_positive};
 use crate::spatial::rotation_from_rpy;
 use crate::{InputError, Pose};
 
@@ -77,9 +77,7 @@ pub(super) fn spec_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &P
         })
         .collect::<Result<_, _>>()?;
     let effort_scale = block.effort_scale.unwrap_or(1.0);
-    if !(effort_scale > 0.0) {
-        return Err(place.error("effort_scale", format!("is {effort_scale}; it must be positive")));
-    }
+    check_positive("it", &[effort_scale]).map_err(|message| place.error("effort_scale", message))?;
     let anonymous = RobotBlock { urdf: String::new(), ..block.clone() };
     let bytes = serde_json::to_vec(&anonymous).map_err(|error| place.error("robot", error.to_string()))?;
     Ok(RobotSpec {

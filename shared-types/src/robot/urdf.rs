@@ -47,8 +47,6 @@ pub(super) struct JointFacts {
     pub(super) place: Place,
     /// Whether it has a `<limit>`.
     pub(super) has_limit: bool,
-    /// Whether its `<limit>` has a velocity.
-    pub(super) has_velocity: bool,
 }
 
 /// Reads a URDF and checks everything that can be checked element by element.
@@ -122,8 +120,10 @@ fn joint_facts(joint: Node, place: Place) -> Result<JointFacts, InputError> {
         }
     }
     let limit = joint.children().find(|node| node.has_tag_name("limit"));
-    let has_velocity = limit.is_some_and(|limit| limit.has_attribute("velocity"));
-    Ok(JointFacts { has_limit: limit.is_some(), has_velocity, place })
+    if limit.is_some_and(|limit| !limit.has_attribute("velocity")) {
+        return complain("its <limit> has no velocity; state it".into());
+    }
+    Ok(JointFacts { has_limit: limit.is_some(), place })
 }
 
 fn check_element_numbers(source: &Source, owner: Node, node: Node) -> Result<(), InputError> {
