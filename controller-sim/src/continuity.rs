@@ -3,6 +3,8 @@
 use surefoot_shared_types::message::{Contact, SupportMode};
 use surefoot_shared_types::spatial::rotation_distance;
 
+use crate::bound::within;
+
 /// How far a kept foot's declared pose may differ between two modes, m (and rad, counted as a tenth of a metre).
 pub const KEPT_POSE_MAX: f64 = 1e-6;
 

@@ -21,6 +21,7 @@ use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
+use surefoot_shared_types::spatial::wrap_angle;
 
 use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
@@ -97,14 +98,13 @@ pub struct Planner {
     search: SequenceSearch,
     chunks: ChunkBuilder,
     phase: Phase,
-    ends: Option<Box<[End; 2]>>,
+    ends: Option<[End; 2]>,
+    end_footholds: [[FootholdId; 2]; 2],
     tally: Tally,
     digest: Digest,
     barren_sequences: u32,
 }
 
-/// The start's placements and the goal's are the first four in the graph.
-const END_FOOTHOLDS: [[FootholdId; 2]; 2] = [[0, 1], [2, 3]];
 /// Sequences in a row without a new motion or transition after which more placements are sampled near the trouble.
 const BARREN_SEQUENCES_MAX: u32 = 8;
 
@@ -136,6 +136,7 @@ impl Planner {
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance),
             phase: Phase::Ends,
             ends: None,
+            end_footholds: [[0; 2]; 2],
             tally: Tally::default(),
             digest: Digest::default(),
             barren_sequences: 0,
@@ -220,14 +221,26 @@ impl Planner {
             Err(fault) => return Ok(Phase::Over(Outcome::StartInvalid(fault))),
         };
         let goal = match stand_on(constraints, surfaces, scratch, &self.scenario.goal) {
+            Ok(_) if self.start_is_goal() => start.clone(),
             Ok(end) => end,
             Err(fault) => return Ok(Phase::Over(Outcome::GoalInvalid(fault))),
         };
-        for foothold in start.footholds.iter().chain(&goal.footholds) {
-            self.roadmap.graph.add_foothold(foothold.clone())?;
+        let graph = &mut self.roadmap.graph;
+        for (ids, end) in self.end_footholds.iter_mut().zip([&start, &goal]) {
+            for (id, foothold) in ids.iter_mut().zip(&end.footholds) {
+                *id = graph.identical(foothold).map_or_else(|| graph.add_foothold(foothold.clone()), Ok)?;
+            }
         }
-        self.ends = Some(Box::new([start, goal]));
+        self.ends = Some([start, goal]);
         Ok(Phase::Seed { next: 0 })
+    }
+
+    /// Whether the start is as near to the goal as the scenario asks of the end.
+    fn start_is_goal(&self) -> bool {
+        let Scenario { start, goal, goal_position_tolerance, goal_yaw_tolerance, .. } = &self.scenario;
+        let prints = start.world_from_soles().into_iter().zip(goal.world_from_soles());
+        prints.into_iter().all(|(at, wanted)| at.translation.distance(wanted.translation) <= *goal_position_tolerance)
+            && wrap_angle(goal.yaw - start.yaw).abs() <= *goal_yaw_tolerance
     }
 
     fn seed(&mut self, next: usize) -> Result<Phase, ArenaFull> {
@@ -260,7 +273,7 @@ impl Planner {
 
     fn find_sequence(&mut self) -> Result<Phase, ArenaFull> {
         self.tally.sequences += 1;
-        let [[l0, r0], goal] = END_FOOTHOLDS;
+        let [[l0, r0], goal] = self.end_footholds;
         let mut starts: heapless::Vec<TransitionId, 2> = heapless::Vec::new();
         starts.extend([self.roadmap.graph.find(l0, r0), self.roadmap.graph.find(r0, l0)].into_iter().flatten());
         let is_goal = |id: TransitionId| {

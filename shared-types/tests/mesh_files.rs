@@ -1,5 +1,7 @@
 //! Mesh files of all formats, whole and damaged, through the world loader.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
+
 mod common;
 
 use std::path::Path;

@@ -1,5 +1,7 @@
 //! Plan files: what is written comes back, and what is broken is refused.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
+
 mod common;
 
 use std::path::Path;

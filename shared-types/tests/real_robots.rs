@@ -1,5 +1,7 @@
 //! Robots from outside the project load as they are. They live beside the repository; without them there is nothing to test.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests, not input handling")]
+
 use std::path::{Path, PathBuf};
 
 use surefoot_shared_types::plan_file::RobotBlock;

@@ -1,5 +1,7 @@
 //! World and scenario files: good ones load as they say, every broken one gives one clear error.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
+
 mod common;
 
 use std::path::Path;

@@ -124,6 +124,12 @@ impl Graph {
         self.footholds.iter().position(is_same).map(|index| index as FootholdId)
     }
 
+    /// The very same placement, if the graph has it.
+    pub fn identical(&self, foothold: &Foothold) -> Option<FootholdId> {
+        let is_identical = |known: &Foothold| known.limb == foothold.limb && known.world_from_sole == foothold.world_from_sole;
+        self.footholds.iter().position(is_identical).map(|index| index as FootholdId)
+    }
+
     /// Adds a placement.
     ///
     /// # Errors

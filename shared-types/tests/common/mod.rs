@@ -1,5 +1,6 @@
 //! A small robot, world and scenario that are in order, for tests to spoil.
 
+#![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
 #![allow(dead_code, reason = "each test binary uses a part of it")]
 
 use std::path::{Path, PathBuf};
