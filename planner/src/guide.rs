@@ -7,7 +7,7 @@ use surefoot_shared_types::config::Mark;
 use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
 
 /// The largest turn between two stations, rad: a step can turn a foot by as much.
-const TURN_STEP_MAX: f64 = 0.3;
+const TURN_STEP_MAX: f64 = 0.2;
 /// A way shorter than this (m) is walked without turning to face it.
 const FACING_DISTANCE_MIN: f64 = 0.5;
 
@@ -38,14 +38,15 @@ impl Guide {
         self.counts.iter().sum::<usize>() + 1
     }
 
-    /// Where a foot would ideally stand at a station: beside the route, facing along it; at both ends as the marks say.
-    pub fn world_from_ideal_sole(&self, station: usize, limb: usize) -> Pose {
+    /// Where a foot would ideally stand at a station: beside the route, facing along it, as far apart as the marks say
+    /// times `widening`.
+    pub fn world_from_ideal_sole(&self, station: usize, limb: usize, widening: f64) -> Pose {
         let [turned, walked, turned_again] = self.shares(station);
         let first_turn = wrap_angle(self.heading - self.start.yaw);
         let second_turn = wrap_angle(self.goal.yaw - self.heading);
         let yaw = self.start.yaw + turned * first_turn + turned_again * second_turn;
         let position = self.start.position.lerp(self.goal.position, walked);
-        let apart = self.start.feet_apart + walked * (self.goal.feet_apart - self.start.feet_apart);
+        let apart = widening * (self.start.feet_apart + walked * (self.goal.feet_apart - self.start.feet_apart));
         let rotation = rotation_about(DVec3::Z, yaw);
         let side = if limb == 0 { 0.5 } else { -0.5 };
         Pose::from_parts(position + rotation * (DVec3::Y * side * apart), rotation)
@@ -77,7 +78,7 @@ mod tests {
             let guide = Guide::new(start, goal, 0.25);
             for limb in 0..2 {
                 for (station, end) in [(0, start), (guide.stations() - 1, goal)] {
-                    let (ideal, print) = (guide.world_from_ideal_sole(station, limb), end.world_from_soles()[limb]);
+                    let (ideal, print) = (guide.world_from_ideal_sole(station, limb, 1.0), end.world_from_soles()[limb]);
                     assert!(ideal.translation.distance(print.translation) < 1e-9);
                     assert!(wrap_angle(yaw_of(ideal.rotation) - yaw_of(print.rotation)).abs() < 1e-9);
                 }
@@ -89,7 +90,7 @@ mod tests {
     fn no_two_stations_are_further_apart_than_a_step() {
         let guide = Guide::new(mark(0.0, 2.0), mark(2.0, -2.0), 0.25);
         for station in 1..guide.stations() {
-            let [before, here] = [station - 1, station].map(|at| guide.world_from_ideal_sole(at, 0));
+            let [before, here] = [station - 1, station].map(|at| guide.world_from_ideal_sole(at, 0, 1.0));
             assert!(here.translation.distance(before.translation) < 0.26);
             assert!(wrap_angle(yaw_of(here.rotation) - yaw_of(before.rotation)).abs() <= TURN_STEP_MAX + 1e-9);
         }

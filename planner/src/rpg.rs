@@ -34,7 +34,7 @@ use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::roadmap::{Roadmap, RoundTally, Shared};
 use crate::motion::sequence::SequenceSearch;
 use crate::outcome::{Bound, Outcome, Status};
-use crate::seeding::Seeding;
+use crate::seeding::{DELIBERATE_SWEEPS, Seeding};
 
 /// Why a planner cannot be made for these inputs.
 #[derive(Debug, thiserror::Error)]
@@ -102,11 +102,13 @@ pub struct Planner {
     end_footholds: [[FootholdId; 2]; 2],
     tally: Tally,
     digest: Digest,
-    barren_sequences: u32,
+    failed_sequences: u32,
+    patience: u32,
 }
 
-/// Sequences in a row without a new motion or transition after which more placements are sampled near the trouble.
-const BARREN_SEQUENCES_MAX: u32 = 8;
+/// Failed sequences after which more placements are sampled, at first and at the most: new placements bring new cheap
+/// sequences that distract from old ones, so they come ever more rarely [Grey 4.4.4].
+const PATIENCE: [u32; 2] = [48, 192];
 
 impl Planner {
     /// Compiles the robot and the world and allocates all that a search needs.
@@ -139,7 +141,8 @@ impl Planner {
             end_footholds: [[0; 2]; 2],
             tally: Tally::default(),
             digest: Digest::default(),
-            barren_sequences: 0,
+            failed_sequences: 0,
+            patience: PATIENCE[0],
         })
     }
 
@@ -316,11 +319,15 @@ impl Planner {
 
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
     fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        self.barren_sequences += 1;
-        if self.barren_sequences <= BARREN_SEQUENCES_MAX {
+        self.failed_sequences += 1;
+        if self.failed_sequences <= self.patience {
             return Ok(Phase::Sequence);
         }
-        self.barren_sequences = 0;
+        self.failed_sequences = 0;
+        self.patience = (2 * self.patience).min(PATIENCE[1]);
+        if self.tally.sweeps < DELIBERATE_SWEEPS {
+            return Ok(Phase::Seed { next: 0 });
+        }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         for &id in self.search.sequence() {
             let transition = &self.roadmap.graph.transitions()[id as usize];
@@ -349,9 +356,6 @@ impl Planner {
         self.tally.work += round.work;
         for (total, count) in self.tally.rejections.iter_mut().zip(round.rejections) {
             *total += count;
-        }
-        if round.found > 0 {
-            self.barren_sequences = 0;
         }
         (round.next, failed || round.failures > 0)
     }

@@ -24,6 +24,10 @@ const EXACT: f64 = 1e-3;
 const KEPT_MAX: usize = 6;
 /// Placements kept of one query of a later sweep.
 const KEPT_LATER_MAX: usize = 3;
+/// The stance widths of the first sweeps, as factors of the marks': a robot with bulky legs walks and turns wider.
+const WIDENINGS: [f64; 2] = [1.0, 1.5];
+/// Sweeps whose ideals are deliberate; those of later ones are random.
+pub const DELIBERATE_SWEEPS: u64 = WIDENINGS.len() as u64;
 /// How far the ideals of later sweeps stray, m and rad.
 const LATER_SPREAD: (f64, f64) = (0.2, 0.4);
 /// Neighbours that a placement is connected to at the most.
@@ -73,15 +77,16 @@ impl Seeding<'_> {
         work: &mut u64,
     ) -> Result<(), ArenaFull> {
         let (station, limb) = place;
-        let ideal = guide.world_from_ideal_sole(station, limb);
         let object = (station * 2 + limb) as u64;
-        if sweep > 0 {
+        let widening = WIDENINGS.get(sweep as usize).copied();
+        let ideal = guide.world_from_ideal_sole(station, limb, widening.unwrap_or(1.0));
+        if widening.is_none() {
             return self.sample_about(&ideal, limb, (object, sweep), graph, scratch, work);
         }
         let before = graph.footholds().len();
-        self.query(&ideal, limb, (object, 0), FIRST_EFFORT, KEPT_MAX, graph, scratch, work)?;
+        self.query(&ideal, limb, (object, sweep), FIRST_EFFORT, KEPT_MAX, graph, scratch, work)?;
         if graph.footholds().len() == before {
-            self.query(&ideal, limb, (object, 0), LATER_EFFORT, KEPT_MAX, graph, scratch, work)?;
+            self.query(&ideal, limb, (object, sweep), LATER_EFFORT, KEPT_MAX, graph, scratch, work)?;
         }
         Ok(())
     }

@@ -75,9 +75,10 @@ fn every_arena_that_is_full_is_named() {
 }
 
 type Spoil = fn(Case, &Mark) -> Case;
+type IsExpected = fn(&EndFault) -> bool;
 
 /// What spoils a mark on the floor, and how the planner says so.
-const SPOILT: [(&str, Spoil, fn(&EndFault) -> bool); 5] = [
+const SPOILT: [(&str, Spoil, IsExpected); 5] = [
     ("the hole", without_floor, |fault| matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow })),
     ("the block at the sole", block_under_left_sole, |fault| {
         matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::Penetrates })

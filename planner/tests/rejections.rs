@@ -161,8 +161,10 @@ fn more_waypoints_than_there_is_room_for() -> Result<(), Rejection> {
     solve(&stand.constraints, &problem, &mut Workspace::new(2, 8))
 }
 
+type Violate = fn() -> Result<(), Rejection>;
+
 /// What is turned down, and as what.
-const CASES: [(fn() -> Result<(), Rejection>, Rejection); 9] = [
+const CASES: [(Violate, Rejection); 9] = [
     (feet_too_far_apart, Rejection::Unreachable),
     (centre_of_mass_beside_the_only_foot, Rejection::Balance),
     (centre_of_mass_leaves_between_waypoints, Rejection::Balance),

@@ -73,6 +73,7 @@ fn swing(constraints: &Constraints, problem: &Problem, limb: usize, workspace: &
             last = lifted.into_iter().find_map(Result::err).unwrap_or(last);
             continue;
         };
+        workspace.track.clear();
         match fly(constraints, problem, [&from, &to], workspace) {
             Ok(()) => return Ok(()),
             Err(rejection) => last = rejection,
