@@ -8,8 +8,9 @@ use crate::failure::Failure;
 use crate::line::{Line, Planned, Searching};
 use crate::signals;
 
-/// Work units between two looks at clock and signals. Without influence on the plan.
-const WORK_PER_STEP: u64 = 2_000;
+/// Looks at clock and signals that a whole budget is cut into. Without influence on the plan. Few enough that entering the
+/// planner's thread pool never makes its queue grow.
+const LOOKS: u64 = 50;
 /// Time between two words about the search, s.
 const TELL_EVERY_SECONDS: f64 = 0.1;
 
@@ -23,7 +24,7 @@ pub fn run(planner: &mut Planner, work_max: u64, tell: &mut dyn FnMut(&Line) -> 
     let mut told_at = 0.0;
     loop {
         let before = allocations::count();
-        let status = planner.step(WORK_PER_STEP);
+        let status = planner.step(work_max.div_ceil(LOOKS));
         allocations += allocations::count() - before;
         if let Status::Done(outcome) = status {
             return Ok(planned(planner, &outcome, watch.seconds(), allocations));

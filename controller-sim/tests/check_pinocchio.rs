@@ -1,5 +1,7 @@
 //! Kinematics, centre of mass and torques of the hubo robot against Pinocchio's numbers (`tests/data/pinocchio_hubo.json`).
 
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};

@@ -59,7 +59,9 @@ impl Outcome {
     pub fn describe(&self) -> String {
         match self {
             Self::Found => "plan found".into(),
-            Self::BudgetExhausted(Bound::Work) => "no plan within the budget: planner.work_max is used up".into(),
+            Self::BudgetExhausted(Bound::Work) => {
+                "no plan within the budget: planner.work_max is used up; raise it in the scenario if you believe there is a way".into()
+            }
             Self::ArenaFull(full) => format!("no plan: the arena planner.{} is full; raise it", full.parameter()),
             Self::StartInvalid(fault) => format!("the start is invalid: {}", fault.describe()),
             Self::GoalInvalid(fault) => format!("the goal is invalid: {}", fault.describe()),
@@ -91,7 +93,7 @@ impl EndFault {
     fn describe(&self) -> String {
         let foot = |limb: &usize| ["left", "right"][*limb];
         match self {
-            Self::Unsupported { limb, reason } => format!("the {} sole is not supported there ({reason:?})", foot(limb)),
+            Self::Unsupported { limb, reason } => format!("the {} sole is not supported there: {}", foot(limb), reason.describe()),
             Self::FootCollides { limb } => format!("the {} foot meets the world there", foot(limb)),
             Self::NoPosture(rejection) => format!("no standing posture there ({})", Rejection::WORDS[*rejection as usize]),
         }
@@ -103,8 +105,7 @@ impl ArenaFull {
     pub fn parameter(&self) -> &'static str {
         match self {
             Self::Footholds => "footholds_max",
-            Self::Transitions => "transitions_max",
-            Self::Edges => "edges_max",
+            Self::Transitions | Self::Edges => "transitions_max",
             Self::Waypoints => "waypoints_max",
         }
     }

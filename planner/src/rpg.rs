@@ -15,7 +15,9 @@
 //! there is none, more placements are sampled. The first complete sequence is the plan.
 
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
+use rayon::ThreadPool;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
@@ -90,6 +92,7 @@ pub struct Tally {
 #[derive(Debug)]
 pub struct Planner {
     shared: Shared,
+    pool: Option<Arc<ThreadPool>>,
     roadmap: Roadmap,
     surfaces: Surfaces,
     scratch: Scratch,
@@ -123,12 +126,15 @@ impl Planner {
         let scratch = Scratch::new(&placement);
         let surfaces = Surfaces::new(world, placement)?;
         let transitions_max = config.transitions_max as usize;
-        let provenance =
-            Provenance { robot: model.digest, world: world.digest, config: scenario.digest, joints_len: body.joints_len };
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build();
-        let pool = pool.map_err(|error| PlannerError::Threads { threads: threads.get(), reason: error.to_string() })?;
+        let provenance = Provenance { robot: model.digest, world: world.digest, config: scenario.digest, joints_len: body.joints_len };
+        let pool = start_threads(threads)?;
         Ok(Self {
-            shared: Shared { constraints: Constraints { body, collision, config: config.clone() }, pool, seed: scenario.seed },
+            shared: Shared {
+                constraints: Constraints { body, collision, config: config.clone() },
+                parallel: pool.is_some(),
+                seed: scenario.seed,
+            },
+            pool,
             roadmap: Roadmap::new(config.footholds_max as usize, transitions_max, config.waypoints_max as usize),
             surfaces,
             scratch,
@@ -148,6 +154,13 @@ impl Planner {
 
     /// Advances the search by about `work` units, or to its end.
     pub fn step(&mut self, work: u64) -> Status {
+        match self.pool.clone() {
+            Some(pool) => pool.install(|| self.step_inside(work)),
+            None => self.step_inside(work),
+        }
+    }
+
+    fn step_inside(&mut self, work: u64) -> Status {
         let until = self.tally.work.saturating_add(work).min(self.shared.constraints.config.work_max);
         while self.tally.work < until {
             if let Phase::Over(outcome) = self.phase {
@@ -186,9 +199,9 @@ impl Planner {
         self.chunks.waypoints()
     }
 
-    /// Steps of the plan, once found: how often a foot is set down elsewhere.
+    /// Steps of the plan, once found: how often a foot is lifted and set down.
     pub fn steps(&self) -> u64 {
-        let sequence = self.search.sequence();
+        let sequence = if self.phase == Phase::Over(Outcome::Found) { self.search.sequence() } else { &[] };
         let is_swing = |pair: &&[TransitionId]| pair[1] != Graph::twin(pair[0]);
         sequence.windows(2).filter(is_swing).count() as u64
     }
@@ -335,8 +348,10 @@ impl Planner {
                 continue;
             }
             for foothold in [transition.stance, transition.other] {
-                let (limb, pose) =
-                    (self.roadmap.graph.footholds()[foothold as usize].limb, self.roadmap.graph.footholds()[foothold as usize].world_from_sole);
+                let (limb, pose) = (
+                    self.roadmap.graph.footholds()[foothold as usize].limb,
+                    self.roadmap.graph.footholds()[foothold as usize].world_from_sole,
+                );
                 let name = (u64::from(id) | 1 << 41, self.tally.sequences);
                 seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch, &mut self.tally.work)?;
             }
@@ -359,6 +374,18 @@ impl Planner {
         }
         (round.next, failed || round.failures > 0)
     }
+}
+
+/// A pool of threads, or none where one thread is asked for: the caller's own does the work then.
+fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, PlannerError> {
+    if threads.get() == 1 {
+        return Ok(None);
+    }
+    let error = |error: rayon::ThreadPoolBuildError| PlannerError::Threads { threads: threads.get(), reason: error.to_string() };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build().map_err(error)?;
+    // A thread allocates while it starts: wait until each has run something.
+    pool.broadcast(|_| ());
+    Ok(Some(Arc::new(pool)))
 }
 
 /// Foot placement with the bounds that this robot's soles allow.

@@ -71,6 +71,19 @@ impl NoSupport {
         Self::CentroidNearEdge,
         Self::TooManyElements,
     ];
+
+    /// The reason for a person.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::InvalidSole => "the sole polygon or the pose is invalid",
+            Self::TooSteep => "it is too steep for the friction",
+            Self::NothingBelow => "there is nothing to stand on",
+            Self::Penetrates => "something stands in the sole's place",
+            Self::AreaTooSmall => "too little of the sole is carried",
+            Self::CentroidNearEdge => "what carries it is too narrow",
+            Self::TooManyElements => "the mesh there is too fine for planner bounds",
+        }
+    }
 }
 
 /// Why a world cannot be compiled into surfaces.

@@ -21,6 +21,9 @@ use super::leg::{LegJoint, LegPositions};
 /// How exactly axes must meet and be parallel, m and sine of the angle.
 const GEOMETRY_TOLERANCE: f64 = 1e-9;
 
+/// How far beyond its reach a straight leg may seem to be by rounding, as a share.
+const ROUNDING: f64 = 1e-12;
+
 /// The geometry of a leg that has a closed form.
 #[derive(Debug, Clone)]
 pub struct ClosedForm {
@@ -91,11 +94,11 @@ impl ClosedForm {
         let sine_part = u.x * v.z - u.z * v.x;
         let amplitude = libm::sqrt(uu * vv);
         let wanted = 0.5 * (ankle.length_squared() - along * along - uu - vv);
-        if wanted.abs() > amplitude {
+        if wanted.abs() > amplitude * (1.0 + ROUNDING) {
             return None;
         }
         let phase = libm::atan2(sine_part, cosine_part);
-        let opening = libm::acos(wanted / amplitude);
+        let opening = libm::acos((wanted / amplitude).clamp(-1.0, 1.0));
         Some([wrap_angle(phase + opening), wrap_angle(phase - opening)])
     }
 

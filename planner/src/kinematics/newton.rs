@@ -61,7 +61,7 @@ impl Newton {
         let mut axes = [(DVec3::ZERO, DVec3::ZERO); super::leg::LEG_JOINTS_MAX];
         for ((joint, &position), axis) in joints.iter().zip(q).zip(&mut axes) {
             *axis = (motion * joint.point, motion.rotation * joint.axis);
-            motion = motion * joint.motion(position);
+            motion *= joint.motion(position);
         }
         let sole = motion * self.zero_root_from_sole;
         for ((joint, (point, axis)), column) in joints.iter().zip(axes).zip(columns) {

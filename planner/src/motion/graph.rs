@@ -24,7 +24,7 @@ pub enum ArenaFull {
     Footholds,
     /// `transitions_max`.
     Transitions,
-    /// `edges_max`.
+    /// The table of motions, which `transitions_max` sizes too.
     Edges,
     /// `waypoints_max`.
     Waypoints,

@@ -3,7 +3,6 @@
 //! A round hands one search to each workspace, runs them side by side and merges the results in order; the partition
 //! depends on nothing but the sequence, so the number of threads cannot matter.
 
-use rayon::ThreadPool;
 use rayon::prelude::*;
 use surefoot_shared_types::message::SupportMode;
 
@@ -33,8 +32,8 @@ const ATTEMPTS_PER_ROUND: u32 = 24;
 pub struct Shared {
     /// The conditions.
     pub constraints: Constraints,
-    /// The threads.
-    pub pool: ThreadPool,
+    /// Whether searches may run side by side; then the caller is inside a thread pool.
+    pub parallel: bool,
     /// The seed of all streams.
     pub seed: u64,
 }
@@ -67,6 +66,7 @@ pub struct RoundTally {
 
 /// One search of a round.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
 enum Outcome {
     Idle,
     Transition { id: TransitionId, failed_attempts: u32, found: Option<Configuration> },
@@ -111,9 +111,8 @@ impl Roadmap {
             tally.next += 1;
         }
         let graph = &self.graph;
-        let outcomes = run(shared, &mut self.workspaces, batch.len(), |index, workspace| {
-            sample_transition(shared, graph, batch[index], workspace)
-        });
+        let outcomes =
+            run(shared, &mut self.workspaces, batch.len(), |index, workspace| sample_transition(shared, graph, batch[index], workspace));
         for outcome in outcomes {
             if let Outcome::Transition { id, failed_attempts, found } = outcome {
                 let transition = self.graph.transition_mut(id);
@@ -221,11 +220,12 @@ fn run(
     search: impl Fn(usize, &mut Workspace) -> Outcome + Sync,
 ) -> [Outcome; WORKSPACES] {
     let mut outcomes = [const { Outcome::Idle }; WORKSPACES];
-    if count > 0 {
-        shared.pool.install(|| {
-            let slots = workspaces.par_iter_mut().zip(outcomes.par_iter_mut()).enumerate().with_max_len(1);
-            slots.take(count).for_each(|(index, (workspace, outcome))| *outcome = search(index, workspace));
-        });
+    if shared.parallel && count > 1 {
+        let slots = workspaces.par_iter_mut().zip(outcomes.par_iter_mut()).enumerate().with_max_len(1);
+        slots.take(count).for_each(|(index, (workspace, outcome))| *outcome = search(index, workspace));
+    } else {
+        let slots = workspaces.iter_mut().zip(&mut outcomes).enumerate();
+        slots.take(count).for_each(|(index, (workspace, outcome))| *outcome = search(index, workspace));
     }
     outcomes
 }
@@ -237,8 +237,7 @@ fn sample_transition(shared: &Shared, graph: &Graph, id: TransitionId, workspace
     for attempt in before..before + ATTEMPTS_PER_ROUND {
         let pair = TransitionPair { stance, other };
         let mut work = 0;
-        let sampled =
-            transition::sample(&shared.constraints, &mode, pair, (shared.seed, u64::from(id)), u64::from(attempt), &mut work);
+        let sampled = transition::sample(&shared.constraints, &mode, pair, (shared.seed, u64::from(id)), u64::from(attempt), &mut work);
         workspace.work += work;
         match sampled {
             Ok(found) => return Outcome::Transition { id, failed_attempts: attempt - before, found: Some(found) },
@@ -248,14 +247,7 @@ fn sample_transition(shared: &Shared, graph: &Graph, id: TransitionId, workspace
     Outcome::Transition { id, failed_attempts: ATTEMPTS_PER_ROUND, found: None }
 }
 
-fn plan_motion(
-    shared: &Shared,
-    graph: &Graph,
-    edges: &EdgeTable,
-    ends: &[End; 2],
-    hop: Hop,
-    workspace: &mut Workspace,
-) -> Outcome {
+fn plan_motion(shared: &Shared, graph: &Graph, edges: &EdgeTable, ends: &[End; 2], hop: Hop, workspace: &mut Workspace) -> Outcome {
     let failures = edges.get(hop.from, hop.to).failures;
     let problem = Problem {
         mode: mode(graph, hop).0,

@@ -27,15 +27,8 @@ pub struct Problem {
 /// How high a swing foot is lifted off its placement before it may travel, along the sole's normal, m; tried in order.
 const LIFTS: [f64; 2] = [0.02, 0.012];
 /// The swings that are tried, in order.
-const SWINGS: [Swing; 7] = [
-    Swing::Hump(0.02),
-    Swing::Hump(0.06),
-    Swing::Over(0.02),
-    Swing::Hump(0.14),
-    Swing::Over(0.08),
-    Swing::Over(0.2),
-    Swing::Hump(0.3),
-];
+const SWINGS: [Swing; 7] =
+    [Swing::Hump(0.02), Swing::Hump(0.06), Swing::Over(0.02), Swing::Hump(0.14), Swing::Over(0.08), Swing::Over(0.2), Swing::Hump(0.3)];
 
 /// Searches; on success `workspace.track` holds the waypoints after `from`, `to` included.
 ///

@@ -131,8 +131,7 @@ fn is_near(constraints: &Constraints, a: (&State, &Snapshot), b: (&State, &Snaps
 /// # Errors
 /// The legs do not reach, or the shifts do not converge.
 pub fn place_at(constraints: &Constraints, mode: &Mode, wished: &State, work: &mut u64) -> Result<State, Rejection> {
-    let stretch =
-        Stretch { mode, from: wished, to: wished, exact: false, swing: Swing::Straight, swing_foot: FootState::Free };
+    let stretch = Stretch { mode, from: wished, to: wished, exact: false, swing: Swing::Straight, swing_foot: FootState::Free };
     place(constraints, &stretch, wished, 1.0, &[DVec3::ZERO; 2], work).map(|(state, _)| state)
 }
 
@@ -203,10 +202,6 @@ fn over_pose(from: &Pose, to: &Pose, height: f64, t: f64) -> Pose {
     let along = t * (rise + across + fall);
     let share = ((along - rise) / across.max(1e-9)).clamp(0.0, 1.0);
     let mut pose = interpolate(from, to, share);
-    pose.translation.z = if along < rise {
-        from.translation.z + along
-    } else {
-        top - (along - rise - across).max(0.0)
-    };
+    pose.translation.z = if along < rise { from.translation.z + along } else { top - (along - rise - across).max(0.0) };
     pose
 }

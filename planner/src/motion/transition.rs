@@ -139,8 +139,8 @@ fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, a
         _ => 0.0,
     };
     let mut jitter = |half: f64| spread * draws.uniform(-half, half);
-    let rotation = rotation_about(DVec3::Z, heading + jitter(0.6))
-        * rotation_from_rpy(-side * roll + jitter(0.25), pitch + jitter(0.3), 0.0);
+    let rotation =
+        rotation_about(DVec3::Z, heading + jitter(0.6)) * rotation_from_rpy(-side * roll + jitter(0.25), pitch + jitter(0.3), 0.0);
     let share = (share + jitter(0.15)) * body.standing_reach_share;
     let lean = (lean + jitter(0.6)).clamp(-0.5, 1.0);
     if uniform {

@@ -33,12 +33,7 @@ const FREE_SPREAD: f64 = 0.6;
 ///
 /// # Errors
 /// No connection within the bounds, or the last obstacle met.
-pub fn connect(
-    constraints: &Constraints,
-    problem: &Problem,
-    ends: [&State; 2],
-    workspace: &mut Workspace,
-) -> Result<(), Rejection> {
+pub fn connect(constraints: &Constraints, problem: &Problem, ends: [&State; 2], workspace: &mut Workspace) -> Result<(), Rejection> {
     for (tree, end) in workspace.trees.iter_mut().zip(ends) {
         tree.clear();
         tree.push(TreeNode { state: *end, parent: 0 });
@@ -83,8 +78,7 @@ fn grow(
 ) -> Result<(), Rejection> {
     let nodes = &mut workspace.trees[tree];
     let from = nodes[near].state;
-    let stretch =
-        Stretch { mode: &problem.mode, from: &from, to: target, exact, swing: Swing::Straight, swing_foot: FootState::Free };
+    let stretch = Stretch { mode: &problem.mode, from: &from, to: target, exact, swing: Swing::Straight, swing_foot: FootState::Free };
     let mut parent = near as u32;
     let mut added = 0;
     let mut work = 0;
@@ -114,9 +108,7 @@ fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
 }
 
 fn distance(problem: &Problem, a: &State, b: &State) -> f64 {
-    let pose = |x: &Pose, y: &Pose| {
-        x.translation.distance(y.translation) + METRES_PER_RADIAN * rotation_distance(x.rotation, y.rotation)
-    };
+    let pose = |x: &Pose, y: &Pose| x.translation.distance(y.translation) + METRES_PER_RADIAN * rotation_distance(x.rotation, y.rotation);
     let root = pose(&a.configuration.world_from_root, &b.configuration.world_from_root);
     let sole = problem.mode.swing().map_or(0.0, |limb| pose(&a.world_from_soles[limb], &b.world_from_soles[limb]));
     root + sole
