@@ -11,6 +11,8 @@ use crate::signals;
 /// Looks at clock and signals that a whole budget is cut into. Without influence on the plan. Few enough that entering the
 /// planner's thread pool never makes its queue grow.
 const LOOKS: u64 = 50;
+/// Most work units between two looks: a second or two.
+const WORK_PER_STEP_MAX: u64 = 400_000;
 /// Time between two words about the search, s.
 const TELL_EVERY_SECONDS: f64 = 0.1;
 
@@ -24,7 +26,7 @@ pub fn run(planner: &mut Planner, work_max: u64, tell: &mut dyn FnMut(&Line) -> 
     let mut told_at = 0.0;
     loop {
         let before = allocations::count();
-        let status = planner.step(work_max.div_ceil(LOOKS));
+        let status = planner.step(work_max.div_ceil(LOOKS).min(WORK_PER_STEP_MAX));
         allocations += allocations::count() - before;
         if let Status::Done(outcome) = status {
             return Ok(planned(planner, &outcome, watch.seconds(), allocations));
