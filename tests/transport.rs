@@ -3,6 +3,8 @@
 //! What must hold: every chunk is judged exactly once per controller instance, in order, whoever is restarted and
 //! however slow the controller is; damage is refused; nothing stays behind.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
+
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};

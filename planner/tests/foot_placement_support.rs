@@ -122,6 +122,18 @@ fn a_hull_and_a_mesh_carry_like_the_box_they_trace() {
 }
 
 #[test]
+fn a_sliver_at_a_corner_carries_nothing() {
+    let tile = block([0.2, 0.4, 0.1], [0.0, 0.0, 0.0]);
+    let alone = area_at(&surfaces(vec![tile.clone()]), &at(0.0, 0.0, 0.0));
+    let touched = |overlap: f64| {
+        let corner = block([0.1, 0.1, 0.1], [0.13 - overlap + 0.05, 0.07 - overlap + 0.05, 0.0]);
+        area_at(&surfaces(vec![tile.clone(), corner]), &at(0.0, 0.0, 0.0))
+    };
+    assert!((touched(0.008) - alone).abs() < 1e-12, "8 mm of a neighbour under a corner of the sole");
+    assert!(touched(0.02) > alone + 1e-4, "20 mm of it do carry");
+}
+
+#[test]
 fn tiles_with_a_gap_and_a_small_step_still_carry_together() {
     let tiles = |step: f64| surfaces(vec![block([0.2, 0.4, 0.1], [-0.11, 0.0, 0.0]), block([0.2, 0.4, 0.1], [0.11, 0.0, step])]);
     assert!((area_at(&tiles(-0.0009), &at(0.0, 0.0, 0.0)) - SOLE_AREA).abs() < 1e-9);

@@ -12,7 +12,8 @@ pub struct FootPlacementConfig {
     /// How far a surface may be from the sole's plane and still carry it, m (the judge allows 3 mm).
     pub plane_distance_max: f64,
     /// The smallest width of a carrying piece of a face under the sole, m: a corner or edge touched by less carries nothing
-    /// that a real foot could rely on, and may fall between the samples of a checker's 5 mm grid (ours).
+    /// that a real foot could rely on, and may fall between the samples of a checker's 5 mm grid (ours). Pieces of meshes are exempt: others
+    /// may continue them.
     pub contact_width_min: f64,
     /// How far a carrying surface's normal may be from the sole's, rad (the judge allows 5 degrees).
     pub normal_tilt_max: f64,

@@ -121,7 +121,7 @@ impl Surfaces {
         if alignment >= self.aligned_cos && self.is_flat_enough(face.normal) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
-            if width(&buffer.polygon) < self.config.contact_width_min {
+            if !face.of_mesh && width(&buffer.polygon) < self.config.contact_width_min {
                 return;
             }
             for i in 0..scratch.clip.polygon.len() {

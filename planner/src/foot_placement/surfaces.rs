@@ -21,6 +21,8 @@ pub(super) struct Face {
     pub first: u32,
     /// How many vertices it has, at most [`FACE_VERTICES_MAX`].
     pub count: u32,
+    /// Whether it is a mesh's, so that others may continue it in its plane.
+    pub of_mesh: bool,
 }
 
 /// How a round shape ends.
