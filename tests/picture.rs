@@ -1,5 +1,7 @@
 //! Pictures of a tiny robot's tiny walk, made in code.
 
+#![allow(clippy::unwrap_used, reason = "a test ends where a picture cannot be made or read")]
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -227,7 +229,8 @@ fn a_file_that_cannot_be_written_is_named() {
 
 #[test]
 fn plans_that_do_not_fit_the_robot_are_refused() {
-    let broken: [(&str, fn(&mut PlanFile)); 6] = [
+    type Damage = fn(&mut PlanFile);
+    let broken: [(&str, Damage); 6] = [
         ("no waypoints", |plan| plan.waypoints.clear()),
         ("joint 'left_leg'", |plan| plan.joint_names[1] = "tail".into()),
         ("waypoint 2", |plan| plan.waypoints[2].q.truncate(1)),
