@@ -1,4 +1,6 @@
 //! The features of the thesis's section 4.2 as small worlds.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where its world does not compile")]
 #![allow(dead_code, missing_docs)]
 
 use glam::{DVec2, DVec3};
