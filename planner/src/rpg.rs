@@ -122,7 +122,7 @@ impl Planner {
         let config: &PlannerConfig = &scenario.planner;
         let body = Body::new(model, config)?;
         let collision = CollisionModel::new(model, world, config.clearance)?;
-        let placement = placement_config(&body, config);
+        let placement = placement_config(&body, world, config);
         let scratch = Scratch::new(&placement);
         let surfaces = Surfaces::new(world, placement)?;
         let transitions_max = config.transitions_max as usize;
@@ -388,15 +388,23 @@ fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, Plann
     Ok(Some(Arc::new(pool)))
 }
 
-/// Foot placement with the bounds that this robot's soles allow.
-fn placement_config(body: &Body, config: &PlannerConfig) -> FootPlacementConfig {
+/// Foot placement with the bounds that this robot's soles and the world's friction allow.
+fn placement_config(body: &Body, world: &World, config: &PlannerConfig) -> FootPlacementConfig {
     let area = |polygon: &Vec<glam::DVec2>| {
         let next = polygon.iter().cycle().skip(1);
         0.5 * polygon.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
     };
     let smallest = body.sole_polygons.iter().map(area).fold(f64::INFINITY, f64::min);
-    FootPlacementConfig { support_area_min: config.support_area_min.min(SOLE_SHARE_MIN * smallest), ..FootPlacementConfig::default() }
+    let standard = FootPlacementConfig::default();
+    let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
+    FootPlacementConfig {
+        support_area_min: config.support_area_min.min(SOLE_SHARE_MIN * smallest),
+        friction_margin: standard.friction_margin.max(libm::atan(world.mu) - steepest),
+        ..standard
+    }
 }
 
+/// Sides of the pyramid that a checker may put inside the friction cone: vertical forces must lie in it too.
+const FRICTION_SIDES: f64 = 8.0;
 /// The share of a small sole that must be carried where `support_area_min` would ask for more.
 const SOLE_SHARE_MIN: f64 = 0.6;

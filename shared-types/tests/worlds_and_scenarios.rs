@@ -160,6 +160,7 @@ fn broken_scenarios_are_refused() {
         },
         Spoiling { from: work, to: "support_area_min = 5e-4", complaint: &["planner.support_area_min", "above checker.support_area_min"] },
         Spoiling { from: "com_margin = 0.001", to: "com_margin = 0.02", complaint: &["planner.com_margin", "above checker.com_margin"] },
+        Spoiling { from: work, to: "collision_step = 0.02", complaint: &["planner.clearance", "half of planner.collision_step"] },
         Spoiling { from: "com_margin = 0.001", to: "penetration_max = -1", complaint: &["checker.penetration_max"] },
         Spoiling { from: "com_margin = 0.001", to: "foot_position_max = 0", complaint: &["checker.foot_position_max"] },
     ];

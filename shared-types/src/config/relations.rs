@@ -68,6 +68,12 @@ fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(),
             format!("is {}; it must be below checker.joint_step_max, {}", planner.waypoint_joint_step, checker.joint_step_max),
         );
     }
+    if planner.clearance <= 0.5 * planner.collision_step {
+        return complain(
+            "planner.clearance",
+            format!("is {}; it must be above half of planner.collision_step, {}", planner.clearance, planner.collision_step),
+        );
+    }
     Ok(())
 }
 
