@@ -348,10 +348,8 @@ impl Planner {
                 continue;
             }
             for foothold in [transition.stance, transition.other] {
-                let (limb, pose) = (
-                    self.roadmap.graph.footholds()[foothold as usize].limb,
-                    self.roadmap.graph.footholds()[foothold as usize].world_from_sole,
-                );
+                let placement = &self.roadmap.graph.footholds()[foothold as usize];
+                let (limb, pose) = (placement.limb, placement.world_from_sole);
                 let name = (u64::from(id) | 1 << 41, self.tally.sequences);
                 seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch, &mut self.tally.work)?;
             }
