@@ -1,0 +1,49 @@
+"""How shapes and worlds are written down."""
+
+import math
+
+FLOOR_HALF_THICKNESS = 0.25
+MU = 0.6
+
+
+def number(value):
+    """A TOML float with at most six decimals."""
+    text = f"{value:.6f}".rstrip("0")
+    return text + "0" if text.endswith(".") else text
+
+
+def vector(values):
+    return "[" + ", ".join(number(v + 0.0) for v in values) + "]"
+
+
+def shape(name, xyz, kind, rpy=None):
+    """One `[[shapes]]` entry."""
+    turned = [] if rpy is None else [f"rpy = {vector(rpy)}"]
+    return ["", "[[shapes]]", f'name = "{name}"', f"xyz = {vector(xyz)}", *turned, kind]
+
+
+def box(name, xyz, half_extents, rpy=None):
+    return shape(name, xyz, f"box = {{ half_extents = {vector(half_extents)} }}", rpy)
+
+
+def bar(name, xyz, radius, length):
+    """A round bar that lies across the x axis."""
+    return shape(name, xyz, f"cylinder = {{ radius = {number(radius)}, length = {number(length)} }}", (math.pi / 2, 0.0, 0.0))
+
+
+def block(name, low, high):
+    """A box from its lower to its upper corner."""
+    return box(name, [(a + b) / 2 for a, b in zip(low, high)], [(b - a) / 2 for a, b in zip(low, high)])
+
+
+def floor(name, x_from, x_to, half_width, top=0.0):
+    """A level floor across the x axis."""
+    centre = ((x_from + x_to) / 2, 0.0, top - FLOOR_HALF_THICKNESS)
+    return box(name, centre, ((x_to - x_from) / 2, half_width, FLOOR_HALF_THICKNESS))
+
+
+def world(comment, shapes):
+    lines = ["# " + line for line in comment] + ["# Written by tools/make_worlds.py.", f"mu = {number(MU)}"]
+    for entry in shapes:
+        lines += entry
+    return "\n".join(lines) + "\n"
