@@ -22,4 +22,5 @@ pub mod search;
 pub mod signals;
 pub mod supervisor;
 pub mod terminal;
+pub mod terrain;
 pub mod verdict;

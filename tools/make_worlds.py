@@ -11,10 +11,10 @@ random.Random(SEED), whose sequence Python guarantees. Standard library only.
 import sys
 from pathlib import Path
 
-from worlds import courses, gym, heap
+from worlds import beyond, courses, gym, heap, samples
 
 WORLDS = Path(__file__).resolve().parent.parent / "configs" / "worlds"
-WRITERS = courses.WRITERS | gym.WRITERS | heap.WRITERS
+WRITERS = beyond.WRITERS | courses.WRITERS | gym.WRITERS | heap.WRITERS | samples.WRITERS
 
 
 def main(arguments):
@@ -23,7 +23,7 @@ def main(arguments):
         return 2
     stale = []
     for name, write in WRITERS.items():
-        path, text = WORLDS / f"{name}.toml", write()
+        path, text = WORLDS / (name if "." in name else f"{name}.toml"), write()
         if not arguments:
             path.parent.mkdir(exist_ok=True)
             path.write_text(text)

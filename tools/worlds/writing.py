@@ -1,6 +1,7 @@
 """How shapes and worlds are written down."""
 
 import math
+from typing import NamedTuple
 
 FLOOR_HALF_THICKNESS = 0.25
 MU = 0.6
@@ -16,19 +17,39 @@ def vector(values):
     return "[" + ", ".join(number(v + 0.0) for v in values) + "]"
 
 
-def shape(name, xyz, kind, rpy=None):
+class Shape(NamedTuple):
     """One `[[shapes]]` entry."""
-    turned = [] if rpy is None else [f"rpy = {vector(rpy)}"]
-    return ["", "[[shapes]]", f'name = "{name}"', f"xyz = {vector(xyz)}", *turned, kind]
+
+    name: str
+    xyz: tuple
+    rpy: tuple | None
+    kind: str
+
+    def lines(self):
+        turned = [] if self.rpy is None else [f"rpy = {vector(self.rpy)}"]
+        return ["", "[[shapes]]", f'name = "{self.name}"', f"xyz = {vector(self.xyz)}", *turned, self.kind]
+
+    def moved(self, prefix, dx, dy):
+        """The same shape elsewhere, its name prefixed."""
+        x, y, z = self.xyz
+        return self._replace(name=prefix + self.name, xyz=(x + dx, y + dy, z))
+
+
+def shape(name, xyz, kind, rpy=None):
+    return Shape(name, tuple(xyz), rpy, kind)
 
 
 def box(name, xyz, half_extents, rpy=None):
     return shape(name, xyz, f"box = {{ half_extents = {vector(half_extents)} }}", rpy)
 
 
+def cylinder(name, xyz, radius, length, rpy):
+    return shape(name, xyz, f"cylinder = {{ radius = {number(radius)}, length = {number(length)} }}", rpy)
+
+
 def bar(name, xyz, radius, length):
     """A round bar that lies across the x axis."""
-    return shape(name, xyz, f"cylinder = {{ radius = {number(radius)}, length = {number(length)} }}", (math.pi / 2, 0.0, 0.0))
+    return cylinder(name, xyz, radius, length, (math.pi / 2, 0.0, 0.0))
 
 
 def block(name, low, high):
@@ -45,5 +66,5 @@ def floor(name, x_from, x_to, half_width, top=0.0):
 def world(comment, shapes):
     lines = ["# " + line for line in comment] + ["# Written by tools/make_worlds.py.", f"mu = {number(MU)}"]
     for entry in shapes:
-        lines += entry
+        lines += entry.lines()
     return "\n".join(lines) + "\n"
