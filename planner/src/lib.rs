@@ -9,7 +9,7 @@ pub mod collision;
 pub mod constraint;
 pub mod ends;
 pub mod foot_placement;
-pub mod guide;
+pub mod possibility;
 pub mod kinematics;
 pub mod motion;
 pub mod outcome;

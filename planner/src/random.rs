@@ -13,6 +13,8 @@ pub enum Stream {
     SingleMode = 3,
     /// Random configurations at preparation.
     Preparation = 4,
+    /// Root poses of stage P.
+    Possibility = 5,
 }
 
 /// A generator for one object and attempt. Cheap to make: make a new one wherever a new thing is sampled.

@@ -4,6 +4,7 @@
 //!
 //! ```text
 //! Ends      stand the robot on the start and the goal
+//! Route     where the robot could perhaps go: stage P    [Grey 3, 4.1-4.3]
 //! Seed      foot placements along the guide route        [Grey 4.4.4]
 //! Connect   transitions between neighbouring placements  [Grey 4.4.2]
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
@@ -12,7 +13,8 @@
 //! ```
 //!
 //! A sequence that cannot be completed has become dearer, so the next one is another; where the sequences grow too dear or
-//! there is none, more placements are sampled. The first complete sequence is the plan.
+//! there is none, more placements are sampled, and stage P looks for another route. All routes' placements stand in one
+//! graph, so that each sequence may use any of them. The first complete sequence is the plan.
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -31,11 +33,11 @@ use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::{Constraints, Rejection};
 use crate::ends::{End, stand_on};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
-use crate::guide::Guide;
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::roadmap::{Roadmap, RoundTally, Shared};
 use crate::motion::sequence::SequenceSearch;
 use crate::outcome::{Bound, Outcome, Status};
+use crate::possibility::{Context, Growth, Progress, Station, Torso};
 use crate::seeding::{DELIBERATE_SWEEPS, Seeding};
 
 /// Why a planner cannot be made for these inputs.
@@ -63,6 +65,7 @@ pub enum PlannerError {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Ends,
+    Route,
     Seed { next: usize },
     Connect { next: FootholdId },
     Sequence,
@@ -78,7 +81,9 @@ pub struct Tally {
     pub work: u64,
     /// Sequences tried.
     pub sequences: u64,
-    /// Sweeps of foot placements along the guide.
+    /// Guide routes followed.
+    pub routes: u64,
+    /// Sweeps of foot placements along guide routes.
     pub sweeps: u64,
     /// Transitions with a configuration.
     pub transitions_found: u64,
@@ -96,7 +101,10 @@ pub struct Planner {
     roadmap: Roadmap,
     surfaces: Surfaces,
     scratch: Scratch,
-    guide: Guide,
+    torso: Torso,
+    growth: Growth,
+    /// Sweeps along the route that is followed now.
+    route_sweeps: usize,
     scenario: Scenario,
     search: SequenceSearch,
     chunks: ChunkBuilder,
@@ -107,11 +115,19 @@ pub struct Planner {
     digest: Digest,
     failed_sequences: u32,
     patience: u32,
+    rounds_without_route: u32,
 }
 
 /// Failed sequences after which more placements are sampled, at first and at the most: new placements bring new cheap
 /// sequences that distract from old ones, so they come ever more rarely [Grey 4.4.4].
 const PATIENCE: [u32; 2] = [48, 192];
+
+/// Sweeps along one route before another is sought, where no sequence leads to the goal.
+const SWEEPS_MAX: usize = 4;
+/// Every so many rounds of more placements, stage P looks for another route.
+const ROUNDS_PER_ROUTE: u32 = 2;
+/// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
+const END_RADIUS: f64 = 0.6;
 
 impl Planner {
     /// Compiles the robot and the world and allocates all that a search needs.
@@ -128,6 +144,9 @@ impl Planner {
         let transitions_max = config.transitions_max as usize;
         let provenance = Provenance { robot: model.digest, world: world.digest, config: scenario.digest, joints_len: body.joints_len };
         let pool = start_threads(threads)?;
+        let torso = Torso::new(model, &body);
+        let stations_max = config.stations_max as usize;
+        let growth = Growth::new(&scenario.start, &scenario.goal, config.station_spacing, stations_max, &collision.world_bounds());
         Ok(Self {
             shared: Shared {
                 constraints: Constraints { body, collision, config: config.clone() },
@@ -138,7 +157,9 @@ impl Planner {
             roadmap: Roadmap::new(config.footholds_max as usize, transitions_max, config.waypoints_max as usize),
             surfaces,
             scratch,
-            guide: Guide::new(scenario.start, scenario.goal, config.station_spacing),
+            torso,
+            growth,
+            route_sweeps: 0,
             scenario: scenario.clone(),
             search: SequenceSearch::new(transitions_max),
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance),
@@ -149,6 +170,7 @@ impl Planner {
             digest: Digest::default(),
             failed_sequences: 0,
             patience: PATIENCE[0],
+            rounds_without_route: 0,
         })
     }
 
@@ -207,8 +229,9 @@ impl Planner {
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 5] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 6] {
         [
+            ("possibility", self.growth.bytes()),
             ("roadmap", self.roadmap.bytes()),
             ("sequence", self.search.bytes()),
             ("chunks", self.chunks.bytes()),
@@ -220,6 +243,7 @@ impl Planner {
     fn advance(&mut self) -> Result<Phase, ArenaFull> {
         match self.phase {
             Phase::Ends => self.stand_on_ends(),
+            Phase::Route => Ok(self.find_route()),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
             Phase::Sequence => self.find_sequence(),
@@ -248,7 +272,7 @@ impl Planner {
             }
         }
         self.ends = Some([start, goal]);
-        Ok(Phase::Seed { next: 0 })
+        Ok(Phase::Route)
     }
 
     /// Whether the start is as near to the goal as the scenario asks of the end.
@@ -259,15 +283,42 @@ impl Planner {
             && wrap_angle(goal.yaw - start.yaw).abs() <= *goal_yaw_tolerance
     }
 
+    fn find_route(&mut self) -> Phase {
+        let context = Context {
+            constraints: &self.shared.constraints,
+            surfaces: &self.surfaces,
+            torso: &self.torso,
+            seed: self.scenario.seed,
+            feet_apart: self.scenario.start.feet_apart,
+        };
+        match self.growth.advance(&context, &mut self.scratch, &mut self.tally.work) {
+            Progress::Growing => return Phase::Route,
+            Progress::Route => {}
+            Progress::Exhausted => self.growth.go_straight(),
+        }
+        self.tally.routes += 1;
+        self.route_sweeps = 0;
+        Phase::Seed { next: 0 }
+    }
+
     fn seed(&mut self, next: usize) -> Result<Phase, ArenaFull> {
-        if next == 2 * self.guide.stations() {
+        let route = self.growth.route();
+        if next == 2 * route.stations() {
             self.tally.sweeps += 1;
+            self.route_sweeps += 1;
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        let place = (next / 2, next % 2);
-        let (sweep, work) = (self.tally.sweeps, &mut self.tally.work);
-        seeding.sweep_station(&self.guide, place, sweep, &mut self.roadmap.graph, &mut self.scratch, work)?;
+        let (graph, scratch, work) = (&mut self.roadmap.graph, &mut self.scratch, &mut self.tally.work);
+        let (station, limb) = (next / 2, next % 2);
+        let known = self.growth.placements(station);
+        if self.route_sweeps == 0 && !known.is_empty() {
+            for placed in known.iter().filter(|placed| placed.limb == limb) {
+                seeding.reuse(placed, graph, scratch, work)?;
+            }
+        } else {
+            seeding.sweep_station(route, (station, limb), (self.route_sweeps, self.tally.sweeps), graph, scratch, work)?;
+        }
         Ok(Phase::Seed { next: next + 1 })
     }
 
@@ -298,7 +349,7 @@ impl Planner {
         };
         let work = &mut self.tally.work;
         if !self.search.find(&self.roadmap.graph, &self.roadmap.edges, &starts, &is_goal, work) {
-            return Ok(Phase::Seed { next: 0 });
+            return Ok(self.widen_or_reroute());
         }
         Ok(Phase::Sample { next: 0, failed: false })
     }
@@ -338,9 +389,35 @@ impl Planner {
         }
         self.failed_sequences = 0;
         self.patience = (2 * self.patience).min(PATIENCE[1]);
-        if self.tally.sweeps < DELIBERATE_SWEEPS {
+        if self.route_sweeps < DELIBERATE_SWEEPS {
             return Ok(Phase::Seed { next: 0 });
         }
+        self.rounds_without_route += 1;
+        if self.rounds_without_route.is_multiple_of(ROUNDS_PER_ROUTE) {
+            return Ok(self.look_for_another_route());
+        }
+        self.sample_near_trouble()
+    }
+
+    /// Another sweep along the route, or another route where the sweeps are over: no sequence leads to the goal yet.
+    fn widen_or_reroute(&mut self) -> Phase {
+        if self.route_sweeps < SWEEPS_MAX { Phase::Seed { next: 0 } } else { self.look_for_another_route() }
+    }
+
+    /// Sends stage P to look for a route that avoids the places where the sequence at hand could not be completed.
+    fn look_for_another_route(&mut self) -> Phase {
+        let graph = &self.roadmap.graph;
+        let unsolved = self.search.sequence().iter().map(|&id| (id, &graph.transitions()[id as usize]));
+        let unsolved = unsolved.filter(|(_, transition)| transition.configuration.is_none()).map(|(id, _)| graph.pair(id));
+        let ends = [self.scenario.start, self.scenario.goal].map(|mark| Station::on(&mark));
+        let stations = unsolved.map(|(stance, other)| stance.between(other));
+        let given_up = stations.filter(|station| ends.iter().all(|end| end.distance(station) > END_RADIUS));
+        self.growth.begin_again(given_up);
+        Phase::Route
+    }
+
+    /// Samples placements about those of the sequence's transitions that have no configuration yet [Grey 4.4.4].
+    fn sample_near_trouble(&mut self) -> Result<Phase, ArenaFull> {
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         for &id in self.search.sequence() {
             let transition = &self.roadmap.graph.transitions()[id as usize];

@@ -7,9 +7,9 @@ use surefoot_shared_types::spatial::rotation_about;
 use crate::collision::FootState;
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Placement, Request, Scratch, Surfaces};
-use crate::guide::Guide;
 use crate::motion::foothold::Foothold;
 use crate::motion::graph::{ArenaFull, FootholdId, Graph};
+use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
 /// How far from the ideal a placement may be, m.
@@ -27,7 +27,7 @@ const KEPT_LATER_MAX: usize = 3;
 /// The stance widths of the first sweeps, as factors of the marks': a robot with bulky legs walks and turns wider.
 const WIDENINGS: [f64; 2] = [1.0, 1.5];
 /// Sweeps whose ideals are deliberate; those of later ones are random.
-pub const DELIBERATE_SWEEPS: u64 = WIDENINGS.len() as u64;
+pub const DELIBERATE_SWEEPS: usize = WIDENINGS.len();
 /// How far the ideals of later sweeps stray, m and rad.
 const LATER_SPREAD: (f64, f64) = (0.2, 0.4);
 /// Neighbours that a placement is connected to at the most.
@@ -63,30 +63,46 @@ pub struct Seeding<'a> {
 }
 
 impl Seeding<'_> {
-    /// Adds the placements of one foot at one station in sweep `sweep`.
+    /// Adds a placement that stage P has found [Grey 4.4.4].
+    ///
+    /// # Errors
+    /// The placement arena is full.
+    pub fn reuse(&self, placed: &Placed, graph: &mut Graph, scratch: &mut Scratch, work: &mut u64) -> Result<(), ArenaFull> {
+        *work += 1;
+        let sole_polygon = &self.constraints.body.sole_polygons[placed.limb];
+        let Ok(support) = self.surfaces.support(scratch, sole_polygon, &placed.world_from_sole) else { return Ok(()) };
+        let foothold = Foothold::new(placed.limb, placed.world_from_sole, support.polygon);
+        if graph.same(&foothold).is_none() {
+            graph.add_foothold(foothold)?;
+        }
+        Ok(())
+    }
+
+    /// Adds the placements of one foot at one station of a route, in the sweep `sweep` of that route; `name` tells apart the
+    /// sweeps of all routes.
     ///
     /// # Errors
     /// The placement arena is full.
     pub fn sweep_station(
         &self,
-        guide: &Guide,
+        route: &Route,
         place: (usize, usize),
-        sweep: u64,
+        (sweep, name): (usize, u64),
         graph: &mut Graph,
         scratch: &mut Scratch,
         work: &mut u64,
     ) -> Result<(), ArenaFull> {
         let (station, limb) = place;
         let object = (station * 2 + limb) as u64;
-        let widening = WIDENINGS.get(sweep as usize).copied();
-        let ideal = guide.world_from_ideal_sole(station, limb, widening.unwrap_or(1.0));
+        let widening = WIDENINGS.get(sweep).copied();
+        let ideal = route.world_from_ideal_sole(station, limb, widening.unwrap_or(1.0));
         if widening.is_none() {
-            return self.sample_about(&ideal, limb, (object, sweep), graph, scratch, work);
+            return self.sample_about(&ideal, limb, (object, name), graph, scratch, work);
         }
         let before = graph.footholds().len();
-        self.query(&ideal, limb, (object, sweep), FIRST_EFFORT, KEPT_MAX, graph, scratch, work)?;
+        self.query(&ideal, limb, (object, name), FIRST_EFFORT, KEPT_MAX, graph, scratch, work)?;
         if graph.footholds().len() == before {
-            self.query(&ideal, limb, (object, sweep), LATER_EFFORT, KEPT_MAX, graph, scratch, work)?;
+            self.query(&ideal, limb, (object, name), LATER_EFFORT, KEPT_MAX, graph, scratch, work)?;
         }
         Ok(())
     }

@@ -20,6 +20,7 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
 use body::{BODIES_MAX, Body};
+use bvh::Aabb;
 pub use error::CollisionError;
 use kernels::exceeds;
 use self_pairs::{Pair, SelfPairs, bodies_within, parts_within};
@@ -99,6 +100,17 @@ impl CollisionModel {
             };
             shape.map(|shape| Hit::World { link: body.link, shape })
         })
+    }
+
+    /// The first world shape that the wanted links (one flag per link) hit, their poses given in the root's frame.
+    pub fn carried_hit(&self, world_from_root: &Pose, root_from_links: &[Pose], wanted: &[bool]) -> Option<usize> {
+        let bodies = self.bodies.iter().filter(|body| wanted[body.link]);
+        bodies.map(|body| (body, *world_from_root * root_from_links[body.link])).find_map(|(body, pose)| self.world.hit(body, &pose, self.clearance))
+    }
+
+    /// The box around all shapes of the world.
+    pub fn world_bounds(&self) -> Aabb {
+        self.world.bounds()
     }
 
     /// The first hit of the robot with itself.

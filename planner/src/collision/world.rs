@@ -15,6 +15,7 @@ use super::solid::Solid;
 pub struct WorldShapes {
     shapes: Vec<Placed>,
     tree: Bvh,
+    bounds: Aabb,
 }
 
 #[derive(Debug, Clone)]
@@ -38,7 +39,13 @@ impl WorldShapes {
             bounds.push(solid.aabb().transformed(&rotation, shape.world_from_shape.translation));
             shapes.push(Placed { shape_from_world: shape.world_from_shape.inverse(), solid });
         }
-        Ok(Self { shapes, tree: Bvh::new(&bounds, 1) })
+        let all = bounds.iter().copied().fold(Aabb::EMPTY, Aabb::union);
+        Ok(Self { shapes, tree: Bvh::new(&bounds, 1), bounds: all })
+    }
+
+    /// The box around all shapes.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
     }
 
     /// The first shape within `margin` of a body, in the tree's order.

@@ -6,6 +6,8 @@
 pub struct PlannerConfig {
     /// Work units the whole plan may use (one unit is about one whole-body configuration check).
     pub work_max: u64,
+    /// Most stations in each tree of stage P.
+    pub stations_max: u32,
     /// Most foot placements in the graph.
     pub footholds_max: u32,
     /// Most transitions in the graph.
@@ -35,6 +37,7 @@ impl Default for PlannerConfig {
     fn default() -> Self {
         Self {
             work_max: 20_000_000,
+            stations_max: 8_192,
             footholds_max: 16_384,
             transitions_max: 262_144,
             waypoints_max: 65_536,

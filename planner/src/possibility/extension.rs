@@ -1,0 +1,81 @@
+//! Growing a branch of Gamma_P station by station toward a target.
+
+use super::stance::{Context, Stance, Wish};
+use super::station::Station;
+use crate::foot_placement::Scratch;
+
+/// Strides that are tried, as multiples of the station spacing: farther ones lead across gaps.
+const STRIDES: [f64; 3] = [1.0, 1.8, 2.6];
+/// The share of a stride by which a station must come nearer to the target.
+const PROGRESS_MIN: f64 = 0.25;
+/// Within this many station spacings of the target the branch may join it.
+const JOINING_SPACINGS: f64 = 1.3;
+/// The largest difference in height that a branch joins across, m.
+const JOINING_HEIGHT_MAX: f64 = 0.4;
+/// The largest turn with which a branch joins, rad.
+const JOINING_TURN_MAX: f64 = 0.5;
+/// A turn in place may move the station by this much aside, m.
+const TURN_DRIFT_MAX: f64 = 0.2;
+
+/// A branch on its way.
+#[derive(Debug, Clone, Copy)]
+pub struct Extension {
+    /// Where it leads.
+    pub target: Station,
+    /// Whether it will be walked from the target to its root.
+    pub backward: bool,
+    /// Whether it ends on the target itself, heading and all; else anywhere near it.
+    pub joins: bool,
+    /// Whether C_N alone is enough.
+    pub relaxed: bool,
+    /// Distance between stations, m.
+    pub spacing: f64,
+}
+
+/// What one step of a branch came to.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
+pub enum Step {
+    /// It has a new tip.
+    Grown(Stance),
+    /// It has arrived.
+    Arrived,
+    /// It cannot go on.
+    Blocked,
+}
+
+impl Extension {
+    /// Grows the branch by one station from its tip. `name` is the query's in the random stream.
+    pub fn step(&self, context: &Context<'_>, tip: &Station, name: u64, scratch: &mut Scratch, work: &mut u64) -> Step {
+        if self.arrives(context, tip, work) {
+            return Step::Arrived;
+        }
+        for (index, stride) in STRIDES.into_iter().enumerate() {
+            let wished = tip.toward(&self.target, stride * self.spacing, self.backward);
+            let turns_in_place = wished.position == tip.position;
+            if index > 0 && (turns_in_place || tip.way_to(&self.target).length() < self.spacing) {
+                break;
+            }
+            let target_height = self.target.position.z;
+            let wish = Wish { station: wished, target_height, relaxed: self.relaxed, name: name << 2 | index as u64 };
+            let Some(stance) = context.stand(&wish, scratch, work) else { continue };
+            let advances = if turns_in_place {
+                tip.way_to(&stance.station).length() <= TURN_DRIFT_MAX
+            } else {
+                let nearer = tip.way_to(&self.target).length() - stance.station.way_to(&self.target).length();
+                nearer >= PROGRESS_MIN * self.spacing.min(tip.way_to(&wished).length())
+            };
+            if advances && context.has_room(&tip.midway(&stance.station), self.relaxed, work) {
+                return Step::Grown(stance);
+            }
+        }
+        Step::Blocked
+    }
+
+    fn arrives(&self, context: &Context<'_>, tip: &Station, work: &mut u64) -> bool {
+        let near = tip.way_to(&self.target).length() <= JOINING_SPACINGS * self.spacing
+            && (tip.position.z - self.target.position.z).abs() <= JOINING_HEIGHT_MAX;
+        let turn = surefoot_shared_types::spatial::wrap_angle(self.target.yaw - tip.yaw);
+        near && (!self.joins || turn.abs() <= JOINING_TURN_MAX && context.has_room(&tip.midway(&self.target), self.relaxed, work))
+    }
+}

@@ -1,0 +1,385 @@
+//! Gamma_P: two trees that grow toward each other, a station at a time [Grey 3, 4.3].
+
+use surefoot_shared_types::config::Mark;
+
+use super::extension::{Extension, Step};
+use super::route::Route;
+use super::stance::{Context, Placed, Stance};
+use super::station::Station;
+use crate::collision::bvh::Aabb;
+use crate::foot_placement::Scratch;
+use crate::random::{Random, Stream};
+
+/// Samples drawn while the demands are high, and after they are relaxed.
+const SAMPLES_MAX: [u32; 2] = [192, 384];
+/// Stations added by one extension.
+const EXTENSION_MAX: u32 = 96;
+/// How far beyond the box around start and goal the root is sampled, at least, m, and as a share of their distance.
+const SAMPLING_REACH: (f64, f64) = (2.5, 0.5);
+/// Shortcuts that are tried on a route, each by one extension.
+const SHORTCUTS_MAX: u32 = 12;
+/// Shortcuts span at least this many stations.
+const SHORTCUT_SPAN_MIN: usize = 3;
+/// Places where stage M gave up that are remembered.
+const GIVEN_UP_MAX: usize = 64;
+/// A new route keeps this far (in the metric of Gamma_P, m) from places where stage M gave up.
+const GIVEN_UP_RADIUS: f64 = 0.25;
+
+/// The straight way ends this near to the goal, in the metric of Gamma_P, m.
+const STRAIGHT_END: f64 = 0.02;
+
+/// What an advance of the growth came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// There is more to do.
+    Growing,
+    /// There is a guide route.
+    Route,
+    /// No route was found with all samples spent or the arena full.
+    Exhausted,
+}
+
+/// A station of a tree.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Vertex {
+    pub station: Station,
+    /// The vertex it was reached from; the root's is itself.
+    pub parent: u32,
+    /// Its placements: first and count in the arena.
+    pub placements: (u32, u32),
+}
+
+/// What the growth is busy with.
+#[derive(Debug, Clone, Copy)]
+enum Activity {
+    /// Drawing the next sample.
+    Sampling,
+    /// Growing a tree from its vertex `tip`; `added` stations so far.
+    Extending { tree: usize, tip: u32, added: u32, extension: Extension, ending: Ending },
+    /// Straightening the route: the branch from station `from` leads to station `to` and begins at `first` in the first tree.
+    Straightening { tried: u32, branch: Option<Branch> },
+    /// Nothing more to do.
+    Over(Progress),
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Branch {
+    from: usize,
+    to: usize,
+    first: u32,
+    tip: Station,
+}
+
+/// What an arrival means.
+#[derive(Debug, Clone, Copy)]
+enum Ending {
+    /// Nothing: the target was a sample.
+    Sample,
+    /// The trees meet: the target is this vertex of the other tree.
+    Meets(u32),
+}
+
+/// The trees of stage P and the route found last, allocated once.
+#[derive(Debug)]
+pub struct Growth {
+    trees: [Vec<Vertex>; 2],
+    placements: Vec<Placed>,
+    activity: Activity,
+    ends: [Station; 2],
+    spacing: f64,
+    bounds: Aabb,
+    route: Route,
+    spare: Vec<Vertex>,
+    given_up: heapless::Deque<Station, GIVEN_UP_MAX>,
+    samples: u32,
+    relaxed: bool,
+    /// How often the growth began anew; names random streams.
+    generation: u64,
+    queries: u64,
+}
+
+impl Growth {
+    /// Trees of at most `vertices_max` stations from `start` and `goal`, at most `spacing` metres apart, inside `world` (m).
+    pub fn new(start: &Mark, goal: &Mark, spacing: f64, vertices_max: usize, world: &Aabb) -> Self {
+        let vertices = || Vec::with_capacity(vertices_max);
+        let mut growth = Self {
+            trees: [vertices(), vertices()],
+            placements: Vec::with_capacity(vertices_max * super::stance::PLACEMENTS_MAX / 2),
+            activity: Activity::Sampling,
+            ends: [start, goal].map(Station::on),
+            spacing,
+            bounds: sampling_bounds(start, goal, world),
+            route: Route::new(start, goal, vertices_max),
+            spare: vertices(),
+            given_up: heapless::Deque::new(),
+            samples: 0,
+            relaxed: false,
+            generation: 0,
+            queries: 0,
+        };
+        growth.begin();
+        growth
+    }
+
+    /// The route found last.
+    pub fn route(&self) -> &Route {
+        &self.route
+    }
+
+    /// The placements found along station `index` of the route.
+    pub fn placements(&self, index: usize) -> &[Placed] {
+        let (first, count) = self.route.vertices[index].placements;
+        &self.placements[first as usize..(first + count) as usize]
+    }
+
+    /// Makes the straight way the route, whatever stands or gapes there: what is left to try where no route was found.
+    pub fn go_straight(&mut self) {
+        self.route.vertices.clear();
+        let [mut at, goal] = self.ends;
+        let fits = self.route.vertices.capacity() - 1;
+        while self.route.vertices.len() < fits && at.distance(&goal) > STRAIGHT_END {
+            self.route.vertices.push(Vertex { station: at, parent: 0, placements: (0, 0) });
+            at = at.toward(&goal, self.spacing, false);
+            at.position.z += (goal.position.z - at.position.z) * (self.spacing / at.way_to(&goal).length().max(self.spacing));
+        }
+        self.route.vertices.push(Vertex { station: goal, parent: 0, placements: (0, 0) });
+    }
+
+    /// Begins anew, away from the places where stage M gave up: they are no longer taken for possible.
+    pub fn begin_again(&mut self, given_up: impl Iterator<Item = Station>) {
+        for station in given_up {
+            if self.given_up.is_full() {
+                self.given_up.pop_front();
+            }
+            let _full = self.given_up.push_back(station);
+        }
+        self.generation += 1;
+        self.begin();
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        let vertices = self.trees[0].capacity() + self.trees[1].capacity() + self.spare.capacity() + self.route.vertices.capacity();
+        vertices * size_of::<Vertex>() + self.placements.capacity() * size_of::<Placed>()
+    }
+
+    /// Does a small piece of work: at most one station is added.
+    pub fn advance(&mut self, context: &Context<'_>, scratch: &mut Scratch, work: &mut u64) -> Progress {
+        match self.activity {
+            Activity::Sampling => self.sample(context.seed),
+            Activity::Extending { tree, tip, added, extension, ending } => {
+                let at = self.trees[tree][tip as usize].station;
+                let step = extension.step(context, &at, self.next_query(), scratch, work);
+                self.extended((tree, tip, added), extension, ending, step);
+            }
+            Activity::Straightening { tried, branch: None } => self.next_shortcut(context.seed, tried),
+            Activity::Straightening { tried, branch: Some(branch) } => {
+                let extension = self.shortcut(&branch);
+                let step = extension.step(context, &branch.tip, self.next_query(), scratch, work);
+                self.straightened(tried, branch, step);
+            }
+            Activity::Over(_) => {}
+        }
+        *work += 1;
+        match self.activity {
+            Activity::Over(progress) => progress,
+            _ => Progress::Growing,
+        }
+    }
+
+    /// The straight way is tried first: from the start to the goal.
+    fn begin(&mut self) {
+        self.placements.clear();
+        self.samples = 0;
+        self.relaxed = false;
+        for (tree, &station) in self.trees.iter_mut().zip(&self.ends) {
+            tree.clear();
+            tree.push(Vertex { station, parent: 0, placements: (0, 0) });
+        }
+        self.activity = self.join(0, 0, 0);
+    }
+
+    /// Grows `tree` from its vertex `tip` toward vertex `met` of the other tree.
+    fn join(&self, tree: usize, tip: u32, met: u32) -> Activity {
+        let target = self.trees[1 - tree][met as usize].station;
+        let extension = self.extension(tree, target, true);
+        Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Meets(met) }
+    }
+
+    fn extension(&self, tree: usize, target: Station, joins: bool) -> Extension {
+        Extension { target, backward: tree == 1, joins, relaxed: self.relaxed, spacing: self.spacing }
+    }
+
+    fn next_query(&mut self) -> u64 {
+        self.queries += 1;
+        self.queries
+    }
+
+    fn sample(&mut self, seed: u64) {
+        if self.samples == SAMPLES_MAX[usize::from(self.relaxed)] {
+            self.relax();
+            return;
+        }
+        let mut random = Random::new(seed, Stream::Possibility, u64::from(self.samples) << 1 | u64::from(self.relaxed), self.generation);
+        let (min, max) = (self.bounds.min, self.bounds.max);
+        let position = glam::DVec3::from_array(std::array::from_fn(|axis| random.uniform(min[axis], max[axis])));
+        let target = Station { position, yaw: random.uniform(-std::f64::consts::PI, std::f64::consts::PI) };
+        let tree = (self.samples % 2) as usize;
+        self.samples += 1;
+        let tip = self.nearest(tree, |station| station.place_distance_squared(&target));
+        let extension = self.extension(tree, target, false);
+        self.activity = Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Sample };
+    }
+
+    /// The sufficient conditions cannot be met all along: the necessary ones are enough from now on.
+    fn relax(&mut self) {
+        if self.relaxed {
+            self.activity = Activity::Over(Progress::Exhausted);
+            return;
+        }
+        self.begin();
+        self.relaxed = true;
+        self.activity = self.join(0, 0, 0);
+    }
+
+    fn nearest(&self, tree: usize, distance: impl Fn(&Station) -> f64) -> u32 {
+        let mut best = (0, f64::INFINITY);
+        for (index, vertex) in self.trees[tree].iter().enumerate() {
+            let d = distance(&vertex.station);
+            if d < best.1 {
+                best = (index, d);
+            }
+        }
+        best.0 as u32
+    }
+
+    fn extended(&mut self, branch: (usize, u32, u32), extension: Extension, ending: Ending, step: Step) {
+        let (tree, tip, added) = branch;
+        match step {
+            Step::Grown(stance) if self.is_given_up(&stance.station) => self.stopped(tree, tip, added, ending),
+            Step::Grown(stance) => match self.add(tree, tip, &stance) {
+                Some(tip) if added < EXTENSION_MAX => {
+                    self.activity = Activity::Extending { tree, tip, added: added + 1, extension, ending };
+                }
+                Some(_) => self.activity = Activity::Sampling,
+                None => self.activity = Activity::Over(Progress::Exhausted),
+            },
+            Step::Arrived => match ending {
+                Ending::Meets(met) => self.met(tree, tip, met),
+                Ending::Sample => self.stopped(tree, tip, added, ending),
+            },
+            Step::Blocked => self.stopped(tree, tip, added, ending),
+        }
+    }
+
+    /// A branch came to its end; if it grew toward a sample, or was the first try, the other tree reaches out for its tip.
+    fn stopped(&mut self, tree: usize, tip: u32, added: u32, ending: Ending) {
+        let reaches_out = added > 0 && (matches!(ending, Ending::Sample) || self.samples == 0 && tree == 0);
+        self.activity = if reaches_out {
+            let at = self.trees[tree][tip as usize].station;
+            let near = self.nearest(1 - tree, |station| station.distance(&at));
+            self.join(1 - tree, near, tip)
+        } else {
+            Activity::Sampling
+        };
+    }
+
+    fn is_given_up(&self, station: &Station) -> bool {
+        self.given_up.iter().any(|known| known.distance(station) < GIVEN_UP_RADIUS)
+    }
+
+    fn add(&mut self, tree: usize, parent: u32, stance: &Stance) -> Option<u32> {
+        if self.trees[tree].len() == self.trees[tree].capacity() {
+            return None;
+        }
+        let vertex = Vertex { station: stance.station, parent, placements: self.keep(stance)? };
+        self.trees[tree].push(vertex);
+        Some((self.trees[tree].len() - 1) as u32)
+    }
+
+    fn keep(&mut self, stance: &Stance) -> Option<(u32, u32)> {
+        let first = self.placements.len() as u32;
+        if self.placements.len() + stance.placements.len() > self.placements.capacity() {
+            return None;
+        }
+        self.placements.extend_from_slice(&stance.placements);
+        Some((first, stance.placements.len() as u32))
+    }
+
+    /// The trees meet: the route leads from the start over both vertices to the goal.
+    fn met(&mut self, tree: usize, tip: u32, met: u32) {
+        let tips = if tree == 0 { [tip, met] } else { [met, tip] };
+        self.route.vertices.clear();
+        push_branch(&self.trees[0], tips[0], &mut self.route.vertices);
+        self.route.vertices.reverse();
+        push_branch(&self.trees[1], tips[1], &mut self.route.vertices);
+        self.activity = if self.samples == 0 {
+            Activity::Over(Progress::Route)
+        } else {
+            Activity::Straightening { tried: 0, branch: None }
+        };
+    }
+
+    fn next_shortcut(&mut self, seed: u64, tried: u32) {
+        let stations = self.route.vertices.len();
+        if tried == SHORTCUTS_MAX || stations <= SHORTCUT_SPAN_MIN {
+            self.activity = Activity::Over(Progress::Route);
+            return;
+        }
+        let mut random = Random::new(seed, Stream::Possibility, u64::from(tried) | 1 << 40, self.generation);
+        let from = random.below(stations - SHORTCUT_SPAN_MIN);
+        let to = from + SHORTCUT_SPAN_MIN + random.below(stations - SHORTCUT_SPAN_MIN - from);
+        let (first, tip) = (self.trees[0].len() as u32, self.route.vertices[from].station);
+        self.activity = Activity::Straightening { tried: tried + 1, branch: Some(Branch { from, to, first, tip }) };
+    }
+
+    fn shortcut(&self, branch: &Branch) -> Extension {
+        self.extension(0, self.route.vertices[branch.to].station, true)
+    }
+
+    fn straightened(&mut self, tried: u32, mut branch: Branch, step: Step) {
+        let grown = self.trees[0].len() - branch.first as usize;
+        let is_shorter = grown + 1 < branch.to - branch.from;
+        self.activity = match step {
+            Step::Grown(stance) if is_shorter && !self.is_given_up(&stance.station) && self.add(0, 0, &stance).is_some() => {
+                branch.tip = stance.station;
+                Activity::Straightening { tried, branch: Some(branch) }
+            }
+            Step::Arrived if is_shorter => {
+                self.splice(&branch);
+                Activity::Straightening { tried, branch: None }
+            }
+            _ => Activity::Straightening { tried, branch: None },
+        };
+    }
+
+    /// Puts a branch of the first tree in place of the stations between its ends.
+    fn splice(&mut self, branch: &Branch) {
+        self.spare.clear();
+        self.spare.extend_from_slice(&self.route.vertices[..=branch.from]);
+        self.spare.extend_from_slice(&self.trees[0][branch.first as usize..]);
+        self.spare.extend_from_slice(&self.route.vertices[branch.to..]);
+        std::mem::swap(&mut self.spare, &mut self.route.vertices);
+    }
+}
+
+/// Appends a vertex and those it was reached from, the root last.
+fn push_branch(tree: &[Vertex], tip: u32, out: &mut Vec<Vertex>) {
+    let mut at = tip as usize;
+    while out.len() < out.capacity() {
+        out.push(tree[at]);
+        if at == 0 {
+            break;
+        }
+        at = tree[at].parent as usize;
+    }
+}
+
+/// Where the root is sampled: around start and goal, not beyond the world.
+fn sampling_bounds(start: &Mark, goal: &Mark, world: &Aabb) -> Aabb {
+    let (least, share) = SAMPLING_REACH;
+    let reach = (share * start.position.distance(goal.position)).max(least);
+    let around = Aabb { min: start.position.min(goal.position), max: start.position.max(goal.position) }.grown(reach);
+    let (min, max) = (around.min.max(world.min), around.max.min(world.max));
+    Aabb { min: min.min(max), max: max.max(min) }
+}

@@ -1,0 +1,159 @@
+//! Whether the robot could perhaps stand at a station: placements for both feet, and room for the torso [Grey 4.1, 4.2].
+
+use glam::DVec3;
+use surefoot_shared_types::Pose;
+
+use super::station::Station;
+use super::torso::{Room, Torso};
+use crate::collision::FootState;
+use crate::constraint::Constraints;
+use crate::foot_placement::{Effort, Placement, Request, Scratch, Surfaces};
+
+/// How far from the ideal a placement may be, m.
+const REACH_XY: f64 = 0.35;
+/// How far below and above the ideal a placement may be, m.
+const REACH_Z: [f64; 2] = [-0.5, 0.5];
+/// How far a placement's heading may be from the ideal, rad.
+const YAW_SPREAD: f64 = 0.8;
+/// How far from an ideal that is carried exactly more placements are of no use, m.
+const EXACT: f64 = 1e-3;
+/// Placements kept for each foot.
+const KEPT_MAX: usize = 6;
+/// Placements kept at a station.
+pub const PLACEMENTS_MAX: usize = 2 * KEPT_MAX;
+/// How many units of work one query of placements counts.
+const QUERY_WORK: u64 = 16;
+/// The effort while the demands are high: what the geometry says.
+const EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
+/// The effort once the demands are relaxed.
+const RELAXED_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 8, sampled_max: 24 };
+/// What a metre between the feet's heights costs when a pair is chosen.
+const HEIGHT_DIFFERENCE_COST: f64 = 2.0;
+/// What a metre of height away from the target costs: elevation is projected toward it where there is a choice [Grey 4.3].
+const AWAY_FROM_TARGET_COST: f64 = 0.5;
+
+/// What stage P reads.
+#[derive(Debug, Clone, Copy)]
+pub struct Context<'a> {
+    /// The robot and the world's geometry.
+    pub constraints: &'a Constraints,
+    /// Where soles can rest.
+    pub surfaces: &'a Surfaces,
+    /// The robot above its legs.
+    pub torso: &'a Torso,
+    /// The seed of all streams.
+    pub seed: u64,
+    /// How far apart the feet ideally stand, m.
+    pub feet_apart: f64,
+}
+
+/// A foot placement that was found along the way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Placed {
+    /// Which foot.
+    pub limb: usize,
+    /// The sole's pose in the world.
+    pub world_from_sole: Pose,
+}
+
+/// A station at which the necessary conditions hold.
+#[derive(Debug, Clone)]
+pub struct Stance {
+    /// Where: the wished-for station, moved onto the ground that was found.
+    pub station: Station,
+    /// The placements of both feet.
+    pub placements: heapless::Vec<Placed, PLACEMENTS_MAX>,
+}
+
+/// What is asked of a stance.
+#[derive(Debug, Clone, Copy)]
+pub struct Wish {
+    /// Where.
+    pub station: Station,
+    /// The height that the way leads to, m.
+    pub target_height: f64,
+    /// Whether C_N alone is enough.
+    pub relaxed: bool,
+    /// The name of the query in the random stream.
+    pub name: u64,
+}
+
+impl Context<'_> {
+    /// Finds placements for both feet near a station, and moves the station over the best pair of them: its elevation, and
+    /// aside where the ground is narrow. `None` where C_N fails, or C_S where the wish insists on it.
+    pub fn stand(&self, wish: &Wish, scratch: &mut Scratch, work: &mut u64) -> Option<Stance> {
+        let mut placements = heapless::Vec::new();
+        for limb in 0..2 {
+            let before = placements.len();
+            self.find_placements(wish, limb, &mut placements, scratch, work);
+            if placements.len() == before {
+                return None;
+            }
+        }
+        let position = self.middle_of_best_pair(wish, &placements)?;
+        let station = Station { position, yaw: wish.station.yaw };
+        self.has_room(&station, wish.relaxed, work).then_some(Stance { station, placements })
+    }
+
+    /// Whether the robot above its legs has room at a station.
+    pub fn has_room(&self, station: &Station, relaxed: bool, work: &mut u64) -> bool {
+        *work += 1;
+        self.torso.room(&self.constraints.collision, station) >= if relaxed { Room::Core } else { Room::Stooped }
+    }
+
+    fn find_placements(
+        &self,
+        wish: &Wish,
+        limb: usize,
+        placements: &mut heapless::Vec<Placed, PLACEMENTS_MAX>,
+        scratch: &mut Scratch,
+        work: &mut u64,
+    ) {
+        *work += QUERY_WORK;
+        let collision = &self.constraints.collision;
+        let ideal = wish.station.world_from_ideal_sole(limb, self.feet_apart);
+        let request = Request {
+            sole_polygon: &self.constraints.body.sole_polygons[limb],
+            ideal,
+            reach_xy: REACH_XY,
+            reach_z: REACH_Z,
+            yaw_spread: YAW_SPREAD,
+            seed: self.seed,
+            object: wish.name << 1 | limb as u64 | 1 << 60,
+            attempt: 0,
+            effort: if wish.relaxed { RELAXED_EFFORT } else { EFFORT },
+            is_free: &|pose| collision.foot_hit(limb, pose, FootState::Leaving).is_none(),
+        };
+        let mut kept = 0;
+        self.surfaces.propose(scratch, &request, &mut |placement: Placement| {
+            let world_from_sole = placement.world_from_sole;
+            let is_ideal = world_from_sole.translation.distance(ideal.translation) < EXACT;
+            kept += 1;
+            placements.push(Placed { limb, world_from_sole }).is_ok() && kept < KEPT_MAX && !is_ideal
+        });
+    }
+
+    /// The point midway between the two soles that suit best: near their ideals, level, toward the target, not meeting.
+    fn middle_of_best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<DVec3> {
+        let mut best: Option<(f64, DVec3)> = None;
+        for left in placements.iter().filter(|placed| placed.limb == 0) {
+            for right in placements.iter().filter(|placed| placed.limb == 1) {
+                let (cost, middle) = self.pair_cost(wish, &left.world_from_sole, &right.world_from_sole);
+                let meet = || self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole]);
+                if best.is_none_or(|(least, _)| cost < least) && !meet() {
+                    best = Some((cost, middle));
+                }
+            }
+        }
+        best.map(|(_, middle)| middle)
+    }
+
+    fn pair_cost(&self, wish: &Wish, left: &Pose, right: &Pose) -> (f64, DVec3) {
+        let middle = left.translation.midpoint(right.translation);
+        let ideals = [0, 1].map(|limb| wish.station.world_from_ideal_sole(limb, self.feet_apart).translation);
+        let aside = left.translation.distance(ideals[0]) + right.translation.distance(ideals[1]);
+        let uneven = (left.translation.z - right.translation.z).abs();
+        let away = (wish.target_height - middle.z).abs();
+        (aside + HEIGHT_DIFFERENCE_COST * uneven + AWAY_FROM_TARGET_COST * away, middle)
+    }
+}

@@ -1,0 +1,117 @@
+//! A root pose by the ground under it, and how one leads to another.
+
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::Mark;
+use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
+
+/// Metres that a metre of height counts in the metric: stairs are dearer than floors.
+const METRES_PER_HEIGHT: f64 = 2.0;
+/// Metres that a radian of heading counts in the metric.
+const METRES_PER_RADIAN: f64 = 0.3;
+/// A target nearer than this (m) is approached without turning to face it.
+const FACING_DISTANCE_MIN: f64 = 0.5;
+/// The largest turn in place from one station to the next, rad: a step can turn a foot by as much.
+const TURN_IN_PLACE_MAX: f64 = 0.2;
+/// The largest turn while walking from one station to the next, rad.
+const TURN_WALKING_MAX: f64 = 0.35;
+/// Farther than this (rad) off its heading the robot turns before it walks.
+const WALKING_DEVIATION_MAX: f64 = 0.7;
+
+/// Where the root stands over the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// The point midway between both soles, world, m.
+    pub position: DVec3,
+    /// The heading about the world's z axis, rad.
+    pub yaw: f64,
+}
+
+impl Station {
+    /// The station of a start or goal mark.
+    pub fn on(mark: &Mark) -> Self {
+        Self { position: mark.position, yaw: mark.yaw }
+    }
+
+    /// The station's frame: x ahead, z up.
+    pub fn world_from_station(&self) -> Pose {
+        Pose::from_parts(self.position, rotation_about(DVec3::Z, self.yaw))
+    }
+
+    /// Where a foot would ideally stand, `feet_apart` metres from the other.
+    pub fn world_from_ideal_sole(&self, limb: usize, feet_apart: f64) -> Pose {
+        let side = if limb == 0 { 0.5 } else { -0.5 };
+        self.world_from_station() * Pose::from_parts(DVec3::Y * side * feet_apart, glam::DQuat::IDENTITY)
+    }
+
+    /// The metric of Gamma_P: the distance between positions, heights counted double, and a third of a metre a radian.
+    pub fn distance(&self, other: &Self) -> f64 {
+        let turn = METRES_PER_RADIAN * wrap_angle(other.yaw - self.yaw);
+        libm::sqrt(self.place_distance_squared(other) + turn * turn)
+    }
+
+    /// The same without the heading, squared.
+    pub fn place_distance_squared(&self, other: &Self) -> f64 {
+        let way = other.position - self.position;
+        DVec3::new(way.x, way.y, METRES_PER_HEIGHT * way.z).length_squared()
+    }
+
+    /// The station halfway to another.
+    pub fn midway(&self, other: &Self) -> Self {
+        Self { position: self.position.midpoint(other.position), yaw: self.yaw + 0.5 * wrap_angle(other.yaw - self.yaw) }
+    }
+
+    /// How far it is to another, seen from above.
+    pub fn way_to(&self, other: &Self) -> DVec2 {
+        (other.position - self.position).truncate()
+    }
+
+    /// The next station on the way to `target`, at most `stride` metres on. The robot faces where it walks: toward the
+    /// target, or away from it where the way will be walked `backward`, from the target to here.
+    pub fn toward(&self, target: &Self, stride: f64, backward: bool) -> Self {
+        let way = self.way_to(target);
+        let length = way.length();
+        let ahead = if backward { -way } else { way };
+        let heading = if length < FACING_DISTANCE_MIN { target.yaw } else { libm::atan2(ahead.y, ahead.x) };
+        let turn = wrap_angle(heading - self.yaw);
+        let walks = length > 0.2 * stride && (turn.abs() <= WALKING_DEVIATION_MAX || length < FACING_DISTANCE_MIN);
+        let turn_max = if walks { TURN_WALKING_MAX } else { TURN_IN_PLACE_MAX };
+        let share = if walks { (stride / length).min(1.0) } else { 0.0 };
+        Self { position: self.position + (share * way).extend(0.0), yaw: self.yaw + turn.clamp(-turn_max, turn_max) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn station(x: f64, y: f64, yaw: f64) -> Station {
+        Station { position: DVec3::new(x, y, 0.0), yaw }
+    }
+
+    #[test]
+    fn the_way_to_a_target_ends_at_it() {
+        for (yaw, backward) in [(0.0, false), (2.5, false), (-1.0, true)] {
+            let target = station(3.0, 1.0, 0.4);
+            let mut at = station(0.0, 0.0, yaw);
+            for _ in 0..60 {
+                at = at.toward(&target, 0.25, backward);
+            }
+            assert!(at.distance(&target) < 0.06, "{at:?}");
+        }
+    }
+
+    #[test]
+    fn a_way_that_will_be_walked_from_its_end_is_faced_backward() {
+        let (goal, target) = (station(0.0, 0.0, 0.0), station(-3.0, 0.0, 0.0));
+        let walked = goal.toward(&target, 0.25, true);
+        assert!(walked.yaw.abs() < 1e-12 && walked.position.x < -0.2);
+    }
+
+    #[test]
+    fn it_turns_before_it_walks_off_sideways() {
+        let turned = station(0.0, 0.0, 0.0).toward(&station(0.0, 3.0, 0.0), 0.25, false);
+        assert_eq!(turned.position, DVec3::ZERO);
+        assert!((turned.yaw - TURN_IN_PLACE_MAX).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,77 @@
+//! What the root carries apart from the legs, and whether it has room [Grey 4.1.1].
+
+use glam::DVec3;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::spatial::{rotation_about, yaw_of};
+
+use super::station::Station;
+use crate::body::{Body, Configuration};
+use crate::collision::CollisionModel;
+
+/// Crouches and leans that are tried: the share of the standing height and the pitch, rad.
+const STOOPS: [(f64, f64); 6] = [(1.0, 0.0), (0.92, 0.1), (0.84, 0.2), (0.75, 0.3), (0.66, 0.35), (1.06, 0.0)];
+
+/// How much room the root has at a station.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Room {
+    /// Not even the part that is rigid with the root has room: C_N fails.
+    None,
+    /// What is rigid with the root has room in some stoop, but not the arms, waist and head as they stand.
+    Core,
+    /// All that the root carries has room in some stoop.
+    Stooped,
+    /// All that the root carries has room with the robot upright.
+    Upright,
+}
+
+/// The robot above its legs, in its standing posture.
+#[derive(Debug, Clone)]
+pub struct Torso {
+    root_from_links: Vec<Pose>,
+    is_core: Vec<bool>,
+    is_upper: Vec<bool>,
+    /// The root in the frame of a station, standing upright.
+    station_from_root: Pose,
+}
+
+impl Torso {
+    /// Compiles the upper body of a robot.
+    pub fn new(model: &RobotModel, body: &Body) -> Self {
+        let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: body.standing_q };
+        let root_from_links = body.snapshot(&at_origin).world_from_links[..model.links.len()].to_vec();
+        let mut is_core = vec![true; model.links.len()];
+        let mut is_upper = vec![true; model.links.len()];
+        for (index, link) in model.links.iter().enumerate() {
+            let Some(attachment) = &link.parent else { continue };
+            let in_a_leg = |joint: usize| body.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == joint));
+            is_core[index] = is_core[attachment.parent] && attachment.joint.is_none();
+            is_upper[index] = is_upper[attachment.parent] && !attachment.joint.is_some_and(in_a_leg);
+        }
+        let soles = [0, 1].map(|limb| root_from_links[body.foot_links[limb]] * body.links_from_soles[limb]);
+        let middle = soles[0].translation.midpoint(soles[1].translation);
+        let upright = rotation_about(DVec3::Z, -yaw_of(soles[0].rotation));
+        Self { root_from_links, is_core, is_upper, station_from_root: Pose::from_parts(upright * -middle, upright) }
+    }
+
+    /// How much room there is at a station.
+    pub fn room(&self, collision: &CollisionModel, station: &Station) -> Room {
+        let world_from_station = station.world_from_station();
+        let is_free = |stoop: (f64, f64), wanted: &[bool]| {
+            let (share, pitch) = stoop;
+            let mut station_from_root = self.station_from_root;
+            station_from_root.translation.z *= share;
+            station_from_root.rotation *= rotation_about(DVec3::Y, pitch);
+            collision.carried_hit(&(world_from_station * station_from_root), &self.root_from_links, wanted).is_none()
+        };
+        if is_free(STOOPS[0], &self.is_upper) {
+            Room::Upright
+        } else if STOOPS[1..].iter().any(|&stoop| is_free(stoop, &self.is_upper)) {
+            Room::Stooped
+        } else if STOOPS.iter().any(|&stoop| is_free(stoop, &self.is_core)) {
+            Room::Core
+        } else {
+            Room::None
+        }
+    }
+}
