@@ -20,12 +20,13 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use rayon::ThreadPool;
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
-use surefoot_shared_types::spatial::wrap_angle;
+use surefoot_shared_types::spatial::{wrap_angle, yaw_of};
 
 use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
@@ -410,7 +411,7 @@ impl Planner {
         let unsolved = self.search.sequence().iter().map(|&id| (id, &graph.transitions()[id as usize]));
         let unsolved = unsolved.filter(|(_, transition)| transition.configuration.is_none()).map(|(id, _)| graph.pair(id));
         let ends = [self.scenario.start, self.scenario.goal].map(|mark| Station::on(&mark));
-        let stations = unsolved.map(|(stance, other)| stance.between(other));
+        let stations = unsolved.map(|(stance, other)| midway(&stance.world_from_sole, &other.world_from_sole));
         let given_up = stations.filter(|station| ends.iter().all(|end| end.distance(station) > END_RADIUS));
         self.growth.begin_again(given_up);
         Phase::Route
@@ -449,6 +450,12 @@ impl Planner {
         }
         (round.next, failed || round.failures > 0)
     }
+}
+
+/// The station midway between two soles, heading as both do on average.
+fn midway(a: &Pose, b: &Pose) -> Station {
+    let on = |sole: &Pose| Station { position: sole.translation, yaw: yaw_of(sole.rotation) };
+    on(a).toward_share(&on(b), 0.5)
 }
 
 /// A pool of threads, or none where one thread is asked for: the caller's own does the work then.

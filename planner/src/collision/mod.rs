@@ -105,7 +105,9 @@ impl CollisionModel {
     /// The first world shape that the wanted links (one flag per link) hit, their poses given in the root's frame.
     pub fn carried_hit(&self, world_from_root: &Pose, root_from_links: &[Pose], wanted: &[bool]) -> Option<usize> {
         let bodies = self.bodies.iter().filter(|body| wanted[body.link]);
-        bodies.map(|body| (body, *world_from_root * root_from_links[body.link])).find_map(|(body, pose)| self.world.hit(body, &pose, self.clearance))
+        bodies
+            .map(|body| (body, *world_from_root * root_from_links[body.link]))
+            .find_map(|(body, pose)| self.world.hit(body, &pose, self.clearance))
     }
 
     /// The box around all shapes of the world.

@@ -5,10 +5,8 @@ use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::SupportMode;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
-use surefoot_shared_types::spatial::{wrap_angle, yaw_of};
 
 use crate::constraint::Mode;
-use crate::possibility::Station;
 use crate::region::Region;
 
 /// A place where a foot can stand.
@@ -29,14 +27,6 @@ impl Foothold {
     pub fn new(limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
         let region = Region::hull(support.iter().map(|v| (world_from_sole * v.extend(0.0)).truncate()));
         Self { limb, world_from_sole, support, region }
-    }
-
-    /// The station midway between two placements, heading as both feet do on average.
-    pub fn between(&self, other: &Self) -> Station {
-        let [a, b] = [&self.world_from_sole, &other.world_from_sole];
-        let yaw = yaw_of(a.rotation);
-        let turn = wrap_angle(yaw_of(b.rotation) - yaw);
-        Station { position: a.translation.midpoint(b.translation), yaw: yaw + 0.5 * turn }
     }
 
     /// The distance between two placements' sole frames, D(T) of the transition between them [Grey 4.4.2], m.

@@ -65,7 +65,7 @@ impl Extension {
                 let nearer = tip.way_to(&self.target).length() - stance.station.way_to(&self.target).length();
                 nearer >= PROGRESS_MIN * self.spacing.min(tip.way_to(&wished).length())
             };
-            if advances && context.has_room(&tip.midway(&stance.station), self.relaxed, work) {
+            if advances && context.has_room_between(tip, &stance.station, self.relaxed, work) {
                 return Step::Grown(stance);
             }
         }
@@ -76,6 +76,6 @@ impl Extension {
         let near = tip.way_to(&self.target).length() <= JOINING_SPACINGS * self.spacing
             && (tip.position.z - self.target.position.z).abs() <= JOINING_HEIGHT_MAX;
         let turn = surefoot_shared_types::spatial::wrap_angle(self.target.yaw - tip.yaw);
-        near && (!self.joins || turn.abs() <= JOINING_TURN_MAX && context.has_room(&tip.midway(&self.target), self.relaxed, work))
+        near && (!self.joins || turn.abs() <= JOINING_TURN_MAX && context.has_room_between(tip, &self.target, self.relaxed, work))
     }
 }

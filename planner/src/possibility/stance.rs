@@ -21,6 +21,8 @@ const EXACT: f64 = 1e-3;
 const KEPT_MAX: usize = 6;
 /// Placements kept at a station.
 pub const PLACEMENTS_MAX: usize = 2 * KEPT_MAX;
+/// The longest way between two looks at the torso's room, m: no torso is so thin that it slips past a wall between them.
+const ROOM_STEP: f64 = 0.12;
 /// How many units of work one query of placements counts.
 const QUERY_WORK: u64 = 16;
 /// The effort while the demands are high: what the geometry says.
@@ -99,6 +101,12 @@ impl Context<'_> {
     pub fn has_room(&self, station: &Station, relaxed: bool, work: &mut u64) -> bool {
         *work += 1;
         self.torso.room(&self.constraints.collision, station) >= if relaxed { Room::Core } else { Room::Stooped }
+    }
+
+    /// Whether it has room all the way between two stations, looked at every hand's breadth.
+    pub fn has_room_between(&self, from: &Station, to: &Station, relaxed: bool, work: &mut u64) -> bool {
+        let pieces = libm::ceil(from.position.distance(to.position) / ROOM_STEP).max(2.0);
+        (1..pieces as usize).all(|piece| self.has_room(&from.toward_share(to, piece as f64 / pieces), relaxed, work))
     }
 
     fn find_placements(

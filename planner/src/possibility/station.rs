@@ -56,9 +56,10 @@ impl Station {
         DVec3::new(way.x, way.y, METRES_PER_HEIGHT * way.z).length_squared()
     }
 
-    /// The station halfway to another.
-    pub fn midway(&self, other: &Self) -> Self {
-        Self { position: self.position.midpoint(other.position), yaw: self.yaw + 0.5 * wrap_angle(other.yaw - self.yaw) }
+    /// The station a share of the way to another.
+    pub fn toward_share(&self, other: &Self, share: f64) -> Self {
+        let yaw = self.yaw + share * wrap_angle(other.yaw - self.yaw);
+        Self { position: self.position.lerp(other.position, share), yaw }
     }
 
     /// How far it is to another, seen from above.

@@ -22,6 +22,7 @@ fn check_planner(planner: &PlannerConfig) -> Result<(), Complaint> {
         return complain("planner.work_max", "is 0; it must be positive");
     }
     for (field, count) in [
+        ("planner.stations_max", planner.stations_max),
         ("planner.footholds_max", planner.footholds_max),
         ("planner.transitions_max", planner.transitions_max),
         ("planner.waypoints_max", planner.waypoints_max),

@@ -1,0 +1,135 @@
+//! Stage P on worlds with something in the way: the guide route goes around, up and over, and never through.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
+mod common;
+
+use common::Case;
+use surefoot_planner::body::Body;
+use surefoot_planner::collision::CollisionModel;
+use surefoot_planner::constraint::Constraints;
+use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use surefoot_planner::possibility::{Context, Growth, Progress, Station, Torso};
+
+/// A case, compiled for stage P alone.
+struct Compiled {
+    case: Case,
+    constraints: Constraints,
+    surfaces: Surfaces,
+    torso: Torso,
+    scratch: Scratch,
+    growth: Growth,
+}
+
+impl Compiled {
+    fn new(case: Case) -> Self {
+        let config = &case.scenario.planner;
+        let body = Body::new(&case.model, config).unwrap();
+        let torso = Torso::new(&case.model, &body);
+        let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
+        let placement = FootPlacementConfig::default();
+        let (scratch, surfaces) = (Scratch::new(&placement), Surfaces::new(&case.world, placement).unwrap());
+        let bounds = collision.world_bounds();
+        let growth = Growth::new(&case.scenario.start, &case.scenario.goal, config.station_spacing, 4096, &bounds);
+        let constraints = Constraints { body, collision, config: config.clone() };
+        Self { case, constraints, surfaces, torso, scratch, growth }
+    }
+
+    /// Advances to a route or to the end of all samples; answers which, and the work spent.
+    fn grow(&mut self, seed: u64) -> (Progress, u64) {
+        let context = Context {
+            constraints: &self.constraints,
+            surfaces: &self.surfaces,
+            torso: &self.torso,
+            seed,
+            feet_apart: self.case.scenario.start.feet_apart,
+        };
+        let mut work = 0;
+        loop {
+            let progress = self.growth.advance(&context, &mut self.scratch, &mut work);
+            if progress != Progress::Growing {
+                return (progress, work);
+            }
+        }
+    }
+
+    fn stations(&self) -> Vec<Station> {
+        let route = self.growth.route();
+        (0..route.stations()).map(|index| route.station(index)).collect()
+    }
+}
+
+fn walled(seed: u64) -> (Compiled, Progress, u64) {
+    let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.95, 1.0], [0.05, 1.0, 1.0]));
+    let (progress, work) = compiled.grow(seed);
+    (compiled, progress, work)
+}
+
+#[test]
+fn an_open_floor_is_crossed_straight_without_a_sample() {
+    let mut compiled = Compiled::new(Case::shipped("flat_walk"));
+    assert_eq!(compiled.grow(1).0, Progress::Route);
+    let (start, goal) = (compiled.case.scenario.start, compiled.case.scenario.goal);
+    let stations = compiled.stations();
+    assert_eq!((stations[0], stations[stations.len() - 1]), (Station::on(&start), Station::on(&goal)));
+    assert!(stations.iter().all(|station| station.position.y.abs() < 0.05), "{stations:?}");
+}
+
+#[test]
+fn a_wall_is_walked_around_with_every_station_where_the_robot_has_room() {
+    for seed in 1..6 {
+        let (compiled, progress, _) = walled(seed);
+        assert_eq!(progress, Progress::Route);
+        let crossing = compiled.stations().windows(2).find(|pair| pair[0].position.x <= 2.0 && pair[1].position.x > 2.0).unwrap().to_vec();
+        assert!(crossing.iter().all(|station| station.position.y < -0.05), "through the wall: {crossing:?}");
+    }
+}
+
+#[test]
+fn stations_are_within_a_step_of_each_other_and_have_placements_for_both_feet() {
+    let (compiled, _, _) = walled(3);
+    let stations = compiled.stations();
+    for (index, pair) in stations.windows(2).enumerate() {
+        assert!(pair[0].way_to(&pair[1]).length() < 0.75, "{pair:?}");
+        if index > 0 {
+            let placements = compiled.growth.placements(index);
+            assert!([0, 1].iter().all(|&limb| placements.iter().any(|placed| placed.limb == limb)), "station {index}");
+        }
+    }
+}
+
+#[test]
+fn the_elevation_follows_stairs_to_the_goal() {
+    let mut compiled = Compiled::new(Case::shipped("stairs"));
+    assert_eq!(compiled.grow(1).0, Progress::Route);
+    let heights: Vec<f64> = compiled.stations().iter().map(|station| station.position.z).collect();
+    assert!((heights[heights.len() - 1] - 1.32).abs() < 1e-9);
+    assert!(heights.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 0.45), "{heights:?}");
+}
+
+#[test]
+fn a_route_keeps_away_from_where_stage_m_gave_up() {
+    let mut compiled = Compiled::new(Case::shipped("flat_walk"));
+    compiled.grow(1);
+    let stations = compiled.stations();
+    let given_up = stations[stations.len() / 2];
+    compiled.growth.begin_again(std::iter::once(given_up));
+    assert_eq!(compiled.grow(1).0, Progress::Route);
+    assert!(compiled.stations().iter().all(|station| station.distance(&given_up) > 0.2));
+}
+
+#[test]
+fn an_island_out_of_reach_exhausts_the_samples() {
+    let mut compiled = Compiled::new(Case::shipped("no_way_island"));
+    assert_eq!(compiled.grow(1).0, Progress::Exhausted);
+}
+
+#[test]
+fn the_same_seed_grows_the_same_route_and_another_one_another() {
+    let [first, again, other] = [3, 3, 4].map(|seed| {
+        let (compiled, _, work) = walled(seed);
+        (compiled.stations(), work)
+    });
+    assert_eq!(first, again);
+    assert_ne!(first, other);
+}
