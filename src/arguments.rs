@@ -8,6 +8,8 @@ use crate::affinity::default_threads;
 
 /// Most planner threads.
 const THREADS_MAX: i64 = 256;
+/// How often a killed process is started again, unless told otherwise.
+const RESTARTS_MAX: u32 = 8;
 
 /// Plans whole-body, quasi-static walks and has them checked by a second process over shared memory.
 #[derive(Debug, Parser)]
@@ -46,6 +48,9 @@ pub struct WalkArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub outputs: OutputArguments,
+    /// How often a process that was killed is started again, both counted together
+    #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
+    pub restarts_max: u32,
 }
 
 /// `surefoot plan`.
@@ -76,6 +81,9 @@ pub struct ControlArguments {
     /// Where to listen
     #[arg(long, value_name = "NAME")]
     pub instance: String,
+    /// Stay up for further plans until a signal comes
+    #[arg(long)]
+    pub serve: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub role: RoleArguments,

@@ -35,6 +35,13 @@ pub enum Line {
     ControllerReady,
     /// The controller is done judging.
     Judged(Judged),
+    /// The supervisor started a process again.
+    Restarted {
+        /// Which.
+        role: String,
+        /// How the one before ended.
+        how: String,
+    },
     /// The process cannot go on.
     Failed {
         /// Why and what to do, one line.
@@ -135,6 +142,8 @@ pub enum DeliveryEnd {
     Accepted,
     /// A chunk is refused.
     Refused,
+    /// The controller walks what another planner planned later.
+    Superseded,
     /// The controller does not answer.
     ControllerLost,
     /// This process was asked to end.
@@ -189,6 +198,7 @@ impl From<&Delivery> for Delivered {
             DeliveryOutcome::Refused { sequence, check, waypoint } => {
                 (DeliveryEnd::Refused, Some(Refusal::of(RefusedChunk { sequence, check, waypoint }, String::new())))
             }
+            DeliveryOutcome::Superseded => (DeliveryEnd::Superseded, None),
             DeliveryOutcome::ControllerLost => (DeliveryEnd::ControllerLost, None),
             DeliveryOutcome::Stopped => (DeliveryEnd::Stopped, None),
         };

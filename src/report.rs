@@ -52,6 +52,8 @@ pub struct Report {
     pub margins: WorstMargins,
     /// What was refused.
     pub refusal: Option<Refusal>,
+    /// How often a killed process was started again.
+    pub restarts: u64,
     #[serde(skip)]
     end: Option<PlanEnd>,
     #[serde(skip)]
@@ -101,6 +103,7 @@ impl Report {
             Line::Planned(planned) => self.note_planned(planned),
             Line::Delivered(delivered) => self.note_delivered(delivered),
             Line::Judged(judged) => self.note_judged(judged),
+            Line::Restarted { .. } => self.restarts += 1,
             Line::Planning(_) | Line::Delivering { .. } | Line::ControllerReady | Line::Failed { .. } => {}
         }
     }
@@ -136,7 +139,7 @@ impl Report {
             (Some(PlanEnd::NoPlan), _) => Ok(Ending::NoPlan),
             (Some(PlanEnd::Found), None | Some(DeliveryEnd::Accepted)) => Ok(Ending::Done),
             (Some(PlanEnd::Found), Some(DeliveryEnd::Refused)) => Ok(Ending::Refused),
-            (Some(PlanEnd::Found), Some(DeliveryEnd::ControllerLost)) => Err(Failure::ControllerLost),
+            (Some(PlanEnd::Found), Some(DeliveryEnd::Superseded | DeliveryEnd::ControllerLost)) => Err(Failure::ControllerLost),
             (Some(PlanEnd::BadInput), _) => Err(Failure::Ends(self.description.clone())),
             _ => Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
         }
@@ -157,12 +160,14 @@ impl Report {
     }
 
     fn note_delivered(&mut self, delivered: &Delivered) {
-        let sent = delivered.sent - delivered.resent.min(delivered.sent);
+        // A planner that was started again sent less than what was accepted: its predecessor sent the rest.
+        let sent = (delivered.sent - delivered.resent.min(delivered.sent)).max(delivered.accepted);
         let refused = delivered.end == DeliveryEnd::Refused;
         self.delivery = Some(delivered.end);
         self.outcome = match delivered.end {
             DeliveryEnd::Accepted => "accepted",
             DeliveryEnd::Refused => "refused",
+            DeliveryEnd::Superseded => "superseded",
             DeliveryEnd::ControllerLost => "controller_lost",
             DeliveryEnd::Stopped => "stopped",
         }

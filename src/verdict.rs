@@ -21,6 +21,9 @@ pub fn text(report: &Report) -> String {
     if report.delivery().is_some() {
         line("chunks", chunks(report));
     }
+    if report.restarts > 0 {
+        line("restarts", report.restarts.to_string());
+    }
     let margins = report.margins.describe();
     if !margins.is_empty() {
         line("margins", margins);
@@ -37,6 +40,7 @@ fn headline(report: &Report) -> String {
         None => found.to_owned(),
         Some(DeliveryEnd::Accepted) => format!("{found}, walked and accepted"),
         Some(DeliveryEnd::Refused) => format!("{found}, but refused by the controller"),
+        Some(DeliveryEnd::Superseded) => format!("{found}, but another planner planned again meanwhile"),
         Some(DeliveryEnd::ControllerLost) => format!("{found}, but no controller answers"),
         Some(DeliveryEnd::Stopped) => format!("{found}, delivery stopped"),
     }

@@ -28,7 +28,7 @@ struct Endless {
 
 impl Endless {
     /// Starts it and waits until its planner searches.
-    fn start() -> Self {
+    fn start(more: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let configs = format!("\"{}/configs/", env!("CARGO_MANIFEST_DIR"));
         let text = fs::read_to_string(scenario("no_way_wall")).unwrap();
@@ -36,7 +36,8 @@ impl Endless {
         let file = folder.path().join("endless.toml");
         fs::write(&file, text).unwrap();
         let report = folder.path().join("report.json");
-        let mut child = surefoot(&["walk", file.to_str().unwrap(), "--json", report.to_str().unwrap()]).spawn().unwrap();
+        let walk = ["walk", file.to_str().unwrap(), "--json", report.to_str().unwrap()];
+        let mut child = surefoot(&[&walk, more].concat()).spawn().unwrap();
         let mut err = BufReader::new(child.stderr.take().unwrap());
         let mut line = String::new();
         err.read_line(&mut line).unwrap();
@@ -87,7 +88,7 @@ fn wait_for_end(pid: &str) {
 #[test]
 fn signals_end_both_processes_and_clean_up() {
     for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
-        let walk = Endless::start();
+        let walk = Endless::start(&[]);
         let (planner, controller) = (walk.role("plan"), walk.role("control"));
         kill(signal, &walk.child.id().to_string());
         let (ended, err, folder) = walk.end();
@@ -98,9 +99,9 @@ fn signals_end_both_processes_and_clean_up() {
 }
 
 #[test]
-fn a_killed_role_is_named_and_the_other_one_ended() {
+fn a_role_that_is_killed_too_often_is_named_and_the_other_one_ended() {
     for (word, name, other) in [("plan", "planner", "control"), ("control", "controller", "plan")] {
-        let walk = Endless::start();
+        let walk = Endless::start(&["--restarts-max", "0"]);
         let survivor = walk.role(other);
         kill("-KILL", &walk.role(word));
         let (code, err, folder) = walk.end();
@@ -115,7 +116,7 @@ fn a_killed_role_is_named_and_the_other_one_ended() {
 
 #[test]
 fn the_roles_do_not_outlive_a_killed_supervisor() {
-    let walk = Endless::start();
+    let walk = Endless::start(&[]);
     let roles = [walk.role("plan"), walk.role("control")];
     kill("-KILL", &walk.child.id().to_string());
     let Endless { mut child, mut err, folder: _folder } = walk;

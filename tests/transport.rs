@@ -16,7 +16,7 @@ use surefoot_planner::channel::{ChannelError, ChunkSender, Delivery, Outcome};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::instance::{Instance, Link, draw_id};
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Check, Margins, PlanChunk, Waypoint};
+use surefoot_shared_types::message::{Check, Margins, PlanChunk, Sealed, Waypoint};
 
 /// An instance in a folder of its own; checks at the end that nothing is left.
 struct Room {
@@ -60,12 +60,18 @@ fn plan(len: u64) -> Vec<PlanChunk> {
 }
 
 /// A judge that accepts everything after `time_per_chunk` and notes the sequence numbers.
-fn accept_all(seen: &mut Vec<u64>, time_per_chunk: Duration) -> impl FnMut(&PlanChunk) -> Judgement {
-    move |chunk| {
+fn accept_all(seen: &mut Vec<u64>, time_per_chunk: Duration) -> impl FnMut(&PlanChunk, &mut dyn FnMut()) -> Judgement {
+    move |chunk, _| {
         std::thread::sleep(time_per_chunk);
         seen.push(chunk.sequence);
         Judgement::Accepted(Margins { balance: 0.5, ..Margins::UNMEASURED })
     }
+}
+
+/// Repeats the last word until the planner has left. Nothing more is walked.
+fn linger(receiver: &mut ChunkReceiver) {
+    let mut judge = |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a chunk after the end");
+    assert_eq!(receiver.linger(&mut judge, Some(Duration::from_secs(20)), &|| true).unwrap(), None);
 }
 
 fn deliver(instance: &Instance, chunks: &[PlanChunk]) -> Delivery {
@@ -78,7 +84,7 @@ fn receive(instance: &Instance, time_per_chunk: Duration) -> (Ended, Vec<u64>, T
     let mut receiver = ChunkReceiver::open(instance, draw_id()).unwrap();
     let mut seen = Vec::new();
     let ended = receiver.run(&mut accept_all(&mut seen, time_per_chunk), &|| true).unwrap();
-    receiver.linger(Duration::from_secs(20), &|| true).unwrap();
+    linger(&mut receiver);
     (ended, seen, receiver.tally())
 }
 
@@ -116,7 +122,7 @@ fn a_controller_slower_than_the_resend_time_gets_nothing_twice() {
 }
 
 #[test]
-fn restarted_controllers_get_the_stream_from_its_start() {
+fn restarted_controllers_go_on_where_the_robot_stands() {
     let room = Room::new();
     let chunks = plan(200);
     let (delivery, lives) = std::thread::scope(|scope| {
@@ -128,9 +134,9 @@ fn restarted_controllers_get_the_stream_from_its_start() {
                 let judged = AtomicUsize::new(0);
                 let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
                 let mut accept = accept_all(&mut seen, Duration::ZERO);
-                let mut judge = |chunk: &PlanChunk| {
+                let mut judge = |chunk: &PlanChunk, alive: &mut dyn FnMut()| {
                     judged.fetch_add(1, Ordering::Relaxed);
-                    accept(chunk)
+                    accept(chunk, alive)
                 };
                 let ended = receiver.run(&mut judge, &|| judged.load(Ordering::Relaxed) < life).unwrap();
                 assert_eq!(ended, Ended::Stopped);
@@ -144,8 +150,9 @@ fn restarted_controllers_get_the_stream_from_its_start() {
     });
     assert_eq!(delivery.outcome, Outcome::Accepted);
     let lengths: Vec<usize> = lives.iter().map(Vec::len).collect();
-    assert_eq!(lengths, [37, 1, 8, 120, 200]);
-    assert!(lives.iter().all(|seen| seen.iter().copied().eq(0..seen.len() as u64)), "every life contiguous from 0");
+    assert_eq!(lengths, [37, 1, 8, 120, 34]);
+    assert_eq!(lives.concat(), (0..200).collect::<Vec<_>>(), "contiguous, once each, over all controllers");
+    assert_eq!(delivery.feedback.unwrap().walked, 200);
     room.close();
 }
 
@@ -213,12 +220,12 @@ fn a_refusal_ends_the_delivery_with_its_reason() {
         let (to, from) = (room.enter(), room.enter());
         let controller = scope.spawn(move || {
             let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
-            let mut judge = |chunk: &PlanChunk| match chunk.sequence {
-                17 => Judgement::Refused { check: Check::Balance, waypoint: 3 },
+            let mut judge = |chunk: &PlanChunk, _: &mut dyn FnMut()| match chunk.sequence {
+                17 => Judgement::Refused { check: Check::Balance, waypoint: 3, correction: None },
                 _ => Judgement::Accepted(Margins::UNMEASURED),
             };
             let ended = receiver.run(&mut judge, &|| true).unwrap();
-            receiver.linger(Duration::from_secs(20), &|| true).unwrap();
+            linger(&mut receiver);
             ended
         });
         (deliver(&to, &chunks), controller.join().unwrap())
@@ -239,13 +246,14 @@ fn damaged_chunks_are_refused_over_shared_memory() {
     let publisher = link.chunks.publisher_builder().create().unwrap();
     for bit in header_bits.chain(body_bits) {
         let id = draw_id();
+        fs::remove_file(instance.root().join("robot")).unwrap_or_default();
         let mut receiver = ChunkReceiver::open(&instance, id).unwrap();
         let mut chunk = plan(1)[0];
         (chunk.session, chunk.target_instance) = (1, id);
         chunk.seal();
         bytemuck::bytes_of_mut(&mut chunk)[bit / 8] ^= 1 << (bit % 8);
         publisher.send_copy(chunk).unwrap();
-        let mut judge = |_: &PlanChunk| panic!("a damaged chunk reached the judge");
+        let mut judge = |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a damaged chunk reached the judge");
         let ended = receiver.run(&mut judge, &|| true).unwrap();
         assert_eq!(ended, Ended::Refused(Refusal { sequence: 0, check: Check::Crc, waypoint: 0 }), "bit {bit}");
     }

@@ -5,7 +5,7 @@
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, POLYGON_VERTICES_MAX};
-use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, PlanChunk, Sealed, SupportMode, Waypoint};
 
 use crate::check::Violation;
 use crate::continuity::{Stance, contacts_match};

@@ -1,32 +1,37 @@
 //! The controller's end of the transport: receives chunks in order, once each, and says how far it got.
 //!
 //! A chunk is judged where it lies in shared memory. Which chunks reach the judge is decided in `position`; this file
-//! adds shared memory and the clock. Feedback is cumulative and repeated while there is nothing to read, so that a
-//! planner that joins late, or missed a word, learns it.
+//! adds shared memory and the clock. Feedback is cumulative and repeated, so that a planner that joins late, or missed a
+//! word, learns it. `journal` keeps where the robot stands for the controller that takes over when this one is killed.
 
+mod journal;
 mod position;
 
+use std::mem::MaybeUninit;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
+use surefoot_shared_types::instance::bell::Bell;
 use surefoot_shared_types::instance::service::CREDIT;
 use surefoot_shared_types::instance::{Instance, Link};
-use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk};
+use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk};
 
 pub use surefoot_shared_types::instance::ChannelError;
 
+use journal::Journal;
 use position::{Admission, Position};
 
 /// Time between two heartbeats while there is nothing to read.
 const HEARTBEAT_EVERY: Duration = Duration::from_millis(1);
 /// Time between two cleanings of what dead processes hold, while there is nothing to read.
 const CLEAN_EVERY: Duration = Duration::from_millis(500);
-/// Looks at the chunks before the receiver sleeps.
-const SPINS_MAX: u32 = 200;
-/// How long the receiver sleeps when there is nothing to do.
-const NAP: Duration = Duration::from_micros(100);
+/// How long the receiver looks for the next chunk before it sleeps until the bell or the next heartbeat.
+const SPIN_FOR: Duration = Duration::from_micros(50);
+/// A planner that heard a word so recently still looks for the next one; later it may sleep and is woken.
+const AWAKE_FOR: Duration = Duration::from_micros(25);
 
 /// What the judge thinks of a chunk.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,10 +44,15 @@ pub enum Judgement {
         check: Check,
         /// Where in the chunk.
         waypoint: u32,
+        /// With [`Check::WorldDiffers`], what was met. From the next epoch on the chunks must carry the digest of the world so
+        /// corrected (`surefoot_shared_types::scene::correction::corrected_digest`).
+        correction: Option<Correction>,
     },
-    /// Seen before; not walked again.
-    Duplicate,
 }
+
+/// Judges chunks, each once and in order. While it works it may call `alive` now and then, so that the planner hears that the
+/// controller lives.
+pub type Judge<'a> = dyn FnMut(&PlanChunk, &mut dyn FnMut()) -> Judgement + 'a;
 
 /// A refused chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,61 +94,97 @@ pub struct Tally {
 }
 
 /// Receives chunks and answers.
-#[derive(Debug)]
 pub struct ChunkReceiver {
     subscriber: Subscriber<ipc::Service, PlanChunk, ()>,
-    publisher: Publisher<ipc::Service, Feedback, ()>,
+    mouth: Mouth,
     link: Link,
     position: Position,
-    words: u64,
-    spoke_at: Instant,
+    journal: Journal,
+    taken_over: Option<Feedback>,
+    active_at: Instant,
     cleaned_at: Instant,
 }
 
+/// The end that speaks.
+struct Mouth {
+    publisher: Publisher<ipc::Service, Feedback, ()>,
+    next: Option<SampleMutUninit<ipc::Service, MaybeUninit<Feedback>, ()>>,
+    words: u64,
+    spoke_at: Instant,
+}
+
 impl ChunkReceiver {
-    /// Enters the instance as a controller. `id` must not be 0 and must differ from that of every controller before
-    /// (`instance::draw_id`): chunks are addressed to it.
+    /// Enters the instance as a controller, where the one before left the robot. `id` must not be 0 and must differ from
+    /// that of every controller before (`instance::draw_id`): chunks are addressed to it.
     pub fn open(instance: &Instance, id: u64) -> Result<Self, ChannelError> {
         if id == 0 {
             return Err(ChannelError::Id);
         }
         let link = Link::open(instance)?;
+        let (journal, record) = Journal::open(instance)?;
         let subscriber = link.chunks.subscriber_builder().buffer_size(CREDIT).create();
         let subscriber = subscriber.map_err(|error| ChannelError::transport("creating the chunk subscriber", error))?;
-        let publisher = link.feedback.publisher_builder().max_loaned_samples(1).create();
-        let publisher = publisher.map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
+        let mouth = Mouth::open(&link)?;
+        instance.reserve_segments()?;
+        let position = record.map_or_else(|| Position::new(id), |record| Position::take_over(id, &record));
+        let taken_over = record.map(|record| record.word);
         let start = now();
-        let mut receiver = Self { subscriber, publisher, link, position: Position::new(id), words: 0, spoke_at: start, cleaned_at: start };
-        receiver.speak()?;
+        let mut receiver = Self { subscriber, mouth, link, position, journal, taken_over, active_at: start, cleaned_at: start };
+        receiver.mouth.say(&receiver.position)?;
         Ok(receiver)
+    }
+
+    /// The last word of the controller whose robot this one took over, if there was one.
+    pub fn taken_over(&self) -> Option<&Feedback> {
+        self.taken_over.as_ref()
     }
 
     /// Listens until the plan is finished, a chunk is refused, or `keep_going` says no. `judge` sees each chunk once, in
     /// order, its CRC and stream digest checked. Call it again to wait for a new plan or epoch.
-    pub fn run(&mut self, judge: &mut dyn FnMut(&PlanChunk) -> Judgement, keep_going: &dyn Fn() -> bool) -> Result<Ended, ChannelError> {
-        let mut idle_rounds = 0_u32;
+    pub fn run(&mut self, judge: &mut Judge<'_>, keep_going: &dyn Fn() -> bool) -> Result<Ended, ChannelError> {
         while keep_going() {
-            if self.take_one(judge)? {
-                idle_rounds = 0;
-                if let Some(ended) = self.ended() {
-                    return Ok(ended);
+            match self.take_one(judge)? {
+                Took::Nothing => self.idle()?,
+                Took::Leftover => self.active_at = now(),
+                Took::Judged => {
+                    self.active_at = now();
+                    if let Some(ended) = self.ended() {
+                        return Ok(ended);
+                    }
                 }
-            } else {
-                idle_rounds = idle_rounds.saturating_add(1);
-                self.idle(idle_rounds)?;
             }
         }
         Ok(Ended::Stopped)
     }
 
-    /// Repeats the last word until no planner is attached, `keep_going` says no, or `longest` has passed, so that the
-    /// planner learns the end. Chunks that still arrive are not judged.
-    pub fn linger(&mut self, longest: Duration, keep_going: &dyn Fn() -> bool) -> Result<(), ChannelError> {
+    /// How the stream ended at which the robot stands, if it did. A controller that takes over need not wait for a chunk then.
+    pub fn ended(&self) -> Option<Ended> {
+        let refused = self.position.refusal().map(Ended::Refused);
+        refused.or(self.position.is_finished().then_some(Ended::Finished))
+    }
+
+    /// Goes on after an end: repeats the last word, so that the planner learns it, and walks whatever new plan or epoch comes.
+    /// Answers its end, or nothing once `keep_going` says no. With a `longest`, also nothing when no planner is attached or
+    /// none has begun anything for so long.
+    pub fn linger(
+        &mut self,
+        judge: &mut Judge<'_>,
+        longest: Option<Duration>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<Option<Ended>, ChannelError> {
         let start = now();
-        while keep_going() && start.elapsed() < longest && self.link.chunks.dynamic_config().number_of_publishers() > 0 {
-            self.idle(SPINS_MAX)?;
+        while keep_going() {
+            let is_alone = || self.link.chunks.dynamic_config().number_of_publishers() == 0;
+            if longest.is_some_and(|longest| start.elapsed() >= longest || is_alone()) {
+                return Ok(None);
+            }
+            match self.take_one(judge)? {
+                Took::Judged if self.ended().is_some() => return Ok(self.ended()),
+                Took::Judged => return self.run(judge, keep_going).map(Some),
+                Took::Nothing | Took::Leftover => self.idle()?,
+            }
         }
-        Ok(())
+        Ok(None)
     }
 
     /// What was received so far.
@@ -148,38 +194,48 @@ impl ChunkReceiver {
 
     /// The word that the planner gets now.
     pub fn feedback(&self) -> Feedback {
-        self.position.feedback(self.words)
+        self.position.feedback(self.mouth.words)
     }
 
-    /// Receives a chunk and answers it. False if there was none.
-    fn take_one(&mut self, judge: &mut dyn FnMut(&PlanChunk) -> Judgement) -> Result<bool, ChannelError> {
+    /// Receives a chunk and answers it.
+    fn take_one(&mut self, judge: &mut Judge<'_>) -> Result<Took, ChannelError> {
         let received = self.subscriber.receive().map_err(|error| ChannelError::transport("receiving a chunk", error))?;
-        let Some(sample) = received else { return Ok(false) };
+        let Some(sample) = received else { return Ok(Took::Nothing) };
         let chunk = sample.payload();
         match self.position.admit(chunk) {
-            Admission::Ignore => return Ok(true),
-            Admission::Refuse(check) => self.position.refuse(check, 0),
-            Admission::Judge => match judge(chunk) {
-                Judgement::Accepted(margins) => self.position.accept(chunk, &margins),
-                Judgement::Refused { check, waypoint } => self.position.refuse(check, waypoint),
-                Judgement::Duplicate => self.position.note_duplicate(),
-            },
+            Admission::Ignore => return Ok(Took::Leftover),
+            Admission::Refuse(check) => self.position.refuse(check, 0, None),
+            Admission::Judge => self.judge(chunk, judge)?,
         }
-        self.speak()?;
-        Ok(true)
+        self.journal.keep(self.position.record(self.mouth.words));
+        self.mouth.answer(&self.position, &self.link.feedback_bell)?;
+        Ok(Took::Judged)
     }
 
-    fn ended(&self) -> Option<Ended> {
-        let refused = self.position.refusal().map(Ended::Refused);
-        refused.or(self.position.is_finished().then_some(Ended::Finished))
+    /// Has a chunk judged, with heartbeats when the judge takes long.
+    fn judge(&mut self, chunk: &PlanChunk, judge: &mut Judge<'_>) -> Result<(), ChannelError> {
+        let (mouth, position) = (&mut self.mouth, &mut self.position);
+        position.set_busy(true);
+        let mut said = Ok(());
+        let judgement = judge(chunk, &mut || {
+            if said.is_ok() && mouth.is_due() {
+                said = mouth.say(position);
+            }
+        });
+        position.set_busy(false);
+        match judgement {
+            Judgement::Accepted(margins) => position.accept(chunk, &margins),
+            Judgement::Refused { check, waypoint, correction } => position.refuse(check, waypoint, correction),
+        }
+        said
     }
 
-    /// Nothing to read: a heartbeat when it is time, then a short rest.
-    fn idle(&mut self, idle_rounds: u32) -> Result<(), ChannelError> {
-        if self.spoke_at.elapsed() >= HEARTBEAT_EVERY {
-            self.speak()?;
+    /// Nothing to read: a heartbeat when it is time; a short spin after something happened, then sleep until the bell.
+    fn idle(&mut self) -> Result<(), ChannelError> {
+        if self.mouth.is_due() {
+            self.mouth.say(&self.position)?;
         }
-        if idle_rounds < SPINS_MAX {
+        if self.active_at.elapsed() < SPIN_FOR {
             std::hint::spin_loop();
             return Ok(());
         }
@@ -187,17 +243,56 @@ impl ChunkReceiver {
             self.link.node.try_cleanup_dead_nodes();
             self.cleaned_at = now();
         }
-        std::thread::sleep(NAP);
+        self.link.chunk_bell.wait(HEARTBEAT_EVERY);
+        Ok(())
+    }
+}
+
+/// What came of a look at the chunks.
+enum Took {
+    Nothing,
+    Leftover,
+    Judged,
+}
+
+impl Mouth {
+    fn open(link: &Link) -> Result<Self, ChannelError> {
+        let publisher = link.feedback.publisher_builder().max_loaned_samples(2).create();
+        let publisher = publisher.map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
+        Ok(Self { publisher, next: None, words: 0, spoke_at: now() })
+    }
+
+    /// Whether it is time for a heartbeat.
+    fn is_due(&self) -> bool {
+        self.spoke_at.elapsed() >= HEARTBEAT_EVERY
+    }
+
+    /// Says where the robot stands, and wakes a planner that has waited for it.
+    fn answer(&mut self, position: &Position, bell: &Bell) -> Result<(), ChannelError> {
+        let may_sleep = self.spoke_at.elapsed() >= AWAKE_FOR;
+        self.say(position)?;
+        if may_sleep {
+            bell.ring();
+        }
         Ok(())
     }
 
-    fn speak(&mut self) -> Result<(), ChannelError> {
+    /// Says where the robot stands, in a sample that was loaned before; then loans the next one.
+    fn say(&mut self, position: &Position) -> Result<(), ChannelError> {
         self.words += 1;
-        let sample = self.publisher.loan_uninit().map_err(|error| ChannelError::transport("loaning feedback", error))?;
-        let sent = sample.write_payload(self.position.feedback(self.words)).send();
+        let sample = match self.next.take() {
+            Some(sample) => sample,
+            None => self.loan()?,
+        };
+        let sent = sample.write_payload(position.feedback(self.words)).send();
         sent.map_err(|error| ChannelError::transport("sending feedback", error))?;
         self.spoke_at = now();
+        self.next = Some(self.loan()?);
         Ok(())
+    }
+
+    fn loan(&self) -> Result<SampleMutUninit<ipc::Service, MaybeUninit<Feedback>, ()>, ChannelError> {
+        self.publisher.loan_uninit().map_err(|error| ChannelError::transport("loaning feedback", error))
     }
 }
 

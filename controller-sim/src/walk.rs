@@ -6,13 +6,14 @@
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::Margins;
-use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::scene::correction::corrected_digest;
 
 pub use crate::admission::Identity;
 use crate::admission::check_message;
 use crate::bound::within;
 use crate::check::{Checker, Segment, Violation};
-use crate::continuity::{Stance, check_transition};
+use crate::continuity::{Stance, check_transition, standing_limbs};
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands, in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
@@ -21,7 +22,7 @@ const CONTINUITY_MAX: f64 = 1e-9;
 pub struct Walker {
     checker: Checker,
     identity: Identity,
-    plan: Option<u64>,
+    plan: Option<(u64, u64)>,
     next_sequence: u64,
     stream: Digest,
     finished: bool,
@@ -55,11 +56,39 @@ impl Walker {
         }
     }
 
+    /// A robot that another controller moved before: `word` is the last that one said.
+    pub fn take_over(checker: Checker, identity: Identity, word: &Feedback) -> Self {
+        let standing = &word.standing;
+        let limbs = SupportMode::from_wire(standing.mode).map(|mode| (mode, standing_limbs(mode)));
+        let contacts = |limbs: &[u32]| limbs.iter().filter_map(|&limb| standing.contact_of(limb)).copied().collect();
+        let world = corrected_digest(&identity.world, word.corrections());
+        Self {
+            checker,
+            identity: Identity { world, ..identity },
+            plan: (word.session != 0).then_some((word.plan_id, word.epoch)),
+            next_sequence: word.next_sequence,
+            stream: word.stream,
+            finished: word.finished != 0,
+            standing: limbs.filter(|_| standing.is_known()).map(|(mode, limbs)| Standing {
+                waypoint: standing.waypoint,
+                mode,
+                contacts: contacts(limbs),
+            }),
+            margins: word.margins,
+        }
+    }
+
+    /// Expects chunks made for the world as `correction` says it is, from now on: to be called with every correction that the
+    /// planner is told.
+    pub fn correct(&mut self, correction: &Correction) {
+        self.identity.world = corrected_digest(&self.identity.world, &[*correction]);
+    }
+
     /// Admits a chunk, checks it, and walks it: the worst margins of the chunk, or why it is refused. Tested in the order
     /// CRC, form, instance, robot, world, configuration, sequence, stream, continuity, physics.
     pub fn admit_and_walk(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
         let mode = check_message(chunk, &self.identity, self.checker.model().joints.len())?;
-        let starts_plan = chunk.sequence == 0 && self.plan != Some(chunk.plan_id);
+        let starts_plan = chunk.sequence == 0 && self.plan != Some((chunk.plan_id, chunk.epoch));
         self.check_sequence(chunk, starts_plan)?;
         self.check_stream(chunk, starts_plan)?;
         self.check_continuity(chunk, mode, starts_plan)?;
@@ -76,7 +105,7 @@ impl Walker {
 
     /// The plan being walked, if any.
     pub fn plan_id(&self) -> Option<u64> {
-        self.plan
+        self.plan.map(|(plan_id, _)| plan_id)
     }
 
     /// The digest of the accepted stream.
@@ -105,7 +134,7 @@ impl Walker {
             return Ok(());
         }
         let (got, expected) = (chunk.sequence, self.next_sequence);
-        if self.plan != Some(chunk.plan_id) {
+        if self.plan != Some((chunk.plan_id, chunk.epoch)) {
             return bad(format!("chunk {got} of plan {}, which has not begun", chunk.plan_id));
         }
         match got.cmp(&expected) {
@@ -144,7 +173,7 @@ impl Walker {
     fn walk(&mut self, chunk: &PlanChunk, mode: SupportMode, starts_plan: bool, margins: &Margins) {
         let so_far = if starts_plan { Margins::UNMEASURED } else { self.margins };
         self.margins = so_far.min(margins);
-        self.plan = Some(chunk.plan_id);
+        self.plan = Some((chunk.plan_id, chunk.epoch));
         self.next_sequence = chunk.sequence + 1;
         self.stream = chunk.stream_after();
         self.finished = chunk.flags & FLAG_LAST != 0;

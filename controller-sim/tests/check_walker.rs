@@ -9,7 +9,7 @@ use surefoot_controller_sim::{Checker, Identity, Walker};
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, PlanChunk, Sealed, SupportMode, Waypoint};
 
 const IDENTITY: Identity = Identity { instance: 7, robot: Digest([1; 32]), world: Digest([2; 32]), config: Digest([3; 32]) };
 

@@ -6,14 +6,17 @@
 
 mod window;
 
+use std::mem::MaybeUninit;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
+use surefoot_shared_types::instance::service::CHUNK_POOL;
 use surefoot_shared_types::instance::{Instance, Link};
-use surefoot_shared_types::message::{Check, Feedback, PlanChunk};
+use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Sealed};
 
 pub use surefoot_shared_types::instance::ChannelError;
 
@@ -25,10 +28,14 @@ const RESEND_AFTER: Duration = Duration::from_millis(20);
 const CLEAN_EVERY: Duration = Duration::from_millis(200);
 /// Time without a word from any controller after which it counts as lost, unless told otherwise.
 const LOST_AFTER: Duration = Duration::from_secs(30);
-/// Looks at the feedback before the sender sleeps.
-const SPINS_MAX: u32 = 200;
-/// How long the sender sleeps when there is nothing to do.
-const NAP: Duration = Duration::from_micros(100);
+/// How long the sender looks for an answer before it sleeps until the bell.
+const SPIN_FOR: Duration = Duration::from_micros(50);
+/// A controller that was sent something so recently still looks for more; later it may sleep and is woken.
+const AWAKE_FOR: Duration = Duration::from_micros(25);
+/// How long the sender sleeps where no bell wakes it.
+const SLEEP: Duration = Duration::from_millis(4);
+/// The longest time between two looks that counts as silence of the controller: whoever was stopped heard nothing.
+const LOOK_MAX: Duration = Duration::from_millis(100);
 
 /// How a delivery ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +51,8 @@ pub enum Outcome {
         /// Where in the chunk.
         waypoint: u32,
     },
+    /// The controller walks a later epoch of the same plan: another planner planned again meanwhile.
+    Superseded,
     /// No controller was heard for too long, or the one that was heard never received what was sent.
     ControllerLost,
     /// The caller ended it.
@@ -66,23 +75,26 @@ pub struct Delivery {
 }
 
 /// Sends chunks to whichever controller listens.
-#[derive(Debug)]
 pub struct ChunkSender {
     publisher: Publisher<ipc::Service, PlanChunk, ()>,
     subscriber: Subscriber<ipc::Service, Feedback, ()>,
+    next: Option<LoanedChunk>,
     link: Link,
     session: u64,
     lost_after: Duration,
 }
 
+type LoanedChunk = SampleMutUninit<ipc::Service, MaybeUninit<PlanChunk>, ()>;
+
 /// What a delivery remembers between two looks at the controller.
 struct Course<'a> {
     window: Window<'a>,
     last_word: Option<Feedback>,
-    heard_at: Instant,
+    looked_at: Instant,
+    silence: Duration,
+    active_at: Instant,
     progress_at: Instant,
     cleaned_at: Instant,
-    idle_rounds: u32,
 }
 
 impl ChunkSender {
@@ -96,7 +108,7 @@ impl ChunkSender {
         let publisher = link
             .chunks
             .publisher_builder()
-            .max_loaned_samples(1)
+            .max_loaned_samples(CHUNK_POOL)
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|error| ChannelError::transport("creating the chunk publisher", error))?;
@@ -105,7 +117,31 @@ impl ChunkSender {
             .subscriber_builder()
             .create()
             .map_err(|error| ChannelError::transport("creating the feedback subscriber", error))?;
-        Ok(Self { publisher, subscriber, link, session, lost_after: LOST_AFTER })
+        instance.reserve_segments()?;
+        touch_pool(&publisher)?;
+        Ok(Self { publisher, subscriber, next: None, link, session, lost_after: LOST_AFTER })
+    }
+
+    /// This planner's session.
+    pub fn session(&self) -> u64 {
+        self.session
+    }
+
+    /// The latest word of whichever controller speaks, if one came since the last look.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub fn overhear(&self) -> Result<Option<Feedback>, ChannelError> {
+        let mut latest = None;
+        while let Some(sample) = self.subscriber.receive().map_err(|error| ChannelError::transport("receiving feedback", error))? {
+            latest = Some(*sample.payload()).filter(Feedback::is_well_formed).or(latest);
+        }
+        Ok(latest)
+    }
+
+    /// The process's end of the instance.
+    pub fn link(&self) -> &Link {
+        &self.link
     }
 
     /// Sets how long no controller may be heard before it counts as lost.
@@ -134,37 +170,49 @@ impl ChunkSender {
             }
             let sent = self.send_open_window(&mut course)?;
             self.clean_if_silent(&mut course);
-            course.rest(sent > 0);
+            if sent == 0 {
+                self.rest(&course);
+            }
         }
     }
 
     fn listen(&self, course: &mut Course<'_>, on_progress: &mut dyn FnMut(&Feedback)) -> Result<(), ChannelError> {
+        course.note_look();
         while let Some(sample) = self.subscriber.receive().map_err(|error| ChannelError::transport("receiving feedback", error))? {
-            let feedback = *sample.payload();
+            let feedback = sample.payload();
             let acknowledged = course.window.acknowledged();
-            if !course.window.hear(&feedback) {
+            if !course.window.hear(feedback) {
                 continue;
             }
-            course.heard_at = now();
+            course.silence = Duration::ZERO;
             if course.window.acknowledged() != acknowledged {
-                course.progress_at = course.heard_at;
+                course.progress_at = course.looked_at;
+                course.active_at = course.looked_at;
             }
-            course.last_word = Some(feedback);
-            course.idle_rounds = 0;
-            on_progress(&feedback);
+            course.last_word = Some(*feedback);
+            on_progress(feedback);
         }
         Ok(())
+    }
+
+    /// Looks again at once after something happened, and sleeps until the bell where nothing does.
+    fn rest(&self, course: &Course<'_>) {
+        if course.looked_at.duration_since(course.active_at) < SPIN_FOR {
+            std::hint::spin_loop();
+        } else {
+            self.link.feedback_bell.wait(SLEEP);
+        }
     }
 
     fn given_up(&self, course: &Course<'_>, keep_going: &dyn Fn() -> bool) -> Option<Outcome> {
         if !keep_going() {
             return Some(Outcome::Stopped);
         }
-        (course.heard_at.elapsed() > self.lost_after).then_some(Outcome::ControllerLost)
+        (course.silence > self.lost_after).then_some(Outcome::ControllerLost)
     }
 
     /// Sends what the window allows; stops early when no reader took a chunk.
-    fn send_open_window(&self, course: &mut Course<'_>) -> Result<usize, ChannelError> {
+    fn send_open_window(&mut self, course: &mut Course<'_>) -> Result<usize, ChannelError> {
         let mut sent = 0;
         while let Some((chunk, controller)) = course.window.to_send() {
             if self.send(chunk, controller)? == 0 {
@@ -174,31 +222,46 @@ impl ChunkSender {
             sent += 1;
         }
         if sent > 0 {
+            let may_sleep = course.progress_at.elapsed() > AWAKE_FOR;
             course.progress_at = now();
+            course.active_at = course.progress_at;
+            if may_sleep {
+                self.link.chunk_bell.ring();
+            }
         }
         Ok(sent)
     }
 
-    /// Writes the chunk into shared memory and completes it there. Returns how many readers took it.
-    fn send(&self, chunk: &PlanChunk, controller: u64) -> Result<usize, ChannelError> {
-        let mut sample = self.publisher.loan_uninit().map_err(|error| ChannelError::transport("loaning a chunk", error))?;
+    /// Writes the chunk into shared memory that was loaned before, completes it there, and loans the next. Returns how many
+    /// readers took it.
+    fn send(&mut self, chunk: &PlanChunk, controller: u64) -> Result<usize, ChannelError> {
+        let mut sample = match self.next.take() {
+            Some(sample) => sample,
+            None => self.loan()?,
+        };
         let placed = sample.payload_mut().write(*chunk);
         placed.session = self.session;
         placed.target_instance = controller;
         placed.seal();
         // SAFETY: `write` above initialised the payload.
         let sample = unsafe { sample.assume_init() };
-        match sample.send() {
-            Ok(readers) => Ok(readers),
+        let readers = match sample.send() {
+            Ok(readers) => readers,
             // A reader died or its buffer is full: the chunk goes again after the stall.
-            Err(SendError::UnableToDeliver | SendError::ConnectionCorrupted | SendError::ConnectionError(_)) => Ok(0),
-            Err(error) => Err(ChannelError::transport("sending a chunk", error)),
-        }
+            Err(SendError::UnableToDeliver | SendError::ConnectionCorrupted | SendError::ConnectionError(_)) => 0,
+            Err(error) => return Err(ChannelError::transport("sending a chunk", error)),
+        };
+        self.next = Some(self.loan()?);
+        Ok(readers)
+    }
+
+    fn loan(&self) -> Result<LoanedChunk, ChannelError> {
+        self.publisher.loan_uninit().map_err(|error| ChannelError::transport("loaning a chunk", error))
     }
 
     /// Frees what dead processes hold, so that a restarted controller finds room.
     fn clean_if_silent(&self, course: &mut Course<'_>) {
-        if course.heard_at.elapsed() > CLEAN_EVERY && course.cleaned_at.elapsed() > CLEAN_EVERY {
+        if course.silence > CLEAN_EVERY && course.cleaned_at.elapsed() > CLEAN_EVERY {
             self.link.node.try_cleanup_dead_nodes();
             course.cleaned_at = now();
         }
@@ -208,23 +271,32 @@ impl ChunkSender {
 impl<'a> Course<'a> {
     fn new(window: Window<'a>) -> Self {
         let start = now();
-        Self { window, last_word: None, heard_at: start, progress_at: start, cleaned_at: start, idle_rounds: 0 }
+        let (looked_at, active_at, progress_at, cleaned_at) = (start, start, start, start);
+        Self { window, last_word: None, looked_at, silence: Duration::ZERO, active_at, progress_at, cleaned_at }
     }
 
-    /// Spins a little after something happened, then sleeps.
-    fn rest(&mut self, busy: bool) {
-        self.idle_rounds = if busy { 0 } else { self.idle_rounds.saturating_add(1) };
-        if self.idle_rounds < SPINS_MAX {
-            std::hint::spin_loop();
-        } else {
-            std::thread::sleep(NAP);
-        }
+    /// Adds the time since the last look to the controller's silence.
+    fn note_look(&mut self) {
+        let look = now();
+        self.silence += look.duration_since(self.looked_at).min(LOOK_MAX);
+        self.looked_at = look;
     }
 
     fn delivery(&self, outcome: Outcome) -> Delivery {
         let (sent, resent) = self.window.counts();
         Delivery { outcome, sent, resent, accepted: self.window.acknowledged() as u64, feedback: self.last_word }
     }
+}
+
+/// Loans, writes and returns every chunk of the pool, so that the first plan meets no page that was never touched.
+fn touch_pool(publisher: &Publisher<ipc::Service, PlanChunk, ()>) -> Result<(), ChannelError> {
+    let mut loaned = Vec::with_capacity(CHUNK_POOL);
+    for _ in 0..CHUNK_POOL {
+        let mut sample = publisher.loan_uninit().map_err(|error| ChannelError::transport("loaning the pool of chunks", error))?;
+        *sample.payload_mut() = MaybeUninit::zeroed();
+        loaned.push(sample);
+    }
+    Ok(())
 }
 
 #[allow(clippy::disallowed_methods, reason = "time decides only when to send again, never what is sent")]

@@ -30,22 +30,35 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
     let mut audience = Audience::new(arguments.role.report_lines, false);
     let id = draw_id();
     let identity = Identity { instance: id, robot: model.digest, world: world.digest, config: scenario.digest };
-    let walker = Walker::new(Checker::new(model, world, scenario.checker)?, identity);
-    let mut judge = Judge { walker, seconds: 0.0, detail: String::new() };
+    let checker = Checker::new(model, world, scenario.checker)?;
     let mut receiver = ChunkReceiver::open(&enter(&arguments.instance)?, id)?;
+    let walker = match receiver.taken_over() {
+        Some(word) => Walker::take_over(checker, identity, word),
+        None => Walker::new(checker, identity),
+    };
+    let mut judge = Judge { walker, seconds: 0.0, detail: String::new() };
     audience.tell(&Line::ControllerReady)?;
     let keep_going = || signals::raised().is_none();
-    let ended = receiver.run(&mut |chunk| judge.judge(chunk), &keep_going)?;
-    let refusal = match ended {
-        Ended::Finished => None,
-        Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail.clone())),
-        Ended::Stopped => return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
+    let mut ended = match receiver.ended() {
+        Some(ended) => ended,
+        None => receiver.run(&mut |chunk, _| judge.judge(chunk), &keep_going)?,
     };
-    let judged = judge.conclude(receiver.tally().duplicates, refusal);
-    audience.tell(&Line::Judged(judged.clone()))?;
-    audience.say(|| verdict(&judged));
-    receiver.linger(LINGER, &keep_going)?;
-    Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done })
+    // A supervisor says when all is over, and until then a restarted planner may ask again.
+    let longest = (!arguments.role.report_lines && !arguments.serve).then_some(LINGER);
+    loop {
+        let refusal = match ended {
+            Ended::Finished => None,
+            Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail.clone())),
+            Ended::Stopped => return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
+        };
+        let judged = judge.conclude(receiver.tally().duplicates, refusal);
+        audience.tell(&Line::Judged(judged.clone()))?;
+        audience.say(|| verdict(&judged));
+        match receiver.linger(&mut |chunk, _| judge.judge(chunk), longest, &keep_going)? {
+            Some(next) => ended = next,
+            None => return Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done }),
+        }
+    }
 }
 
 /// Judges chunks and remembers what it took.
@@ -62,7 +75,7 @@ impl Judge {
             Ok(margins) => Judgement::Accepted(margins),
             Err(violation) => {
                 self.detail = violation.detail;
-                Judgement::Refused { check: violation.check, waypoint: violation.waypoint as u32 }
+                Judgement::Refused { check: violation.check, waypoint: violation.waypoint as u32, correction: None }
             }
         };
         self.seconds += watch.seconds();

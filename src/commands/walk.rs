@@ -66,12 +66,12 @@ impl Export {
 fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, report: &mut Report) -> Result<(), Failure> {
     Instance::clean_dead()?;
     let instance = Instance::create(&format!("walk-{}", std::process::id()))?;
-    let roles = Roles { inputs, instance: instance.name(), threads: arguments.search.threads() };
+    let roles = Roles { inputs, instance: instance.name(), threads: arguments.search.threads(), export };
     let mut supervisor = Supervisor::default();
-    supervisor.start(Role::Controller, roles.controller()?)?;
-    supervisor.start(Role::Planner, roles.planner(export)?)?;
+    supervisor.start(Role::Controller, roles.command_of(Role::Controller)?)?;
+    supervisor.start(Role::Planner, roles.command_of(Role::Planner)?)?;
     let mut progress = Progress::new(arguments.outputs.quiet);
-    let followed = follow(&mut supervisor, &mut |line| {
+    let followed = follow(&mut supervisor, &roles, arguments.restarts_max, &mut |line| {
         report.note(line);
         progress.show(line);
     });
@@ -79,17 +79,23 @@ fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, repor
     followed
 }
 
-/// Hears both processes until all is said.
-fn follow(supervisor: &mut Supervisor, hear: &mut dyn FnMut(&Line)) -> Result<(), Failure> {
+/// Hears both processes until all is said. One that ends too early is started again, `restarts_max` times in all.
+fn follow(supervisor: &mut Supervisor, roles: &Roles<'_>, restarts_max: u32, hear: &mut dyn FnMut(&Line)) -> Result<(), Failure> {
     let mut course = Course::default();
+    let mut restarts = 0;
     while !course.is_over() {
         match supervisor.next_event()? {
             Event::Told(line) => {
                 course.note(&line);
                 hear(&line);
             }
-            Event::Ended { role, how } if !course.has_done_its_work(role) => return Err(Failure::Died { role, how }),
-            Event::Ended { .. } => {}
+            Event::Ended { role, .. } if !course.needs(role) => {}
+            Event::Ended { role, how } if restarts == restarts_max => return Err(Failure::Died { role, how }),
+            Event::Ended { role, how } => {
+                restarts += 1;
+                hear(&Line::Restarted { role: role.to_string(), how });
+                supervisor.start(role, roles.command_of(role)?)?;
+            }
         }
     }
     Ok(())
@@ -100,7 +106,14 @@ fn follow(supervisor: &mut Supervisor, hear: &mut dyn FnMut(&Line)) -> Result<()
 struct Course {
     planned: Option<PlanEnd>,
     delivered: Option<DeliveryEnd>,
-    judged: bool,
+    judged: Option<Verdict>,
+}
+
+/// What the controller thinks of the stream it stands at the end of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Verdict {
+    Accepted,
+    Refused,
 }
 
 impl Course {
@@ -108,23 +121,26 @@ impl Course {
         match line {
             Line::Planned(planned) => self.planned = Some(planned.end),
             Line::Delivered(delivered) => self.delivered = Some(delivered.end),
-            Line::Judged(_) => self.judged = true,
+            Line::Judged(judged) => self.judged = Some(if judged.refusal.is_some() { Verdict::Refused } else { Verdict::Accepted }),
             _ => {}
         }
     }
 
+    /// Whether both have said all; they may say it in any order.
     fn is_over(&self) -> bool {
         match (self.planned, self.delivered) {
             (None, _) | (Some(PlanEnd::Found), None) => false,
-            (Some(PlanEnd::Found), Some(DeliveryEnd::Accepted | DeliveryEnd::Refused)) => self.judged,
+            (Some(PlanEnd::Found), Some(DeliveryEnd::Accepted)) => self.judged == Some(Verdict::Accepted),
+            (Some(PlanEnd::Found), Some(DeliveryEnd::Refused)) => self.judged == Some(Verdict::Refused),
             _ => true,
         }
     }
 
-    fn has_done_its_work(&self, role: Role) -> bool {
+    /// Whether the walk cannot end without this role.
+    fn needs(&self, role: Role) -> bool {
         match role {
-            Role::Planner => self.delivered.is_some(),
-            Role::Controller => self.judged,
+            Role::Planner => self.delivered.is_none() && !self.is_over(),
+            Role::Controller => !self.is_over(),
         }
     }
 }
@@ -134,20 +150,23 @@ struct Roles<'a> {
     inputs: &'a Inputs,
     instance: &'a str,
     threads: usize,
+    export: Option<&'a Path>,
 }
 
 impl Roles<'_> {
-    fn planner(&self, export: Option<&Path>) -> Result<Command, Failure> {
-        let mut command = self.command("plan", Role::Planner, cores_of_roles(self.threads).0)?;
-        command.arg("--threads").arg(self.threads.to_string());
-        if let Some(export) = export {
-            command.arg(option_with_path("--export", export));
+    fn command_of(&self, role: Role) -> Result<Command, Failure> {
+        let cores = cores_of_roles(self.threads);
+        match role {
+            Role::Controller => self.command("control", role, cores.1),
+            Role::Planner => {
+                let mut command = self.command("plan", role, cores.0)?;
+                command.arg("--threads").arg(self.threads.to_string());
+                if let Some(export) = self.export {
+                    command.arg(option_with_path("--export", export));
+                }
+                Ok(command)
+            }
         }
-        Ok(command)
-    }
-
-    fn controller(&self) -> Result<Command, Failure> {
-        self.command("control", Role::Controller, cores_of_roles(self.threads).1)
     }
 
     fn command(&self, word: &str, role: Role, core: Option<usize>) -> Result<Command, Failure> {

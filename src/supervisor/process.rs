@@ -84,6 +84,8 @@ fn read_lines(stdout: ChildStdout, role: Role, mouth: &Sender<(Role, News)>) {
         text.clear();
         let news = match reader.by_ref().take(LINE_BYTES_MAX).read_until(b'\n', &mut text) {
             Ok(0) | Err(_) => News::Closed,
+            // Killed in the middle of a line.
+            Ok(read) if text.last() != Some(&b'\n') && (read as u64) < LINE_BYTES_MAX => News::Closed,
             Ok(_) => serde_json::from_slice(&text).map_or_else(|_| babble(&text), News::Told),
         };
         let over = matches!(news, News::Closed);

@@ -7,8 +7,10 @@ use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::instance::{Rank, Succession};
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
-use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, Verdict};
+use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
+use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk, RobotRecord, Sealed, Standing, Verdict};
 
+use super::journal::blank;
 use super::{Refusal, Tally};
 
 /// What to do with a received chunk.
@@ -34,6 +36,10 @@ pub(super) struct Position {
     finished: bool,
     refusal: Option<Refusal>,
     margins: Margins,
+    standing: Standing,
+    walked: u64,
+    corrections: heapless::Vec<Correction, CORRECTIONS_MAX>,
+    busy: bool,
     tally: Tally,
 }
 
@@ -50,8 +56,44 @@ impl Position {
             finished: false,
             refusal: None,
             margins: Margins::UNMEASURED,
+            standing: bytemuck::Zeroable::zeroed(),
+            walked: 0,
+            corrections: heapless::Vec::new(),
+            busy: false,
             tally: Tally::default(),
         }
+    }
+
+    /// Where the controller before this one left the robot.
+    pub(super) fn take_over(instance: u64, record: &RobotRecord) -> Self {
+        let word = &record.word;
+        let mut sessions = Succession::default();
+        if word.session != 0 {
+            sessions.enthrone(word.session);
+        }
+        let refused = word.verdict == Verdict::Refused as u32;
+        let refusal = Check::from_wire(word.check).filter(|_| refused);
+        Self {
+            instance,
+            sessions,
+            plan: (word.session != 0).then_some((word.plan_id, word.epoch)),
+            next: word.next_sequence,
+            stream: word.stream,
+            stream_after_first: record.stream_after_first,
+            finished: word.finished != 0,
+            refusal: refusal.map(|check| Refusal { sequence: word.refused_sequence, check, waypoint: word.refused_waypoint }),
+            margins: word.margins,
+            standing: word.standing,
+            walked: word.walked,
+            corrections: word.corrections().iter().copied().collect(),
+            busy: false,
+            tally: Tally { accepted: word.next_sequence, duplicates: word.duplicated, gaps: word.gaps, ..Tally::default() },
+        }
+    }
+
+    /// What a successor of this controller needs.
+    pub(super) fn record(&self, count: u64) -> RobotRecord {
+        RobotRecord { stream_after_first: self.stream_after_first, word: self.feedback(count), ..blank() }
     }
 
     /// Decides what to do with a chunk, counts it, and moves to a new planner session or plan where it begins one.
@@ -85,17 +127,24 @@ impl Position {
         self.next += 1;
         self.finished = chunk.flags & FLAG_LAST != 0;
         self.margins = self.margins.min(margins);
+        let last = chunk.waypoints().last().unwrap_or(&self.standing.waypoint);
+        self.standing = self.standing.after(chunk.mode, chunk.contacts(), last);
+        self.walked += 1;
         self.tally.accepted += 1;
     }
 
-    /// The chunk at the current place is refused; nothing of this stream is judged any more.
-    pub(super) fn refuse(&mut self, check: Check, waypoint: u32) {
+    /// The chunk at the current place is refused; nothing of this stream is judged any more. A correction beyond
+    /// [`CORRECTIONS_MAX`] is not told: then the refusal stands without one.
+    pub(super) fn refuse(&mut self, check: Check, waypoint: u32, correction: Option<Correction>) {
         self.refusal = Some(Refusal { sequence: self.next, check, waypoint });
+        if let Some(correction) = correction {
+            let _ = self.corrections.push(correction);
+        }
     }
 
-    /// The judge has seen this chunk before.
-    pub(super) fn note_duplicate(&mut self) {
-        self.tally.duplicates += 1;
+    /// Whether a chunk is being judged now.
+    pub(super) fn set_busy(&mut self, busy: bool) {
+        self.busy = busy;
     }
 
     /// The refusal that holds, if any.
@@ -121,7 +170,9 @@ impl Position {
             (None, 0) => Verdict::Waiting,
             (None, _) => Verdict::Accepted,
         };
-        Feedback {
+        let mut corrections = [bytemuck::Zeroable::zeroed(); CORRECTIONS_MAX];
+        corrections[..self.corrections.len()].copy_from_slice(&self.corrections);
+        let mut word = Feedback {
             schema: FEEDBACK_SCHEMA,
             instance: self.instance,
             session: self.sessions.current().unwrap_or(0),
@@ -136,9 +187,18 @@ impl Position {
             finished: u32::from(self.finished),
             duplicated: self.tally.duplicates,
             gaps: self.tally.gaps,
+            walked: self.walked,
+            busy: u32::from(self.busy),
+            corrections_len: self.corrections.len() as u32,
+            reserved: 0,
+            crc: 0,
             stream: self.stream,
             margins: self.margins,
-        }
+            standing: self.standing,
+            corrections,
+        };
+        word.seal();
+        word
     }
 
     fn is_of_plan(&self, chunk: &PlanChunk) -> bool {

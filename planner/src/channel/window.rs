@@ -65,8 +65,8 @@ impl<'a> Window<'a> {
             Rank::New => self.turn_to(feedback),
             Rank::Current => {}
         }
-        self.advance(self.believed(feedback), feedback.count);
-        self.refusal = self.refusal_in(feedback);
+        self.advance(self.believed(feedback), feedback);
+        self.refusal = self.refusal_in(feedback).or_else(|| self.succession_in(feedback));
         true
     }
 
@@ -127,16 +127,16 @@ impl<'a> Window<'a> {
         self.last_count = feedback.count;
     }
 
-    fn advance(&mut self, believed: usize, count: u64) {
+    fn advance(&mut self, believed: usize, feedback: &Feedback) {
         if believed > self.acknowledged {
             self.acknowledged = believed;
             self.next = self.next.max(believed);
             self.idle_heartbeats = 0;
             self.go_backs = 0;
-        } else if count > self.last_count {
+        } else if feedback.count > self.last_count && feedback.busy == 0 {
             self.idle_heartbeats += 1;
         }
-        self.last_count = count;
+        self.last_count = feedback.count;
     }
 
     /// How many of our chunks the controller has accepted.
@@ -169,6 +169,15 @@ impl<'a> Window<'a> {
             check,
             waypoint: feedback.refused_waypoint,
         })
+    }
+}
+
+impl Window<'_> {
+    /// Whether the controller walks a later epoch of this plan than ours: then ours is out of date.
+    fn succession_in(&self, feedback: &Feedback) -> Option<Outcome> {
+        let first = self.chunks.first()?;
+        let overtaken = feedback.session != 0 && feedback.plan_id == first.plan_id && feedback.epoch > first.epoch;
+        overtaken.then_some(Outcome::Superseded)
     }
 }
 

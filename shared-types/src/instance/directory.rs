@@ -9,7 +9,7 @@ use super::InstanceError;
 use super::lock::LOCK_FILE;
 
 /// Where Linux shows POSIX shared memory.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The folder of all instances of this user: in `/dev/shm`, or in the folder for temporary files where that is unusable.
 pub(super) fn default_base() -> Result<PathBuf, InstanceError> {
@@ -117,7 +117,8 @@ pub(super) fn io_error(path: &Path, source: io::Error) -> InstanceError {
     InstanceError::Io { path: path.to_owned(), source }
 }
 
-fn segments(prefix: &str) -> Result<Vec<DirEntry>, InstanceError> {
+/// The segments whose names begin with `prefix`.
+pub(super) fn segments(prefix: &str) -> Result<Vec<DirEntry>, InstanceError> {
     let mut found = entries(Path::new(SHARED_MEMORY))?;
     found.retain(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix)));
     Ok(found)

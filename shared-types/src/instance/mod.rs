@@ -6,8 +6,12 @@
 //! alone, and only then may the root and its segments be removed: the last one out does so, and so does the next
 //! [`Instance::create`] or [`Instance::clean_dead`] after a crash.
 
+pub mod bell;
+pub mod desk;
 mod directory;
 mod lock;
+mod room;
+pub mod observer;
 pub mod service;
 mod succession;
 
@@ -17,7 +21,7 @@ use std::sync::Arc;
 
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
-pub use service::{ChannelError, Link};
+pub use service::{ChannelError, Desk, Link};
 pub use succession::{Rank, Succession, draw_id};
 
 use crate::digest::Digest;
@@ -65,6 +69,16 @@ pub enum InstanceError {
     Path {
         /// The base folder.
         path: PathBuf,
+    },
+    /// Shared memory has no room.
+    #[error(
+        "shared memory is full: {free_kib} KiB free, {needed_kib} KiB are needed; free some in /dev/shm, or enlarge it (in a container: --shm-size=256m)"
+    )]
+    Full {
+        /// What there is.
+        free_kib: u64,
+        /// What it takes.
+        needed_kib: u64,
     },
     /// The file system said no.
     #[error("{}: {source}", path.display())]
@@ -176,6 +190,24 @@ impl Instance {
     /// What every shared-memory segment's name of this instance begins with.
     pub fn segment_prefix(&self) -> &str {
         &self.membership.place.prefix
+    }
+
+    /// Checks that shared memory has room for what a process of this instance puts there.
+    ///
+    /// # Errors
+    /// It has not.
+    pub(crate) fn check_room(&self) -> Result<(), InstanceError> {
+        room::check(self.root())?;
+        room::check(Path::new(directory::SHARED_MEMORY))
+    }
+
+    /// Takes the memory of all segments of this instance from the system now, so that no later touch of them can find none
+    /// left. Call it after opening ports.
+    ///
+    /// # Errors
+    /// Shared memory is full.
+    pub fn reserve_segments(&self) -> Result<(), InstanceError> {
+        directory::segments(self.segment_prefix())?.iter().try_for_each(|segment| room::reserve(&segment.path()))
     }
 
     /// iceoryx2's configuration for this instance. Nothing is looked up in files.

@@ -1,7 +1,9 @@
 //! The instance's iceoryx2 node and its services.
 //!
-//! `chunks` never overflows: a full buffer makes the sender wait, and what a reader's buffer cannot take is sent again
-//! after the acknowledgements stall. `feedback` holds the latest word only.
+//! `chunks` and `requests` never overflow: what a reader's buffer cannot take is sent again until it is acknowledged.
+//! `feedback` and `status` hold the latest word only. A bell of each side wakes the other one.
+
+use std::time::Duration;
 
 use iceoryx2::node::Node;
 use iceoryx2::prelude::{AttributeVerifier, LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_level};
@@ -11,19 +13,27 @@ use iceoryx2::service::builder::publish_subscribe::{
 };
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
+use super::bell::Bell;
 use super::{Instance, InstanceError};
-use crate::message::{Feedback, Layout, PlanChunk};
+use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus};
 
 /// Most chunks sent and not yet acknowledged; also the size of a reader's buffer.
 pub const CREDIT: usize = 8;
 /// Most readers of a service: the other side, and monitors and loggers.
-const READERS_MAX: usize = 8;
+pub const READERS_MAX: usize = 8;
+/// Most messages that a reader holds at a time.
+pub const BORROWED_MAX: usize = 2;
+/// Most chunks of a sender that can be in use at a time: those in all readers' buffers and hands, and the one being
+/// written.
+pub const CHUNK_POOL: usize = READERS_MAX * (CREDIT + BORROWED_MAX) + 1;
 /// Most writers of a service: one, and dead ones that are not cleaned yet.
 const WRITERS_MAX: usize = 8;
 /// Most processes in a service, dead ones included.
 const NODES_MAX: usize = 32;
 /// How often opening is tried while somebody else creates or removes the service.
 const OPEN_ATTEMPTS_MAX: usize = 20;
+/// Time between two attempts.
+const OPEN_PAUSE: Duration = Duration::from_millis(5);
 /// The attribute that carries [`Layout::HASH`].
 const LAYOUT_KEY: &str = "surefoot.layout";
 
@@ -53,6 +63,9 @@ pub enum ChannelError {
     /// A process gave itself the id that means nobody.
     #[error("0 is nobody's id; draw one with instance::draw_id")]
     Id,
+    /// The robot of this instance is moved by another controller.
+    #[error("another controller moves the robot of this instance; end it, or choose another instance name")]
+    Taken,
     /// The chunks handed over are not one stream.
     #[error(
         "chunk {index} of the plan does not continue the stream: same plan and epoch, sequence {index} and the digest so far are needed"
@@ -77,10 +90,23 @@ pub struct Link {
     pub chunks: Service<PlanChunk>,
     /// The controller's latest word.
     pub feedback: Service<Feedback>,
+    /// Rung by the planner when it sent chunks to a controller that may sleep.
+    pub chunk_bell: Bell,
+    /// Rung by the controller when it answered a planner that may sleep.
+    pub feedback_bell: Bell,
     /// The process in iceoryx2's eyes.
     pub node: Node<ipc::Service>,
-    /// Keeps the instance until all else is gone.
-    _instance: Instance,
+    /// The instance, kept until all else is gone.
+    pub instance: Instance,
+}
+
+/// The services over which a planner that stays up is asked.
+#[derive(Debug)]
+pub struct Desk {
+    /// What clients ask.
+    pub requests: Service<PlanRequest>,
+    /// The planner's latest word about it.
+    pub status: Service<PlanStatus>,
 }
 
 impl Link {
@@ -92,14 +118,30 @@ impl Link {
     /// Like [`Self::open`], for a program with these layout hashes of [`PlanChunk`] and [`Feedback`].
     pub fn open_with_layouts(instance: &Instance, chunk_hash: u64, feedback_hash: u64) -> Result<Self, ChannelError> {
         set_log_level(LogLevel::Fatal);
+        instance.check_room()?;
         let config = instance.config()?;
         let node = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled).create::<ipc::Service>();
         let node = node.map_err(|error| ChannelError::transport("creating an iceoryx2 node", error))?;
-        let chunks = open_service(&node, instance, "chunks", chunk_hash, &Qos { overflow: false, buffer: CREDIT, history: 0 })?;
-        let feedback = open_service(&node, instance, "feedback", feedback_hash, &Qos { overflow: true, buffer: 1, history: 1 })?;
-        Ok(Self { chunks, feedback, node, _instance: instance.clone() })
+        let chunks = open_service(&node, instance, "chunks", chunk_hash, &LOSSLESS)?;
+        let feedback = open_service(&node, instance, "feedback", feedback_hash, &LATEST)?;
+        let chunk_bell = Bell::open(instance, "chunk-bell")?;
+        let feedback_bell = Bell::open(instance, "feedback-bell")?;
+        instance.reserve_segments()?;
+        Ok(Self { chunks, feedback, chunk_bell, feedback_bell, node, instance: instance.clone() })
+    }
+
+    /// Opens the services over which a planner that stays up is asked, creating what does not exist yet.
+    pub fn open_desk(&self) -> Result<Desk, ChannelError> {
+        let requests = open_service(&self.node, &self.instance, "requests", PlanRequest::HASH, &LOSSLESS)?;
+        let status = open_service(&self.node, &self.instance, "status", PlanStatus::HASH, &LATEST)?;
+        Ok(Desk { requests, status })
     }
 }
+
+/// Nothing is overwritten: what finds no room is not delivered.
+const LOSSLESS: Qos = Qos { overflow: false, buffer: CREDIT, history: 0 };
+/// The newest message replaces the one before, and waits for late readers.
+const LATEST: Qos = Qos { overflow: true, buffer: 1, history: 1 };
 
 struct Qos {
     overflow: bool,
@@ -114,20 +156,20 @@ fn open_service<M: Layout>(
     layout_hash: u64,
     qos: &Qos,
 ) -> Result<Service<M>, ChannelError> {
-    let name = format!("surefoot/{}/{role}", instance.name());
+    let name = service_name(instance, role);
     let action = format!("opening service '{name}'");
-    let service_name = name.as_str().try_into().map_err(|error| ChannelError::transport(&action, error))?;
+    let iox_name = name.as_str().try_into().map_err(|error| ChannelError::transport(&action, error))?;
     let attributes = layout_attribute(layout_hash).map_err(|reason| ChannelError::transport(&action, reason))?;
     let mut attempts = 0;
     loop {
         attempts += 1;
         let opened = node
-            .service_builder(&service_name)
+            .service_builder(&iox_name)
             .publish_subscribe::<M>()
             .enable_safe_overflow(qos.overflow)
             .subscriber_max_buffer_size(qos.buffer)
             .history_size(qos.history)
-            .subscriber_max_borrowed_samples(2)
+            .subscriber_max_borrowed_samples(BORROWED_MAX)
             .max_subscribers(READERS_MAX)
             .max_publishers(WRITERS_MAX)
             .max_nodes(NODES_MAX)
@@ -138,9 +180,13 @@ fn open_service<M: Layout>(
                 return Err(ChannelError::Layout { service: name });
             }
             Err(error) if attempts == OPEN_ATTEMPTS_MAX => return Err(ChannelError::transport(&action, error)),
-            Err(_) => std::thread::sleep(std::time::Duration::from_millis(5)),
+            Err(_) => std::thread::sleep(OPEN_PAUSE),
         }
     }
+}
+
+fn service_name(instance: &Instance, role: &str) -> String {
+    format!("surefoot/{}/{role}", instance.name())
 }
 
 fn layout_attribute(layout_hash: u64) -> Result<AttributeVerifier, String> {

@@ -5,6 +5,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::layout::layout;
 use super::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
+use super::seal::Sealed;
 use crate::Pose;
 use crate::digest::Digest;
 
@@ -166,6 +167,14 @@ layout!(PlanChunk {
 // SAFETY: a transparent array of bytes without pointers.
 unsafe impl ZeroCopySend for Digest {}
 
+impl Sealed for PlanChunk {
+    const CRC_AT: usize = std::mem::offset_of!(Self, crc);
+
+    fn crc_mut(&mut self) -> &mut u32 {
+        &mut self.crc
+    }
+}
+
 impl PlanChunk {
     /// The waypoints in use.
     pub fn waypoints(&self) -> &[Waypoint] {
@@ -175,27 +184,6 @@ impl PlanChunk {
     /// The contacts in use.
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts[..(self.contacts_len as usize).min(CONTACTS_MAX)]
-    }
-
-    /// The CRC that belongs to the chunk's bytes.
-    pub fn computed_crc(&self) -> u32 {
-        let offset = std::mem::offset_of!(Self, crc);
-        let bytes = bytemuck::bytes_of(self);
-        let mut hasher = crc32fast::Hasher::new();
-        hasher.update(&bytes[..offset]);
-        hasher.update(&[0; 4]);
-        hasher.update(&bytes[offset + 4..]);
-        hasher.finalize()
-    }
-
-    /// Writes the CRC that belongs to the chunk's bytes. The last thing done to a chunk before it is sent.
-    pub fn seal(&mut self) {
-        self.crc = self.computed_crc();
-    }
-
-    /// Whether the chunk carries the CRC of its bytes. Until this is known, no field may be believed.
-    pub fn is_intact(&self) -> bool {
-        self.crc == self.computed_crc()
     }
 
     /// The digest of the stream after this chunk. Who sends it (session, target instance) does not count: the same plan

@@ -3,11 +3,15 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+use super::correction::Correction;
 use super::layout::layout;
+use super::limits::CORRECTIONS_MAX;
+use super::seal::Sealed;
+use super::standing::Standing;
 use crate::digest::Digest;
 
 /// The layout version that feedback carries in [`Feedback::schema`].
-pub const FEEDBACK_SCHEMA: u64 = 1;
+pub const FEEDBACK_SCHEMA: u64 = 2;
 
 /// What a chunk can violate. The physical checks come first; the rest concern the message itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -45,11 +49,13 @@ pub enum Check {
     Config = 14,
     /// Meant for another controller instance.
     Instance = 15,
+    /// The world is not as the planner believes; [`Feedback::corrections`] says what was met.
+    WorldDiffers = 16,
 }
 
 impl Check {
     /// All checks, in wire order.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Limits,
         Self::Contact,
         Self::Balance,
@@ -66,6 +72,7 @@ impl Check {
         Self::World,
         Self::Config,
         Self::Instance,
+        Self::WorldDiffers,
     ];
 
     /// The check with this wire value, if there is one.
@@ -92,6 +99,7 @@ impl Check {
             "world",
             "config",
             "instance",
+            "world_differs",
         ][self as usize]
     }
 }
@@ -184,14 +192,29 @@ pub struct Feedback {
     pub duplicated: u64,
     /// Chunks received before their predecessors, and therefore ignored, since the instance's start.
     pub gaps: u64,
+    /// Chunks that the robot walked since it was set on its start, whichever controller instances moved it. A chunk walked
+    /// twice makes it exceed the chunks accepted.
+    pub walked: u64,
+    /// 1 while a chunk is being judged: such a heartbeat says only that the controller lives.
+    pub busy: u32,
+    /// Corrections used.
+    pub corrections_len: u32,
+    /// Always 0.
+    pub reserved: u32,
+    /// CRC-32 (IEEE) of all bytes of the message with this field zero.
+    pub crc: u32,
     /// Digest of the stream of all accepted chunks; meaningless while `next_sequence` is 0.
     pub stream: Digest,
     /// Worst margins of the accepted chunks.
     pub margins: Margins,
+    /// Where the robot stands and may stand forever.
+    pub standing: Standing,
+    /// All that was met so far and is not as the world file says, oldest first. Cumulative: nothing is ever taken back.
+    pub corrections: [Correction; CORRECTIONS_MAX],
 }
 
 const _: () = assert!(size_of::<Margins>() == 48);
-const _: () = assert!(size_of::<Feedback>() == 176);
+const _: () = assert!(size_of::<Feedback>() == 200 + size_of::<Standing>() + CORRECTIONS_MAX * size_of::<Correction>());
 
 impl Verdict {
     /// The verdict with this wire value, if there is one.
@@ -200,12 +223,34 @@ impl Verdict {
     }
 }
 
+impl Sealed for Feedback {
+    const CRC_AT: usize = std::mem::offset_of!(Self, crc);
+
+    fn crc_mut(&mut self) -> &mut u32 {
+        &mut self.crc
+    }
+}
+
 impl Feedback {
-    /// Whether the numbers that steer a sender can be what a controller says.
+    /// What the controller met that is not as the world file says.
+    pub fn corrections(&self) -> &[Correction] {
+        &self.corrections[..(self.corrections_len as usize).min(CORRECTIONS_MAX)]
+    }
+
+    /// Whether the message is undamaged and its numbers can be what a controller says.
     pub fn is_well_formed(&self) -> bool {
         let verdict = Verdict::from_wire(self.verdict);
         let refusal_is_named = verdict != Some(Verdict::Refused) || Check::from_wire(self.check).is_some();
-        self.schema == FEEDBACK_SCHEMA && self.instance != 0 && verdict.is_some() && refusal_is_named && self.finished <= 1
+        self.schema == FEEDBACK_SCHEMA
+            && self.instance != 0
+            && verdict.is_some()
+            && refusal_is_named
+            && self.finished <= 1
+            && self.busy <= 1
+            && self.corrections_len as usize <= CORRECTIONS_MAX
+            && self.is_intact()
+            && self.corrections().iter().all(Correction::is_well_formed)
+            && self.standing.is_well_formed()
     }
 }
 
@@ -225,9 +270,16 @@ layout!(Feedback {
     finished: u32,
     duplicated: u64,
     gaps: u64,
+    walked: u64,
+    busy: u32,
+    corrections_len: u32,
+    reserved: u32,
+    crc: u32,
     stream: Digest,
     margins: Margins,
-} with [Margins]);
+    standing: Standing,
+    corrections: [Correction; CORRECTIONS_MAX],
+} with [Margins, Standing, Correction]);
 
 #[cfg(test)]
 mod tests {
@@ -241,22 +293,32 @@ mod tests {
             assert_eq!(Check::from_wire(check as u32), Some(check));
             assert!(!check.word().is_empty());
         }
-        assert_eq!(Check::from_wire(16), None);
+        assert_eq!(Check::from_wire(17), None);
         assert_eq!(Verdict::from_wire(2), Some(Verdict::Refused));
         assert_eq!(Verdict::from_wire(3), None);
     }
 
     #[test]
     fn malformed_feedback_is_told_apart() {
+        let sealed = |feedback: &Feedback| {
+            let mut sealed = *feedback;
+            sealed.seal();
+            sealed
+        };
         let good = Feedback { schema: FEEDBACK_SCHEMA, instance: 7, verdict: 2, check: 9, ..Feedback::zeroed() };
-        assert!(good.is_well_formed());
+        assert!(!good.is_well_formed(), "without a seal");
+        assert!(sealed(&good).is_well_formed());
         let bad = [
-            Feedback { schema: 2, ..good },
+            Feedback { schema: 1, ..good },
             Feedback { instance: 0, ..good },
             Feedback { verdict: 3, ..good },
-            Feedback { check: 16, ..good },
+            Feedback { check: 17, ..good },
             Feedback { finished: 2, ..good },
+            Feedback { busy: 2, ..good },
+            Feedback { corrections_len: CORRECTIONS_MAX as u32 + 1, ..good },
+            Feedback { corrections_len: 1, corrections: [Correction { kind: 9, ..good.corrections[0] }; CORRECTIONS_MAX], ..good },
+            Feedback { standing: Standing { contacts_len: 9, ..good.standing }, ..good },
         ];
-        assert!(bad.iter().all(|feedback| !feedback.is_well_formed()));
+        assert!(bad.iter().all(|feedback| !sealed(feedback).is_well_formed()));
     }
 }

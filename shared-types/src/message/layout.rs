@@ -87,7 +87,8 @@ pub(crate) use layout;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::{Contact, Feedback, Margins, PlanChunk, Waypoint};
+    use crate::message::request::MarkData;
+    use crate::message::{Contact, Correction, Feedback, Margins, PlanChunk, PlanRequest, PlanStatus, RobotRecord, Standing, Waypoint};
 
     fn assert_no_gaps<M: Layout>() {
         let mut end = 0;
@@ -106,6 +107,12 @@ mod tests {
         assert_no_gaps::<PlanChunk>();
         assert_no_gaps::<Margins>();
         assert_no_gaps::<Feedback>();
+        assert_no_gaps::<Standing>();
+        assert_no_gaps::<Correction>();
+        assert_no_gaps::<MarkData>();
+        assert_no_gaps::<PlanRequest>();
+        assert_no_gaps::<PlanStatus>();
+        assert_no_gaps::<RobotRecord>();
     }
 
     #[test]
@@ -135,13 +142,18 @@ mod tests {
             ("finished", 76),
             ("duplicated", 80),
             ("gaps", 88),
-            ("stream", 96),
-            ("margins", 128),
+            ("walked", 96),
+            ("busy", 104),
+            ("crc", 116),
+            ("stream", 120),
+            ("margins", 152),
+            ("standing", 200),
+            ("corrections", 1936),
         ];
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (15_816, 176));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (15_816, 2640));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! A world: fixed shapes with one coefficient of friction. Nothing says which of them may be walked on.
 
+pub mod correction;
 pub mod load;
 pub(crate) mod shape_block;
 mod world_file;

@@ -44,8 +44,9 @@ fn deliver(instance: &Instance) -> Result<Outcome, ChannelError> {
 fn receive(instance: &Instance, over: &AtomicBool) -> Result<(), ChannelError> {
     let mut receiver = ChunkReceiver::open(instance, draw_id())?;
     let keep_going = || !over.load(Ordering::Relaxed);
-    receiver.run(&mut |_| Judgement::Accepted(Margins::UNMEASURED), &keep_going)?;
-    receiver.linger(PATIENCE, &keep_going)
+    let accept = &mut |_: &PlanChunk, _: &mut dyn FnMut()| Judgement::Accepted(Margins::UNMEASURED);
+    receiver.run(accept, &keep_going)?;
+    receiver.linger(accept, Some(PATIENCE), &keep_going).map(|_| ())
 }
 
 /// A stream of empty chunks.

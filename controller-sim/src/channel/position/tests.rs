@@ -21,7 +21,7 @@ fn walk(position: &mut Position, chunk: &PlanChunk) -> Admission {
     let admission = position.admit(chunk);
     match admission {
         Admission::Judge => position.accept(chunk, &Margins::UNMEASURED),
-        Admission::Refuse(check) => position.refuse(check, 0),
+        Admission::Refuse(check) => position.refuse(check, 0, None),
         Admission::Ignore => {}
     }
     admission
@@ -92,7 +92,7 @@ fn a_new_epoch_clears_the_refusal_and_an_old_plan_is_a_leftover() {
     let mut position = Position::new(ME);
     let first = stream(1, 3, 3, 0.0);
     walk(&mut position, &first[0]);
-    position.refuse(Check::Balance, 4);
+    position.refuse(Check::Balance, 4, None);
     assert_eq!(walk(&mut position, &first[1]), Admission::Ignore);
     let mut replanned = first[0];
     replanned.epoch = 1;
@@ -101,4 +101,32 @@ fn a_new_epoch_clears_the_refusal_and_an_old_plan_is_a_leftover() {
     assert_eq!(position.refusal(), None);
     assert_eq!(walk(&mut position, &stream(1, 2, 3, 0.0)[0]), Admission::Ignore);
     assert_eq!(position.tally().leftovers, 1);
+}
+
+#[test]
+fn a_successor_stands_where_the_robot_was_left() {
+    let chunks = stream(1, 1, 4, 0.0);
+    let mut position = Position::new(ME);
+    walk(&mut position, &chunks[0]);
+    walk(&mut position, &chunks[1]);
+    position.refuse(Check::WorldDiffers, 2, Some(Correction::missing(3)));
+    let mut next = Position::take_over(10, &position.record(5));
+    let (before, after) = (position.feedback(6), next.feedback(1));
+    assert_eq!((after.instance, after.next_sequence, after.walked, after.stream), (10, 2, 2, before.stream));
+    assert_eq!((after.verdict, after.check, after.corrections()), (before.verdict, before.check, before.corrections()));
+    assert_eq!(walk(&mut next, &chunks[2]), Admission::Ignore, "meant for the one before");
+    let mut chunk = PlanChunk { target_instance: 10, session: 2, epoch: 1, ..chunks[0] };
+    chunk.seal();
+    assert_eq!(walk(&mut next, &chunk), Admission::Judge, "a new epoch goes on");
+    assert_eq!((next.feedback(2).walked, next.feedback(2).corrections().len()), (3, 1));
+}
+
+#[test]
+fn corrections_add_up_until_there_is_no_room() {
+    let mut position = Position::new(ME);
+    for shape in 0..20 {
+        position.refuse(Check::WorldDiffers, 0, Some(Correction::missing(shape)));
+        assert!(position.feedback(1).is_well_formed());
+    }
+    assert_eq!(position.feedback(1).corrections().len(), CORRECTIONS_MAX);
 }

@@ -1,6 +1,8 @@
 use bytemuck::Zeroable;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 
+use surefoot_shared_types::message::Sealed;
+
 use super::*;
 
 const SESSION: u64 = 77;
@@ -16,7 +18,7 @@ fn stream(len: u64) -> Vec<PlanChunk> {
 
 fn word(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
     let stream = if accepted == 0 { Digest::default() } else { chunks[accepted as usize - 1].stream_after() };
-    Feedback {
+    sealed(Feedback {
         schema: FEEDBACK_SCHEMA,
         instance,
         count,
@@ -25,7 +27,12 @@ fn word(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedb
         next_sequence: accepted,
         stream,
         ..Feedback::zeroed()
-    }
+    })
+}
+
+fn sealed(mut feedback: Feedback) -> Feedback {
+    feedback.seal();
+    feedback
 }
 
 fn send_all(window: &mut Window<'_>) -> Vec<u64> {
@@ -91,10 +98,10 @@ fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
         foreign[index].stream = foreign[index - 1].stream_after();
     }
     let mut window = Window::new(&chunks, SESSION).unwrap();
-    window.hear(&Feedback { session: 1, ..word(5, 1, 4, &chunks) });
+    window.hear(&sealed(Feedback { session: 1, ..word(5, 1, 4, &chunks) }));
     assert_eq!(send_all(&mut window), [4, 5]);
     let mut window = Window::new(&chunks, SESSION).unwrap();
-    window.hear(&Feedback { session: 1, finished: 1, ..word(5, 1, 6, &foreign) });
+    window.hear(&sealed(Feedback { session: 1, finished: 1, ..word(5, 1, 6, &foreign) }));
     assert_eq!((window.outcome(), window.acknowledged()), (None, 0));
     assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
 }
@@ -102,7 +109,7 @@ fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
 #[test]
 fn refusals_end_it_unless_they_are_of_another_session() {
     let chunks = stream(6);
-    let refused = |session| Feedback { verdict: 2, check: 3, refused_waypoint: 9, session, ..word(5, 1, 0, &chunks) };
+    let refused = |session| sealed(Feedback { verdict: 2, check: 3, refused_waypoint: 9, session, ..word(5, 1, 0, &chunks) });
     let mut window = Window::new(&chunks, SESSION).unwrap();
     window.hear(&refused(1));
     assert_eq!(window.outcome(), None);
@@ -122,15 +129,15 @@ fn lies_do_not_move_the_window() {
         Feedback { next_sequence: u64::MAX, ..good },
         Feedback { next_sequence: 3, ..good },
         Feedback { plan_id: 2, ..good },
-        Feedback { epoch: 1, ..good },
         Feedback { stream: Digest([9; 32]), ..good },
         Feedback { schema: 0, ..good },
         word(5, 2, 1, &chunks),
     ];
     for lie in &lies {
-        window.hear(lie);
+        window.hear(&sealed(*lie));
         assert_eq!(window.acknowledged(), 2);
     }
+    assert!(!window.hear(&Feedback { next_sequence: 5, ..good }), "a damaged word");
     window.hear(&good);
     assert_eq!(window.acknowledged(), 4);
 }
@@ -168,4 +175,25 @@ fn a_controller_that_never_takes_anything_is_given_up() {
         rounds += u32::from(window.go_back());
     }
     assert_eq!((window.outcome(), rounds), (Some(Outcome::ControllerLost), GO_BACKS_MAX));
+}
+
+#[test]
+fn a_controller_that_judges_is_not_idle() {
+    let chunks = stream(4);
+    let mut window = Window::new(&chunks, SESSION).unwrap();
+    window.hear(&word(5, 1, 0, &chunks));
+    send_all(&mut window);
+    for count in 2..20 {
+        window.hear(&sealed(Feedback { busy: 1, ..word(5, count, 0, &chunks) }));
+        assert!(!window.go_back());
+    }
+}
+
+#[test]
+fn a_plan_that_was_made_again_meanwhile_is_out_of_date() {
+    let chunks = stream(4);
+    let mut window = Window::new(&chunks, SESSION).unwrap();
+    window.hear(&sealed(Feedback { epoch: 2, session: 1, ..word(5, 1, 3, &chunks) }));
+    assert_eq!(window.outcome(), Some(Outcome::Superseded));
+    assert!(window.to_send().is_none());
 }

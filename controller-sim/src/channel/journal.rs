@@ -1,0 +1,132 @@
+//! Where the robot stands, kept in the instance's folder so that it outlives the controller's process.
+//!
+//! A walked chunk counts from the moment its record is complete here, before the planner hears of it. So a controller
+//! that takes over neither walks a chunk again nor misses one, whenever its predecessor was killed. Two slots are written
+//! in turn: a record torn by a kill leaves the one before. The file is mapped, and written once before it is, so
+//! that keeping a record allocates nothing and cannot find the file system full. The lock on it allows one controller at a time.
+
+use std::fs::{File, OpenOptions};
+use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
+use std::time::Duration;
+
+use bytemuck::Zeroable;
+use memmap2::MmapMut;
+use surefoot_shared_types::instance::{ChannelError, Instance};
+use surefoot_shared_types::message::{Layout, RobotRecord, Sealed};
+
+/// The file's name in the instance's folder.
+const FILE: &str = "robot";
+/// Bytes of a record.
+const RECORD: usize = size_of::<RobotRecord>();
+/// How often the lock is tried while a predecessor's process is being buried.
+const LOCK_ATTEMPTS_MAX: usize = 40;
+/// Time between two attempts.
+const LOCK_PAUSE: Duration = Duration::from_millis(5);
+
+/// The record of one robot.
+#[derive(Debug)]
+pub(super) struct Journal {
+    slots: MmapMut,
+    generation: u64,
+    /// Held as long as this controller moves the robot.
+    _lock: File,
+}
+
+impl Journal {
+    /// Opens the journal of an instance and takes the robot; answers what its last controller left.
+    pub(super) fn open(instance: &Instance) -> Result<(Self, Option<RobotRecord>), ChannelError> {
+        let path = instance.root().join(FILE);
+        let failed = |error: std::io::Error| ChannelError::transport("keeping the robot's record", error);
+        let opened =
+            OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).custom_flags(libc::O_NOFOLLOW).open(&path);
+        let mut file = opened.map_err(failed)?;
+        lock(&file)?;
+        if file.metadata().map_err(failed)?.len() != 2 * RECORD as u64 {
+            file.set_len(0).map_err(failed)?;
+            file.write_all(&[0; 2 * RECORD]).map_err(failed)?;
+        }
+        // SAFETY: only the holder of the lock writes the file, and nobody shortens it.
+        let slots = unsafe { MmapMut::map_mut(&file) }.map_err(failed)?;
+        let records = [0, 1].map(|slot| bytemuck::pod_read_unaligned::<RobotRecord>(&slots[slot * RECORD..(slot + 1) * RECORD]));
+        let newest = records.into_iter().filter(RobotRecord::is_well_formed).max_by_key(|record| record.generation);
+        let generation = newest.map_or(0, |record| record.generation);
+        Ok((Self { slots, generation, _lock: file }, newest))
+    }
+
+    /// Keeps a record. It holds once this returns.
+    pub(super) fn keep(&mut self, mut record: RobotRecord) {
+        self.generation += 1;
+        record.layout = RobotRecord::HASH;
+        record.generation = self.generation;
+        record.seal();
+        let slot = (self.generation % 2) as usize;
+        self.slots[slot * RECORD..(slot + 1) * RECORD].copy_from_slice(bytemuck::bytes_of(&record));
+    }
+}
+
+/// A record of nothing.
+pub(super) fn blank() -> RobotRecord {
+    RobotRecord::zeroed()
+}
+
+fn lock(file: &File) -> Result<(), ChannelError> {
+    for _ in 0..LOCK_ATTEMPTS_MAX {
+        if file.try_lock().is_ok() {
+            return Ok(());
+        }
+        std::thread::sleep(LOCK_PAUSE);
+    }
+    Err(ChannelError::Taken)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::FileExt;
+
+    use surefoot_shared_types::message::Feedback;
+    use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
+
+    use super::*;
+
+    fn instance(base: &std::path::Path) -> Instance {
+        Instance::create_in(&base.join("base"), "journal").unwrap()
+    }
+
+    fn record(walked: u64) -> RobotRecord {
+        let mut word = Feedback { schema: FEEDBACK_SCHEMA, instance: 7, walked, ..Feedback::zeroed() };
+        word.seal();
+        RobotRecord { word, ..blank() }
+    }
+
+    #[test]
+    fn a_successor_finds_the_newest_whole_record() {
+        let base = tempfile::tempdir_in("/dev/shm").unwrap();
+        let instance = instance(base.path());
+        let (mut journal, found) = Journal::open(&instance).unwrap();
+        assert!(found.is_none());
+        for walked in 1..=5 {
+            journal.keep(record(walked));
+        }
+        drop(journal);
+        let found = Journal::open(&instance).unwrap().1.unwrap();
+        assert_eq!((found.word.walked, found.generation), (5, 5));
+        let file = File::options().read(true).write(true).open(instance.root().join(FILE)).unwrap();
+        file.write_at(&[0xff; 9], RECORD as u64 + 900).unwrap();
+        assert_eq!(Journal::open(&instance).unwrap().1.unwrap().word.walked, 4, "the fifth is torn");
+        file.write_at(&[0xff; 9], 900).unwrap();
+        assert!(Journal::open(&instance).unwrap().1.is_none());
+        file.set_len(100).unwrap();
+        assert!(Journal::open(&instance).unwrap().1.is_none());
+    }
+
+    #[test]
+    fn a_robot_has_one_controller_at_a_time() {
+        let base = tempfile::tempdir_in("/dev/shm").unwrap();
+        let instance = instance(base.path());
+        let first = Journal::open(&instance).unwrap();
+        assert!(matches!(Journal::open(&instance), Err(ChannelError::Taken)));
+        drop(first);
+        assert!(Journal::open(&instance).is_ok());
+    }
+}

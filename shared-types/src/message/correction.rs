@@ -1,0 +1,147 @@
+//! What a controller met that is not as the world file says.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::layout::layout;
+use crate::Pose;
+
+/// [`Correction::shape`] where the correction concerns no shape of the world file.
+pub const NO_SHAPE: u32 = u32::MAX;
+/// No coordinate of a correction is larger than this, m.
+const COORDINATE_MAX: f64 = 1e4;
+
+/// The kinds of differences.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum CorrectionKind {
+    /// The shape stands elsewhere: `position` and `rotation` are its true pose.
+    Moved = 1,
+    /// The shape is not there.
+    Missing = 2,
+    /// A box stands where the world file knows nothing: its pose and `half_extents`.
+    Extra = 3,
+    /// Nothing carries the sole that should stand at `position` and `rotation`; `half_extents` holds half of its length and
+    /// width, and 0.
+    ContactMissing = 4,
+}
+
+/// One difference between the world and the planner's belief.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.Correction.v1")]
+pub struct Correction {
+    /// A [`CorrectionKind`] as its wire value.
+    pub kind: u32,
+    /// Index in `World::shapes` of the shape that moved or is missing, else [`NO_SHAPE`].
+    pub shape: u32,
+    /// Position in the world, m; see [`CorrectionKind`].
+    pub position: [f64; 3],
+    /// Rotation in the world, unit quaternion x, y, z, w.
+    pub rotation: [f64; 4],
+    /// Half of each side of an extra box, or of a sole, m; else 0.
+    pub half_extents: [f64; 3],
+}
+
+const _: () = assert!(size_of::<Correction>() == 88);
+
+layout!(Correction { kind: u32, shape: u32, position: [f64; 3], rotation: [f64; 4], half_extents: [f64; 3] } with []);
+
+impl CorrectionKind {
+    /// The kind with this wire value, if there is one.
+    pub fn from_wire(value: u32) -> Option<Self> {
+        [Self::Moved, Self::Missing, Self::Extra, Self::ContactMissing].into_iter().find(|kind| *kind as u32 == value)
+    }
+
+    /// Its name in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Moved => "moved",
+            Self::Missing => "missing",
+            Self::Extra => "extra",
+            Self::ContactMissing => "contact_missing",
+        }
+    }
+}
+
+impl Correction {
+    /// Shape number `shape` of the world stands at `world_from_shape`.
+    pub fn moved(shape: u32, world_from_shape: &Pose) -> Self {
+        Self::new(CorrectionKind::Moved, shape, world_from_shape, [0.0; 3])
+    }
+
+    /// Shape number `shape` of the world is not there.
+    pub fn missing(shape: u32) -> Self {
+        Self::new(CorrectionKind::Missing, shape, &Pose::IDENTITY, [0.0; 3])
+    }
+
+    /// An unknown box (half sides in m) stands at `world_from_box`.
+    pub fn extra(world_from_box: &Pose, half_extents: [f64; 3]) -> Self {
+        Self::new(CorrectionKind::Extra, NO_SHAPE, world_from_box, half_extents)
+    }
+
+    /// Nothing carries a sole of this half length and half width (m) at `world_from_sole`.
+    pub fn contact_missing(world_from_sole: &Pose, half_sides: [f64; 2]) -> Self {
+        let [length, width] = half_sides;
+        Self::new(CorrectionKind::ContactMissing, NO_SHAPE, world_from_sole, [length, width, 0.0])
+    }
+
+    /// Its kind, if it is a known one.
+    pub fn known_kind(&self) -> Option<CorrectionKind> {
+        CorrectionKind::from_wire(self.kind)
+    }
+
+    /// The pose it names.
+    pub fn pose(&self) -> Pose {
+        Pose::from_parts(self.position.into(), glam::DQuat::from_array(self.rotation))
+    }
+
+    /// Whether its numbers can be those of a difference.
+    pub fn is_well_formed(&self) -> bool {
+        let bounded = |values: &[f64]| values.iter().all(|value| value.abs() <= COORDINATE_MAX);
+        let unit = (glam::DQuat::from_array(self.rotation).length() - 1.0).abs() <= 1e-6;
+        let sides = self.half_extents;
+        let sized = match self.known_kind() {
+            Some(CorrectionKind::Extra) => sides.iter().all(|side| *side > 0.0),
+            Some(CorrectionKind::ContactMissing) => sides[0] > 0.0 && sides[1] > 0.0,
+            Some(CorrectionKind::Moved | CorrectionKind::Missing) => self.shape != NO_SHAPE,
+            None => false,
+        };
+        sized && unit && bounded(&self.position) && bounded(&sides)
+    }
+
+    fn new(kind: CorrectionKind, shape: u32, pose: &Pose, half_extents: [f64; 3]) -> Self {
+        let (position, rotation) = (pose.translation.to_array(), pose.rotation.to_array());
+        Self { kind: kind as u32, shape, position, rotation, half_extents }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_is_well_formed_until_a_number_is_not() {
+        let pose = Pose::from_parts(glam::DVec3::new(1.0, 2.0, 3.0), glam::DQuat::IDENTITY);
+        let good = [
+            Correction::moved(3, &pose),
+            Correction::missing(0),
+            Correction::extra(&pose, [0.1; 3]),
+            Correction::contact_missing(&pose, [0.1; 2]),
+        ];
+        for correction in good {
+            assert!(correction.is_well_formed(), "{correction:?}");
+            assert!(!correction.known_kind().unwrap().word().is_empty());
+            let bad = [
+                Correction { kind: 0, ..correction },
+                Correction { position: [0.0, f64::NAN, 0.0], ..correction },
+                Correction { position: [0.0, 1e5, 0.0], ..correction },
+                Correction { rotation: [0.0; 4], ..correction },
+                Correction { half_extents: [f64::NAN; 3], ..correction },
+            ];
+            assert!(bad.iter().all(|correction| !correction.is_well_formed()));
+        }
+        assert!(!Correction { shape: NO_SHAPE, ..good[0] }.is_well_formed());
+        assert!(!Correction { half_extents: [0.1, 0.0, 0.1], ..good[2] }.is_well_formed());
+    }
+}

@@ -1,0 +1,291 @@
+//! What a client asks of a planner that stays up, and what becomes of it.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::layout::layout;
+use super::seal::Sealed;
+use crate::config::Mark;
+use crate::digest::Digest;
+
+/// The layout version that a request carries in [`PlanRequest::schema`].
+pub const REQUEST_SCHEMA: u64 = 1;
+/// The layout version that a status carries in [`PlanStatus::schema`].
+pub const STATUS_SCHEMA: u64 = 1;
+/// No coordinate of a mark is larger than this, m; also the largest angle, rad.
+const COORDINATE_MAX: f64 = 1e4;
+/// The feet of a mark stand at most this far apart, m.
+const FEET_APART_MAX: f64 = 10.0;
+
+/// What is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum RequestKind {
+    /// Walk from where the robot stands to `goal`; from `start` where it stands nowhere yet.
+    Goal = 1,
+    /// Walk from `start` to `goal`. Only a robot that stands nowhere yet, or stands there, will accept the plan.
+    StartAndGoal = 2,
+    /// Give up whatever is planned or delivered now; the robot stays at the end of the last chunk it walked.
+    Cancel = 3,
+    /// Plan again from where the robot stands to the goal that was asked for last, with `seed`.
+    Replan = 4,
+}
+
+/// A pair of foot prints; see [`Mark`].
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.MarkData.v1")]
+pub struct MarkData {
+    /// The middle between the two sole frames, on the ground, m.
+    pub position: [f64; 3],
+    /// The heading, rad.
+    pub yaw: f64,
+    /// The distance between the two sole frames, m.
+    pub feet_apart: f64,
+}
+
+/// A client's wish. Sent again until a [`PlanStatus`] names it, so a planner may see it more than once.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.PlanRequest.v1")]
+pub struct PlanRequest {
+    /// [`REQUEST_SCHEMA`].
+    pub schema: u64,
+    /// The client process, drawn at its start; never 0.
+    pub client: u64,
+    /// Counts the client's requests, from 1.
+    pub number: u64,
+    /// The seed of the search.
+    pub seed: u64,
+    /// Work units that the search may use; 0 means as many as the scenario allows, and never more than those.
+    pub work_max: u64,
+    /// A [`RequestKind`] as its wire value.
+    pub kind: u32,
+    /// CRC-32 (IEEE) of all bytes of the message with this field zero.
+    pub crc: u32,
+    /// Where to walk from, where the kind says so.
+    pub start: MarkData,
+    /// Where to walk to, where the kind says so.
+    pub goal: MarkData,
+}
+
+/// What becomes of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum RequestState {
+    /// Nothing was asked yet.
+    Idle = 0,
+    /// The search runs.
+    Planning = 1,
+    /// The plan is being delivered.
+    Delivering = 2,
+    /// The controller walked and accepted all of it.
+    Accepted = 3,
+    /// No plan within the budget.
+    NoPlan = 4,
+    /// The controller refused a chunk, and planning again did not help.
+    Refused = 5,
+    /// Given up because a client asked for it.
+    Cancelled = 6,
+    /// The robot cannot stand at the start or at the goal, or the request makes no sense.
+    Invalid = 7,
+    /// No controller answers.
+    ControllerLost = 8,
+}
+
+/// The planner's latest word about requests.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.PlanStatus.v1")]
+pub struct PlanStatus {
+    /// [`STATUS_SCHEMA`].
+    pub schema: u64,
+    /// The planner process's session.
+    pub session: u64,
+    /// Who asked for what is being done; 0 before the first request.
+    pub client: u64,
+    /// The client's number of that request.
+    pub number: u64,
+    /// Counts this planner's status messages.
+    pub count: u64,
+    /// The plan's number in this session.
+    pub plan_id: u64,
+    /// How often it was planned again.
+    pub epoch: u64,
+    /// Work units spent on the search.
+    pub work: u64,
+    /// Chunks of the plan; 0 before it is found.
+    pub chunks: u64,
+    /// Chunks that the controller accepted.
+    pub accepted: u64,
+    /// Digest of the plan's stream; zero before it is found.
+    pub digest: Digest,
+    /// A [`RequestState`] as its wire value.
+    pub state: u32,
+    /// CRC-32 (IEEE) of all bytes of the message with this field zero.
+    pub crc: u32,
+}
+
+const _: () = assert!(size_of::<MarkData>() == 40);
+const _: () = assert!(size_of::<PlanRequest>() == 48 + 2 * size_of::<MarkData>());
+const _: () = assert!(size_of::<PlanStatus>() == 120);
+
+layout!(MarkData { position: [f64; 3], yaw: f64, feet_apart: f64 } with []);
+layout!(PlanRequest {
+    schema: u64,
+    client: u64,
+    number: u64,
+    seed: u64,
+    work_max: u64,
+    kind: u32,
+    crc: u32,
+    start: MarkData,
+    goal: MarkData,
+} with [MarkData]);
+layout!(PlanStatus {
+    schema: u64,
+    session: u64,
+    client: u64,
+    number: u64,
+    count: u64,
+    plan_id: u64,
+    epoch: u64,
+    work: u64,
+    chunks: u64,
+    accepted: u64,
+    digest: Digest,
+    state: u32,
+    crc: u32,
+} with []);
+
+impl RequestKind {
+    /// The kind with this wire value, if there is one.
+    pub fn from_wire(value: u32) -> Option<Self> {
+        [Self::Goal, Self::StartAndGoal, Self::Cancel, Self::Replan].into_iter().find(|kind| *kind as u32 == value)
+    }
+}
+
+impl RequestState {
+    /// All states, in wire order.
+    pub const ALL: [Self; 9] = [
+        Self::Idle,
+        Self::Planning,
+        Self::Delivering,
+        Self::Accepted,
+        Self::NoPlan,
+        Self::Refused,
+        Self::Cancelled,
+        Self::Invalid,
+        Self::ControllerLost,
+    ];
+
+    /// The state with this wire value, if there is one.
+    pub fn from_wire(value: u32) -> Option<Self> {
+        Self::ALL.get(value as usize).copied()
+    }
+
+    /// Its name in reports.
+    pub fn word(self) -> &'static str {
+        ["idle", "planning", "delivering", "accepted", "no_plan", "refused", "cancelled", "invalid", "controller_lost"][self as usize]
+    }
+
+    /// Whether nothing more becomes of the request.
+    pub fn is_final(self) -> bool {
+        !matches!(self, Self::Idle | Self::Planning | Self::Delivering)
+    }
+}
+
+impl From<Mark> for MarkData {
+    fn from(mark: Mark) -> Self {
+        Self { position: mark.position.to_array(), yaw: mark.yaw, feet_apart: mark.feet_apart }
+    }
+}
+
+impl MarkData {
+    /// The mark, if its numbers can be those of one.
+    pub fn mark(&self) -> Option<Mark> {
+        let bounded = self.position.iter().chain([&self.yaw]).all(|number| number.abs() <= COORDINATE_MAX);
+        let apart = self.feet_apart > 0.0 && self.feet_apart <= FEET_APART_MAX;
+        (bounded && apart).then(|| Mark { position: self.position.into(), yaw: self.yaw, feet_apart: self.feet_apart })
+    }
+}
+
+impl Sealed for PlanRequest {
+    const CRC_AT: usize = std::mem::offset_of!(Self, crc);
+
+    fn crc_mut(&mut self) -> &mut u32 {
+        &mut self.crc
+    }
+}
+
+impl Sealed for PlanStatus {
+    const CRC_AT: usize = std::mem::offset_of!(Self, crc);
+
+    fn crc_mut(&mut self) -> &mut u32 {
+        &mut self.crc
+    }
+}
+
+impl PlanRequest {
+    /// The kind of a request that is undamaged and whose numbers make sense; nothing otherwise.
+    pub fn known_kind(&self) -> Option<RequestKind> {
+        let kind = RequestKind::from_wire(self.kind)?;
+        let start = kind != RequestKind::StartAndGoal || self.start.mark().is_some();
+        let goal = !matches!(kind, RequestKind::Goal | RequestKind::StartAndGoal) || self.goal.mark().is_some();
+        let named = self.schema == REQUEST_SCHEMA && self.client != 0 && self.number != 0;
+        (named && start && goal && self.is_intact()).then_some(kind)
+    }
+}
+
+impl PlanStatus {
+    /// The state that an undamaged status tells; nothing otherwise.
+    pub fn known_state(&self) -> Option<RequestState> {
+        let sound = self.schema == STATUS_SCHEMA && self.session != 0 && self.is_intact();
+        RequestState::from_wire(self.state).filter(|_| sound)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sealed<M: Sealed>(mut message: M) -> M {
+        message.seal();
+        message
+    }
+
+    #[test]
+    fn requests_that_make_no_sense_have_no_kind() {
+        let mark = MarkData { position: [1.0, 2.0, 0.0], yaw: 0.5, feet_apart: 0.2 };
+        let request =
+            PlanRequest { schema: REQUEST_SCHEMA, client: 3, number: 1, kind: 2, start: mark, goal: mark, ..PlanRequest::zeroed() };
+        assert_eq!(request.known_kind(), None, "without a seal");
+        assert_eq!(sealed(request).known_kind(), Some(RequestKind::StartAndGoal));
+        assert_eq!(MarkData::from(mark.mark().unwrap()), mark);
+        let odd = MarkData { yaw: f64::NAN, ..mark };
+        let bad = [
+            PlanRequest { schema: 2, ..request },
+            PlanRequest { client: 0, ..request },
+            PlanRequest { number: 0, ..request },
+            PlanRequest { kind: 5, ..request },
+            PlanRequest { kind: 0, ..request },
+            PlanRequest { start: odd, ..request },
+            PlanRequest { goal: odd, ..request },
+            PlanRequest { goal: MarkData { feet_apart: 0.0, ..mark }, ..request },
+            PlanRequest { goal: MarkData { position: [1e9, 0.0, 0.0], ..mark }, ..request },
+        ];
+        assert!(bad.iter().all(|request| sealed(*request).known_kind().is_none()));
+        assert_eq!(sealed(PlanRequest { kind: 3, goal: odd, ..request }).known_kind(), Some(RequestKind::Cancel));
+    }
+
+    #[test]
+    fn states_come_back() {
+        for state in RequestState::ALL {
+            let status = PlanStatus { schema: STATUS_SCHEMA, session: 1, state: state as u32, ..PlanStatus::zeroed() };
+            assert_eq!((status.known_state(), sealed(status).known_state()), (None, Some(state)));
+            assert!(!state.word().is_empty());
+        }
+        assert_eq!(RequestState::from_wire(9), None);
+        assert!(RequestState::Accepted.is_final() && !RequestState::Delivering.is_final());
+    }
+}

@@ -1,0 +1,92 @@
+//! Where a robot stands.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::chunk::{Contact, SupportMode, Waypoint};
+use super::layout::layout;
+use super::limits::{CONTACTS_MAX, POLYGON_VERTICES_MAX};
+
+/// A configuration in which the robot may stop forever, and where its feet are.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.Standing.v1")]
+pub struct Standing {
+    /// A [`SupportMode`] as its wire value: which feet carry the robot.
+    pub mode: u32,
+    /// Contacts used: 0 while the robot stands nowhere yet, else one for each limb that ever stood.
+    pub contacts_len: u32,
+    /// The configuration, and the plan's time at which it was reached.
+    pub waypoint: Waypoint,
+    /// Where each limb stands; of a lifted one, where it stood last.
+    pub contacts: [Contact; CONTACTS_MAX],
+}
+
+const _: () = assert!(size_of::<Standing>() == 8 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<Contact>());
+
+layout!(Standing { mode: u32, contacts_len: u32, waypoint: Waypoint, contacts: [Contact; CONTACTS_MAX] } with [Waypoint, Contact]);
+
+impl Standing {
+    /// Whether the robot stands anywhere yet.
+    pub fn is_known(&self) -> bool {
+        self.contacts_len > 0
+    }
+
+    /// The contacts in use.
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts[..(self.contacts_len as usize).min(CONTACTS_MAX)]
+    }
+
+    /// The contact of a limb, if it ever stood.
+    pub fn contact_of(&self, limb: u32) -> Option<&Contact> {
+        self.contacts().iter().find(|contact| contact.limb == limb)
+    }
+
+    /// The standing at the end of a chunk that was walked from this one: `mode` and `contacts` are the chunk's, `waypoint`
+    /// its last. Lifted limbs keep the contact they had.
+    pub fn after(&self, mode: u32, contacts: &[Contact], waypoint: &Waypoint) -> Self {
+        let mut next = Self { mode, waypoint: *waypoint, ..*self };
+        for contact in contacts {
+            let known = next.contacts().iter().position(|old| old.limb == contact.limb);
+            let place = known.unwrap_or(next.contacts_len as usize);
+            if place < CONTACTS_MAX {
+                next.contacts[place] = *contact;
+                next.contacts_len = next.contacts_len.max(place as u32 + 1);
+            }
+        }
+        next
+    }
+
+    /// Whether counts, modes and numbers can be those of a standing robot.
+    pub fn is_well_formed(&self) -> bool {
+        let is_finite = |contact: &Contact| {
+            contact.polygon_len as usize <= POLYGON_VERTICES_MAX
+                && contact.position.iter().chain(&contact.rotation).chain(contact.polygon.as_flattened()).all(|x| x.is_finite())
+        };
+        let numbers = self.waypoint.root_position.iter().chain(&self.waypoint.root_rotation).chain(&self.waypoint.q);
+        self.contacts_len as usize <= CONTACTS_MAX
+            && SupportMode::from_wire(self.mode).is_some()
+            && self.waypoint.time.is_finite()
+            && numbers.into_iter().all(|x| x.is_finite())
+            && self.contacts().iter().all(is_finite)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lifted_foot_is_remembered_where_it_stood_last() {
+        let contact = |limb: u32, x: f64| Contact { limb, position: [x, 0.0, 0.0], ..Contact::zeroed() };
+        let standing = Standing::zeroed();
+        assert!(!standing.is_known());
+        let both = standing.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.2)], &Waypoint::zeroed());
+        let lifted = both.after(SupportMode::Left as u32, &[contact(0, 0.1)], &Waypoint { time: 2.0, ..Waypoint::zeroed() });
+        assert_eq!((lifted.mode, lifted.contacts_len, lifted.waypoint.time), (SupportMode::Left as u32, 2, 2.0));
+        assert_eq!(lifted.contact_of(1).unwrap().position[0], 0.2);
+        let landed = lifted.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.5)], &Waypoint::zeroed());
+        assert_eq!((landed.contacts_len, landed.contact_of(1).unwrap().position[0]), (2, 0.5));
+        assert!(landed.is_well_formed() && landed.contact_of(2).is_none());
+    }
+}
