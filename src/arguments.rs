@@ -8,6 +8,8 @@ use crate::affinity::default_threads;
 
 /// Most planner threads.
 const THREADS_MAX: i64 = 256;
+/// How often a plan is made again where the world turns out to be another, unless told otherwise.
+const REPLANS_MAX: u32 = 8;
 /// How often a killed process is started again, unless told otherwise.
 const RESTARTS_MAX: u32 = 8;
 
@@ -33,6 +35,10 @@ pub enum Command {
     Plan(PlanArguments),
     /// Listen for a plan in an instance, check it and walk it
     Control(ControlArguments),
+    /// Ask a planner that stays up for a walk, or for its end
+    Request(RequestArguments),
+    /// Listen to a planner and its controller, and print what passes
+    Monitor(MonitorArguments),
     /// Make the controller's checks on an exported plan
     Check(CheckArguments),
     /// Say whether this machine can run a walk
@@ -65,6 +71,9 @@ pub struct PlanArguments {
     /// Deliver the plan to the controller in this instance
     #[arg(long, value_name = "NAME")]
     pub instance: Option<String>,
+    /// Stay up, and plan what `surefoot request` asks for
+    #[arg(long, requires = "instance")]
+    pub serve: bool,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub role: RoleArguments,
@@ -87,6 +96,69 @@ pub struct ControlArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub role: RoleArguments,
+}
+
+/// `surefoot request`.
+#[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("wish").required(true).args(["goal", "cancel", "replan"]))]
+pub struct RequestArguments {
+    /// Where the planner stays up
+    #[arg(long, value_name = "NAME")]
+    pub instance: String,
+    /// Walk there: the middle between both prints (m) and the heading (rad)
+    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = prints)]
+    pub goal: Option<Prints>,
+    /// Walk from there, and not from where the robot stands
+    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = prints, requires = "goal")]
+    pub start: Option<Prints>,
+    /// How far apart the feet shall stand, m
+    #[arg(long, value_name = "M", default_value_t = 0.2)]
+    pub feet_apart: f64,
+    /// Give up what is planned or walked now
+    #[arg(long)]
+    pub cancel: bool,
+    /// Plan again to the goal that was asked for last
+    #[arg(long)]
+    pub replan: bool,
+    /// The seed of the search
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Work units that the search may use; 0 means as many as the scenario allows
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub work_max: u64,
+}
+
+/// A pair of foot prints as the command line names them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prints {
+    /// The middle between both, m.
+    pub position: [f64; 3],
+    /// The heading, rad.
+    pub yaw: f64,
+}
+
+fn prints(text: &str) -> Result<Prints, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|number: &f64| number.is_finite()))
+        .collect::<Option<_>>()
+        .ok_or("four finite numbers with commas between them are needed")?;
+    let [x, y, z, yaw] = numbers[..] else { return Err(format!("{} numbers, four are needed: x,y,z,yaw", numbers.len())) };
+    Ok(Prints { position: [x, y, z], yaw })
+}
+
+/// `surefoot monitor`.
+#[derive(Debug, Args)]
+pub struct MonitorArguments {
+    /// Whom to listen to [default: the only pair that is running]
+    #[arg(long, value_name = "NAME")]
+    pub instance: Option<String>,
+    /// Print one JSON object a line
+    #[arg(long)]
+    pub json: bool,
+    /// Stop after so many seconds
+    #[arg(long, value_name = "S")]
+    pub seconds: Option<f64>,
 }
 
 /// `surefoot check`.
@@ -118,6 +190,9 @@ pub struct SearchArguments {
     /// Planner threads, without influence on the plan [default: 2, or the cores there are]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
+    /// How often the rest of the way is planned again where the world turns out to be another
+    #[arg(long, value_name = "N", default_value_t = REPLANS_MAX)]
+    pub replans_max: u32,
 }
 
 impl SearchArguments {

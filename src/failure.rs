@@ -6,6 +6,7 @@ use surefoot_controller_sim::CheckerError;
 use surefoot_planner::PlannerError;
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::instance::{ChannelError, InstanceError};
+use surefoot_shared_types::scene::correction::CorrectionError;
 
 use crate::picture::PictureError;
 use crate::supervisor::Role;
@@ -50,6 +51,15 @@ pub enum Failure {
     /// No transport.
     #[error(transparent)]
     Channel(#[from] ChannelError),
+    /// The controller's corrections are none of this world.
+    #[error("{0}; use the same scenario for the planner and the controller")]
+    Correction(#[from] CorrectionError),
+    /// What was asked for cannot be done.
+    #[error("{0}")]
+    Usage(String),
+    /// Nobody serves requests.
+    #[error("no planner answers; start 'surefoot plan SCENARIO --serve' with the same instance name")]
+    NoPlanner,
     /// The robot cannot stand where the scenario wants it to.
     #[error("{0}; change the scenario's mark or its world")]
     Ends(String),

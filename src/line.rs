@@ -35,6 +35,20 @@ pub enum Line {
     ControllerReady,
     /// The controller is done judging.
     Judged(Judged),
+    /// The rest of the way is planned again from where the robot stands.
+    Replanning {
+        /// The new epoch.
+        epoch: u64,
+        /// Differences of the world that are known now.
+        corrections: u64,
+    },
+    /// The planner waits for requests.
+    PlannerServes,
+    /// No planner speaks any more; the robot stands at the end of the last chunk that it walked.
+    Holding {
+        /// Chunks accepted.
+        accepted: u64,
+    },
     /// The supervisor started a process again.
     Restarted {
         /// Which.

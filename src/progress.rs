@@ -56,6 +56,11 @@ fn milestone(line: &Line) -> Option<String> {
             Some(format!("planner ready in {ready_seconds:.3} s, {:.1} MiB", *arena_bytes as f64 / f64::from(1 << 20)))
         }
         Line::Planned(planned) => Some(format!("{} in {:.3} s, {} work units", planned.description, planned.plan_seconds, planned.work)),
+        Line::Replanning { epoch, corrections } => {
+            Some(format!("the world differs in {corrections} places: planning again from here, epoch {epoch}"))
+        }
+        Line::PlannerServes => Some("waiting for requests".to_owned()),
+        Line::Holding { accepted } => Some(format!("no planner speaks: the robot holds after {accepted} chunks")),
         Line::Restarted { role, how } => Some(format!("the {role} process ended ({how}) and is started again")),
         Line::Judged(judged) => Some(format!("{} chunks checked in {:.3} s", judged.accepted, judged.check_seconds)),
         _ => None,
@@ -73,8 +78,8 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, line: &Line) {
             ));
         }
         Line::Delivering { accepted, chunks } => bar.get_or_insert_with(|| new_bar(*chunks, WALKING)).set_position(*accepted),
-        Line::Planned(_) | Line::Delivered(_) | Line::Restarted { .. } | Line::Failed { .. } => clear(bar),
-        Line::PlannerReady { .. } | Line::ControllerReady | Line::Judged(_) => {}
+        Line::Planned(_) | Line::Delivered(_) | Line::Restarted { .. } | Line::Replanning { .. } | Line::Failed { .. } => clear(bar),
+        Line::PlannerServes | Line::Holding { .. } | Line::PlannerReady { .. } | Line::ControllerReady | Line::Judged(_) => {}
     }
 }
 

@@ -52,6 +52,8 @@ pub struct Report {
     pub margins: WorstMargins,
     /// What was refused.
     pub refusal: Option<Refusal>,
+    /// How often the rest of the way was planned again.
+    pub replans: u64,
     /// How often a killed process was started again.
     pub restarts: u64,
     #[serde(skip)]
@@ -104,7 +106,13 @@ impl Report {
             Line::Delivered(delivered) => self.note_delivered(delivered),
             Line::Judged(judged) => self.note_judged(judged),
             Line::Restarted { .. } => self.restarts += 1,
-            Line::Planning(_) | Line::Delivering { .. } | Line::ControllerReady | Line::Failed { .. } => {}
+            Line::Replanning { .. } => self.replans += 1,
+            Line::PlannerServes
+            | Line::Holding { .. }
+            | Line::Planning(_)
+            | Line::Delivering { .. }
+            | Line::ControllerReady
+            | Line::Failed { .. } => {}
         }
     }
 

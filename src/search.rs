@@ -21,6 +21,20 @@ const TELL_EVERY_SECONDS: f64 = 0.1;
 /// # Errors
 /// When a signal asks for the end, or telling fails.
 pub fn run(planner: &mut Planner, work_max: u64, tell: &mut dyn FnMut(&Line) -> Result<(), Failure>) -> Result<Planned, Failure> {
+    let ended = run_until(planner, work_max, tell, &mut || signals::raised().is_some())?;
+    ended.ok_or_else(|| Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)))
+}
+
+/// Like [`run`], but nothing once `is_over` says so between two steps.
+///
+/// # Errors
+/// When telling fails.
+pub fn run_until(
+    planner: &mut Planner,
+    work_max: u64,
+    tell: &mut dyn FnMut(&Line) -> Result<(), Failure>,
+    is_over: &mut dyn FnMut() -> bool,
+) -> Result<Option<Planned>, Failure> {
     let watch = Stopwatch::start();
     let mut allocations = 0;
     let mut told_at = 0.0;
@@ -29,10 +43,10 @@ pub fn run(planner: &mut Planner, work_max: u64, tell: &mut dyn FnMut(&Line) -> 
         let status = planner.step(work_max.div_ceil(LOOKS).min(WORK_PER_STEP_MAX));
         allocations += allocations::count() - before;
         if let Status::Done(outcome) = status {
-            return Ok(planned(planner, &outcome, watch.seconds(), allocations));
+            return Ok(Some(planned(planner, &outcome, watch.seconds(), allocations)));
         }
-        if let Some(signal) = signals::raised() {
-            return Err(Failure::Interrupted(signal));
+        if is_over() {
+            return Ok(None);
         }
         if watch.seconds() - told_at > TELL_EVERY_SECONDS {
             told_at = watch.seconds();

@@ -21,6 +21,9 @@ pub fn text(report: &Report) -> String {
     if report.delivery().is_some() {
         line("chunks", chunks(report));
     }
+    if report.replans > 0 {
+        line("replans", report.replans.to_string());
+    }
     if report.restarts > 0 {
         line("restarts", report.restarts.to_string());
     }

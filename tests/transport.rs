@@ -83,7 +83,12 @@ fn deliver(instance: &Instance, chunks: &[PlanChunk]) -> Delivery {
 fn receive(instance: &Instance, time_per_chunk: Duration) -> (Ended, Vec<u64>, Tally) {
     let mut receiver = ChunkReceiver::open(instance, draw_id()).unwrap();
     let mut seen = Vec::new();
-    let ended = receiver.run(&mut accept_all(&mut seen, time_per_chunk), &|| true).unwrap();
+    let mut judge = accept_all(&mut seen, time_per_chunk);
+    let mut ended = Ended::Left;
+    while ended == Ended::Left {
+        ended = receiver.run(&mut judge, &|| true).unwrap();
+    }
+    drop(judge);
     linger(&mut receiver);
     (ended, seen, receiver.tally())
 }

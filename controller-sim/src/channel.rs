@@ -72,6 +72,9 @@ pub enum Ended {
     Finished,
     /// A chunk is refused; the robot stands at the end of the one before.
     Refused(Refusal),
+    /// No planner is attached any more, and the plan is not finished; the robot stands at the end of the last chunk that it
+    /// walked. Told once until another chunk comes.
+    Left,
     /// The caller ended it.
     Stopped,
 }
@@ -103,6 +106,7 @@ pub struct ChunkReceiver {
     taken_over: Option<Feedback>,
     active_at: Instant,
     cleaned_at: Instant,
+    told_left: bool,
 }
 
 /// The end that speaks.
@@ -129,7 +133,8 @@ impl ChunkReceiver {
         let position = record.map_or_else(|| Position::new(id), |record| Position::take_over(id, &record));
         let taken_over = record.map(|record| record.word);
         let start = now();
-        let mut receiver = Self { subscriber, mouth, link, position, journal, taken_over, active_at: start, cleaned_at: start };
+        let mut receiver =
+            Self { subscriber, mouth, link, position, journal, taken_over, active_at: start, cleaned_at: start, told_left: false };
         receiver.mouth.say(&receiver.position)?;
         Ok(receiver)
     }
@@ -144,10 +149,16 @@ impl ChunkReceiver {
     pub fn run(&mut self, judge: &mut Judge<'_>, keep_going: &dyn Fn() -> bool) -> Result<Ended, ChannelError> {
         while keep_going() {
             match self.take_one(judge)? {
-                Took::Nothing => self.idle()?,
+                Took::Nothing => {
+                    self.idle()?;
+                    if self.is_left() {
+                        return Ok(Ended::Left);
+                    }
+                }
                 Took::Leftover => self.active_at = now(),
                 Took::Judged => {
                     self.active_at = now();
+                    self.told_left = false;
                     if let Some(ended) = self.ended() {
                         return Ok(ended);
                     }
@@ -185,6 +196,14 @@ impl ChunkReceiver {
             }
         }
         Ok(None)
+    }
+
+    /// Whether the planner left in the middle of its plan, and that was not told yet.
+    fn is_left(&mut self) -> bool {
+        let mid_plan = self.position.is_mid_plan() && !self.told_left;
+        let left = mid_plan && self.link.chunks.dynamic_config().number_of_publishers() == 0;
+        self.told_left |= left;
+        left
     }
 
     /// What was received so far.

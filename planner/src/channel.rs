@@ -139,6 +139,32 @@ impl ChunkSender {
         Ok(latest)
     }
 
+    /// Waits until the controller has nothing more to read, so that the robot stays where its word says; answers that word, or
+    /// nothing where no controller speaks for `longest` or `keep_going` says no.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub fn settle(&self, longest: Duration, keep_going: &dyn Fn() -> bool) -> Result<Option<Feedback>, ChannelError> {
+        let mut heard_at = now();
+        let mut settled: Option<(Feedback, u64)> = None;
+        while keep_going() && heard_at.elapsed() < longest {
+            let Some(word) = self.overhear()? else {
+                self.link.feedback_bell.wait(SLEEP);
+                continue;
+            };
+            heard_at = now();
+            let quiet = match &settled {
+                Some((before, quiet)) if is_same_place(before, &word) => quiet + 1,
+                _ => 0,
+            };
+            if quiet >= window::IDLE_HEARTBEATS {
+                return Ok(Some(word));
+            }
+            settled = Some((word, quiet));
+        }
+        Ok(None)
+    }
+
     /// The process's end of the instance.
     pub fn link(&self) -> &Link {
         &self.link
@@ -286,6 +312,12 @@ impl<'a> Course<'a> {
         let (sent, resent) = self.window.counts();
         Delivery { outcome, sent, resent, accepted: self.window.acknowledged() as u64, feedback: self.last_word }
     }
+}
+
+/// Whether a controller was idle between two of its words.
+fn is_same_place(before: &Feedback, after: &Feedback) -> bool {
+    let place = |word: &Feedback| (word.instance, word.plan_id, word.epoch, word.next_sequence, word.walked);
+    after.busy == 0 && after.count > before.count && place(before) == place(after)
 }
 
 /// Loans, writes and returns every chunk of the pool, so that the first plan meets no page that was never touched.

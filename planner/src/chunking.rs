@@ -34,6 +34,8 @@ pub struct Provenance {
 pub struct ChunkBuilder {
     chunks: Vec<PlanChunk>,
     provenance: Provenance,
+    plan_id: u64,
+    epoch: u64,
     time: f64,
     waypoints: u64,
 }
@@ -42,7 +44,12 @@ impl ChunkBuilder {
     /// An arena for plans of `waypoints_max` waypoints.
     pub fn new(waypoints_max: usize, provenance: Provenance) -> Self {
         let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 8;
-        Self { chunks: Vec::with_capacity(chunks_max), provenance, time: 0.0, waypoints: 0 }
+        Self { chunks: Vec::with_capacity(chunks_max), provenance, plan_id: 1, epoch: 0, time: 0.0, waypoints: 0 }
+    }
+
+    /// Sets which plan of its session the chunks belong to, and how often it was planned again; at first plan 1, epoch 0.
+    pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
+        (self.plan_id, self.epoch) = (plan_id, epoch);
     }
 
     /// Bytes reserved.
@@ -108,7 +115,7 @@ impl ChunkBuilder {
         }
         let mut chunk: PlanChunk = bytemuck::Zeroable::zeroed();
         chunk.schema = CHUNK_SCHEMA;
-        chunk.plan_id = 1;
+        (chunk.plan_id, chunk.epoch) = (self.plan_id, self.epoch);
         chunk.mode = support as u32;
         chunk.joints_len = self.provenance.joints_len as u32;
         (chunk.robot, chunk.world, chunk.config) = (self.provenance.robot, self.provenance.world, self.provenance.config);

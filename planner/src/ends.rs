@@ -3,7 +3,9 @@
 use glam::DVec2;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::Mark;
+use surefoot_shared_types::message::{Standing, SupportMode};
 
+use crate::body::Configuration;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Rejection};
 use crate::foot_placement::{Scratch, Surfaces};
@@ -22,6 +24,8 @@ pub struct End {
     pub footholds: [Foothold; 2],
     /// The robot standing on them.
     pub state: State,
+    /// Which of them carry it.
+    pub support: SupportMode,
 }
 
 /// Stands the robot on a mark exactly.
@@ -34,7 +38,36 @@ pub fn stand_on(constraints: &Constraints, surfaces: &Surfaces, scratch: &mut Sc
     let right = foothold_at(constraints, surfaces, scratch, 1, &prints[1])?;
     let footholds = [left, right];
     let state = stand(constraints, &footholds, mark.yaw).map_err(EndFault::NoPosture)?;
-    Ok(End { footholds, state })
+    Ok(End { footholds, state, support: SupportMode::Double })
+}
+
+/// Takes the robot as it stands where a walk was broken off, on both feet or on one. A foot that carries it is believed to be
+/// supported as it says, since the robot stands there; a lifted one is remembered where it stood last.
+///
+/// # Errors
+/// It is not known where both feet stood.
+pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, EndFault> {
+    let support = SupportMode::from_wire(standing.mode).ok_or(EndFault::UnknownStance)?;
+    let [Some(left), Some(right)] = [0, 1].map(|limb| standing.contact_of(limb)) else { return Err(EndFault::UnknownStance) };
+    let footholds = [left, right].map(|contact| {
+        let polygon = &contact.polygon[..(contact.polygon_len as usize).min(contact.polygon.len())];
+        let support = polygon.iter().map(|vertex| DVec2::from_array(*vertex)).collect();
+        Foothold::new(contact.limb as usize, contact.world_from_sole(), support)
+    });
+    let configuration = Configuration { world_from_root: standing.waypoint.world_from_root(), q: standing.waypoint.q };
+    let snapshot = constraints.body.snapshot(&configuration);
+    let world_from_soles = [0, 1].map(|limb| match (support, limb) {
+        (SupportMode::Left, 1) | (SupportMode::Right, 0) => constraints.body.world_from_sole(&snapshot, limb),
+        _ => footholds[limb].world_from_sole,
+    });
+    Ok(End { footholds, state: State { configuration, world_from_soles }, support })
+}
+
+impl End {
+    /// Whether a foot carries the robot.
+    pub fn stands(&self, limb: usize) -> bool {
+        !matches!((self.support, limb), (SupportMode::Left, 1) | (SupportMode::Right, 0))
+    }
 }
 
 /// The placement of a foot exactly at a pose.

@@ -52,6 +52,8 @@ pub enum EndFault {
     },
     /// No standing configuration over both soles meets the constraints; the last condition that failed.
     NoPosture(Rejection),
+    /// It is not known where both feet stand, or stood last.
+    UnknownStance,
 }
 
 impl Outcome {
@@ -94,6 +96,7 @@ impl EndFault {
         let foot = |limb: &usize| ["left", "right"][*limb];
         match self {
             Self::Unsupported { limb, reason } => format!("the {} sole is not supported there: {}", foot(limb), reason.describe()),
+            Self::UnknownStance => "it is not known where both feet stood last".into(),
             Self::FootCollides { limb } => format!("the {} foot meets the world there", foot(limb)),
             Self::NoPosture(rejection) => format!("no standing posture there ({})", Rejection::WORDS[*rejection as usize]),
         }

@@ -23,7 +23,7 @@ use rayon::ThreadPool;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::message::PlanChunk;
+use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::spatial::{wrap_angle, yaw_of};
@@ -32,7 +32,7 @@ use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::{Constraints, Rejection};
-use crate::ends::{End, stand_on};
+use crate::ends::{End, foothold_at, stand_as, stand_on};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::roadmap::{Roadmap, RoundTally, Shared};
@@ -110,6 +110,7 @@ pub struct Planner {
     search: SequenceSearch,
     chunks: ChunkBuilder,
     phase: Phase,
+    standing: Option<Standing>,
     ends: Option<[End; 2]>,
     end_footholds: [[FootholdId; 2]; 2],
     tally: Tally,
@@ -129,6 +130,9 @@ const SWEEPS_MAX: usize = 4;
 const ROUNDS_PER_ROUTE: u32 = 2;
 /// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
 const END_RADIUS: f64 = 0.6;
+
+/// Transitions that a start on one foot leads to at the most; the others are reached through these.
+const STARTS_MAX: usize = 256;
 
 impl Planner {
     /// Compiles the robot and the world and allocates all that a search needs.
@@ -165,6 +169,7 @@ impl Planner {
             search: SequenceSearch::new(transitions_max),
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance),
             phase: Phase::Ends,
+            standing: None,
             ends: None,
             end_footholds: [[0; 2]; 2],
             tally: Tally::default(),
@@ -173,6 +178,18 @@ impl Planner {
             patience: PATIENCE[0],
             rounds_without_route: 0,
         })
+    }
+
+    /// Begins where the robot stands, on both feet or on one, in place of the scenario's start mark, which should be
+    /// [`Standing::mark`] then. To be called before the first step.
+    pub fn begin_at(&mut self, standing: &Standing) {
+        self.standing = Some(*standing);
+    }
+
+    /// Sets the name that the plan's chunks carry: which plan of its session it is, and how often it was planned again. Plan 1,
+    /// epoch 0, unless told otherwise.
+    pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
+        self.chunks.name_plan(plan_id, epoch);
     }
 
     /// Advances the search by about `work` units, or to its end.
@@ -256,20 +273,30 @@ impl Planner {
 
     fn stand_on_ends(&mut self) -> Result<Phase, ArenaFull> {
         self.tally.work += 64;
+        let goal_is_start = self.standing.is_none() && self.start_is_goal();
         let (constraints, surfaces, scratch) = (&self.shared.constraints, &self.surfaces, &mut self.scratch);
-        let start = match stand_on(constraints, surfaces, scratch, &self.scenario.start) {
+        let started = match &self.standing {
+            Some(standing) => stand_as(constraints, standing),
+            None => stand_on(constraints, surfaces, scratch, &self.scenario.start),
+        };
+        let start = match started {
             Ok(end) => end,
             Err(fault) => return Ok(Phase::Over(Outcome::StartInvalid(fault))),
         };
         let goal = match stand_on(constraints, surfaces, scratch, &self.scenario.goal) {
-            Ok(_) if self.start_is_goal() => start.clone(),
+            Ok(_) if goal_is_start => start.clone(),
             Ok(end) => end,
             Err(fault) => return Ok(Phase::Over(Outcome::GoalInvalid(fault))),
         };
         let graph = &mut self.roadmap.graph;
         for (ids, end) in self.end_footholds.iter_mut().zip([&start, &goal]) {
-            for (id, foothold) in ids.iter_mut().zip(&end.footholds) {
-                *id = graph.identical(foothold).map_or_else(|| graph.add_foothold(foothold.clone()), Ok)?;
+            for limb in [0, 1] {
+                let foothold = &end.footholds[limb];
+                // A lifted foot may have lost the place where it stood: the world was corrected since.
+                let usable = end.stands(limb) || foothold_at(constraints, surfaces, scratch, limb, &foothold.world_from_sole).is_ok();
+                if usable {
+                    ids[limb] = graph.identical(foothold).map_or_else(|| graph.add_foothold(foothold.clone()), Ok)?;
+                }
             }
         }
         self.ends = Some([start, goal]);
@@ -341,9 +368,8 @@ impl Planner {
 
     fn find_sequence(&mut self) -> Result<Phase, ArenaFull> {
         self.tally.sequences += 1;
-        let [[l0, r0], goal] = self.end_footholds;
-        let mut starts: heapless::Vec<TransitionId, 2> = heapless::Vec::new();
-        starts.extend([self.roadmap.graph.find(l0, r0), self.roadmap.graph.find(r0, l0)].into_iter().flatten());
+        let starts = self.start_transitions();
+        let goal = self.end_footholds[1];
         let is_goal = |id: TransitionId| {
             let transition = &self.roadmap.graph.transitions()[id as usize];
             goal.contains(&transition.stance) && goal.contains(&transition.other)
@@ -353,6 +379,18 @@ impl Planner {
             return Ok(self.widen_or_reroute());
         }
         Ok(Phase::Sample { next: 0, failed: false })
+    }
+
+    /// The transitions that the start leads to: on both feet those between its two placements, on one foot all that this one
+    /// carries.
+    fn start_transitions(&self) -> heapless::Vec<TransitionId, STARTS_MAX> {
+        let [left, right] = self.end_footholds[0];
+        let graph = &self.roadmap.graph;
+        match self.ends.as_ref().map(|[start, _]| start.support) {
+            Some(SupportMode::Left) => graph.from_stance(left).take(STARTS_MAX).collect(),
+            Some(SupportMode::Right) => graph.from_stance(right).take(STARTS_MAX).collect(),
+            _ => [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect(),
+        }
     }
 
     fn sample(&mut self, next: usize, failed: bool) -> Result<Phase, ArenaFull> {

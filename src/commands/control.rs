@@ -49,6 +49,11 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
         let refusal = match ended {
             Ended::Finished => None,
             Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail.clone())),
+            Ended::Left => {
+                audience.tell(&Line::Holding { accepted: receiver.feedback().next_sequence })?;
+                ended = receiver.run(&mut |chunk, _| judge.judge(chunk), &keep_going)?;
+                continue;
+            }
             Ended::Stopped => return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
         };
         let judged = judge.conclude(receiver.tally().duplicates, refusal);

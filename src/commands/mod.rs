@@ -3,7 +3,9 @@
 pub mod check;
 pub mod control;
 pub mod doctor;
+pub mod monitor;
 pub mod plan;
+pub mod request;
 pub mod walk;
 
 use std::path::Path;
@@ -29,6 +31,8 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Walk(arguments) => walk::run(arguments),
         Command::Plan(arguments) => plan::run(arguments),
         Command::Control(arguments) => control::run(arguments),
+        Command::Request(arguments) => request::run(arguments),
+        Command::Monitor(arguments) => monitor::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),
     };

@@ -1,11 +1,17 @@
 //! `surefoot plan`: plans, and delivers the plan where an instance is named. Also the planner process of a walk.
+//!
+//! Where the controller meets another world than the plan was made for, the rest of the way is planned again from where the
+//! robot stands, in the world as it turned out to be.
+
+mod serve;
+mod task;
 
 use std::num::NonZeroUsize;
 
 use surefoot_planner::Planner;
-use surefoot_planner::channel::ChunkSender;
+use surefoot_planner::channel::{ChunkSender, Delivery, Outcome};
 use surefoot_shared_types::instance::draw_id;
-use surefoot_shared_types::message::PlanChunk;
+use surefoot_shared_types::message::{Check, PlanChunk};
 use surefoot_shared_types::plan_file::PlanFile;
 use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
 
@@ -19,6 +25,8 @@ use crate::line::{Delivered, Line, PlanEnd};
 use crate::report::Report;
 use crate::{outputs, search, signals, verdict};
 
+use task::Task;
+
 /// Runs the command.
 ///
 /// # Errors
@@ -29,6 +37,9 @@ pub fn run(arguments: &PlanArguments) -> Result<Ending, Failure> {
     outputs::check(&arguments.outputs)?;
     let report = Report::new(&inputs, arguments.search.threads());
     let audience = Audience::new(arguments.role.report_lines, arguments.outputs.quiet);
+    if arguments.serve {
+        return serve::run(arguments, &inputs, audience);
+    }
     let mut run = Run { arguments, inputs, report, audience };
     run.plan_and_deliver()?;
     let ending = conclude(&run.report, arguments.outputs.json.as_deref())?;
@@ -43,38 +54,57 @@ struct Run<'a> {
     audience: Audience,
 }
 
+/// What a plan's search came to.
+struct Planned {
+    planner: Planner,
+    found: bool,
+}
+
 impl Run<'_> {
     fn plan_and_deliver(&mut self) -> Result<(), Failure> {
         let mut sender = match &self.arguments.instance {
             Some(name) => Some(ChunkSender::open(&enter(name)?, draw_id())?),
             None => None,
         };
-        let mut planner = self.get_ready()?;
-        let work_max = self.inputs.scenario.planner.work_max;
-        let planned = search::run(&mut planner, work_max, &mut |line| self.tell(line))?;
-        let found = planned.end == PlanEnd::Found;
-        self.tell(&Line::Planned(planned))?;
-        if !found {
-            return Ok(());
+        let mut task = Task::first(&self.inputs);
+        let mut totals = Totals::default();
+        loop {
+            let Planned { planner, found } = self.plan(&task)?;
+            if !found {
+                return Ok(());
+            }
+            self.export(&task, planner.chunks())?;
+            let Some(sender) = &mut sender else { return self.draw(&task, planner.chunks()) };
+            let delivery = self.deliver(sender, planner.chunks())?;
+            totals.add(&delivery);
+            let word = delivery.feedback.filter(|_| totals.replans < self.arguments.search.replans_max && may_go_on(&delivery));
+            let Some(word) = word else {
+                self.tell(&Line::Delivered(totals.delivered(&delivery)))?;
+                return self.draw(&task, planner.chunks());
+            };
+            totals.replans += 1;
+            task = task.after(&self.inputs, &word)?;
+            self.tell(&Line::Replanning { epoch: task.epoch, corrections: word.corrections().len() as u64 })?;
         }
-        self.export(planner.chunks())?;
-        if let Some(sender) = &mut sender {
-            self.deliver(sender, planner.chunks())?;
-        }
-        self.draw(planner.chunks())
     }
 
-    fn get_ready(&mut self) -> Result<Planner, Failure> {
+    fn plan(&mut self, task: &Task) -> Result<Planned, Failure> {
         let watch = Stopwatch::start();
-        let Inputs { scenario, model, world } = &self.inputs;
         let threads = NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
-        let planner = Planner::new(model, world, scenario, threads)?;
+        let mut planner = task.planner(&self.inputs.model, threads)?;
         let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
         self.tell(&Line::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
-        Ok(planner)
+        let mut planned = search::run(&mut planner, task.scenario.planner.work_max, &mut |line| self.tell(line))?;
+        if task.standing.is_some() && planned.end == PlanEnd::BadInput {
+            // The scenario's marks were good enough for the first plan: there is no way on from here.
+            planned.end = PlanEnd::NoPlan;
+        }
+        let found = planned.end == PlanEnd::Found;
+        self.tell(&Line::Planned(planned))?;
+        Ok(Planned { planner, found })
     }
 
-    fn deliver(&mut self, sender: &mut ChunkSender, chunks: &[PlanChunk]) -> Result<(), Failure> {
+    fn deliver(&mut self, sender: &mut ChunkSender, chunks: &[PlanChunk]) -> Result<Delivery, Failure> {
         let mut accepted = 0;
         let total = chunks.len() as u64;
         let delivery = sender.deliver(
@@ -88,31 +118,61 @@ impl Run<'_> {
             },
             &|| signals::raised().is_none(),
         )?;
-        self.tell(&Line::Delivered(Delivered::from(&delivery)))
+        Ok(delivery)
     }
 
-    fn export(&self, chunks: &[PlanChunk]) -> Result<(), Failure> {
+    fn export(&self, task: &Task, chunks: &[PlanChunk]) -> Result<(), Failure> {
         match &self.arguments.outputs.export {
-            Some(path) => Ok(save(&self.plan_file(chunks, path), path)?),
+            Some(path) => Ok(save(&self.plan_file(task, chunks, path), path)?),
             None => Ok(()),
         }
     }
 
-    fn draw(&self, chunks: &[PlanChunk]) -> Result<(), Failure> {
+    fn draw(&self, task: &Task, chunks: &[PlanChunk]) -> Result<(), Failure> {
         match &self.arguments.outputs.picture {
-            Some(path) => outputs::draw(&self.inputs, &self.plan_file(chunks, path), path),
+            Some(path) => outputs::draw(&self.inputs, &self.plan_file(task, chunks, path), path),
             None => Ok(()),
         }
     }
 
     /// The plan as a file that stands beside `path`.
-    fn plan_file(&self, chunks: &[PlanChunk], path: &std::path::Path) -> PlanFile {
-        let Inputs { scenario, model, world } = &self.inputs;
-        plan_from_chunks(model, world, scenario, chunks, &outputs::folder_of(path))
+    fn plan_file(&self, task: &Task, chunks: &[PlanChunk], path: &std::path::Path) -> PlanFile {
+        plan_from_chunks(&self.inputs.model, &task.world, &task.scenario, chunks, &outputs::folder_of(path))
     }
 
     fn tell(&mut self, line: &Line) -> Result<(), Failure> {
         self.report.note(line);
         self.audience.tell(line)
+    }
+}
+
+/// Whether planning again from where the robot stands may help: the world turned out to be another, or another planner has
+/// planned again meanwhile.
+fn may_go_on(delivery: &Delivery) -> bool {
+    let differs = matches!(delivery.outcome, Outcome::Refused { check: Check::WorldDiffers, .. });
+    let word = delivery.feedback.as_ref();
+    let corrected = differs && word.is_some_and(|word| word.corrections_len > 0);
+    let stands = word.is_some_and(|word| word.standing.is_known());
+    stands && (corrected || delivery.outcome == Outcome::Superseded)
+}
+
+/// What became of the chunks of all epochs together.
+#[derive(Debug, Default)]
+struct Totals {
+    sent: u64,
+    resent: u64,
+    accepted: u64,
+    replans: u32,
+}
+
+impl Totals {
+    fn add(&mut self, delivery: &Delivery) {
+        self.sent += delivery.sent;
+        self.resent += delivery.resent;
+        self.accepted += delivery.accepted;
+    }
+
+    fn delivered(&self, last: &Delivery) -> Delivered {
+        Delivered { sent: self.sent, resent: self.resent, accepted: self.accepted, ..Delivered::from(last) }
     }
 }

@@ -9,7 +9,7 @@ use surefoot_shared_types::plan_file::load::load_plan;
 
 use super::conclude;
 use crate::affinity::cores_of_roles;
-use crate::arguments::WalkArguments;
+use crate::arguments::{SearchArguments, WalkArguments};
 use crate::failure::{Ending, Failure};
 use crate::inputs::Inputs;
 use crate::line::{DeliveryEnd, Line, PlanEnd};
@@ -66,7 +66,7 @@ impl Export {
 fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, report: &mut Report) -> Result<(), Failure> {
     Instance::clean_dead()?;
     let instance = Instance::create(&format!("walk-{}", std::process::id()))?;
-    let roles = Roles { inputs, instance: instance.name(), threads: arguments.search.threads(), export };
+    let roles = Roles { inputs, instance: instance.name(), search: &arguments.search, export };
     let mut supervisor = Supervisor::default();
     supervisor.start(Role::Controller, roles.command_of(Role::Controller)?)?;
     supervisor.start(Role::Planner, roles.command_of(Role::Planner)?)?;
@@ -149,18 +149,20 @@ impl Course {
 struct Roles<'a> {
     inputs: &'a Inputs,
     instance: &'a str,
-    threads: usize,
+    search: &'a SearchArguments,
     export: Option<&'a Path>,
 }
 
 impl Roles<'_> {
     fn command_of(&self, role: Role) -> Result<Command, Failure> {
-        let cores = cores_of_roles(self.threads);
+        let threads = self.search.threads();
+        let cores = cores_of_roles(threads);
         match role {
             Role::Controller => self.command("control", role, cores.1),
             Role::Planner => {
                 let mut command = self.command("plan", role, cores.0)?;
-                command.arg("--threads").arg(self.threads.to_string());
+                command.arg("--threads").arg(threads.to_string());
+                command.arg("--replans-max").arg(self.search.replans_max.to_string());
                 if let Some(export) = self.export {
                     command.arg(option_with_path("--export", export));
                 }

@@ -157,6 +157,11 @@ impl Position {
         self.finished
     }
 
+    /// Whether a plan has begun and is neither finished nor refused.
+    pub(super) fn is_mid_plan(&self) -> bool {
+        self.next > 0 && !self.finished && self.refusal.is_none()
+    }
+
     /// What was received so far.
     pub(super) fn tally(&self) -> Tally {
         self.tally

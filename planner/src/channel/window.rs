@@ -13,7 +13,7 @@ use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 use super::Outcome;
 
 /// Idle heartbeats without progress that prove a chunk lost: a controller sends them only when it has nothing to read.
-const IDLE_HEARTBEATS: u64 = 3;
+pub(super) const IDLE_HEARTBEATS: u64 = 3;
 /// Go-backs without progress after which the controller counts as lost: it speaks, but what we send never arrives.
 const GO_BACKS_MAX: u32 = 500;
 

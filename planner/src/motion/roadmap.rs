@@ -171,7 +171,7 @@ impl Roadmap {
             let Some((first, count)) = self.edges.get(hop.from, hop.to).motion else { continue };
             let track = &self.waypoints[first as usize..(first + count) as usize];
             let from = state(&self.graph, ends, hop.from);
-            let (support, stance) = self.stance(hop);
+            let (support, stance) = self.stance(ends, hop);
             chunks.append(support, &stance, &from.configuration, track)?;
         }
         Ok(())
@@ -197,9 +197,9 @@ impl Roadmap {
         }
     }
 
-    fn stance(&self, hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
+    fn stance(&self, ends: &[End; 2], hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
         let mut stance = heapless::Vec::new();
-        let (mode, placements) = mode(&self.graph, hop);
+        let (mode, placements) = mode(&self.graph, ends, hop);
         let limbs = (0..2).filter(|&limb| mode.stands(limb));
         stance.extend(limbs.filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb)));
         (mode.support, stance)
@@ -250,7 +250,7 @@ fn sample_transition(shared: &Shared, graph: &Graph, id: TransitionId, workspace
 fn plan_motion(shared: &Shared, graph: &Graph, edges: &EdgeTable, ends: &[End; 2], hop: Hop, workspace: &mut Workspace) -> Outcome {
     let failures = edges.get(hop.from, hop.to).failures;
     let problem = Problem {
-        mode: mode(graph, hop).0,
+        mode: mode(graph, ends, hop).0,
         from: state(graph, ends, hop.from),
         to: state(graph, ends, hop.to),
         random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
@@ -268,10 +268,11 @@ fn hop(sequence: &[TransitionId], index: usize) -> Hop {
 }
 
 /// The mode of a hop, and the placements that it touches.
-fn mode(graph: &Graph, hop: Hop) -> (Mode, [&Foothold; 2]) {
+fn mode<'a>(graph: &'a Graph, ends: &[End; 2], hop: Hop) -> (Mode, [&'a Foothold; 2]) {
     let known = if hop.from == START { hop.to } else { hop.from };
     let (stance, other) = graph.pair(known);
-    let is_double = hop.from == START || hop.to == GOAL || hop.to == Graph::twin(hop.from);
+    let starts_double = hop.from == START && ends[0].support == SupportMode::Double;
+    let is_double = starts_double || hop.to == GOAL || hop.to == Graph::twin(hop.from);
     let mode = if is_double { double_mode(stance, other) } else { single_mode(stance) };
     (mode, [stance, other])
 }

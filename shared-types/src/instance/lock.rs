@@ -16,6 +16,16 @@ pub(super) fn alone(root: &Path) -> Result<Option<File>, InstanceError> {
     Ok((granted(file.try_lock(), root)? && still_there(&file, root)).then_some(file))
 }
 
+/// Whether anybody holds the lock.
+pub(super) fn is_held(root: &Path) -> Result<bool, InstanceError> {
+    let path = root.join(LOCK_FILE);
+    match OpenOptions::new().read(true).custom_flags(libc::O_NOFOLLOW).open(&path) {
+        Ok(file) => Ok(!granted(file.try_lock(), root)?),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(io_error(&path, error)),
+    }
+}
+
 /// The lock, held together with others, unless somebody is creating or removing `root`.
 pub(super) fn among_others(root: &Path) -> Result<Option<File>, InstanceError> {
     let Some(file) = open(root)? else { return Ok(None) };

@@ -10,8 +10,8 @@ pub mod bell;
 pub mod desk;
 mod directory;
 mod lock;
-mod room;
 pub mod observer;
+mod room;
 pub mod service;
 mod succession;
 
@@ -175,6 +175,17 @@ impl Instance {
             }
         }
         Ok(removed)
+    }
+
+    /// The names of all instances of this user in which a process lives.
+    ///
+    /// # Errors
+    /// The folder of all instances is not ours alone.
+    pub fn living() -> Result<Vec<String>, InstanceError> {
+        let base = directory::default_base()?;
+        let mut names = directory::child_names(&base)?;
+        names.retain(|name| Place::new(&base, name).is_ok_and(|place| matches!(lock::is_held(&place.root), Ok(true))));
+        Ok(names)
     }
 
     /// The instance's name.

@@ -5,8 +5,8 @@
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 
-use super::service::{CREDIT, ChannelError, Desk, Link};
 use super::Instance;
+use super::service::{CREDIT, ChannelError, Desk, Link};
 use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, Sealed};
 
 /// Hears everything that passes in an instance.

@@ -6,6 +6,8 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::chunk::{Contact, SupportMode, Waypoint};
 use super::layout::layout;
 use super::limits::{CONTACTS_MAX, POLYGON_VERTICES_MAX};
+use crate::config::Mark;
+use crate::spatial::{wrap_angle, yaw_of};
 
 /// A configuration in which the robot may stop forever, and where its feet are.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
@@ -40,6 +42,16 @@ impl Standing {
     /// The contact of a limb, if it ever stood.
     pub fn contact_of(&self, limb: u32) -> Option<&Contact> {
         self.contacts().iter().find(|contact| contact.limb == limb)
+    }
+
+    /// The mark between both feet, each where it stands or stood last: of a biped whose two limbs are known.
+    pub fn mark(&self) -> Option<Mark> {
+        let [left, right] = [0, 1].map(|limb| self.contact_of(limb).map(Contact::world_from_sole));
+        let (left, right) = (left?, right?);
+        let yaw = yaw_of(left.rotation);
+        let turn = wrap_angle(yaw_of(right.rotation) - yaw);
+        let feet_apart = left.translation.distance(right.translation);
+        Some(Mark { position: left.translation.midpoint(right.translation), yaw: wrap_angle(yaw + 0.5 * turn), feet_apart })
     }
 
     /// The standing at the end of a chunk that was walked from this one: `mode` and `contacts` are the chunk's, `waypoint`

@@ -1,0 +1,95 @@
+//! What a planner is to plan: where from, where to, in which world, under which name.
+
+use std::num::NonZeroUsize;
+
+use surefoot_planner::{Planner, PlannerError};
+use surefoot_shared_types::config::{Mark, Scenario};
+use surefoot_shared_types::message::{Feedback, Standing};
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::scene::World;
+use surefoot_shared_types::scene::correction::CorrectionError;
+
+use crate::inputs::Inputs;
+
+/// A task.
+#[derive(Debug, Clone)]
+pub(super) struct Task {
+    /// The scenario with this task's start, goal and seed. Its digest stays that of the file, which is what both sides know.
+    pub(super) scenario: Scenario,
+    /// The world as it is known now.
+    pub(super) world: World,
+    /// Where the robot stands; nothing before it stands anywhere.
+    pub(super) standing: Option<Standing>,
+    /// Which plan of the controller's it is.
+    pub(super) plan_id: u64,
+    /// How often it was planned again.
+    pub(super) epoch: u64,
+}
+
+impl Task {
+    /// The scenario's own.
+    pub(super) fn first(inputs: &Inputs) -> Self {
+        Self { scenario: inputs.scenario.clone(), world: inputs.world.clone(), standing: None, plan_id: 1, epoch: 0 }
+    }
+
+    /// The rest of the way from where the controller's `word` says that the robot stands, in the world as it says that it is,
+    /// under a new epoch.
+    ///
+    /// # Errors
+    /// The word's corrections concern another world.
+    pub(super) fn after(&self, inputs: &Inputs, word: &Feedback) -> Result<Self, CorrectionError> {
+        Ok(Self { plan_id: word.plan_id, epoch: word.epoch + 1, ..self.clone() }.standing_as(inputs, word)?)
+    }
+
+    /// A plan of its own from where the controller's `word` says that the robot stands, or from the scenario's start where it
+    /// stands nowhere yet.
+    ///
+    /// # Errors
+    /// The word's corrections concern another world.
+    pub(super) fn anew(inputs: &Inputs, word: Option<&Feedback>) -> Result<Self, CorrectionError> {
+        let first = Self::first(inputs);
+        match word {
+            Some(word) => Self { plan_id: word.plan_id + 1, ..first }.standing_as(inputs, word),
+            None => Ok(first),
+        }
+    }
+
+    /// The same task towards another goal, with another seed and at most this much work.
+    pub(super) fn towards(mut self, goal: Mark, seed: u64, work_max: u64) -> Self {
+        self.scenario.goal = goal;
+        self.scenario.seed = seed;
+        if work_max > 0 {
+            self.scenario.planner.work_max = work_max.min(self.scenario.planner.work_max);
+        }
+        self
+    }
+
+    /// The same task from a mark, wherever the robot stands.
+    pub(super) fn from_mark(mut self, start: Mark) -> Self {
+        self.scenario.start = start;
+        self.standing = None;
+        self
+    }
+
+    /// A planner that is ready for this task.
+    ///
+    /// # Errors
+    /// The robot or the world is none that it can use.
+    pub(super) fn planner(&self, model: &RobotModel, threads: NonZeroUsize) -> Result<Planner, PlannerError> {
+        let mut planner = Planner::new(model, &self.world, &self.scenario, threads)?;
+        if let Some(standing) = &self.standing {
+            planner.begin_at(standing);
+        }
+        planner.name_plan(self.plan_id, self.epoch);
+        Ok(planner)
+    }
+
+    fn standing_as(mut self, inputs: &Inputs, word: &Feedback) -> Result<Self, CorrectionError> {
+        self.world = inputs.world.corrected(word.corrections())?;
+        self.standing = word.standing.is_known().then_some(word.standing);
+        if let Some(mark) = self.standing.and_then(|standing| standing.mark()) {
+            self.scenario.start = mark;
+        }
+        Ok(self)
+    }
+}
