@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 
 use crate::affinity::default_threads;
+use crate::commands::bench::arguments::BenchArguments;
 
 /// Most planner threads.
 const THREADS_MAX: i64 = 256;
@@ -41,6 +42,8 @@ pub enum Command {
     Monitor(MonitorArguments),
     /// Make the controller's checks on an exported plan
     Check(CheckArguments),
+    /// Measure on this machine
+    Bench(BenchArguments),
     /// Say whether this machine can run a walk
     Doctor(DoctorArguments),
 }

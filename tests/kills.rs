@@ -4,6 +4,7 @@
 //! version runs by command: `cargo test --release --test kills -- --ignored --nocapture`. A run is named by its seed:
 //! `SUREFOOT_KILLS_SEED=7` replays another one.
 
+#![allow(clippy::print_stdout, reason = "a test says what it found")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]

@@ -7,15 +7,13 @@
 mod journal;
 mod position;
 
-use std::mem::MaybeUninit;
 use std::time::{Duration, Instant};
 
-use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
-use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use surefoot_shared_types::instance::bell::Bell;
-use surefoot_shared_types::instance::service::CREDIT;
+use surefoot_shared_types::instance::service::{CREDIT, STOCK, WORD_POOL};
+use surefoot_shared_types::instance::stock::Stock;
 use surefoot_shared_types::instance::{Instance, Link};
 use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk};
 
@@ -111,8 +109,7 @@ pub struct ChunkReceiver {
 
 /// The end that speaks.
 struct Mouth {
-    publisher: Publisher<ipc::Service, Feedback, ()>,
-    next: Option<SampleMutUninit<ipc::Service, MaybeUninit<Feedback>, ()>>,
+    stock: Stock<Feedback>,
     words: u64,
     spoke_at: Instant,
 }
@@ -262,6 +259,7 @@ impl ChunkReceiver {
             self.link.node.try_cleanup_dead_nodes();
             self.cleaned_at = now();
         }
+        self.mouth.stock.refill(STOCK)?;
         self.link.chunk_bell.wait(HEARTBEAT_EVERY);
         Ok(())
     }
@@ -276,9 +274,10 @@ enum Took {
 
 impl Mouth {
     fn open(link: &Link) -> Result<Self, ChannelError> {
-        let publisher = link.feedback.publisher_builder().max_loaned_samples(2).create();
+        let publisher = link.feedback.publisher_builder().max_loaned_samples(WORD_POOL).create();
         let publisher = publisher.map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
-        Ok(Self { publisher, next: None, words: 0, spoke_at: now() })
+        link.instance.reserve_segments()?;
+        Ok(Self { stock: Stock::new(publisher, WORD_POOL, STOCK)?, words: 0, spoke_at: now() })
     }
 
     /// Whether it is time for a heartbeat.
@@ -296,22 +295,13 @@ impl Mouth {
         Ok(())
     }
 
-    /// Says where the robot stands, in a sample that was loaned before; then loans the next one.
+    /// Says where the robot stands, in a slot that was loaned before.
     fn say(&mut self, position: &Position) -> Result<(), ChannelError> {
         self.words += 1;
-        let sample = match self.next.take() {
-            Some(sample) => sample,
-            None => self.loan()?,
-        };
-        let sent = sample.write_payload(position.feedback(self.words)).send();
+        let sent = self.stock.take()?.write_payload(position.feedback(self.words)).send();
         sent.map_err(|error| ChannelError::transport("sending feedback", error))?;
         self.spoke_at = now();
-        self.next = Some(self.loan()?);
         Ok(())
-    }
-
-    fn loan(&self) -> Result<SampleMutUninit<ipc::Service, MaybeUninit<Feedback>, ()>, ChannelError> {
-        self.publisher.loan_uninit().map_err(|error| ChannelError::transport("loaning feedback", error))
     }
 }
 

@@ -6,15 +6,13 @@
 
 mod window;
 
-use std::mem::MaybeUninit;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
-use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
-use iceoryx2::sample_mut_uninit::SampleMutUninit;
-use surefoot_shared_types::instance::service::CHUNK_POOL;
+use surefoot_shared_types::instance::service::{CHUNK_POOL, CREDIT, STOCK};
+use surefoot_shared_types::instance::stock::Stock;
 use surefoot_shared_types::instance::{Instance, Link};
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Sealed};
 
@@ -76,15 +74,13 @@ pub struct Delivery {
 
 /// Sends chunks to whichever controller listens.
 pub struct ChunkSender {
-    publisher: Publisher<ipc::Service, PlanChunk, ()>,
+    stock: Stock<PlanChunk>,
     subscriber: Subscriber<ipc::Service, Feedback, ()>,
-    next: Option<LoanedChunk>,
     link: Link,
     session: u64,
     lost_after: Duration,
+    credit: usize,
 }
-
-type LoanedChunk = SampleMutUninit<ipc::Service, MaybeUninit<PlanChunk>, ()>;
 
 /// What a delivery remembers between two looks at the controller.
 struct Course<'a> {
@@ -118,8 +114,13 @@ impl ChunkSender {
             .create()
             .map_err(|error| ChannelError::transport("creating the feedback subscriber", error))?;
         instance.reserve_segments()?;
-        touch_pool(&publisher)?;
-        Ok(Self { publisher, subscriber, next: None, link, session, lost_after: LOST_AFTER })
+        let stock = Stock::new(publisher, CHUNK_POOL, STOCK)?;
+        Ok(Self { stock, subscriber, link, session, lost_after: LOST_AFTER, credit: CREDIT })
+    }
+
+    /// Sets how many chunks may be on their way at a time, 1 to [`CREDIT`].
+    pub fn set_credit(&mut self, credit: usize) {
+        self.credit = credit.clamp(1, CREDIT);
     }
 
     /// This planner's session.
@@ -184,7 +185,7 @@ impl ChunkSender {
         on_progress: &mut dyn FnMut(&Feedback),
         keep_going: &dyn Fn() -> bool,
     ) -> Result<Delivery, ChannelError> {
-        let mut course = Course::new(Window::new(chunks, self.session)?);
+        let mut course = Course::new(Window::new(chunks, self.session, self.credit)?);
         loop {
             self.listen(&mut course, on_progress)?;
             let outcome = course.window.outcome().or_else(|| self.given_up(&course, keep_going));
@@ -197,7 +198,7 @@ impl ChunkSender {
             let sent = self.send_open_window(&mut course)?;
             self.clean_if_silent(&mut course);
             if sent == 0 {
-                self.rest(&course);
+                self.rest(&course)?;
             }
         }
     }
@@ -221,13 +222,15 @@ impl ChunkSender {
         Ok(())
     }
 
-    /// Looks again at once after something happened, and sleeps until the bell where nothing does.
-    fn rest(&self, course: &Course<'_>) {
+    /// Looks again at once after something happened; where nothing does, fills the stock and sleeps until the bell.
+    fn rest(&mut self, course: &Course<'_>) -> Result<(), ChannelError> {
         if course.looked_at.duration_since(course.active_at) < SPIN_FOR {
             std::hint::spin_loop();
-        } else {
-            self.link.feedback_bell.wait(SLEEP);
+            return Ok(());
         }
+        self.stock.refill(STOCK)?;
+        self.link.feedback_bell.wait(SLEEP);
+        Ok(())
     }
 
     fn given_up(&self, course: &Course<'_>, keep_going: &dyn Fn() -> bool) -> Option<Outcome> {
@@ -258,31 +261,21 @@ impl ChunkSender {
         Ok(sent)
     }
 
-    /// Writes the chunk into shared memory that was loaned before, completes it there, and loans the next. Returns how many
-    /// readers took it.
+    /// Writes the chunk into shared memory that was loaned before and completes it there. Returns how many readers took it.
     fn send(&mut self, chunk: &PlanChunk, controller: u64) -> Result<usize, ChannelError> {
-        let mut sample = match self.next.take() {
-            Some(sample) => sample,
-            None => self.loan()?,
-        };
+        let mut sample = self.stock.take()?;
         let placed = sample.payload_mut().write(*chunk);
         placed.session = self.session;
         placed.target_instance = controller;
         placed.seal();
         // SAFETY: `write` above initialised the payload.
         let sample = unsafe { sample.assume_init() };
-        let readers = match sample.send() {
-            Ok(readers) => readers,
+        match sample.send() {
+            Ok(readers) => Ok(readers),
             // A reader died or its buffer is full: the chunk goes again after the stall.
-            Err(SendError::UnableToDeliver | SendError::ConnectionCorrupted | SendError::ConnectionError(_)) => 0,
-            Err(error) => return Err(ChannelError::transport("sending a chunk", error)),
-        };
-        self.next = Some(self.loan()?);
-        Ok(readers)
-    }
-
-    fn loan(&self) -> Result<LoanedChunk, ChannelError> {
-        self.publisher.loan_uninit().map_err(|error| ChannelError::transport("loaning a chunk", error))
+            Err(SendError::UnableToDeliver | SendError::ConnectionCorrupted | SendError::ConnectionError(_)) => Ok(0),
+            Err(error) => Err(ChannelError::transport("sending a chunk", error)),
+        }
     }
 
     /// Frees what dead processes hold, so that a restarted controller finds room.
@@ -318,17 +311,6 @@ impl<'a> Course<'a> {
 fn is_same_place(before: &Feedback, after: &Feedback) -> bool {
     let place = |word: &Feedback| (word.instance, word.plan_id, word.epoch, word.next_sequence, word.walked);
     after.busy == 0 && after.count > before.count && place(before) == place(after)
-}
-
-/// Loans, writes and returns every chunk of the pool, so that the first plan meets no page that was never touched.
-fn touch_pool(publisher: &Publisher<ipc::Service, PlanChunk, ()>) -> Result<(), ChannelError> {
-    let mut loaned = Vec::with_capacity(CHUNK_POOL);
-    for _ in 0..CHUNK_POOL {
-        let mut sample = publisher.loan_uninit().map_err(|error| ChannelError::transport("loaning the pool of chunks", error))?;
-        *sample.payload_mut() = MaybeUninit::zeroed();
-        loaned.push(sample);
-    }
-    Ok(())
 }
 
 #[allow(clippy::disallowed_methods, reason = "time decides only when to send again, never what is sent")]

@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+pub mod bench;
 pub mod check;
 pub mod control;
 pub mod doctor;
@@ -34,6 +35,7 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Request(arguments) => request::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Check(arguments) => check::run(arguments),
+        Command::Bench(arguments) => bench::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),
     };
     match result {

@@ -1,12 +1,11 @@
 //! The sender's window: which chunk goes next, and what the controller's words mean for it. No clock, no transport.
 //!
-//! At most [`CREDIT`] chunks are on their way. Acknowledgements are cumulative; after a stall everything not
+//! At most a few chunks are on their way. Acknowledgements are cumulative; after a stall everything not
 //! acknowledged goes again (go-back-N). A controller instance is believed to have accepted a chunk only if the stream
 //! digest it reports is that of our plan up to there, so neither a restarted planner nor a restarted controller can
 //! mistake another plan's progress for its own.
 
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::service::CREDIT;
 use surefoot_shared_types::instance::{ChannelError, Rank, Succession};
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 
@@ -21,6 +20,7 @@ const GO_BACKS_MAX: u32 = 500;
 pub(super) struct Window<'a> {
     chunks: &'a [PlanChunk],
     session: u64,
+    credit: usize,
     controllers: Succession,
     end: Digest,
     acknowledged: usize,
@@ -35,12 +35,13 @@ pub(super) struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    /// A window over a whole stream, of which nothing is known to have arrived.
-    pub(super) fn new(chunks: &'a [PlanChunk], session: u64) -> Result<Self, ChannelError> {
+    /// A window for `credit` chunks over a whole stream, of which nothing is known to have arrived.
+    pub(super) fn new(chunks: &'a [PlanChunk], session: u64, credit: usize) -> Result<Self, ChannelError> {
         let end = check_stream(chunks)?;
         Ok(Self {
             chunks,
             session,
+            credit,
             controllers: Succession::default(),
             end,
             acknowledged: 0,
@@ -73,7 +74,7 @@ impl<'a> Window<'a> {
     /// The chunk to send now and the controller it is for, if the window is open.
     pub(super) fn to_send(&self) -> Option<(&'a PlanChunk, u64)> {
         let controller = self.controllers.current()?;
-        if self.refusal.is_some() || self.next >= self.acknowledged + CREDIT {
+        if self.refusal.is_some() || self.next >= self.acknowledged + self.credit {
             return None;
         }
         self.chunks.get(self.next).map(|chunk| (chunk, controller))

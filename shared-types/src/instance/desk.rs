@@ -44,7 +44,7 @@ impl Clerk {
     ///
     /// # Errors
     /// The transport fails.
-    pub fn next(&mut self) -> Result<Option<(PlanRequest, RequestKind)>, ChannelError> {
+    pub fn take(&mut self) -> Result<Option<(PlanRequest, RequestKind)>, ChannelError> {
         loop {
             let received = self.requests.receive().map_err(|error| ChannelError::transport("receiving a request", error))?;
             let Some(sample) = received else { return Ok(None) };
@@ -162,7 +162,7 @@ mod tests {
         let second = client.sign(&cancel);
         client.send(&second).unwrap();
         client.send(&signed).unwrap();
-        let numbers: Vec<u64> = std::iter::from_fn(|| clerk.next().unwrap()).map(|(request, _)| request.number).collect();
+        let numbers: Vec<u64> = std::iter::from_fn(|| clerk.take().unwrap()).map(|(request, _)| request.number).collect();
         assert_eq!(numbers, [1, 2]);
         assert_eq!(client.status().unwrap(), None);
         let status = PlanStatus { client: 9, number: 2, state: RequestState::Cancelled as u32, ..PlanStatus::zeroed() };

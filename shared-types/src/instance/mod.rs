@@ -13,6 +13,7 @@ mod lock;
 pub mod observer;
 mod room;
 pub mod service;
+pub mod stock;
 mod succession;
 
 use std::fs::File;

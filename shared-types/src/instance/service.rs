@@ -23,9 +23,12 @@ pub const CREDIT: usize = 8;
 pub const READERS_MAX: usize = 8;
 /// Most messages that a reader holds at a time.
 pub const BORROWED_MAX: usize = 2;
-/// Most chunks of a sender that can be in use at a time: those in all readers' buffers and hands, and the one being
-/// written.
-pub const CHUNK_POOL: usize = READERS_MAX * (CREDIT + BORROWED_MAX) + 1;
+/// Slots that a sender keeps loaned ahead.
+pub const STOCK: usize = 48;
+/// Most chunks of a sender that can be in use at a time: those in all readers' buffers and hands, and its stock.
+pub const CHUNK_POOL: usize = READERS_MAX * (CREDIT + BORROWED_MAX) + STOCK;
+/// Most words of a controller that can be in use at a time: likewise, with a buffer of one and a history of one.
+pub const WORD_POOL: usize = READERS_MAX * (1 + BORROWED_MAX) + 1 + STOCK;
 /// Most writers of a service: one, and dead ones that are not cleaned yet.
 const WRITERS_MAX: usize = 8;
 /// Most processes in a service, dead ones included.

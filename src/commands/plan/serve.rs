@@ -61,7 +61,7 @@ impl Desk {
     fn is_interrupted(&mut self) -> bool {
         if self.next.is_none() {
             // A desk that fails now fails again when it is waited at.
-            self.next = self.clerk.next().unwrap_or(None);
+            self.next = self.clerk.take().unwrap_or(None);
         }
         self.next.is_some() || signals::raised().is_some()
     }
@@ -96,7 +96,7 @@ impl Server<'_> {
             }
             let asked = match desk.next.take() {
                 Some(asked) => Some(asked),
-                None => desk.clerk.next()?,
+                None => desk.clerk.take()?,
             };
             if let Some(asked) = asked {
                 return Ok(asked);
@@ -129,7 +129,7 @@ impl Server<'_> {
         let Some(goal) = goal else { return Ok(None) };
         let task = here.towards(goal, request.seed, request.work_max);
         Ok(match kind {
-            RequestKind::StartAndGoal => request.start.mark().map(|start| task.from_mark(start)),
+            RequestKind::StartAndGoal => request.start.mark().map(|start| task.starting_on(start)),
             _ => Some(task),
         })
     }

@@ -38,7 +38,7 @@ impl Task {
     /// # Errors
     /// The word's corrections concern another world.
     pub(super) fn after(&self, inputs: &Inputs, word: &Feedback) -> Result<Self, CorrectionError> {
-        Ok(Self { plan_id: word.plan_id, epoch: word.epoch + 1, ..self.clone() }.standing_as(inputs, word)?)
+        Self { plan_id: word.plan_id, epoch: word.epoch + 1, ..self.clone() }.standing_as(inputs, word)
     }
 
     /// A plan of its own from where the controller's `word` says that the robot stands, or from the scenario's start where it
@@ -65,7 +65,7 @@ impl Task {
     }
 
     /// The same task from a mark, wherever the robot stands.
-    pub(super) fn from_mark(mut self, start: Mark) -> Self {
+    pub(super) fn starting_on(mut self, start: Mark) -> Self {
         self.scenario.start = start;
         self.standing = None;
         self

@@ -47,7 +47,7 @@ fn send_all(window: &mut Window<'_>) -> Vec<u64> {
 #[test]
 fn the_window_waits_for_a_controller_and_never_exceeds_its_credit() {
     let chunks = stream(20);
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     assert!(window.to_send().is_none());
     assert!(window.hear(&word(5, 1, 0, &chunks)));
     assert_eq!(window.to_send().unwrap().1, 5);
@@ -61,7 +61,7 @@ fn the_window_waits_for_a_controller_and_never_exceeds_its_credit() {
 #[test]
 fn only_an_idle_controller_is_sent_chunks_again() {
     let chunks = stream(4);
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&word(5, 1, 0, &chunks));
     send_all(&mut window);
     assert!(!window.go_back(), "a silent controller may be walking");
@@ -78,7 +78,7 @@ fn only_an_idle_controller_is_sent_chunks_again() {
 #[test]
 fn a_new_controller_starts_at_its_own_place_and_the_old_one_is_not_heard_again() {
     let chunks = stream(6);
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&word(5, 1, 0, &chunks));
     send_all(&mut window);
     window.hear(&word(5, 2, 4, &chunks));
@@ -97,10 +97,10 @@ fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
     for index in 3..6 {
         foreign[index].stream = foreign[index - 1].stream_after();
     }
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&sealed(Feedback { session: 1, ..word(5, 1, 4, &chunks) }));
     assert_eq!(send_all(&mut window), [4, 5]);
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&sealed(Feedback { session: 1, finished: 1, ..word(5, 1, 6, &foreign) }));
     assert_eq!((window.outcome(), window.acknowledged()), (None, 0));
     assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
@@ -110,7 +110,7 @@ fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
 fn refusals_end_it_unless_they_are_of_another_session() {
     let chunks = stream(6);
     let refused = |session| sealed(Feedback { verdict: 2, check: 3, refused_waypoint: 9, session, ..word(5, 1, 0, &chunks) });
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&refused(1));
     assert_eq!(window.outcome(), None);
     window.hear(&refused(SESSION));
@@ -121,7 +121,7 @@ fn refusals_end_it_unless_they_are_of_another_session() {
 #[test]
 fn lies_do_not_move_the_window() {
     let chunks = stream(6);
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&word(5, 1, 2, &chunks));
     let good = word(5, 2, 4, &chunks);
     let lies = [
@@ -144,7 +144,7 @@ fn lies_do_not_move_the_window() {
 
 #[test]
 fn a_broken_stream_is_not_sent() {
-    let index_of = |chunks: &[PlanChunk]| match Window::new(chunks, SESSION) {
+    let index_of = |chunks: &[PlanChunk]| match Window::new(chunks, SESSION, 8) {
         Err(ChannelError::Stream { index }) => Some(index),
         _ => None,
     };
@@ -164,7 +164,7 @@ fn a_broken_stream_is_not_sent() {
 #[test]
 fn a_controller_that_never_takes_anything_is_given_up() {
     let chunks = stream(2);
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     let mut rounds = 0;
     for count in 1.. {
         window.hear(&word(5, count, 0, &chunks));
@@ -180,7 +180,7 @@ fn a_controller_that_never_takes_anything_is_given_up() {
 #[test]
 fn a_controller_that_judges_is_not_idle() {
     let chunks = stream(4);
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&word(5, 1, 0, &chunks));
     send_all(&mut window);
     for count in 2..20 {
@@ -192,7 +192,7 @@ fn a_controller_that_judges_is_not_idle() {
 #[test]
 fn a_plan_that_was_made_again_meanwhile_is_out_of_date() {
     let chunks = stream(4);
-    let mut window = Window::new(&chunks, SESSION).unwrap();
+    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&sealed(Feedback { epoch: 2, session: 1, ..word(5, 1, 3, &chunks) }));
     assert_eq!(window.outcome(), Some(Outcome::Superseded));
     assert!(window.to_send().is_none());

@@ -1,0 +1,107 @@
+//! `surefoot bench ipc`: real chunks there and verdicts back, over our transport and over others, in one run.
+//!
+//! Every transport carries the same bytes between two pinned threads: a chunk is copied into its memory and out of it, and so
+//! is the word that answers it. Ours also seals and checks both and chains the stream's digest, so one row does the same over
+//! raw memory. Only ratios within one run mean anything.
+
+mod drive;
+mod integrity;
+mod iox;
+mod ours;
+mod raw;
+mod socket;
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::affinity;
+use crate::failure::{Ending, Failure};
+use crate::terminal;
+
+use drive::{Measured, Quantiles};
+
+/// `surefoot bench ipc`.
+#[derive(Debug, Args)]
+pub struct IpcArguments {
+    /// Round trips of each transport
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    pub rounds: u32,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// One transport's line.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Row {
+    /// What carried the chunks.
+    transport: &'static str,
+    /// Time from publication to verdict, s: median, 95 of 100, 99 of 100, longest.
+    round_trip: Quantiles,
+    /// The median over that of raw memory.
+    ratio: f64,
+    /// Chunks per second with as many on their way as the transport allows.
+    chunks_per_second: f64,
+    /// Heap allocations of both sides during the round trips.
+    allocations: u64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When shared memory cannot be used.
+pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
+    let rounds = arguments.rounds as usize;
+    if affinity::cores() < 2 {
+        terminal::remark("one core only: both sides share it, so these figures are those of the scheduler");
+    }
+    let measured = [
+        ("raw memory", raw::measure(rounds, false)?),
+        ("raw memory, sealed and chained", raw::measure(rounds, true)?),
+        ("surefoot", ours::measure(rounds)?),
+        ("iceoryx2, its defaults", iox::measure(rounds)?),
+        ("unix socket", socket::measure(rounds)?),
+    ];
+    let base = measured[0].1.round_trip().p50;
+    let rows: Vec<Row> = measured.iter().map(|(transport, measured)| row(transport, measured, base)).collect();
+    if arguments.json {
+        terminal::say(&serde_json::to_string_pretty(&rows).unwrap_or_default());
+    } else {
+        cells(&rows).iter().for_each(|line| terminal::say(line));
+    }
+    Ok(Ending::Done)
+}
+
+fn row(transport: &'static str, measured: &Measured, base: f64) -> Row {
+    let round_trip = measured.round_trip();
+    Row {
+        transport,
+        round_trip,
+        ratio: round_trip.p50 / base,
+        chunks_per_second: measured.chunks_per_second,
+        allocations: measured.allocations,
+    }
+}
+
+fn cells(rows: &[Row]) -> Vec<String> {
+    let head = format!(
+        "{:<32}{:>9}{:>9}{:>9}{:>10}{:>8}{:>11}{:>13}",
+        "transport", "p50 us", "p95 us", "p99 us", "max us", "ratio", "chunks/s", "allocations"
+    );
+    let micros = |seconds: f64| 1e6 * seconds;
+    let line = |row: &Row| {
+        let Quantiles { p50, p95, p99, max } = row.round_trip;
+        format!(
+            "{:<32}{:>9.2}{:>9.2}{:>9.2}{:>10.2}{:>8.2}{:>11.0}{:>13}",
+            row.transport,
+            micros(p50),
+            micros(p95),
+            micros(p99),
+            micros(max),
+            row.ratio,
+            row.chunks_per_second,
+            row.allocations
+        )
+    };
+    std::iter::once(head).chain(rows.iter().map(line)).collect()
+}

@@ -1,0 +1,151 @@
+//! Drives a transport: round trips one by one, then as many chunks on their way as it allows.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use serde::Serialize;
+use surefoot_shared_types::message::{Feedback, PlanChunk};
+
+use crate::allocations;
+use crate::clock::Stopwatch;
+use crate::failure::Failure;
+use crate::{affinity, signals};
+
+/// The end that sends chunks.
+pub(super) trait Near {
+    /// Sends chunk number `number`, counted from 1.
+    fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), Failure>;
+    /// The number of the newest chunk that was answered.
+    fn answered(&mut self) -> Result<u64, Failure>;
+}
+
+/// The end that answers.
+pub(super) trait Far {
+    /// Takes the next chunk out, if one came, and answers it.
+    fn serve(&mut self) -> Result<(), Failure>;
+}
+
+/// Quantiles of some times, s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub(super) struct Quantiles {
+    pub(super) p50: f64,
+    pub(super) p95: f64,
+    pub(super) p99: f64,
+    pub(super) max: f64,
+}
+
+/// What was measured.
+#[derive(Debug)]
+pub(super) struct Measured {
+    /// Each round trip, s.
+    pub(super) round_trips: Vec<f64>,
+    /// With many on their way.
+    pub(super) chunks_per_second: f64,
+    /// During the round trips.
+    pub(super) allocations: u64,
+}
+
+impl Measured {
+    /// The quantiles of the round trips.
+    pub(super) fn round_trip(&self) -> Quantiles {
+        let mut sorted = self.round_trips.clone();
+        sorted.sort_by(f64::total_cmp);
+        let at =
+            |percent: usize| sorted.get((sorted.len() * percent / 100).min(sorted.len().saturating_sub(1))).copied().unwrap_or(f64::NAN);
+        Quantiles { p50: at(50), p95: at(95), p99: at(99), max: at(100) }
+    }
+}
+
+/// A word as a controller would answer.
+pub(super) fn word(number: u64) -> Feedback {
+    Feedback { schema: 2, instance: 1, next_sequence: number, ..bytemuck::Zeroable::zeroed() }
+}
+
+/// A chunk with something in it.
+pub(super) fn chunk() -> PlanChunk {
+    let mut chunk: PlanChunk = bytemuck::Zeroable::zeroed();
+    bytemuck::bytes_of_mut(&mut chunk).iter_mut().enumerate().for_each(|(at, byte)| *byte = (at % 251) as u8);
+    chunk
+}
+
+/// Measures a transport of which up to `window` chunks may be on their way. Each end is made on the core where it runs.
+pub(super) fn measure<N: Near, F: Far>(
+    rounds: usize,
+    window: u64,
+    near: impl FnOnce() -> Result<N, Failure> + Send,
+    far: impl FnOnce() -> Result<F, Failure> + Send,
+) -> Result<Measured, Failure> {
+    let over = AtomicBool::new(false);
+    let (near_core, far_core) = affinity::cores_of_roles(1);
+    std::thread::scope(|scope| {
+        let served = scope.spawn(|| {
+            affinity::pin(far_core);
+            let mut far = far()?;
+            while !over.load(Ordering::Relaxed) {
+                far.serve()?;
+            }
+            Ok(())
+        });
+        let driven = scope.spawn(|| {
+            affinity::pin(near_core);
+            let driven = near().and_then(|mut near| both(&mut near, rounds, window, &|| served_ended(&over)));
+            over.store(true, Ordering::Relaxed);
+            driven
+        });
+        let driven = driven.join().map_err(|_| broken())?;
+        served.join().map_err(|_| broken())?.and(driven)
+    })
+}
+
+fn served_ended(over: &AtomicBool) -> bool {
+    over.load(Ordering::Relaxed) || signals::raised().is_some()
+}
+
+fn broken() -> Failure {
+    Failure::Usage("a thread of the bench panicked".into())
+}
+
+fn both(near: &mut impl Near, rounds: usize, window: u64, is_over: &dyn Fn() -> bool) -> Result<Measured, Failure> {
+    let chunk = chunk();
+    let mut trips = vec![0.0; rounds];
+    let warm = rounds / 4 + 64;
+    let mut number = 0;
+    run(near, &chunk, &mut number, warm as u64, 1, &mut |_, _| {}, is_over)?;
+    let before = allocations::count();
+    let first = number;
+    run(near, &chunk, &mut number, rounds as u64, 1, &mut |at, seconds| trips[(at - first - 1) as usize] = seconds, is_over)?;
+    let allocations = allocations::count() - before;
+    let watch = Stopwatch::start();
+    run(near, &chunk, &mut number, rounds as u64, window, &mut |_, _| {}, is_over)?;
+    Ok(Measured { round_trips: trips, chunks_per_second: rounds as f64 / watch.seconds(), allocations })
+}
+
+/// Sends `count` chunks with at most `window` on their way; notes the number and time of each round trip where `window` is 1.
+fn run(
+    near: &mut impl Near,
+    chunk: &PlanChunk,
+    number: &mut u64,
+    count: u64,
+    window: u64,
+    note: &mut dyn FnMut(u64, f64),
+    is_over: &dyn Fn() -> bool,
+) -> Result<(), Failure> {
+    let end = *number + count;
+    let mut answered = *number;
+    let mut watch = Stopwatch::start();
+    while answered < end && !is_over() {
+        if *number < end && *number < answered + window {
+            *number += 1;
+            watch = Stopwatch::start();
+            near.send(chunk, *number)?;
+            continue;
+        }
+        let newest = near.answered()?;
+        if newest > answered {
+            answered = newest;
+            note(answered, watch.seconds());
+        } else {
+            std::hint::spin_loop();
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,116 @@
+//! Our transport, with a judge that accepts at once.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use bytemuck::Zeroable;
+use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
+use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::instance::service::CREDIT;
+use surefoot_shared_types::instance::{Instance, draw_id};
+use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::{Margins, PlanChunk};
+
+use super::drive::{Measured, chunk};
+use crate::clock::Stopwatch;
+use crate::failure::Failure;
+use crate::{affinity, allocations};
+
+/// Chunks of one plan: as many as both ends have loaned ahead.
+const PLAN: usize = 48;
+/// Plans that warm everything up.
+const WARM_PLANS: u64 = 4;
+/// How long a controller may take to arrive.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Measures it.
+pub(super) fn measure(rounds: usize) -> Result<Measured, Failure> {
+    let instance = Instance::create(&format!("bench-{}", std::process::id()))?;
+    let over = AtomicBool::new(false);
+    let (near_core, far_core) = affinity::cores_of_roles(1);
+    std::thread::scope(|scope| {
+        let far = scope.spawn(|| {
+            affinity::pin(far_core);
+            judge_all(&instance, &over)
+        });
+        let near = scope.spawn(|| {
+            affinity::pin(near_core);
+            let driven = drive(&instance, rounds);
+            over.store(true, Ordering::Relaxed);
+            driven
+        });
+        let panicked = |_| Failure::Usage("a thread of the bench panicked".into());
+        let driven = near.join().map_err(panicked)?;
+        far.join().map_err(panicked)?.and(driven)
+    })
+}
+
+fn judge_all(instance: &Instance, over: &AtomicBool) -> Result<(), Failure> {
+    let mut receiver = ChunkReceiver::open(instance, draw_id())?;
+    let mut accept = |_: &PlanChunk, _: &mut dyn FnMut()| Judgement::Accepted(Margins::UNMEASURED);
+    while receiver.run(&mut accept, &|| !over.load(Ordering::Relaxed))? != Ended::Stopped {}
+    Ok(())
+}
+
+fn drive(instance: &Instance, rounds: usize) -> Result<Measured, Failure> {
+    let mut sender = ChunkSender::open(instance, draw_id())?;
+    sender.set_lost_after(PATIENCE);
+    sender.set_credit(1);
+    let plans = rounds.div_ceil(PLAN);
+    let mut trips = Vec::with_capacity(plans * PLAN);
+    let mut allocated = 0;
+    for plan_id in 0..plans as u64 + WARM_PLANS {
+        let chunks = plan(plan_id + 1);
+        let before = allocations::count();
+        let mut heard = (0, Stopwatch::start());
+        let outcome = sender.deliver(
+            &chunks,
+            &mut |word| {
+                let ours = word.plan_id == plan_id + 1 && word.next_sequence > heard.0;
+                if ours && heard.0 > 0 && plan_id >= WARM_PLANS {
+                    trips.push(heard.1.seconds());
+                }
+                if ours {
+                    heard = (word.next_sequence, Stopwatch::start());
+                }
+            },
+            &|| true,
+        )?;
+        check(outcome.outcome)?;
+        if plan_id >= WARM_PLANS {
+            allocated += allocations::count() - before;
+        }
+    }
+    sender.set_credit(CREDIT);
+    let mut seconds = 0.0;
+    for plan_id in plans as u64 + 5..2 * plans as u64 + 5 {
+        let chunks = plan(plan_id);
+        let watch = Stopwatch::start();
+        check(sender.deliver(&chunks, &mut |_| {}, &|| true)?.outcome)?;
+        seconds += watch.seconds();
+    }
+    Ok(Measured { round_trips: trips, chunks_per_second: (plans * PLAN) as f64 / seconds, allocations: allocated })
+}
+
+fn check(outcome: Outcome) -> Result<(), Failure> {
+    match outcome {
+        Outcome::Accepted => Ok(()),
+        _ => Err(Failure::ControllerLost),
+    }
+}
+
+/// A stream of chunks with something in them.
+fn plan(plan_id: u64) -> Vec<PlanChunk> {
+    let mut chunks: Vec<PlanChunk> = Vec::with_capacity(PLAN);
+    let mut stream = Digest::default();
+    for sequence in 0..PLAN as u64 {
+        let flags = if sequence == 0 { FLAG_FIRST } else { 0 } | if sequence + 1 == PLAN as u64 { FLAG_LAST } else { 0 };
+        let mut next = PlanChunk { schema: CHUNK_SCHEMA, plan_id, epoch: 0, sequence, flags, stream, ..chunk() };
+        (next.contacts, next.contacts_len, next.waypoints_len) = (Zeroable::zeroed(), 0, 2);
+        next.waypoints = Zeroable::zeroed();
+        stream = next.stream_after();
+        chunks.push(next);
+    }
+    chunks
+}

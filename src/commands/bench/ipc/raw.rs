@@ -1,0 +1,120 @@
+//! Mapped memory and atomic counters, both sides spinning: the floor.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use memmap2::{MmapMut, MmapRaw};
+use surefoot_shared_types::instance::service::CREDIT;
+use surefoot_shared_types::message::{Feedback, PlanChunk};
+
+use super::drive::{self, Far, Measured, Near, word};
+use super::integrity;
+use crate::failure::Failure;
+
+/// A slot of one message and the number of the one that it holds.
+#[repr(C, align(64))]
+struct Slot<M> {
+    number: AtomicU64,
+    message: std::cell::UnsafeCell<M>,
+}
+
+/// Both directions, in memory that was mapped for sharing.
+#[repr(C)]
+struct Board {
+    chunks: [Slot<PlanChunk>; CREDIT],
+    words: [Slot<Feedback>; CREDIT],
+}
+
+#[derive(Clone)]
+struct Shared(Arc<MmapRaw>);
+
+/// Measures it; `sealed` adds what our transport does to trust the bytes.
+pub(super) fn measure(rounds: usize, sealed: bool) -> Result<Measured, Failure> {
+    let map = MmapMut::map_anon(size_of::<Board>() + 64).map_err(Failure::Unheard)?;
+    let shared = Shared(Arc::new(MmapRaw::from(map)));
+    let far = shared.clone();
+    let near = || Ok(RawNear { shared, answered: 0, sealed });
+    drive::measure(rounds, CREDIT as u64, near, move || Ok(RawFar { shared: far, taken: 0, sealed }))
+}
+
+impl Shared {
+    fn board(&self) -> *const Board {
+        let start = self.0.as_mut_ptr();
+        // SAFETY: the map is 64 bytes longer than the board, so that an aligned one fits.
+        unsafe { start.add(start.align_offset(64)) }.cast()
+    }
+
+    fn chunk(&self, number: u64) -> &Slot<PlanChunk> {
+        // SAFETY: zeroed memory is a valid board, it is mapped as long as `self`, and all access is through atomics and cells.
+        unsafe { &(*self.board()).chunks[number as usize % CREDIT] }
+    }
+
+    fn word(&self, number: u64) -> &Slot<Feedback> {
+        // SAFETY: as for `chunk`.
+        unsafe { &(*self.board()).words[number as usize % CREDIT] }
+    }
+}
+
+impl<M: Copy> Slot<M> {
+    fn put(&self, message: &M, number: u64) {
+        // SAFETY: the other side reads a slot only after its number changed, and never more than `CREDIT` messages are on
+        // their way, so nobody reads this one now.
+        unsafe { *self.message.get() = *message };
+        self.number.store(number, Ordering::Release);
+    }
+
+    fn take(&self, number: u64) -> Option<M> {
+        // SAFETY: the slot holds message `number`, and is written again only after this side answered.
+        (self.number.load(Ordering::Acquire) == number).then(|| unsafe { *self.message.get() })
+    }
+}
+
+struct RawNear {
+    shared: Shared,
+    answered: u64,
+    sealed: bool,
+}
+
+impl Near for RawNear {
+    fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), Failure> {
+        if self.sealed {
+            let mut chunk = *chunk;
+            integrity::seal(&mut chunk);
+            self.shared.chunk(number).put(&chunk, number);
+        } else {
+            self.shared.chunk(number).put(chunk, number);
+        }
+        Ok(())
+    }
+
+    fn answered(&mut self) -> Result<u64, Failure> {
+        if let Some(word) = self.shared.word(self.answered + 1).take(self.answered + 1) {
+            if self.sealed {
+                std::hint::black_box(integrity::believe(&word));
+            }
+            self.answered = std::hint::black_box(word).next_sequence;
+        }
+        Ok(self.answered)
+    }
+}
+
+struct RawFar {
+    shared: Shared,
+    taken: u64,
+    sealed: bool,
+}
+
+impl Far for RawFar {
+    fn serve(&mut self) -> Result<(), Failure> {
+        let number = self.taken + 1;
+        let Some(chunk) = self.shared.chunk(number).take(number) else { return Ok(()) };
+        let mut word = word(number);
+        if self.sealed {
+            integrity::check(&chunk, &mut word);
+        }
+        std::hint::black_box(&chunk);
+        self.shared.word(number).put(&word, number);
+        self.taken = number;
+        Ok(())
+    }
+}

@@ -1,0 +1,183 @@
+//! Hostile bytes: whatever is written into shared memory, nothing that is not a sound message is ever walked, believed or
+//! served, and nobody crashes.
+//!
+//! `SUREFOOT_FUZZ=10000000 cargo test --release --test fuzz -- --nocapture` makes ten million messages of it.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use bytemuck::{Zeroable, bytes_of_mut};
+use surefoot_controller_sim::channel::{ChunkReceiver, Judgement};
+use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_shared_types::instance::desk::{Clerk, Client};
+use surefoot_shared_types::instance::{Instance, Link, draw_id};
+use surefoot_shared_types::message::{Feedback, Layout, Margins, PlanChunk, PlanRequest, Sealed};
+
+/// Messages of each kind in continuous integration.
+const MESSAGES: u64 = 60_000;
+
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Spoils a sound message: all bytes, or some, or some after which the seal is put right for every second one.
+    fn spoil<M: Sealed + PartialEq>(&mut self, sound: &M) -> M {
+        let mut message = *sound;
+        let kind = self.roll() % 4;
+        let bytes = bytes_of_mut(&mut message);
+        match kind {
+            0 => bytes.chunks_mut(8).for_each(|word| word.copy_from_slice(&self.roll().to_le_bytes()[..word.len()])),
+            _ => {
+                for _ in 0..=self.roll() % 8 {
+                    let at = self.roll() as usize % bytes.len();
+                    bytes[at] = bytes[at].wrapping_add(1 + (self.roll() % 255) as u8);
+                }
+            }
+        }
+        if message == *sound {
+            // Two changes of one byte can cancel each other.
+            bytes_of_mut(&mut message)[0] ^= 1;
+        }
+        if kind == 1 && self.roll().is_multiple_of(2) {
+            // A forger who knows the seal, but not what the message must say: a wrong schema.
+            bytes_of_mut(&mut message)[..8].copy_from_slice(&(1000 + self.roll() % 1000).to_le_bytes());
+            message.seal();
+        }
+        message
+    }
+}
+
+fn messages() -> u64 {
+    std::env::var("SUREFOOT_FUZZ").ok().and_then(|text| text.parse().ok()).unwrap_or(MESSAGES)
+}
+
+fn room() -> (tempfile::TempDir, Instance) {
+    let private = fs::Permissions::from_mode(0o700);
+    let base = tempfile::Builder::new().prefix("sf-fuzz").permissions(private).tempdir_in("/dev/shm").unwrap();
+    let instance = Instance::create_in(base.path(), "fuzz").unwrap();
+    (base, instance)
+}
+
+fn sealed<M: Sealed>(mut message: M) -> M {
+    message.seal();
+    message
+}
+
+/// A chunk of the physics checker's form that is in every respect but its seal what the controller waits for.
+fn sound_chunk(id: u64) -> PlanChunk {
+    sealed(PlanChunk { schema: 1, session: 5, target_instance: id, plan_id: 1, flags: 1, waypoints_len: 2, ..PlanChunk::zeroed() })
+}
+
+#[test]
+fn spoiled_chunks_are_never_judged_as_sound() {
+    let (_base, instance) = room();
+    let link = Link::open(&instance).unwrap();
+    let publisher = link.chunks.publisher_builder().create().unwrap();
+    let mut dice = Dice(1);
+    let mut left = messages();
+    while left > 0 {
+        fs::remove_file(instance.root().join("robot")).unwrap_or_default();
+        let id = draw_id();
+        let mut receiver = ChunkReceiver::open(&instance, id).unwrap();
+        let sound = sound_chunk(id);
+        // After a refusal a controller looks at nothing more: a new one for each few hundred messages.
+        for _ in 0..left.min(400) {
+            left -= 1;
+            let spoiled = dice.spoil(&sound);
+            let forged = spoiled.is_intact();
+            publisher.send_copy(spoiled).unwrap();
+            let looked = AtomicBool::new(false);
+            let mut judge = |chunk: &PlanChunk, _: &mut dyn FnMut()| {
+                assert!(forged && chunk.schema != 1, "a spoiled chunk reached the judge");
+                Judgement::Accepted(Margins::UNMEASURED)
+            };
+            let before = receiver.tally().received;
+            let ended = receiver.run(&mut judge, &|| !looked.swap(true, Ordering::Relaxed)).unwrap();
+            assert_eq!(receiver.tally().received, before + 1, "{ended:?}");
+        }
+    }
+}
+
+#[test]
+fn spoiled_words_are_never_believed() {
+    let (_base, instance) = room();
+    let link = Link::open(&instance).unwrap();
+    let publisher = link.feedback.publisher_builder().create().unwrap();
+    let mut chunk = sound_chunk(1);
+    chunk.session = 0;
+    let chunks = [chunk];
+    let mut dice = Dice(2);
+    let sound = sealed(Feedback {
+        schema: 2,
+        instance: 7,
+        session: 5,
+        plan_id: 1,
+        count: 3,
+        next_sequence: 1,
+        verdict: 1,
+        finished: 1,
+        stream: chunk.stream_after(),
+        ..Feedback::zeroed()
+    });
+    assert!(sound.is_well_formed());
+    let count = messages();
+    let over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let deliverer = scope.spawn(|| {
+            let mut sender = ChunkSender::open(&instance, 5).unwrap();
+            sender.set_lost_after(Duration::from_secs(3600));
+            sender.deliver(&chunks, &mut |_| {}, &|| !over.load(Ordering::Relaxed)).unwrap()
+        });
+        for _ in 0..count {
+            let spoiled = dice.spoil(&sound);
+            assert!(!spoiled.is_well_formed());
+            publisher.send_copy(spoiled).unwrap();
+        }
+        over.store(true, Ordering::Relaxed);
+        let delivery = deliverer.join().unwrap();
+        assert_eq!((delivery.outcome, delivery.accepted, delivery.sent, delivery.feedback), (Outcome::Stopped, 0, 0, None));
+    });
+}
+
+#[test]
+fn spoiled_requests_are_never_served() {
+    let (_base, instance) = room();
+    let mut clerk = Clerk::open(&Link::open(&instance).unwrap(), 7).unwrap();
+    let mut client = Client::open(Link::open(&instance).unwrap(), 9).unwrap();
+    let mut dice = Dice(3);
+    let sound = client.sign(&PlanRequest { kind: 3, ..PlanRequest::zeroed() });
+    for _ in 0..messages() {
+        let spoiled = dice.spoil(&sound);
+        client.send(&spoiled).unwrap();
+        assert!(clerk.take().unwrap().is_none(), "{spoiled:?}");
+    }
+    client.send(&sound).unwrap();
+    assert!(clerk.take().unwrap().is_some(), "the desk still works");
+}
+
+#[test]
+fn a_spoiled_record_is_never_taken_over() {
+    let (_base, instance) = room();
+    let path = instance.root().join("robot");
+    let mut dice = Dice(4);
+    let count = messages() / 1000;
+    for _ in 0..count {
+        let bytes: Vec<u8> = (0..2 * surefoot_shared_types::message::RobotRecord::FIELDS.iter().map(|field| field.size).sum::<usize>())
+            .map(|_| dice.roll() as u8)
+            .collect();
+        fs::write(&path, bytes).unwrap();
+        let receiver = ChunkReceiver::open(&instance, draw_id()).unwrap();
+        assert!(receiver.taken_over().is_none());
+    }
+}

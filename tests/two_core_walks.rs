@@ -1,0 +1,191 @@
+//! The planner on one core and the controller on another, over a whole walk at the pace of a real robot.
+//!
+//! Every chunk must be there before the robot needs it; what the transport adds to a verdict is put beside a raw ping-pong
+//! through shared memory in the same run. Only counts, orders and ratios are asserted. On one core the pinning is skipped.
+
+#![allow(clippy::print_stdout, reason = "a test says what it found")]
+#![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
+
+use std::fs;
+use std::num::NonZeroUsize;
+use std::os::unix::fs::PermissionsExt;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use surefoot::affinity;
+use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
+use surefoot_controller_sim::{Checker, Identity, Walker};
+use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_planner::{Planner, Status};
+use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::instance::{Instance, draw_id};
+use surefoot_shared_types::message::PlanChunk;
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scene::load::load_world;
+
+/// Faster than real time, so that a test is over soon: seconds of the walk in a second of the test.
+const HASTE: f64 = 4.0;
+/// What the time outside the judge may be of a ping-pong of two bare counters: it holds a chunk, its digest and two sleeping
+/// sides that are woken.
+const RATIO_MAX: f64 = 5000.0;
+/// Round trips of the ping-pong.
+const PINGS: u64 = 20_000;
+
+#[allow(clippy::disallowed_methods, reason = "this test measures time")]
+fn now() -> Instant {
+    Instant::now()
+}
+
+/// What the controller's side saw.
+#[derive(Default)]
+struct Log {
+    /// Seconds by which each chunk came before the robot reached its start; negative means that the robot waited.
+    ahead: Vec<f64>,
+    /// Sequence numbers in the order in which they were judged.
+    order: Vec<u64>,
+    /// Seconds that each judgement took.
+    judged: Vec<f64>,
+}
+
+/// The robot's pace: judges a chunk when it comes, and counts when it would have been needed.
+fn control(instance: &Instance, scenario: &str) -> Log {
+    let scenario = load_scenario(scenario.as_ref()).unwrap();
+    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let id = draw_id();
+    let identity = Identity { instance: id, robot: model.digest, world: world.digest, config: scenario.digest };
+    let mut walker = Walker::new(Checker::new(model, world, scenario.checker).unwrap(), identity);
+    let mut receiver = ChunkReceiver::open(instance, id).unwrap();
+    let mut log = Log::default();
+    let mut walk_began: Option<Instant> = None;
+    let mut judge = |chunk: &PlanChunk, alive: &mut dyn FnMut()| {
+        let came = now();
+        let began = *walk_began.get_or_insert(came);
+        let needed = chunk.waypoints()[0].time / HASTE;
+        log.ahead.push(needed - came.duration_since(began).as_secs_f64());
+        log.order.push(chunk.sequence);
+        let margins = walker.admit_and_walk(chunk).unwrap();
+        log.judged.push(came.elapsed().as_secs_f64());
+        alive();
+        Judgement::Accepted(margins)
+    };
+    let ended = receiver.run(&mut judge, &|| true).unwrap();
+    assert_eq!(ended, Ended::Finished);
+    receiver.linger(&mut |_, _| panic!("a chunk after the end"), Some(Duration::from_secs(10)), &|| true).unwrap();
+    log
+}
+
+/// Plans the walk; its chunks.
+fn plan(scenario: &str) -> Vec<PlanChunk> {
+    let scenario = load_scenario(scenario.as_ref()).unwrap();
+    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let mut planner = Planner::new(&model, &world, &scenario, NonZeroUsize::MIN).unwrap();
+    while planner.step(100_000) == Status::Working {}
+    assert!(!planner.chunks().is_empty());
+    planner.chunks().to_vec()
+}
+
+/// The median round trip of two counters in shared memory, s.
+fn ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
+    let (ping, pong) = (AtomicU64::new(0), AtomicU64::new(0));
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            affinity::pin(cores.1);
+            for number in 1..=PINGS {
+                while ping.load(Ordering::Acquire) < number {
+                    relax(cores);
+                }
+                pong.store(number, Ordering::Release);
+            }
+        });
+        let driver = scope.spawn(|| {
+            affinity::pin(cores.0);
+            let mut trips: Vec<f64> = Vec::new();
+            for number in 1..=PINGS {
+                let sent = now();
+                ping.store(number, Ordering::Release);
+                while pong.load(Ordering::Acquire) < number {
+                    relax(cores);
+                }
+                trips.push(sent.elapsed().as_secs_f64());
+            }
+            median(&mut trips)
+        });
+        driver.join().unwrap()
+    })
+}
+
+fn relax(cores: (Option<usize>, Option<usize>)) {
+    if cores.1.is_some() { std::hint::spin_loop() } else { std::thread::yield_now() }
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// Counts of times by powers of two of a microsecond.
+fn histogram(seconds: &[f64]) -> String {
+    let bucket = |second: &f64| (1e6 * second).max(1.0).log2() as usize;
+    let mut counts = [0_u32; 40];
+    seconds.iter().for_each(|second| counts[bucket(second).min(39)] += 1);
+    let used = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+    used.map(|(power, count)| format!("{} us: {count}", 1_u64 << power)).collect::<Vec<_>>().join(", ")
+}
+
+fn walk_at_pace(name: &str) {
+    let scenario = format!("configs/scenarios/{name}.toml");
+    let cores = affinity::cores_of_roles(1);
+    if cores.1.is_none() {
+        println!("one core: nothing is pinned");
+    }
+    let private = fs::Permissions::from_mode(0o700);
+    let base = tempfile::Builder::new().prefix("sf-two").permissions(private).tempdir_in("/dev/shm").unwrap();
+    let instance = Instance::create_in(base.path(), "two").unwrap();
+    let chunks = plan(&scenario);
+    let (log, verdicts) = std::thread::scope(|scope| {
+        let controller = scope.spawn(|| {
+            affinity::pin(cores.1);
+            control(&instance, &scenario)
+        });
+        let planner = scope.spawn(|| {
+            affinity::pin(cores.0);
+            let mut sender = ChunkSender::open(&instance, draw_id()).unwrap();
+            // One on its way at a time: the time between two verdicts is then a publication, a judgement and an answer.
+            sender.set_credit(1);
+            let mut verdicts = Vec::new();
+            let mut heard = (0, now());
+            let mut note = |word: &surefoot_shared_types::message::Feedback| {
+                if word.next_sequence > heard.0 {
+                    verdicts.push(heard.1.elapsed().as_secs_f64());
+                    heard = (word.next_sequence, now());
+                }
+            };
+            let delivery = sender.deliver(&chunks, &mut note, &|| true).unwrap();
+            assert_eq!((delivery.outcome, delivery.accepted), (Outcome::Accepted, chunks.len() as u64));
+            assert_eq!(delivery.resent, 0);
+            verdicts
+        });
+        (controller.join().unwrap(), planner.join().unwrap())
+    });
+    assert_eq!(log.order, (0..chunks.len() as u64).collect::<Vec<_>>());
+    let starved = log.ahead.iter().skip(1).filter(|ahead| **ahead < 0.0).count();
+    assert_eq!(starved, 0, "{name}: the robot waited for {starved} chunks: {:?}", log.ahead);
+    assert_eq!(verdicts.len(), chunks.len());
+    let mut overhead: Vec<f64> = verdicts.iter().zip(&log.judged).skip(1).map(|(verdict, judged)| verdict - judged).collect();
+    let raw = ping_pong(cores);
+    println!("{name}: publication to verdict: {}", histogram(&verdicts[1..]));
+    println!("{name}: of it outside the judge: {}", histogram(&overhead));
+    let ratio = median(&mut overhead) / raw;
+    println!("{name}: median outside the judge {ratio:.1} times a raw ping-pong of {:.2} us", 1e6 * raw);
+    assert!(cores.1.is_none() || ratio < RATIO_MAX, "{name}: {ratio}");
+}
+
+#[test]
+fn flat_walk_never_starves_the_robot() {
+    walk_at_pace("flat_walk");
+}
+
+#[test]
+fn stepping_stones_never_starve_the_robot() {
+    walk_at_pace("stepping_stones");
+}
