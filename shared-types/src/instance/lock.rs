@@ -1,6 +1,7 @@
 //! The lock that tells whether anybody lives in an instance.
 
 use std::fs::{File, OpenOptions, TryLockError};
+use std::io::Write;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
@@ -12,7 +13,7 @@ pub(super) const LOCK_FILE: &str = "lock";
 
 /// The lock, held exclusively, if nobody lives in `root`.
 pub(super) fn alone(root: &Path) -> Result<Option<File>, InstanceError> {
-    let Some(file) = open(root)? else { return Ok(None) };
+    let Some(file) = open(root, true)? else { return Ok(None) };
     Ok((granted(file.try_lock(), root)? && still_there(&file, root)).then_some(file))
 }
 
@@ -26,10 +27,21 @@ pub(super) fn is_held(root: &Path) -> Result<bool, InstanceError> {
     }
 }
 
-/// The lock, held together with others, unless somebody is creating or removing `root`.
+/// The lock, held together with others, unless nobody has finished creating `root`, or somebody is removing it.
 pub(super) fn among_others(root: &Path) -> Result<Option<File>, InstanceError> {
-    let Some(file) = open(root)? else { return Ok(None) };
-    Ok((granted(file.try_lock_shared(), root)? && still_there(&file, root)).then_some(file))
+    let Some(file) = open(root, false)? else { return Ok(None) };
+    let is_ready = file.metadata().is_ok_and(|metadata| metadata.len() > 0);
+    Ok((is_ready && granted(file.try_lock_shared(), root)? && still_there(&file, root)).then_some(file))
+}
+
+/// Marks `root` as one that others may enter. `alone` is its lock.
+pub(super) fn admit_others(mut alone: &File, root: &Path) -> Result<(), InstanceError> {
+    alone.write_all(b"ready\n").map_err(|error| io_error(&root.join(LOCK_FILE), error))
+}
+
+/// Takes the mark of [`admit_others`] away.
+pub(super) fn admit_nobody(alone: &File, root: &Path) -> Result<(), InstanceError> {
+    alone.set_len(0).map_err(|error| io_error(&root.join(LOCK_FILE), error))
 }
 
 /// Turns an exclusive lock into a shared one. False if somebody removed the root in between.
@@ -47,10 +59,10 @@ pub(super) fn pause() {
     std::thread::sleep(std::time::Duration::from_millis(5));
 }
 
-fn open(root: &Path) -> Result<Option<File>, InstanceError> {
+fn open(root: &Path, create: bool) -> Result<Option<File>, InstanceError> {
     let path = root.join(LOCK_FILE);
     let opened =
-        OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).custom_flags(libc::O_NOFOLLOW).open(&path);
+        OpenOptions::new().read(true).write(true).create(create).truncate(false).mode(0o600).custom_flags(libc::O_NOFOLLOW).open(&path);
     match opened {
         Ok(file) => Ok(Some(file)),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),

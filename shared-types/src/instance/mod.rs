@@ -130,8 +130,10 @@ impl Instance {
             directory::ensure_private(&place.root)?;
             directory::refuse_foreign_segments(&place.prefix)?;
             if let Some(lock) = lock::alone(&place.root)? {
+                lock::admit_nobody(&lock, &place.root)?;
                 directory::empty_except_lock(&place.root)?;
                 directory::remove_segments(&place.prefix)?;
+                lock::admit_others(&lock, &place.root)?;
                 if lock::share(&lock, &place.root)? {
                     return Ok(Self { membership: Arc::new(Membership { place, lock }) });
                 }

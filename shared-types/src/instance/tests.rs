@@ -124,3 +124,49 @@ fn another_layout_is_refused() {
     assert!(Link::open(&instance).is_ok());
     drop(link);
 }
+
+#[test]
+fn all_who_leave_at_once_leave_nothing() {
+    let base = base();
+    let inner = base.path().join("mine");
+    for round in 0..60 {
+        let created = Instance::create_in(&inner, "walk").unwrap();
+        let mut members = vec![Link::open(&created).unwrap()];
+        members.extend((0..3).map(|_| Link::open(&Instance::attach_in(&inner, "walk").unwrap()).unwrap()));
+        let (root, prefix) = (created.root().to_owned(), created.segment_prefix().to_owned());
+        drop(created);
+        let gate = std::sync::Barrier::new(members.len());
+        std::thread::scope(|scope| {
+            for link in members.drain(..) {
+                let instance = link.instance.clone();
+                drop(link);
+                let gate = &gate;
+                scope.spawn(move || {
+                    gate.wait();
+                    drop(instance);
+                });
+            }
+        });
+        let left = fs::read_dir("/dev/shm").unwrap().flatten().filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix));
+        assert!(!root.exists() && left.count() == 0, "round {round}");
+    }
+}
+
+#[test]
+fn an_instance_can_be_created_while_others_try_to_attach() {
+    let base = base();
+    let over = std::sync::atomic::AtomicBool::new(false);
+    let is_over = || over.load(std::sync::atomic::Ordering::Relaxed);
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while !is_over() {
+                    drop(Instance::attach_in(base.path(), "walk"));
+                }
+            });
+        }
+        let created: Vec<bool> = (0..40).map(|_| Instance::create_in(base.path(), "walk").is_ok()).collect();
+        over.store(true, std::sync::atomic::Ordering::Relaxed);
+        assert!(created.iter().all(|created| *created), "{created:?}");
+    });
+}
