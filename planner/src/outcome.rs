@@ -108,7 +108,8 @@ impl ArenaFull {
     pub fn parameter(&self) -> &'static str {
         match self {
             Self::Footholds => "footholds_max",
-            Self::Transitions | Self::Edges => "transitions_max",
+            Self::Transitions => "transitions_max",
+            Self::Configurations | Self::Edges => "configurations_max",
             Self::Waypoints => "waypoints_max",
         }
     }

@@ -146,7 +146,6 @@ impl Planner {
         let placement = placement_config(&body, world, config);
         let scratch = Scratch::new(&placement);
         let surfaces = Surfaces::new(world, placement)?;
-        let transitions_max = config.transitions_max as usize;
         let provenance = Provenance { robot: model.digest, world: world.digest, config: scenario.digest, joints_len: body.joints_len };
         let pool = start_threads(threads)?;
         let torso = Torso::new(model, &body);
@@ -159,14 +158,14 @@ impl Planner {
                 seed: scenario.seed,
             },
             pool,
-            roadmap: Roadmap::new(config.footholds_max as usize, transitions_max, config.waypoints_max as usize),
+            roadmap: Roadmap::new(config),
             surfaces,
             scratch,
             torso,
             growth,
             route_sweeps: 0,
             scenario: scenario.clone(),
-            search: SequenceSearch::new(transitions_max),
+            search: SequenceSearch::new(config.footholds_max as usize, config.transitions_max as usize),
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance),
             phase: Phase::Ends,
             standing: None,
@@ -395,7 +394,7 @@ impl Planner {
 
     fn sample(&mut self, next: usize, failed: bool) -> Result<Phase, ArenaFull> {
         let sequence = self.search.sequence();
-        let round = self.roadmap.sample_transitions(&self.shared, sequence, next);
+        let round = self.roadmap.sample_transitions(&self.shared, sequence, next)?;
         let done = round.next == sequence.len();
         self.tally.transitions_found += u64::from(round.found);
         let (next, failed) = self.count(&round, failed);
@@ -447,7 +446,7 @@ impl Planner {
     fn look_for_another_route(&mut self) -> Phase {
         let graph = &self.roadmap.graph;
         let unsolved = self.search.sequence().iter().map(|&id| (id, &graph.transitions()[id as usize]));
-        let unsolved = unsolved.filter(|(_, transition)| transition.configuration.is_none()).map(|(id, _)| graph.pair(id));
+        let unsolved = unsolved.filter(|(_, transition)| !transition.is_found()).map(|(id, _)| graph.pair(id));
         let ends = [self.scenario.start, self.scenario.goal].map(|mark| Station::on(&mark));
         let stations = unsolved.map(|(stance, other)| midway(&stance.world_from_sole, &other.world_from_sole));
         let given_up = stations.filter(|station| ends.iter().all(|end| end.distance(station) > END_RADIUS));
@@ -460,7 +459,7 @@ impl Planner {
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         for &id in self.search.sequence() {
             let transition = &self.roadmap.graph.transitions()[id as usize];
-            if transition.configuration.is_some() {
+            if transition.is_found() {
                 continue;
             }
             for foothold in [transition.stance, transition.other] {

@@ -24,7 +24,9 @@ pub enum ArenaFull {
     Footholds,
     /// `transitions_max`.
     Transitions,
-    /// The table of motions, which `transitions_max` sizes too.
+    /// `configurations_max`.
+    Configurations,
+    /// The table of motions, which `configurations_max` sizes too.
     Edges,
     /// `waypoints_max`.
     Waypoints,
@@ -41,15 +43,23 @@ pub struct Transition {
     pub distance: f64,
     /// S(T): one more than the failed attempts to sample it.
     pub attempts: u32,
-    /// Q(T): a configuration that was found.
-    pub configuration: Option<Configuration>,
+    /// Q(T): the configuration that was found, as its place in the graph's arena.
+    configuration: Option<u32>,
     next_of_stance: Option<TransitionId>,
+    /// Whether a motion to it from another transition on the same stance has failed.
+    is_doubtful: bool,
+    next_doubtful: Option<TransitionId>,
 }
 
 impl Transition {
     /// C(T) of a transition that no single-mode search uses [Grey 4.4.2].
     pub fn cost(&self) -> f64 {
-        if self.configuration.is_some() { 0.0 } else { f64::from(self.attempts) * self.distance * self.distance * self.distance }
+        if self.is_found() { 0.0 } else { f64::from(self.attempts) * self.distance * self.distance * self.distance }
+    }
+
+    /// Whether Q(T) holds a configuration.
+    pub fn is_found(&self) -> bool {
+        self.configuration.is_some()
     }
 }
 
@@ -58,7 +68,9 @@ impl Transition {
 pub struct Graph {
     footholds: Vec<Foothold>,
     first_of_stance: Vec<Option<TransitionId>>,
+    first_doubtful: Vec<Option<TransitionId>>,
     transitions: Vec<Transition>,
+    configurations: Vec<Configuration>,
     connected: FootholdId,
 }
 
@@ -69,11 +81,13 @@ const SAME_TURN: f64 = 0.02;
 
 impl Graph {
     /// Empty arenas of these capacities.
-    pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
+    pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize) -> Self {
         Self {
             footholds: Vec::with_capacity(footholds_max),
             first_of_stance: Vec::with_capacity(footholds_max),
+            first_doubtful: Vec::with_capacity(footholds_max),
             transitions: Vec::with_capacity(transitions_max),
+            configurations: Vec::with_capacity(configurations_max),
             connected: 0,
         }
     }
@@ -88,9 +102,40 @@ impl Graph {
         &self.transitions
     }
 
-    /// A transition to change.
-    pub fn transition_mut(&mut self, id: TransitionId) -> &mut Transition {
-        &mut self.transitions[id as usize]
+    /// The configuration of a transition, if one was found.
+    pub fn configuration(&self, id: TransitionId) -> Option<&Configuration> {
+        self.transitions[id as usize].configuration.map(|place| &self.configurations[place as usize])
+    }
+
+    /// Notes failed attempts to sample a transition, and the configuration that the last one found.
+    ///
+    /// # Errors
+    /// The arena of configurations is full.
+    pub fn record_attempts(&mut self, id: TransitionId, failed: u32, found: Option<Configuration>) -> Result<(), ArenaFull> {
+        let transition = &mut self.transitions[id as usize];
+        transition.attempts += failed;
+        let Some(found) = found else { return Ok(()) };
+        if self.configurations.len() == self.configurations.capacity() {
+            return Err(ArenaFull::Configurations);
+        }
+        transition.configuration = Some(self.configurations.len() as u32);
+        self.configurations.push(found);
+        Ok(())
+    }
+
+    /// Notes that a motion to a transition from another one on the same stance has failed.
+    pub fn doubt(&mut self, id: TransitionId) {
+        let transition = &mut self.transitions[id as usize];
+        if !transition.is_doubtful {
+            transition.is_doubtful = true;
+            transition.next_doubtful = self.first_doubtful[transition.stance as usize].replace(id);
+        }
+    }
+
+    /// The transitions on a stance to which a motion has failed.
+    pub fn doubtful_from_stance(&self, stance: FootholdId) -> impl Iterator<Item = TransitionId> + '_ {
+        let next = |id: &TransitionId| self.transitions[*id as usize].next_doubtful;
+        std::iter::successors(self.first_doubtful[stance as usize], next)
     }
 
     /// A transition's two placements: stance, other.
@@ -140,6 +185,7 @@ impl Graph {
         }
         self.footholds.push(foothold);
         self.first_of_stance.push(None);
+        self.first_doubtful.push(None);
         Ok((self.footholds.len() - 1) as FootholdId)
     }
 
@@ -155,7 +201,16 @@ impl Graph {
         for (stance, other) in [(a, b), (b, a)] {
             let id = self.transitions.len() as TransitionId;
             let next_of_stance = self.first_of_stance[stance as usize].replace(id);
-            self.transitions.push(Transition { stance, other, distance, attempts: 1, configuration: None, next_of_stance });
+            self.transitions.push(Transition {
+                stance,
+                other,
+                distance,
+                attempts: 1,
+                configuration: None,
+                next_of_stance,
+                is_doubtful: false,
+                next_doubtful: None,
+            });
         }
         Ok(())
     }
@@ -172,7 +227,8 @@ impl Graph {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.footholds.capacity() * (size_of::<Foothold>() + size_of::<Option<TransitionId>>())
+        self.footholds.capacity() * (size_of::<Foothold>() + 2 * size_of::<Option<TransitionId>>())
             + self.transitions.capacity() * size_of::<Transition>()
+            + self.configurations.capacity() * size_of::<Configuration>()
     }
 }

@@ -4,6 +4,7 @@
 //! depends on nothing but the sequence, so the number of threads cannot matter.
 
 use rayon::prelude::*;
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
 
 use crate::body::Configuration;
@@ -82,10 +83,12 @@ struct Hop {
 
 impl Roadmap {
     /// Arenas of these capacities.
-    pub fn new(footholds_max: usize, transitions_max: usize, waypoints_max: usize) -> Self {
+    pub fn new(config: &PlannerConfig) -> Self {
+        let [footholds_max, transitions_max] = [config.footholds_max, config.transitions_max].map(|count| count as usize);
+        let [configurations_max, waypoints_max] = [config.configurations_max, config.waypoints_max].map(|count| count as usize);
         Self {
-            graph: Graph::new(footholds_max, transitions_max),
-            edges: EdgeTable::new(transitions_max),
+            graph: Graph::new(footholds_max, transitions_max, configurations_max),
+            edges: EdgeTable::new(4 * configurations_max),
             waypoints: Vec::with_capacity(waypoints_max),
             workspaces: (0..WORKSPACES).map(|_| Workspace::new(TRACK_MAX, TREE_NODES_MAX)).collect(),
         }
@@ -100,11 +103,14 @@ impl Roadmap {
     }
 
     /// Samples configurations for the next transitions of the sequence that have none, from `next` on.
-    pub fn sample_transitions(&mut self, shared: &Shared, sequence: &[TransitionId], next: usize) -> RoundTally {
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn sample_transitions(&mut self, shared: &Shared, sequence: &[TransitionId], next: usize) -> Result<RoundTally, ArenaFull> {
         let mut batch: heapless::Vec<TransitionId, WORKSPACES> = heapless::Vec::new();
         let mut tally = RoundTally { next, ..RoundTally::default() };
         for &id in &sequence[next..] {
-            let wanted = self.graph.transitions()[id as usize].configuration.is_none() && !batch.contains(&id);
+            let wanted = !self.graph.transitions()[id as usize].is_found() && !batch.contains(&id);
             if wanted && batch.push(id).is_err() {
                 break;
             }
@@ -115,14 +121,12 @@ impl Roadmap {
             run(shared, &mut self.workspaces, batch.len(), |index, workspace| sample_transition(shared, graph, batch[index], workspace));
         for outcome in outcomes {
             if let Outcome::Transition { id, failed_attempts, found } = outcome {
-                let transition = self.graph.transition_mut(id);
-                transition.attempts += failed_attempts;
-                transition.configuration = found;
                 tally.count(found.is_some());
+                self.graph.record_attempts(id, failed_attempts, found)?;
             }
         }
         self.collect(&mut tally);
-        tally
+        Ok(tally)
     }
 
     /// Plans the next motions of the sequence that are missing, from hop `next` on (hop 0 leads from the start to the first
@@ -154,6 +158,9 @@ impl Roadmap {
                 let motion = if found { Some(self.store(index)?) } else { None };
                 let failures = if found { failures } else { failures + 1 };
                 self.edges.set(from, to, EdgeRecord { failures, motion })?;
+                if !found && from != START && to != GOAL && to != Graph::twin(from) {
+                    self.graph.doubt(to);
+                }
                 tally.count(found);
             }
         }
@@ -284,7 +291,7 @@ fn state(graph: &Graph, ends: &[End; 2], id: TransitionId) -> State {
         _ => {
             let (stance, other) = graph.pair(id);
             let world_from_soles = transition::world_from_soles(TransitionPair { stance, other });
-            let configuration = graph.transitions()[id as usize].configuration.unwrap_or(ends[0].state.configuration);
+            let configuration = *graph.configuration(id).unwrap_or(&ends[0].state.configuration);
             State { configuration, world_from_soles }
         }
     }

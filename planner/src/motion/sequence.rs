@@ -14,16 +14,19 @@ pub struct SequenceSearch {
     heap: IndexHeap,
     costs: Vec<(f64, u32)>,
     came_from: Vec<Option<TransitionId>>,
+    /// Which placements have been reached as a stance.
+    is_entered: Vec<bool>,
     sequence: Vec<TransitionId>,
 }
 
 impl SequenceSearch {
-    /// Arrays for this many transitions.
-    pub fn new(transitions_max: usize) -> Self {
+    /// Arrays for this many placements and transitions.
+    pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
         Self {
             heap: IndexHeap::new(transitions_max),
             costs: vec![(f64::INFINITY, 0); transitions_max],
             came_from: vec![None; transitions_max],
+            is_entered: vec![false; footholds_max],
             sequence: Vec::with_capacity(transitions_max),
         }
     }
@@ -35,6 +38,9 @@ impl SequenceSearch {
 
     /// Finds the cheapest sequence from one of `starts` to a transition that `is_goal` accepts (Dijkstra; among equal costs
     /// the fewest transitions). `false` where the graph holds none. Counts a unit of work for each 64 edges looked at.
+    ///
+    /// What a swing costs depends on where it leads, and on where it begins only if that very motion has failed. So the
+    /// first arrival on a stance settles all its swings but the doubtful ones, and a stance is expanded once.
     pub fn find(
         &mut self,
         graph: &Graph,
@@ -46,6 +52,7 @@ impl SequenceSearch {
         let nodes = graph.transitions().len();
         self.heap.clear(nodes);
         self.costs[..nodes].fill((f64::INFINITY, 0));
+        self.is_entered[..graph.footholds().len()].fill(false);
         self.sequence.clear();
         for &start in starts {
             self.relax(graph, None, start, penalty(edges, START, start), (0.0, 0));
@@ -63,11 +70,11 @@ impl SequenceSearch {
             let twin = Graph::twin(node);
             let penalty = penalty(edges, node, twin);
             self.relax(graph, Some(node), twin, penalty, (cost, hops));
-            for next in graph.from_stance(graph.transitions()[node as usize].stance) {
-                looked_at += 1;
-                if next != node {
-                    self.relax_swing(graph, edges, node, next, (cost, hops));
-                }
+            let stance = graph.transitions()[node as usize].stance;
+            if std::mem::replace(&mut self.is_entered[stance as usize], true) {
+                looked_at += self.relax_swings(graph, edges, node, graph.doubtful_from_stance(stance), (cost, hops));
+            } else {
+                looked_at += self.relax_swings(graph, edges, node, graph.from_stance(stance), (cost, hops));
             }
         }
         *work += looked_at / 64 + 1;
@@ -79,14 +86,29 @@ impl SequenceSearch {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.heap.bytes() + self.costs.len() * (size_of::<(f64, u32)>() + size_of::<Option<TransitionId>>() + size_of::<TransitionId>())
+        self.heap.bytes()
+            + self.costs.len() * (size_of::<(f64, u32)>() + size_of::<Option<TransitionId>>() + size_of::<TransitionId>())
+            + self.is_entered.len()
     }
 
-    fn relax_swing(&mut self, graph: &Graph, edges: &EdgeTable, node: TransitionId, next: TransitionId, reached: (f64, u32)) {
-        let bound = reached.0 + graph.transitions()[next as usize].cost();
-        if (bound, reached.1 + 1) < self.costs[next as usize] {
-            self.relax(graph, Some(node), next, penalty(edges, node, next), reached);
+    /// Relaxes the swings from a transition to some on the same stance; answers how many there were.
+    fn relax_swings(
+        &mut self,
+        graph: &Graph,
+        edges: &EdgeTable,
+        node: TransitionId,
+        swings: impl Iterator<Item = TransitionId>,
+        reached: (f64, u32),
+    ) -> u64 {
+        let mut looked_at = 0;
+        for next in swings.filter(|&next| next != node) {
+            looked_at += 1;
+            let bound = reached.0 + graph.transitions()[next as usize].cost();
+            if (bound, reached.1 + 1) < self.costs[next as usize] {
+                self.relax(graph, Some(node), next, penalty(edges, node, next), reached);
+            }
         }
+        looked_at
     }
 
     fn relax(&mut self, graph: &Graph, from: Option<TransitionId>, to: TransitionId, penalty: f64, reached: (f64, u32)) {

@@ -12,6 +12,8 @@ pub struct PlannerConfig {
     pub footholds_max: u32,
     /// Most transitions in the graph.
     pub transitions_max: u32,
+    /// Most transitions for which a configuration is found; four times as many motions between them can be on record.
+    pub configurations_max: u32,
     /// Most waypoints of a plan.
     pub waypoints_max: u32,
     /// Clearance between the robot and the world, and between its own links, at every sampled configuration, m.
@@ -38,8 +40,9 @@ impl Default for PlannerConfig {
         Self {
             work_max: 20_000_000,
             stations_max: 8_192,
-            footholds_max: 16_384,
-            transitions_max: 262_144,
+            footholds_max: 32_768,
+            transitions_max: 1_048_576,
+            configurations_max: 32_768,
             waypoints_max: 65_536,
             clearance: 0.006,
             com_margin: 0.02,

@@ -25,6 +25,7 @@ fn check_planner(planner: &PlannerConfig) -> Result<(), Complaint> {
         ("planner.stations_max", planner.stations_max),
         ("planner.footholds_max", planner.footholds_max),
         ("planner.transitions_max", planner.transitions_max),
+        ("planner.configurations_max", planner.configurations_max),
         ("planner.waypoints_max", planner.waypoints_max),
     ] {
         if !(2..=COUNT_MAX).contains(&count) {
