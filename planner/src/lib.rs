@@ -18,6 +18,7 @@ pub mod region;
 pub mod rpg;
 pub mod seeding;
 pub mod statics;
+pub mod trouble;
 
 pub use outcome::{Outcome, Status};
 pub use rpg::{Planner, PlannerError};

@@ -20,13 +20,12 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use rayon::ThreadPool;
-use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
-use surefoot_shared_types::spatial::{wrap_angle, yaw_of};
+use surefoot_shared_types::spatial::wrap_angle;
 
 use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
@@ -34,12 +33,14 @@ use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::{Constraints, Rejection};
 use crate::ends::{End, foothold_at, stand_as, stand_on};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
+use crate::motion::foothold::Foothold;
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::roadmap::{Roadmap, RoundTally, Shared};
 use crate::motion::sequence::SequenceSearch;
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Progress, Station, Torso};
-use crate::seeding::{DELIBERATE_SWEEPS, Seeding};
+use crate::seeding::Seeding;
+use crate::trouble::{Focus, Remedy, Trouble, detour_about, nearest_station, place_of};
 
 /// Why a planner cannot be made for these inputs.
 #[derive(Debug, thiserror::Error)]
@@ -115,19 +116,10 @@ pub struct Planner {
     end_footholds: [[FootholdId; 2]; 2],
     tally: Tally,
     digest: Digest,
-    failed_sequences: u32,
-    patience: u32,
-    rounds_without_route: u32,
+    trouble: Trouble,
+    focus: Focus,
 }
 
-/// Failed sequences after which more placements are sampled, at first and at the most: new placements bring new cheap
-/// sequences that distract from old ones, so they come ever more rarely [Grey 4.4.4].
-const PATIENCE: [u32; 2] = [48, 192];
-
-/// Sweeps along one route before another is sought, where no sequence leads to the goal.
-const SWEEPS_MAX: usize = 4;
-/// Every so many rounds of more placements, stage P looks for another route.
-const ROUNDS_PER_ROUTE: u32 = 2;
 /// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
 const END_RADIUS: f64 = 0.6;
 
@@ -173,9 +165,8 @@ impl Planner {
             end_footholds: [[0; 2]; 2],
             tally: Tally::default(),
             digest: Digest::default(),
-            failed_sequences: 0,
-            patience: PATIENCE[0],
-            rounds_without_route: 0,
+            trouble: Trouble::new(),
+            focus: Focus::new(2 * stations_max),
         })
     }
 
@@ -321,8 +312,16 @@ impl Planner {
         match self.growth.advance(&context, &mut self.scratch, &mut self.tally.work) {
             Progress::Growing => return Phase::Route,
             Progress::Route => {}
-            Progress::Exhausted => self.growth.go_straight(),
+            Progress::Exhausted if self.tally.routes == 0 => self.growth.go_straight(),
+            Progress::Exhausted => {
+                self.tally.work += 1;
+                return Phase::Connect { next: self.roadmap.graph.connected() };
+            }
         }
+        let is_detour = |station: usize| !self.growth.placements(station).is_empty();
+        let stations = self.growth.route().stations();
+        let is_whole = !(0..stations).any(is_detour) || self.tally.routes == 0;
+        self.focus.only(stations, |station| is_whole || is_detour(station));
         self.tally.routes += 1;
         self.route_sweeps = 0;
         Phase::Seed { next: 0 }
@@ -338,6 +337,9 @@ impl Planner {
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         let (graph, scratch, work) = (&mut self.roadmap.graph, &mut self.scratch, &mut self.tally.work);
         let (station, limb) = (next / 2, next % 2);
+        if !self.focus.wants(station) {
+            return Ok(Phase::Seed { next: next + 1 });
+        }
         let known = self.growth.placements(station);
         if self.route_sweeps == 0 && !known.is_empty() {
             for placed in known.iter().filter(|placed| placed.limb == limb) {
@@ -375,7 +377,7 @@ impl Planner {
         };
         let work = &mut self.tally.work;
         if !self.search.find(&self.roadmap.graph, &self.roadmap.edges, &starts, &is_goal, work) {
-            return Ok(self.widen_or_reroute());
+            return Ok(self.after_no_sequence());
         }
         Ok(Phase::Sample { next: 0, failed: false })
     }
@@ -421,37 +423,64 @@ impl Planner {
 
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
     fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        self.failed_sequences += 1;
-        if self.failed_sequences <= self.patience {
-            return Ok(Phase::Sequence);
+        let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::Sequence) };
+        let sequence = self.search.sequence();
+        let unsolved = |index: &usize| self.roadmap.is_unsolved(sequence, *index);
+        let attempts = |index: &usize| self.roadmap.graph.transitions()[sequence[*index] as usize].attempts;
+        let worst = (0..sequence.len()).filter(unsolved).max_by_key(attempts).unwrap_or(0);
+        let place = place_of(&self.roadmap.graph, sequence[worst]);
+        let route = self.growth.route();
+        match remedy {
+            Remedy::Sweep => {
+                self.focus.only(route.stations(), |_| false);
+                for index in (0..sequence.len()).filter(unsolved) {
+                    self.focus.add(nearest_station(route, &place_of(&self.roadmap.graph, sequence[index])));
+                }
+                Ok(Phase::Seed { next: 0 })
+            }
+            Remedy::Sample => self.sample_near_trouble(),
+            Remedy::Detour => Ok(self.look_for_detour(nearest_station(route, &place), place)),
+            Remedy::Reroute => Ok(self.look_for_another_route(place)),
         }
-        self.failed_sequences = 0;
-        self.patience = (2 * self.patience).min(PATIENCE[1]);
-        if self.route_sweeps < DELIBERATE_SWEEPS {
-            return Ok(Phase::Seed { next: 0 });
-        }
-        self.rounds_without_route += 1;
-        if self.rounds_without_route.is_multiple_of(ROUNDS_PER_ROUTE) {
-            return Ok(self.look_for_another_route());
-        }
-        self.sample_near_trouble()
     }
 
-    /// Another sweep along the route, or another route where the sweeps are over: no sequence leads to the goal yet.
-    fn widen_or_reroute(&mut self) -> Phase {
-        if self.route_sweeps < SWEEPS_MAX { Phase::Seed { next: 0 } } else { self.look_for_another_route() }
+    /// What to do where no sequence leads to the goal: sample more placements where those reached from the start end.
+    fn after_no_sequence(&mut self) -> Phase {
+        let route = self.growth.route();
+        let entered = self.roadmap.graph.footholds().iter().zip(self.search.is_entered()).filter(|(_, entered)| **entered);
+        let place = |foothold: &Foothold| Station { position: foothold.world_from_sole.translation, yaw: 0.0 };
+        let frontier = entered.map(|(foothold, _)| nearest_station(route, &place(foothold))).max().unwrap_or(0);
+        match self.trouble.no_sequence() {
+            Remedy::Sweep | Remedy::Sample => {
+                self.focus.only(route.stations(), |_| false);
+                self.focus.add(frontier);
+                Phase::Seed { next: 0 }
+            }
+            Remedy::Detour => self.look_for_detour(frontier, route.station(frontier)),
+            Remedy::Reroute => self.look_for_another_route(route.station(frontier)),
+        }
     }
 
-    /// Sends stage P to look for a route that avoids the places where the sequence at hand could not be completed.
-    fn look_for_another_route(&mut self) -> Phase {
-        let graph = &self.roadmap.graph;
-        let unsolved = self.search.sequence().iter().map(|&id| (id, &graph.transitions()[id as usize]));
-        let unsolved = unsolved.filter(|(_, transition)| !transition.is_found()).map(|(id, _)| graph.pair(id));
-        let ends = [self.scenario.start, self.scenario.goal].map(|mark| Station::on(&mark));
-        let stations = unsolved.map(|(stance, other)| midway(&stance.world_from_sole, &other.world_from_sole));
-        let given_up = stations.filter(|station| ends.iter().all(|end| end.distance(station) > END_RADIUS));
-        self.growth.begin_again(given_up);
+    /// Sends stage P to look for a way around a place where stage M gets no farther.
+    fn look_for_detour(&mut self, station: usize, place: Station) -> Phase {
+        let Some(between) = detour_about(self.growth.route(), station) else { return self.look_for_another_route(place) };
+        self.give_up(place);
+        self.growth.begin_detour(between);
         Phase::Route
+    }
+
+    /// Sends stage P to look for a route that avoids a place where stage M gets no farther.
+    fn look_for_another_route(&mut self, place: Station) -> Phase {
+        self.give_up(place);
+        self.growth.begin_again();
+        Phase::Route
+    }
+
+    fn give_up(&mut self, place: Station) {
+        let ends = [self.scenario.start, self.scenario.goal].map(|mark| Station::on(&mark));
+        if ends.iter().all(|end| end.distance(&place) > END_RADIUS) {
+            self.growth.give_up(place);
+        }
     }
 
     /// Samples placements about those of the sequence's transitions that have no configuration yet [Grey 4.4.4].
@@ -487,12 +516,6 @@ impl Planner {
         }
         (round.next, failed || round.failures > 0)
     }
-}
-
-/// The station midway between two soles, heading as both do on average.
-fn midway(a: &Pose, b: &Pose) -> Station {
-    let on = |sole: &Pose| Station { position: sole.translation, yaw: yaw_of(sole.rotation) };
-    on(a).toward_share(&on(b), 0.5)
 }
 
 /// A pool of threads, or none where one thread is asked for: the caller's own does the work then.

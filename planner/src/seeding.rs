@@ -26,8 +26,6 @@ const KEPT_MAX: usize = 6;
 const KEPT_LATER_MAX: usize = 3;
 /// The stance widths of the first sweeps, as factors of the marks': a robot with bulky legs walks and turns wider.
 const WIDENINGS: [f64; 2] = [1.0, 1.5];
-/// Sweeps whose ideals are deliberate; those of later ones are random.
-pub const DELIBERATE_SWEEPS: usize = WIDENINGS.len();
 /// How far the ideals of later sweeps stray, m and rad.
 const LATER_SPREAD: (f64, f64) = (0.2, 0.4);
 /// Neighbours that a placement is connected to at the most.

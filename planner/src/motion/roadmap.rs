@@ -168,6 +168,13 @@ impl Roadmap {
         Ok(tally)
     }
 
+    /// Whether a transition of the sequence has no configuration, or the motion to it has failed.
+    pub fn is_unsolved(&self, sequence: &[TransitionId], index: usize) -> bool {
+        let Hop { from, to } = hop(sequence, index);
+        let record = self.edges.get(from, to);
+        !self.graph.transitions()[to as usize].is_found() || record.motion.is_none() && record.failures > 0
+    }
+
     /// Hands the motions of a complete sequence to the chunk builder.
     ///
     /// # Errors

@@ -36,6 +36,11 @@ impl SequenceSearch {
         &self.sequence
     }
 
+    /// Which placements the last search reached as a stance, by index.
+    pub fn is_entered(&self) -> &[bool] {
+        &self.is_entered
+    }
+
     /// Finds the cheapest sequence from one of `starts` to a transition that `is_goal` accepts (Dijkstra; among equal costs
     /// the fewest transitions). `false` where the graph holds none. Counts a unit of work for each 64 edges looked at.
     ///

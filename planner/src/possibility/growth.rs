@@ -85,11 +85,16 @@ pub struct Growth {
     trees: [Vec<Vertex>; 2],
     placements: Vec<Placed>,
     activity: Activity,
+    /// Where the trees begin: at start and goal, or at both ends of a detour.
     ends: [Station; 2],
+    whole_ends: [Station; 2],
     spacing: f64,
     bounds: Aabb,
     route: Route,
     spare: Vec<Vertex>,
+    /// The route of which a detour replaces the stations between these two.
+    whole: Vec<Vertex>,
+    detour: Option<[usize; 2]>,
     given_up: heapless::Deque<Station, GIVEN_UP_MAX>,
     samples: u32,
     relaxed: bool,
@@ -107,17 +112,20 @@ impl Growth {
             placements: Vec::with_capacity(vertices_max * super::stance::PLACEMENTS_MAX / 2),
             activity: Activity::Sampling,
             ends: [start, goal].map(Station::on),
+            whole_ends: [start, goal].map(Station::on),
             spacing,
             bounds: sampling_bounds(start, goal, world),
             route: Route::new(start, goal, vertices_max),
-            spare: vertices(),
+            spare: Vec::with_capacity(2 * vertices_max),
+            whole: Vec::with_capacity(2 * vertices_max),
+            detour: None,
             given_up: heapless::Deque::new(),
             samples: 0,
             relaxed: false,
             generation: 0,
             queries: 0,
         };
-        growth.begin();
+        growth.begin(growth.whole_ends);
         growth
     }
 
@@ -145,26 +153,49 @@ impl Growth {
         self.route.vertices.push(Vertex { station: goal, parent: 0, placements: (0, 0) });
     }
 
-    /// Begins anew, away from the places where stage M gave up: they are no longer taken for possible.
-    pub fn begin_again(&mut self, given_up: impl Iterator<Item = Station>) {
-        for station in given_up {
-            if self.given_up.is_full() {
-                self.given_up.pop_front();
-            }
-            let _full = self.given_up.push_back(station);
+    /// Takes a place where stage M gave up for possible no longer.
+    pub fn give_up(&mut self, place: Station) {
+        if self.given_up.is_full() {
+            self.given_up.pop_front();
         }
+        let _full = self.given_up.push_back(place);
+    }
+
+    /// Begins anew, for a route from start to goal that is another in all.
+    pub fn begin_again(&mut self) {
+        self.detour = None;
         self.generation += 1;
-        self.begin();
+        self.begin(self.whole_ends);
+    }
+
+    /// Begins anew, for a detour that replaces the stations between two of the route.
+    pub fn begin_detour(&mut self, between: [usize; 2]) {
+        self.detour = Some(between);
+        self.generation += 1;
+        self.whole.clear();
+        self.begin(between.map(|index| self.route.vertices[index].station));
+        self.whole.extend_from_slice(&self.route.vertices);
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        let vertices = self.trees[0].capacity() + self.trees[1].capacity() + self.spare.capacity() + self.route.vertices.capacity();
+        let lists = [&self.trees[0], &self.trees[1], &self.spare, &self.whole, &self.route.vertices];
+        let vertices = lists.map(Vec::capacity).iter().sum::<usize>();
         vertices * size_of::<Vertex>() + self.placements.capacity() * size_of::<Placed>()
     }
 
     /// Does a small piece of work: at most one station is added.
     pub fn advance(&mut self, context: &Context<'_>, scratch: &mut Scratch, work: &mut u64) -> Progress {
+        let progress = self.advance_within(context, scratch, work);
+        if progress == Progress::Route
+            && let Some([first, last]) = self.detour.take()
+        {
+            self.insert_detour(first, last);
+        }
+        progress
+    }
+
+    fn advance_within(&mut self, context: &Context<'_>, scratch: &mut Scratch, work: &mut u64) -> Progress {
         match self.activity {
             Activity::Sampling => self.sample(context.seed),
             Activity::Extending { tree, tip, added, extension, ending } => {
@@ -188,8 +219,10 @@ impl Growth {
     }
 
     /// The straight way is tried first: from the start to the goal.
-    fn begin(&mut self) {
+    fn begin(&mut self, ends: [Station; 2]) {
+        self.ends = ends;
         self.placements.clear();
+        self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
         self.samples = 0;
         self.relaxed = false;
         for (tree, &station) in self.trees.iter_mut().zip(&self.ends) {
@@ -237,7 +270,7 @@ impl Growth {
             self.activity = Activity::Over(Progress::Exhausted);
             return;
         }
-        self.begin();
+        self.begin(self.ends);
         self.relaxed = true;
         self.activity = self.join(0, 0, 0);
     }
@@ -348,6 +381,19 @@ impl Growth {
             }
             _ => Activity::Straightening { tried, branch: None },
         };
+    }
+
+    /// Puts the route just found in place of the stations between two of the whole one, if that fits.
+    fn insert_detour(&mut self, first: usize, last: usize) {
+        if self.whole.len() + self.route.vertices.len() > self.spare.capacity() {
+            std::mem::swap(&mut self.whole, &mut self.route.vertices);
+            return;
+        }
+        self.spare.clear();
+        self.spare.extend_from_slice(&self.whole[..first]);
+        self.spare.extend_from_slice(&self.route.vertices);
+        self.spare.extend_from_slice(&self.whole[last + 1..]);
+        std::mem::swap(&mut self.spare, &mut self.route.vertices);
     }
 
     /// Puts a branch of the first tree in place of the stations between its ends.
