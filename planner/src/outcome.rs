@@ -109,7 +109,7 @@ impl ArenaFull {
         match self {
             Self::Footholds => "footholds_max",
             Self::Transitions => "transitions_max",
-            Self::Configurations | Self::Edges => "configurations_max",
+            Self::Boundaries | Self::Configurations | Self::Edges => "configurations_max",
             Self::Waypoints => "waypoints_max",
         }
     }

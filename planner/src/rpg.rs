@@ -5,6 +5,7 @@
 //! ```text
 //! Ends      stand the robot on the start and the goal
 //! Route     where the robot could perhaps go: stage P    [Grey 3, 4.1-4.3]
+//! Cut       into segments that share their end states    [Grey 3.2]
 //! Seed      foot placements along the guide route        [Grey 4.4.4]
 //! Connect   transitions between neighbouring placements  [Grey 4.4.2]
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
@@ -14,7 +15,10 @@
 //!
 //! A sequence that cannot be completed has become dearer, so the next one is another; where the sequences grow too dear or
 //! there is none, more placements are sampled, and stage P looks for another route. All routes' placements stand in one
-//! graph, so that each sequence may use any of them. The first complete sequence is the plan.
+//! graph, so that each sequence may use any of them. Segment after segment is completed; the last one completes the plan.
+
+mod remedies;
+mod segments;
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -31,16 +35,16 @@ use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::{Constraints, Rejection};
-use crate::ends::{End, foothold_at, stand_as, stand_on};
+use crate::ends::{foothold_at, stand_as, stand_on};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
-use crate::motion::foothold::Foothold;
-use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
-use crate::motion::roadmap::{Roadmap, RoundTally, Shared};
-use crate::motion::sequence::SequenceSearch;
+use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
+use crate::motion::roadmap::{Boundary, Roadmap, RoundTally, Shared};
+use crate::motion::sequence::{SequenceSearch, Window};
 use crate::outcome::{Bound, Outcome, Status};
-use crate::possibility::{Context, Growth, Progress, Station, Torso};
+use crate::possibility::{Context, Growth, Progress, Torso};
 use crate::seeding::Seeding;
-use crate::trouble::{Focus, Remedy, Trouble, detour_about, nearest_station, place_of};
+use crate::trouble::{Focus, Trouble};
+use segments::Cuts;
 
 /// Why a planner cannot be made for these inputs.
 #[derive(Debug, thiserror::Error)]
@@ -68,6 +72,7 @@ pub enum PlannerError {
 enum Phase {
     Ends,
     Route,
+    Cut { station: usize },
     Seed { next: usize },
     Connect { next: FootholdId },
     Sequence,
@@ -112,16 +117,18 @@ pub struct Planner {
     chunks: ChunkBuilder,
     phase: Phase,
     standing: Option<Standing>,
-    ends: Option<[End; 2]>,
-    end_footholds: [[FootholdId; 2]; 2],
+    cuts: Cuts,
+    /// The station of the route that is nearest to each placement.
+    nearest_stations: Vec<u32>,
+    /// How many stations the route had before the detour that is being sought.
+    stations_before: Option<usize>,
+    /// The segments completed so far: transitions and the nodes of boundaries.
+    walk: Vec<TransitionId>,
     tally: Tally,
     digest: Digest,
     trouble: Trouble,
     focus: Focus,
 }
-
-/// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
-const END_RADIUS: f64 = 0.6;
 
 /// Transitions that a start on one foot leads to at the most; the others are reached through these.
 const STARTS_MAX: usize = 256;
@@ -161,8 +168,10 @@ impl Planner {
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance),
             phase: Phase::Ends,
             standing: None,
-            ends: None,
-            end_footholds: [[0; 2]; 2],
+            cuts: Cuts::new(),
+            nearest_stations: Vec::with_capacity(config.footholds_max as usize),
+            stations_before: None,
+            walk: Vec::with_capacity(config.configurations_max as usize),
             tally: Tally::default(),
             digest: Digest::default(),
             trouble: Trouble::new(),
@@ -231,9 +240,10 @@ impl Planner {
 
     /// Steps of the plan, once found: how often a foot is lifted and set down.
     pub fn steps(&self) -> u64 {
-        let sequence = if self.phase == Phase::Over(Outcome::Found) { self.search.sequence() } else { &[] };
-        let is_swing = |pair: &&[TransitionId]| pair[1] != Graph::twin(pair[0]);
-        sequence.windows(2).filter(is_swing).count() as u64
+        let walk = if self.phase == Phase::Over(Outcome::Found) { self.walk.as_slice() } else { &[] };
+        let is_boundary = |node: TransitionId| boundary_of(node).is_some();
+        let is_swing = |pair: &&[TransitionId]| !is_boundary(pair[0]) && !is_boundary(pair[1]) && pair[1] != Graph::twin(pair[0]);
+        walk.windows(2).filter(is_swing).count() as u64
     }
 
     /// Bytes of all arenas by name.
@@ -252,6 +262,7 @@ impl Planner {
         match self.phase {
             Phase::Ends => self.stand_on_ends(),
             Phase::Route => Ok(self.find_route()),
+            Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
             Phase::Sequence => self.find_sequence(),
@@ -278,18 +289,18 @@ impl Planner {
             Ok(end) => end,
             Err(fault) => return Ok(Phase::Over(Outcome::GoalInvalid(fault))),
         };
-        let graph = &mut self.roadmap.graph;
-        for (ids, end) in self.end_footholds.iter_mut().zip([&start, &goal]) {
+        for end in [&start, &goal] {
+            let mut footholds = [0; 2];
             for limb in [0, 1] {
                 let foothold = &end.footholds[limb];
                 // A lifted foot may have lost the place where it stood: the world was corrected since.
                 let usable = end.stands(limb) || foothold_at(constraints, surfaces, scratch, limb, &foothold.world_from_sole).is_ok();
                 if usable {
-                    ids[limb] = graph.identical(foothold).map_or_else(|| graph.add_foothold(foothold.clone()), Ok)?;
+                    footholds[limb] = self.roadmap.graph.identical_or_new(foothold)?;
                 }
             }
+            self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support })?;
         }
-        self.ends = Some([start, goal]);
         Ok(Phase::Route)
     }
 
@@ -314,7 +325,7 @@ impl Planner {
             Progress::Route => {}
             Progress::Exhausted if self.tally.routes == 0 => self.growth.go_straight(),
             Progress::Exhausted => {
-                self.tally.work += 1;
+                self.stations_before = None;
                 return Phase::Connect { next: self.roadmap.graph.connected() };
             }
         }
@@ -324,7 +335,8 @@ impl Planner {
         self.focus.only(stations, |station| is_whole || is_detour(station));
         self.tally.routes += 1;
         self.route_sweeps = 0;
-        Phase::Seed { next: 0 }
+        self.nearest_stations.clear();
+        self.cut_anew_or_shift(stations)
     }
 
     fn seed(&mut self, next: usize) -> Result<Phase, ArenaFull> {
@@ -353,6 +365,7 @@ impl Planner {
 
     fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
         if next as usize == self.roadmap.graph.footholds().len() {
+            self.find_nearest_stations();
             return Ok(Phase::Sequence);
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
@@ -369,35 +382,38 @@ impl Planner {
 
     fn find_sequence(&mut self) -> Result<Phase, ArenaFull> {
         self.tally.sequences += 1;
-        let starts = self.start_transitions();
-        let goal = self.end_footholds[1];
+        let [from, to] = self.cuts.boundaries();
+        let starts = self.start_transitions(from);
+        let goal = self.roadmap.boundary(to).footholds;
         let is_goal = |id: TransitionId| {
             let transition = &self.roadmap.graph.transitions()[id as usize];
             goal.contains(&transition.stance) && goal.contains(&transition.other)
         };
+        let ends = [from, to].map(boundary_node);
         let work = &mut self.tally.work;
-        if !self.search.find(&self.roadmap.graph, &self.roadmap.edges, &starts, &is_goal, work) {
+        let window = Window { stations: &self.nearest_stations, range: self.cuts.window() };
+        if !self.search.find(&self.roadmap.graph, &self.roadmap.edges, window, ends, &starts, &is_goal, work) {
             return Ok(self.after_no_sequence());
         }
         Ok(Phase::Sample { next: 0, failed: false })
     }
 
-    /// The transitions that the start leads to: on both feet those between its two placements, on one foot all that this one
+    /// The transitions that a boundary leads to: on both feet those between its two placements, on one foot all that this one
     /// carries.
-    fn start_transitions(&self) -> heapless::Vec<TransitionId, STARTS_MAX> {
-        let [left, right] = self.end_footholds[0];
+    fn start_transitions(&self, boundary: usize) -> heapless::Vec<TransitionId, STARTS_MAX> {
+        let Boundary { footholds: [left, right], support, .. } = *self.roadmap.boundary(boundary);
         let graph = &self.roadmap.graph;
-        match self.ends.as_ref().map(|[start, _]| start.support) {
-            Some(SupportMode::Left) => graph.from_stance(left).take(STARTS_MAX).collect(),
-            Some(SupportMode::Right) => graph.from_stance(right).take(STARTS_MAX).collect(),
-            _ => [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect(),
+        match support {
+            SupportMode::Left => graph.from_stance(left).take(STARTS_MAX).collect(),
+            SupportMode::Right => graph.from_stance(right).take(STARTS_MAX).collect(),
+            SupportMode::Double => [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect(),
         }
     }
 
     fn sample(&mut self, next: usize, failed: bool) -> Result<Phase, ArenaFull> {
-        let sequence = self.search.sequence();
-        let round = self.roadmap.sample_transitions(&self.shared, sequence, next)?;
-        let done = round.next == sequence.len();
+        let segment = self.cuts.segment(self.search.sequence());
+        let round = self.roadmap.sample_transitions(&self.shared, segment, next)?;
+        let done = round.next == segment.sequence.len();
         self.tally.transitions_found += u64::from(round.found);
         let (next, failed) = self.count(&round, failed);
         Ok(match (done, failed) {
@@ -408,102 +424,20 @@ impl Planner {
     }
 
     fn plan_motions(&mut self, next: usize, failed: bool) -> Result<Phase, ArenaFull> {
-        let Some(ends) = &self.ends else { return Ok(Phase::Ends) };
-        let sequence = self.search.sequence();
-        let round = self.roadmap.plan_motions(&self.shared, ends, sequence, next)?;
-        let done = round.next == sequence.len() + 1;
+        let segment = self.cuts.segment(self.search.sequence());
+        let round = self.roadmap.plan_motions(&self.shared, segment, next)?;
+        let done = round.next == segment.sequence.len() + 1;
         self.tally.motions_found += u64::from(round.found);
         let (next, failed) = self.count(&round, failed);
         Ok(match (done, failed) {
             (false, _) => Phase::Move { next, failed },
             (true, true) => self.after_failure()?,
-            (true, false) => self.finish()?,
+            (true, false) => self.complete_segment()?,
         })
     }
 
-    /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
-    fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::Sequence) };
-        let sequence = self.search.sequence();
-        let unsolved = |index: &usize| self.roadmap.is_unsolved(sequence, *index);
-        let attempts = |index: &usize| self.roadmap.graph.transitions()[sequence[*index] as usize].attempts;
-        let worst = (0..sequence.len()).filter(unsolved).max_by_key(attempts).unwrap_or(0);
-        let place = place_of(&self.roadmap.graph, sequence[worst]);
-        let route = self.growth.route();
-        match remedy {
-            Remedy::Sweep => {
-                self.focus.only(route.stations(), |_| false);
-                for index in (0..sequence.len()).filter(unsolved) {
-                    self.focus.add(nearest_station(route, &place_of(&self.roadmap.graph, sequence[index])));
-                }
-                Ok(Phase::Seed { next: 0 })
-            }
-            Remedy::Sample => self.sample_near_trouble(),
-            Remedy::Detour => Ok(self.look_for_detour(nearest_station(route, &place), place)),
-            Remedy::Reroute => Ok(self.look_for_another_route(place)),
-        }
-    }
-
-    /// What to do where no sequence leads to the goal: sample more placements where those reached from the start end.
-    fn after_no_sequence(&mut self) -> Phase {
-        let route = self.growth.route();
-        let entered = self.roadmap.graph.footholds().iter().zip(self.search.is_entered()).filter(|(_, entered)| **entered);
-        let place = |foothold: &Foothold| Station { position: foothold.world_from_sole.translation, yaw: 0.0 };
-        let frontier = entered.map(|(foothold, _)| nearest_station(route, &place(foothold))).max().unwrap_or(0);
-        match self.trouble.no_sequence() {
-            Remedy::Sweep | Remedy::Sample => {
-                self.focus.only(route.stations(), |_| false);
-                self.focus.add(frontier);
-                Phase::Seed { next: 0 }
-            }
-            Remedy::Detour => self.look_for_detour(frontier, route.station(frontier)),
-            Remedy::Reroute => self.look_for_another_route(route.station(frontier)),
-        }
-    }
-
-    /// Sends stage P to look for a way around a place where stage M gets no farther.
-    fn look_for_detour(&mut self, station: usize, place: Station) -> Phase {
-        let Some(between) = detour_about(self.growth.route(), station) else { return self.look_for_another_route(place) };
-        self.give_up(place);
-        self.growth.begin_detour(between);
-        Phase::Route
-    }
-
-    /// Sends stage P to look for a route that avoids a place where stage M gets no farther.
-    fn look_for_another_route(&mut self, place: Station) -> Phase {
-        self.give_up(place);
-        self.growth.begin_again();
-        Phase::Route
-    }
-
-    fn give_up(&mut self, place: Station) {
-        let ends = [self.scenario.start, self.scenario.goal].map(|mark| Station::on(&mark));
-        if ends.iter().all(|end| end.distance(&place) > END_RADIUS) {
-            self.growth.give_up(place);
-        }
-    }
-
-    /// Samples placements about those of the sequence's transitions that have no configuration yet [Grey 4.4.4].
-    fn sample_near_trouble(&mut self) -> Result<Phase, ArenaFull> {
-        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        for &id in self.search.sequence() {
-            let transition = &self.roadmap.graph.transitions()[id as usize];
-            if transition.is_found() {
-                continue;
-            }
-            for foothold in [transition.stance, transition.other] {
-                let placement = &self.roadmap.graph.footholds()[foothold as usize];
-                let (limb, pose) = (placement.limb, placement.world_from_sole);
-                let name = (u64::from(id) | 1 << 41, self.tally.sequences);
-                seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch, &mut self.tally.work)?;
-            }
-        }
-        Ok(Phase::Connect { next: self.roadmap.graph.connected() })
-    }
-
     fn finish(&mut self) -> Result<Phase, ArenaFull> {
-        let Some(ends) = &self.ends else { return Ok(Phase::Ends) };
-        self.roadmap.assemble(ends, self.search.sequence(), &mut self.chunks)?;
+        self.roadmap.assemble(&self.walk, &mut self.chunks)?;
         self.digest = self.chunks.finish();
         Ok(Phase::Over(Outcome::Found))
     }

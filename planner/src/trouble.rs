@@ -1,7 +1,7 @@
 //! What to do where stage M does not get on, and where along the route [Grey 4.4.4].
 //!
 //! New placements bring new cheap sequences that distract from old ones. So they are added only after many sequences have
-//! failed, ever more rarely, and only near the trouble: first with the feet wider apart, then at random, then along a detour, then
+//! failed, ever more rarely, and only near the trouble: first along the segment with the feet wider apart, then at random, then along a detour, then
 //! along another route.
 
 use surefoot_shared_types::Pose;
@@ -11,7 +11,7 @@ use crate::motion::graph::{Graph, TransitionId};
 use crate::possibility::{Route, Station};
 
 /// Failed sequences after which more placements are sampled, at first and at the most.
-const PATIENCE: [u32; 2] = [24, 192];
+const PATIENCE: [u32; 2] = [48, 192];
 /// Stations on either side of a trouble that get more placements.
 const WINDOW: usize = 2;
 /// Stations on either side of a trouble that a detour replaces.
@@ -20,7 +20,7 @@ const DETOUR_WINDOW: usize = 4;
 /// The ways out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Remedy {
-    /// Sweep the stations near the trouble once more.
+    /// Sweep the stations of the segment once more.
     Sweep,
     /// Sample placements at random about the transitions that cannot be found.
     Sample,
@@ -120,11 +120,10 @@ pub fn nearest_station(route: &Route, place: &Station) -> usize {
     (1..route.stations()).fold(0, nearer)
 }
 
-/// The ends of a detour about a station: far enough on either side, or `None` where that is the whole route.
-pub fn detour_about(route: &Route, station: usize) -> Option<[usize; 2]> {
-    let last = route.stations() - 1;
-    let ends = [station.saturating_sub(DETOUR_WINDOW), (station + DETOUR_WINDOW).min(last)];
-    (ends != [0, last]).then_some(ends)
+/// The ends of a detour about a station: far enough on either side within a segment, or `None` where that is all of it.
+pub fn detour_about([first, last]: [usize; 2], station: usize) -> Option<[usize; 2]> {
+    let ends = [station.saturating_sub(DETOUR_WINDOW).max(first), (station + DETOUR_WINDOW).min(last)];
+    (ends != [first, last] && ends[0] < ends[1]).then_some(ends)
 }
 
 /// Where a transition's feet stand.

@@ -12,14 +12,29 @@ pub type FootholdId = u32;
 /// Index of a transition; the twin's is its last bit flipped.
 pub type TransitionId = u32;
 
-/// Stands for the standing configuration at the start, before the first transition.
-pub const START: TransitionId = TransitionId::MAX;
-/// Stands for the standing configuration at the goal, after the last transition.
-pub const GOAL: TransitionId = TransitionId::MAX - 1;
+/// Most boundaries between segments, start and goal included.
+pub const BOUNDARIES_MAX: usize = 4_096;
+/// The boundary at the start.
+pub const START: usize = 0;
+/// The boundary at the goal.
+pub const GOAL: usize = 1;
+
+/// The node that stands for a boundary: the robot standing on both feet between two segments.
+pub fn boundary_node(boundary: usize) -> TransitionId {
+    TransitionId::MAX - boundary as TransitionId
+}
+
+/// The boundary that a node stands for, if it is none of the transitions.
+pub fn boundary_of(node: TransitionId) -> Option<usize> {
+    let index = (TransitionId::MAX - node) as usize;
+    (index < BOUNDARIES_MAX).then_some(index)
+}
 
 /// Which arena of the graph is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ArenaFull {
+    /// More segments than [`BOUNDARIES_MAX`] allows for.
+    Boundaries,
     /// `footholds_max`.
     Footholds,
     /// `transitions_max`.
@@ -187,6 +202,14 @@ impl Graph {
         self.first_of_stance.push(None);
         self.first_doubtful.push(None);
         Ok((self.footholds.len() - 1) as FootholdId)
+    }
+
+    /// The very same placement, added if the graph does not have it.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn identical_or_new(&mut self, foothold: &Foothold) -> Result<FootholdId, ArenaFull> {
+        self.identical(foothold).map_or_else(|| self.add_foothold(foothold.clone()), Ok)
     }
 
     /// Adds the two transitions between placements of different feet.

@@ -20,10 +20,11 @@ impl IndexHeap {
         Self { order: Vec::with_capacity(nodes_max), positions: vec![ABSENT; nodes_max], keys: vec![(0.0, 0); nodes_max] }
     }
 
-    /// Empties it; `nodes` is how many may be in use.
-    pub fn clear(&mut self, nodes: usize) {
-        self.order.clear();
-        self.positions[..nodes].fill(ABSENT);
+    /// Empties it.
+    pub fn clear(&mut self) {
+        for node in self.order.drain(..) {
+            self.positions[node as usize] = ABSENT;
+        }
     }
 
     /// Inserts a node or lowers its key.
@@ -103,7 +104,7 @@ mod tests {
     fn pops_in_order_after_random_pushes_and_decreases() {
         let mut random = Random::new(1, Stream::Preparation, 0, 0);
         let mut heap = IndexHeap::new(500);
-        heap.clear(500);
+        heap.clear();
         let mut least = vec![f64::INFINITY; 500];
         for _ in 0..3_000 {
             let node = random.below(500);

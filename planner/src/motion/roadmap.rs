@@ -10,10 +10,9 @@ use surefoot_shared_types::message::SupportMode;
 use crate::body::Configuration;
 use crate::chunking::ChunkBuilder;
 use crate::constraint::{Constraints, Mode, Rejection};
-use crate::ends::End;
 use crate::motion::edges::{EdgeRecord, EdgeTable};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
-use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId};
+use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, FootholdId, Graph, START, TransitionId, boundary_of};
 use crate::motion::single_mode::{self, Problem};
 use crate::motion::track::State;
 use crate::motion::transition::{self, TransitionPair};
@@ -46,6 +45,7 @@ pub struct Roadmap {
     pub graph: Graph,
     /// What is known of the motions between transitions.
     pub edges: EdgeTable,
+    boundaries: Vec<Boundary>,
     waypoints: Vec<Configuration>,
     workspaces: Vec<Workspace>,
 }
@@ -74,6 +74,34 @@ enum Outcome {
     Motion { from: TransitionId, to: TransitionId, failures: u32, found: bool },
 }
 
+/// Where two segments meet: the robot standing on two placements; also the start and the goal.
+#[derive(Debug, Clone)]
+pub struct Boundary {
+    /// The placements, left and right.
+    pub footholds: [FootholdId; 2],
+    /// The robot on them.
+    pub state: State,
+    /// Which of them carry it.
+    pub support: SupportMode,
+}
+
+/// The sequence of a segment and the nodes of the boundaries at both its ends.
+#[derive(Debug, Clone, Copy)]
+pub struct Segment<'a> {
+    /// The transitions.
+    pub sequence: &'a [TransitionId],
+    /// The nodes before and after them.
+    pub ends: [TransitionId; 2],
+}
+
+impl Segment<'_> {
+    /// Hop `index`: hop 0 leads to the first transition.
+    fn hop(&self, index: usize) -> Hop {
+        let from = if index == 0 { self.ends[0] } else { self.sequence[index - 1] };
+        Hop { from, to: self.sequence.get(index).copied().unwrap_or(self.ends[1]) }
+    }
+}
+
 /// A pair of neighbours in the sequence, ends included.
 #[derive(Debug, Clone, Copy)]
 struct Hop {
@@ -89,6 +117,7 @@ impl Roadmap {
         Self {
             graph: Graph::new(footholds_max, transitions_max, configurations_max),
             edges: EdgeTable::new(4 * configurations_max),
+            boundaries: Vec::with_capacity(BOUNDARIES_MAX),
             waypoints: Vec::with_capacity(waypoints_max),
             workspaces: (0..WORKSPACES).map(|_| Workspace::new(TRACK_MAX, TREE_NODES_MAX)).collect(),
         }
@@ -98,6 +127,7 @@ impl Roadmap {
     pub fn bytes(&self) -> usize {
         self.graph.bytes()
             + self.edges.bytes()
+            + self.boundaries.capacity() * size_of::<Boundary>()
             + self.waypoints.capacity() * size_of::<Configuration>()
             + self.workspaces.iter().map(Workspace::bytes).sum::<usize>()
     }
@@ -106,10 +136,10 @@ impl Roadmap {
     ///
     /// # Errors
     /// An arena is full.
-    pub fn sample_transitions(&mut self, shared: &Shared, sequence: &[TransitionId], next: usize) -> Result<RoundTally, ArenaFull> {
+    pub fn sample_transitions(&mut self, shared: &Shared, segment: Segment<'_>, next: usize) -> Result<RoundTally, ArenaFull> {
         let mut batch: heapless::Vec<TransitionId, WORKSPACES> = heapless::Vec::new();
         let mut tally = RoundTally { next, ..RoundTally::default() };
-        for &id in &sequence[next..] {
+        for &id in &segment.sequence[next..] {
             let wanted = !self.graph.transitions()[id as usize].is_found() && !batch.contains(&id);
             if wanted && batch.push(id).is_err() {
                 break;
@@ -129,36 +159,30 @@ impl Roadmap {
         Ok(tally)
     }
 
-    /// Plans the next motions of the sequence that are missing, from hop `next` on (hop 0 leads from the start to the first
-    /// transition, the last one from the last transition to the goal).
+    /// Plans the next motions of the segment that are missing, from hop `next` on (hop 0 leads from the boundary before it to the
+    /// first transition, the last one from the last transition to the boundary after it).
     ///
     /// # Errors
     /// An arena is full.
-    pub fn plan_motions(
-        &mut self,
-        shared: &Shared,
-        ends: &[End; 2],
-        sequence: &[TransitionId],
-        next: usize,
-    ) -> Result<RoundTally, ArenaFull> {
+    pub fn plan_motions(&mut self, shared: &Shared, segment: Segment<'_>, next: usize) -> Result<RoundTally, ArenaFull> {
         let mut batch: heapless::Vec<Hop, WORKSPACES> = heapless::Vec::new();
         let mut tally = RoundTally { next, ..RoundTally::default() };
-        for hop in (next..=sequence.len()).map(|index| hop(sequence, index)) {
+        for hop in (next..=segment.sequence.len()).map(|index| segment.hop(index)) {
             if self.edges.get(hop.from, hop.to).motion.is_none() && batch.push(hop).is_err() {
                 break;
             }
             tally.next += 1;
         }
-        let (graph, edges) = (&self.graph, &self.edges);
+        let (graph, edges, boundaries) = (&self.graph, &self.edges, &self.boundaries);
         let outcomes = run(shared, &mut self.workspaces, batch.len(), |index, workspace| {
-            plan_motion(shared, graph, edges, ends, batch[index], workspace)
+            plan_motion(shared, graph, edges, boundaries, batch[index], workspace)
         });
         for (index, outcome) in outcomes.into_iter().enumerate() {
             if let Outcome::Motion { from, to, failures, found } = outcome {
                 let motion = if found { Some(self.store(index)?) } else { None };
                 let failures = if found { failures } else { failures + 1 };
                 self.edges.set(from, to, EdgeRecord { failures, motion })?;
-                if !found && from != START && to != GOAL && to != Graph::twin(from) {
+                if !found && boundary_of(from).is_none() && boundary_of(to).is_none() && to != Graph::twin(from) {
                     self.graph.doubt(to);
                 }
                 tally.count(found);
@@ -168,24 +192,40 @@ impl Roadmap {
         Ok(tally)
     }
 
-    /// Whether a transition of the sequence has no configuration, or the motion to it has failed.
-    pub fn is_unsolved(&self, sequence: &[TransitionId], index: usize) -> bool {
-        let Hop { from, to } = hop(sequence, index);
+    /// Adds a boundary; answers its index.
+    ///
+    /// # Errors
+    /// There are too many.
+    pub fn add_boundary(&mut self, boundary: Boundary) -> Result<usize, ArenaFull> {
+        if self.boundaries.len() == BOUNDARIES_MAX {
+            return Err(ArenaFull::Boundaries);
+        }
+        self.boundaries.push(boundary);
+        Ok(self.boundaries.len() - 1)
+    }
+
+    /// One of the boundaries.
+    pub fn boundary(&self, index: usize) -> &Boundary {
+        &self.boundaries[index]
+    }
+
+    /// Whether a transition of the segment has no configuration, or the motion to it has failed.
+    pub fn is_unsolved(&self, segment: Segment<'_>, index: usize) -> bool {
+        let Hop { from, to } = segment.hop(index);
         let record = self.edges.get(from, to);
         !self.graph.transitions()[to as usize].is_found() || record.motion.is_none() && record.failures > 0
     }
 
-    /// Hands the motions of a complete sequence to the chunk builder.
+    /// Hands the motions along a complete walk to the chunk builder: transitions and the nodes of boundaries, in order.
     ///
     /// # Errors
     /// The chunk arena is full.
-    pub fn assemble(&self, ends: &[End; 2], sequence: &[TransitionId], chunks: &mut ChunkBuilder) -> Result<(), ArenaFull> {
-        for index in 0..=sequence.len() {
-            let hop = hop(sequence, index);
+    pub fn assemble(&self, walk: &[TransitionId], chunks: &mut ChunkBuilder) -> Result<(), ArenaFull> {
+        for hop in walk.windows(2).map(|pair| Hop { from: pair[0], to: pair[1] }) {
             let Some((first, count)) = self.edges.get(hop.from, hop.to).motion else { continue };
             let track = &self.waypoints[first as usize..(first + count) as usize];
-            let from = state(&self.graph, ends, hop.from);
-            let (support, stance) = self.stance(ends, hop);
+            let from = state(&self.graph, &self.boundaries, hop.from);
+            let (support, stance) = self.stance(hop);
             chunks.append(support, &stance, &from.configuration, track)?;
         }
         Ok(())
@@ -211,9 +251,9 @@ impl Roadmap {
         }
     }
 
-    fn stance(&self, ends: &[End; 2], hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
+    fn stance(&self, hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
         let mut stance = heapless::Vec::new();
-        let (mode, placements) = mode(&self.graph, ends, hop);
+        let (mode, placements) = mode(&self.graph, &self.boundaries, hop);
         let limbs = (0..2).filter(|&limb| mode.stands(limb));
         stance.extend(limbs.filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb)));
         (mode.support, stance)
@@ -261,12 +301,12 @@ fn sample_transition(shared: &Shared, graph: &Graph, id: TransitionId, workspace
     Outcome::Transition { id, failed_attempts: ATTEMPTS_PER_ROUND, found: None }
 }
 
-fn plan_motion(shared: &Shared, graph: &Graph, edges: &EdgeTable, ends: &[End; 2], hop: Hop, workspace: &mut Workspace) -> Outcome {
+fn plan_motion(shared: &Shared, graph: &Graph, edges: &EdgeTable, boundaries: &[Boundary], hop: Hop, workspace: &mut Workspace) -> Outcome {
     let failures = edges.get(hop.from, hop.to).failures;
     let problem = Problem {
-        mode: mode(graph, ends, hop).0,
-        from: state(graph, ends, hop.from),
-        to: state(graph, ends, hop.to),
+        mode: mode(graph, boundaries, hop).0,
+        from: state(graph, boundaries, hop.from),
+        to: state(graph, boundaries, hop.to),
         random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
         failures,
     };
@@ -274,32 +314,22 @@ fn plan_motion(shared: &Shared, graph: &Graph, edges: &EdgeTable, ends: &[End; 2
     Outcome::Motion { from: hop.from, to: hop.to, failures, found }
 }
 
-/// Hop `index` of a sequence.
-fn hop(sequence: &[TransitionId], index: usize) -> Hop {
-    let from = if index == 0 { START } else { sequence[index - 1] };
-    let to = sequence.get(index).copied().unwrap_or(GOAL);
-    Hop { from, to }
-}
-
 /// The mode of a hop, and the placements that it touches.
-fn mode<'a>(graph: &'a Graph, ends: &[End; 2], hop: Hop) -> (Mode, [&'a Foothold; 2]) {
-    let known = if hop.from == START { hop.to } else { hop.from };
-    let (stance, other) = graph.pair(known);
-    let starts_double = hop.from == START && ends[0].support == SupportMode::Double;
-    let is_double = starts_double || hop.to == GOAL || hop.to == Graph::twin(hop.from);
+fn mode<'a>(graph: &'a Graph, boundaries: &[Boundary], hop: Hop) -> (Mode, [&'a Foothold; 2]) {
+    let before = boundary_of(hop.from).map(|index| &boundaries[index]);
+    let (stance, other) = graph.pair(if before.is_some() { hop.to } else { hop.from });
+    let starts_double = before.is_some_and(|boundary| boundary.support == SupportMode::Double);
+    let is_double = starts_double || boundary_of(hop.to).is_some() || hop.to == Graph::twin(hop.from);
     let mode = if is_double { double_mode(stance, other) } else { single_mode(stance) };
     (mode, [stance, other])
 }
 
-fn state(graph: &Graph, ends: &[End; 2], id: TransitionId) -> State {
-    match id {
-        START => ends[0].state,
-        GOAL => ends[1].state,
-        _ => {
-            let (stance, other) = graph.pair(id);
-            let world_from_soles = transition::world_from_soles(TransitionPair { stance, other });
-            let configuration = *graph.configuration(id).unwrap_or(&ends[0].state.configuration);
-            State { configuration, world_from_soles }
-        }
+fn state(graph: &Graph, boundaries: &[Boundary], node: TransitionId) -> State {
+    if let Some(index) = boundary_of(node) {
+        return boundaries[index].state;
     }
+    let (stance, other) = graph.pair(node);
+    let world_from_soles = transition::world_from_soles(TransitionPair { stance, other });
+    let configuration = *graph.configuration(node).unwrap_or(&boundaries[START].state.configuration);
+    State { configuration, world_from_soles }
 }

@@ -1,0 +1,95 @@
+//! What the planner does where a segment cannot be completed.
+
+use super::{Phase, Planner};
+use crate::motion::graph::{ArenaFull, FootholdId};
+use crate::possibility::Station;
+use crate::seeding::Seeding;
+use crate::trouble::{Remedy, detour_about, nearest_station, place_of};
+
+/// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
+const END_RADIUS: f64 = 0.6;
+
+impl Planner {
+    /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
+    pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
+        let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::Sequence) };
+        let segment = self.cuts.segment(self.search.sequence());
+        let sequence = segment.sequence;
+        let unsolved = |index: &usize| self.roadmap.is_unsolved(segment, *index);
+        let attempts = |index: &usize| self.roadmap.graph.transitions()[sequence[*index] as usize].attempts;
+        let worst = (0..sequence.len()).filter(unsolved).max_by_key(attempts).unwrap_or(0);
+        let place = place_of(&self.roadmap.graph, sequence[worst]);
+        let route = self.growth.route();
+        match remedy {
+            Remedy::Sweep => {
+                let [first, last] = self.cuts.stations();
+                self.focus.only(route.stations(), |station| (first..=last).contains(&station));
+                Ok(Phase::Seed { next: 0 })
+            }
+            Remedy::Sample => self.sample_near_trouble(),
+            Remedy::Detour => Ok(self.look_for_detour(nearest_station(route, &place), place)),
+            Remedy::Reroute => Ok(self.look_for_another_route(place)),
+        }
+    }
+
+    /// What to do where no sequence leads to the goal: sample more placements where those reached from the start end.
+    pub(super) fn after_no_sequence(&mut self) -> Phase {
+        let route = self.growth.route();
+        let [first, last] = self.cuts.stations();
+        let footholds = self.roadmap.graph.footholds();
+        let place = |&id: &FootholdId| Station { position: footholds[id as usize].world_from_sole.translation, yaw: 0.0 };
+        let stations = self.search.entered().iter().map(|id| nearest_station(route, &place(id)));
+        let frontier = stations.filter(|station| (first..=last).contains(station)).max().unwrap_or(first);
+        match self.trouble.no_sequence() {
+            Remedy::Sweep | Remedy::Sample => {
+                self.focus.only(route.stations(), |_| false);
+                self.focus.add(frontier);
+                Phase::Seed { next: 0 }
+            }
+            Remedy::Detour => self.look_for_detour(frontier, route.station(frontier)),
+            Remedy::Reroute => self.look_for_another_route(route.station(frontier)),
+        }
+    }
+
+    /// Sends stage P to look for a way around a place where stage M gets no farther.
+    fn look_for_detour(&mut self, station: usize, place: Station) -> Phase {
+        let Some(between) = detour_about(self.cuts.stations(), station) else { return self.look_for_another_route(place) };
+        self.give_up(place);
+        self.growth.begin_detour(between);
+        self.stations_before = Some(self.growth.route().stations());
+        Phase::Route
+    }
+
+    /// Sends stage P to look for a route that avoids a place where stage M gets no farther.
+    fn look_for_another_route(&mut self, place: Station) -> Phase {
+        self.give_up(place);
+        self.growth.begin_again();
+        self.stations_before = None;
+        Phase::Route
+    }
+
+    fn give_up(&mut self, place: Station) {
+        let ends = [self.scenario.start, self.scenario.goal].map(|mark| Station::on(&mark));
+        if ends.iter().all(|end| end.distance(&place) > END_RADIUS) {
+            self.growth.give_up(place);
+        }
+    }
+
+    /// Samples placements about those of the sequence's transitions that have no configuration yet [Grey 4.4.4].
+    fn sample_near_trouble(&mut self) -> Result<Phase, ArenaFull> {
+        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+        for &id in self.search.sequence() {
+            let transition = &self.roadmap.graph.transitions()[id as usize];
+            if transition.is_found() {
+                continue;
+            }
+            for foothold in [transition.stance, transition.other] {
+                let placement = &self.roadmap.graph.footholds()[foothold as usize];
+                let (limb, pose) = (placement.limb, placement.world_from_sole);
+                let name = (u64::from(id) | 1 << 41, self.tally.sequences);
+                seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch, &mut self.tally.work)?;
+            }
+        }
+        Ok(Phase::Connect { next: self.roadmap.graph.connected() })
+    }
+}
