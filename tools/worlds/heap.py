@@ -6,6 +6,8 @@ import random
 from worlds.writing import block, box, floor, world
 
 SEED = 1
+DRAW = 26
+"""Which of the seed's heaps: one over which no crossing keeps to one height and heading, which is rare (tests/worlds_heap.rs)."""
 
 PIT_FROM, PIT_TO = 2.0, 4.4
 PIT_DEPTH = 0.25
@@ -161,7 +163,7 @@ def placed(rng, target, pit, heap):
         candidate = Block(centre, rpy)
         if not lies_in_pit(candidate.outline):
             continue
-        near = [b for b in heap if math.dist(b.centre, centre) < 0.62]
+        near = [b for b in heap if math.dist(b.centre, centre) < 0.70]
         if any(share_a_sole(candidate, b) for b in near):
             continue
         gain = sum(cell in pit.bare for cell in pit.cells_under(candidate.outline))
@@ -171,7 +173,7 @@ def placed(rng, target, pit, heap):
 
 def heaped():
     """Blocks drawn one after the other until no gap between them is wider than GAP."""
-    rng = random.Random(SEED)
+    rng = random.Random(f"{SEED}.{DRAW}")
     pit, heap, given_up = Pit(), [], set()
     # Cells about which a gap wider than GAP may still lie: their centres are farther than GAP / 2 from every block.
     wide = {c for c in pit.bare if PIT_FROM + 0.10 <= pit.centre(c)[0] <= PIT_TO - 0.10}
