@@ -40,6 +40,8 @@ pub enum Command {
     Request(RequestArguments),
     /// Listen to a planner and its controller, and print what passes
     Monitor(MonitorArguments),
+    /// Make what is made once per robot, so that no walk has to wait for it
+    Prepare(PrepareArguments),
     /// Make the controller's checks on an exported plan
     Check(CheckArguments),
     /// Measure on this machine
@@ -162,6 +164,17 @@ pub struct MonitorArguments {
     /// Stop after so many seconds
     #[arg(long, value_name = "S")]
     pub seconds: Option<f64>,
+}
+
+/// `surefoot prepare`.
+#[derive(Debug, Args)]
+pub struct PrepareArguments {
+    /// The robot
+    #[arg(value_name = "ROBOT.toml")]
+    pub robot: PathBuf,
+    /// Show no progress, only the summary
+    #[arg(long)]
+    pub quiet: bool,
 }
 
 /// `surefoot check`.

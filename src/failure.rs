@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use surefoot_controller_sim::CheckerError;
 use surefoot_planner::PlannerError;
+use surefoot_planner::prepare::BuildError;
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::instance::{ChannelError, InstanceError};
 use surefoot_shared_types::scene::correction::CorrectionError;
@@ -39,6 +40,12 @@ pub enum Failure {
     /// A file cannot be used.
     #[error(transparent)]
     Input(#[from] InputError),
+    /// The robot cannot be prepared.
+    #[error(transparent)]
+    Robot(#[from] BuildError),
+    /// What was just prepared does not hold together.
+    #[error("the preparation {0}; please report this with the robot's files")]
+    Preparation(String),
     /// The planner cannot use the robot or the world.
     #[error(transparent)]
     Planner(#[from] PlannerError),

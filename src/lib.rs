@@ -16,6 +16,7 @@ pub mod line;
 pub mod margins;
 pub mod outputs;
 pub mod picture;
+pub mod preparation;
 pub mod progress;
 pub mod report;
 pub mod search;

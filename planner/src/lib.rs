@@ -13,6 +13,7 @@ pub mod kinematics;
 pub mod motion;
 pub mod outcome;
 pub mod possibility;
+pub mod prepare;
 pub mod random;
 pub mod region;
 pub mod rpg;

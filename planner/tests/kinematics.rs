@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{Hinge, chain_robot, hinge, hubo, random_positions, repository};
+use common::{Hinge, chain_robot, hinge, hubo, random_positions, repository, with_split_hip};
 use glam::{DQuat, DVec3};
 use serde_json::Value;
 use surefoot_planner::kinematics::leg::LegError;
@@ -67,13 +67,8 @@ fn crooked_leg() -> RobotModel {
     chain_robot(&hinges, [0.03, 0.0, -0.09])
 }
 
-/// The Hubo whose left hip pitch axis stands 3 cm ahead of where yaw and roll meet.
 fn hubo_with_split_hip() -> RobotModel {
-    let mut model = hubo();
-    let joint = model.joints.iter().find(|joint| joint.name == "left_hip_pitch").unwrap();
-    let link = &mut model.links[joint.child];
-    link.parent.as_mut().unwrap().parent_from_joint.translation.x += 0.03;
-    model
+    with_split_hip(&hubo())
 }
 
 fn distance(leg: &Leg, a: &[f64], b: &[f64]) -> f64 {

@@ -6,6 +6,7 @@ pub mod control;
 pub mod doctor;
 pub mod monitor;
 pub mod plan;
+pub mod prepare;
 pub mod request;
 pub mod walk;
 
@@ -34,6 +35,7 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Control(arguments) => control::run(arguments),
         Command::Request(arguments) => request::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
+        Command::Prepare(arguments) => prepare::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Bench(arguments) => bench::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),

@@ -45,6 +45,8 @@ pub struct Body {
     pub ball: Ball,
     /// The foot that it is, or is rigidly joined to.
     pub foot: Option<FootBody>,
+    /// The link's pose in the root's frame where no moving joint lies between them.
+    pub root_from_link: Option<Pose>,
 }
 
 /// What a body knows of the foot that it belongs to.
@@ -67,7 +69,8 @@ impl Body {
         let bodies = with_shapes.map(|(index, link)| {
             let parts = Part::all(link)?;
             let ball = ball_around(&parts);
-            Ok(Self { link: index, parts, ball, foot: foot_of(model, index, &at_rest) })
+            let root_from_link = model.chain(index).is_empty().then_some(at_rest[index]);
+            Ok(Self { link: index, parts, ball, foot: foot_of(model, index, &at_rest), root_from_link })
         });
         let bodies: Vec<Self> = bodies.collect::<Result<_, CollisionError>>()?;
         if bodies.len() > BODIES_MAX {

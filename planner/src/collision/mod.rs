@@ -14,7 +14,7 @@ mod self_pairs;
 pub mod solid;
 mod world;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
@@ -134,6 +134,39 @@ impl CollisionModel {
     pub fn foot_hit(&self, limb: usize, world_from_sole: &Pose, state: FootState) -> Option<usize> {
         self.foot_bodies(limb)
             .find_map(|(body, foot)| self.foot_body_hit(body, &(*world_from_sole * foot.sole_from_link), foot.link_normal, state))
+    }
+
+    /// The first world shape that meets a box, given by its middle's pose and half of each side (m).
+    pub fn box_hit(&self, world_from_box: &Pose, half_extents: DVec3) -> Option<usize> {
+        self.world.box_hit(world_from_box, half_extents)
+    }
+
+    /// The box around a foot and all that is rigidly joined to it, in its sole's frame.
+    pub fn foot_bounds(&self, limb: usize) -> Aabb {
+        let parts = self.foot_bodies(limb).flat_map(|(body, foot)| body.parts.iter().map(move |part| (part, foot.sole_from_link)));
+        let boxes = parts.map(|(part, sole_from_link)| {
+            let sole_from_part = sole_from_link * part.link_from_part;
+            part.bounds.transformed(&DMat3::from_quat(sole_from_part.rotation), sole_from_part.translation)
+        });
+        boxes.fold(Aabb::EMPTY, Aabb::union)
+    }
+
+    /// The bounding box of every collision shape: its link, its frame in the link's, the box in its frame.
+    pub fn part_bounds(&self) -> impl Iterator<Item = (usize, Pose, Aabb)> + '_ {
+        self.bodies.iter().flat_map(|body| body.parts.iter().map(|part| (body.link, part.link_from_part, part.bounds)))
+    }
+
+    /// The foot that a link is, or is rigidly joined to.
+    pub fn foot_of(&self, link: usize) -> Option<usize> {
+        self.bodies.iter().find(|body| body.link == link)?.foot.map(|foot| foot.limb)
+    }
+
+    /// The first world shape that what is rigid with the root meets, the least that the robot takes up [Grey 4.1.1].
+    pub fn root_hit(&self, world_from_root: &Pose) -> Option<usize> {
+        let rigid = self.bodies.iter().filter_map(|body| Some((body, body.root_from_link?)));
+        rigid
+            .map(|(body, root_from_link)| (body, *world_from_root * root_from_link))
+            .find_map(|(body, pose)| self.world.hit(body, &pose, 0.0))
     }
 
     /// Whether the first two feet, with what is rigidly joined to them, come too near to each other at these sole poses.

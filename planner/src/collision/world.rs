@@ -8,7 +8,7 @@ use super::body::{Body, Part};
 use super::bvh::{Aabb, Bvh};
 use super::error::CollisionError;
 use super::narrow::is_within;
-use super::solid::Solid;
+use super::solid::{Convex, Core, Solid};
 
 /// The world, prepared.
 #[derive(Debug, Clone)]
@@ -54,6 +54,18 @@ impl WorldShapes {
         let around = Aabb { min: center, max: center }.grown(body.ball.radius + margin);
         self.tree.find(|bounds| bounds.overlaps(&around), |_| true)?;
         body.parts.iter().find_map(|part| self.part_hit(part, world_from_link, margin))
+    }
+
+    /// The first shape that meets a box, in the tree's order.
+    pub fn box_hit(&self, world_from_box: &Pose, half_extents: DVec3) -> Option<usize> {
+        let solid = Solid::Convex(Convex { core: Core::Box { half_extents }, radius: 0.0 });
+        let bounds = Aabb { min: -half_extents, max: half_extents };
+        let around = bounds.transformed(&DMat3::from_quat(world_from_box.rotation), world_from_box.translation);
+        let touches = |index: usize| {
+            let shape = &self.shapes[index];
+            is_within(&shape.solid, &solid, &(shape.shape_from_world * *world_from_box), 0.0)
+        };
+        self.tree.find(|bounds| bounds.overlaps(&around), touches)
     }
 
     fn part_hit(&self, part: &Part, world_from_link: &Pose, margin: f64) -> Option<usize> {

@@ -4,6 +4,7 @@ pub mod edges;
 pub mod foothold;
 pub mod graph;
 pub mod heap;
+pub mod primitive;
 pub mod roadmap;
 pub mod sequence;
 pub mod single_mode;

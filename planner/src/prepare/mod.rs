@@ -1,0 +1,146 @@
+//! What is made once per robot, from the robot alone [Grey 4.1.1, 4.2.1, 4.4.5]: the space R that each leg may reach, the
+//! gait of the primitive trajectories with its range R_S of placement pairs, and the expanded geometry that holds them.
+//!
+//! [`build`] makes it, as words that can be written to a file; [`Preparation::from_bytes`] checks such bytes and reads them
+//! in place. One robot and one set of margins give the same bytes on any number of threads. [`necessary`] and
+//! [`sufficient`] ask C_N and C_S of it.
+
+pub mod expanded;
+pub mod file;
+pub mod labels;
+mod primitives;
+mod probe;
+pub mod range;
+pub mod reach;
+mod sweep;
+mod voxels;
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::robot::RobotModel;
+
+use crate::body::BodyError;
+use crate::collision::CollisionError;
+use crate::kinematics::Leg;
+use crate::kinematics::leg::LegError;
+use crate::motion::primitive::Gait;
+use expanded::Expanded;
+use file::{Contents, Writer};
+pub use file::{PreparationError, key};
+pub use labels::{Necessary, Print, necessary, sufficient, sufficient_shift};
+use probe::Probe;
+use range::{Lattice, PairRange, RangeHeader};
+use reach::{Reach, ReachHeader};
+use voxels::Voxels;
+
+/// A robot that cannot be prepared.
+#[derive(Debug, thiserror::Error)]
+pub enum BuildError {
+    /// The robot is none that the planner can move.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// A shape of the robot cannot be compiled.
+    #[error(transparent)]
+    Collision(#[from] CollisionError),
+}
+
+impl From<LegError> for BuildError {
+    fn from(error: LegError) -> Self {
+        Self::Body(error.into())
+    }
+}
+
+/// What was prepared for a robot, read in place.
+#[derive(Debug, Clone, Copy)]
+pub struct Preparation<'a> {
+    contents: &'a Contents,
+    reach: [Reach<'a>; 2],
+    ranges: [PairRange<'a>; 2],
+}
+
+impl<'a> Preparation<'a> {
+    /// Reads a preparation made from `key`, whose bytes begin at a multiple of eight.
+    ///
+    /// # Errors
+    /// What is wrong with the bytes. Nothing in them is believed before it is checked.
+    pub fn from_bytes(bytes: &'a [u8], key: &Digest) -> Result<Self, PreparationError> {
+        let contents = &file::header(bytes, key)?.contents;
+        let reach = |limb: usize| {
+            let at: &ReachHeader = &contents.reach[limb];
+            Reach::new(at, file::array(bytes, at.bits)?, file::array(bytes, at.blocks)?).ok_or(PreparationError::Damaged)
+        };
+        let range = |limb: usize| {
+            let at: &RangeHeader = &contents.ranges[limb];
+            PairRange::new(at, file::array(bytes, at.bits)?).ok_or(PreparationError::Damaged)
+        };
+        if !contents.gait.is_sound() {
+            return Err(PreparationError::Damaged);
+        }
+        Ok(Self { contents, reach: [reach(0)?, reach(1)?], ranges: [range(0)?, range(1)?] })
+    }
+
+    /// Whether a leg may place its sole at a point of the root's frame, however turned. `false` is certain.
+    pub fn may_reach(&self, limb: usize, root_from_sole: DVec3) -> bool {
+        self.reach[limb].may_reach(root_from_sole)
+    }
+
+    /// The reachable space of a leg.
+    pub fn reach(&self, limb: usize) -> &Reach<'a> {
+        &self.reach[limb]
+    }
+
+    /// The shape of the primitives.
+    pub fn gait(&self) -> &'a Gait {
+        &self.contents.gait
+    }
+
+    /// R_S with `stance` as the foot that carries.
+    pub fn range(&self, stance: usize) -> &PairRange<'a> {
+        &self.ranges[stance]
+    }
+
+    /// The room that the primitives take.
+    pub fn expanded(&self) -> &'a Expanded {
+        &self.contents.expanded
+    }
+}
+
+/// The share of the work that the reachable spaces are.
+const REACH_SHARE: f64 = 0.5;
+
+/// Prepares a robot; `progress` is told the share that is done, 0 to 1, from any thread.
+///
+/// # Errors
+/// The robot is no biped that the planner can move.
+pub fn build(model: &RobotModel, config: &PlannerConfig, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<u64>, BuildError> {
+    let probe = Probe::new(model, config)?;
+    let legs = [Leg::new(model, 0, 0.0)?, Leg::new(model, 1, 0.0)?];
+    let steps = legs.iter().map(|leg| leg.joints().len()).sum::<usize>() as f64;
+    let done = AtomicU32::new(0);
+    let step = || progress(REACH_SHARE * f64::from(done.fetch_add(1, Ordering::Relaxed) + 1) / steps);
+    let spaces: Vec<Voxels> = legs.par_iter().map(|leg| sweep::reachable(leg, &step)).collect();
+    let primitives = primitives::derive(&probe, config, &|share| progress(REACH_SHARE + (1.0 - REACH_SHARE) * share));
+    let mut writer = Writer::default();
+    let reach = [0, 1].map(|limb| {
+        let near = legs[limb].root_from_sole(&model.standing_q).translation;
+        write_reach(&mut writer, &spaces[limb], near)
+    });
+    let ranges = [0, 1].map(|limb| write_range(&mut writer, &primitives.lattice, &primitives.cells[limb]));
+    let contents = Contents { reach, gait: primitives.gait, ranges, expanded: primitives.expanded };
+    Ok(writer.finish(key(model, config), contents))
+}
+
+fn write_reach(writer: &mut Writer, cubes: &Voxels, near: DVec3) -> ReachHeader {
+    let bits = writer.append(&cubes.words);
+    let blocks = writer.append(&reach::blocks(cubes, near));
+    ReachHeader { origin: cubes.origin.into(), side: cubes.side, dims: cubes.dims.into(), padding: 0, bits, blocks }
+}
+
+fn write_range(writer: &mut Writer, lattice: &Lattice, cells: &[u64]) -> RangeHeader {
+    let Lattice { origin, step, cells: counts } = *lattice;
+    RangeHeader { origin, step, cells: counts, bits: writer.append(cells) }
+}

@@ -1,0 +1,231 @@
+//! pi_S: wherever C_S holds, a primitive meets every constraint; and C_N holds wherever a plan leads [Grey 3.1, 4.1, 4.4.5].
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test ends where a shipped file does not load; the long one reports")]
+
+mod common;
+
+use common::{Case, WALKS, hubo, preparation_of, run};
+use glam::{DQuat, DVec3};
+use surefoot_planner::Outcome;
+use surefoot_planner::body::{Body, Configuration};
+use surefoot_planner::collision::{CollisionModel, FootState};
+use surefoot_planner::constraint::{Constraints, Mode};
+use surefoot_planner::motion::foothold::{Foothold, double_mode, single_mode};
+use surefoot_planner::motion::primitive::gait::TILT_MAX;
+use surefoot_planner::motion::primitive::stand::{PairOffset, Stand};
+use surefoot_planner::motion::primitive::{configuration, shift, swing};
+use surefoot_planner::motion::track::State;
+use surefoot_planner::prepare::{self, Preparation, Print, necessary, sufficient, sufficient_shift};
+use surefoot_planner::random::{Random, Stream};
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::spatial::rotation_about;
+use surefoot_shared_types::{Pose, Shape};
+
+/// From one station to the next, m.
+const SPACING: f64 = 6.0;
+
+/// A stance placement and two of the other foot, each on a pedestal of its own, with obstacles about.
+struct Station {
+    stance: Foothold,
+    others: [Foothold; 2],
+}
+
+/// Draws what stations are made of.
+struct Builder<'a> {
+    body: &'a Body,
+    preparation: Preparation<'a>,
+    random: Random,
+    shapes: Vec<WorldShape>,
+}
+
+impl Builder<'_> {
+    fn station(&mut self, index: usize) -> Station {
+        let limb = self.random.below(2);
+        let flat = index.is_multiple_of(3);
+        let origin = DVec3::new(SPACING * (index % 20) as f64, SPACING * (index / 20) as f64, self.random.uniform(-1.0, 1.0));
+        let stand = Stand { origin, yaw: self.random.uniform(-3.0, 3.0), tilt: 0.0 };
+        let stance = self.foothold(limb, &stand, flat);
+        let others = [0, 1].map(|_| {
+            let offset = self.offset(limb, flat);
+            let other = stand.at_offset(&offset, 1 - limb);
+            self.foothold(1 - limb, &other, flat)
+        });
+        if flat {
+            self.add_box(Pose::from_translation(origin - DVec3::Z * 0.1), DVec3::new(1.0, 1.0, 0.1));
+        }
+        for _ in 0..self.random.below(4) {
+            let place = DVec3::new(self.random.uniform(-1.2, 1.2), self.random.uniform(-1.2, 1.2), self.random.uniform(0.0, 1.8));
+            let half = DVec3::new(self.random.uniform(0.01, 0.4), self.random.uniform(0.01, 0.4), self.random.uniform(0.01, 0.4));
+            let turned = rotation_about(DVec3::X, self.random.uniform(-3.0, 3.0));
+            self.add_box(Pose::from_parts(origin + place, turned), half);
+        }
+        Station { stance, others }
+    }
+
+    /// A pair in R_S.
+    fn offset(&mut self, stance: usize, flat: bool) -> PairOffset {
+        let range = *self.preparation.range(stance);
+        let extent = range.extent().unwrap();
+        loop {
+            let [ahead, aside, above, turn] = extent.map(|[least, greatest]| self.random.uniform(least, greatest));
+            let offset = PairOffset { ahead, aside, above: if flat { 0.0 } else { above }, turn };
+            if range.contains(&offset) {
+                return offset;
+            }
+        }
+    }
+
+    fn foothold(&mut self, limb: usize, stand: &Stand, flat: bool) -> Foothold {
+        let direction = self.random.uniform(-3.2, 3.2);
+        let tilt = if flat { 0.0 } else { self.random.uniform(0.0, TILT_MAX) };
+        let tilted: DQuat = rotation_about(DVec3::new(libm::cos(direction), libm::sin(direction), 0.0), tilt);
+        let sole = stand.sole(&self.body.legs[limb], tilted * rotation_about(DVec3::Z, stand.yaw));
+        let polygon = &self.body.sole_polygons[limb];
+        if !flat {
+            let corner = polygon.iter().fold(glam::DVec2::ZERO, |corner, vertex| corner.max(vertex.abs()));
+            let half = (corner + glam::DVec2::splat(0.005)).extend(0.05);
+            self.add_box(sole * Pose::from_translation(DVec3::new(0.0, 0.0, -0.05)), half);
+        }
+        Foothold::new(limb, sole, polygon.iter().copied().collect())
+    }
+
+    fn add_box(&mut self, world_from_shape: Pose, half_extents: DVec3) {
+        let name = format!("box {}", self.shapes.len());
+        self.shapes.push(WorldShape { name, world_from_shape, shape: Shape::Box { half_extents } });
+    }
+}
+
+fn print(foothold: &Foothold) -> Print {
+    Print { limb: foothold.limb, world_from_sole: foothold.world_from_sole, is_whole: true }
+}
+
+/// Checks waypoints as they come.
+struct Checking<'a> {
+    constraints: &'a Constraints,
+    mode: Mode,
+    here: State,
+    swing: Option<usize>,
+    waypoints: usize,
+    name: String,
+}
+
+impl Checking<'_> {
+    fn take(&mut self, state: &State, foot: FootState) -> bool {
+        let body = &self.constraints.body;
+        let mut feet = [FootState::Stance; 2];
+        if let Some(limb) = self.swing {
+            feet[limb] = foot;
+        }
+        let snapshots = [&self.here, state].map(|state| body.snapshot(&state.configuration));
+        let checked = self.constraints.check(&self.mode, &snapshots[1], feet);
+        assert!(checked.is_ok(), "{}: waypoint {}: {checked:?}", self.name, self.waypoints);
+        let ends = [(&self.here.configuration, &snapshots[0]), (&state.configuration, &snapshots[1])];
+        let between = self.constraints.check_between(&self.mode, ends, feet, &mut 0);
+        assert!(between.is_ok(), "{}: before waypoint {}: {between:?}", self.name, self.waypoints);
+        self.here = *state;
+        self.waypoints += 1;
+        true
+    }
+}
+
+/// Emits and checks every primitive of a station for which C_S holds; answers how many there were.
+fn primitives_hold_at(constraints: &Constraints, preparation: &Preparation<'_>, station: &Station, name: &str) -> usize {
+    let (body, gait) = (&constraints.body, preparation.gait());
+    let Station { stance, others: [from, to] } = station;
+    let mut held = 0;
+    let is_free = |other: &Foothold| sufficient(preparation, body, &constraints.collision, &print(stance), &print(other));
+    if is_free(from) && is_free(to) {
+        let here = configuration(body, gait, stance, from, &mut 0).unwrap();
+        let mode = single_mode(stance);
+        assert!(constraints.check(&mode, &body.snapshot(&here.configuration), [FootState::Stance; 2]).is_ok(), "{name}");
+        let mut checking = Checking { constraints, mode, here, swing: Some(from.limb), waypoints: 0, name: format!("swing {name}") };
+        swing(constraints, gait, stance, [from, to], &mut 0, &mut |state, foot| checking.take(state, foot)).unwrap();
+        assert!(checking.waypoints > 4);
+        held += 1;
+    }
+    let [left, right] = if stance.limb == 0 { [stance, from] } else { [from, stance] };
+    if sufficient_shift(preparation, body, &constraints.collision, &print(left), &print(right)) {
+        let here = configuration(body, gait, left, right, &mut 0).unwrap();
+        let mode = double_mode(left, right);
+        let mut checking = Checking { constraints, mode, here, swing: None, waypoints: 0, name: format!("shift {name}") };
+        shift(constraints, gait, [left, right], &mut 0, &mut |state, foot| checking.take(state, foot)).unwrap();
+        held += 1;
+    }
+    held
+}
+
+fn primitives_hold(model: &RobotModel, stations: usize, seed: u64) {
+    let config = PlannerConfig::default();
+    let words = preparation_of(model);
+    let preparation = Preparation::from_bytes(bytemuck::cast_slice(&words), &prepare::key(model, &config)).unwrap();
+    let body = Body::new(model, &config).unwrap();
+    let random = Random::new(seed, Stream::Preparation, 3, 0);
+    let mut builder = Builder { body: &body, preparation, random, shapes: vec![] };
+    let made: Vec<Station> = (0..stations).map(|index| builder.station(index)).collect();
+    let world = World { mu: 0.6, shapes: std::mem::take(&mut builder.shapes), digest: Digest::default() };
+    let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
+    let constraints = Constraints { body: body.clone(), collision, config };
+    let held: usize =
+        made.iter().enumerate().map(|(index, station)| primitives_hold_at(&constraints, &preparation, station, &format!("{index}"))).sum();
+    println!("{}: {held} primitives held over {stations} stations", model.name);
+    assert!(held * 4 > stations, "only {held} primitives over {stations} stations");
+}
+
+#[test]
+fn primitives_hold_wherever_c_s_holds() {
+    primitives_hold(&hubo(), 200, 1);
+}
+
+/// `SUREFOOT_ROBOTS=a/robot.toml:b/robot.toml cargo test --release -p surefoot-planner --test prepare_primitives -- --ignored --nocapture`
+#[test]
+#[ignore = "takes minutes"]
+fn thousands_of_primitives_hold() {
+    (2..12).for_each(|seed| primitives_hold(&hubo(), 2_000, seed));
+    let others = std::env::var("SUREFOOT_ROBOTS").unwrap_or_default();
+    for path in others.split(':').filter(|path| !path.is_empty()) {
+        primitives_hold(&load_robot(path.as_ref()).unwrap(), 2_000, 2);
+    }
+}
+
+#[test]
+fn c_n_and_r_hold_wherever_a_plan_leads() {
+    let model = hubo();
+    let words = preparation_of(&model);
+    for name in WALKS {
+        let case = Case::shipped(name);
+        let mut planner = case.planner(1);
+        assert_eq!(run(&mut planner, u64::MAX), Outcome::Found);
+        let config = &case.scenario.planner;
+        let preparation = Preparation::from_bytes(bytemuck::cast_slice(&words), &prepare::key(&model, &PlannerConfig::default())).unwrap();
+        let body = Body::new(&model, config).unwrap();
+        let collision = CollisionModel::new(&model, &case.world, config.clearance).unwrap();
+        for (index, waypoint) in planner.chunks().iter().flat_map(|chunk| chunk.waypoints()).enumerate() {
+            let world_from_root = waypoint.world_from_root();
+            let label = necessary(&preparation, &body, &collision, &world_from_root);
+            assert!(label.holds(), "{name}: waypoint {index}: {label:?}");
+            let snapshot = body.snapshot(&Configuration { world_from_root, q: waypoint.q });
+            for limb in 0..2 {
+                let root_from_sole = world_from_root.inverse() * body.world_from_sole(&snapshot, limb);
+                assert!(preparation.may_reach(limb, root_from_sole.translation), "{name}: waypoint {index}, limb {limb}");
+            }
+        }
+    }
+}
+
+#[test]
+fn c_n_fails_in_a_wall_and_high_above_the_ground() {
+    let model = hubo();
+    let config = PlannerConfig::default();
+    let words = preparation_of(&model);
+    let preparation = Preparation::from_bytes(bytemuck::cast_slice(&words), &prepare::key(&model, &config)).unwrap();
+    let case = Case::shipped("flat_walk").with_box([3.0, 0.0, 1.0], [0.1, 0.8, 1.0]);
+    let body = Body::new(&model, &config).unwrap();
+    let collision = CollisionModel::new(&model, &case.world, config.clearance).unwrap();
+    let at = |x: f64, z: f64| necessary(&preparation, &body, &collision, &Pose::from_translation(DVec3::new(x, 0.0, z)));
+    assert!(at(1.0, 0.8).holds() && at(1.0, 0.8).may_stand == [true; 2]);
+    assert!(!at(3.0, 0.8).holds() && !at(1.0, 2.0).holds());
+}

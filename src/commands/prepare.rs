@@ -1,0 +1,53 @@
+//! `surefoot prepare`: makes what is made once per robot, so that no walk has to wait for it.
+
+use surefoot_planner::prepare::Preparation;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::robot::load::load_robot;
+
+use crate::arguments::PrepareArguments;
+use crate::failure::{Ending, Failure};
+use crate::preparation::{Origin, Prepared, obtain};
+use crate::terminal;
+
+/// Runs the command.
+///
+/// # Errors
+/// When the robot cannot be used.
+pub fn run(arguments: &PrepareArguments) -> Result<Ending, Failure> {
+    let model = load_robot(&arguments.robot)?;
+    let prepared = obtain(&model, &PlannerConfig::default(), arguments.quiet)?;
+    terminal::say(&summary(&model.name, &prepared));
+    Ok(Ending::Done)
+}
+
+fn summary(robot: &str, prepared: &Prepared) -> String {
+    let origin = match &prepared.origin {
+        Origin::Cached(path) => format!("read from {}", path.display()),
+        Origin::Built { seconds, saved: Some(path) } => format!("made in {seconds:.2} s, kept in {}", path.display()),
+        Origin::Built { seconds, saved: None } => format!("made in {seconds:.2} s, not kept"),
+    };
+    let head = format!("{robot}: {origin}\n  size         {} bytes", prepared.bytes().len());
+    [head, reach_lines(&prepared.preparation), gait_lines(&prepared.preparation)].join("\n")
+}
+
+fn gait_lines(preparation: &Preparation<'_>) -> String {
+    let gait = preparation.gait();
+    let head = format!("  primitives   reach share {:.3}, width {:.3} m, lift {:.3} m", gait.reach_share, gait.width, gait.lift);
+    let line = |limb: usize, name: &str| {
+        let (held, all) = preparation.range(limb).cells();
+        let extent = preparation.range(limb).extent().map_or_else(String::new, |[ahead, aside, above, turn]| {
+            let range = |[least, greatest]: [f64; 2]| format!("{least:.2} to {greatest:.2}");
+            format!(": ahead {}, aside {}, above {} m, turn {} rad", range(ahead), range(aside), range(above), range(turn))
+        });
+        format!("  range {name:<6} {held} of {all} cells{extent}")
+    };
+    [head, line(0, "left"), line(1, "right")].join("\n")
+}
+
+fn reach_lines(preparation: &Preparation<'_>) -> String {
+    let line = |limb: usize, name: &str| {
+        let reach = preparation.reach(limb);
+        format!("  reach {name:<6} {} voxels, {:.3} m3, {} blocks", reach.cubes(), reach.volume(), reach.blocks().len())
+    };
+    [line(0, "left"), line(1, "right")].join("\n")
+}

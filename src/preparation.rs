@@ -1,0 +1,120 @@
+//! Where the preparation of a robot comes from: a file of the user's cache, or made now and kept there. The cache is only
+//! ever a convenience: what is damaged in it is made again, and where nothing can be kept a line says so.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use memmap2::Mmap;
+use surefoot_planner::prepare::{self, Preparation};
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::robot::RobotModel;
+
+use crate::clock::Stopwatch;
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Steps of the progress bar.
+const BAR_STEPS: f64 = 1000.0;
+
+/// A preparation, for as long as the program runs.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// What was prepared.
+    pub preparation: Preparation<'static>,
+    /// Where it comes from.
+    pub origin: Origin,
+    bytes: &'static [u8],
+}
+
+/// Where a preparation comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Origin {
+    /// A file of the cache.
+    Cached(PathBuf),
+    /// Made just now.
+    Built {
+        /// How long it took, s.
+        seconds: f64,
+        /// Where it is kept, if anywhere.
+        saved: Option<PathBuf>,
+    },
+}
+
+impl Prepared {
+    /// All of it as bytes.
+    pub fn bytes(&self) -> &'static [u8] {
+        self.bytes
+    }
+}
+
+/// The preparation of a robot, from the cache or else made now. It stays in memory until the program ends: whoever plans
+/// needs it to the last.
+///
+/// # Errors
+/// When the robot is none that the planner can move.
+pub fn obtain(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Prepared, Failure> {
+    let key = prepare::key(model, config);
+    let place = cache_folder().map(|folder| folder.join(format!("{key}.prepared")));
+    if let Some(found) = place.as_deref().and_then(|path| from_cache(path, &key)) {
+        return Ok(found);
+    }
+    let watch = Stopwatch::start();
+    let words = build(model, config, quiet)?;
+    let seconds = watch.seconds();
+    let bytes: &'static [u8] = bytemuck::cast_slice(Vec::leak(words));
+    let saved = match &place {
+        Some(path) => keep(bytes, path).map(|()| path.clone()),
+        None => Err("neither XDG_CACHE_HOME nor HOME names an absolute folder".to_owned()),
+    };
+    let saved = saved.map_err(|reason| warn(&reason)).ok();
+    let preparation = Preparation::from_bytes(bytes, &key).map_err(|error| Failure::Preparation(error.to_string()))?;
+    Ok(Prepared { preparation, origin: Origin::Built { seconds, saved }, bytes })
+}
+
+fn warn(reason: &str) {
+    terminal::remark(&format!("warning: the robot's preparation cannot be kept, so the next run makes it again: {reason}"));
+}
+
+/// What the cache holds for `key`. A file that is damaged counts as none; it will be replaced.
+fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
+    let file = File::open(path).ok()?;
+    // SAFETY: files of the cache are never changed in place, only replaced as a whole.
+    let map = unsafe { Mmap::map(&file) }.ok()?;
+    Preparation::from_bytes(&map, key).ok()?;
+    let bytes: &'static [u8] = Box::leak(Box::new(map));
+    let preparation = Preparation::from_bytes(bytes, key).ok()?;
+    Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()), bytes })
+}
+
+fn build(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Vec<u64>, Failure> {
+    let bar = if quiet || !terminal::is_watched() { ProgressBar::hidden() } else { new_bar() };
+    let built = prepare::build(model, config, &|share| bar.set_position((BAR_STEPS * share) as u64));
+    bar.finish_and_clear();
+    Ok(built?)
+}
+
+fn new_bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("preparing the robot {bar:20} {percent:>3}%  once for all its walks");
+    ProgressBar::new(BAR_STEPS as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Writes a file of the cache as a whole or not at all.
+fn keep(bytes: &[u8], path: &Path) -> Result<(), String> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
+    file.persist(path).map(drop).map_err(|error| failed(error.error))
+}
+
+/// `surefoot` in the user's cache folder, as the XDG base directory specification names it; `None` where there is none.
+fn cache_folder() -> Option<PathBuf> {
+    let absolute = |path: PathBuf| path.is_absolute().then_some(path);
+    let named = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).and_then(absolute);
+    let home = std::env::var_os("HOME").map(PathBuf::from).and_then(absolute).map(|home| home.join(".cache"));
+    named.or(home).map(|folder| folder.join("surefoot"))
+}
