@@ -14,9 +14,11 @@ pub mod motion;
 pub mod outcome;
 pub mod possibility;
 pub mod random;
+pub mod recheck;
 pub mod region;
 pub mod rpg;
 pub mod seeding;
+pub mod stage;
 pub mod statics;
 
 pub use outcome::{Outcome, Status};
