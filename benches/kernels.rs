@@ -1,115 +1,240 @@
-//! How long the planner's innermost functions take: `cargo bench --bench kernels` prints nanoseconds per call, the median
-//! and the fastest of some batches.
+//! How long each layer of the planner takes, from forward kinematics to a motion within a mode: `cargo bench --bench kernels [-- --json]`
+//! prints nanoseconds per call (the median and the fastest of some batches) and work units per call. `-- --robot ROBOT.toml`
+//! measures another robot, on the flat floor only. Whole plans: `--bench plan`.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::disallowed_methods, missing_docs, reason = "a command that times")]
 
+#[path = "kernels/dump.rs"]
+mod dump;
+#[path = "kernels/scene.rs"]
+mod scene;
+#[path = "kernels/timing.rs"]
+mod timing;
+
 use std::hint::black_box;
 use std::path::Path;
-use std::time::Instant;
 
-use surefoot_planner::body::{Body, Configuration, LINKS_MAX};
-use surefoot_planner::collision::{CollisionModel, FootState};
-use surefoot_planner::constraint::Constraints;
-use surefoot_planner::ends::stand_on;
-use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use scene::{SEED, Scene, crowded, shipped};
+use surefoot_planner::body::LINKS_MAX;
+use surefoot_planner::collision::FootState;
+use surefoot_planner::constraint::midway;
+use surefoot_planner::foot_placement::{Effort, Request};
 use surefoot_planner::kinematics::Leg;
-use surefoot_planner::motion::foothold::double_mode;
+use surefoot_planner::motion::foothold::single_mode;
+use surefoot_planner::motion::single_mode::{Problem, solve};
+use surefoot_planner::motion::transition::{TransitionPair, sample};
+use surefoot_planner::motion::tree::nearest;
+use surefoot_planner::motion::workspace::{TreeNode, Workspace};
 use surefoot_planner::random::{Random, Stream};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::load::load_world;
+use timing::{Kernel, time};
 
-const BATCHES: usize = 41;
-const CALLS: usize = 2_000;
-
-/// Times a function that is told which call of a batch it is.
-fn time(name: &str, mut call: impl FnMut(usize)) {
-    let mut nanoseconds: Vec<f64> = (0..BATCHES)
-        .map(|_| {
-            let begin = Instant::now();
-            (0..CALLS).for_each(&mut call);
-            begin.elapsed().as_secs_f64() * 1e9 / CALLS as f64
-        })
-        .collect();
-    nanoseconds.sort_by(f64::total_cmp);
-    println!("{name:<44}{:>10.0}{:>10.0}", nanoseconds[BATCHES / 2], nanoseconds[0]);
-}
+/// The scenarios whose worlds are measured, where they are shipped.
+const SCENARIOS: [&str; 5] = ["flat_walk", "stepping_stones", "ibeam_hallway", "ibeam_gap", "cinder_blocks"];
+/// Shapes of the crowded world.
+const CROWD: usize = 60;
+/// Different leg poses in a batch.
+const POSES: usize = 2_048;
+/// Nodes of the tree in which the nearest is sought.
+const NODES: usize = 512;
 
 /// The robot with its left hip pitch axis off the point where the other hip axes meet, so that no closed form fits.
-fn with_split_hip(model: &RobotModel) -> RobotModel {
+fn with_split_hip(model: &RobotModel) -> Option<RobotModel> {
     let mut model = model.clone();
-    let joint = model.joints.iter().find(|joint| joint.name == "left_hip_pitch").unwrap();
-    model.links[joint.child].parent.as_mut().unwrap().parent_from_joint.translation.x += 0.03;
-    model
+    let child = model.joints.iter().find(|joint| joint.name == "left_hip_pitch")?.child;
+    model.links[child].parent.as_mut().unwrap().parent_from_joint.translation.x += 0.03;
+    Some(model)
 }
 
 /// Random joint positions, and near each of them a hint and the left sole that they reach.
 fn soles(model: &RobotModel, leg: &Leg) -> Vec<(Pose, Vec<f64>)> {
-    let mut random = Random::new(1, Stream::Preparation, 0, 0);
+    let mut random = Random::new(SEED, Stream::Preparation, 0, 0);
     let one = |_| {
-        let q: Vec<f64> = model.joints.iter().map(|joint| random.uniform(joint.lower + 0.1, joint.upper - 0.1)).collect();
+        let q: Vec<f64> = model.joints.iter().map(|joint| random.uniform(0.95 * joint.lower, 0.95 * joint.upper)).collect();
         let hint = q.iter().map(|position| position + random.uniform(-0.04, 0.04)).collect();
         (leg.root_from_sole(&q), hint)
     };
-    (0..CALLS).map(one).collect()
+    (0..POSES).map(one).collect()
 }
 
-fn time_leg(name: &str, model: &RobotModel) {
+fn time_leg(name: &str, model: &RobotModel) -> Kernel {
     let leg = Leg::new(model, 0, 0.0).unwrap();
     let soles = soles(model, &leg);
     let mut q = model.standing_q.clone();
     time(name, |call| {
-        let (sole, hint) = &soles[call];
+        let (sole, hint) = &soles[call % POSES];
         q.copy_from_slice(hint);
         black_box(leg.solve(black_box(sole), &mut q));
-    });
+        0
+    })
 }
 
-fn time_body(body: &Body, standing: &Configuration) {
+/// What depends on the robot alone.
+fn time_body(scene: &Scene) -> Vec<Kernel> {
+    let (body, standing) = (&scene.constraints.body, scene.standing());
     let mut poses = [Pose::IDENTITY; LINKS_MAX];
-    time("forward kinematics", |_| {
+    let forward = time("forward kinematics", |_| {
         let at = black_box(standing);
         body.kinematics.forward(&at.world_from_root, &at.q, black_box(&mut poses));
+        0
     });
-    time("centre of mass", |_| {
-        black_box(body.kinematics.center_of_mass(black_box(&poses)));
+    let com = time("centre of mass", |_| {
+        black_box(body.kinematics.center_of_mass(black_box(&scene.snapshot.world_from_links)));
+        0
     });
-    time("snapshot (both)", |_| {
+    let snapshot = time("snapshot (both)", |_| {
         black_box(body.snapshot(black_box(standing)));
+        0
     });
+    let leg = time_leg("leg inverse kinematics", &scene.model);
+    let newton = with_split_hip(&scene.model).map(|model| time_leg("leg inverse kinematics, Newton", &model));
+    [forward, com, snapshot, leg].into_iter().chain(newton).collect()
 }
 
-fn time_scenario(name: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml"));
-    let scenario = load_scenario(&path).unwrap();
-    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let body = Body::new(&model, &scenario.planner).unwrap();
-    let collision = CollisionModel::new(&model, &world, scenario.planner.clearance).unwrap();
-    let constraints = Constraints { body, collision, config: scenario.planner.clone() };
-    let placement = FootPlacementConfig::default();
-    let mut scratch = Scratch::new(&placement);
-    let surfaces = Surfaces::new(&world, placement).unwrap();
-    let end = stand_on(&constraints, &surfaces, &mut scratch, &scenario.start).unwrap();
-    let standing = end.state.configuration;
-    let snapshot = constraints.body.snapshot(&standing);
-    if name == "flat_walk" {
-        time_body(&constraints.body, &standing);
-        time_leg("leg inverse kinematics, closed form", &model);
-        time_leg("leg inverse kinematics, Newton", &with_split_hip(&model));
-    }
-    let mode = double_mode(&end.footholds[0], &end.footholds[1]);
-    time(&format!("configuration check, {name}"), |_| {
-        black_box(constraints.check(&mode, black_box(&snapshot), [FootState::Stance; 2])).unwrap();
+/// What depends on the world too.
+fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
+    let (constraints, feet) = (&scene.constraints, [FootState::Stance; 2]);
+    let mode = scene.standing_mode();
+    let shapes = format!("{} shapes", scene.world.shapes.len());
+    let check = time(format!("{name}: configuration check, kinematics given"), |_| {
+        constraints.check(&mode, black_box(&scene.snapshot), feet).unwrap();
+        1
     });
+    let soles = scene.end.state.world_from_soles;
+    let whole = time(format!("{name}: configuration check with IK and FK"), |call| {
+        let mut at = *black_box(scene.standing());
+        // A little aside each time, so that no branch is learnt by heart.
+        at.world_from_root.translation.z -= 1e-4 * (call % 64) as f64;
+        assert!(constraints.body.place_soles(&mut at, &soles));
+        constraints.check(&mode, &constraints.body.snapshot(&at), feet).unwrap();
+        1
+    });
+    let mut aside = *scene.standing();
+    aside.world_from_root.translation.z -= 0.01;
+    assert!(constraints.body.place_soles(&mut aside, &soles));
+    let (from, to) = (scene.standing(), midway(scene.standing(), &aside, 1.0));
+    let ends = [(from, &scene.snapshot), (&to, &constraints.body.snapshot(&to))];
+    let edge = time(format!("{name}: edge check, root 1 cm down"), |_| {
+        let mut work = 0;
+        constraints.check_between(&mode, black_box(ends), feet, &mut work).unwrap();
+        work
+    });
+    [check, whole, edge].map(|kernel| kernel.noted(shapes.clone())).into()
+}
+
+fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
+    let Scene { constraints, surfaces, scratch, end, model, .. } = scene;
     let sole = &model.feet[0].polygon;
-    time(&format!("support query, {name}"), |_| {
-        black_box(surfaces.support(&mut scratch, sole, black_box(&end.footholds[0].world_from_sole))).unwrap();
+    let at = end.footholds[0].world_from_sole;
+    let support = time(format!("{name}: foothold query, one pose"), |_| {
+        black_box(surfaces.support(scratch, sole, black_box(&at))).unwrap();
+        0
     });
+    let is_free = |pose: &Pose| constraints.collision.foot_hit(0, pose, FootState::Stance).is_none();
+    let mut found = 0;
+    let effort = Effort { geometric_max: 48, varied_max: 8, sampled_max: 60 };
+    let propose = time(format!("{name}: foothold query, all within 0.35 m"), |call| {
+        let request = Request {
+            ideal: at,
+            sole_polygon: sole,
+            reach_xy: 0.35,
+            reach_z: [-0.6, 0.6],
+            yaw_spread: 0.8,
+            seed: SEED,
+            object: call as u64,
+            attempt: 0,
+            effort,
+            is_free: &is_free,
+        };
+        found = 0;
+        surfaces.propose(scratch, &request, &mut |_| {
+            found += 1;
+            true
+        });
+        0
+    });
+    vec![support, propose.noted(format!("{found} placements"))]
+}
+
+fn time_transitions(name: &str, scene: &Scene) -> Kernel {
+    let [left, right] = &scene.end.footholds;
+    let (mode, pair) = (single_mode(left), TransitionPair { stance: left, other: right });
+    let (mut good, mut tried) = (0_u64, 0_u64);
+    let kernel = time(format!("{name}: transition sample, uniform"), |call| {
+        let mut work = 0;
+        // Beyond the primitive postures and their neighbourhood all draws are uniform.
+        let found = sample(&scene.constraints, &mode, pair, (SEED, 1), 1_000 + call as u64, &mut work);
+        tried += 1;
+        good += u64::from(found.is_ok());
+        work
+    });
+    let per_second = good as f64 / tried as f64 * 1e9 / kernel.median_ns;
+    Kernel { per_second: Some(per_second), ..kernel.noted(format!("{:.0} % hold: {per_second:.0}/s", 100.0 * good as f64 / tried as f64)) }
+}
+
+fn time_motion(name: &str, scene: &Scene, problem: &Problem) -> Kernel {
+    let mut workspace = Workspace::new(1024, 1536);
+    let kernel = time(name, |_| {
+        workspace.work = 0;
+        solve(&scene.constraints, black_box(problem), &mut workspace).unwrap();
+        workspace.work
+    });
+    kernel.noted(format!("{} waypoints", workspace.track.len()))
+}
+
+fn time_step(name: &str, scene: &mut Scene) -> Vec<Kernel> {
+    let Some(step) = scene.step() else { return vec![] };
+    let swing = step.swing();
+    let mut random = Random::new(SEED, Stream::SingleMode, 0, 0);
+    let node = |_| {
+        let mut state = swing.from;
+        state.configuration.world_from_root.translation.x += random.uniform(-0.1, 0.1);
+        state.world_from_soles[0].translation.x += random.uniform(-0.2, 0.2);
+        TreeNode { state, parent: 0 }
+    };
+    let nodes: Vec<TreeNode> = (0..NODES).map(node).collect();
+    let nearest = time(format!("{name}: nearest neighbour of {NODES}"), |_| {
+        black_box(nearest(&nodes, &swing, black_box(&swing.to)));
+        0
+    });
+    let shift = time_motion(&format!("{name}: single-mode plan, weight shift"), scene, &step.shift());
+    let swing = time_motion(&format!("{name}: single-mode plan, swing"), scene, &swing);
+    vec![nearest, shift, swing]
+}
+
+fn time_scenario(name: &str, mut scene: Scene) -> Vec<Kernel> {
+    let mut kernels = time_checks(name, &scene);
+    kernels.extend(time_footholds(name, &mut scene));
+    kernels.push(time_transitions(name, &scene));
+    kernels.extend(time_step(name, &mut scene));
+    kernels
 }
 
 fn main() {
-    println!("{:<44}{:>10}{:>10}", "kernel", "median ns", "best ns");
-    ["flat_walk", "stepping_stones", "ibeam_hallway", "ibeam_gap"].into_iter().for_each(time_scenario);
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let after = |option: &str| arguments.iter().position(|argument| argument == option).and_then(|at| arguments.get(at + 1));
+    let mut flat = shipped("flat_walk");
+    let robot = after("--robot");
+    if let Some(path) = robot {
+        flat.model = load_robot(Path::new(path)).unwrap();
+    }
+    let mut kernels = time_body(&Scene::new(flat.clone()));
+    kernels.extend(time_checks("crowd", &Scene::new(crowded(flat.clone(), CROWD))));
+    if robot.is_some() {
+        kernels.extend(time_scenario("flat_walk", Scene::new(flat.clone())));
+    } else {
+        let is_shipped = |name: &&str| Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml")).exists();
+        for name in SCENARIOS.into_iter().filter(is_shipped) {
+            kernels.extend(time_scenario(name, Scene::new(shipped(name))));
+        }
+    }
+    if arguments.iter().any(|argument| argument == "--json") {
+        let report = serde_json::json!({ "schema": "surefoot-bench-kernels/1", "kernels": kernels, "problem": dump::problem(&mut Scene::new(flat)) });
+        println!("{}", serde_json::to_string_pretty(&report).unwrap());
+    } else {
+        println!("{:<52}{:>12}{:>12}{:>10}", "kernel", "median ns", "best ns", "work");
+        kernels.iter().for_each(|kernel| println!("{}", kernel.line()));
+    }
 }

@@ -8,7 +8,7 @@ use crate::affinity::default_threads;
 use crate::commands::bench::arguments::BenchArguments;
 
 /// Most planner threads.
-const THREADS_MAX: i64 = 256;
+pub const THREADS_MAX: i64 = 256;
 /// How often a plan is made again where the world turns out to be another, unless told otherwise.
 const REPLANS_MAX: u32 = 8;
 /// How often a killed process is started again, unless told otherwise.

@@ -14,6 +14,7 @@ pub mod failure;
 pub mod inputs;
 pub mod line;
 pub mod margins;
+pub mod memory;
 pub mod outputs;
 pub mod picture;
 pub mod preparation;

@@ -38,10 +38,18 @@ pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), Failure
 /// # Errors
 /// When the file cannot be written.
 pub fn write_json(value: &impl Serialize, path: &Path) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).map_err(|error| unwritable(path, &error.to_string()))?;
+    write_text(&format!("{text}\n"), path)
+}
+
+/// Writes a text file.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
     let failed = |error: std::io::Error| unwritable(path, &error.to_string());
     let mut file = temporary_beside(path).map_err(failed)?;
-    serde_json::to_writer_pretty(&mut file, value).map_err(|error| failed(error.into()))?;
-    file.write_all(b"\n").map_err(failed)?;
+    file.write_all(text.as_bytes()).map_err(failed)?;
     file.persist(path).map(drop).map_err(|error| failed(error.error))
 }
 

@@ -15,9 +15,11 @@ pub mod outcome;
 pub mod possibility;
 pub mod prepare;
 pub mod random;
+pub mod recheck;
 pub mod region;
 pub mod rpg;
 pub mod seeding;
+pub mod stage;
 pub mod statics;
 pub mod trouble;
 

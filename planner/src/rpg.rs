@@ -43,6 +43,7 @@ use crate::motion::sequence::{SequenceSearch, Window};
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Progress, Torso};
 use crate::seeding::Seeding;
+use crate::stage::Stage;
 use crate::trouble::{Focus, Trouble};
 use segments::Cuts;
 
@@ -81,11 +82,28 @@ enum Phase {
     Over(Outcome),
 }
 
+impl Phase {
+    fn stage(&self) -> Stage {
+        match self {
+            Self::Ends => Stage::Ends,
+            Self::Route | Self::Cut { .. } => Stage::Route,
+            Self::Seed { .. } => Stage::Seed,
+            Self::Connect { .. } => Stage::Connect,
+            Self::Sequence => Stage::Sequence,
+            Self::Sample { .. } => Stage::Sample,
+            Self::Move { .. } => Stage::Move,
+            Self::Over(_) => Stage::Over,
+        }
+    }
+}
+
 /// What a search has done so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Work units spent.
     pub work: u64,
+    /// The same by [`Stage`].
+    pub work_by_stage: [u64; Stage::COUNT],
     /// Sequences tried.
     pub sequences: u64,
     /// Guide routes followed.
@@ -205,7 +223,9 @@ impl Planner {
             if let Phase::Over(outcome) = self.phase {
                 return Status::Done(outcome);
             }
+            let (stage, before) = (self.phase.stage(), self.tally.work);
             self.phase = self.advance().unwrap_or_else(|full| Phase::Over(Outcome::ArenaFull(full)));
+            self.tally.work_by_stage[stage as usize] += self.tally.work - before;
         }
         if let Phase::Over(outcome) = self.phase {
             return Status::Done(outcome);
@@ -231,6 +251,11 @@ impl Planner {
     /// What the search has done so far.
     pub fn tally(&self) -> Tally {
         self.tally
+    }
+
+    /// The robot, the world and the conditions of every configuration.
+    pub fn constraints(&self) -> &Constraints {
+        &self.shared.constraints
     }
 
     /// Waypoints of the plan, once found.

@@ -95,7 +95,8 @@ fn grow(
     ending.inspect_err(|&rejection| workspace.count(rejection))
 }
 
-fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
+/// The node nearest to a target in the search's metric; the first of several.
+pub fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
     let distance = |node: &TreeNode| distance(problem, &node.state, target);
     let mut best = (0, f64::INFINITY);
     for (index, node) in nodes.iter().enumerate() {

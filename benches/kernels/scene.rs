@@ -1,0 +1,122 @@
+//! What the kernels work on: a robot standing at a scenario's start, one step it can take, and the world about it.
+
+use std::path::Path;
+
+use surefoot::inputs::Inputs;
+use surefoot_planner::body::{Body, Configuration, Snapshot};
+use surefoot_planner::collision::CollisionModel;
+use surefoot_planner::constraint::{Constraints, Mode};
+use surefoot_planner::ends::{End, foothold_at, stand_on};
+use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use surefoot_planner::motion::foothold::{Foothold, double_mode, single_mode};
+use surefoot_planner::motion::single_mode::Problem;
+use surefoot_planner::motion::track::State;
+use surefoot_planner::motion::transition::{TransitionPair, sample, world_from_soles};
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::{Pose, Shape};
+
+/// How long the step is, m.
+const STEP: f64 = 0.25;
+/// The seed of all draws.
+pub const SEED: u64 = 1;
+/// Attempts at each transition of the step.
+const ATTEMPTS: u64 = 200;
+
+/// The inputs of a shipped scenario.
+pub fn shipped(name: &str) -> Inputs {
+    Inputs::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml")), None).unwrap()
+}
+
+/// The inputs with so many boxes about the start that the world holds `count` shapes, none in the robot's way, all within its reach.
+pub fn crowded(mut inputs: Inputs, count: usize) -> Inputs {
+    let middle = inputs.scenario.start.position;
+    for index in inputs.world.shapes.len()..count {
+        let angle = std::f64::consts::TAU * index as f64 / count as f64;
+        let (sine, cosine) = libm::sincos(angle);
+        let height = 0.1 + 1.3 * (index % 7) as f64 / 7.0;
+        let offset = glam::DVec3::new(0.75 * cosine, 0.75 * sine, height);
+        inputs.world.shapes.push(WorldShape {
+            name: format!("box {index}"),
+            world_from_shape: Pose::from_translation(middle + offset),
+            shape: Shape::Box { half_extents: glam::DVec3::splat(0.04) },
+        });
+    }
+    inputs
+}
+
+/// A robot at a start.
+pub struct Scene {
+    pub model: RobotModel,
+    pub world: World,
+    pub constraints: Constraints,
+    pub surfaces: Surfaces,
+    pub scratch: Scratch,
+    pub end: End,
+    pub snapshot: Snapshot,
+}
+
+impl Scene {
+    pub fn new(inputs: Inputs) -> Self {
+        let Inputs { scenario, model, world } = inputs;
+        let body = Body::new(&model, &scenario.planner).unwrap();
+        let collision = CollisionModel::new(&model, &world, scenario.planner.clearance).unwrap();
+        let constraints = Constraints { body, collision, config: scenario.planner };
+        let placement = FootPlacementConfig::default();
+        let mut scratch = Scratch::new(&placement);
+        let surfaces = Surfaces::new(&world, placement).unwrap();
+        let end = stand_on(&constraints, &surfaces, &mut scratch, &scenario.start).unwrap();
+        let snapshot = constraints.body.snapshot(&end.state.configuration);
+        Self { model, world, constraints, surfaces, scratch, end, snapshot }
+    }
+
+    /// The mode in which the robot stands.
+    pub fn standing_mode(&self) -> Mode {
+        double_mode(&self.end.footholds[0], &self.end.footholds[1])
+    }
+
+    pub fn standing(&self) -> &Configuration {
+        &self.end.state.configuration
+    }
+
+    /// A step of the left foot ahead, if the ground there carries.
+    pub fn step(&mut self) -> Option<Step> {
+        let [left, right] = self.end.footholds.clone();
+        let mut ahead = left.world_from_sole;
+        ahead.translation += ahead.rotation * glam::DVec3::X * STEP;
+        let landing = foothold_at(&self.constraints, &self.surfaces, &mut self.scratch, 0, &ahead).ok()?;
+        let at = |stance: &Foothold, other: &Foothold, object| self.transition(stance, other, object);
+        let states = [at(&left, &right, 1)?, at(&right, &left, 2)?, at(&right, &landing, 3)?];
+        Some(Step { left, right, states })
+    }
+
+    fn transition(&self, stance: &Foothold, other: &Foothold, object: u64) -> Option<State> {
+        let pair = TransitionPair { stance, other };
+        let mode = single_mode(stance);
+        let found = (0..ATTEMPTS).find_map(|attempt| sample(&self.constraints, &mode, pair, (SEED, object), attempt, &mut 0).ok())?;
+        Some(State { configuration: found, world_from_soles: world_from_soles(pair) })
+    }
+}
+
+/// A step: all weight on the left foot, all on the right, and the left foot set down ahead.
+pub struct Step {
+    pub left: Foothold,
+    pub right: Foothold,
+    pub states: [State; 3],
+}
+
+impl Step {
+    /// Bringing the weight from the left foot to the right.
+    pub fn shift(&self) -> Problem {
+        self.problem(double_mode(&self.left, &self.right), 0)
+    }
+
+    /// Swinging the left foot ahead.
+    pub fn swing(&self) -> Problem {
+        self.problem(single_mode(&self.right), 1)
+    }
+
+    fn problem(&self, mode: Mode, first: usize) -> Problem {
+        Problem { mode, from: self.states[first], to: self.states[first + 1], random: (SEED, first as u64), failures: 0 }
+    }
+}

@@ -1,0 +1,72 @@
+//! Times small functions in batches.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use serde::Serialize;
+use surefoot::commands::bench::statistics::quantile;
+
+/// Batches, of which the median and the fastest are reported.
+const BATCHES: usize = 41;
+/// What a batch should take at least, s: much more than reading the clock takes.
+const BATCH_SECONDS: f64 = 2e-3;
+/// Most calls of a batch.
+const CALLS_MAX: usize = 1 << 20;
+
+/// A kernel's measured cost.
+#[derive(Debug, Serialize)]
+pub struct Kernel {
+    /// Its name.
+    pub name: String,
+    /// Calls of a batch.
+    pub calls: usize,
+    /// Nanoseconds per call: median of the batches.
+    pub median_ns: f64,
+    /// Nanoseconds per call: the fastest batch.
+    pub best_ns: f64,
+    /// Work units per call, where the kernel counts them.
+    pub work: Option<f64>,
+    /// Good results per second, where not every call has one.
+    pub per_second: Option<f64>,
+    /// What there is besides, such as how many calls succeed.
+    pub note: String,
+}
+
+/// Times a function that is told which call it is, counting from 0 in each batch, and answers the work it spent.
+pub fn time(name: impl Into<String>, mut call: impl FnMut(usize) -> u64) -> Kernel {
+    let mut batch = |calls: usize| {
+        let begin = Instant::now();
+        let work: u64 = (0..calls).map(|index| black_box(call(index))).sum();
+        (begin.elapsed().as_secs_f64(), work)
+    };
+    let mut calls = 1;
+    while batch(calls).0 < BATCH_SECONDS && calls < CALLS_MAX {
+        calls *= 2;
+    }
+    let batches: Vec<(f64, u64)> = (0..BATCHES).map(|_| batch(calls)).collect();
+    let mut nanoseconds: Vec<f64> = batches.iter().map(|(seconds, _)| seconds * 1e9 / calls as f64).collect();
+    nanoseconds.sort_by(f64::total_cmp);
+    let work = batches.iter().map(|(_, work)| work).sum::<u64>() as f64 / (BATCHES * calls) as f64;
+    Kernel {
+        name: name.into(),
+        calls,
+        median_ns: quantile(&nanoseconds, 0.5).unwrap(),
+        best_ns: nanoseconds[0],
+        work: (work > 0.0).then_some(work),
+        per_second: None,
+        note: String::new(),
+    }
+}
+
+impl Kernel {
+    /// The same kernel with a note.
+    pub fn noted(self, note: impl Into<String>) -> Self {
+        Self { note: note.into(), ..self }
+    }
+
+    /// One line of the table.
+    pub fn line(&self) -> String {
+        let work = self.work.map_or("-".to_owned(), |work| format!("{work:.1}"));
+        format!("{:<52}{:>12.0}{:>12.0}{:>10}  {}", self.name, self.median_ns, self.best_ns, work, self.note)
+    }
+}

@@ -1,0 +1,133 @@
+//! `surefoot bench limit`: how near planning comes to its floor, the time of checking the plan once. The check is the
+//! planner's own, of every waypoint and every motion between two, in the planner's resolution, on one thread.
+
+use serde::Serialize;
+use surefoot_planner::Planner;
+use surefoot_planner::recheck::{Fault, Recheck, recheck};
+
+use super::arguments::LimitArguments;
+use super::courses;
+use super::machine::Machine;
+use super::row::Row;
+use super::statistics::{mean, quantile};
+use super::table::{aligned, count, seconds};
+use super::trial::{Question, Trial};
+use crate::clock::processor_seconds;
+use crate::failure::{Ending, Failure};
+use crate::inputs::Inputs;
+use crate::terminal;
+
+/// The scenarios measured unless told otherwise.
+const SCENARIOS: [&str; 8] = ["flat_walk", "ibeam_hallway", "ibeam_gap", "stepping_stones", "stairs", "beam", "monkey_bars", "checkers"];
+/// Checks of each plan, of which the median counts.
+const REPEATS: usize = 5;
+
+/// Everything that is reported.
+#[derive(Debug, Serialize)]
+struct LimitReport {
+    schema: &'static str,
+    machine: Machine,
+    rows: Vec<LimitRow>,
+}
+
+/// One scenario.
+#[derive(Debug, Serialize)]
+struct LimitRow {
+    #[serde(flatten)]
+    search: Row,
+    /// Mean processor time of checking the plan once, s.
+    check_mean_seconds: Option<f64>,
+    /// Mean of the configurations that the check looks at.
+    check_mean_configurations: Option<f64>,
+    /// Mean processor time of the search divided by mean check time: on a busy machine both suffer alike.
+    ratio: Option<f64>,
+    /// Plans that failed the check: a fault of the planner.
+    faults: Vec<String>,
+}
+
+/// A plan's check, measured.
+struct Check {
+    seconds: f64,
+    outcome: Result<Recheck, Fault>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a scenario cannot be used, or a signal comes.
+pub fn run(arguments: &LimitArguments) -> Result<Ending, Failure> {
+    let courses = courses::load(&arguments.courses, &SCENARIOS)?;
+    let machine = Machine::this()?;
+    let rows = courses.iter().map(|inputs| row(arguments, inputs, &machine.program)).collect::<Result<Vec<_>, _>>()?;
+    let report = LimitReport { schema: "surefoot-bench-limit/1", machine, rows };
+    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
+    terminal::say(&if arguments.json { json() } else { text(&report) });
+    let (faulty, lacking) =
+        (report.rows.iter().any(|row| !row.faults.is_empty()), report.rows.iter().any(|row| row.search.found < row.search.trials));
+    Ok(match (faulty, lacking) {
+        (true, _) => Ending::Refused,
+        (false, true) => Ending::NoPlan,
+        (false, false) => Ending::Done,
+    })
+}
+
+fn row(arguments: &LimitArguments, inputs: &Inputs, program: &str) -> Result<LimitRow, Failure> {
+    let mut trials: Vec<Trial> = vec![];
+    let mut checks: Vec<Check> = vec![];
+    for seed in 1..=arguments.trials {
+        let question = Question { inputs, seed, threads: arguments.threads.count(), check: false };
+        let (trial, planner) = question.search(program)?;
+        if trial.is_found() {
+            checks.push(check(&planner));
+        }
+        trials.push(Trial { seconds_by_stage: Some(question.stages()?), ..trial });
+    }
+    let search = Row::of(&trials);
+    let check_mean_seconds = mean(&checks.iter().map(|check| check.seconds).collect::<Vec<_>>());
+    let configurations: Vec<f64> =
+        checks.iter().filter_map(|check| check.outcome.ok()).map(|done| (done.waypoints + done.between) as f64).collect();
+    let fault = |(index, check): (usize, &Check)| check.outcome.err().map(|fault| format!("plan {}: {fault:?}", index + 1));
+    Ok(LimitRow {
+        check_mean_seconds,
+        check_mean_configurations: mean(&configurations),
+        ratio: search.processor_mean_seconds.zip(check_mean_seconds).map(|(search, check)| search / check),
+        faults: checks.iter().enumerate().filter_map(fault).collect(),
+        search,
+    })
+}
+
+fn check(planner: &Planner) -> Check {
+    let mut times = [0.0; REPEATS];
+    let mut outcome = Ok(Recheck::default());
+    for time in &mut times {
+        let begin = processor_seconds();
+        outcome = recheck(planner.constraints(), planner.chunks());
+        *time = processor_seconds() - begin;
+    }
+    times.sort_by(f64::total_cmp);
+    Check { seconds: quantile(&times, 0.5).unwrap_or(0.0), outcome }
+}
+
+fn text(report: &LimitReport) -> String {
+    let head = ["scenario", "threads", "found", "plan", "processor", "check once", "ratio", "configurations", "waypoints", "mean work"];
+    let mut cells = vec![head.map(str::to_owned).to_vec()];
+    cells.extend(report.rows.iter().map(|row| {
+        vec![
+            row.search.scenario.clone(),
+            row.search.threads.to_string(),
+            format!("{}/{}", row.search.found, row.search.trials),
+            seconds(row.search.mean_seconds),
+            seconds(row.search.processor_mean_seconds),
+            seconds(row.check_mean_seconds),
+            row.ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.1} x")),
+            count(row.check_mean_configurations),
+            count(row.search.mean_waypoints),
+            count(row.search.mean_work),
+        ]
+    }));
+    let mut parts = vec![format!("machine: {}", report.machine.describe()), String::new(), aligned(&cells), String::new()];
+    parts.push("Mean time of each stage".to_owned());
+    parts.push(super::row::stages(report.rows.iter().map(|row| &row.search)));
+    parts.extend(report.rows.iter().flat_map(|row| row.faults.iter().map(|fault| format!("FAULT {}: {fault}", row.search.scenario))));
+    parts.join("\n")
+}

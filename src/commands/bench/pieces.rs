@@ -1,0 +1,61 @@
+//! A search in the smallest pieces that the planner advances by, each timed and told by its stage.
+
+use surefoot_planner::stage::Stage;
+use surefoot_planner::{Outcome, Planner, Status};
+
+use crate::clock::Stopwatch;
+use crate::failure::Failure;
+use crate::signals;
+
+/// A piece of a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// The stage that most of its work belongs to, as an index into [`Stage::WORDS`]: a stage that ends without any work passes on to the next in
+    /// the same piece.
+    pub stage: usize,
+    /// Work units.
+    pub work: u64,
+    /// Time, s.
+    pub seconds: f64,
+}
+
+/// Searches to the end and tells of each piece.
+///
+/// # Errors
+/// When a signal comes.
+pub fn search(planner: &mut Planner, tell: &mut dyn FnMut(Piece)) -> Result<Outcome, Failure> {
+    loop {
+        let before = planner.tally();
+        let watch = Stopwatch::start();
+        let status = planner.step(1);
+        let seconds = watch.seconds();
+        let after = planner.tally();
+        let stage = busiest(&before.work_by_stage, &after.work_by_stage);
+        tell(Piece { stage, work: after.work - before.work, seconds });
+        if let Status::Done(outcome) = status {
+            return Ok(outcome);
+        }
+        if let Some(signal) = signals::raised() {
+            return Err(Failure::Interrupted(signal));
+        }
+    }
+}
+
+/// The stage whose work grew most.
+fn busiest(before: &[u64; Stage::COUNT], after: &[u64; Stage::COUNT]) -> usize {
+    (0..Stage::COUNT).rev().max_by_key(|&stage| after[stage] - before[stage]).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_piece_belongs_to_the_stage_that_grew_most() {
+        let mut after = [0; Stage::COUNT];
+        assert_eq!(busiest(&[0; Stage::COUNT], &after), 0);
+        (after[1], after[3]) = (2, 5);
+        assert_eq!(busiest(&[0; Stage::COUNT], &after), 3);
+        assert_eq!(busiest(&after, &after), 0);
+    }
+}

@@ -1,0 +1,197 @@
+//! `surefoot bench steps`: how long `step` takes when it is given a millisecond's worth of work, as a control loop would give it,
+//! and what a unit of work of each stage costs. One thread, pinned to a core, memory locked where that is permitted.
+
+use serde::Serialize;
+use surefoot_planner::stage::Stage;
+use surefoot_planner::{Outcome, Planner, Status};
+
+use super::arguments::StepsArguments;
+use super::courses;
+use super::machine::Machine;
+use super::pieces;
+use super::statistics::Summary;
+use super::table::{aligned, seconds};
+use crate::clock::Stopwatch;
+use crate::failure::{Ending, Failure};
+use crate::inputs::Inputs;
+use crate::{affinity, memory, signals, terminal};
+
+/// The scenarios measured unless told otherwise.
+const SCENARIOS: [&str; 4] = ["flat_walk", "ibeam_gap", "stepping_stones", "stairs"];
+
+/// Everything that is reported.
+#[derive(Debug, Serialize)]
+struct StepsReport {
+    schema: &'static str,
+    machine: Machine,
+    /// The core that the bench was pinned to.
+    core: usize,
+    /// `locked`, or why memory could not be locked.
+    memory: String,
+    /// How long a step shall take, s.
+    step_seconds: f64,
+    rows: Vec<StepsRow>,
+}
+
+/// One scenario.
+#[derive(Debug, Serialize)]
+struct StepsRow {
+    scenario: String,
+    /// The search's outcome.
+    outcome: &'static str,
+    /// Work units that take as long as a step shall, by the mean of a whole search.
+    step_work: u64,
+    /// Steps made.
+    steps: usize,
+    /// Times of the steps, s.
+    mean_seconds: f64,
+    p50_seconds: f64,
+    p95_seconds: f64,
+    p99_seconds: f64,
+    max_seconds: f64,
+    /// The most work units in one step.
+    max_work: u64,
+    /// By how many units a step exceeded what it was given, at most.
+    overrun_work: u64,
+    /// What the pieces of each stage cost.
+    stages: Vec<StageRow>,
+}
+
+/// What the pieces of one stage cost; a piece is the least that the planner advances by.
+#[derive(Debug, Clone, Default, Serialize)]
+struct StageRow {
+    stage: &'static str,
+    pieces: u64,
+    work: u64,
+    seconds: f64,
+    /// Seconds per unit of work.
+    unit_seconds: f64,
+    longest_seconds: f64,
+    longest_work: u64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a scenario cannot be used, or a signal comes.
+pub fn run(arguments: &StepsArguments) -> Result<Ending, Failure> {
+    let courses = courses::load(&arguments.courses, &SCENARIOS)?;
+    let machine = Machine::this()?;
+    let core = arguments.core.unwrap_or_else(|| affinity::cores() - 1);
+    if core >= affinity::cores() {
+        return Err(Failure::Usage(format!("--core {core}: this process may use the cores 0 to {}", affinity::cores() - 1)));
+    }
+    let step_seconds = f64::from(arguments.step) * 1e-6;
+    affinity::pin(Some(core));
+    let memory = memory::lock().map_or_else(|reason| format!("not locked: {reason}"), |()| "locked".to_owned());
+    let rows = courses.iter().map(|inputs| row(inputs, step_seconds)).collect::<Result<Vec<_>, _>>()?;
+    let report = StepsReport { schema: "surefoot-bench-steps/1", machine, core, memory, step_seconds, rows };
+    let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
+    terminal::say(&if arguments.json { json() } else { text(&report) });
+    Ok(if report.rows.iter().all(|row| row.outcome == Outcome::Found.word()) { Ending::Done } else { Ending::NoPlan })
+}
+
+fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, Failure> {
+    let (seconds, stages) = pieces(inputs)?;
+    let work: u64 = stages.iter().map(|stage| stage.work).sum();
+    let step_work = (step_seconds * work as f64 / seconds).max(1.0) as u64;
+    let steps = steps(inputs, step_work)?;
+    let times: Vec<f64> = steps.taken.iter().map(|step| step.0).collect();
+    let works: Vec<u64> = steps.taken.iter().map(|step| step.1).collect();
+    let summary = Summary::of(&times).unwrap_or(Summary { mean: 0.0, std: 0.0, p50: 0.0, p95: 0.0, p99: 0.0, max: 0.0 });
+    let max_work = works.into_iter().max().unwrap_or(0);
+    Ok(StepsRow {
+        scenario: inputs.scenario.name.clone(),
+        outcome: steps.outcome.word(),
+        step_work,
+        steps: times.len(),
+        mean_seconds: summary.mean,
+        p50_seconds: summary.p50,
+        p95_seconds: summary.p95,
+        p99_seconds: summary.p99,
+        max_seconds: summary.max,
+        max_work,
+        overrun_work: max_work.saturating_sub(step_work),
+        stages,
+    })
+}
+
+/// Steps made: time in s and work units of each.
+struct Steps {
+    taken: Vec<(f64, u64)>,
+    outcome: Outcome,
+}
+
+fn new_planner(inputs: &Inputs) -> Result<Planner, Failure> {
+    Ok(Planner::new(&inputs.model, &inputs.world, &inputs.scenario, std::num::NonZeroUsize::MIN)?)
+}
+
+/// A search in steps of `step_work` units.
+fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, Failure> {
+    let mut planner = new_planner(inputs)?;
+    let mut taken = vec![];
+    loop {
+        let before = planner.tally().work;
+        let watch = Stopwatch::start();
+        let status = planner.step(step_work);
+        taken.push((watch.seconds(), planner.tally().work - before));
+        if let Status::Done(outcome) = status {
+            return Ok(Steps { taken, outcome });
+        }
+        if let Some(signal) = signals::raised() {
+            return Err(Failure::Interrupted(signal));
+        }
+    }
+}
+
+/// A search in the smallest pieces: how long it took, and what each stage took of it.
+fn pieces(inputs: &Inputs) -> Result<(f64, Vec<StageRow>), Failure> {
+    let mut planner = new_planner(inputs)?;
+    let mut rows = Stage::WORDS.map(|stage| StageRow { stage, ..StageRow::default() });
+    pieces::search(&mut planner, &mut |piece| {
+        let row = &mut rows[piece.stage];
+        row.pieces += 1;
+        row.work += piece.work;
+        row.seconds += piece.seconds;
+        row.unit_seconds = row.seconds / row.work.max(1) as f64;
+        row.longest_seconds = row.longest_seconds.max(piece.seconds);
+        row.longest_work = row.longest_work.max(piece.work);
+    })?;
+    Ok((rows.iter().map(|row| row.seconds).sum(), rows.to_vec()))
+}
+
+fn text(report: &StepsReport) -> String {
+    let head = ["scenario", "outcome", "units/step", "steps", "p50", "p95", "p99", "max", "max units", "overrun"];
+    let mut cells = vec![head.map(str::to_owned).to_vec()];
+    cells.extend(report.rows.iter().map(|row| {
+        let mut cells = vec![row.scenario.clone(), row.outcome.to_owned(), row.step_work.to_string(), row.steps.to_string()];
+        cells.extend([row.p50_seconds, row.p95_seconds, row.p99_seconds, row.max_seconds].map(|time| seconds(Some(time))));
+        cells.extend([row.max_work, row.overrun_work].map(|work| work.to_string()));
+        cells
+    }));
+    let head = ["scenario, stage", "pieces", "units", "time", "per unit", "longest piece", "largest piece"];
+    let mut stages = vec![head.map(str::to_owned).to_vec()];
+    stages.extend(report.rows.iter().flat_map(|row| row.stages.iter().map(move |stage| stage_cells(&row.scenario, stage))));
+    [
+        format!("machine: {}", report.machine.describe()),
+        format!("core {}, memory {}, steps of {}", report.core, report.memory, seconds(Some(report.step_seconds))),
+        String::new(),
+        aligned(&cells),
+        String::new(),
+        "What a unit of work costs in each stage; a piece is the least that a step advances by".to_owned(),
+        aligned(&stages),
+    ]
+    .join("\n")
+}
+
+fn stage_cells(scenario: &str, stage: &StageRow) -> Vec<String> {
+    vec![
+        format!("{scenario}, {}", stage.stage),
+        stage.pieces.to_string(),
+        stage.work.to_string(),
+        seconds(Some(stage.seconds)),
+        seconds(Some(stage.unit_seconds)),
+        seconds(Some(stage.longest_seconds)),
+        format!("{} units", stage.longest_work),
+    ]
+}

@@ -1,0 +1,88 @@
+//! `surefoot bench thesis`: tables 4.1 and 4.2 beside our own times [Grey 4.5].
+//!
+//! One search runs at a time, with all its threads, and nothing is drawn while it runs. What a plan needs beyond the search
+//! (checks, the second search for the time of each stage) is done outside the measured time.
+
+mod published;
+mod report;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::arguments::ThesisArguments;
+use super::courses;
+use super::journal::Journal;
+use super::machine::Machine;
+use super::row::Row;
+use super::trial::{Question, Trial};
+use crate::failure::{Ending, Failure};
+use crate::inputs::Inputs;
+use crate::{outputs, terminal};
+use published::PUBLISHED;
+use report::ThesisReport;
+
+/// Runs the command.
+///
+/// # Errors
+/// When a scenario or the journal cannot be used, a result cannot be written, or a signal comes.
+pub fn run(arguments: &ThesisArguments) -> Result<Ending, Failure> {
+    let all = PUBLISHED.map(|row| row.scenario);
+    let courses = courses::load(&arguments.courses, &all)?;
+    let machine = Machine::this()?;
+    let mut journal = Journal::open(arguments.out.as_deref(), "thesis.jsonl", arguments.fresh)?;
+    let bar = progress_bar(courses.len() as u64 * arguments.trials);
+    let mut rows = Vec::with_capacity(courses.len());
+    for inputs in &courses {
+        rows.push(Row::of(&trials(arguments, inputs, &machine.program, &mut journal, &bar)?));
+    }
+    bar.finish_and_clear();
+    let report = ThesisReport::new(machine, rows);
+    if let Some(folder) = &arguments.out {
+        outputs::write_json(&report, &folder.join("thesis.json"))?;
+    }
+    terminal::say(&if arguments.json { report.json() } else { report.text() });
+    Ok(ending(&report.rows().collect::<Vec<_>>()))
+}
+
+/// The trials of one scenario: from the journal where it holds them, made now where not.
+fn trials(
+    arguments: &ThesisArguments,
+    inputs: &Inputs,
+    program: &str,
+    journal: &mut Journal,
+    bar: &ProgressBar,
+) -> Result<Vec<Trial>, Failure> {
+    let mut trials = Vec::with_capacity(arguments.trials as usize);
+    for seed in 1..=arguments.trials {
+        let question = Question { inputs, seed, threads: arguments.threads.count(), check: arguments.check };
+        bar.set_message(format!("{} seed {seed}", inputs.scenario.name));
+        let trial = match journal.find(&question.key(program), arguments.check) {
+            Some(known) => known.clone(),
+            None => {
+                let trial = question.answer(program)?;
+                journal.keep(&trial)?;
+                trial
+            }
+        };
+        trials.push(trial);
+        bar.inc(1);
+    }
+    Ok(trials)
+}
+
+/// Shown only on a terminal; drawn between trials, never during one.
+fn progress_bar(length: u64) -> ProgressBar {
+    let target = if terminal::is_watched() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} trials, {elapsed} of about {duration}  {wide_msg}");
+    ProgressBar::with_draw_target(Some(length), target).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// The worst of what the rows came to.
+fn ending(rows: &[&Row]) -> Ending {
+    if rows.iter().any(|row| row.refused > 0) {
+        Ending::Refused
+    } else if rows.iter().any(|row| row.found < row.trials) {
+        Ending::NoPlan
+    } else {
+        Ending::Done
+    }
+}

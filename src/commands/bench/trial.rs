@@ -1,0 +1,168 @@
+//! One search, measured.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroUsize;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use surefoot_controller_sim::check_plan;
+use surefoot_planner::Planner;
+use surefoot_planner::stage::Stage;
+use surefoot_shared_types::config::Scenario;
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::plan_file::write::plan_from_chunks;
+
+use super::pieces;
+use crate::clock::{Stopwatch, processor_seconds};
+use crate::failure::Failure;
+use crate::inputs::Inputs;
+use crate::search;
+
+/// The seeds up to this one are searched a second time, piece by piece, to see which stage takes how long.
+const STAGED_SEEDS_MAX: u64 = 5;
+
+/// What was measured in one search.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// Names all that the result depends on, see [`Question::key`].
+    pub key: String,
+    /// The scenario's name.
+    pub scenario: String,
+    /// The seed.
+    pub seed: u64,
+    /// Planner threads.
+    pub threads: usize,
+    /// The search's outcome; `found` if there is a plan.
+    pub outcome: String,
+    /// Time from request to ready: `Planner::new`, s.
+    pub ready_seconds: f64,
+    /// Time from ready to the outcome, s.
+    pub seconds: f64,
+    /// Processor time of all threads meanwhile, s.
+    pub processor_seconds: f64,
+    /// Work units.
+    pub work: u64,
+    /// Work units by stage.
+    pub work_by_stage: BTreeMap<String, u64>,
+    /// Seconds by stage, where they were measured.
+    pub seconds_by_stage: Option<BTreeMap<String, f64>>,
+    /// Waypoints of the plan.
+    pub waypoints: u64,
+    /// Bytes of the planner's arenas.
+    pub arena_bytes: u64,
+    /// The plan's digest.
+    pub digest: Option<String>,
+    /// What the controller's checks say of the plan, where they were asked: `accepted` or the first violation.
+    pub verdict: Option<String>,
+}
+
+/// What a trial is asked to find out.
+#[derive(Debug)]
+pub struct Question<'a> {
+    /// Scenario, robot and world.
+    pub inputs: &'a Inputs,
+    /// The seed, in place of the scenario's.
+    pub seed: u64,
+    /// Planner threads.
+    pub threads: NonZeroUsize,
+    /// Whether the controller's checks shall judge the plan.
+    pub check: bool,
+}
+
+impl Trial {
+    /// Whether a plan was found.
+    pub fn is_found(&self) -> bool {
+        self.outcome == "found"
+    }
+
+    /// Whether the controller's checks refused the plan.
+    pub fn is_refused(&self) -> bool {
+        self.verdict.as_ref().is_some_and(|verdict| verdict != "accepted")
+    }
+}
+
+impl Question<'_> {
+    /// Names all that the answer depends on: robot, world, scenario, seed, threads and the `program`.
+    pub fn key(&self, program: &str) -> String {
+        let Inputs { model, world, .. } = self.inputs;
+        let scenario = self.scenario().digest;
+        let threads = (self.threads.get() as u64).to_le_bytes();
+        Digest::of(&[program.as_bytes(), &model.digest.0, &world.digest.0, &scenario.0, &threads]).to_string()
+    }
+
+    /// Searches and measures, and checks the plan where asked. Nothing else runs meanwhile.
+    ///
+    /// # Errors
+    /// When the planner cannot be made, the plan cannot be checked, or a signal comes.
+    pub fn answer(&self, program: &str) -> Result<Trial, Failure> {
+        let (trial, planner) = self.search(program)?;
+        let verdict = if trial.is_found() && self.check { Some(self.verdict(&planner)?) } else { None };
+        drop(planner);
+        let seconds_by_stage = if self.seed <= STAGED_SEEDS_MAX { Some(self.stages()?) } else { None };
+        Ok(Trial { verdict, seconds_by_stage, ..trial })
+    }
+
+    /// Searches and measures; answers the planner too.
+    ///
+    /// # Errors
+    /// When the planner cannot be made, or a signal comes.
+    pub fn search(&self, program: &str) -> Result<(Trial, Planner), Failure> {
+        let scenario = self.scenario();
+        let watch = Stopwatch::start();
+        let mut planner = self.new_planner(&scenario)?;
+        let ready_seconds = watch.seconds();
+        let processor = processor_seconds();
+        let planned = search::run(&mut planner, scenario.planner.work_max, &mut |_| Ok(()))?;
+        let spent = processor_seconds() - processor;
+        let trial = Trial {
+            key: self.key(program),
+            scenario: scenario.name,
+            seed: self.seed,
+            threads: self.threads.get(),
+            outcome: planned.outcome,
+            ready_seconds,
+            seconds: planned.plan_seconds,
+            processor_seconds: spent,
+            work: planned.work,
+            work_by_stage: named(planner.tally().work_by_stage),
+            seconds_by_stage: None,
+            waypoints: planned.waypoints,
+            arena_bytes: planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum(),
+            digest: planned.digest,
+            verdict: None,
+        };
+        Ok((trial, planner))
+    }
+
+    /// Searches in the smallest pieces, and times each: seconds by stage.
+    ///
+    /// # Errors
+    /// When the planner cannot be made, or a signal comes.
+    pub fn stages(&self) -> Result<BTreeMap<String, f64>, Failure> {
+        let mut planner = self.new_planner(&self.scenario())?;
+        let mut seconds = [0.0; Stage::COUNT];
+        pieces::search(&mut planner, &mut |piece| seconds[piece.stage] += piece.seconds)?;
+        Ok(named(seconds))
+    }
+
+    fn scenario(&self) -> Scenario {
+        self.inputs.scenario.clone().with_seed(self.seed)
+    }
+
+    fn new_planner(&self, scenario: &Scenario) -> Result<Planner, Failure> {
+        Ok(Planner::new(&self.inputs.model, &self.inputs.world, scenario, self.threads)?)
+    }
+
+    fn verdict(&self, planner: &Planner) -> Result<String, Failure> {
+        let folder = Path::new(".");
+        let plan = plan_from_chunks(&self.inputs.model, &self.inputs.world, &self.scenario(), planner.chunks(), folder);
+        let report = check_plan(&plan, &folder.join("plan.json"))?;
+        let of_ends = [&report.start, &report.goal].into_iter().filter_map(|end| end.violation.clone());
+        let first = report.violations().map(|placed| format!("phase {}: {}", placed.phase, placed.violation)).chain(of_ends).next();
+        Ok(first.unwrap_or_else(|| "accepted".to_owned()))
+    }
+}
+
+fn named<T>(by_stage: [T; Stage::COUNT]) -> BTreeMap<String, T> {
+    Stage::WORDS.into_iter().map(str::to_owned).zip(by_stage).collect()
+}

@@ -1,0 +1,210 @@
+//! `surefoot bench`: what it measures and prints, and how it ends when something is wrong. No test looks at how long anything takes.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+
+#[allow(dead_code, reason = "each test binary uses its own part")]
+#[path = "common/command.rs"]
+mod command;
+
+use std::fs;
+use std::path::Path;
+
+use command::{Said, run};
+use serde_json::Value;
+
+/// A folder with a short walk on a flat floor.
+struct Room {
+    folder: tempfile::TempDir,
+}
+
+impl Room {
+    /// `more` is added to the scenario.
+    fn new(more: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
+        let text = fs::read_to_string(configs.join("scenarios/flat_walk.toml")).unwrap();
+        let goal = text.find("[goal]").unwrap();
+        let text = format!("{}[goal]\nxyz = [1.0, 0.0, 0.0]\n{more}", &text[..goal]).replace("\"../", &format!("\"{}/", configs.display()));
+        fs::write(folder.path().join("short.toml"), text).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).to_str().unwrap().to_owned()
+    }
+
+    /// `surefoot bench WHAT`, on the short walk.
+    fn bench(&self, what: &str, more: &[&str]) -> Said {
+        let scenario = self.path("short.toml");
+        run(&[&["bench", what, "--scenario", &scenario], more].concat())
+    }
+}
+
+fn json(said: &Said) -> Value {
+    serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{error}: {}{}", said.out, said.err))
+}
+
+fn assert_bad_input(said: &Said, expected: &str) {
+    assert_eq!(said.code, 2, "{}{}", said.out, said.err);
+    assert_eq!(said.err.lines().count(), 1, "more than one line: {}", said.err);
+    assert!(said.err.starts_with("error: ") && said.err.contains(expected), "'{expected}' is not in: {}", said.err);
+    assert_eq!(said.out, "");
+}
+
+#[test]
+fn thesis_reports_all_that_its_rows_promise() {
+    let said = Room::new("").bench("thesis", &["--trials", "2", "--check", "--json"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let report = json(&said);
+    assert_eq!(report["schema"], "surefoot-bench-thesis/1");
+    assert!(report["caveat"].as_str().unwrap().contains("reconstruction"));
+    assert!(report["machine"]["cores"].as_u64().unwrap() > 0);
+    let row = &report["rows"][0];
+    assert_eq!((&row["scenario"], &row["trials"], &row["found"]), (&"short".into(), &2.into(), &2.into()));
+    assert_eq!((&row["checked"], &row["refused"], &row["thesis"]), (&2.into(), &0.into(), &Value::Null));
+    for name in [
+        "mean_seconds",
+        "std_seconds",
+        "p50_seconds",
+        "p95_seconds",
+        "max_seconds",
+        "processor_mean_seconds",
+        "ready_mean_seconds",
+        "mean_work",
+    ] {
+        assert!(row[name].as_f64().unwrap() > 0.0, "{name}: {row}");
+    }
+    let sum: f64 = row["mean_work_by_stage"].as_object().unwrap().values().map(|work| work.as_f64().unwrap()).sum();
+    assert_eq!(sum, row["mean_work"].as_f64().unwrap(), "the stages' work adds up");
+    assert!(row["mean_seconds_by_stage"]["move"].as_f64().unwrap() > 0.0);
+    assert_eq!(row["digest"].as_str().unwrap().len(), 64);
+}
+
+#[test]
+fn thesis_prints_the_thesis_beside_our_own_figures() {
+    let said = run(&["bench", "thesis", "--scenario", "ibeam_hallway", "--trials", "1", "--threads", "1"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    for expected in ["machine: ", "reconstruction", "Table 4.1", "30.59 (64.91)", "100 %", "1/1", " x\n", "sequence"] {
+        assert!(said.out.contains(expected), "'{expected}' is not in:\n{}", said.out);
+    }
+    assert!(!said.out.contains("Table 4.2"));
+}
+
+#[test]
+fn thesis_takes_up_where_it_was() {
+    let room = Room::new("");
+    let out = room.path("results");
+    let bench = |trials: &str, more: &[&str]| {
+        let said = room.bench("thesis", &[&["--trials", trials, "--threads", "1", "--json", "--out", &out], more].concat());
+        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        json(&said)["rows"][0].clone()
+    };
+    let lines = || fs::read_to_string(room.path("results/thesis.jsonl")).unwrap().lines().count();
+    let first = bench("1", &[]);
+    assert_eq!(lines(), 1);
+    assert_eq!(bench("1", &[]), first, "nothing is measured twice");
+    let second = bench("2", &[]);
+    assert_eq!((lines(), &second["trials"]), (2, &2.into()));
+    let fresh = bench("1", &["--fresh"]);
+    assert_eq!((lines(), &fresh["digest"]), (1, &first["digest"]));
+    assert_ne!(fresh["mean_seconds"], first["mean_seconds"], "measured anew");
+    let kept: Value = serde_json::from_slice(&fs::read(room.path("results/thesis.json")).unwrap()).unwrap();
+    assert_eq!(kept["rows"][0], fresh);
+}
+
+#[test]
+fn thesis_does_not_hide_that_nothing_was_found() {
+    let room = Room::new("[planner]\nwork_max = 70\n");
+    let said = room.bench("thesis", &["--trials", "2", "--json"]);
+    assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+    let row = &json(&said)["rows"][0];
+    assert_eq!((&row["found"], &row["outcomes"]["budget_exhausted"], &row["mean_seconds"]), (&0.into(), &2.into(), &Value::Null));
+    assert!(room.bench("thesis", &["--trials", "1"]).out.contains("0/1"));
+}
+
+#[test]
+fn missing_scenarios_are_named_before_anything_is_measured() {
+    let room = Room::new("");
+    let out = room.path("results");
+    assert_bad_input(&room.bench("thesis", &["--scenario", "no_such", "--out", &out]), "configs/scenarios/no_such.toml");
+    assert_bad_input(&run(&["bench", "thesis", "--configs", "nowhere"]), "nowhere/ibeam_hallway.toml");
+    assert!(!Path::new(&out).exists(), "something half-written");
+}
+
+#[test]
+fn a_broken_journal_is_named() {
+    let room = Room::new("");
+    fs::create_dir(room.path("results")).unwrap();
+    fs::write(room.path("results/thesis.jsonl"), "{\"key\": 7}\n").unwrap();
+    assert_bad_input(&room.bench("thesis", &["--trials", "1", "--out", &room.path("results")]), "thesis.jsonl:1: ");
+    assert_bad_input(&room.bench("thesis", &["--trials", "1", "--out", &room.path("short.toml")]), "short.toml");
+}
+
+#[test]
+fn usage_errors_end_with_2() {
+    for wrong in [
+        &["bench"][..],
+        &["bench", "speed"],
+        &["bench", "thesis", "--trials", "0"],
+        &["bench", "thesis", "--threads", "0"],
+        &["bench", "thesis", "--fresh"],
+    ] {
+        let said = run(wrong);
+        assert_eq!((said.code, said.out.as_str()), (2, ""), "{wrong:?}: {}", said.err);
+    }
+}
+
+#[test]
+fn limit_compares_planning_with_checking() {
+    let said = Room::new("").bench("limit", &["--trials", "2", "--threads", "1", "--json"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let row = &json(&said)["rows"][0];
+    assert_eq!((&row["found"], row["faults"].as_array().unwrap().len()), (&2.into(), 0), "{row}");
+    let (plan, check) = (row["processor_mean_seconds"].as_f64().unwrap(), row["check_mean_seconds"].as_f64().unwrap());
+    assert!((row["ratio"].as_f64().unwrap() - plan / check).abs() < 1e-9);
+    let (checked, waypoints) = (row["check_mean_configurations"].as_f64().unwrap(), row["mean_waypoints"].as_f64().unwrap());
+    assert!(checked >= 2.0 * waypoints - 1.0, "each waypoint, and one configuration between any two: {row}");
+    assert!(Room::new("").bench("limit", &["--trials", "1"]).out.contains("check once"));
+}
+
+#[test]
+fn steps_reports_times_and_units_of_every_stage() {
+    let said = Room::new("").bench("steps", &["--core", "0", "--step", "500", "--json"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let report = json(&said);
+    assert_eq!((&report["core"], &report["step_seconds"]), (&0.into(), &5e-4.into()));
+    let row = &report["rows"][0];
+    let [p50, p95, p99, max] = ["p50", "p95", "p99", "max"].map(|name| row[format!("{name}_seconds")].as_f64().unwrap());
+    assert!(0.0 < p50 && p50 <= p95 && p95 <= p99 && p99 <= max, "{row}");
+    assert!(row["steps"].as_u64().unwrap() > 1);
+    assert_eq!(row["max_work"].as_u64().unwrap().saturating_sub(row["step_work"].as_u64().unwrap()), row["overrun_work"].as_u64().unwrap());
+    let stages = row["stages"].as_array().unwrap();
+    assert_eq!(stages.len(), 7);
+    assert!(stages.iter().all(|stage| stage["longest_seconds"].as_f64() <= stage["seconds"].as_f64()));
+    assert_bad_input(&Room::new("").bench("steps", &["--core", "9999"]), "--core 9999");
+}
+
+#[test]
+fn scale_walks_over_meshes_and_draws() {
+    let room = Room::new("");
+    let out = room.path("results");
+    let said = run(&["bench", "scale", "--part", "terrain", "--triangles", "10000,20000", "--trials", "1", "--out", &out, "--json"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let report = json(&said);
+    let rows = report["terrain"].as_array().unwrap();
+    assert_eq!((&rows[0]["size"], &rows[1]["size"]), (&10_000.into(), &20_000.into()));
+    assert_eq!(rows[0]["growth"], 1.0);
+    assert!(rows.iter().all(|row| row["resident_bytes"].as_u64().unwrap() > row["arena_bytes"].as_u64().unwrap() / 100));
+    assert_eq!(fs::read_to_string(room.path("results/scale_terrain.svg")).unwrap().matches("<circle").count(), 8);
+    assert!(!Path::new(&room.path("results/scale_gauntlet.svg")).exists());
+    let kept: Value = serde_json::from_slice(&fs::read(room.path("results/scale.json")).unwrap()).unwrap();
+    assert_eq!(kept, report);
+}
+
+#[test]
+fn scale_names_what_is_missing() {
+    let missing = run(&["bench", "scale", "--part", "gauntlet", "--configs", "nowhere"]);
+    assert_bad_input(&missing, "nowhere/gauntlet_1.toml");
+    assert_bad_input(&run(&["bench", "scale", "--part", "terrain", "--configs", "nowhere"]), "nowhere/flat_walk.toml");
+    assert_eq!(run(&["bench", "scale", "--triangles", "0"]).code, 2);
+}
