@@ -176,6 +176,12 @@ impl Planner {
         self.standing = Some(*standing);
     }
 
+    /// Keeps soles away from where one was not carried, whatever the world's shapes say; see [`CollisionModel::shun`]. To be
+    /// called before the first step.
+    pub fn shun(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
+        self.shared.constraints.collision.shun(world_from_sole, half_sides);
+    }
+
     /// Sets the name that the plan's chunks carry: which plan of its session it is, and how often it was planned again. Plan 1,
     /// epoch 0, unless told otherwise.
     pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
