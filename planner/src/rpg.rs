@@ -20,6 +20,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use rayon::ThreadPool;
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
