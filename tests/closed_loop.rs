@@ -36,12 +36,21 @@ impl Case {
     }
 
     /// A plan in a world, from the scenario's start or from where the robot stands.
-    fn plan(&self, world: &World, standing: Option<&Standing>, epoch: u64) -> Result<Vec<PlanChunk>, Outcome> {
+    fn plan(
+        &self,
+        world: &World,
+        missing: Option<&Correction>,
+        standing: Option<&Standing>,
+        epoch: u64,
+    ) -> Result<Vec<PlanChunk>, Outcome> {
         let start = standing.and_then(Standing::mark).unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
         let mut planner = Planner::new(&self.model, world, &scenario, NonZeroUsize::MIN).unwrap();
         if let Some(standing) = standing {
             planner.begin_at(standing);
+        }
+        if let Some(missing) = missing {
+            planner.shun(&missing.pose(), [missing.half_extents[0], missing.half_extents[1]]);
         }
         planner.name_plan(1, epoch);
         loop {
@@ -76,7 +85,7 @@ fn landings(chunks: &[PlanChunk]) -> Vec<usize> {
 
 /// Replans at a landing whose ground turns out to be missing; answers the rest of the way.
 fn replan_at_landing(case: &Case, landing: usize) -> (Vec<PlanChunk>, Correction) {
-    let chunks = case.plan(&case.world, None, 0).unwrap();
+    let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let at = landings(&chunks)[landing];
     let mut walker = case.walker();
     let standing = walk(&mut walker, &chunks[..at], Standing::zeroed());
@@ -87,7 +96,7 @@ fn replan_at_landing(case: &Case, landing: usize) -> (Vec<PlanChunk>, Correction
     let stale = walker.admit_and_walk(&addressed(&chunks[at])).unwrap_err();
     assert_eq!(stale.check, Check::World, "a plan for the world as it was believed is refused now");
     let corrected = case.world.corrected(&[correction]).unwrap();
-    let rest = case.plan(&corrected, Some(&standing), 1).unwrap();
+    let rest = case.plan(&corrected, Some(&correction), Some(&standing), 1).unwrap();
     assert!((1..rest.len()).all(|index| rest[index].epoch == 1) && rest[0].mode != SupportMode::Double as u32);
     walk(&mut walker, &rest, standing);
     assert!(walker.finished());
@@ -101,7 +110,7 @@ fn the_robot_goes_on_from_one_foot_and_shuns_the_place_that_did_not_carry() {
         let from_world = correction.pose().inverse();
         for contact in rest.iter().flat_map(PlanChunk::contacts) {
             let place = from_world * contact.world_from_sole().translation;
-            let over = place.x.abs() < 0.02 && place.y.abs() < 0.02 && place.z.abs() < 0.02;
+            let over = place.x.abs() < 0.09 && place.y.abs() < 0.045 && place.z.abs() < 0.02;
             assert!(!over, "{name}: a sole stands where nothing carried it");
         }
     }
@@ -110,11 +119,11 @@ fn the_robot_goes_on_from_one_foot_and_shuns_the_place_that_did_not_carry() {
 #[test]
 fn the_robot_goes_on_from_both_feet() {
     let case = Case::load("flat_walk");
-    let chunks = case.plan(&case.world, None, 0).unwrap();
+    let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let both = (0..chunks.len()).filter(|&index| chunks[index].mode == SupportMode::Double as u32).nth(3).unwrap();
     let mut walker = case.walker();
     let standing = walk(&mut walker, &chunks[..=both], Standing::zeroed());
-    let rest = case.plan(&case.world, Some(&standing), 1).unwrap();
+    let rest = case.plan(&case.world, None, Some(&standing), 1).unwrap();
     walk(&mut walker, &rest, standing);
     assert!(walker.finished());
 }

@@ -12,10 +12,14 @@ use std::time::Duration;
 
 use bytemuck::{Zeroable, bytes_of_mut};
 use surefoot_controller_sim::channel::{ChunkReceiver, Judgement};
+use surefoot_controller_sim::{Checker, Identity, Walker};
 use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::instance::desk::{Clerk, Client};
 use surefoot_shared_types::instance::{Instance, Link, draw_id};
-use surefoot_shared_types::message::{Feedback, Layout, Margins, PlanChunk, PlanRequest, Sealed};
+use surefoot_shared_types::message::{Check, Feedback, Layout, PlanChunk, PlanRequest, Sealed};
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scene::load::load_world;
 
 /// Messages of each kind in continuous integration.
 const MESSAGES: u64 = 60_000;
@@ -74,38 +78,77 @@ fn sealed<M: Sealed>(mut message: M) -> M {
     message
 }
 
-/// A chunk of the physics checker's form that is in every respect but its seal what the controller waits for.
+/// A chunk as a controller waits for, as far as the transport looks.
 fn sound_chunk(id: u64) -> PlanChunk {
     sealed(PlanChunk { schema: 1, session: 5, target_instance: id, plan_id: 1, flags: 1, waypoints_len: 2, ..PlanChunk::zeroed() })
 }
 
+/// A controller's robot that waits for its first chunk, and its identity.
+fn walker() -> (Walker, Identity) {
+    let scenario = load_scenario("configs/scenarios/flat_walk.toml".as_ref()).unwrap();
+    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let identity = Identity { instance: 3, robot: model.digest, world: world.digest, config: scenario.digest };
+    (Walker::new(Checker::new(model, world, scenario.checker).unwrap(), identity), identity)
+}
+
 #[test]
-fn spoiled_chunks_are_never_judged_as_sound() {
+fn forged_chunks_are_never_walked() {
+    let (mut walker, identity) = walker();
+    let joints_len = load_robot("configs/robots/hubo/robot.toml".as_ref()).unwrap().joints.len() as u32;
+    let mut dice = Dice(5);
+    let mut chunk = PlanChunk::zeroed();
+    for _ in 0..messages() {
+        bytes_of_mut(&mut chunk).chunks_mut(8).for_each(|word| word.copy_from_slice(&dice.roll().to_le_bytes()[..word.len()]));
+        // A forger who knows everything about the message but how a robot walks.
+        (chunk.schema, chunk.target_instance, chunk.sequence, chunk.flags) = (1, identity.instance, 0, 1);
+        (chunk.mode, chunk.contacts_len, chunk.joints_len) = (dice.roll() as u32 % 4, dice.roll() as u32 % 4, joints_len);
+        chunk.waypoints_len = dice.roll() as u32 % 34;
+        (chunk.robot, chunk.world, chunk.config) = (identity.robot, identity.world, identity.config);
+        if dice.roll().is_multiple_of(2) {
+            tame(&mut chunk, &mut dice);
+        }
+        chunk.seal();
+        assert!(walker.admit_and_walk(&chunk).is_err(), "{chunk:?}");
+        assert!(walker.standing().is_none());
+    }
+}
+
+/// Makes the numbers such as a message may carry: finite, and unit quaternions.
+fn tame(chunk: &mut PlanChunk, dice: &mut Dice) {
+    let mut number = || (dice.roll() % 2000) as f64 * 1e-3 - 1.0;
+    for (index, contact) in chunk.contacts.iter_mut().enumerate() {
+        (contact.limb, contact.polygon_len) = (index as u32, 4);
+        (contact.position, contact.rotation) = ([number(), number(), number()], [0.0, 0.0, 0.0, 1.0]);
+        contact.polygon = std::array::from_fn(|_| [number(), number()]);
+    }
+    for waypoint in &mut chunk.waypoints {
+        (waypoint.time, waypoint.root_rotation) = (number(), [0.0, 0.0, 0.0, 1.0]);
+        waypoint.root_position = [number(), number(), number()];
+        waypoint.q = std::array::from_fn(|_| number());
+    }
+}
+
+#[test]
+fn spoiled_chunks_never_reach_the_judge_as_sound() {
     let (_base, instance) = room();
     let link = Link::open(&instance).unwrap();
     let publisher = link.chunks.publisher_builder().create().unwrap();
     let mut dice = Dice(1);
-    let mut left = messages();
-    while left > 0 {
+    // A controller that has refused looks at nothing more: each message gets a new one, which takes its time.
+    for _ in 0..messages() / 500 {
         fs::remove_file(instance.root().join("robot")).unwrap_or_default();
         let id = draw_id();
         let mut receiver = ChunkReceiver::open(&instance, id).unwrap();
-        let sound = sound_chunk(id);
-        // After a refusal a controller looks at nothing more: a new one for each few hundred messages.
-        for _ in 0..left.min(400) {
-            left -= 1;
-            let spoiled = dice.spoil(&sound);
-            let forged = spoiled.is_intact();
-            publisher.send_copy(spoiled).unwrap();
-            let looked = AtomicBool::new(false);
-            let mut judge = |chunk: &PlanChunk, _: &mut dyn FnMut()| {
-                assert!(forged && chunk.schema != 1, "a spoiled chunk reached the judge");
-                Judgement::Accepted(Margins::UNMEASURED)
-            };
-            let before = receiver.tally().received;
-            let ended = receiver.run(&mut judge, &|| !looked.swap(true, Ordering::Relaxed)).unwrap();
-            assert_eq!(receiver.tally().received, before + 1, "{ended:?}");
-        }
+        let spoiled = dice.spoil(&sound_chunk(id));
+        let forged = spoiled.is_intact();
+        publisher.send_copy(spoiled).unwrap();
+        let looked = AtomicBool::new(false);
+        let mut judge = |chunk: &PlanChunk, _: &mut dyn FnMut()| {
+            assert!(forged && chunk.schema != 1, "a spoiled chunk reached the judge");
+            Judgement::Refused { check: Check::Malformed, waypoint: 0, correction: None }
+        };
+        receiver.run(&mut judge, &|| !looked.swap(true, Ordering::Relaxed)).unwrap();
+        assert_eq!((receiver.tally().received, receiver.tally().accepted), (1, 0));
     }
 }
 
@@ -171,7 +214,7 @@ fn a_spoiled_record_is_never_taken_over() {
     let (_base, instance) = room();
     let path = instance.root().join("robot");
     let mut dice = Dice(4);
-    let count = messages() / 1000;
+    let count = messages() / 500;
     for _ in 0..count {
         let bytes: Vec<u8> = (0..2 * surefoot_shared_types::message::RobotRecord::FIELDS.iter().map(|field| field.size).sum::<usize>())
             .map(|_| dice.roll() as u8)

@@ -185,6 +185,7 @@ impl ChunkSender {
         on_progress: &mut dyn FnMut(&Feedback),
         keep_going: &dyn Fn() -> bool,
     ) -> Result<Delivery, ChannelError> {
+        self.stock.refill(STOCK)?;
         let mut course = Course::new(Window::new(chunks, self.session, self.credit)?);
         loop {
             self.listen(&mut course, on_progress)?;

@@ -24,6 +24,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use rayon::ThreadPool;
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
@@ -201,6 +202,12 @@ impl Planner {
     /// [`Standing::mark`] then. To be called before the first step.
     pub fn begin_at(&mut self, standing: &Standing) {
         self.standing = Some(*standing);
+    }
+
+    /// Keeps soles away from where one was not carried, whatever the world's shapes say; see [`CollisionModel::shun`]. To be
+    /// called before the first step.
+    pub fn shun(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
+        self.shared.constraints.collision.shun(world_from_sole, half_sides);
     }
 
     /// Sets the name that the plan's chunks carry: which plan of its session it is, and how often it was planned again. Plan 1,

@@ -14,8 +14,9 @@ mod self_pairs;
 pub mod solid;
 mod world;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
@@ -68,7 +69,20 @@ pub struct CollisionModel {
     pairs: SelfPairs,
     world: WorldShapes,
     clearance: f64,
+    shunned: heapless::Vec<Shunned, CORRECTIONS_MAX>,
 }
+
+/// A place where nothing carries a sole, whatever the shapes say.
+#[derive(Debug, Clone, Copy)]
+struct Shunned {
+    sole_from_world: Pose,
+    half_sides: DVec2,
+}
+
+/// What [`CollisionModel::foot_hit`] answers where a sole is known not to be carried: no shape's index.
+pub const SHUNNED: usize = usize::MAX;
+/// How far above or below a shunned place a sole still counts as standing there, m.
+const SHUNNED_HEIGHT: f64 = 0.05;
 
 impl CollisionModel {
     /// Prepares a robot in a world; everything shall keep `clearance` (m, finite, at least 0) from everything.
@@ -81,7 +95,7 @@ impl CollisionModel {
         }
         let bodies = Body::all(model)?;
         let pairs = SelfPairs::new(model, &bodies, clearance);
-        Ok(Self { bodies, pairs, world: WorldShapes::new(world)?, clearance })
+        Ok(Self { bodies, pairs, world: WorldShapes::new(world)?, clearance, shunned: heapless::Vec::new() })
     }
 
     /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None` where everything keeps its clearance, subject to
@@ -130,8 +144,17 @@ impl CollisionModel {
         Some(Hit::SelfPair { a: self.bodies[pair.a as usize].link, b: self.bodies[pair.b as usize].link })
     }
 
-    /// The first world shape that a foot alone, with what is rigidly joined to it, hits with its sole at a pose.
+    /// Keeps soles away from where one was not carried: none may be placed with its middle over that sole's rectangle, whose
+    /// half length and half width are `half_sides` (m). Of more than [`CORRECTIONS_MAX`] places the last ones are not kept.
+    pub fn shun(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
+        let _ = self.shunned.push(Shunned { sole_from_world: world_from_sole.inverse(), half_sides: half_sides.into() });
+    }
+
+    /// The first world shape that a foot alone, with what is rigidly joined to it, hits with its sole at a pose; or [`SHUNNED`].
     pub fn foot_hit(&self, limb: usize, world_from_sole: &Pose, state: FootState) -> Option<usize> {
+        if self.shunned.iter().any(|place| place.holds(world_from_sole.translation)) {
+            return Some(SHUNNED);
+        }
         self.foot_bodies(limb)
             .find_map(|(body, foot)| self.foot_body_hit(body, &(*world_from_sole * foot.sole_from_link), foot.link_normal, state))
     }
@@ -217,5 +240,12 @@ impl CollisionModel {
             FootState::Free => (0.0, self.clearance),
         };
         self.world.hit(body, &lifted(world_from_link, link_normal, lift), margin)
+    }
+}
+
+impl Shunned {
+    fn holds(&self, position: DVec3) -> bool {
+        let at = self.sole_from_world * position;
+        at.x.abs() <= self.half_sides.x && at.y.abs() <= self.half_sides.y && at.z.abs() <= SHUNNED_HEIGHT
     }
 }

@@ -1,15 +1,9 @@
 //! A world as it turned out to be.
 
-use glam::DVec3;
-
 use super::{World, WorldShape};
+use crate::Shape;
 use crate::digest::Digest;
 use crate::message::{Correction, CorrectionKind};
-use crate::{Pose, Shape};
-
-/// The steepness of the roof that keeps soles off a place where nothing carried one: its height over half its width.
-/// Steeper than any friction that a sole is placed on.
-const ROOF_STEEPNESS: f64 = 2.5;
 
 /// Why a correction cannot be applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -32,7 +26,7 @@ pub enum CorrectionError {
 
 impl World {
     /// The world as it is after corrections, oldest first. They name shapes by their place in this world; a missing shape's
-    /// place stays counted. The digest is [`corrected_digest`]; without corrections the world is the same.
+    /// place stays counted. A contact that is missing changes no shape: whoever plans must shun its place. The digest is [`corrected_digest`]; without corrections the world is the same.
     ///
     /// # Errors
     /// A correction names no shape of this world, or is malformed.
@@ -51,7 +45,7 @@ impl World {
                 }
                 CorrectionKind::Missing => *shapes.get_mut(correction.shape as usize).ok_or(unknown)? = None,
                 CorrectionKind::Extra => added.push(extra_box(index, correction)),
-                CorrectionKind::ContactMissing => added.push(roof(index, correction)),
+                CorrectionKind::ContactMissing => {}
             }
         }
         let shapes = shapes.into_iter().flatten().chain(added).collect();
@@ -69,27 +63,12 @@ fn extra_box(index: usize, correction: &Correction) -> WorldShape {
     WorldShape { name: format!("correction_{index}"), world_from_shape: correction.pose(), shape }
 }
 
-/// A ridge roof over the sole's footprint, too steep to stand on: the place itself can no longer be chosen, its
-/// surroundings can.
-fn roof(index: usize, correction: &Correction) -> WorldShape {
-    let [length, width, _] = correction.half_extents;
-    let (long, short) = if length >= width { (length, width) } else { (width, length) };
-    let axis = |along: f64, across: f64| if length >= width { [along, across] } else { [across, along] };
-    let point = |along: f64, across: f64, height: f64| {
-        let [x, y] = axis(along, across);
-        DVec3::new(x, y, height)
-    };
-    let base = [(long, short), (long, -short), (-long, short), (-long, -short)].map(|(along, across)| point(along, across, 0.0));
-    let ridge = (long - short).max(0.1 * long);
-    let top = [ridge, -ridge].map(|along| point(along, 0.0, ROOF_STEEPNESS * short));
-    let pose: Pose = correction.pose();
-    let shape = Shape::ConvexHull { points: base.into_iter().chain(top).collect() };
-    WorldShape { name: format!("correction_{index}"), world_from_shape: pose, shape }
-}
-
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::Pose;
 
     fn world() -> World {
         let cube = |name: &str, x: f64| WorldShape {
@@ -113,7 +92,7 @@ mod tests {
         ];
         let corrected = world.corrected(&list).unwrap();
         let names: Vec<&str> = corrected.shapes.iter().map(|shape| shape.name.as_str()).collect();
-        assert_eq!(names, ["b", "correction_2", "correction_3"]);
+        assert_eq!(names, ["b", "correction_2"]);
         assert_eq!(corrected.shapes[0].world_from_shape, place);
         let digests: Vec<Digest> = (0..=4).map(|count| world.corrected(&list[..count]).unwrap().digest).collect();
         assert!((0..4).all(|index| !digests[index + 1..].contains(&digests[index])));
@@ -127,17 +106,5 @@ mod tests {
         assert_eq!(unknown, Err(CorrectionError::UnknownShape { shape: 2, shapes: 2 }));
         let malformed = Correction { rotation: [0.0; 4], ..Correction::missing(1) };
         assert_eq!(world.corrected(&[Correction::missing(0), malformed]), Err(CorrectionError::Malformed { index: 1 }));
-    }
-
-    #[test]
-    fn a_roof_is_too_steep_to_stand_on() {
-        let place = Pose::IDENTITY;
-        for sides in [[0.1, 0.05], [0.05, 0.1], [0.06, 0.06]] {
-            let corrected = world().corrected(&[Correction::contact_missing(&place, sides)]).unwrap();
-            let Shape::ConvexHull { points } = &corrected.shapes[2].shape else { panic!("no hull") };
-            let top = points.iter().map(|point| point.z).fold(0.0, f64::max);
-            assert!(top >= 2.0 * sides[0].min(sides[1]), "{points:?}");
-            assert!(points.iter().all(|point| point.x.abs() <= sides[0] && point.y.abs() <= sides[1]));
-        }
     }
 }

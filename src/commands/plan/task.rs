@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::{Mark, Scenario};
-use surefoot_shared_types::message::{Feedback, Standing};
+use surefoot_shared_types::message::{Correction, CorrectionKind, Feedback, Standing};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::correction::CorrectionError;
@@ -18,6 +18,8 @@ pub(super) struct Task {
     pub(super) scenario: Scenario,
     /// The world as it is known now.
     pub(super) world: World,
+    /// What the controller met so far that is not as the world file says.
+    pub(super) corrections: Vec<Correction>,
     /// Where the robot stands; nothing before it stands anywhere.
     pub(super) standing: Option<Standing>,
     /// Which plan of the controller's it is.
@@ -29,7 +31,7 @@ pub(super) struct Task {
 impl Task {
     /// The scenario's own.
     pub(super) fn first(inputs: &Inputs) -> Self {
-        Self { scenario: inputs.scenario.clone(), world: inputs.world.clone(), standing: None, plan_id: 1, epoch: 0 }
+        Self { scenario: inputs.scenario.clone(), world: inputs.world.clone(), corrections: vec![], standing: None, plan_id: 1, epoch: 0 }
     }
 
     /// The rest of the way from where the controller's `word` says that the robot stands, in the world as it says that it is,
@@ -80,12 +82,17 @@ impl Task {
         if let Some(standing) = &self.standing {
             planner.begin_at(standing);
         }
+        for missing in self.corrections.iter().filter(|correction| correction.known_kind() == Some(CorrectionKind::ContactMissing)) {
+            let [half_length, half_width, _] = missing.half_extents;
+            planner.shun(&missing.pose(), [half_length, half_width]);
+        }
         planner.name_plan(self.plan_id, self.epoch);
         Ok(planner)
     }
 
     fn standing_as(mut self, inputs: &Inputs, word: &Feedback) -> Result<Self, CorrectionError> {
         self.world = inputs.world.corrected(word.corrections())?;
+        self.corrections = word.corrections().to_vec();
         self.standing = word.standing.is_known().then_some(word.standing);
         if let Some(mark) = self.standing.and_then(|standing| standing.mark()) {
             self.scenario.start = mark;

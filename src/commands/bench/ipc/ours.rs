@@ -62,24 +62,27 @@ fn drive(instance: &Instance, rounds: usize) -> Result<Measured, Failure> {
     let mut allocated = 0;
     for plan_id in 0..plans as u64 + WARM_PLANS {
         let chunks = plan(plan_id + 1);
-        let before = allocations::count();
         let mut heard = (0, Stopwatch::start());
-        let outcome = sender.deliver(
+        let mut before = 0;
+        let delivery = sender.deliver(
             &chunks,
             &mut |word| {
-                let ours = word.plan_id == plan_id + 1 && word.next_sequence > heard.0;
-                if ours && heard.0 > 0 && plan_id >= WARM_PLANS {
-                    trips.push(heard.1.seconds());
+                if word.plan_id != plan_id + 1 || word.next_sequence <= heard.0 {
+                    return;
                 }
-                if ours {
-                    heard = (word.next_sequence, Stopwatch::start());
+                match heard.0 {
+                    0 => before = allocations::count(),
+                    _ if plan_id >= WARM_PLANS => trips.push(heard.1.seconds()),
+                    _ => {}
                 }
+                heard = (word.next_sequence, Stopwatch::start());
             },
             &|| true,
         )?;
-        check(outcome.outcome)?;
+        let after = allocations::count();
+        check(delivery.outcome)?;
         if plan_id >= WARM_PLANS {
-            allocated += allocations::count() - before;
+            allocated += after - before;
         }
     }
     sender.set_credit(CREDIT);
@@ -106,7 +109,7 @@ fn plan(plan_id: u64) -> Vec<PlanChunk> {
     let mut stream = Digest::default();
     for sequence in 0..PLAN as u64 {
         let flags = if sequence == 0 { FLAG_FIRST } else { 0 } | if sequence + 1 == PLAN as u64 { FLAG_LAST } else { 0 };
-        let mut next = PlanChunk { schema: CHUNK_SCHEMA, plan_id, epoch: 0, sequence, flags, stream, ..chunk() };
+        let mut next = PlanChunk { schema: CHUNK_SCHEMA, plan_id, epoch: 0, mode: 2, sequence, flags, stream, ..chunk() };
         (next.contacts, next.contacts_len, next.waypoints_len) = (Zeroable::zeroed(), 0, 2);
         next.waypoints = Zeroable::zeroed();
         stream = next.stream_after();
