@@ -193,7 +193,7 @@ impl Planner {
             walk: Vec::with_capacity(config.configurations_max as usize),
             tally: Tally::default(),
             digest: Digest::default(),
-            trouble: Trouble::new(),
+            trouble: Trouble::default(),
             focus: Focus::new(2 * stations_max),
         })
     }

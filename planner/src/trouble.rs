@@ -43,12 +43,14 @@ pub struct Trouble {
     remedies: usize,
 }
 
-impl Trouble {
+impl Default for Trouble {
     /// None so far.
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self { failed_sequences: 0, patience: PATIENCE[0], remedies: 0 }
     }
+}
 
+impl Trouble {
     /// Counts a failed sequence; answers what to do, if patience is at its end.
     pub fn sequence_failed(&mut self) -> Option<Remedy> {
         self.failed_sequences += 1;
@@ -139,7 +141,7 @@ mod tests {
 
     #[test]
     fn patience_grows_and_the_ways_out_take_turns() {
-        let mut trouble = Trouble::new();
+        let mut trouble = Trouble::default();
         let rounds: Vec<(u32, Remedy)> = (0..12)
             .map(|_| {
                 let mut failures = 1;

@@ -158,7 +158,7 @@ impl Planner {
         }
         self.walk.extend_from_slice(self.search.sequence());
         self.walk.push(boundary_node(to));
-        self.trouble = Trouble::new();
+        self.trouble = Trouble::default();
         self.route_sweeps = 1;
         if self.cuts.next() { Ok(Phase::Sequence) } else { self.finish() }
     }
