@@ -2,6 +2,7 @@
 
 use clap::{Args, Subcommand};
 
+use super::footholds::FootholdsArguments;
 use super::ipc::IpcArguments;
 
 /// `surefoot bench`.
@@ -17,4 +18,6 @@ pub struct BenchArguments {
 pub enum BenchCommand {
     /// Real chunks over our transport beside raw memory, a socket and plain iceoryx2
     Ipc(IpcArguments),
+    /// How often foot placement sampling succeeds: figure 4.10 of the thesis, and further features
+    Footholds(FootholdsArguments),
 }
