@@ -33,6 +33,28 @@ pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), Failure
     Ok(render(&scene, path)?)
 }
 
+/// Checks that files can be written into a folder.
+///
+/// # Errors
+/// When it is missing or cannot be written to.
+pub fn check_folder(folder: &Path) -> Result<(), Failure> {
+    if !folder.is_dir() {
+        return Err(unwritable(folder, "the folder does not exist; create it first"));
+    }
+    check_place(&folder.join("a file"))
+}
+
+/// Writes a text file.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
+    let failed = |error: std::io::Error| unwritable(path, &error.to_string());
+    let mut file = temporary_beside(path).map_err(failed)?;
+    file.write_all(text.as_bytes()).map_err(failed)?;
+    file.persist(path).map(drop).map_err(|error| failed(error.error))
+}
+
 /// Writes a value as a JSON file.
 ///
 /// # Errors

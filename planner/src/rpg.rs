@@ -508,6 +508,8 @@ fn placement_config(body: &Body, world: &World, config: &PlannerConfig) -> FootP
     FootPlacementConfig {
         support_area_min: config.support_area_min.min(SOLE_SHARE_MIN * smallest),
         friction_margin: standard.friction_margin.max(libm::atan(world.mu) - steepest),
+        // Nearer placements first, however little they carry: the search weighs them (docs/decisions/0010-foot-placement.md).
+        support_area_inflation: 1.0,
         ..standard
     }
 }

@@ -131,6 +131,38 @@ fn algorithm_1_finds_placements_by_itself() {
     }
 }
 
+/// Whether any pose across the bars carries, of a fine grid.
+fn any_placement_exists(bars: &Surfaces) -> bool {
+    let grid = (-60..=60).flat_map(|shift| (0..63).map(move |turn| (2e-3 * f64::from(shift), 0.025 * f64::from(turn))));
+    grid.into_iter().any(|(shift, turn)| support(bars, &turned(shift, 0.0, 0.0, turn)).is_ok())
+}
+
+#[test]
+fn parallel_bars_are_found_as_long_as_any_placement_exists() {
+    let mut last = 0;
+    for percent in (100..=150).step_by(5) {
+        let bars = surfaces(square_bars(f64::from(percent) / 100.0));
+        let found = rate(&bars, [[-0.1, -0.2, -0.05], [0.1, 0.2, 0.05]], GEOMETRY_ONLY, 0.3);
+        if any_placement_exists(&bars) {
+            assert!(found >= 0.99, "{percent} %: {found}");
+            last = percent;
+        }
+    }
+    println!("the widest span with a placement: {last} %");
+    assert!((120..150).contains(&last), "{last}");
+}
+
+#[test]
+fn placements_that_carry_much_come_before_those_that_carry_enough() {
+    let polygon = sole();
+    let beside_an_edge = surfaces(vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])]);
+    let request = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(-0.03, 0.0, 0.0)) };
+    let inflated = 2.0 * beside_an_edge.config().support_area_min;
+    let areas: Vec<f64> = first(&beside_an_edge, &request, 1_000).iter().map(|p| p.support.area).collect();
+    let first_small = areas.iter().position(|&area| area < inflated).unwrap();
+    assert!(first_small > 0 && areas[first_small..].iter().all(|&area| area < inflated), "{areas:?}");
+}
+
 #[test]
 fn bars_too_far_apart_give_nothing() {
     let bars = surfaces(square_bars(1.6));

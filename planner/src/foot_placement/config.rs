@@ -7,6 +7,9 @@ use super::SurfacesError;
 pub struct FootPlacementConfig {
     /// The smallest support area, m2 (ours: a quarter of a DRC-Hubo sole).
     pub support_area_min: f64,
+    /// How many times `support_area_min` is asked for at first; where too little carries that much the bound relaxes, to one time in
+    /// the end [Grey 4.1.2].
+    pub support_area_inflation: f64,
     /// The smallest distance from the support polygon's centroid to its nearest edge, m [Grey 4.1.2].
     pub centroid_edge_distance_min: f64,
     /// How far a surface may be from the sole's plane and still carry it, m (the judge allows 3 mm).
@@ -23,10 +26,14 @@ pub struct FootPlacementConfig {
     pub plate_height: f64,
     /// Algorithm 1's targets per request, `N_SampleAttempts` [Grey 4.2.2, figure 4.10].
     pub sample_attempts_max: u32,
+    /// Of these targets the first ones, which lie at the ideal and half a foot about it [Grey 4.2.2]; at most five.
+    pub sample_attempts_seeded: u32,
     /// Algorithm 1's triplets per target, `N_PlaneAttempts` [Grey 4.2.2, figure 4.10].
     pub plane_attempts_max: u32,
     /// Algorithm 1's placements and swaps per triplet, `N_MaxIterations` [Grey 4.2.2, figure 4.10].
     pub iterations_max: u32,
+    /// Of these placements the first ones, which are near the triplet's middle and keep about to the ideal heading [Grey 4.2.2].
+    pub iterations_seeded: u32,
     /// The nearest intersection points a triplet is drawn from, `N_neighbors` [Grey 4.2.2].
     pub neighbors: usize,
     /// Distance between intersection points along an edge or a line, m.
@@ -50,6 +57,7 @@ impl Default for FootPlacementConfig {
         let degree = std::f64::consts::PI / 180.0;
         Self {
             support_area_min: 0.008,
+            support_area_inflation: 2.0,
             centroid_edge_distance_min: 0.02,
             plane_distance_max: 1e-3,
             contact_width_min: 0.011,
@@ -57,8 +65,10 @@ impl Default for FootPlacementConfig {
             friction_margin: degree,
             plate_height: 0.02,
             sample_attempts_max: 40,
+            sample_attempts_seeded: 5,
             plane_attempts_max: 10,
             iterations_max: 20,
+            iterations_seeded: 4,
             neighbors: 10,
             point_spacing: 0.05,
             support_elements_max: 16_384,
@@ -72,10 +82,16 @@ impl Default for FootPlacementConfig {
 }
 
 impl FootPlacementConfig {
+    /// Algorithm 1 as it is printed: without seeded targets and placements, and with one bound of the area [Grey 4.2.2].
+    pub fn as_printed() -> Self {
+        Self { support_area_inflation: 1.0, sample_attempts_seeded: 0, iterations_seeded: 0, ..Self::default() }
+    }
+
     /// Refuses values outside their range, naming the field.
     pub(super) fn validate(&self) -> Result<(), SurfacesError> {
         let reals = [
             ("support_area_min", self.support_area_min, 1e-6, 1.0),
+            ("support_area_inflation", self.support_area_inflation, 1.0, 10.0),
             ("centroid_edge_distance_min", self.centroid_edge_distance_min, 0.0, 1.0),
             ("plane_distance_max", self.plane_distance_max, 1e-6, 0.01),
             ("contact_width_min", self.contact_width_min, 0.0, 0.05),
@@ -86,8 +102,10 @@ impl FootPlacementConfig {
         ];
         let counts = [
             ("sample_attempts_max", self.sample_attempts_max as usize, 0, 1_000_000),
+            ("sample_attempts_seeded", self.sample_attempts_seeded as usize, 0, SEEDS_MAX),
             ("plane_attempts_max", self.plane_attempts_max as usize, 1, 1_000_000),
             ("iterations_max", self.iterations_max as usize, 1, 1_000_000),
+            ("iterations_seeded", self.iterations_seeded as usize, 0, 1_000_000),
             ("neighbors", self.neighbors, 3, NEIGHBORS_MAX),
             ("support_elements_max", self.support_elements_max, 1, 1 << 24),
             ("contact_points_max", self.contact_points_max, 128, 1 << 20),
@@ -110,5 +128,7 @@ impl FootPlacementConfig {
     }
 }
 
+/// The largest `sample_attempts_seeded`.
+pub(super) const SEEDS_MAX: usize = 5;
 /// The largest `neighbors`: they are kept on the stack.
 pub(super) const NEIGHBORS_MAX: usize = 64;

@@ -2,7 +2,8 @@
 //!
 //! [`Surfaces`] is compiled once from a world: every planar face (coplanar triangles merged), every line and cap of
 //! a round shape, and a bounding volume hierarchy over them. [`Surfaces::support`] says exactly what carries a sole
-//! at a pose; [`Surfaces::propose`] finds poses that carry, from geometry first and by the thesis's Algorithm 1 after.
+//! at a pose; [`Surfaces::propose`] finds poses that carry, from geometry first and by the thesis's Algorithm 1 after;
+//! [`Surfaces::propose_nests`] finds those that only a second face holds.
 //! Both work in a [`Scratch`] of the caller and never touch the heap.
 //!
 //! What is deliberately absent: curved surfaces carry along a line or at a point only, never a strip; steep walls
@@ -13,6 +14,7 @@ mod build;
 mod candidates;
 mod config;
 mod merge;
+mod nests;
 mod polygon;
 mod propose;
 mod regions;

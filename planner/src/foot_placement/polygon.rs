@@ -2,10 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
-use super::scratch::{ClipBuffer, FacePoints};
+use super::scratch::{CLIP_VERTICES_MAX, ClipBuffer};
 
 /// Keeps the part of a planar convex polygon where `keep` (an affine function of the point) is not negative.
-pub(super) fn clip(polygon: &mut FacePoints, spare: &mut FacePoints, keep: impl Fn(DVec3) -> f64) {
+pub(super) fn clip(polygon: &mut Vec<DVec3>, spare: &mut Vec<DVec3>, keep: impl Fn(DVec3) -> f64) {
     spare.clear();
     let Some(&last) = polygon.last() else { return };
     let (mut a, mut a_keep) = (last, keep(last));
@@ -23,9 +23,11 @@ pub(super) fn clip(polygon: &mut FacePoints, spare: &mut FacePoints, keep: impl 
 }
 
 /// The buffers hold a face's vertices plus one for every clip plane, so this never drops; if it did, the piece shrinks.
-fn push(points: &mut FacePoints, point: DVec3) {
-    let dropped = points.push(point).is_err();
-    debug_assert!(!dropped, "clip buffer too small");
+fn push(points: &mut Vec<DVec3>, point: DVec3) {
+    debug_assert!(points.len() < CLIP_VERTICES_MAX, "clip buffer too small");
+    if points.len() < CLIP_VERTICES_MAX {
+        points.push(point);
+    }
 }
 
 /// Clips a polygon given in the sole frame to the vertical prism over `outline`, moved inwards by `inset`.

@@ -8,6 +8,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
 
 use super::scratch::Scratch;
+use super::support::Demand;
 use super::surfaces::Surfaces;
 use super::{NoSupport, Support};
 use crate::random::{Random, Stream};
@@ -72,6 +73,13 @@ pub enum Source {
     Varied,
     /// Algorithm 1 [Grey 4.2.2].
     Sampled,
+    /// Nested in a concave place, on a face too steep to hold the sole alone [Grey 4.2.3].
+    Nested,
+}
+
+impl Source {
+    /// How many sources there are.
+    pub const COUNT: usize = 4;
 }
 
 /// A pose at which a sole is carried and the foot is free.
@@ -89,9 +97,9 @@ pub struct Placement {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Placements handed out, by [`Source`].
-    pub found: [u32; 3],
+    pub found: [u32; Source::COUNT],
     /// Placements examined, by [`Source`].
-    pub examined: [u32; 3],
+    pub examined: [u32; Source::COUNT],
     /// Placements refused, by reason, in the order of [`NoSupport::ALL`].
     pub refused: [u32; NoSupport::ALL.len()],
     /// Placements with support where the foot collides.
@@ -135,7 +143,7 @@ pub(super) struct Proposal<'a, 'r> {
     pub request: &'a Request<'r>,
     pub random: Random,
     pub tally: Tally,
-    out: &'a mut dyn FnMut(Placement) -> bool,
+    pub out: &'a mut dyn FnMut(Placement) -> bool,
 }
 
 impl Surfaces {
@@ -182,7 +190,7 @@ impl Surfaces {
     }
 }
 
-fn keep_nearest(scratch: &mut Scratch, count: usize) {
+pub(super) fn keep_nearest(scratch: &mut Scratch, count: usize) {
     scratch.features.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     scratch.features.truncate(count);
 }
@@ -197,17 +205,37 @@ impl Proposal<'_, '_> {
         self.sample()
     }
 
+    /// The geometric candidates: first those that carry much, then those that carry enough.
     fn propose_geometric(&mut self) -> ControlFlow<()> {
+        self.scratch.deferred.clear();
+        let demand = self.demand(1.0);
+        let mut count = 0;
         for i in 0..self.scratch.candidates.len() {
-            if self.tally.examined[Source::Geometric as usize] >= self.request.effort.geometric_max {
+            if count >= self.request.effort.geometric_max {
                 break;
             }
-            if !self.is_repeated(i) {
-                let pose = self.scratch.candidates[i].world_from_sole;
-                self.examine(pose, Source::Geometric)?;
+            if self.is_repeated(i) {
+                continue;
+            }
+            count += 1;
+            let pose = self.scratch.candidates[i].world_from_sole;
+            let examined = self.examine(pose, Source::Geometric, demand)?;
+            if examined == Examined::Refused(NoSupport::AreaTooSmall) && demand.area_min > self.demand(0.0).area_min {
+                self.scratch.deferred.push(i as u32);
             }
         }
+        for i in 0..self.scratch.deferred.len() {
+            let pose = self.scratch.candidates[self.scratch.deferred[i] as usize].world_from_sole;
+            self.examine(pose, Source::Geometric, self.demand(0.0))?;
+        }
         ControlFlow::Continue(())
+    }
+
+    /// The demand with this share of the inflation of the area's bound, from 1 to 0 [Grey 4.1.2].
+    pub(super) fn demand(&self, share: f64) -> Demand {
+        let config = &self.surfaces.config;
+        let area_min = config.support_area_min * (1.0 + (config.support_area_inflation - 1.0) * share);
+        Demand { area_min, braced: false }
     }
 
     /// Whether a candidate is like one just before it; costs are sorted, so that is where its like are.
@@ -233,22 +261,27 @@ impl Proposal<'_, '_> {
             let turn = rotation_about(DVec3::Z, self.random.uniform(-turn, turn));
             let pose = base * Pose::from_parts(shift, turn);
             if self.request.reaches(&pose) {
-                self.examine(pose, Source::Varied)?;
+                self.examine(pose, Source::Varied, self.demand(0.0))?;
             }
         }
         ControlFlow::Continue(())
     }
 
     /// Hands a placement out if the sole is carried and the foot free there. Whether it was, or the caller said enough.
-    pub(super) fn examine(&mut self, world_from_sole: Pose, source: Source) -> ControlFlow<(), Examined> {
+    pub(super) fn examine(&mut self, world_from_sole: Pose, source: Source, demand: Demand) -> ControlFlow<(), Examined> {
         self.tally.examined[source as usize] += 1;
-        let support = match self.surfaces.support(self.scratch, self.request.sole_polygon, &world_from_sole) {
+        let support = match self.surfaces.support_of(self.scratch, self.request.sole_polygon, &world_from_sole, demand) {
             Ok(support) => support,
             Err(reason) => {
                 self.tally.refused[reason as usize] += 1;
                 return ControlFlow::Continue(Examined::Refused(reason));
             }
         };
+        self.hand_out(world_from_sole, support, source)
+    }
+
+    /// Hands out a carried sole if the foot is free there.
+    pub(super) fn hand_out(&mut self, world_from_sole: Pose, support: Support, source: Source) -> ControlFlow<(), Examined> {
         if !(self.request.is_free)(&world_from_sole) {
             self.tally.not_free += 1;
             return ControlFlow::Continue(Examined::NotFree);

@@ -8,12 +8,20 @@ use surefoot_shared_types::spatial::yaw_of;
 
 use super::NoSupport;
 use super::candidates::centre_of;
-use super::config::NEIGHBORS_MAX;
+use super::config::{NEIGHBORS_MAX, SEEDS_MAX};
 use super::polygon::clip;
 use super::pose_on_plane;
 use super::propose::{Examined, Proposal, Source};
+use super::support::Demand;
 use super::surfaces::Element;
 
+/// Where the first targets lie: at the ideal, then half a foot ahead of it, behind it and to both sides, m.
+const SEEDS: [DVec3; SEEDS_MAX] =
+    [DVec3::ZERO, DVec3::new(0.1, 0.0, 0.0), DVec3::new(-0.1, 0.0, 0.0), DVec3::new(0.0, 0.1, 0.0), DVec3::new(0.0, -0.1, 0.0)];
+/// How far from the triplet's middle, and how far from the ideal heading, seeded placements are, as a share of what others may.
+const SEEDED_SHARE: f64 = 0.25;
+/// The share of the attempts over which the bound of the support's area relaxes.
+const RELAXING_SHARE: f64 = 0.25;
 /// Random points taken inside each face.
 const INNER_POINTS: usize = 4;
 /// Most points along one edge or line.
@@ -39,13 +47,15 @@ impl Proposal<'_, '_> {
         let config = &self.surfaces.config;
         for attempt in 0..config.sample_attempts_max {
             let target = self.sample_target(attempt);
+            let relaxed = f64::from(attempt) / (RELAXING_SHARE * f64::from(config.sample_attempts_max));
+            let demand = self.demand((1.0 - relaxed).max(0.0));
             let neighbors = nearest(&self.scratch.intersection_points, target, config.neighbors);
             if neighbors.len() < 3 {
                 break;
             }
             for _ in 0..config.plane_attempts_max {
                 let triplet = self.sample_triplet(&neighbors);
-                if let TripletEnd::Found = self.try_triplet(triplet)? {
+                if let TripletEnd::Found = self.try_triplet(triplet, demand)? {
                     break;
                 }
             }
@@ -54,7 +64,7 @@ impl Proposal<'_, '_> {
     }
 
     /// Lines 8 to 19: placements on the triplet's plane, which turns towards whatever is in the way.
-    fn try_triplet(&mut self, mut triplet: Triplet) -> ControlFlow<(), TripletEnd> {
+    fn try_triplet(&mut self, mut triplet: Triplet, demand: Demand) -> ControlFlow<(), TripletEnd> {
         for iteration in 0..self.surfaces.config.iterations_max {
             if self.tally.examined[Source::Sampled as usize] >= self.request.effort.sampled_max {
                 break;
@@ -67,7 +77,7 @@ impl Proposal<'_, '_> {
             if !self.request.reaches(&pose) {
                 continue;
             }
-            match self.examine(pose, Source::Sampled)? {
+            match self.examine(pose, Source::Sampled, demand)? {
                 Examined::Found => return ControlFlow::Continue(TripletEnd::Found),
                 Examined::Refused(NoSupport::Penetrates) => {
                     if let Some(point) = self.scratch.intrusion {
@@ -90,15 +100,18 @@ impl Proposal<'_, '_> {
         (length >= TRIANGLE_AREA_MIN).then(|| normal / length).filter(|&n| self.surfaces.is_flat_enough(n))
     }
 
-    /// `SampleRandomSE2`: the triangle's centroid with the ideal heading first, then anywhere in it, any heading allowed.
+    /// `SampleRandomSE2`: the triangle's centroid with the ideal heading first, then near both, then anywhere in it, any heading
+    /// allowed.
     fn sample_pose(&mut self, triplet: &Triplet, normal: DVec3, iteration: u32) -> Pose {
-        let ideal_yaw = yaw_of(self.request.ideal.rotation);
-        let (point, yaw) = if iteration == 0 {
-            ((triplet[0] + triplet[1] + triplet[2]) / 3.0, ideal_yaw)
-        } else {
-            let spread = self.request.yaw_spread.min(std::f64::consts::PI);
-            (self.point_in_triangle(triplet), ideal_yaw + self.random.uniform(-spread, spread))
+        let share = match iteration {
+            0 if self.surfaces.config.iterations_seeded > 0 => 0.0,
+            i if i < self.surfaces.config.iterations_seeded => SEEDED_SHARE,
+            _ => 1.0,
         };
+        let middle = (triplet[0] + triplet[1] + triplet[2]) / 3.0;
+        let point = middle + (self.point_in_triangle(triplet) - middle) * share;
+        let spread = share * self.request.yaw_spread.min(std::f64::consts::PI);
+        let yaw = yaw_of(self.request.ideal.rotation) + self.random.uniform(-spread, spread);
         let turned = pose_on_plane(DVec3::ZERO, normal, yaw).rotation;
         Pose::from_parts(point - turned * centre_of(self.request.sole_polygon).extend(0.0), turned)
     }
@@ -111,11 +124,11 @@ impl Proposal<'_, '_> {
         triangle[0] + (triangle[1] - triangle[0]) * u + (triangle[2] - triangle[0]) * v
     }
 
-    /// `SampleRandomTranslation`: the ideal first, then anywhere within reach.
+    /// `SampleRandomTranslation`: the seeded positions first, then anywhere within reach.
     fn sample_target(&mut self, attempt: u32) -> DVec3 {
         let request = self.request;
-        if attempt == 0 {
-            return request.ideal.translation;
+        if attempt < self.surfaces.config.sample_attempts_seeded {
+            return request.ideal * SEEDS[attempt as usize % SEEDS_MAX];
         }
         let reach = request.reach_xy;
         let x = self.random.uniform(-reach, reach);

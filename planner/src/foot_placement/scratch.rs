@@ -6,20 +6,26 @@ use super::FootPlacementConfig;
 use super::candidates::{Candidate, Footprint, Plane};
 use super::surfaces::FACE_VERTICES_MAX;
 
-/// A face, or what clipping left of it: its vertices plus one for every clip plane.
-pub(super) type FacePoints = heapless::Vec<DVec3, { FACE_VERTICES_MAX + 24 }>;
+/// Most vertices of a face being clipped: its own plus one for every clip plane.
+pub(super) const CLIP_VERTICES_MAX: usize = FACE_VERTICES_MAX + 24;
 
-/// A polygon being clipped, and the spare it is clipped into.
-#[derive(Debug, Clone, Default)]
+/// A polygon being clipped, and the spare it is clipped into; both hold up to [`CLIP_VERTICES_MAX`] without growing.
+#[derive(Debug)]
 pub(super) struct ClipBuffer {
     /// The polygon.
-    pub polygon: FacePoints,
+    pub polygon: Vec<DVec3>,
     /// Where the next clip goes.
-    pub spare: FacePoints,
+    pub spare: Vec<DVec3>,
+}
+
+impl ClipBuffer {
+    fn new() -> Self {
+        Self { polygon: Vec::with_capacity(CLIP_VERTICES_MAX), spare: Vec::with_capacity(CLIP_VERTICES_MAX) }
+    }
 }
 
 /// Memory of one caller's queries; no query allocates beyond it. One per thread, any number of [`super::Surfaces`].
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct Scratch {
     pub(super) clip: ClipBuffer,
     pub(super) contact_points: Bounded<DVec2>,
@@ -30,6 +36,8 @@ pub struct Scratch {
     pub(super) planes: Bounded<Plane>,
     pub(super) footprints: Bounded<Footprint>,
     pub(super) candidates: Bounded<Candidate>,
+    /// Candidates that carry less than was asked for at first, by index.
+    pub(super) deferred: Bounded<u32>,
     pub(super) intersection_points: Bounded<DVec3>,
 }
 
@@ -37,7 +45,7 @@ impl Scratch {
     /// Allocates what queries with this configuration need.
     pub fn new(config: &FootPlacementConfig) -> Self {
         Self {
-            clip: ClipBuffer::default(),
+            clip: ClipBuffer::new(),
             contact_points: Bounded::new(config.contact_points_max),
             hull: Vec::with_capacity(config.contact_points_max + 8),
             intrusion: None,
@@ -45,18 +53,21 @@ impl Scratch {
             planes: Bounded::new(config.planes_max),
             footprints: Bounded::new(config.features_max),
             candidates: Bounded::new(config.candidates_max),
+            deferred: Bounded::new(config.candidates_max),
             intersection_points: Bounded::new(config.intersection_points_max),
         }
     }
 
     /// Bytes on the heap.
     pub fn heap_bytes(&self) -> usize {
-        self.contact_points.heap_bytes()
+        2 * CLIP_VERTICES_MAX * size_of::<DVec3>()
+            + self.contact_points.heap_bytes()
             + self.hull.capacity() * size_of::<DVec2>()
             + self.features.heap_bytes()
             + self.planes.heap_bytes()
             + self.footprints.heap_bytes()
             + self.candidates.heap_bytes()
+            + self.deferred.heap_bytes()
             + self.intersection_points.heap_bytes()
     }
 
@@ -75,7 +86,7 @@ impl Scratch {
 const GATHERING_ROOM: usize = 4;
 
 /// A list that never grows beyond its first capacity: what does not fit is counted and dropped.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Bounded<T> {
     items: Vec<T>,
     count_max: usize,

@@ -17,6 +17,15 @@ const COVER_DEPTH: f64 = 1e-4;
 /// Halvings of the search for the point of a round axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
+/// What a support must offer.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Demand {
+    /// The smallest area, m2.
+    pub area_min: f64,
+    /// Whether surfaces steeper than friction holds carry too: something else keeps the foot from sliding.
+    pub braced: bool,
+}
+
 /// A sole held at a pose.
 struct HeldSole<'a> {
     outline: &'a [DVec2],
@@ -24,6 +33,8 @@ struct HeldSole<'a> {
     /// The rotation part of `sole_from_world`.
     sole_from_world: DMat3,
     normal: DVec3,
+    /// Whether steep surfaces carry it too.
+    braced: bool,
 }
 
 impl HeldSole<'_> {
@@ -63,13 +74,26 @@ impl Surfaces {
     /// # Errors
     /// Why there is none. `scratch` then remembers what stood in the way.
     pub fn support(&self, scratch: &mut Scratch, sole_polygon: &[DVec2], world_from_sole: &Pose) -> Result<Support, NoSupport> {
+        let demand = Demand { area_min: self.config.support_area_min, braced: false };
+        self.support_of(scratch, sole_polygon, world_from_sole, demand)
+    }
+
+    /// The support of a sole at a pose if it offers what is demanded.
+    pub(super) fn support_of(
+        &self,
+        scratch: &mut Scratch,
+        sole_polygon: &[DVec2],
+        world_from_sole: &Pose,
+        demand: Demand,
+    ) -> Result<Support, NoSupport> {
         scratch.intrusion = None;
         if !is_sole(sole_polygon) || !world_from_sole.is_finite() {
             return Err(NoSupport::InvalidSole);
         }
         let rotation = DMat3::from_quat(world_from_sole.rotation);
-        let sole = HeldSole { outline: sole_polygon, world_from_sole, sole_from_world: rotation.transpose(), normal: rotation.z_axis };
-        if !self.is_flat_enough(sole.normal) {
+        let (sole_from_world, normal) = (rotation.transpose(), rotation.z_axis);
+        let sole = HeldSole { outline: sole_polygon, world_from_sole, sole_from_world, normal, braced: demand.braced };
+        if !sole.braced && !self.is_flat_enough(sole.normal) {
             return Err(NoSupport::TooSteep);
         }
         let findings = self.examine(scratch, &sole)?;
@@ -80,7 +104,7 @@ impl Surfaces {
         if scratch.contact_points.is_empty() {
             return Err(NoSupport::NothingBelow);
         }
-        self.judge_contacts(scratch)
+        self.judge_contacts(scratch, demand.area_min)
     }
 
     /// Collects contact points and intrusions.
@@ -118,7 +142,7 @@ impl Surfaces {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| self.config.plate_height - p.z);
             buffer.polygon.iter().filter(|p| p.z > obstructs_above).for_each(|p| findings.intrude(*p));
         }
-        if alignment >= self.aligned_cos && self.is_flat_enough(face.normal) {
+        if alignment >= self.aligned_cos && (sole.braced || self.is_flat_enough(face.normal)) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
             if !face.of_mesh && width(&buffer.polygon) < self.config.contact_width_min {
@@ -183,11 +207,11 @@ impl Surfaces {
     }
 
     /// The support that the collected contact points make.
-    fn judge_contacts(&self, scratch: &mut Scratch) -> Result<Support, NoSupport> {
+    fn judge_contacts(&self, scratch: &mut Scratch, area_min: f64) -> Result<Support, NoSupport> {
         convex_hull(&mut scratch.contact_points, &mut scratch.hull);
         simplify(&mut scratch.hull, POLYGON_VERTICES_MAX);
         let (area, centroid) = area_and_centroid(&scratch.hull);
-        if area < self.config.support_area_min {
+        if area < area_min {
             return Err(NoSupport::AreaTooSmall);
         }
         let edge_distance = inner_distance(&scratch.hull, centroid);

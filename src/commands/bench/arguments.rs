@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
+use super::footholds::FootholdsArguments;
 use super::ipc::IpcArguments;
 use crate::affinity::default_threads;
 use crate::arguments::THREADS_MAX;
@@ -30,6 +31,8 @@ pub enum BenchCommand {
     Scale(ScaleArguments),
     /// Real chunks over our transport beside raw memory, a socket and plain iceoryx2
     Ipc(IpcArguments),
+    /// How often foot placement sampling succeeds: figure 4.10 of the thesis, and further features
+    Footholds(FootholdsArguments),
 }
 
 /// `surefoot bench thesis`.

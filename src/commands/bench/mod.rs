@@ -2,6 +2,7 @@
 
 pub mod arguments;
 mod courses;
+pub mod footholds;
 pub mod ipc;
 mod journal;
 mod limit;
@@ -30,5 +31,6 @@ pub fn run(arguments: &BenchArguments) -> Result<Ending, Failure> {
         BenchCommand::Steps(arguments) => steps::run(arguments),
         BenchCommand::Scale(arguments) => scale::run(arguments),
         BenchCommand::Ipc(arguments) => ipc::run(arguments),
+        BenchCommand::Footholds(arguments) => footholds::run(arguments),
     }
 }
