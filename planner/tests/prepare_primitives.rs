@@ -13,9 +13,9 @@ use surefoot_planner::constraint::{Constraints, Mode};
 use surefoot_planner::motion::foothold::{Foothold, double_mode, single_mode};
 use surefoot_planner::motion::primitive::gait::TILT_MAX;
 use surefoot_planner::motion::primitive::stand::{PairOffset, Stand};
-use surefoot_planner::motion::primitive::{configuration, shift, swing};
+use surefoot_planner::motion::primitive::{configuration, print_of, shift, swing};
 use surefoot_planner::motion::track::State;
-use surefoot_planner::prepare::{self, Preparation, Print, necessary, sufficient, sufficient_shift};
+use surefoot_planner::prepare::{self, Preparation, necessary, sufficient, sufficient_shift};
 use surefoot_planner::random::{Random, Stream};
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::digest::Digest;
@@ -99,10 +99,6 @@ impl Builder<'_> {
     }
 }
 
-fn print(foothold: &Foothold) -> Print {
-    Print { limb: foothold.limb, world_from_sole: foothold.world_from_sole, is_whole: true }
-}
-
 /// Checks waypoints as they come.
 struct Checking<'a> {
     constraints: &'a Constraints,
@@ -137,7 +133,7 @@ fn primitives_hold_at(constraints: &Constraints, preparation: &Preparation<'_>, 
     let (body, gait) = (&constraints.body, preparation.gait());
     let Station { stance, others: [from, to] } = station;
     let mut held = 0;
-    let is_free = |other: &Foothold| sufficient(preparation, body, &constraints.collision, &print(stance), &print(other));
+    let is_free = |other: &Foothold| sufficient(preparation, body, &constraints.collision, &print_of(body, stance), &print_of(body, other));
     if is_free(from) && is_free(to) {
         let here = configuration(body, gait, stance, from, &mut 0).unwrap();
         let mode = single_mode(stance);
@@ -148,7 +144,7 @@ fn primitives_hold_at(constraints: &Constraints, preparation: &Preparation<'_>, 
         held += 1;
     }
     let [left, right] = if stance.limb == 0 { [stance, from] } else { [from, stance] };
-    if sufficient_shift(preparation, body, &constraints.collision, &print(left), &print(right)) {
+    if sufficient_shift(preparation, body, &constraints.collision, &print_of(body, left), &print_of(body, right)) {
         let here = configuration(body, gait, left, right, &mut 0).unwrap();
         let mode = double_mode(left, right);
         let mut checking = Checking { constraints, mode, here, swing: None, waypoints: 0, name: format!("shift {name}") };

@@ -1,18 +1,34 @@
-//! Bounded numeric inverse kinematics for a leg without a closed form: damped Newton steps from a few starts.
+//! Bounded numeric inverse kinematics for a leg without a closed form: damped Newton steps from the caller's positions, from
+//! the standing posture, and from those of some known postures whose soles are nearest to the one wished for.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::JointKind;
 use surefoot_shared_types::spatial::scaled_axis_from_rotation;
 
-use super::leg::{LegJoint, LegPositions};
+use super::leg::{LEG_JOINTS_MAX, LegJoint, LegPositions};
+use crate::random::{Random, Stream};
 
 /// Newton steps from one start; from near the solution three or four suffice.
 const ITERATIONS_MAX: usize = 16;
+/// Steps after which a start must have come near.
+const APPROACH_ITERATIONS: usize = 8;
+/// How near, m and rad: from there on every step squares the error.
+const NEAR: f64 = 0.2;
+/// Known postures: the first half near the standing one, the others anywhere within the limits.
+const POSTURES: usize = 512;
+/// How far the first half strays from the standing posture, rad or m.
+const STANDING_STRAY: f64 = 0.7;
+/// Known postures that are tried for one sole.
+const POSTURE_STARTS: usize = 4;
+/// The distance (m) that counts as much as a turn by two radians when postures are compared.
+const LENGTH_SCALE: f64 = 0.4;
 /// A solution's largest error, m and rad.
 const TOLERANCE: f64 = 1e-9;
 /// The longest joint motion of one step, rad or m: keeps far starts from leaping across branches.
 const STEP_MAX: f64 = 0.5;
+/// More than what rounding adds to a length, m.
+const ROUNDING: f64 = 1e-9;
 /// Damping of the normal equations; small enough to leave convergence superlinear.
 const DAMPING: f64 = 1e-9;
 
@@ -20,7 +36,17 @@ const DAMPING: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub struct Newton {
     zero_root_from_sole: Pose,
+    sole_from_ankle: DVec3,
+    reach: f64,
     standing: LegPositions,
+    postures: Vec<Posture>,
+}
+
+/// A posture of the leg and where its sole is then.
+#[derive(Debug, Clone)]
+struct Posture {
+    root_from_sole: Pose,
+    positions: LegPositions,
 }
 
 type Vector6 = [f64; 6];
@@ -28,22 +54,71 @@ type Vector6 = [f64; 6];
 impl Newton {
     /// Prepares the iteration; `standing_q` is the second start after the caller's own.
     pub fn new(joints: &[LegJoint], zero_root_from_sole: &Pose, standing_q: &[f64]) -> Self {
-        Self { zero_root_from_sole: *zero_root_from_sole, standing: joints.iter().map(|joint| standing_q[joint.index]).collect() }
+        let standing: LegPositions = joints.iter().map(|joint| standing_q[joint.index]).collect();
+        let ankle = joints[joints.len() - 1].point;
+        let mut newton = Self {
+            zero_root_from_sole: *zero_root_from_sole,
+            sole_from_ankle: zero_root_from_sole.inverse_transform_point(ankle),
+            reach: longest(joints),
+            standing,
+            postures: Vec::with_capacity(POSTURES),
+        };
+        for index in 0..POSTURES {
+            let positions = newton.draw_posture(joints, index);
+            let root_from_sole = newton.forward(joints, &positions, &mut [[0.0; 6]; LEG_JOINTS_MAX]);
+            newton.postures.push(Posture { root_from_sole, positions });
+        }
+        newton
     }
 
-    /// A solution within the limits, from `near` or else from the standing posture.
+    fn draw_posture(&self, joints: &[LegJoint], index: usize) -> LegPositions {
+        let mut random = Random::new(0, Stream::Preparation, 1 << 33, index as u64);
+        let near_standing = index < POSTURES / 2;
+        let draw = |(joint, &standing): (&LegJoint, &f64)| {
+            let stray = if near_standing { STANDING_STRAY } else { f64::INFINITY };
+            random.uniform(joint.lower.max(standing - stray), joint.upper.min(standing + stray))
+        };
+        joints.iter().zip(&self.standing).map(draw).collect()
+    }
+
+    /// A solution within the limits: from `near`, else from the standing posture, else from known postures.
     pub fn solve(&self, joints: &[LegJoint], root_from_sole: &Pose, near: &LegPositions) -> Option<LegPositions> {
-        [near, &self.standing].into_iter().find_map(|start| self.descend(joints, root_from_sole, start))
+        let ankle = *root_from_sole * self.sole_from_ankle;
+        if ankle.distance(joints[0].point) > self.reach {
+            return None;
+        }
+        let first = [near, &self.standing].into_iter().find_map(|start| self.descend(joints, root_from_sole, start));
+        let found = |at: usize| self.descend(joints, root_from_sole, &self.postures[at].positions);
+        first.or_else(|| self.nearest_postures(root_from_sole).into_iter().find_map(found))
+    }
+
+    /// The known postures whose soles are nearest, nearest first.
+    fn nearest_postures(&self, root_from_sole: &Pose) -> [usize; POSTURE_STARTS] {
+        let mut nearest = [(f64::INFINITY, 0); POSTURE_STARTS];
+        for (index, posture) in self.postures.iter().enumerate() {
+            let shift = (posture.root_from_sole.translation - root_from_sole.translation).length_squared();
+            let aligned = posture.root_from_sole.rotation.dot(root_from_sole.rotation);
+            let mut candidate = (shift / (LENGTH_SCALE * LENGTH_SCALE) + 4.0 * (1.0 - aligned * aligned), index);
+            for kept in &mut nearest {
+                if candidate.0 < kept.0 {
+                    std::mem::swap(kept, &mut candidate);
+                }
+            }
+        }
+        nearest.map(|(_, index)| index)
     }
 
     fn descend(&self, joints: &[LegJoint], target: &Pose, start: &LegPositions) -> Option<LegPositions> {
         let mut q = start.clone();
-        for _ in 0..ITERATIONS_MAX {
-            let mut columns = [[0.0; 6]; super::leg::LEG_JOINTS_MAX];
+        for iteration in 0..ITERATIONS_MAX {
+            let mut columns = [[0.0; 6]; LEG_JOINTS_MAX];
             let reached = self.forward(joints, &q, &mut columns);
             let error = twist(&reached, target);
             if error.iter().all(|e| e.abs() < TOLERANCE) {
                 return joints.iter().zip(&q).all(|(joint, &position)| joint.admits(position)).then_some(q);
+            }
+            if iteration == APPROACH_ITERATIONS && error.iter().any(|e| e.abs() > NEAR) {
+                return None;
             }
             let step = least_squares(&columns[..joints.len()], &error)?;
             let longest = step.iter().fold(0.0_f64, |longest, s| longest.max(s.abs()));
@@ -58,7 +133,7 @@ impl Newton {
     /// The sole's pose, and the twist (linear at the sole's origin, angular) of each joint.
     fn forward(&self, joints: &[LegJoint], q: &LegPositions, columns: &mut [Vector6]) -> Pose {
         let mut motion = Pose::IDENTITY;
-        let mut axes = [(DVec3::ZERO, DVec3::ZERO); super::leg::LEG_JOINTS_MAX];
+        let mut axes = [(DVec3::ZERO, DVec3::ZERO); LEG_JOINTS_MAX];
         for ((joint, &position), axis) in joints.iter().zip(q).zip(&mut axes) {
             *axis = (motion * joint.point, motion.rotation * joint.axis);
             motion *= joint.motion(position);
@@ -73,6 +148,13 @@ impl Newton {
         }
         sole
     }
+}
+
+/// An upper bound of the distance between the first and the last joint's points, m.
+fn longest(joints: &[LegJoint]) -> f64 {
+    let links: f64 = joints.windows(2).map(|pair| pair[0].point.distance(pair[1].point)).sum();
+    let slides = joints.iter().filter(|joint| joint.kind == JointKind::Prismatic);
+    links + slides.map(|joint| joint.lower.abs().max(joint.upper.abs())).sum::<f64>() + ROUNDING
 }
 
 fn twist(from: &Pose, to: &Pose) -> Vector6 {

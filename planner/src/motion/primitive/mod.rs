@@ -2,8 +2,8 @@
 //!
 //! A [`Preparation`](crate::prepare::Preparation) knows the [`Gait`] of a robot and the range R_S of placement pairs over
 //! which its primitives were swept. Where [`crate::prepare::sufficient`] says that C_S holds, [`swing`] and [`shift`] emit
-//! motions that meet every constraint. They join without a seam, since a primitive configuration depends on nothing but its
-//! two placements.
+//! motions that meet every constraint; [`print_of`] is how a placement is shown to it. They join without a seam, since a
+//! primitive configuration depends on nothing but its two placements.
 
 pub mod gait;
 pub mod path;
@@ -17,6 +17,8 @@ use crate::collision::FootState;
 use crate::constraint::{Constraints, Rejection};
 use crate::motion::foothold::Foothold;
 use crate::motion::track::State;
+use crate::prepare::Print;
+use crate::region::Region;
 use path::{LANDING, STRETCHES, shift_at};
 
 /// The smallest step along a stretch, as a share of it: less means that a joint would jump.
@@ -27,6 +29,9 @@ const TRAVEL_MAX: f64 = 0.03;
 const AIM: f64 = 0.85;
 /// A stretch shorter than this (m) is none.
 const LENGTH_MIN: f64 = 1e-6;
+
+/// How much of a sole's rim may be unsupported where the sole still counts as whole, m.
+const WHOLE_TOLERANCE: f64 = 2e-3;
 
 /// Takes a waypoint and what the swing foot did on the way to it; `false` ends the motion.
 pub type Emit<'a> = dyn FnMut(&State, FootState) -> bool + 'a;
@@ -77,6 +82,14 @@ pub fn shift(
     let last = configuration(body, gait, to, from, work)?;
     let at = |t: f64, seed: &State| shift_at(&first.configuration, &last.configuration, t, seed);
     follow(constraints, &first, Some(&last), &at, FootState::Stance, work, emit).map(drop)
+}
+
+/// A placement as C_S sees it: whole where its support reaches every corner of the sole.
+pub fn print_of(body: &Body, foothold: &Foothold) -> Print {
+    let support = Region::hull(foothold.support.iter().copied());
+    let corners = &body.sole_polygons[foothold.limb];
+    let is_whole = corners.iter().all(|&corner| support.margin(corner) >= -WHOLE_TOLERANCE);
+    Print { limb: foothold.limb, world_from_sole: foothold.world_from_sole, is_whole }
 }
 
 /// What the swing foot does in a stretch.
