@@ -64,17 +64,6 @@ pub fn write_json(value: &impl Serialize, path: &Path) -> Result<(), Failure> {
     write_text(&format!("{text}\n"), path)
 }
 
-/// Writes a text file.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
-    let failed = |error: std::io::Error| unwritable(path, &error.to_string());
-    let mut file = temporary_beside(path).map_err(failed)?;
-    file.write_all(text.as_bytes()).map_err(failed)?;
-    file.persist(path).map(drop).map_err(|error| failed(error.error))
-}
-
 /// The folder that a file stands in.
 pub fn folder_of(path: &Path) -> PathBuf {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or_else(|| PathBuf::from("."), Path::to_owned)

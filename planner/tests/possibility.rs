@@ -113,9 +113,24 @@ fn a_route_keeps_away_from_where_stage_m_gave_up() {
     compiled.grow(1);
     let stations = compiled.stations();
     let given_up = stations[stations.len() / 2];
-    compiled.growth.begin_again(std::iter::once(given_up));
+    compiled.growth.give_up(given_up);
+    compiled.growth.begin_again();
     assert_eq!(compiled.grow(1).0, Progress::Route);
     assert!(compiled.stations().iter().all(|station| station.distance(&given_up) > 0.2));
+}
+
+#[test]
+fn a_detour_changes_the_stations_between_its_ends_and_no_others() {
+    let mut compiled = Compiled::new(Case::shipped("flat_walk"));
+    compiled.grow(1);
+    let before = compiled.stations();
+    compiled.growth.give_up(before[14]);
+    compiled.growth.begin_detour([10, 18]);
+    assert_eq!(compiled.grow(1).0, Progress::Route);
+    let after = compiled.stations();
+    assert_eq!(before[..=10], after[..=10]);
+    assert_eq!(before[18..], after[after.len() - (before.len() - 18)..]);
+    assert!(after.iter().all(|station| station.distance(&before[14]) > 0.2));
 }
 
 #[test]
