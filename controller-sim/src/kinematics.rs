@@ -110,11 +110,15 @@ impl Posture {
 
     /// The part of a force (N) through a point (m, both in the world) that acts along a joint's motion.
     pub fn along_joint(&self, model: &RobotModel, joint: usize, point: DVec3, force: DVec3) -> f64 {
-        let (axis, origin) = self.joint_axis(model, joint);
-        match model.joints[joint].kind {
-            JointKind::Revolute => axis.dot((point - origin).cross(force)),
-            JointKind::Prismatic => axis.dot(force),
-        }
+        along_axis(model.joints[joint].kind, self.joint_axis(model, joint), point, force)
+    }
+}
+
+/// The part of a force (N) through a point (m) that acts along a joint's motion, by its axis and a point on it.
+pub fn along_axis(kind: JointKind, (axis, origin): (DVec3, DVec3), point: DVec3, force: DVec3) -> f64 {
+    match kind {
+        JointKind::Revolute => axis.dot((point - origin).cross(force)),
+        JointKind::Prismatic => axis.dot(force),
     }
 }
 

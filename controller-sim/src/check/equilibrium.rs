@@ -8,15 +8,23 @@ use std::collections::BTreeMap;
 use glam::{DVec2, DVec3};
 
 use super::linear_program::LinearProgram;
+use super::simplex::{Row, Simplex};
 use super::support::SoleSupport;
+use crate::bound::within;
 use crate::geometry::polygon;
 
 /// Sides of a friction pyramid.
 const PYRAMID_SIDES: usize = 8;
-/// Directions in which the region of equilibrium is supported.
-const REGION_DIRECTIONS: usize = 32;
+/// Directions in which the region of equilibrium is sought first.
+const FIRST_DIRECTIONS: usize = 8;
+/// Most directions in which it is sought after that.
+const LOOKS_MAX: usize = 256;
+/// A corner this near (m) to the side it would split is left out: the region found lies inside the true one.
+const CORNER_MIN: f64 = 1e-6;
 /// The largest imbalance of forces (weights) and of torques (weights times metres) that counts as equilibrium.
 const IMBALANCE_MAX: f64 = 1e-6;
+/// A share of a limit above which no one asks how far above.
+const SHARE_TOP: f64 = 10.0;
 /// Most regions remembered.
 const CACHE_MAX: usize = 256;
 
@@ -88,72 +96,189 @@ impl Equilibrium {
         region
     }
 
-    /// The hull of the furthest verified centres of mass in evenly spaced directions: a region inside the true one.
     fn measure(&self, supports: &[SoleSupport]) -> Region {
         let points: Vec<DVec2> = supports.iter().flat_map(|s| &s.points).map(|point| point.position.truncate()).collect();
         let hull = polygon::hull(&points);
-        let generators = self.generators(supports);
         let unsupported = supports.iter().any(|support| support.points.is_empty());
         if supports.is_empty() || unsupported {
             return Region { equilibrium: Vec::new(), hull };
         }
-        let furthest = (0..REGION_DIRECTIONS).filter_map(|k| furthest_centre(&generators, polygon::direction(k, REGION_DIRECTIONS)));
-        let centres: Vec<DVec2> = furthest.collect();
-        Region { equilibrium: polygon::hull(&centres), hull }
+        Region { equilibrium: region_of(&self.generators(supports)), hull }
     }
 }
 
-/// The centre of mass furthest along `direction` that some forces of the generators hold.
-fn furthest_centre(generators: &[Generator], direction: DVec2) -> Option<DVec2> {
-    let origin = middle(generators);
-    let count = generators.len();
-    let mut equalities = balance_rows(generators, origin, 2);
-    // The weight's torque about the origin at a centre of mass (x, y) is (y, -x, 0).
-    equalities[3].0[count + 1] = -1.0;
-    equalities[4].0[count] = 1.0;
-    let mut cost = vec![0.0; count + 2];
-    (cost[count], cost[count + 1]) = (-direction.x, -direction.y);
-    let program = LinearProgram { cost, nonnegative: count, equalities, inequalities: Vec::new() };
-    let x = program.solve()?;
-    (program.equality_error(&x) <= IMBALANCE_MAX).then(|| origin.truncate() + DVec2::new(x[count], x[count + 1]))
+/// The corners of the region in which forces of the generators hold a centre of mass: from a few furthest points on, a
+/// side that the region reaches beyond gets a corner there, as Bretl and Lall do (2008).
+fn region_of(generators: &[Generator]) -> Vec<DVec2> {
+    let mut furthest = FurthestCentre::new(generators);
+    let first = (0..FIRST_DIRECTIONS).filter_map(|k| furthest.along(polygon::direction(k, FIRST_DIRECTIONS)));
+    let mut outline = polygon::hull(&first.collect::<Vec<_>>());
+    let (mut side, mut looks) = (0, 0);
+    while side < outline.len() && looks < LOOKS_MAX {
+        let (a, b) = (outline[side], outline[(side + 1) % outline.len()]);
+        let outward = -(b - a).perp().normalize_or_zero();
+        looks += 1;
+        match furthest.along(outward) {
+            Some(corner) if (corner - a).dot(outward) > CORNER_MIN => outline.insert(side + 1, corner),
+            _ => side += 1,
+        }
+    }
+    polygon::hull(&outline)
 }
 
-/// The contact forces (one number per generator) that hold a robot with this centre of mass and minimise the largest of some
-/// linear functions of them, or nothing where no forces in equilibrium are found.
-///
-/// Each function is a row of coefficients and an offset: `offset + row . forces`; its absolute value is what is minimised.
-pub fn least_effort_forces(generators: &[Generator], centre_of_mass: DVec3, functions: &[(Vec<f64>, f64)]) -> Option<Vec<f64>> {
-    let (origin, count) = (middle(generators), generators.len());
-    let mut equalities = balance_rows(generators, origin, 1);
-    let lever = centre_of_mass - origin;
-    (equalities[3].1, equalities[4].1) = (lever.y, -lever.x);
-    let bounded = |sign: f64, (row, offset): &(Vec<f64>, f64)| {
-        let mut coefficients: Vec<f64> = row.iter().map(|value| sign * value).collect();
-        coefficients.push(-1.0);
-        (coefficients, -sign * offset)
-    };
-    let inequalities = functions.iter().flat_map(|function| [bounded(1.0, function), bounded(-1.0, function)]).collect();
-    let mut cost = vec![0.0; count + 1];
-    cost[count] = 1.0;
-    let program = LinearProgram { cost, nonnegative: count + 1, equalities, inequalities };
-    let mut x = program.solve()?;
-    let error = program.equality_error(&x);
-    x.truncate(count);
-    (error <= IMBALANCE_MAX).then_some(x)
+/// Finds the centre of mass furthest in a direction that some contact forces hold.
+struct FurthestCentre {
+    origin: DVec2,
+    /// Forces add up to one weight upwards and do not turn about the vertical.
+    rows: Vec<Row>,
+    about_x: Vec<f64>,
+    about_y: Vec<f64>,
+    simplex: Option<Simplex>,
+}
+
+impl FurthestCentre {
+    fn new(generators: &[Generator]) -> Self {
+        let origin = middle(generators);
+        let mut rows = balance_rows(generators, origin);
+        let [about_x, about_y] = [rows.remove(3).0, rows.remove(3).0];
+        let simplex = Simplex::at_a_corner(&rows, &[]);
+        Self { origin: origin.truncate(), rows, about_x, about_y, simplex }
+    }
+
+    fn along(&mut self, direction: DVec2) -> Option<DVec2> {
+        let torques = self.about_x.iter().zip(&self.about_y);
+        let cost: Vec<f64> = torques.map(|(x, y)| direction.x * y - direction.y * x).collect();
+        let found = self.simplex.as_mut().and_then(|simplex| simplex.minimise(&cost));
+        let forces = found.filter(|forces| is_balanced(&self.rows, forces)).or_else(|| self.thoroughly(cost))?;
+        // The weight's torque about the origin at a centre of mass (x, y) is (-y, x, 0).
+        Some(self.origin + DVec2::new(-dot(&self.about_y, &forces), dot(&self.about_x, &forces)))
+    }
+
+    fn thoroughly(&self, cost: Vec<f64>) -> Option<Vec<f64>> {
+        let nonnegative = cost.len();
+        let program = LinearProgram { cost, nonnegative, equalities: self.rows.clone(), inequalities: Vec::new() };
+        program.solve().filter(|forces| is_balanced(&self.rows, forces))
+    }
+}
+
+/// The contact forces that hold a robot and load the most loaded joint least.
+pub struct LeastEffort {
+    /// What the forces must add up to.
+    balance: Vec<Row>,
+    /// A share of a limit each: a row of coefficients and what is there without any force.
+    shares: Vec<Row>,
+}
+
+impl LeastEffort {
+    /// The forces (one number per generator) that hold this centre of mass and minimise the largest absolute value of
+    /// `offset + row . forces` over `shares`.
+    pub fn new(generators: &[Generator], centre_of_mass: DVec3, shares: Vec<Row>) -> Self {
+        let origin = middle(generators);
+        let mut balance = balance_rows(generators, origin);
+        let lever = centre_of_mass - origin;
+        (balance[3].1, balance[4].1) = (lever.y, -lever.x);
+        Self { balance, shares }
+    }
+
+    /// By the simplex method; nothing where it finds no forces in equilibrium.
+    pub fn quickly(&self) -> Option<Vec<f64>> {
+        let (count, bounds) = (self.balance[0].0.len(), 2 * self.shares.len());
+        let columns = count + 1 + bounds;
+        // Unknown beside the forces: by how much the largest share is below `top`, and how much room each bound leaves.
+        let top = SHARE_TOP + self.shares.iter().map(|(_, offset)| offset.abs()).fold(0.0, f64::max);
+        let widened = |(row, right): &Row| (row.iter().copied().chain(std::iter::repeat_n(0.0, 1 + bounds)).collect(), *right);
+        let mut rows: Vec<Row> = self.balance.iter().map(widened).collect();
+        let mut first = vec![None; rows.len()];
+        for (index, (sign, (row, offset))) in self.shares.iter().flat_map(|share| [(1.0, share), (-1.0, share)]).enumerate() {
+            let mut coefficients = vec![0.0; columns];
+            coefficients.iter_mut().zip(row).for_each(|(place, value)| *place = sign * value);
+            (coefficients[count], coefficients[count + 1 + index]) = (1.0, 1.0);
+            rows.push((coefficients, top - sign * offset));
+            first.push(Some(count + 1 + index));
+        }
+        let mut cost = vec![0.0; columns];
+        cost[count] = -1.0;
+        let mut forces = Simplex::at_a_corner(&rows, &first)?.minimise(&cost)?;
+        forces.truncate(count);
+        is_balanced(&self.balance, &forces).then_some(forces)
+    }
+
+    /// By the interior point method, which has the last word where [`Self::quickly`] finds none.
+    pub fn thoroughly(&self) -> Option<Vec<f64>> {
+        let count = self.balance[0].0.len();
+        let equalities = self.balance.iter().map(|(row, right)| (row.iter().copied().chain([0.0]).collect(), *right)).collect();
+        let bounded = |sign: f64, (row, offset): &Row| (row.iter().map(|value| sign * value).chain([-1.0]).collect(), -sign * offset);
+        let inequalities = self.shares.iter().flat_map(|share| [bounded(1.0, share), bounded(-1.0, share)]).collect();
+        let mut cost = vec![0.0; count + 1];
+        cost[count] = 1.0;
+        let mut forces = LinearProgram { cost, nonnegative: count + 1, equalities, inequalities }.solve()?;
+        forces.truncate(count);
+        is_balanced(&self.balance, &forces).then_some(forces)
+    }
+}
+
+fn is_balanced(rows: &[Row], forces: &[f64]) -> bool {
+    rows.iter().all(|(row, right)| within((dot(row, forces) - right).abs(), IMBALANCE_MAX))
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 fn middle(generators: &[Generator]) -> DVec3 {
     generators.iter().map(|generator| generator.point).sum::<DVec3>() / generators.len().max(1) as f64
 }
 
-/// Six rows: the forces add up to one weight upwards, their torques about `origin` to nothing. `extra` more variables follow
-/// the forces.
-fn balance_rows(generators: &[Generator], origin: DVec3, extra: usize) -> Vec<(Vec<f64>, f64)> {
-    let wrench = |generator: &Generator| {
-        let torque = (generator.point - origin).cross(generator.force);
-        [generator.force.to_array(), torque.to_array()].concat()
-    };
-    let wrenches: Vec<Vec<f64>> = generators.iter().map(wrench).collect();
-    let row = |axis: usize| wrenches.iter().map(|wrench| wrench[axis]).chain(std::iter::repeat_n(0.0, extra)).collect();
-    (0..6).map(|axis| (row(axis), if axis == 2 { 1.0 } else { 0.0 })).collect()
+/// Six rows: the forces add up to one weight upwards, their torques about `origin` to nothing.
+fn balance_rows(generators: &[Generator], origin: DVec3) -> Vec<Row> {
+    let wrench = |generator: &Generator| (generator.force, (generator.point - origin).cross(generator.force));
+    let wrenches: Vec<(DVec3, DVec3)> = generators.iter().map(wrench).collect();
+    let force = |axis: usize| (wrenches.iter().map(|(force, _)| force[axis]).collect(), if axis == 2 { 1.0 } else { 0.0 });
+    let torque = |axis: usize| (wrenches.iter().map(|(_, torque)| torque[axis]).collect(), 0.0);
+    (0..3).map(force).chain((0..3).map(torque)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::support::ContactPoint;
+
+    fn sole(limb: usize, middle: DVec3, normal: DVec3) -> SoleSupport {
+        let corners = [(0.1, 0.05), (-0.1, 0.05), (-0.1, -0.05), (0.1, -0.05)];
+        let (across, along) = (DVec3::X - DVec3::X.dot(normal) * normal, normal.cross(DVec3::X));
+        let points = corners.map(|(x, y)| ContactPoint { position: middle + x * across + y * along, normal: normal.normalize() });
+        SoleSupport { limb, area: 0.02, deepest: 0.0, points: points.to_vec() }
+    }
+
+    /// As the definition says it, in one program a direction.
+    fn furthest_by_definition(generators: &[Generator], direction: DVec2) -> f64 {
+        let count = generators.len();
+        let mut equalities = balance_rows(generators, DVec3::ZERO);
+        equalities.iter_mut().for_each(|(row, _)| row.extend([0.0, 0.0]));
+        (equalities[3].0[count + 1], equalities[4].0[count]) = (-1.0, 1.0);
+        let cost: Vec<f64> = (0..count).map(|_| 0.0).chain([-direction.x, -direction.y]).collect();
+        let x = LinearProgram { cost, nonnegative: count, equalities, inequalities: Vec::new() }.solve().unwrap();
+        DVec2::new(x[count], x[count + 1]).dot(direction)
+    }
+
+    #[test]
+    fn the_region_reaches_as_far_as_the_interior_point_method_says() {
+        let equilibrium = Equilibrium::new(0.6);
+        let tilted = DVec3::new(0.2, 0.1, 1.0);
+        for supports in [
+            vec![sole(0, DVec3::new(1.0, 0.1, 0.0), DVec3::Z)],
+            vec![sole(0, DVec3::new(1.0, 0.1, 0.0), DVec3::Z), sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z)],
+            vec![sole(0, DVec3::new(1.0, 0.1, 0.3), tilted), sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z)],
+            // As rays measure it: heights and normals off by rounding.
+            vec![sole(0, DVec3::new(1.0, 0.1, 2e-9), DVec3::new(1e-9, -3e-9, 1.0)), sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z)],
+        ] {
+            let generators = equilibrium.generators(&supports);
+            let region = region_of(&generators);
+            for direction in (0..45).map(|k| polygon::direction(k, 45)) {
+                let reach = region.iter().map(|corner| corner.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
+                let wanted = furthest_by_definition(&generators, direction);
+                assert!(reach < wanted + 1e-7 && reach > wanted - 2e-6, "{direction}: {reach} {wanted}");
+            }
+        }
+    }
 }

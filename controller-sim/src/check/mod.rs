@@ -12,6 +12,7 @@ mod levers;
 mod limits;
 mod linear_program;
 mod motion;
+mod simplex;
 mod support;
 mod sweep;
 mod torque;

@@ -8,10 +8,11 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::GRAVITY;
 
-use super::equilibrium::{Equilibrium, Generator, least_effort_forces};
+use super::equilibrium::{Equilibrium, Generator, LeastEffort};
 use super::motion::Sample;
 use super::{Case, Violation};
 use crate::bound::within;
+use crate::kinematics::along_axis;
 
 /// Rounding allowed at a limit, as a share of it.
 const ROUNDING: f64 = 1e-6;
@@ -22,7 +23,7 @@ pub fn check_torque(model: &RobotModel, config: &CheckerConfig, equilibrium: &mu
     let mut worst = f64::INFINITY;
     for sample in case.motion.samples.iter().filter(|sample| sample.is_waypoint) {
         let bad = |detail| Err(Violation::new(Check::Torque, sample.waypoint, detail));
-        let Some(torques) = statics.torques(sample) else {
+        let Some(torques) = statics.torques(sample, config.effort_share + ROUNDING) else {
             return bad("no contact forces in equilibrium".to_owned());
         };
         for (joint, torque) in model.joints.iter().zip(torques) {
@@ -62,36 +63,43 @@ impl<'a> Statics<'a> {
         }
     }
 
-    /// All joint torques (N m) or forces (N), or nothing where no contact forces hold the robot.
-    fn torques(&self, sample: &Sample) -> Option<Vec<f64>> {
+    /// All joint torques (N m) or forces (N), or nothing where no contact forces hold the robot. Torques above `share_max`
+    /// of a limit are given only where both methods agree.
+    fn torques(&self, sample: &Sample, share_max: f64) -> Option<Vec<f64>> {
         match self.stance[..] {
             [limb] => Some(sample.posture.standing_torques(self.model, limb)),
-            _ => self.on_several_feet(sample),
+            _ => self.on_several_feet(sample, share_max),
         }
     }
 
-    fn on_several_feet(&self, sample: &Sample) -> Option<Vec<f64>> {
-        let mut torques = sample.posture.gravity_torques(self.model);
-        let loaded: Vec<usize> = (0..torques.len()).filter(|&joint| self.stance.iter().any(|&limb| self.carries[limb][joint])).collect();
+    fn on_several_feet(&self, sample: &Sample, share_max: f64) -> Option<Vec<f64>> {
+        let free = sample.posture.gravity_torques(self.model);
+        let loaded: Vec<usize> = (0..free.len()).filter(|&joint| self.stance.iter().any(|&limb| self.carries[limb][joint])).collect();
         let relief: Vec<Vec<f64>> = loaded.iter().map(|&joint| self.relief(sample, joint)).collect();
         let share = |(&joint, relief): (&usize, &Vec<f64>)| {
             let effort = self.model.joints[joint].effort;
-            (relief.iter().map(|value| -value / effort).collect::<Vec<f64>>(), torques[joint] / effort)
+            (relief.iter().map(|value| -value / effort).collect::<Vec<f64>>(), free[joint] / effort)
         };
-        let shares: Vec<(Vec<f64>, f64)> = loaded.iter().zip(&relief).map(share).collect();
-        let forces = least_effort_forces(&self.generators, sample.centre_of_mass, &shares)?;
-        for (&joint, relief) in loaded.iter().zip(&relief) {
-            torques[joint] -= relief.iter().zip(&forces).map(|(a, b)| a * b).sum::<f64>();
-        }
-        Some(torques)
+        let shares = loaded.iter().zip(&relief).map(share).collect();
+        let program = LeastEffort::new(&self.generators, sample.centre_of_mass, shares);
+        let torques = |forces: Vec<f64>| {
+            let mut torques = free.clone();
+            for (&joint, relief) in loaded.iter().zip(&relief) {
+                torques[joint] -= relief.iter().zip(&forces).map(|(a, b)| a * b).sum::<f64>();
+            }
+            torques
+        };
+        let fits =
+            |torques: &Vec<f64>| loaded.iter().all(|&joint| within(torques[joint].abs(), share_max * self.model.joints[joint].effort));
+        program.quickly().map(torques).filter(fits).or_else(|| program.thoroughly().map(torques))
     }
 
     /// What one unit of each generator takes off a joint.
     fn relief(&self, sample: &Sample, joint: usize) -> Vec<f64> {
+        let (kind, (axis, origin)) = (self.model.joints[joint].kind, sample.posture.joint_axis(self.model, joint));
         let taken = |generator: &Generator| {
-            let carried = self.carries[generator.limb][joint];
             let force = self.weight * generator.force;
-            if carried { sample.posture.along_joint(self.model, joint, generator.point, force) } else { 0.0 }
+            if self.carries[generator.limb][joint] { along_axis(kind, (axis, origin), generator.point, force) } else { 0.0 }
         };
         self.generators.iter().map(taken).collect()
     }

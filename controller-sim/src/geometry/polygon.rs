@@ -19,14 +19,14 @@ pub fn hull_indices(points: &[DVec2]) -> Vec<usize> {
     lower.pop();
     upper.pop();
     lower.extend(upper);
-    lower
+    without_flat_corners(points, lower)
 }
 
 fn half_hull(points: &[DVec2], order: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut chain: Vec<usize> = Vec::new();
     for index in order {
         while let [.., a, b] = chain[..] {
-            if (points[b] - points[a]).perp_dot(points[index] - points[b]) > COLLINEAR_AREA {
+            if turn(points, [a, b, index]) > 0.0 {
                 break;
             }
             chain.pop();
@@ -34,6 +34,27 @@ fn half_hull(points: &[DVec2], order: impl Iterator<Item = usize>) -> Vec<usize>
         chain.push(index);
     }
     chain
+}
+
+/// Only once the hull is closed may a corner go for being nearly flat: along the way, two points above each other whose
+/// order rounding decides would take a true corner with them.
+fn without_flat_corners(points: &[DVec2], mut outline: Vec<usize>) -> Vec<usize> {
+    let mut index = 0;
+    while index < outline.len() && outline.len() >= 3 {
+        let count = outline.len();
+        if turn(points, [outline[(index + count - 1) % count], outline[index], outline[(index + 1) % count]]) <= COLLINEAR_AREA {
+            outline.remove(index);
+            index = index.saturating_sub(1);
+        } else {
+            index += 1;
+        }
+    }
+    outline
+}
+
+/// Twice the area of a triangle, m2; positive if counter-clockwise.
+fn turn(points: &[DVec2], [a, b, c]: [usize; 3]) -> f64 {
+    (points[b] - points[a]).perp_dot(points[c] - points[b])
 }
 
 /// The area, m2.
@@ -98,6 +119,13 @@ mod tests {
     fn hull_keeps_corners_only() {
         assert_eq!(square(), [(0., 0.), (1., 0.), (1., 1.), (0., 1.)].map(DVec2::from));
         assert!((area(&square()) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rounding_takes_no_corner() {
+        // Left and right side are upright but for the last digits; the rightmost point is the lower one.
+        let points = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0 + 1e-12, 1.0), (1.0 + 2e-12, 0.0)].map(DVec2::from);
+        assert!((area(&hull(&points)) - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -1,0 +1,194 @@
+//! Small dense linear programs by the primal simplex method, for those that are solved hundreds of times a second.
+//!
+//! It is a fast way to a solution, not the judge of one: whoever uses a solution verifies it, and whoever would refuse
+//! a motion because there is none asks [`super::linear_program`] first.
+
+/// Prices below this count as zero. The programs here are scaled to about 1.
+const PRICE_MIN: f64 = 1e-9;
+/// Smaller numbers are never divided by: they may be all that rounding left of a zero.
+const PIVOT_MIN: f64 = 1e-7;
+/// By how much a right side may be off by rounding.
+const ROUNDING: f64 = 1e-10;
+/// After this many exchanges the rule changes to Bland's, which cannot cycle.
+const GREEDY_MAX: usize = 200;
+/// No program here needs nearly as many exchanges.
+const EXCHANGES_MAX: usize = 2_000;
+
+/// A row of coefficients, and what its product with the variables must be.
+pub type Row = (Vec<f64>, f64);
+
+/// A program in which some variables, all at least 0, meet some rows exactly, standing at one of its corners.
+#[derive(Debug, Clone)]
+pub struct Simplex {
+    columns: usize,
+    /// One row per equation: its coefficients, then its right side.
+    rows: Vec<Vec<f64>>,
+    /// The variable that each row determines; from `columns` on those that stand for an unmet row.
+    basis: Vec<usize>,
+}
+
+impl Simplex {
+    /// A corner of `rows` over nonnegative variables, or nothing where none is found. `first[i]` may name a variable that
+    /// occurs with coefficient 1 in row `i` alone and begins as its solution.
+    pub fn at_a_corner(rows: &[Row], first: &[Option<usize>]) -> Option<Self> {
+        let columns = rows.first()?.0.len();
+        let mut simplex = Self { columns, rows: Vec::with_capacity(rows.len()), basis: Vec::with_capacity(rows.len()) };
+        for (index, (coefficients, right)) in rows.iter().enumerate() {
+            let own = first.get(index).copied().flatten().filter(|_| *right >= 0.0);
+            let sign = if *right < 0.0 { -1.0 } else { 1.0 };
+            simplex.rows.push(coefficients.iter().chain([right]).map(|value| sign * value).collect());
+            simplex.basis.push(own.unwrap_or(columns + index));
+        }
+        let mut unmet = vec![0.0; columns + 1];
+        for (row, _) in simplex.rows.iter().zip(&simplex.basis).filter(|(_, variable)| **variable >= columns) {
+            unmet.iter_mut().zip(row).for_each(|(sum, value)| *sum -= value);
+        }
+        simplex.improve(&mut unmet)?;
+        if unmet[columns].abs() > 1e-9 {
+            return None;
+        }
+        simplex.drop_stand_ins();
+        Some(simplex)
+    }
+
+    /// Goes on to a corner where `cost` is least; the variables there, or nothing where there is no least cost.
+    pub fn minimise(&mut self, cost: &[f64]) -> Option<Vec<f64>> {
+        let mut prices: Vec<f64> = cost.iter().copied().chain([0.0]).collect();
+        for (row, &variable) in self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns) {
+            let price = prices[variable];
+            prices.iter_mut().zip(row).for_each(|(sum, value)| *sum -= price * value);
+        }
+        self.improve(&mut prices)?;
+        let mut x = vec![0.0; self.columns];
+        for (row, &variable) in self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns) {
+            x[variable] = row[self.columns].max(0.0);
+        }
+        Some(x)
+    }
+
+    /// Exchanges variables while one with a negative price is left.
+    fn improve(&mut self, prices: &mut [f64]) -> Option<()> {
+        for exchange in 0..EXCHANGES_MAX {
+            let careful = exchange >= GREEDY_MAX;
+            let Some(entering) = entering(&prices[..self.columns], careful) else { return Some(()) };
+            let leaving = self.leaving(entering, careful)?;
+            self.exchange(leaving, entering);
+            let price = prices[entering];
+            prices.iter_mut().zip(&self.rows[leaving]).for_each(|(sum, value)| *sum -= price * value);
+        }
+        None
+    }
+
+    /// The row that limits a variable's growth most. Of those that do so within rounding it is the one with the largest
+    /// pivot, or, under Bland's rule, the one whose variable comes first.
+    fn leaving(&self, entering: usize, first: bool) -> Option<usize> {
+        let entries = self.rows.iter().map(|row| (row[entering], row[self.columns].max(0.0))).enumerate();
+        let limiting = entries.filter(|(_, (pivot, _))| *pivot > PIVOT_MIN);
+        let growth = limiting.clone().map(|(_, (pivot, right))| (right + ROUNDING) / pivot).fold(f64::INFINITY, f64::min);
+        let tied = limiting.filter(|(_, (pivot, right))| right / pivot <= growth);
+        let best =
+            if first { tied.min_by_key(|(row, _)| self.basis[*row]) } else { tied.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b)) };
+        best.map(|(row, _)| row)
+    }
+
+    fn exchange(&mut self, leaving: usize, entering: usize) {
+        let mut pivot = std::mem::take(&mut self.rows[leaving]);
+        let scale = 1.0 / pivot[entering];
+        pivot.iter_mut().for_each(|value| *value *= scale);
+        for row in self.rows.iter_mut().filter(|row| !row.is_empty()) {
+            let factor = row[entering];
+            if factor != 0.0 {
+                row.iter_mut().zip(&pivot).for_each(|(value, other)| *value -= factor * other);
+                row[entering] = 0.0;
+            }
+        }
+        self.rows[leaving] = pivot;
+        self.basis[leaving] = entering;
+    }
+
+    /// Gives every met row a variable of its own; a row that says nothing new is dropped.
+    fn drop_stand_ins(&mut self) {
+        let mut row = 0;
+        while row < self.rows.len() {
+            if self.basis[row] >= self.columns {
+                match (0..self.columns).find(|&column| self.rows[row][column].abs() > PIVOT_MIN) {
+                    Some(column) => self.exchange(row, column),
+                    None => {
+                        self.rows.swap_remove(row);
+                        self.basis.swap_remove(row);
+                        continue;
+                    }
+                }
+            }
+            row += 1;
+        }
+    }
+}
+
+/// The variable with the lowest price, or the first with a negative one.
+fn entering(prices: &[f64], first: bool) -> Option<usize> {
+    let mut negative = (0..prices.len()).filter(|&column| prices[column] < -PRICE_MIN);
+    if first { negative.next() } else { negative.min_by(|&a, &b| prices[a].total_cmp(&prices[b])) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::linear_program::LinearProgram;
+
+    fn rows(equations: &[(&[f64], f64)]) -> Vec<Row> {
+        equations.iter().map(|(row, right)| (row.to_vec(), *right)).collect()
+    }
+
+    #[test]
+    fn a_corner_is_found_and_improved() {
+        // x + y + s = 4, x + 3y + t = 6.
+        let program = rows(&[(&[1.0, 1.0, 1.0, 0.0], 4.0), (&[1.0, 3.0, 0.0, 1.0], 6.0)]);
+        for first in [&[Some(2), Some(3)][..], &[]] {
+            let mut simplex = Simplex::at_a_corner(&program, first).unwrap();
+            for (cost, corner) in [([-1.0, -2.0, 0.0, 0.0], [3.0, 1.0]), ([1.0, -1.0, 0.0, 0.0], [0.0, 2.0])] {
+                let found = simplex.minimise(&cost).unwrap();
+                assert!((found[0] - corner[0]).abs() + (found[1] - corner[1]).abs() < 1e-12, "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_impossible_and_the_endless_are_told() {
+        assert!(Simplex::at_a_corner(&rows(&[(&[1.0, 1.0], -1.0)]), &[]).is_none());
+        let mut endless = Simplex::at_a_corner(&rows(&[(&[1.0, -1.0], 1.0)]), &[]).unwrap();
+        assert!(endless.minimise(&[-1.0, 0.0]).is_none());
+    }
+
+    #[test]
+    fn rows_that_repeat_are_dropped() {
+        let program = rows(&[(&[1.0, 1.0, 0.0], 1.0), (&[2.0, 2.0, 0.0], 2.0), (&[0.0, 0.0, 1.0], 0.0)]);
+        let mut simplex = Simplex::at_a_corner(&program, &[]).unwrap();
+        assert_eq!(simplex.minimise(&[0.0, 1.0, 1.0]).unwrap(), [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn random_programs_cost_what_the_interior_point_method_says() {
+        let mut state = 7_u64;
+        let mut draw = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        for _ in 0..200 {
+            let (columns, height) = (24, 6);
+            let corner: Vec<f64> = (0..columns).map(|_| draw().max(0.0)).collect();
+            // The last row bounds all variables, so that there is a least cost.
+            let mut matrix: Vec<Vec<f64>> = (1..height).map(|_| (0..columns).map(|_| draw()).collect()).collect();
+            matrix.push(vec![1.0; columns]);
+            let product = |row: &[f64]| row.iter().zip(&corner).map(|(a, b)| a * b).sum::<f64>();
+            let equalities: Vec<Row> = matrix.into_iter().map(|row| (product(&row), row)).map(|(right, row)| (row, right)).collect();
+            let cost: Vec<f64> = (0..columns).map(|_| draw()).collect();
+            let value = |x: &[f64]| x.iter().zip(&cost).map(|(a, b)| a * b).sum::<f64>();
+            let mine = Simplex::at_a_corner(&equalities, &[]).and_then(|mut simplex| simplex.minimise(&cost)).unwrap();
+            let unmet = |(row, right): &Row| (row.iter().zip(&mine).map(|(a, b)| a * b).sum::<f64>() - right).abs();
+            assert!(equalities.iter().map(unmet).fold(0.0, f64::max) < 1e-9);
+            let program = LinearProgram { cost: cost.clone(), nonnegative: columns, equalities, inequalities: Vec::new() };
+            assert!((value(&mine) - value(&program.solve().unwrap())).abs() < 1e-6);
+        }
+    }
+}
