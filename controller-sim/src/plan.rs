@@ -18,7 +18,7 @@ use surefoot_shared_types::scene::load::world_from_block;
 
 pub use ends::EndReport;
 
-use crate::check::{Checker, PHYSICAL, Segment, SegmentReport, Violation};
+use crate::check::{Checker, PHYSICAL, Reserves, Segment, SegmentReport, Violation};
 use crate::continuity::{Stance, check_transition, contacts_match};
 
 /// What the checks say of a whole plan.
@@ -32,6 +32,8 @@ pub struct PlanReport {
     pub goal: EndReport,
     /// The worst margins of the phases that pass.
     pub margins: Margins,
+    /// The worst reserves.
+    pub reserves: Reserves,
 }
 
 /// What one check says of a plan.
@@ -76,6 +78,7 @@ impl PlanReport {
 
     fn add(&mut self, phase: usize, first_waypoint: usize, report: &SegmentReport) {
         self.margins = self.margins.min(&report.margins);
+        self.reserves = self.reserves.min(&report.reserves);
         for line in &mut self.checks {
             if let Some(margin) = margin_of(&report.margins, line.check)
                 && margin.is_finite()
@@ -109,6 +112,7 @@ pub fn check_plan(plan: &PlanFile, plan_path: &Path) -> Result<PlanReport, Input
         start: ends::check_end(checker.model(), &plan.start, &walk.waypoints[0], &walk.joint_order),
         goal: ends::check_end(checker.model(), &plan.goal, &walk.waypoints[walk.waypoints.len() - 1], &walk.joint_order),
         margins: Margins::UNMEASURED,
+        reserves: Reserves::UNMEASURED,
     };
     let mut before: Option<&Phase> = None;
     for (index, phase) in walk.phases.iter().enumerate() {

@@ -11,7 +11,7 @@ use surefoot_controller_sim::{Checker, CheckerError, Segment, Violation};
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::feedback::Margins;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::{Joint, LockedJoint, RobotModel};
 use surefoot_shared_types::scene::{GRAVITY, World};
 use surefoot_shared_types::spatial::rotation_about;
 use surefoot_shared_types::{Pose, Shape};
@@ -174,6 +174,28 @@ fn a_weak_joint_is_named() {
     weak.joints[SHOULDER].effort = 15.8;
     let margins = level(world(vec![]), weak).unwrap();
     assert!((margins.torque - (1.0 - 1.6 * GRAVITY / 15.8)).abs() < 1e-4, "{margins:?}");
+}
+
+/// The robot whose elbow is locked at half a radian and may need `effort`.
+fn robot_with_locked_elbow(effort: f64) -> RobotModel {
+    let mut robot = robot();
+    let elbow = Joint { effort, ..robot.joints.pop().unwrap() };
+    robot.standing_q.pop();
+    let attachment = robot.links[elbow.child].parent.as_mut().unwrap();
+    let parent_from_joint = attachment.parent_from_joint;
+    attachment.joint = None;
+    attachment.parent_from_joint = parent_from_joint * Pose::from_parts(DVec3::ZERO, rotation_about(elbow.axis, 0.5));
+    robot.locked_joints.push(LockedJoint { joint: elbow, position: 0.5, parent_from_joint });
+    robot
+}
+
+#[test]
+fn a_locked_joint_must_hold_its_load_too() {
+    let needed = MASSES[2] * GRAVITY * 0.2 * libm::sin(0.5);
+    let stand = |effort| judge(robot_with_locked_elbow(effort), world(vec![]), &both_feet(), &[waypoint(0.0, 0.0, 0.0)]);
+    refused(stand(0.99 * needed), Check::Torque, "elbow");
+    assert!((stand(2.0 * needed).unwrap().torque - 0.5).abs() < 1e-4);
+    assert!(stand(f64::INFINITY).is_ok());
 }
 
 #[test]

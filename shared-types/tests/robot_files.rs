@@ -54,6 +54,18 @@ fn a_locked_joint_is_folded_into_its_pose() {
 }
 
 #[test]
+fn an_unlocked_robot_has_its_joint_back() {
+    let folder = Folder::new();
+    let free = load(&folder.path("")).unwrap();
+    folder.write("robot.toml", format!("{ROBOT}\n[locked]\nright_hip = 0.5\n").as_bytes());
+    let robot = load(&folder.path("")).unwrap();
+    assert_eq!((robot.locked_joints.len(), robot.locked_joints[0].position), (1, 0.5));
+    let unlocked = robot.unlocked();
+    assert_eq!((&unlocked.joints, &unlocked.links), (&free.joints, &free.links));
+    assert_eq!(unlocked.standing_q[1], 0.5);
+}
+
+#[test]
 fn a_continuous_joint_gets_one_turn() {
     let folder = Folder::new();
     folder.write("stilts.urdf", URDF.replacen("type=\"revolute\"", "type=\"continuous\"", 1).as_bytes());

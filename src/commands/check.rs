@@ -1,6 +1,7 @@
 //! `surefoot check`: the controller's checks on an exported plan.
 
 use serde::Serialize;
+use surefoot_controller_sim::check::Reserves;
 use surefoot_controller_sim::check_plan;
 use surefoot_controller_sim::plan::{CheckLine, EndReport, PlanReport};
 use surefoot_shared_types::plan_file::load::load_plan;
@@ -30,6 +31,8 @@ fn table(report: &PlanReport) -> String {
     let mut rows = vec![format!("{:<16}{:<14}where", "check", "worst margin")];
     rows.extend(report.checks.iter().map(row));
     rows.extend([("start", &report.start), ("goal", &report.goal)].map(|(name, end)| end_row(name, end)));
+    let Reserves { friction, even_torque } = report.reserves;
+    rows.extend([("friction unused", friction), ("torque, even", even_torque)].map(|(name, reserve)| reserve_row(name, reserve)));
     rows.push(if report.is_valid() { "accepted".to_owned() } else { "refused".to_owned() });
     rows.join("\n")
 }
@@ -51,13 +54,27 @@ fn end_row(name: &str, end: &EndReport) -> String {
     format!("{name:<16}{margin:<14}{place}")
 }
 
+/// What is left where nothing is demanded.
+fn reserve_row(name: &str, reserve: f64) -> String {
+    let share = if reserve.is_finite() { format!("{:.1} %", 100.0 * reserve) } else { "-".to_owned() };
+    format!("{name:<16}{share:<14}reported, not demanded")
+}
+
 #[derive(Serialize)]
 struct JsonReport {
     outcome: &'static str,
     margins: WorstMargins,
+    reserves: JsonReserves,
     checks: Vec<JsonCheck>,
     start: JsonEnd,
     goal: JsonEnd,
+}
+
+/// See `surefoot_controller_sim::check::Reserves`.
+#[derive(Serialize)]
+struct JsonReserves {
+    friction: Option<f64>,
+    even_torque: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -87,6 +104,7 @@ impl From<&PlanReport> for JsonReport {
         Self {
             outcome: if report.is_valid() { "accepted" } else { "refused" },
             margins: (&report.margins).into(),
+            reserves: JsonReserves { friction: finite(report.reserves.friction), even_torque: finite(report.reserves.even_torque) },
             checks: report.checks.iter().map(JsonCheck::from).collect(),
             start: (&report.start).into(),
             goal: (&report.goal).into(),
@@ -108,6 +126,10 @@ impl From<&CheckLine> for JsonCheck {
 
 impl From<&EndReport> for JsonEnd {
     fn from(end: &EndReport) -> Self {
-        Self { error: Some(end.error).filter(|error| error.is_finite()), limit: end.limit, violation: end.violation.clone() }
+        Self { error: finite(end.error), limit: end.limit, violation: end.violation.clone() }
     }
+}
+
+fn finite(number: f64) -> Option<f64> {
+    Some(number).filter(|number| number.is_finite())
 }

@@ -4,13 +4,32 @@ use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::RobotModel;
 
-use super::equilibrium::Equilibrium;
+use super::equilibrium::{ALL_FRICTION, Equilibrium};
 use super::{Case, Violation};
 use crate::bound::within;
 
+/// Steps in which the friction reserve is measured.
+const FRICTION_STEPS: u32 = 16;
+
+/// The share of the friction that is not needed to hold the robot, in sixteenths, rounded down: with the rest alone the centre
+/// of mass stays inside the region by the margin demanded.
+pub fn friction_reserve(config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> f64 {
+    let share = |steps: u32| f64::from(steps) / f64::from(FRICTION_STEPS);
+    let mut holds = |steps: u32| {
+        let region = equilibrium.region(&case.supports, share(steps));
+        case.motion.samples.iter().all(|sample| within(config.com_margin, region.margin(sample.centre_of_mass)))
+    };
+    let (mut too_few, mut enough) = (0, FRICTION_STEPS);
+    while enough - too_few > 1 {
+        let middle = (too_few + enough) / 2;
+        if holds(middle) { enough = middle } else { too_few = middle }
+    }
+    1.0 - share(enough)
+}
+
 /// The smallest distance of the centre of mass to the edge of the equilibrium region and of the contacts' hull, m.
 pub fn check_balance(model: &RobotModel, config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> Result<f64, Violation> {
-    let region = equilibrium.region(&case.supports);
+    let region = equilibrium.region(&case.supports, ALL_FRICTION);
     let mut worst = f64::INFINITY;
     for sample in &case.motion.samples {
         let margin = region.margin(sample.centre_of_mass);

@@ -1,11 +1,13 @@
 //! The robot meets neither the world nor itself, at the waypoints and between them.
 
+use std::collections::BTreeSet;
+
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::{LinkIndex, RobotModel};
 
-use super::allowed_pairs::allowed_pairs;
+use super::allowed_pairs::LinkPair;
 use super::levers::Levers;
 use super::motion::Sample;
 use super::sweep::{Pair, Partner, Sweep};
@@ -28,9 +30,8 @@ pub struct Collisions {
 }
 
 impl Collisions {
-    /// Finds the pairs.
-    pub fn new(model: &RobotModel, robot: Vec<Body>, world: Vec<Body>) -> Self {
-        let allowed = allowed_pairs(model, &robot);
+    /// Finds the pairs that must stay apart: all but the allowed ones.
+    pub fn new(model: &RobotModel, allowed: &BTreeSet<LinkPair>, robot: Vec<Body>, world: Vec<Body>) -> Self {
         let levers = robot.iter().map(|body| Levers::new(model, body)).collect();
         let forbidden = |a: &Body, b: &Body| match (a.link, b.link) {
             (Some(a), Some(b)) => a != b && !allowed.contains(&(a.min(b), a.max(b))),

@@ -13,6 +13,8 @@ use super::support::SoleSupport;
 use crate::bound::within;
 use crate::geometry::polygon;
 
+/// The friction share of all checks but that of the reserve.
+pub const ALL_FRICTION: f64 = 1.0;
 /// Sides of a friction pyramid.
 const PYRAMID_SIDES: usize = 8;
 /// Directions in which the region of equilibrium is sought first.
@@ -68,8 +70,9 @@ impl Equilibrium {
         Self { mu, known: BTreeMap::new() }
     }
 
-    /// The edges of all friction pyramids.
-    pub fn generators(&self, supports: &[SoleSupport]) -> Vec<Generator> {
+    /// The edges of all friction pyramids, with only a share of the friction.
+    pub fn generators(&self, supports: &[SoleSupport], friction_share: f64) -> Vec<Generator> {
+        let mu = friction_share * self.mu;
         let points = supports.iter().flat_map(|support| support.points.iter().map(|point| (support.limb, *point)));
         let edges = points.flat_map(|(limb, point)| {
             let (across, along) = point.normal.any_orthonormal_pair();
@@ -78,17 +81,18 @@ impl Equilibrium {
                 (limb, point.position, point.normal, turn.x * across + turn.y * along)
             })
         });
-        edges.map(|(limb, point, normal, tangent)| Generator { limb, point, force: normal + self.mu * tangent }).collect()
+        edges.map(|(limb, point, normal, tangent)| Generator { limb, point, force: normal + mu * tangent }).collect()
     }
 
-    /// Where the centre of mass may be over these contacts.
-    pub fn region(&mut self, supports: &[SoleSupport]) -> Region {
+    /// Where the centre of mass may be over these contacts, by a share of the friction.
+    pub fn region(&mut self, supports: &[SoleSupport], friction_share: f64) -> Region {
         let vectors = supports.iter().flat_map(|support| &support.points).flat_map(|point| [point.position, point.normal]);
-        let key: Vec<u64> = vectors.flat_map(|vector| vector.to_array().map(f64::to_bits)).collect();
+        let numbers = vectors.flat_map(|vector| vector.to_array()).chain([friction_share]);
+        let key: Vec<u64> = numbers.map(f64::to_bits).collect();
         if let Some(region) = self.known.get(&key) {
             return region.clone();
         }
-        let region = self.measure(supports);
+        let region = self.measure(supports, friction_share);
         if self.known.len() >= CACHE_MAX {
             self.known.clear();
         }
@@ -96,14 +100,14 @@ impl Equilibrium {
         region
     }
 
-    fn measure(&self, supports: &[SoleSupport]) -> Region {
+    fn measure(&self, supports: &[SoleSupport], friction_share: f64) -> Region {
         let points: Vec<DVec2> = supports.iter().flat_map(|s| &s.points).map(|point| point.position.truncate()).collect();
         let hull = polygon::hull(&points);
         let unsupported = supports.iter().any(|support| support.points.is_empty());
         if supports.is_empty() || unsupported {
             return Region { equilibrium: Vec::new(), hull };
         }
-        Region { equilibrium: region_of(&self.generators(supports)), hull }
+        Region { equilibrium: region_of(&self.generators(supports, friction_share)), hull }
     }
 }
 
@@ -173,11 +177,7 @@ impl LeastEffort {
     /// The forces (one number per generator) that hold this centre of mass and minimise the largest absolute value of
     /// `offset + row . forces` over `shares`.
     pub fn new(generators: &[Generator], centre_of_mass: DVec3, shares: Vec<Row>) -> Self {
-        let origin = middle(generators);
-        let mut balance = balance_rows(generators, origin);
-        let lever = centre_of_mass - origin;
-        (balance[3].1, balance[4].1) = (lever.y, -lever.x);
-        Self { balance, shares }
+        Self { balance: balance(generators, centre_of_mass), shares }
     }
 
     /// By the simplex method; nothing where it finds no forces in equilibrium.
@@ -217,16 +217,27 @@ impl LeastEffort {
     }
 }
 
-fn is_balanced(rows: &[Row], forces: &[f64]) -> bool {
+/// Whether forces meet the rows of a balance.
+pub fn is_balanced(rows: &[Row], forces: &[f64]) -> bool {
     rows.iter().all(|(row, right)| within((dot(row, forces) - right).abs(), IMBALANCE_MAX))
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// The sum of the products.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
 fn middle(generators: &[Generator]) -> DVec3 {
     generators.iter().map(|generator| generator.point).sum::<DVec3>() / generators.len().max(1) as f64
+}
+
+/// What forces must meet to hold a centre of mass: see [`balance_rows`].
+pub fn balance(generators: &[Generator], centre_of_mass: DVec3) -> Vec<Row> {
+    let origin = middle(generators);
+    let mut rows = balance_rows(generators, origin);
+    let lever = centre_of_mass - origin;
+    (rows[3].1, rows[4].1) = (lever.y, -lever.x);
+    rows
 }
 
 /// Six rows: the forces add up to one weight upwards, their torques about `origin` to nothing.
@@ -272,7 +283,7 @@ mod tests {
             // As rays measure it: heights and normals off by rounding.
             vec![sole(0, DVec3::new(1.0, 0.1, 2e-9), DVec3::new(1e-9, -3e-9, 1.0)), sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z)],
         ] {
-            let generators = equilibrium.generators(&supports);
+            let generators = equilibrium.generators(&supports, ALL_FRICTION);
             let region = region_of(&generators);
             for direction in (0..45).map(|k| polygon::direction(k, 45)) {
                 let reach = region.iter().map(|corner| corner.dot(direction)).fold(f64::NEG_INFINITY, f64::max);

@@ -1,10 +1,10 @@
-//! Joint position limits, and waypoints close enough together in an order of time.
+//! Joint position and speed limits, and waypoints close enough together in an order of time.
 //!
 //! Joints move linearly between waypoints, so limits hold everywhere if they hold at the waypoints.
 
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::{Joint, RobotModel};
 
 use super::motion::Change;
 use super::{Case, Segment, Violation};
@@ -20,7 +20,7 @@ pub struct Spacing {
     pub changes: Vec<Change>,
 }
 
-/// Whether time increases and every step is short.
+/// Whether time increases, every step is short, and no joint is faster than it can be.
 pub fn check_spacing(model: &RobotModel, config: &CheckerConfig, segment: &Segment) -> Result<Spacing, Violation> {
     let bad = |waypoint, detail: String| Err(Violation::new(Check::Spacing, waypoint, detail));
     if segment.waypoints.is_empty() {
@@ -36,6 +36,12 @@ pub fn check_spacing(model: &RobotModel, config: &CheckerConfig, segment: &Segme
         if let Some(joint) = change.joints.iter().position(|step| !within(*step, config.joint_step_max + ROUNDING)) {
             let (name, step) = (&model.joints[joint].name, change.joints[joint]);
             return bad(index, format!("joint {name} moves {step:.4} to the next waypoint, limit {}", config.joint_step_max));
+        }
+        let seconds = pair[1].time - pair[0].time;
+        let hurried = |(joint, step): (&Joint, &f64)| !within(*step, joint.velocity * seconds + ROUNDING);
+        if let Some(joint) = model.joints.iter().zip(&change.joints).position(hurried) {
+            let (Joint { name, velocity, .. }, speed) = (&model.joints[joint], change.joints[joint] / seconds);
+            return bad(index, format!("joint {name} moves at {speed:.2} a second to the next waypoint, limit {velocity}"));
         }
         if !within(change.root_position, config.root_step_max + ROUNDING) {
             return bad(

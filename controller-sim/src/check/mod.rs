@@ -8,6 +8,7 @@ mod balance;
 mod collision;
 mod contact;
 mod equilibrium;
+mod least_squares;
 mod levers;
 mod limits;
 mod linear_program;
@@ -25,6 +26,7 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
 use crate::geometry::body::Body;
+use allowed_pairs::allowed_pairs;
 use equilibrium::Equilibrium;
 use motion::Motion;
 use support::{SoleSupport, SupportFinder};
@@ -100,11 +102,34 @@ pub struct SegmentReport {
     pub margins: Margins,
     /// The first violation of each check that did not.
     pub violations: Vec<Violation>,
+    /// What is left beyond what the checks demand.
+    pub reserves: Reserves,
+}
+
+/// How much harder it could be: reported, never demanded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reserves {
+    /// The share of the friction that is not needed, in sixteenths, rounded down.
+    pub friction: f64,
+    /// The share of the effort limits that stays unused by contact forces of least squares.
+    pub even_torque: f64,
+}
+
+impl Reserves {
+    /// Nothing measured yet.
+    pub const UNMEASURED: Self = Self { friction: f64::INFINITY, even_torque: f64::INFINITY };
+
+    /// The smaller of each pair.
+    pub fn min(&self, other: &Self) -> Self {
+        Self { friction: self.friction.min(other.friction), even_torque: self.even_torque.min(other.even_torque) }
+    }
 }
 
 /// Judges motions of one robot in one world.
 pub struct Checker {
     model: RobotModel,
+    /// The robot with its locked joints as joints: their motors must hold them, and they keep links apart.
+    unlocked: RobotModel,
     world: World,
     config: CheckerConfig,
     supports: SupportFinder,
@@ -125,9 +150,11 @@ impl Checker {
         let world_bodies = Body::of_world(&world).map_err(CheckerError::Shape)?;
         support::check_soles(&model, &robot_bodies, config.contact_gap_max)?;
         let supports = SupportFinder::new(&model, &world, &config).map_err(CheckerError::Shape)?;
-        let collisions = collision::Collisions::new(&model, robot_bodies, world_bodies);
+        let unlocked = model.unlocked();
+        let allowed = allowed_pairs(&unlocked, &robot_bodies);
+        let collisions = collision::Collisions::new(&model, &allowed, robot_bodies, world_bodies);
         let equilibrium = Equilibrium::new(world.mu);
-        Ok(Self { model, world, config, supports, equilibrium, collisions })
+        Ok(Self { model, unlocked, world, config, supports, equilibrium, collisions })
     }
 
     /// The robot.
@@ -153,7 +180,7 @@ impl Checker {
 
     /// All checks of a segment, each up to its first violation. Waypoints too far apart to interpolate end it early.
     pub fn check_all(&mut self, segment: &Segment) -> SegmentReport {
-        let mut report = SegmentReport { margins: Margins::UNMEASURED, violations: Vec::new() };
+        let mut report = SegmentReport { margins: Margins::UNMEASURED, violations: Vec::new(), reserves: Reserves::UNMEASURED };
         match limits::check_spacing(&self.model, &self.config, segment) {
             Err(violation) => report.violations.push(violation),
             Ok(spacing) => {
@@ -164,9 +191,17 @@ impl Checker {
                         Err(violation) => report.violations.push(violation),
                     }
                 }
+                report.reserves = self.reserves(&case);
             }
         }
         report
+    }
+
+    fn reserves(&mut self, case: &Case) -> Reserves {
+        Reserves {
+            friction: balance::friction_reserve(&self.config, &mut self.equilibrium, case),
+            even_torque: torque::even_torque_reserve(&self.unlocked, &self.equilibrium, case),
+        }
     }
 
     fn prepare(&mut self, segment: &Segment, spacing: limits::Spacing) -> Case {
@@ -180,7 +215,7 @@ impl Checker {
             Check::Limits => limits::check_limits(&self.model, case),
             Check::Contact => contact::check_contact(&self.model, &self.config, case),
             Check::Balance => balance::check_balance(&self.model, &self.config, &mut self.equilibrium, case),
-            Check::Torque => torque::check_torque(&self.model, &self.config, &mut self.equilibrium, case),
+            Check::Torque => torque::check_torque(&self.unlocked, &self.config, &mut self.equilibrium, case),
             Check::Collision => self.collisions.check_world(&self.model, &self.config, case),
             Check::SelfCollision => self.collisions.check_self(&self.model, &self.config, case),
             _ => Ok(f64::INFINITY),

@@ -8,7 +8,8 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::GRAVITY;
 
-use super::equilibrium::{Equilibrium, Generator, LeastEffort};
+use super::equilibrium::{ALL_FRICTION, Equilibrium, Generator, LeastEffort, balance, dot};
+use super::least_squares::least_squares;
 use super::motion::Sample;
 use super::{Case, Violation};
 use crate::bound::within;
@@ -19,7 +20,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// The share of a joint's effort limit that stays unused at the worst waypoint.
 pub fn check_torque(model: &RobotModel, config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> Result<f64, Violation> {
-    let statics = Statics::new(model, equilibrium.generators(&case.supports), case);
+    let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), case);
     let mut worst = f64::INFINITY;
     for sample in case.motion.samples.iter().filter(|sample| sample.is_waypoint) {
         let bad = |detail| Err(Violation::new(Check::Torque, sample.waypoint, detail));
@@ -36,6 +37,18 @@ pub fn check_torque(model: &RobotModel, config: &CheckerConfig, equilibrium: &mu
         }
     }
     Ok(worst)
+}
+
+/// As [`check_torque`], by contact forces that spread the load evenly instead of those that suit the motors best; no limit
+/// is demanded of it. Minus infinity where no such forces hold the robot.
+pub fn even_torque_reserve(model: &RobotModel, equilibrium: &Equilibrium, case: &Case) -> f64 {
+    let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), case);
+    let reserve = |sample: &Sample| {
+        let Some(torques) = statics.even_torques(sample) else { return f64::NEG_INFINITY };
+        let shares = model.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort);
+        1.0 - shares.fold(0.0, f64::max)
+    };
+    case.motion.samples.iter().filter(|sample| sample.is_waypoint).map(reserve).fold(f64::INFINITY, f64::min)
 }
 
 /// What is the same for all samples of a segment.
@@ -73,25 +86,24 @@ impl<'a> Statics<'a> {
     }
 
     fn on_several_feet(&self, sample: &Sample, share_max: f64) -> Option<Vec<f64>> {
-        let free = sample.posture.gravity_torques(self.model);
-        let loaded: Vec<usize> = (0..free.len()).filter(|&joint| self.stance.iter().any(|&limb| self.carries[limb][joint])).collect();
-        let relief: Vec<Vec<f64>> = loaded.iter().map(|&joint| self.relief(sample, joint)).collect();
+        let loads = Loads::new(self, sample);
         let share = |(&joint, relief): (&usize, &Vec<f64>)| {
             let effort = self.model.joints[joint].effort;
-            (relief.iter().map(|value| -value / effort).collect::<Vec<f64>>(), free[joint] / effort)
+            (relief.iter().map(|value| -value / effort).collect::<Vec<f64>>(), loads.free[joint] / effort)
         };
-        let shares = loaded.iter().zip(&relief).map(share).collect();
+        let shares = loads.loaded.iter().zip(&loads.relief).map(share).collect();
         let program = LeastEffort::new(&self.generators, sample.centre_of_mass, shares);
-        let torques = |forces: Vec<f64>| {
-            let mut torques = free.clone();
-            for (&joint, relief) in loaded.iter().zip(&relief) {
-                torques[joint] -= relief.iter().zip(&forces).map(|(a, b)| a * b).sum::<f64>();
-            }
-            torques
+        let fits = |torques: &Vec<f64>| {
+            loads.loaded.iter().all(|&joint| within(torques[joint].abs(), share_max * self.model.joints[joint].effort))
         };
-        let fits =
-            |torques: &Vec<f64>| loaded.iter().all(|&joint| within(torques[joint].abs(), share_max * self.model.joints[joint].effort));
-        program.quickly().map(torques).filter(fits).or_else(|| program.thoroughly().map(torques))
+        let quickly = program.quickly().map(|forces| loads.torques(&forces)).filter(fits);
+        quickly.or_else(|| program.thoroughly().map(|forces| loads.torques(&forces)))
+    }
+
+    /// As [`Self::torques`], by forces that spread the load evenly.
+    fn even_torques(&self, sample: &Sample) -> Option<Vec<f64>> {
+        let forces = least_squares(&balance(&self.generators, sample.centre_of_mass))?;
+        Some(Loads::new(self, sample).torques(&forces))
     }
 
     /// What one unit of each generator takes off a joint.
@@ -102,5 +114,33 @@ impl<'a> Statics<'a> {
             if self.carries[generator.limb][joint] { along_axis(kind, (axis, origin), generator.point, force) } else { 0.0 }
         };
         self.generators.iter().map(taken).collect()
+    }
+}
+
+/// What the joints carry in one configuration.
+struct Loads {
+    /// Their torques if nothing but the root held the robot.
+    free: Vec<f64>,
+    /// The joints between the root and a stance foot.
+    loaded: Vec<usize>,
+    /// What one unit of each generator takes off each of those.
+    relief: Vec<Vec<f64>>,
+}
+
+impl Loads {
+    fn new(statics: &Statics, sample: &Sample) -> Self {
+        let free = sample.posture.gravity_torques(statics.model);
+        let carries = |joint: &usize| statics.stance.iter().any(|&limb| statics.carries[limb][*joint]);
+        let loaded: Vec<usize> = (0..free.len()).filter(carries).collect();
+        let relief = loaded.iter().map(|&joint| statics.relief(sample, joint)).collect();
+        Self { free, loaded, relief }
+    }
+
+    fn torques(&self, forces: &[f64]) -> Vec<f64> {
+        let mut torques = self.free.clone();
+        for (&joint, relief) in self.loaded.iter().zip(&self.relief) {
+            torques[joint] -= dot(relief, forces);
+        }
+        torques
     }
 }

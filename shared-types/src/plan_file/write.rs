@@ -104,10 +104,16 @@ fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
     RobotBlock {
         urdf: relative_to(&robot.urdf_path, plan_dir),
         feet: robot.feet.iter().map(|foot| (foot.name.clone(), foot_block(foot, robot))).collect(),
-        locked_joints: robot.locked_joints.iter().cloned().collect(),
-        effort_limits: robot.joints.iter().map(|joint| (joint.name.clone(), joint.effort)).collect(),
+        locked_joints: robot.locked_joints.iter().map(|locked| (locked.joint.name.clone(), locked.position)).collect(),
+        effort_limits: effort_limits(robot),
         effort_scale: None,
     }
+}
+
+/// Of all joints that have one, locked ones included.
+fn effort_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
+    let joints = robot.joints.iter().chain(robot.locked_joints.iter().map(|locked| &locked.joint));
+    joints.filter(|joint| joint.effort.is_finite()).map(|joint| (joint.name.clone(), joint.effort)).collect()
 }
 
 fn foot_block(foot: &Foot, robot: &RobotModel) -> FootBlock {

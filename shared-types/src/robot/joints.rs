@@ -8,14 +8,16 @@ use crate::{InputError, Pose};
 
 use super::spec::{JointValues, RobotSpec};
 use super::urdf::Urdf;
-use super::{Joint, JointKind};
+use super::{Joint, JointKind, LockedJoint};
 
 /// What becomes of a URDF joint.
 pub(super) enum JointRole {
     /// It moves; `child` is still to be filled in.
     Moving(Joint),
-    /// It holds still: `parent_from_child` at its fixed or locked position.
-    Still(Pose),
+    /// It is fixed: `parent_from_child`.
+    Fixed(Pose),
+    /// It is locked: `parent_from_child` at its position. The joint's `child` is still to be filled in.
+    Locked(Pose, LockedJoint),
 }
 
 /// The joint frame in the parent link's frame.
@@ -33,7 +35,7 @@ pub(super) fn pose_from_origin(origin: &urdf_rs::Pose) -> Pose {
 pub(super) fn joint_role(urdf: &Urdf, index: usize, spec: &RobotSpec) -> Result<JointRole, InputError> {
     let joint = &urdf.robot.joints[index];
     let kind = match joint.joint_type {
-        urdf_rs::JointType::Fixed => return Ok(JointRole::Still(parent_from_joint(joint))),
+        urdf_rs::JointType::Fixed => return Ok(JointRole::Fixed(parent_from_joint(joint))),
         urdf_rs::JointType::Revolute | urdf_rs::JointType::Continuous => JointKind::Revolute,
         urdf_rs::JointType::Prismatic => JointKind::Prismatic,
         _ => {
@@ -47,7 +49,8 @@ pub(super) fn joint_role(urdf: &Urdf, index: usize, spec: &RobotSpec) -> Result<
     let axis = unit_axis(joint).map_err(|message| complain(urdf, index, message))?;
     if let Some((position, place)) = spec.locked.get(&joint.name) {
         check_locked_position(urdf, index, *position, place)?;
-        return Ok(JointRole::Still(parent_from_joint(joint) * motion(kind, axis, *position)));
+        let locked = locked_joint(urdf, index, (kind, axis), *position, spec)?;
+        return Ok(JointRole::Locked(locked.parent_from_joint * motion(kind, axis, *position), locked));
     }
     moving_joint(urdf, index, kind, axis, spec)
 }
@@ -93,8 +96,26 @@ fn moving_joint(urdf: &Urdf, index: usize, kind: JointKind, axis: DVec3, spec: &
     if !(joint.limit.velocity > 0.0 && joint.limit.velocity.is_finite()) {
         return refuse(format!("velocity must be positive, but is {}; state it in <limit>", joint.limit.velocity));
     }
-    let effort = tightened_effort(joint, spec)?;
+    let effort = tightened_effort(joint, joint.limit.effort, spec)?;
     Ok(JointRole::Moving(Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity: joint.limit.velocity }))
+}
+
+/// A locked joint needs no limits of its own: what is not stated is not limited.
+fn locked_joint(
+    urdf: &Urdf,
+    index: usize,
+    (kind, axis): (JointKind, DVec3),
+    position: f64,
+    spec: &RobotSpec,
+) -> Result<LockedJoint, InputError> {
+    let joint = &urdf.robot.joints[index];
+    let stated = |limit: f64| if urdf.joint_facts[index].has_limit && limit > 0.0 { limit } else { f64::INFINITY };
+    let effort = tightened_effort(joint, stated(joint.limit.effort), spec)?;
+    let is_bounded = urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
+    let (lower, upper) = if is_bounded { position_limits(joint) } else { (f64::NEG_INFINITY, f64::INFINITY) };
+    let velocity = stated(joint.limit.velocity);
+    let joint_model = Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity };
+    Ok(LockedJoint { joint: joint_model, position, parent_from_joint: parent_from_joint(joint) })
 }
 
 fn position_limits(joint: &urdf_rs::Joint) -> (f64, f64) {
@@ -104,8 +125,7 @@ fn position_limits(joint: &urdf_rs::Joint) -> (f64, f64) {
     }
 }
 
-fn tightened_effort(joint: &urdf_rs::Joint, spec: &RobotSpec) -> Result<f64, InputError> {
-    let stated = joint.limit.effort;
+fn tightened_effort(joint: &urdf_rs::Joint, stated: f64, spec: &RobotSpec) -> Result<f64, InputError> {
     let limit = match spec.effort_limits.get(&joint.name) {
         None => stated,
         Some((effort, _)) if *effort > 0.0 && *effort <= stated => *effort,

@@ -16,7 +16,7 @@ use super::sole::check_sole;
 use super::spec::{FootSpec, RobotSpec};
 use super::tree::{TreeLink, sort_links};
 use super::urdf::{Urdf, read_urdf};
-use super::{Attachment, Foot, Joint, Link, RobotModel};
+use super::{Attachment, Foot, Joint, Link, LockedJoint, RobotModel};
 
 /// Loads the robot that a `robot.toml` describes.
 ///
@@ -56,11 +56,11 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     Ok(RobotModel {
         name: urdf.robot.name.clone(),
         urdf_path: absolute(&spec.urdf_path),
-        standing_q: standing_posture(spec, &joints)?,
+        standing_q: standing_posture(spec, &joints.moving)?,
         links,
-        joints,
+        joints: joints.moving,
         feet,
-        locked_joints: spec.locked.iter().map(|(name, (position, _))| (name.clone(), *position)).collect(),
+        locked_joints: joints.locked,
         digest: Digest::of(&[urdf.source.text.as_bytes(), &spec.bytes, &meshes.digest().0]),
     })
 }
@@ -73,14 +73,14 @@ fn check_root(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec) -> Result<(), In
     }
 }
 
-fn build_bodies(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, meshes: &mut MeshStore) -> Result<(Vec<Link>, Vec<Joint>), InputError> {
+fn build_bodies(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, meshes: &mut MeshStore) -> Result<(Vec<Link>, Joints), InputError> {
     for (name, place) in &spec.exact_meshes {
         if !urdf.robot.links.iter().any(|link| link.name == *name) {
             return Err(place.error("exact_meshes", format!("the URDF has no link '{name}'")));
         }
     }
     let mut links = Vec::with_capacity(tree.len());
-    let mut joints = Vec::new();
+    let mut joints = Joints::default();
     for (at, node) in tree.iter().enumerate() {
         let exact = spec.exact_meshes.iter().any(|(name, _)| *name == urdf.robot.links[node.urdf_link].name);
         let mut link = build_link(urdf, node.urdf_link, exact, meshes)?;
@@ -89,26 +89,38 @@ fn build_bodies(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, meshes: &mut M
         }
         links.push(link);
     }
-    if joints.len() > JOINTS_MAX {
-        let message = format!("{} joints move; at most {JOINTS_MAX} may. Lock some in the robot file", joints.len());
+    if joints.moving.len() > JOINTS_MAX {
+        let message = format!("{} joints move; at most {JOINTS_MAX} may. Lock some in the robot file", joints.moving.len());
         return Err(InputError::file(&urdf.source.path, message));
     }
     Ok((links, joints))
 }
 
-/// Hangs link `child` on link `parent` by a URDF joint, which joins `joints` if it moves.
+/// All joints that are not fixed.
+#[derive(Default)]
+struct Joints {
+    moving: Vec<Joint>,
+    locked: Vec<LockedJoint>,
+}
+
+/// Hangs link `child` on link `parent` by a URDF joint, which joins `joints` unless it is fixed.
 fn attach(
     urdf: &Urdf,
     spec: &RobotSpec,
     (parent, urdf_joint, child): (usize, usize, usize),
-    joints: &mut Vec<Joint>,
+    joints: &mut Joints,
 ) -> Result<Attachment, InputError> {
     Ok(match joint_role(urdf, urdf_joint, spec)? {
-        JointRole::Still(parent_from_child) => Attachment { parent, parent_from_joint: parent_from_child, joint: None },
+        JointRole::Fixed(parent_from_child) => Attachment { parent, parent_from_joint: parent_from_child, joint: None },
+        JointRole::Locked(parent_from_child, mut locked) => {
+            locked.joint.child = child;
+            joints.locked.push(locked);
+            Attachment { parent, parent_from_joint: parent_from_child, joint: None }
+        }
         JointRole::Moving(joint) => {
-            joints.push(Joint { child, ..joint });
+            joints.moving.push(Joint { child, ..joint });
             let parent_from_joint = parent_from_joint(&urdf.robot.joints[urdf_joint]);
-            Attachment { parent, parent_from_joint, joint: Some(joints.len() - 1) }
+            Attachment { parent, parent_from_joint, joint: Some(joints.moving.len() - 1) }
         }
     })
 }

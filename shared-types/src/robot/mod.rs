@@ -33,14 +33,14 @@ pub struct RobotModel {
     pub urdf_path: std::path::PathBuf,
     /// All links, parents first.
     pub links: Vec<Link>,
-    /// The moving joints, in the order of every joint vector `q`. At most [`JOINTS_MAX`].
+    /// The moving joints, in the order of every joint vector `q`. At most [`JOINTS_MAX`], unless the robot is [`Self::unlocked`].
     pub joints: Vec<Joint>,
     /// The feet. A biped has two: 0 is left, 1 is right.
     pub feet: Vec<Foot>,
     /// Joint positions of the standing posture (rad or m), one per joint.
     pub standing_q: Vec<f64>,
-    /// Joints that the robot file holds still, by URDF name, with their positions; not part of `q`.
-    pub locked_joints: Vec<(String, f64)>,
+    /// Joints that the robot file holds still; not part of `q`.
+    pub locked_joints: Vec<LockedJoint>,
     /// Digest of the URDF, the robot file and all meshes.
     pub digest: Digest,
 }
@@ -112,6 +112,17 @@ pub struct Joint {
     pub velocity: f64,
 }
 
+/// A joint that the robot file holds still. Links see it as fixed; its motor still has to hold it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LockedJoint {
+    /// The joint as it would be if it moved; what the URDF does not limit is infinite.
+    pub joint: Joint,
+    /// Where it stands, rad or m.
+    pub position: f64,
+    /// The joint frame in the parent link's frame, without the joint's own motion.
+    pub parent_from_joint: Pose,
+}
+
 /// A foot: a link with a flat sole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Foot {
@@ -129,6 +140,20 @@ impl RobotModel {
     /// Total mass in kg.
     pub fn mass(&self) -> f64 {
         self.links.iter().map(|link| link.mass).sum()
+    }
+
+    /// The same robot with its locked joints among the moving ones, after them.
+    pub fn unlocked(&self) -> Self {
+        let mut robot = Self { locked_joints: Vec::new(), ..self.clone() };
+        for locked in &self.locked_joints {
+            if let Some(attachment) = &mut robot.links[locked.joint.child].parent {
+                attachment.joint = Some(robot.joints.len());
+                attachment.parent_from_joint = locked.parent_from_joint;
+            }
+            robot.joints.push(locked.joint.clone());
+            robot.standing_q.push(locked.position);
+        }
+        robot
     }
 
     /// The moving joints from the root to a link, root first.

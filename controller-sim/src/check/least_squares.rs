@@ -1,0 +1,117 @@
+//! The contact forces of least squares: what a controller that spreads the load evenly would ask for.
+//!
+//! Of all forces along the pyramids' edges that hold the robot, those with the least sum of squares. They are the
+//! positive part of a combination of the balance rows, so six numbers say them all; Newton's method finds these.
+
+use super::equilibrium::{dot, is_balanced};
+use super::simplex::Row;
+
+/// Newton steps; the pattern of positive forces settles long before.
+const STEPS_MAX: usize = 100;
+/// Halvings of one step.
+const HALVINGS_MAX: usize = 30;
+/// Added to the diagonal, so that rows which say the same can be solved for.
+const DAMPING: f64 = 1e-12;
+
+/// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where none are found.
+pub fn least_squares(rows: &[Row]) -> Option<Vec<f64>> {
+    let mut weights = vec![0.0; rows.len()];
+    let mut forces = vec![0.0; rows.first()?.0.len()];
+    for _ in 0..STEPS_MAX {
+        if is_balanced(rows, &forces) {
+            return Some(forces);
+        }
+        let step = newton_step(rows, &forces)?;
+        let before = value(rows, &weights);
+        let mut share = 1.0;
+        let next = (0..HALVINGS_MAX).find_map(|_| {
+            let next: Vec<f64> = weights.iter().zip(&step).map(|(weight, step)| weight + share * step).collect();
+            share *= 0.5;
+            (value(rows, &next) < before).then_some(next)
+        })?;
+        weights = next;
+        forces = positive_part(rows, &weights);
+    }
+    None
+}
+
+/// What Newton's method minimises: its slope is by how much the rows are missed.
+fn value(rows: &[Row], weights: &[f64]) -> f64 {
+    let squares: f64 = positive_part(rows, weights).iter().map(|force| force * force).sum();
+    let reward: f64 = rows.iter().zip(weights).map(|((_, right), weight)| right * weight).sum();
+    0.5 * squares - reward
+}
+
+fn positive_part(rows: &[Row], weights: &[f64]) -> Vec<f64> {
+    let combined = |column: usize| rows.iter().zip(weights).map(|((row, _), weight)| row[column] * weight).sum::<f64>();
+    (0..rows[0].0.len()).map(|column| combined(column).max(0.0)).collect()
+}
+
+fn newton_step(rows: &[Row], forces: &[f64]) -> Option<Vec<f64>> {
+    // Before any force is positive, all of them may become so.
+    let all = forces.iter().all(|force| *force == 0.0);
+    let counts: Vec<bool> = forces.iter().map(|force| all || *force > 0.0).collect();
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(&counts).filter(|(_, counts)| **counts).map(|((x, y), _)| x * y).sum::<f64>();
+    let mut matrix: Vec<Vec<f64>> = rows.iter().map(|(a, _)| rows.iter().map(|(b, _)| product(a, b)).collect()).collect();
+    for (index, row) in matrix.iter_mut().enumerate() {
+        row[index] += DAMPING;
+    }
+    solve(matrix, rows.iter().map(|(row, right)| right - dot(row, forces)).collect())
+}
+
+/// Gauss's elimination with row exchanges.
+fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
+    let count = right.len();
+    for column in 0..count {
+        let pivot = (column..count).max_by(|&a, &b| matrix[a][column].abs().total_cmp(&matrix[b][column].abs()))?;
+        (matrix.swap(column, pivot), right.swap(column, pivot));
+        if matrix[column][column] == 0.0 {
+            return None;
+        }
+        for row in column + 1..count {
+            let factor = matrix[row][column] / matrix[column][column];
+            for k in column..count {
+                matrix[row][k] -= factor * matrix[column][k];
+            }
+            right[row] -= factor * right[column];
+        }
+    }
+    for row in (0..count).rev() {
+        let known: f64 = (row + 1..count).map(|k| matrix[row][k] * right[k]).sum();
+        right[row] = (right[row] - known) / matrix[row][row];
+    }
+    Some(right)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_load_is_spread_evenly_and_never_pulled() {
+        let forces = least_squares(&[(vec![1.0, 1.0, 1.0, 1.0], 1.0)]).unwrap();
+        assert!(forces.iter().all(|force| (force - 0.25).abs() < 1e-6), "{forces:?}");
+        // A beam on three supports, loaded at its end: the free solution would pull at the far one.
+        let forces = least_squares(&[(vec![1.0, 1.0, 1.0], 1.0), (vec![-1.0, 0.0, 1.0], 0.9)]).unwrap();
+        assert!((forces[2] - 0.9).abs() < 1e-5 && (forces[1] - 0.1).abs() < 1e-5 && forces[0] == 0.0, "{forces:?}");
+    }
+
+    #[test]
+    fn what_cannot_be_held_is_not() {
+        assert_eq!(least_squares(&[(vec![1.0, 1.0], 1.0), (vec![-1.0, 1.0], 1.1)]), None);
+    }
+
+    #[test]
+    fn no_other_forces_are_shorter() {
+        let rows: Vec<Row> =
+            vec![(vec![1.0, 0.9, 1.1, 1.0, 0.8], 1.0), (vec![0.3, -0.2, 0.1, 0.0, -0.4], 0.05), (vec![0.1, 0.2, -0.3, 0.4, 0.1], 0.02)];
+        let forces = least_squares(&rows).unwrap();
+        // Along every way that keeps the rows and pulls nothing, the sum of squares grows: compare with corner solutions.
+        for cost in 0..5 {
+            let costs: Vec<f64> = (0..5).map(|column| f64::from(u8::from(column == cost))).collect();
+            let corner = super::super::simplex::Simplex::at_a_corner(&rows, &[]).unwrap().minimise(&costs).unwrap();
+            let slope: f64 = forces.iter().zip(&corner).map(|(force, other)| force * (other - force)).sum();
+            assert!(slope > -1e-5, "{slope}");
+        }
+    }
+}
