@@ -62,6 +62,9 @@ pub struct WalkArguments {
     /// How often a process that was killed is started again, both counted together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
+    /// The world in which the robot really walks, if it is not the scenario's; shapes are matched by name
+    #[arg(long, value_name = "WORLD")]
+    pub truth: Option<PathBuf>,
 }
 
 /// `surefoot plan`.
@@ -95,6 +98,9 @@ pub struct ControlArguments {
     /// Where to listen
     #[arg(long, value_name = "NAME")]
     pub instance: String,
+    /// The world in which the robot really walks, if it is not the scenario's; shapes are matched by name
+    #[arg(long, value_name = "WORLD")]
+    pub truth: Option<PathBuf>,
     /// Stay up for further plans until a signal comes
     #[arg(long)]
     pub serve: bool,

@@ -12,8 +12,10 @@ pub mod continuity;
 pub mod geometry;
 pub mod kinematics;
 pub mod plan;
+pub mod truth;
 pub mod walk;
 
 pub use check::{Checker, CheckerError, Segment, SegmentReport, Violation};
 pub use plan::{PlanReport, check_plan};
+pub use truth::Truth;
 pub use walk::{Identity, Walker};

@@ -98,6 +98,11 @@ impl Walker {
         Ok(margins)
     }
 
+    /// What judges the chunks.
+    pub fn checker(&self) -> &Checker {
+        &self.checker
+    }
+
     /// The sequence number expected next: all before are accepted.
     pub fn next_sequence(&self) -> u64 {
         self.next_sequence

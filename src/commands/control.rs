@@ -3,9 +3,12 @@
 use std::time::Duration;
 
 use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
-use surefoot_controller_sim::{Checker, Identity, Walker};
+use surefoot_controller_sim::{Checker, CheckerError, Identity, Truth, Violation, Walker};
 use surefoot_shared_types::instance::draw_id;
-use surefoot_shared_types::message::PlanChunk;
+use surefoot_shared_types::message::{Check, PlanChunk};
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::scene::World;
+use surefoot_shared_types::scene::load::load_world;
 
 use super::{enter, settle};
 use crate::arguments::ControlArguments;
@@ -30,13 +33,17 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
     let mut audience = Audience::new(arguments.role.report_lines, false);
     let id = draw_id();
     let identity = Identity { instance: id, robot: model.digest, world: world.digest, config: scenario.digest };
+    let (truth, world) = true_world(arguments, &model, world)?;
     let checker = Checker::new(model, world, scenario.checker)?;
     let mut receiver = ChunkReceiver::open(&enter(&arguments.instance)?, id)?;
     let walker = match receiver.taken_over() {
         Some(word) => Walker::take_over(checker, identity, word),
         None => Walker::new(checker, identity),
     };
-    let mut judge = Judge { walker, seconds: 0.0, detail: String::new() };
+    let mut judge = Judge { walker, truth, seconds: 0.0, detail: String::new() };
+    if let (Some(truth), Some(word)) = (&mut judge.truth, receiver.taken_over()) {
+        truth.pass_over(word.corrections());
+    }
     audience.tell(&Line::ControllerReady)?;
     let keep_going = || signals::raised().is_none();
     let mut ended = match receiver.ended() {
@@ -69,6 +76,7 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
 /// Judges chunks and remembers what it took.
 struct Judge {
     walker: Walker,
+    truth: Option<Truth>,
     seconds: f64,
     detail: String,
 }
@@ -78,19 +86,36 @@ impl Judge {
         let watch = Stopwatch::start();
         let judgement = match self.walker.admit_and_walk(chunk) {
             Ok(margins) => Judgement::Accepted(margins),
-            Err(violation) => {
-                self.detail = violation.detail;
-                Judgement::Refused { check: violation.check, waypoint: violation.waypoint as u32, correction: None }
-            }
+            Err(violation) => self.refuse(chunk, violation),
         };
         self.seconds += watch.seconds();
         judgement
+    }
+
+    /// A refusal, for its own reason or because the world is another: then what was met is part of the world from now on.
+    fn refuse(&mut self, chunk: &PlanChunk, violation: Violation) -> Judgement {
+        let waypoint = violation.waypoint as u32;
+        let correction = self.truth.as_mut().and_then(|truth| truth.met(&self.walker, chunk, &violation));
+        let check = if correction.is_some() { Check::WorldDiffers } else { violation.check };
+        self.detail = violation.detail;
+        if let Some(correction) = &correction {
+            self.walker.correct(correction);
+        }
+        Judgement::Refused { check, waypoint, correction }
     }
 
     fn conclude(&self, duplicated: u64, refusal: Option<Refusal>) -> Judged {
         let margins = WorstMargins::from(&self.walker.margins());
         Judged { check_seconds: self.seconds, accepted: self.walker.next_sequence(), duplicated, margins, refusal }
     }
+}
+
+/// The world in which the robot really walks, and what of it the planner does not know.
+fn true_world(arguments: &ControlArguments, model: &RobotModel, belief: World) -> Result<(Option<Truth>, World), Failure> {
+    let Some(path) = &arguments.truth else { return Ok((None, belief)) };
+    let world = load_world(path)?;
+    let truth = Truth::new(model, &belief, &world).map_err(CheckerError::Shape)?;
+    Ok((Some(truth), world))
 }
 
 fn verdict(judged: &Judged) -> String {

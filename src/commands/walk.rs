@@ -6,6 +6,7 @@ use std::process::Command;
 
 use surefoot_shared_types::instance::Instance;
 use surefoot_shared_types::plan_file::load::load_plan;
+use surefoot_shared_types::scene::load::load_world;
 
 use super::conclude;
 use crate::affinity::cores_of_roles;
@@ -25,6 +26,9 @@ use crate::{outputs, signals, terminal, verdict};
 pub fn run(arguments: &WalkArguments) -> Result<Ending, Failure> {
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
     outputs::check(&arguments.outputs)?;
+    if let Some(truth) = &arguments.truth {
+        load_world(truth)?;
+    }
     signals::install();
     let export = Export::new(arguments)?;
     let mut report = Report::new(&inputs, arguments.search.threads());
@@ -66,7 +70,7 @@ impl Export {
 fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, report: &mut Report) -> Result<(), Failure> {
     Instance::clean_dead()?;
     let instance = Instance::create(&format!("walk-{}", std::process::id()))?;
-    let roles = Roles { inputs, instance: instance.name(), search: &arguments.search, export };
+    let roles = Roles { inputs, instance: instance.name(), search: &arguments.search, export, truth: arguments.truth.as_deref() };
     let mut supervisor = Supervisor::default();
     supervisor.start(Role::Controller, roles.command_of(Role::Controller)?)?;
     supervisor.start(Role::Planner, roles.command_of(Role::Planner)?)?;
@@ -151,6 +155,7 @@ struct Roles<'a> {
     instance: &'a str,
     search: &'a SearchArguments,
     export: Option<&'a Path>,
+    truth: Option<&'a Path>,
 }
 
 impl Roles<'_> {
@@ -158,7 +163,14 @@ impl Roles<'_> {
         let threads = self.search.threads();
         let cores = cores_of_roles(threads);
         match role {
-            Role::Controller => self.command("control", role, cores.1),
+            Role::Controller => {
+                let mut command = self.command("control", role, cores.1)?;
+                if let Some(truth) = self.truth {
+                    let truth = std::path::absolute(truth).map_err(|source| Failure::Start { role, source })?;
+                    command.arg(option_with_path("--truth", &truth));
+                }
+                Ok(command)
+            }
             Role::Planner => {
                 let mut command = self.command("plan", role, cores.0)?;
                 command.arg("--threads").arg(threads.to_string());

@@ -1,0 +1,88 @@
+//! A valid plan is damaged in many ways, one at a time. The checker must refuse every one, for the right reason.
+
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+#[path = "checker_mutations/damage.rs"]
+mod damage;
+#[path = "checker_mutations/damages.rs"]
+mod damages;
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+
+use damage::Walk;
+use surefoot_controller_sim::{PlanReport, check_plan};
+use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::message::Check;
+use surefoot_shared_types::plan_file::load::load_plan;
+use surefoot_shared_types::plan_file::write::plan_from_chunks;
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scene::load::load_world;
+
+/// Why a damaged plan must be refused.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Reason {
+    /// The file itself is refused: with this word in the complaint.
+    File(&'static str),
+    /// This check is violated: with this word in the detail.
+    Violates(Check, &'static str),
+    /// It does not begin where it says.
+    Start,
+    /// It does not end where it must.
+    Goal,
+}
+
+fn planned(scenario: &str, folder: &Path) -> Walk {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{scenario}.toml"));
+    let scenario = load_scenario(&path).unwrap();
+    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let mut planner = Planner::new(&model, &world, &scenario, NonZeroUsize::MIN).unwrap();
+    assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
+    Walk { plan: plan_from_chunks(&model, &world, &scenario, planner.chunks(), folder), folder: folder.to_owned() }
+}
+
+/// What `surefoot check` says of a plan, by way of a file: the report, or the complaint.
+fn judged(walk: &Walk) -> Result<PlanReport, String> {
+    let path: PathBuf = walk.folder.join("plan.json");
+    std::fs::write(&path, serde_json::to_vec(&walk.plan).unwrap()).unwrap();
+    let plan = load_plan(&path).map_err(|error| error.to_string())?;
+    check_plan(&plan, &path).map_err(|error| error.to_string())
+}
+
+/// What is wrong with the answer to a damage, if anything.
+fn miss(reason: Reason, answer: &Result<PlanReport, String>) -> Option<String> {
+    let right = match (reason, answer) {
+        (Reason::File(word), Err(complaint)) => complaint.contains(word),
+        (Reason::Violates(check, word), Ok(report)) => {
+            report.violations().any(|found| found.violation.check == check && found.violation.detail.contains(word))
+        }
+        (Reason::Start, Ok(report)) => report.start.violation.is_some(),
+        (Reason::Goal, Ok(report)) => report.goal.violation.is_some(),
+        _ => false,
+    };
+    (!right).then(|| match answer {
+        Err(complaint) => complaint.clone(),
+        Ok(report) => format!("{:?}", report.violations().map(|found| found.violation.to_string()).collect::<Vec<_>>()),
+    })
+}
+
+#[test]
+fn every_damage_is_refused_for_its_own_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = planned("stepping_stones", folder.path());
+    let report = judged(&whole).unwrap();
+    assert!(report.is_valid(), "{report:#?}");
+    let damages = damages::all();
+    assert!(damages.len() >= 30, "only {} damages", damages.len());
+    let missed: Vec<String> = damages
+        .into_iter()
+        .filter_map(|(name, reason, damage)| {
+            let mut walk = Walk { plan: whole.plan.clone(), folder: whole.folder.clone() };
+            damage(&mut walk);
+            assert_ne!(walk.plan, whole.plan, "{name} changes nothing");
+            miss(reason, &judged(&walk)).map(|answer| format!("{name}: expected {reason:?}, got {answer}"))
+        })
+        .collect();
+    assert!(missed.is_empty(), "{}", missed.join("\n"));
+}
