@@ -64,16 +64,17 @@ fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
     let count = right.len();
     for column in 0..count {
         let pivot = (column..count).max_by(|&a, &b| matrix[a][column].abs().total_cmp(&matrix[b][column].abs()))?;
-        (matrix.swap(column, pivot), right.swap(column, pivot));
+        matrix.swap(column, pivot);
+        right.swap(column, pivot);
         if matrix[column][column] == 0.0 {
             return None;
         }
-        for row in column + 1..count {
-            let factor = matrix[row][column] / matrix[column][column];
-            for k in column..count {
-                matrix[row][k] -= factor * matrix[column][k];
-            }
-            right[row] -= factor * right[column];
+        let (above, below) = matrix.split_at_mut(column + 1);
+        let pivot_row = &above[column];
+        for (offset, row) in below.iter_mut().enumerate() {
+            let factor = row[column] / pivot_row[column];
+            row.iter_mut().zip(pivot_row).skip(column).for_each(|(value, other)| *value -= factor * other);
+            right[column + 1 + offset] -= factor * right[column];
         }
     }
     for row in (0..count).rev() {
