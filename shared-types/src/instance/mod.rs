@@ -216,7 +216,7 @@ impl Instance {
     }
 
     /// Takes the memory of all segments of this instance from the system now, so that no later touch of them can find none
-    /// left. Call it after opening ports.
+    /// left, and closes them to other users. Call it after opening ports.
     ///
     /// # Errors
     /// Shared memory is full.

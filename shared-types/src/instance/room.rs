@@ -2,11 +2,11 @@
 //! looked for before anything is opened, and taken for good right after.
 
 use std::ffi::CString;
-use std::fs::OpenOptions;
+use std::fs::{OpenOptions, Permissions};
 use std::io;
 use std::os::fd::AsRawFd;
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
 use super::InstanceError;
@@ -23,7 +23,8 @@ pub(super) fn check(path: &Path) -> Result<(), InstanceError> {
     }
 }
 
-/// Allocates every page of a segment. Its content stays; one that is gone meanwhile needs nothing.
+/// Closes a segment to other users (iceoryx2 leaves one of its own open to all) and allocates every page of it. Its content
+/// stays; one that is gone meanwhile needs nothing.
 pub(super) fn reserve(segment: &Path) -> Result<(), InstanceError> {
     let opened = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(segment);
     let file = match opened {
@@ -31,6 +32,7 @@ pub(super) fn reserve(segment: &Path) -> Result<(), InstanceError> {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(io_error(segment, error)),
     };
+    file.set_permissions(Permissions::from_mode(0o600)).map_err(|error| io_error(segment, error))?;
     let length = file.metadata().map_err(|error| io_error(segment, error))?.len();
     let Ok(length) = libc::off_t::try_from(length) else { return Ok(()) };
     if length == 0 {
