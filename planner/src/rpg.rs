@@ -15,10 +15,11 @@
 //!
 //! A sequence that cannot be completed has become dearer, so the next one is another; where the sequences grow too dear or
 //! there is none, more placements are sampled, and stage P looks for another route. All routes' placements stand in one
-//! graph, so that each sequence may use any of them. Segment after segment is completed; the last one completes the plan.
+//! graph, so that each sequence may use any of them. A sequence that is complete is shortened [Grey 4.4.6]. Segment after segment is completed; the last one completes the plan.
 
 mod remedies;
 mod segments;
+mod shorten;
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -40,13 +41,14 @@ use crate::ends::{foothold_at, stand_as, stand_on};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
 use crate::motion::roadmap::{Boundary, Roadmap, RoundTally, Shared};
-use crate::motion::sequence::{SequenceSearch, Window};
+use crate::motion::sequence::{Purpose, Query, SequenceSearch};
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Progress, Torso};
 use crate::seeding::Seeding;
 use crate::stage::Stage;
 use crate::trouble::{Focus, Trouble};
 use segments::Cuts;
+use shorten::Shortening;
 
 /// Why a planner cannot be made for these inputs.
 #[derive(Debug, thiserror::Error)]
@@ -137,6 +139,7 @@ pub struct Planner {
     phase: Phase,
     standing: Option<Standing>,
     cuts: Cuts,
+    shortening: Shortening,
     /// The station of the route that is nearest to each placement.
     nearest_stations: Vec<u32>,
     /// How many stations the route had before the detour that is being sought.
@@ -188,6 +191,7 @@ impl Planner {
             phase: Phase::Ends,
             standing: None,
             cuts: Cuts::new(),
+            shortening: Shortening::new(config),
             nearest_stations: Vec::with_capacity(config.footholds_max as usize),
             stations_before: None,
             walk: Vec::with_capacity(config.configurations_max as usize),
@@ -414,20 +418,25 @@ impl Planner {
 
     fn find_sequence(&mut self) -> Result<Phase, ArenaFull> {
         self.tally.sequences += 1;
-        let [from, to] = self.cuts.boundaries();
-        let starts = self.start_transitions(from);
-        let goal = self.roadmap.boundary(to).footholds;
-        let is_goal = |id: TransitionId| {
-            let transition = &self.roadmap.graph.transitions()[id as usize];
-            goal.contains(&transition.stance) && goal.contains(&transition.other)
-        };
-        let ends = [from, to].map(boundary_node);
-        let work = &mut self.tally.work;
-        let window = Window { stations: &self.nearest_stations, range: self.cuts.window() };
-        if !self.search.find(&self.roadmap.graph, &self.roadmap.edges, window, ends, &starts, &is_goal, work) {
+        if !self.search_sequence(Purpose::Find) {
             return Ok(self.after_no_sequence());
         }
         Ok(Phase::Sample { next: 0, failed: false })
+    }
+
+    fn search_sequence(&mut self, purpose: Purpose) -> bool {
+        let [from, to] = self.cuts.boundaries();
+        let query = Query {
+            graph: &self.roadmap.graph,
+            edges: &self.roadmap.edges,
+            purpose,
+            stations: &self.nearest_stations,
+            range: self.cuts.window(),
+            ends: [from, to].map(boundary_node),
+            starts: &self.start_transitions(from),
+            goal: self.roadmap.boundary(to).footholds,
+        };
+        self.search.find(&query, &mut self.tally.work)
     }
 
     /// The transitions that a boundary leads to: on both feet those between its two placements, on one foot all that this one
@@ -464,7 +473,7 @@ impl Planner {
         Ok(match (done, failed) {
             (false, _) => Phase::Move { next, failed },
             (true, true) => self.after_failure()?,
-            (true, false) => self.complete_segment()?,
+            (true, false) => self.shorten_or_complete()?,
         })
     }
 

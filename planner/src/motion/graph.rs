@@ -69,7 +69,12 @@ pub struct Transition {
 impl Transition {
     /// C(T) of a transition that no single-mode search uses [Grey 4.4.2].
     pub fn cost(&self) -> f64 {
-        if self.is_found() { 0.0 } else { f64::from(self.attempts) * self.distance * self.distance * self.distance }
+        if self.is_found() { 0.0 } else { self.effort() }
+    }
+
+    /// S(T) D^3(T), m^3.
+    pub fn effort(&self) -> f64 {
+        f64::from(self.attempts) * self.distance * self.distance * self.distance
     }
 
     /// Whether Q(T) holds a configuration.

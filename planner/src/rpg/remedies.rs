@@ -12,6 +12,9 @@ const END_RADIUS: f64 = 0.6;
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
     pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
+        if self.shortening.is_active() {
+            return self.shorten();
+        }
         let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::Sequence) };
         let segment = self.cuts.segment(self.search.sequence());
         let sequence = segment.sequence;

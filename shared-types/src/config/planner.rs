@@ -16,6 +16,8 @@ pub struct PlannerConfig {
     pub configurations_max: u32,
     /// Most waypoints of a plan.
     pub waypoints_max: u32,
+    /// Sequences tried to shorten a segment once it is complete; 0 leaves walks as they were found.
+    pub shorten_rounds_max: u32,
     /// Clearance between the robot and the world, and between its own links, at every sampled configuration, m.
     pub clearance: f64,
     /// How far the centre of mass stays inside the support polygon, m; of a small polygon at most 60 % of its depth. A
@@ -44,6 +46,7 @@ impl Default for PlannerConfig {
             transitions_max: 1_048_576,
             configurations_max: 32_768,
             waypoints_max: 65_536,
+            shorten_rounds_max: 6,
             clearance: 0.006,
             com_margin: 0.02,
             effort_share: 0.8,
