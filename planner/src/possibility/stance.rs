@@ -141,19 +141,24 @@ impl Context<'_> {
         });
     }
 
-    /// The point midway between the two soles that suit best: near their ideals, level, toward the target, not meeting.
+    /// The point midway between the two soles that suit best: near their ideals, level, toward the target. Soles that meet
+    /// count only where all do: one foot goes before the other there.
     fn middle_of_best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<DVec3> {
-        let mut best: Option<(f64, DVec3)> = None;
+        let mut apart: Option<(f64, DVec3)> = None;
+        let mut any: Option<(f64, DVec3)> = None;
         for left in placements.iter().filter(|placed| placed.limb == 0) {
             for right in placements.iter().filter(|placed| placed.limb == 1) {
-                let (cost, middle) = self.pair_cost(wish, &left.world_from_sole, &right.world_from_sole);
-                let meet = || self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole]);
-                if best.is_none_or(|(least, _)| cost < least) && !meet() {
-                    best = Some((cost, middle));
+                let pair = self.pair_cost(wish, &left.world_from_sole, &right.world_from_sole);
+                let is_cheaper = |best: &Option<(f64, DVec3)>| best.is_none_or(|(least, _)| pair.0 < least);
+                if is_cheaper(&any) {
+                    any = Some(pair);
+                }
+                if is_cheaper(&apart) && !self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole]) {
+                    apart = Some(pair);
                 }
             }
         }
-        best.map(|(_, middle)| middle)
+        apart.or(any).map(|(_, middle)| middle)
     }
 
     fn pair_cost(&self, wish: &Wish, left: &Pose, right: &Pose) -> (f64, DVec3) {
