@@ -64,6 +64,7 @@ pub fn run(arguments: &MonitorArguments) -> Result<Ending, Failure> {
             return Ok(Ending::Done);
         }
         if let Some(signal) = signals::raised() {
+            say(&tally.summary(now, now - summed_up_at));
             return Err(Failure::Interrupted(signal));
         }
         std::thread::sleep(LOOK_EVERY);
