@@ -9,6 +9,7 @@ pub mod collision;
 pub mod constraint;
 pub mod ends;
 pub mod foot_placement;
+mod foot_query;
 pub mod kinematics;
 pub mod motion;
 pub mod outcome;

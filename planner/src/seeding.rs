@@ -1,25 +1,21 @@
 //! Fills the graph with foot placements along the guide route, and with the transitions between them [Grey 4.4.4].
 
+use std::ops::ControlFlow;
+
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::rotation_about;
 
-use crate::collision::FootState;
 use crate::constraint::Constraints;
-use crate::foot_placement::{Effort, Placement, Request, Scratch, Surfaces};
+use crate::foot_placement::{Effort, Scratch, Surfaces};
+use crate::foot_query::FootQuery;
 use crate::motion::foothold::Foothold;
 use crate::motion::graph::{ArenaFull, FootholdId, Graph};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
-/// How far from the ideal a placement may be, m.
-const REACH_XY: f64 = 0.35;
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.6, 0.6];
-/// How far a placement's heading may be from the ideal, rad.
-const YAW_SPREAD: f64 = 0.8;
-/// How far from an ideal that is carried exactly more placements are of no use, m.
-const EXACT: f64 = 1e-3;
 /// Placements kept of one query where the ideal itself does not carry.
 const KEPT_MAX: usize = 6;
 /// Placements kept of one query of a later sweep.
@@ -33,8 +29,6 @@ const NEIGHBOURS_MAX: usize = 128;
 /// Of all neighbours in one cell of this width (m) about a placement only the nearest is connected, so that a crowd at
 /// hand does not crowd out the few across a gap.
 const NEIGHBOUR_CELL: f64 = 0.1;
-/// How many units of work one query of placements counts.
-const QUERY_WORK: u64 = 16;
 
 /// The effort of a first sweep: what the geometry says, and a little sampling where it says nothing.
 const FIRST_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
@@ -138,30 +132,15 @@ impl Seeding<'_> {
         scratch: &mut Scratch,
         work: &mut u64,
     ) -> Result<(), ArenaFull> {
-        *work += QUERY_WORK;
-        let collision = &self.constraints.collision;
-        let request = Request {
-            sole_polygon: &self.constraints.body.sole_polygons[limb],
-            ideal: *ideal,
-            reach_xy: REACH_XY,
-            reach_z: REACH_Z,
-            yaw_spread: YAW_SPREAD,
-            seed: self.seed,
-            object: name.0,
-            attempt: name.1,
-            effort,
-            is_free: &|pose| collision.foot_hit(limb, pose, FootState::Leaving).is_none(),
-        };
-        let mut kept = 0;
+        let query = FootQuery { limb, ideal: *ideal, reach_z: REACH_Z, seed: self.seed, name, effort, kept_max };
         let mut ending = Ok(());
-        self.surfaces.propose(scratch, &request, &mut |placement: Placement| {
+        query.run((self.constraints, self.surfaces), scratch, work, &mut |placement| {
             let foothold = Foothold::new(limb, placement.world_from_sole, placement.support.polygon);
-            let is_ideal = placement.world_from_sole.translation.distance(ideal.translation) < EXACT;
-            if graph.same(&foothold).is_none() {
-                ending = graph.add_foothold(foothold).map(|_| ());
-                kept += 1;
+            if graph.same(&foothold).is_some() {
+                return ControlFlow::Continue(false);
             }
-            ending.is_ok() && kept < kept_max && !is_ideal
+            ending = graph.add_foothold(foothold).map(|_| ());
+            if ending.is_ok() { ControlFlow::Continue(true) } else { ControlFlow::Break(()) }
         });
         ending
     }

@@ -4,6 +4,7 @@
 //! failed, ever more rarely, and only near the trouble: first along the segment with the feet wider apart, then at random, then along a detour, then
 //! along another route.
 
+use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::yaw_of;
 
@@ -30,7 +31,7 @@ pub enum Remedy {
     Reroute,
 }
 
-/// The ways out, in the order in which they are taken; the last four again and again.
+/// The ways out, in the order in which they are taken; all but the first again and again.
 const REMEDIES: [Remedy; 6] = [Remedy::Sweep, Remedy::Sample, Remedy::Detour, Remedy::Sample, Remedy::Sample, Remedy::Reroute];
 /// Where the repetition begins.
 const REPEATED_FROM: usize = 1;
@@ -116,7 +117,7 @@ impl Focus {
 }
 
 /// The station of a route that is nearest to a place.
-pub fn nearest_station(route: &Route, place: &Station) -> usize {
+pub fn nearest_station(route: &Route, place: DVec3) -> usize {
     let distance = |index: usize| route.station(index).place_distance_squared(place);
     let nearer = |best: usize, index: usize| if distance(index) < distance(best) { index } else { best };
     (1..route.stations()).fold(0, nearer)

@@ -61,18 +61,13 @@ impl Surfaces {
     /// Lists the nearest faces within reach that are not too steep to be nested on.
     fn gather_slopes(&self, scratch: &mut Scratch, request: &Request) {
         let region: Aabb = request.region(1.0);
-        let ideal = request.ideal.translation;
         scratch.features.clear();
         for id in self.elements_in(&region).take(self.config.support_elements_max) {
             let Element::Face(face, _) = self.element(id) else { continue };
             if face.normal.z < NORMAL_Z_MIN {
                 continue;
             }
-            if scratch.features.is_full() {
-                keep_nearest(scratch, self.config.features_max);
-            }
-            let (aside, height) = self.distance_and_height(id, ideal.truncate());
-            scratch.features.push((aside + (height - ideal.z).abs(), id));
+            self.list_feature(scratch, request, id);
         }
         keep_nearest(scratch, self.config.features_max);
     }

@@ -171,7 +171,6 @@ impl Surfaces {
     }
 
     fn gather_in(&self, scratch: &mut Scratch, request: &Request, region: &Aabb) {
-        let ideal = request.ideal.translation;
         for (count, id) in self.elements_in(region).enumerate() {
             if count >= self.config.support_elements_max {
                 scratch.features.dropped += 1;
@@ -180,13 +179,19 @@ impl Surfaces {
             if !self.may_carry(id) {
                 continue;
             }
-            if scratch.features.is_full() {
-                keep_nearest(scratch, self.config.features_max);
-            }
-            let (aside, height) = self.distance_and_height(id, ideal.truncate());
-            scratch.features.push((aside + (height - ideal.z).abs(), id));
+            self.list_feature(scratch, request, id);
         }
         keep_nearest(scratch, self.config.features_max);
+    }
+
+    /// Lists a feature by its distance from the ideal; of too many only the nearest stay.
+    pub(super) fn list_feature(&self, scratch: &mut Scratch, request: &Request, id: u32) {
+        if scratch.features.is_full() {
+            keep_nearest(scratch, self.config.features_max);
+        }
+        let ideal = request.ideal.translation;
+        let (aside, height) = self.distance_and_height(id, ideal.truncate());
+        scratch.features.push((aside + (height - ideal.z).abs(), id));
     }
 }
 

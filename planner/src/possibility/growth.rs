@@ -259,7 +259,7 @@ impl Growth {
         let target = Station { position, yaw: random.uniform(-std::f64::consts::PI, std::f64::consts::PI) };
         let tree = (self.samples % 2) as usize;
         self.samples += 1;
-        let tip = self.nearest(tree, |station| station.place_distance_squared(&target));
+        let tip = self.nearest(tree, |station| station.place_distance_squared(target.position));
         let extension = self.extension(tree, target, false);
         self.activity = Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Sample };
     }

@@ -1,30 +1,24 @@
 //! Whether the robot could perhaps stand at a station: placements for both feet, and room for the torso [Grey 4.1, 4.2].
 
+use std::ops::ControlFlow;
+
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 
 use super::station::Station;
 use super::torso::{Room, Torso};
-use crate::collision::FootState;
 use crate::constraint::Constraints;
-use crate::foot_placement::{Effort, Placement, Request, Scratch, Surfaces};
+use crate::foot_placement::{Effort, Scratch, Surfaces};
+use crate::foot_query::FootQuery;
 
-/// How far from the ideal a placement may be, m.
-const REACH_XY: f64 = 0.35;
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.5, 0.5];
-/// How far a placement's heading may be from the ideal, rad.
-const YAW_SPREAD: f64 = 0.8;
-/// How far from an ideal that is carried exactly more placements are of no use, m.
-const EXACT: f64 = 1e-3;
 /// Placements kept for each foot.
 const KEPT_MAX: usize = 6;
 /// Placements kept at a station.
 pub const PLACEMENTS_MAX: usize = 2 * KEPT_MAX;
 /// The longest way between two looks at the torso's room, m: no torso is so thin that it slips past a wall between them.
 const ROOM_STEP: f64 = 0.12;
-/// How many units of work one query of placements counts.
-const QUERY_WORK: u64 = 16;
 /// The effort while the demands are high: what the geometry says.
 const EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
 /// The effort once the demands are relaxed.
@@ -117,27 +111,20 @@ impl Context<'_> {
         scratch: &mut Scratch,
         work: &mut u64,
     ) {
-        *work += QUERY_WORK;
-        let collision = &self.constraints.collision;
-        let ideal = wish.station.world_from_ideal_sole(limb, self.feet_apart);
-        let request = Request {
-            sole_polygon: &self.constraints.body.sole_polygons[limb],
-            ideal,
-            reach_xy: REACH_XY,
+        let query = FootQuery {
+            limb,
+            ideal: wish.station.world_from_ideal_sole(limb, self.feet_apart),
             reach_z: REACH_Z,
-            yaw_spread: YAW_SPREAD,
             seed: self.seed,
-            object: wish.name << 1 | limb as u64 | 1 << 60,
-            attempt: 0,
+            name: (wish.name << 1 | limb as u64 | 1 << 60, 0),
             effort: if wish.relaxed { RELAXED_EFFORT } else { EFFORT },
-            is_free: &|pose| collision.foot_hit(limb, pose, FootState::Leaving).is_none(),
+            kept_max: KEPT_MAX,
         };
-        let mut kept = 0;
-        self.surfaces.propose(scratch, &request, &mut |placement: Placement| {
-            let world_from_sole = placement.world_from_sole;
-            let is_ideal = world_from_sole.translation.distance(ideal.translation) < EXACT;
-            kept += 1;
-            placements.push(Placed { limb, world_from_sole }).is_ok() && kept < KEPT_MAX && !is_ideal
+        query.run((self.constraints, self.surfaces), scratch, work, &mut |placement| match placements
+            .push(Placed { limb, world_from_sole: placement.world_from_sole })
+        {
+            Ok(()) => ControlFlow::Continue(true),
+            Err(_) => ControlFlow::Break(()),
         });
     }
 

@@ -47,12 +47,12 @@ impl Station {
     /// The metric of Gamma_P: the distance between positions, heights counted double, and a third of a metre a radian.
     pub fn distance(&self, other: &Self) -> f64 {
         let turn = METRES_PER_RADIAN * wrap_angle(other.yaw - self.yaw);
-        libm::sqrt(self.place_distance_squared(other) + turn * turn)
+        libm::sqrt(self.place_distance_squared(other.position) + turn * turn)
     }
 
-    /// The same without the heading, squared.
-    pub fn place_distance_squared(&self, other: &Self) -> f64 {
-        let way = other.position - self.position;
+    /// The same to a place, without the heading, squared.
+    pub fn place_distance_squared(&self, place: DVec3) -> f64 {
+        let way = place - self.position;
         DVec3::new(way.x, way.y, METRES_PER_HEIGHT * way.z).length_squared()
     }
 

@@ -1,7 +1,7 @@
 //! What the planner does where a segment cannot be completed.
 
 use super::{Phase, Planner};
-use crate::motion::graph::{ArenaFull, FootholdId};
+use crate::motion::graph::ArenaFull;
 use crate::possibility::Station;
 use crate::seeding::Seeding;
 use crate::trouble::{Remedy, detour_about, nearest_station, place_of};
@@ -30,7 +30,7 @@ impl Planner {
                 Ok(Phase::Seed { next: 0 })
             }
             Remedy::Sample => self.sample_near_trouble(),
-            Remedy::Detour => Ok(self.look_for_detour(nearest_station(route, &place), place)),
+            Remedy::Detour => Ok(self.look_for_detour(nearest_station(route, place.position), place)),
             Remedy::Reroute => Ok(self.look_for_another_route(place)),
         }
     }
@@ -39,9 +39,7 @@ impl Planner {
     pub(super) fn after_no_sequence(&mut self) -> Phase {
         let route = self.growth.route();
         let [first, last] = self.cuts.stations();
-        let footholds = self.roadmap.graph.footholds();
-        let place = |&id: &FootholdId| Station { position: footholds[id as usize].world_from_sole.translation, yaw: 0.0 };
-        let stations = self.search.entered().iter().map(|id| nearest_station(route, &place(id)));
+        let stations = self.search.entered().iter().map(|&id| self.nearest_stations[id as usize] as usize);
         let frontier = stations.filter(|station| (first..=last).contains(station)).max().unwrap_or(first);
         match self.trouble.no_sequence() {
             Remedy::Sweep | Remedy::Sample => {

@@ -9,15 +9,13 @@ use super::{Boundary, GOAL, Phase, Planner, START, boundary_node};
 use crate::ends::{foothold_at, stand};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
 use crate::motion::roadmap::Segment;
-use crate::possibility::{Placed, Station};
+use crate::possibility::Placed;
 use crate::trouble::{Trouble, nearest_station};
 
 /// Stations of a segment, more where the robot cannot stand there.
 const SEGMENT_STATIONS: usize = 36;
 /// A segment may step near this many stations beyond its ends.
 const MARGIN_STATIONS: usize = 8;
-/// The largest difference in height between both feet at a boundary, m.
-const UNEVEN_MAX: f64 = 0.05;
 /// How far from its ideal a sole may stand at a boundary and beside it, m: the ground is even and wide there.
 const ASIDE_MAX: f64 = 1e-3;
 
@@ -69,9 +67,7 @@ impl Cuts {
     }
 
     fn push(&mut self, boundary: usize, station: usize) {
-        if self.cuts.len() < self.cuts.capacity() {
-            self.cuts.push(Cut { boundary, station });
-        }
+        self.cuts.push(Cut { boundary, station });
     }
 
     /// The segment that is being planned has got longer by so many stations.
@@ -122,8 +118,7 @@ impl Planner {
     pub(super) fn find_nearest_stations(&mut self) {
         let route = self.growth.route();
         for foothold in &self.roadmap.graph.footholds()[self.nearest_stations.len()..] {
-            let place = Station { position: foothold.world_from_sole.translation, yaw: 0.0 };
-            self.nearest_stations.push(nearest_station(route, &place) as u32);
+            self.nearest_stations.push(nearest_station(route, foothold.world_from_sole.translation) as u32);
             self.tally.work += 1;
         }
     }
@@ -137,7 +132,7 @@ impl Planner {
         };
         let is_even = [station - 1, station + 1].iter().all(|&beside| [0, 1].iter().all(|&limb| ideal(beside, limb).is_some()));
         let [Some(left), Some(right)] = [0, 1].map(|limb| ideal(station, limb)) else { return Ok(None) };
-        if !is_even || (left.translation.z - right.translation.z).abs() > UNEVEN_MAX {
+        if !is_even {
             return Ok(None);
         }
         let constraints = &self.shared.constraints;
