@@ -24,7 +24,8 @@ use surefoot_planner::motion::foothold::single_mode;
 use surefoot_planner::motion::single_mode::{Problem, solve};
 use surefoot_planner::motion::transition::{TransitionPair, sample};
 use surefoot_planner::motion::tree::nearest;
-use surefoot_planner::motion::workspace::{TreeNode, Workspace};
+use surefoot_planner::motion::trees::TreeNode;
+use surefoot_planner::motion::workspace::Workspace;
 use surefoot_planner::random::{Random, Stream};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
@@ -176,11 +177,7 @@ fn time_transitions(name: &str, scene: &Scene) -> Kernel {
 
 fn time_motion(name: &str, scene: &Scene, problem: &Problem) -> Kernel {
     let mut workspace = Workspace::new(1024, 1536);
-    let kernel = time(name, |_| {
-        workspace.work = 0;
-        solve(&scene.constraints, black_box(problem), &mut workspace).unwrap();
-        workspace.work
-    });
+    let kernel = time(name, |_| solve(&scene.constraints, black_box(problem), &mut workspace).unwrap());
     kernel.noted(format!("{} waypoints", workspace.track.len()))
 }
 

@@ -17,6 +17,7 @@
 //! there is none, more placements are sampled, and stage P looks for another route. All routes' placements stand in one
 //! graph, so that each sequence may use any of them. A sequence that is complete is shortened [Grey 4.4.6]. Segment after segment is completed; the last one completes the plan.
 
+mod cycle;
 mod remedies;
 mod segments;
 mod shorten;
@@ -28,7 +29,7 @@ use rayon::ThreadPool;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
+use surefoot_shared_types::message::{PlanChunk, Standing};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::spatial::wrap_angle;
@@ -40,8 +41,9 @@ use crate::constraint::{Constraints, Rejection};
 use crate::ends::{foothold_at, stand_as, stand_on};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
-use crate::motion::roadmap::{Boundary, Roadmap, RoundTally, Shared};
-use crate::motion::sequence::{Purpose, Query, SequenceSearch};
+use crate::motion::roadmap::{Boundary, Roadmap, Shared};
+use crate::motion::round::Round;
+use crate::motion::sequence::{Purpose, SequenceSearch};
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Progress, Torso};
 use crate::seeding::Seeding;
@@ -79,7 +81,7 @@ enum Phase {
     Cut { station: usize },
     Seed { next: usize },
     Connect { next: FootholdId },
-    Sequence,
+    Sequence { purpose: Purpose, begun: bool },
     Sample { next: usize, failed: bool },
     Move { next: usize, failed: bool },
     Over(Outcome),
@@ -92,7 +94,7 @@ impl Phase {
             Self::Route | Self::Cut { .. } => Stage::Route,
             Self::Seed { .. } => Stage::Seed,
             Self::Connect { .. } => Stage::Connect,
-            Self::Sequence => Stage::Sequence,
+            Self::Sequence { .. } => Stage::Sequence,
             Self::Sample { .. } => Stage::Sample,
             Self::Move { .. } => Stage::Move,
             Self::Over(_) => Stage::Over,
@@ -127,6 +129,7 @@ pub struct Planner {
     shared: Shared,
     pool: Option<Arc<ThreadPool>>,
     roadmap: Roadmap,
+    round: Round,
     surfaces: Surfaces,
     scratch: Scratch,
     torso: Torso,
@@ -135,6 +138,8 @@ pub struct Planner {
     route_sweeps: usize,
     scenario: Scenario,
     search: SequenceSearch,
+    /// What the last sequence was sought for.
+    purpose: Purpose,
     chunks: ChunkBuilder,
     phase: Phase,
     standing: Option<Standing>,
@@ -151,9 +156,6 @@ pub struct Planner {
     trouble: Trouble,
     focus: Focus,
 }
-
-/// Transitions that a start on one foot leads to at the most; the others are reached through these.
-const STARTS_MAX: usize = 256;
 
 impl Planner {
     /// Compiles the robot and the world and allocates all that a search needs.
@@ -180,6 +182,7 @@ impl Planner {
             },
             pool,
             roadmap: Roadmap::new(config),
+            round: Round::default(),
             surfaces,
             scratch,
             torso,
@@ -187,6 +190,7 @@ impl Planner {
             route_sweeps: 0,
             scenario: scenario.clone(),
             search: SequenceSearch::new(config.footholds_max as usize, config.transitions_max as usize),
+            purpose: Purpose::Find,
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance),
             phase: Phase::Ends,
             standing: None,
@@ -235,7 +239,7 @@ impl Planner {
                 return Status::Done(outcome);
             }
             let (stage, before) = (self.phase.stage(), self.tally.work);
-            self.phase = self.advance().unwrap_or_else(|full| Phase::Over(Outcome::ArenaFull(full)));
+            self.phase = self.advance(until - before).unwrap_or_else(|full| Phase::Over(Outcome::ArenaFull(full)));
             self.tally.work_by_stage[stage as usize] += self.tally.work - before;
         }
         if let Phase::Over(outcome) = self.phase {
@@ -283,10 +287,11 @@ impl Planner {
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 6] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 7] {
         [
             ("possibility", self.growth.bytes()),
             ("roadmap", self.roadmap.bytes()),
+            ("rounds", self.round.bytes()),
             ("sequence", self.search.bytes()),
             ("chunks", self.chunks.bytes()),
             ("collision", self.shared.constraints.collision.bytes()),
@@ -294,16 +299,17 @@ impl Planner {
         ]
     }
 
-    fn advance(&mut self) -> Result<Phase, ArenaFull> {
+    /// Advances the phase by one piece of work, or by as many as a budget allows.
+    fn advance(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         match self.phase {
             Phase::Ends => self.stand_on_ends(),
             Phase::Route => Ok(self.find_route()),
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
-            Phase::Sequence => self.find_sequence(),
-            Phase::Sample { next, failed } => self.sample(next, failed),
-            Phase::Move { next, failed } => self.plan_motions(next, failed),
+            Phase::Sequence { purpose, begun } => self.find_sequence(purpose, begun, budget),
+            Phase::Sample { next, failed } => self.sample(next, failed, budget),
+            Phase::Move { next, failed } => self.plan_motions(next, failed, budget),
             Phase::Over(_) => Ok(self.phase),
         }
     }
@@ -402,7 +408,7 @@ impl Planner {
     fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
         if next as usize == self.roadmap.graph.footholds().len() {
             self.find_nearest_stations();
-            return Ok(Phase::Sequence);
+            return Ok(Phase::Sequence { purpose: Purpose::Find, begun: false });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         seeding.connect(next, self.step_max(), &mut self.roadmap.graph, &mut self.tally.work)?;
@@ -416,80 +422,10 @@ impl Planner {
         left.reach().max(right.reach()) + left.hip().distance(right.hip())
     }
 
-    fn find_sequence(&mut self) -> Result<Phase, ArenaFull> {
-        self.tally.sequences += 1;
-        if !self.search_sequence(Purpose::Find) {
-            return Ok(self.after_no_sequence());
-        }
-        Ok(Phase::Sample { next: 0, failed: false })
-    }
-
-    fn search_sequence(&mut self, purpose: Purpose) -> bool {
-        let [from, to] = self.cuts.boundaries();
-        let query = Query {
-            graph: &self.roadmap.graph,
-            edges: &self.roadmap.edges,
-            purpose,
-            stations: &self.nearest_stations,
-            range: self.cuts.window(),
-            ends: [from, to].map(boundary_node),
-            starts: &self.start_transitions(from),
-            goal: self.roadmap.boundary(to).footholds,
-        };
-        self.search.find(&query, &mut self.tally.work)
-    }
-
-    /// The transitions that a boundary leads to: on both feet those between its two placements, on one foot all that this one
-    /// carries.
-    fn start_transitions(&self, boundary: usize) -> heapless::Vec<TransitionId, STARTS_MAX> {
-        let Boundary { footholds: [left, right], support, .. } = *self.roadmap.boundary(boundary);
-        let graph = &self.roadmap.graph;
-        match support {
-            SupportMode::Left => graph.from_stance(left).take(STARTS_MAX).collect(),
-            SupportMode::Right => graph.from_stance(right).take(STARTS_MAX).collect(),
-            SupportMode::Double => [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect(),
-        }
-    }
-
-    fn sample(&mut self, next: usize, failed: bool) -> Result<Phase, ArenaFull> {
-        let segment = self.cuts.segment(self.search.sequence());
-        let round = self.roadmap.sample_transitions(&self.shared, segment, next)?;
-        let done = round.next == segment.sequence.len();
-        self.tally.transitions_found += u64::from(round.found);
-        let (next, failed) = self.count(&round, failed);
-        Ok(match (done, failed) {
-            (false, _) => Phase::Sample { next, failed },
-            (true, true) => self.after_failure()?,
-            (true, false) => Phase::Move { next: 0, failed: false },
-        })
-    }
-
-    fn plan_motions(&mut self, next: usize, failed: bool) -> Result<Phase, ArenaFull> {
-        let segment = self.cuts.segment(self.search.sequence());
-        let round = self.roadmap.plan_motions(&self.shared, segment, next)?;
-        let done = round.next == segment.sequence.len() + 1;
-        self.tally.motions_found += u64::from(round.found);
-        let (next, failed) = self.count(&round, failed);
-        Ok(match (done, failed) {
-            (false, _) => Phase::Move { next, failed },
-            (true, true) => self.after_failure()?,
-            (true, false) => self.shorten_or_complete()?,
-        })
-    }
-
     fn finish(&mut self) -> Result<Phase, ArenaFull> {
         self.roadmap.assemble(&self.walk, &mut self.chunks)?;
         self.digest = self.chunks.finish();
         Ok(Phase::Over(Outcome::Found))
-    }
-
-    /// Adds a round to the tally; answers where to go on and whether anything failed so far.
-    fn count(&mut self, round: &RoundTally, failed: bool) -> (usize, bool) {
-        self.tally.work += round.work;
-        for (total, count) in self.tally.rejections.iter_mut().zip(round.rejections) {
-            *total += count;
-        }
-        (round.next, failed || round.failures > 0)
     }
 }
 

@@ -158,7 +158,7 @@ fn more_waypoints_than_there_is_room_for() -> Result<(), Rejection> {
     let stand = stand();
     let to = State { configuration: stand.crouched(), world_from_soles: stand.end.state.world_from_soles };
     let problem = Problem { mode: stand.mode.clone(), from: stand.end.state, to, random: (1, 1), failures: 0 };
-    solve(&stand.constraints, &problem, &mut Workspace::new(2, 8))
+    solve(&stand.constraints, &problem, &mut Workspace::new(2, 8)).map(drop)
 }
 
 type Violate = fn() -> Result<(), Rejection>;
@@ -198,5 +198,5 @@ fn what_violates_nothing_is_not_turned_down() {
     assert_eq!(stand.check_between(&stand.moved(&ARM_FORWARD), &stand.moved(&ARM_BACK)), Ok(()));
     let to = State { configuration: stand.crouched(), world_from_soles: stand.end.state.world_from_soles };
     let problem = Problem { mode: stand.mode.clone(), from: stand.end.state, to, random: (1, 1), failures: 0 };
-    assert_eq!(solve(&stand.constraints, &problem, &mut Workspace::new(1024, 64)), Ok(()));
+    assert!(solve(&stand.constraints, &problem, &mut Workspace::new(1024, 64)).is_ok());
 }

@@ -74,7 +74,12 @@ impl Transition {
 
     /// S(T) D^3(T), m^3.
     pub fn effort(&self) -> f64 {
-        f64::from(self.attempts) * self.distance * self.distance * self.distance
+        f64::from(self.attempts) * self.cubed_distance()
+    }
+
+    /// D^3(T), m^3.
+    pub fn cubed_distance(&self) -> f64 {
+        self.distance * self.distance * self.distance
     }
 
     /// Whether Q(T) holds a configuration.

@@ -1,31 +1,23 @@
-//! Gamma_M: all that stage M has found [Grey 3.2, 4.4], and the rounds that add to it.
-//!
-//! A round hands one search to each workspace, runs them side by side and merges the results in order; the partition
-//! depends on nothing but the sequence, so the number of threads cannot matter.
+//! Gamma_M: all that stage M has found [Grey 3.2, 4.4].
 
-use rayon::prelude::*;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
 
 use crate::body::Configuration;
 use crate::chunking::ChunkBuilder;
-use crate::constraint::{Constraints, Mode, Rejection};
+use crate::constraint::{Constraints, Mode};
 use crate::motion::edges::{EdgeRecord, EdgeTable};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, FootholdId, Graph, START, TransitionId, boundary_of};
-use crate::motion::single_mode::{self, Problem};
+use crate::motion::mode_costs::{ModeCosts, ModeId};
 use crate::motion::track::State;
-use crate::motion::transition::{self, TransitionPair};
-use crate::motion::workspace::Workspace;
+use crate::motion::transition::{TransitionPair, world_from_soles};
+use crate::motion::trees::{TreeKey, TreePool};
 
-/// Searches that run side by side in one round.
-const WORKSPACES: usize = 16;
-/// Most waypoints of one single-mode motion.
-const TRACK_MAX: usize = 1024;
 /// Most nodes of one tree.
-const TREE_NODES_MAX: usize = 1536;
-/// Attempts at one transition in one round.
-const ATTEMPTS_PER_ROUND: u32 = 24;
+pub const TREE_NODES_MAX: usize = 1024;
+/// Trees that are kept; a round uses at most two for each of its searches.
+const TREES_MAX: usize = 64;
 
 /// What all searches read.
 #[derive(Debug)]
@@ -38,40 +30,19 @@ pub struct Shared {
     pub seed: u64,
 }
 
-/// The roadmap and the memory of its searches, allocated once.
+/// The roadmap, allocated once.
 #[derive(Debug)]
 pub struct Roadmap {
     /// Modes and transitions.
     pub graph: Graph,
     /// What is known of the motions between transitions.
     pub edges: EdgeTable,
+    /// What the modes cost.
+    pub costs: ModeCosts,
+    /// The trees of single-mode planning.
+    pub trees: TreePool,
     boundaries: Vec<Boundary>,
     waypoints: Vec<Configuration>,
-    workspaces: Vec<Workspace>,
-}
-
-/// What a round did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct RoundTally {
-    /// Where the next round goes on in the sequence.
-    pub next: usize,
-    /// Searches that failed.
-    pub failures: u32,
-    /// Searches that found something.
-    pub found: u32,
-    /// Work units spent.
-    pub work: u64,
-    /// What was turned down.
-    pub rejections: [u64; Rejection::COUNT],
-}
-
-/// One search of a round.
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
-enum Outcome {
-    Idle,
-    Transition { id: TransitionId, failed_attempts: u32, found: Option<Configuration> },
-    Motion { from: TransitionId, to: TransitionId, failures: u32, found: bool },
 }
 
 /// Where two segments meet: the robot standing on two placements; also the start and the goal.
@@ -96,17 +67,19 @@ pub struct Segment<'a> {
 
 impl Segment<'_> {
     /// Hop `index`: hop 0 leads to the first transition.
-    fn hop(&self, index: usize) -> Hop {
+    pub fn hop(&self, index: usize) -> Hop {
         let from = if index == 0 { self.ends[0] } else { self.sequence[index - 1] };
         Hop { from, to: self.sequence.get(index).copied().unwrap_or(self.ends[1]) }
     }
 }
 
-/// A pair of neighbours in the sequence, ends included.
-#[derive(Debug, Clone, Copy)]
-struct Hop {
-    from: TransitionId,
-    to: TransitionId,
+/// A pair of neighbours in a mode: transitions, or the nodes of boundaries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hop {
+    /// Where it begins.
+    pub from: TransitionId,
+    /// Where it leads.
+    pub to: TransitionId,
 }
 
 impl Roadmap {
@@ -117,9 +90,10 @@ impl Roadmap {
         Self {
             graph: Graph::new(footholds_max, transitions_max, configurations_max),
             edges: EdgeTable::new(4 * configurations_max),
+            costs: ModeCosts::new(footholds_max, transitions_max, configurations_max),
+            trees: TreePool::new(TREES_MAX, TREE_NODES_MAX),
             boundaries: Vec::with_capacity(BOUNDARIES_MAX),
             waypoints: Vec::with_capacity(waypoints_max),
-            workspaces: (0..WORKSPACES).map(|_| Workspace::new(TRACK_MAX, TREE_NODES_MAX)).collect(),
         }
     }
 
@@ -127,69 +101,76 @@ impl Roadmap {
     pub fn bytes(&self) -> usize {
         self.graph.bytes()
             + self.edges.bytes()
+            + self.costs.bytes()
+            + self.trees.bytes()
             + self.boundaries.capacity() * size_of::<Boundary>()
             + self.waypoints.capacity() * size_of::<Configuration>()
-            + self.workspaces.iter().map(Workspace::bytes).sum::<usize>()
     }
 
-    /// Samples configurations for the next transitions of the sequence that have none, from `next` on.
+    /// Notes failed attempts to sample a transition, and the configuration that the last one found.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn sample_transitions(&mut self, shared: &Shared, segment: Segment<'_>, next: usize) -> Result<RoundTally, ArenaFull> {
-        let mut batch: heapless::Vec<TransitionId, WORKSPACES> = heapless::Vec::new();
-        let mut tally = RoundTally { next, ..RoundTally::default() };
-        for &id in &segment.sequence[next..] {
-            let wanted = !self.graph.transitions()[id as usize].is_found() && !batch.contains(&id);
-            if wanted && batch.push(id).is_err() {
-                break;
-            }
-            tally.next += 1;
+    pub fn record_attempts(&mut self, id: TransitionId, failed: u32, found: Option<Configuration>) -> Result<(), ArenaFull> {
+        self.graph.record_attempts(id, failed, found)?;
+        if found.is_some() {
+            self.costs.add_found(id);
         }
-        let graph = &self.graph;
-        let outcomes =
-            run(shared, &mut self.workspaces, batch.len(), |index, workspace| sample_transition(shared, graph, batch[index], workspace));
-        for outcome in outcomes {
-            if let Outcome::Transition { id, failed_attempts, found } = outcome {
-                tally.count(found.is_some());
-                self.graph.record_attempts(id, failed_attempts, found)?;
-            }
-        }
-        self.collect(&mut tally);
-        Ok(tally)
+        Ok(())
     }
 
-    /// Plans the next motions of the segment that are missing, from hop `next` on (hop 0 leads from the boundary before it to the
-    /// first transition, the last one from the last transition to the boundary after it).
+    /// Notes a motion that was found for a hop: its waypoints after the first.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn plan_motions(&mut self, shared: &Shared, segment: Segment<'_>, next: usize) -> Result<RoundTally, ArenaFull> {
-        let mut batch: heapless::Vec<Hop, WORKSPACES> = heapless::Vec::new();
-        let mut tally = RoundTally { next, ..RoundTally::default() };
-        for hop in (next..=segment.sequence.len()).map(|index| segment.hop(index)) {
-            if self.edges.get(hop.from, hop.to).motion.is_none() && batch.push(hop).is_err() {
-                break;
-            }
-            tally.next += 1;
+    pub fn record_motion(&mut self, hop: Hop, track: &[Configuration]) -> Result<(), ArenaFull> {
+        if self.waypoints.len() + track.len() > self.waypoints.capacity() {
+            return Err(ArenaFull::Waypoints);
         }
-        let (graph, edges, boundaries) = (&self.graph, &self.edges, &self.boundaries);
-        let outcomes = run(shared, &mut self.workspaces, batch.len(), |index, workspace| {
-            plan_motion(shared, graph, edges, boundaries, batch[index], workspace)
-        });
-        for (index, outcome) in outcomes.into_iter().enumerate() {
-            if let Outcome::Motion { from, to, failures, found } = outcome {
-                let motion = if found { Some(self.store(index)?) } else { None };
-                let failures = if found { failures } else { failures + 1 };
-                self.edges.set(from, to, EdgeRecord { failures, motion })?;
-                if !found && boundary_of(from).is_none() && boundary_of(to).is_none() && to != Graph::twin(from) {
-                    self.graph.doubt(to);
-                }
-                tally.count(found);
-            }
+        let motion = Some((self.waypoints.len() as u32, track.len() as u32));
+        self.waypoints.extend_from_slice(track);
+        let failures = self.edges.get(hop.from, hop.to).failures;
+        self.edges.set(hop.from, hop.to, EdgeRecord { failures, motion })?;
+        self.costs.add_motion([hop.from, hop.to], self.is_double(hop))
+    }
+
+    /// Notes a search that failed after so many attempts to extend its trees.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn record_failure(&mut self, hop: Hop, extensions: u32) -> Result<(), ArenaFull> {
+        let failures = self.edges.get(hop.from, hop.to).failures + 1;
+        self.edges.set(hop.from, hop.to, EdgeRecord { failures, motion: None })?;
+        let transition = if boundary_of(hop.from).is_none() { hop.from } else { hop.to };
+        let [single, double] = ModeId::of(&self.graph, transition);
+        self.costs.add_attempts(if self.is_double(hop) { double } else { single }, extensions);
+        if boundary_of(hop.from).is_none() && boundary_of(hop.to).is_none() && hop.to != Graph::twin(hop.from) {
+            self.graph.doubt(hop.to);
         }
-        self.collect(&mut tally);
-        Ok(tally)
+        Ok(())
+    }
+
+    /// The mode of a hop.
+    pub fn mode(&self, hop: Hop) -> Mode {
+        let [stance, other] = self.placements(hop);
+        if self.is_double(hop) { double_mode(stance, other) } else { single_mode(stance) }
+    }
+
+    /// The robot at a transition that has a configuration, or at a boundary.
+    pub fn state(&self, node: TransitionId) -> State {
+        if let Some(index) = boundary_of(node) {
+            return self.boundaries[index].state;
+        }
+        let (stance, other) = self.graph.pair(node);
+        let world_from_soles = world_from_soles(TransitionPair { stance, other });
+        let configuration = *self.graph.configuration(node).unwrap_or(&self.boundaries[START].state.configuration);
+        State { configuration, world_from_soles }
+    }
+
+    /// The trees of both ends of a hop.
+    pub fn tree_keys(&self, hop: Hop) -> [TreeKey; 2] {
+        let is_double = self.is_double(hop);
+        [hop.from, hop.to].map(|node| TreeKey { node, is_double })
     }
 
     /// Adds a boundary; answers its index.
@@ -224,112 +205,30 @@ impl Roadmap {
         for hop in walk.windows(2).map(|pair| Hop { from: pair[0], to: pair[1] }) {
             let Some((first, count)) = self.edges.get(hop.from, hop.to).motion else { continue };
             let track = &self.waypoints[first as usize..(first + count) as usize];
-            let from = state(&self.graph, &self.boundaries, hop.from);
+            let from = self.state(hop.from);
             let (support, stance) = self.stance(hop);
             chunks.append(support, &stance, &from.configuration, track)?;
         }
         Ok(())
     }
 
-    fn store(&mut self, workspace: usize) -> Result<(u32, u32), ArenaFull> {
-        let track = &self.workspaces[workspace].track;
-        if self.waypoints.len() + track.len() > self.waypoints.capacity() {
-            return Err(ArenaFull::Waypoints);
-        }
-        let first = self.waypoints.len() as u32;
-        self.waypoints.extend_from_slice(track);
-        Ok((first, track.len() as u32))
-    }
-
-    fn collect(&mut self, tally: &mut RoundTally) {
-        tally.work += 1;
-        for workspace in &mut self.workspaces {
-            tally.work += std::mem::take(&mut workspace.work);
-            for (total, count) in tally.rejections.iter_mut().zip(&mut workspace.rejections) {
-                *total += std::mem::take(count);
-            }
-        }
-    }
-
     fn stance(&self, hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
-        let mut stance = heapless::Vec::new();
-        let (mode, placements) = mode(&self.graph, &self.boundaries, hop);
+        let mode = self.mode(hop);
+        let placements = self.placements(hop);
         let limbs = (0..2).filter(|&limb| mode.stands(limb));
-        stance.extend(limbs.filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb)));
-        (mode.support, stance)
+        let stance = limbs.filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb));
+        (mode.support, stance.collect())
     }
-}
 
-impl RoundTally {
-    fn count(&mut self, found: bool) {
-        if found { self.found += 1 } else { self.failures += 1 }
+    /// The placements that a hop touches: the stance first.
+    fn placements(&self, hop: Hop) -> [&Foothold; 2] {
+        let (stance, other) = self.graph.pair(if boundary_of(hop.from).is_some() { hop.to } else { hop.from });
+        [stance, other]
     }
-}
 
-/// Runs `search` for each index below `count`, each in a workspace of its own, and answers the outcomes in order.
-fn run(
-    shared: &Shared,
-    workspaces: &mut [Workspace],
-    count: usize,
-    search: impl Fn(usize, &mut Workspace) -> Outcome + Sync,
-) -> [Outcome; WORKSPACES] {
-    let mut outcomes = [const { Outcome::Idle }; WORKSPACES];
-    if shared.parallel && count > 1 {
-        let slots = workspaces.par_iter_mut().zip(outcomes.par_iter_mut()).enumerate().with_max_len(1);
-        slots.take(count).for_each(|(index, (workspace, outcome))| *outcome = search(index, workspace));
-    } else {
-        let slots = workspaces.iter_mut().zip(&mut outcomes).enumerate();
-        slots.take(count).for_each(|(index, (workspace, outcome))| *outcome = search(index, workspace));
+    /// Whether both feet stand during a hop.
+    fn is_double(&self, hop: Hop) -> bool {
+        let starts_double = boundary_of(hop.from).is_some_and(|index| self.boundaries[index].support == SupportMode::Double);
+        starts_double || boundary_of(hop.to).is_some() || hop.to == Graph::twin(hop.from)
     }
-    outcomes
-}
-
-fn sample_transition(shared: &Shared, graph: &Graph, id: TransitionId, workspace: &mut Workspace) -> Outcome {
-    let (stance, other) = graph.pair(id);
-    let mode = single_mode(stance);
-    let before = graph.transitions()[id as usize].attempts - 1;
-    for attempt in before..before + ATTEMPTS_PER_ROUND {
-        let pair = TransitionPair { stance, other };
-        let mut work = 0;
-        let sampled = transition::sample(&shared.constraints, &mode, pair, (shared.seed, u64::from(id)), u64::from(attempt), &mut work);
-        workspace.work += work;
-        match sampled {
-            Ok(found) => return Outcome::Transition { id, failed_attempts: attempt - before, found: Some(found) },
-            Err(rejection) => workspace.count(rejection),
-        }
-    }
-    Outcome::Transition { id, failed_attempts: ATTEMPTS_PER_ROUND, found: None }
-}
-
-fn plan_motion(shared: &Shared, graph: &Graph, edges: &EdgeTable, boundaries: &[Boundary], hop: Hop, workspace: &mut Workspace) -> Outcome {
-    let failures = edges.get(hop.from, hop.to).failures;
-    let problem = Problem {
-        mode: mode(graph, boundaries, hop).0,
-        from: state(graph, boundaries, hop.from),
-        to: state(graph, boundaries, hop.to),
-        random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
-        failures,
-    };
-    let found = single_mode::solve(&shared.constraints, &problem, workspace).is_ok();
-    Outcome::Motion { from: hop.from, to: hop.to, failures, found }
-}
-
-/// The mode of a hop, and the placements that it touches.
-fn mode<'a>(graph: &'a Graph, boundaries: &[Boundary], hop: Hop) -> (Mode, [&'a Foothold; 2]) {
-    let before = boundary_of(hop.from).map(|index| &boundaries[index]);
-    let (stance, other) = graph.pair(if before.is_some() { hop.to } else { hop.from });
-    let starts_double = before.is_some_and(|boundary| boundary.support == SupportMode::Double);
-    let is_double = starts_double || boundary_of(hop.to).is_some() || hop.to == Graph::twin(hop.from);
-    let mode = if is_double { double_mode(stance, other) } else { single_mode(stance) };
-    (mode, [stance, other])
-}
-
-fn state(graph: &Graph, boundaries: &[Boundary], node: TransitionId) -> State {
-    if let Some(index) = boundary_of(node) {
-        return boundaries[index].state;
-    }
-    let (stance, other) = graph.pair(node);
-    let world_from_soles = transition::world_from_soles(TransitionPair { stance, other });
-    let configuration = *graph.configuration(node).unwrap_or(&boundaries[START].state.configuration);
-    State { configuration, world_from_soles }
 }

@@ -3,6 +3,7 @@
 use crate::motion::edges::EdgeTable;
 use crate::motion::graph::{FootholdId, Graph, TransitionId};
 use crate::motion::heap::IndexHeap;
+use crate::motion::mode_costs::ModeCosts;
 
 /// The penalty p for each failed single-mode search between two transitions: no less than the cost of a transition
 /// that was never tried and is as long as a step can be [Grey 4.4.2].
@@ -13,6 +14,8 @@ pub const SINGLE_MODE_PENALTY: f64 = 1.0;
 pub enum Purpose {
     /// Any walk: C(T), which costs nothing where a configuration is known [Grey 4.4.2].
     Find,
+    /// The modes to search next, over transitions with a configuration alone: what these cost [Grey 4.4.3].
+    Join,
     /// A shorter walk, over the placements of one that was found: every transition costs [Grey 4.4.6].
     Shorten,
 }
@@ -24,6 +27,8 @@ pub struct Query<'a> {
     pub graph: &'a Graph,
     /// What is known of the motions between transitions.
     pub edges: &'a EdgeTable,
+    /// What the modes cost.
+    pub modes: &'a ModeCosts,
     /// What it looks for.
     pub purpose: Purpose,
     /// The station nearest to each placement.
@@ -46,6 +51,8 @@ impl Query<'_> {
         let transition = &self.graph.transitions()[id as usize];
         match self.purpose {
             Purpose::Find => transition.cost(),
+            Purpose::Join if transition.is_found() => self.modes.cost(self.graph, id),
+            Purpose::Join => f64::INFINITY,
             Purpose::Shorten => SHORTEN_BASE + transition.effort(),
         }
     }
@@ -56,7 +63,10 @@ impl Query<'_> {
     }
 
     fn penalty(&self, from: TransitionId, to: TransitionId) -> f64 {
-        f64::from(self.edges.get(from, to).failures) * SINGLE_MODE_PENALTY
+        match self.purpose {
+            Purpose::Join => 0.0,
+            Purpose::Find | Purpose::Shorten => f64::from(self.edges.get(from, to).failures) * SINGLE_MODE_PENALTY,
+        }
     }
 }
 
@@ -74,7 +84,12 @@ pub struct SequenceSearch {
     /// The placements of the walk that is being shortened.
     is_used: Vec<bool>,
     sequence: Vec<TransitionId>,
+    /// The cheapest arrival at the goal so far.
+    best: Option<(f64, TransitionId)>,
 }
+
+/// Edges that one unit of work looks at, or those of one transition where they are more.
+const EDGES_PER_UNIT: u64 = 64;
 
 impl SequenceSearch {
     /// Arrays for this many placements and transitions.
@@ -88,6 +103,7 @@ impl SequenceSearch {
             entered: Vec::with_capacity(footholds_max),
             is_used: vec![false; footholds_max],
             sequence: Vec::with_capacity(transitions_max),
+            best: None,
         }
     }
 
@@ -116,43 +132,61 @@ impl SequenceSearch {
         }
     }
 
-    /// Finds the cheapest sequence (Dijkstra; among equal costs the fewest transitions). `false` where the graph holds none.
-    /// Counts a unit of work for each 64 edges looked at.
-    ///
-    /// What a swing costs depends on where it leads, and on where it begins only if that very motion has failed. So the
-    /// first arrival on a stance settles all its swings but the doubtful ones, and a stance is expanded once.
-    pub fn find(&mut self, query: &Query<'_>, work: &mut u64) -> bool {
+    /// Begins to look for the cheapest sequence (Dijkstra; among equal costs the fewest transitions).
+    pub fn begin(&mut self, query: &Query<'_>) {
         self.clear();
         for &start in query.starts {
             self.relax(query, None, start, query.penalty(query.ends[0], start), (0.0, 0));
         }
+    }
+
+    /// Spends at most so many units of work, of [`EDGES_PER_UNIT`] edges each; answers how many it spent. The same query as at
+    /// the beginning. Once less is spent than allowed, the search has ended, see [`SequenceSearch::has_found`].
+    ///
+    /// What a swing costs depends on where it leads, and on where it begins only if that very motion has failed. So the
+    /// first arrival on a stance settles all its swings but the doubtful ones, and a stance is expanded once.
+    pub fn advance(&mut self, query: &Query<'_>, budget: u64) -> u64 {
+        for spent in 0..budget {
+            let mut looked_at = 0;
+            while looked_at < EDGES_PER_UNIT {
+                match self.expand(query) {
+                    Some(edges) => looked_at += edges + 1,
+                    None => {
+                        self.best.iter().for_each(|&(_, goal)| trace(&self.came_from, goal, &mut self.sequence));
+                        return spent;
+                    }
+                }
+            }
+        }
+        budget
+    }
+
+    /// Whether the search that has ended found a sequence.
+    pub fn has_found(&self) -> bool {
+        self.best.is_some()
+    }
+
+    /// Expands the nearest transition; answers how many edges it looked at, or `None` at the end.
+    fn expand(&mut self, query: &Query<'_>) -> Option<u64> {
+        let (node, cost, hops) = self.heap.pop()?;
+        if self.best.is_some_and(|(least, _)| least <= cost) {
+            self.heap.clear();
+            return None;
+        }
+        let arrived = cost + query.penalty(node, query.ends[1]);
+        if query.is_goal(node) && self.best.is_none_or(|(least, _)| arrived < least) {
+            self.best = Some((arrived, node));
+        }
+        let twin = Graph::twin(node);
+        self.relax(query, Some(node), twin, query.penalty(node, twin), (cost, hops));
         let graph = query.graph;
-        let mut looked_at = 0_u64;
-        let mut best: Option<(f64, TransitionId)> = None;
-        while let Some((node, cost, hops)) = self.heap.pop() {
-            if best.is_some_and(|(least, _)| least <= cost) {
-                break;
-            }
-            let arrived = cost + query.penalty(node, query.ends[1]);
-            if query.is_goal(node) && best.is_none_or(|(least, _)| arrived < least) {
-                best = Some((arrived, node));
-            }
-            let twin = Graph::twin(node);
-            self.relax(query, Some(node), twin, query.penalty(node, twin), (cost, hops));
-            let stance = graph.transitions()[node as usize].stance;
-            if self.is_entered[stance as usize] {
-                looked_at += self.relax_swings(query, node, graph.doubtful_from_stance(stance), (cost, hops));
-            } else {
-                self.is_entered[stance as usize] = true;
-                self.entered.push(stance);
-                looked_at += self.relax_swings(query, node, graph.from_stance(stance), (cost, hops));
-            }
+        let stance = graph.transitions()[node as usize].stance;
+        if self.is_entered[stance as usize] {
+            return Some(self.relax_swings(query, node, graph.doubtful_from_stance(stance), (cost, hops)));
         }
-        *work += looked_at / 64 + 1;
-        if let Some((_, goal)) = best {
-            self.trace(goal);
-        }
-        best.is_some()
+        self.is_entered[stance as usize] = true;
+        self.entered.push(stance);
+        Some(self.relax_swings(query, node, graph.from_stance(stance), (cost, hops)))
     }
 
     /// Bytes reserved.
@@ -166,6 +200,7 @@ impl SequenceSearch {
     /// Forgets the last search.
     fn clear(&mut self) {
         self.heap.clear();
+        self.best = None;
         self.sequence.clear();
         for node in self.reached.drain(..) {
             self.costs[node as usize] = (f64::INFINITY, 0);
@@ -197,7 +232,7 @@ impl SequenceSearch {
     fn may_use(&self, query: &Query<'_>, foothold: FootholdId) -> bool {
         let station = query.stations[foothold as usize];
         let is_near = query.range[0] <= station && station <= query.range[1];
-        is_near && (query.purpose == Purpose::Find || self.is_used[foothold as usize])
+        is_near && (query.purpose != Purpose::Shorten || self.is_used[foothold as usize])
     }
 
     fn relax(&mut self, query: &Query<'_>, from: Option<TransitionId>, to: TransitionId, penalty: f64, reached: (f64, u32)) {
@@ -211,10 +246,112 @@ impl SequenceSearch {
             self.heap.push(to, cost.0, cost.1);
         }
     }
+}
 
-    fn trace(&mut self, goal: TransitionId) {
-        let came_from = &self.came_from;
-        self.sequence.extend(std::iter::successors(Some(goal), |&at| came_from[at as usize]));
-        self.sequence.reverse();
+/// Writes the way that leads to a goal.
+fn trace(came_from: &[Option<TransitionId>], goal: TransitionId, sequence: &mut Vec<TransitionId>) {
+    sequence.extend(std::iter::successors(Some(goal), |&at| came_from[at as usize]));
+    sequence.reverse();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Configuration;
+    use crate::motion::edges::EdgeRecord;
+    use crate::motion::foothold::Foothold;
+    use glam::{DQuat, DVec3};
+    use surefoot_shared_types::Pose;
+    use surefoot_shared_types::message::limits::JOINTS_MAX;
+
+    /// A straight walk: left soles and right ones at these places along it (m), each pair within `reach` (m) connected.
+    struct Line {
+        graph: Graph,
+        edges: EdgeTable,
+        modes: ModeCosts,
+        stations: Vec<u32>,
+        ends: [[FootholdId; 2]; 2],
+    }
+
+    impl Line {
+        fn new(places: &[f64], reach: f64) -> Self {
+            let count = 2 * places.len();
+            let mut graph = Graph::new(count, count * count, count * count);
+            let foothold = |limb, x: f64| {
+                let y = if limb == 0 { 0.05 } else { -0.05 };
+                Foothold::new(limb, Pose::from_parts(DVec3::new(x, y, 0.0), DQuat::IDENTITY), heapless::Vec::new())
+            };
+            for &x in places {
+                for limb in [0, 1] {
+                    graph.add_foothold(foothold(limb, x)).unwrap();
+                }
+            }
+            for left in (0..count as u32).step_by(2) {
+                for right in (1..count as u32).step_by(2) {
+                    let [a, b] = [left, right].map(|id| graph.footholds()[id as usize].clone());
+                    if a.distance(&b) <= reach {
+                        graph.connect(left, right).unwrap();
+                    }
+                }
+            }
+            let last = count as u32 - 2;
+            let modes = ModeCosts::new(count, count * count, count * count);
+            Self { graph, edges: EdgeTable::new(64), modes, stations: vec![0; count], ends: [[0, 1], [last, last + 1]] }
+        }
+
+        fn cheapest(&self) -> (Vec<TransitionId>, f64) {
+            let [[left, right], goal] = self.ends;
+            let starts: Vec<TransitionId> = [self.graph.find(left, right), self.graph.find(right, left)].into_iter().flatten().collect();
+            let query = Query {
+                graph: &self.graph,
+                edges: &self.edges,
+                modes: &self.modes,
+                purpose: Purpose::Find,
+                stations: &self.stations,
+                range: [0, 0],
+                ends: [TransitionId::MAX, TransitionId::MAX - 1],
+                starts: &starts,
+                goal,
+            };
+            let mut search = SequenceSearch::new(self.stations.len(), self.graph.transitions().len());
+            search.begin(&query);
+            while search.advance(&query, 1) == 1 {}
+            assert!(search.has_found());
+            let nodes = search.sequence();
+            let penalties: f64 = nodes.windows(2).map(|pair| query.penalty(pair[0], pair[1])).sum();
+            (nodes.to_vec(), penalties + nodes.iter().map(|&id| query.cost(id)).sum::<f64>())
+        }
+
+        fn longest_step(&self, sequence: &[TransitionId]) -> f64 {
+            sequence.iter().map(|&id| self.graph.transitions()[id as usize].distance).fold(0.0, f64::max)
+        }
+    }
+
+    #[test]
+    fn moderate_steps_are_cheaper_than_few_long_ones() {
+        let line = Line::new(&[0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2], 0.7);
+        let (sequence, _) = line.cheapest();
+        assert!(line.longest_step(&sequence) < 0.3, "steps of 0.6 m are there to be had, and are not taken");
+    }
+
+    #[test]
+    fn costs_are_those_of_the_thesis() {
+        let mut line = Line::new(&[0.0, 0.3], 0.5);
+        let (sequence, cost) = line.cheapest();
+        let distances: Vec<f64> = line.graph.transitions().iter().map(|transition| transition.distance).collect();
+        let cubed = |id: &TransitionId| distances[*id as usize].powi(3);
+        assert!((cost - sequence.iter().map(cubed).sum::<f64>()).abs() < 1e-12, "S(T) starts at 1");
+        let (first, second) = (sequence[0], sequence[1]);
+        line.graph.record_attempts(first, 4, None).unwrap();
+        assert!((line.graph.transitions()[first as usize].cost() - 5.0 * cubed(&first)).abs() < 1e-12, "S(T) D^3(T)");
+        let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
+        for &id in &sequence {
+            line.graph.record_attempts(id, 0, Some(configuration)).unwrap();
+        }
+        assert_eq!(line.cheapest(), (sequence, 0.0), "what is found costs nothing");
+        line.edges.set(first, second, EdgeRecord { failures: 1, motion: None }).unwrap();
+        line.graph.doubt(second);
+        let (_, cost) = line.cheapest();
+        assert!(cost > 0.0 && cost <= SINGLE_MODE_PENALTY, "the penalty p, or what avoids it");
     }
 }

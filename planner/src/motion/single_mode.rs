@@ -1,15 +1,20 @@
-//! Single-mode planning: from one transition configuration to another within their common mode [Grey 4.4.3]. The straight
-//! way is tried first, in a few shapes; the trees only where it fails.
+//! Single-mode planning: from one transition configuration to another within their common mode [Grey 4.4.3].
+//!
+//! The first search between two transitions begins with primitive trajectories [Grey 4.4.5]: straight, and with the swing foot
+//! raised in a few shapes. Then the trees of both grow, and each later search grows them on.
+//!
+//! A search is advanced by one unit of work at a time, so that no step of the planner need wait for its end.
 
+use glam::DVec3;
 use surefoot_shared_types::Pose;
 
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::track::{State, Stretch, Swing, follow, place_at};
-use crate::motion::tree;
-use crate::motion::workspace::Workspace;
+use crate::motion::track::{Follower, Progress, State, Stretch, Swing, place_at};
+use crate::motion::tree::Growing;
+use crate::motion::workspace::{Workspace, push};
 
-/// A search within one mode.
+/// What is sought within one mode.
 #[derive(Debug, Clone)]
 pub struct Problem {
     /// The mode.
@@ -26,100 +31,177 @@ pub struct Problem {
 
 /// How high a swing foot is lifted off its placement before it may travel, along the sole's normal, m; tried in order.
 const LIFTS: [f64; 2] = [0.02, 0.012];
-/// The swings that are tried, in order.
+/// The shapes of a swing, in the order in which they are tried.
 const SWINGS: [Swing; 7] =
     [Swing::Hump(0.02), Swing::Hump(0.06), Swing::Over(0.02), Swing::Hump(0.14), Swing::Over(0.08), Swing::Over(0.2), Swing::Hump(0.3)];
+/// With both feet on the ground only the root travels.
+const SHIFTS: [Swing; 1] = [Swing::Straight];
 
-/// Searches; on success `workspace.track` holds the waypoints after `from`, `to` included.
-///
-/// # Errors
-/// What stopped the last attempt.
-pub fn solve(constraints: &Constraints, problem: &Problem, workspace: &mut Workspace) -> Result<(), Rejection> {
-    workspace.track.clear();
-    match problem.mode.swing() {
-        None => shift(constraints, problem, workspace),
-        Some(limb) => swing(constraints, problem, limb, workspace),
-    }
+/// A search within one mode.
+#[derive(Debug, Clone)]
+pub struct Search {
+    problem: Problem,
+    /// The ends of the travel: those of the problem, the swing foot lifted.
+    ends: [State; 2],
+    stage: Stage,
+    follower: Option<Follower>,
 }
 
-fn shift(constraints: &Constraints, problem: &Problem, workspace: &mut Workspace) -> Result<(), Rejection> {
-    let stretch = Stretch {
-        mode: &problem.mode,
-        from: &problem.from,
-        to: &problem.to,
-        exact: true,
-        swing: Swing::Straight,
-        swing_foot: FootState::Free,
-    };
-    if problem.failures == 0 && append(constraints, &stretch, workspace).is_ok() {
-        return Ok(());
-    }
-    workspace.track.clear();
-    tree::connect(constraints, problem, [&problem.from, &problem.to], workspace)
+#[derive(Debug, Clone)]
+enum Stage {
+    /// Finding how the swing foot leaves its placement at an end of the motion.
+    Lift { end: usize, lift: usize },
+    /// Trying a shape of the swing.
+    Travel { shape: usize },
+    /// Growing the trees.
+    Grow(Growing),
 }
 
-fn swing(constraints: &Constraints, problem: &Problem, limb: usize, workspace: &mut Workspace) -> Result<(), Rejection> {
-    let mut last = Rejection::Unreachable;
-    for lift in LIFTS {
-        let lifted = [&problem.from, &problem.to].map(|state| lifted(constraints, problem, state, limb, lift, workspace));
-        let [Ok(from), Ok(to)] = lifted else {
-            last = lifted.into_iter().find_map(Result::err).unwrap_or(last);
-            continue;
+impl Search {
+    /// Begins, with empty memory but for the trees.
+    pub fn new(problem: Problem) -> Self {
+        let ends = [problem.from, problem.to];
+        let stage = if problem.mode.swing().is_some() { Stage::Lift { end: 0, lift: 0 } } else { travel(&problem) };
+        Self { problem, ends, stage, follower: None }
+    }
+
+    /// Spends one unit of work. At the end answers whether the motion was found: then `workspace.track` holds the waypoints
+    /// after its first state, the last one included.
+    pub fn advance(&mut self, constraints: &Constraints, workspace: &mut Workspace) -> Option<Result<(), Rejection>> {
+        let ended = match &mut self.stage {
+            &mut Stage::Lift { end, lift } => self.lift(constraints, end, lift, workspace),
+            &mut Stage::Travel { shape } => self.travel(constraints, shape, workspace),
+            Stage::Grow(growing) => growing.advance(constraints, &self.problem, &self.ends, &mut self.follower, workspace),
         };
-        workspace.track.clear();
-        match fly(constraints, problem, [&from, &to], workspace) {
-            Ok(()) => return Ok(()),
-            Err(rejection) => last = rejection,
+        match ended {
+            Ok(false) => None,
+            Ok(true) => Some(self.complete(workspace)),
+            Err(rejection) => Some(Err(rejection)),
         }
     }
-    Err(last)
-}
 
-/// Lifts off, travels from one lifted state to the other, and lands.
-fn fly(constraints: &Constraints, problem: &Problem, lifted: [&State; 2], workspace: &mut Workspace) -> Result<(), Rejection> {
-    let [from, to] = lifted;
-    let lift_off = leaving(problem, &problem.from, from);
-    let landing = leaving(problem, to, &problem.to);
-    append(constraints, &lift_off, workspace)?;
-    let travel_begins = workspace.track.len();
-    append(constraints, &landing, workspace)?;
-    workspace.track.truncate(travel_begins);
-    let straight = problem.failures == 0
-        && SWINGS.iter().any(|&swing| {
-            workspace.track.truncate(travel_begins);
-            let travel = Stretch { mode: &problem.mode, from, to, exact: true, swing, swing_foot: FootState::Free };
-            append(constraints, &travel, workspace).is_ok()
-        });
-    if !straight {
-        workspace.track.truncate(travel_begins);
-        tree::connect(constraints, problem, lifted, workspace)?;
+    /// How often it tried to extend a tree; at least once, since a primitive trajectory that fails is an attempt too.
+    pub fn extensions(&self) -> u32 {
+        match &self.stage {
+            Stage::Grow(growing) => growing.extensions().max(1),
+            Stage::Lift { .. } | Stage::Travel { .. } => 1,
+        }
     }
-    append(constraints, &landing, workspace)
+
+    fn lift(&mut self, constraints: &Constraints, end: usize, lift: usize, workspace: &mut Workspace) -> Result<bool, Rejection> {
+        let Some(follower) = &mut self.follower else {
+            workspace.lifts[end].clear();
+            let begun = self.begin_lift(constraints, end, LIFTS[lift]);
+            return begun.map(|()| false).or_else(|why| self.next_lift(end, lift, why, workspace));
+        };
+        let advanced = follower.advance(constraints, &self.problem.mode);
+        let mut pushed = |progress: Progress| match progress {
+            Progress::Nearer => Ok(()),
+            Progress::Waypoint | Progress::Arrived => push(&mut workspace.lifts[end], follower.here().configuration),
+        };
+        match advanced.and_then(|progress| pushed(progress).map(|()| progress)) {
+            Ok(Progress::Arrived) => {
+                self.follower = None;
+                self.stage = if end == 0 { Stage::Lift { end: 1, lift: 0 } } else { travel(&self.problem) };
+                Ok(false)
+            }
+            Ok(_) => Ok(false),
+            Err(why) => self.next_lift(end, lift, why, workspace),
+        }
+    }
+
+    fn begin_lift(&mut self, constraints: &Constraints, end: usize, lift: f64) -> Result<(), Rejection> {
+        let from = if end == 0 { self.problem.from } else { self.problem.to };
+        let to = lifted(constraints, &self.problem.mode, &from, lift)?;
+        self.ends[end] = to;
+        let stretch = Stretch { from, to, exact: true, swing: Swing::Straight, swing_foot: FootState::Leaving };
+        self.follower = Some(Follower::new(constraints, &stretch));
+        Ok(())
+    }
+
+    fn next_lift(&mut self, end: usize, lift: usize, why: Rejection, workspace: &mut Workspace) -> Result<bool, Rejection> {
+        workspace.count(why);
+        self.follower = None;
+        if lift + 1 == LIFTS.len() {
+            return Err(why);
+        }
+        self.stage = Stage::Lift { end, lift: lift + 1 };
+        Ok(false)
+    }
+
+    fn travel(&mut self, constraints: &Constraints, shape: usize, workspace: &mut Workspace) -> Result<bool, Rejection> {
+        let shapes = shapes(&self.problem.mode);
+        let Some(follower) = &mut self.follower else {
+            workspace.track.clear();
+            let [from, to] = self.ends;
+            let stretch = Stretch { from, to, exact: true, swing: shapes[shape], swing_foot: FootState::Free };
+            self.follower = Some(Follower::new(constraints, &stretch));
+            return Ok(false);
+        };
+        let why = match follower.advance(constraints, &self.problem.mode) {
+            Ok(Progress::Nearer) => return Ok(false),
+            Ok(progress) => match push(&mut workspace.track, follower.here().configuration) {
+                Ok(()) => return Ok(progress == Progress::Arrived),
+                Err(full) => full,
+            },
+            Err(why) => why,
+        };
+        workspace.count(why);
+        self.follower = None;
+        if shape + 1 == shapes.len() {
+            self.stage = Stage::Grow(Growing::new(&self.problem));
+        } else {
+            self.stage = Stage::Travel { shape: shape + 1 };
+        }
+        Ok(false)
+    }
+
+    /// Puts the travel between lift-off and landing. A lift leads away from the placement, so landing is one in reverse.
+    fn complete(&self, workspace: &mut Workspace) -> Result<(), Rejection> {
+        let Workspace { track, lifts: [off, on], .. } = workspace;
+        if track.len() + off.len() + on.len() > track.capacity() {
+            return Err(Rejection::Discontinuous);
+        }
+        track.extend_from_slice(off);
+        track.rotate_right(off.len());
+        if self.problem.mode.swing().is_some() {
+            track.extend(on.iter().rev().skip(1));
+            track.push(self.problem.to.configuration);
+        }
+        Ok(())
+    }
 }
 
-fn leaving<'a>(problem: &'a Problem, from: &'a State, to: &'a State) -> Stretch<'a> {
-    Stretch { mode: &problem.mode, from, to, exact: true, swing: Swing::Straight, swing_foot: FootState::Leaving }
+/// Runs a search to its end; answers how many units of work it took.
+///
+/// # Errors
+/// What stopped it last.
+pub fn solve(constraints: &Constraints, problem: &Problem, workspace: &mut Workspace) -> Result<u64, Rejection> {
+    workspace.clear();
+    let mut search = Search::new(problem.clone());
+    let mut work = 1;
+    loop {
+        if let Some(ended) = search.advance(constraints, workspace) {
+            return ended.map(|()| work);
+        }
+        work += 1;
+    }
 }
 
-/// The state with the swing sole raised along its normal.
-fn lifted(
-    constraints: &Constraints,
-    problem: &Problem,
-    state: &State,
-    limb: usize,
-    lift: f64,
-    workspace: &mut Workspace,
-) -> Result<State, Rejection> {
+fn travel(problem: &Problem) -> Stage {
+    if problem.failures == 0 { Stage::Travel { shape: 0 } } else { Stage::Grow(Growing::new(problem)) }
+}
+
+fn shapes(mode: &Mode) -> &'static [Swing] {
+    if mode.swing().is_some() { &SWINGS } else { &SHIFTS }
+}
+
+/// A state with the swing sole raised along its normal.
+fn lifted(constraints: &Constraints, mode: &Mode, state: &State, lift: f64) -> Result<State, Rejection> {
     let mut raised = *state;
-    let sole = &mut raised.world_from_soles[limb];
-    *sole = Pose::from_parts(sole.translation + sole.rotation * (glam::DVec3::Z * lift), sole.rotation);
-    place_at(constraints, &problem.mode, &raised, &mut workspace.work)
-}
-
-/// Follows a stretch and appends its waypoints to the track.
-fn append(constraints: &Constraints, stretch: &Stretch<'_>, workspace: &mut Workspace) -> Result<(), Rejection> {
-    let mut work = 0;
-    let ending = follow(constraints, stretch, &mut work, &mut |state| workspace.push(&state.configuration));
-    workspace.work += work;
-    ending.inspect_err(|&rejection| workspace.count(rejection))
+    if let Some(limb) = mode.swing() {
+        let sole = &mut raised.world_from_soles[limb];
+        *sole = Pose::from_parts(sole.translation + sole.rotation * (DVec3::Z * lift), sole.rotation);
+    }
+    place_at(constraints, mode, &raised)
 }

@@ -43,13 +43,11 @@ pub enum Swing {
 
 /// One stretch of a track.
 #[derive(Debug, Clone, Copy)]
-pub struct Stretch<'a> {
-    /// The mode that it stays in.
-    pub mode: &'a Mode,
+pub struct Stretch {
     /// Where it begins.
-    pub from: &'a State,
+    pub from: State,
     /// Where it leads.
-    pub to: &'a State,
+    pub to: State,
     /// Whether it must end at `to` itself; otherwise `to` gives the direction, the legs and the centre of mass follow.
     pub exact: bool,
     /// How the swing sole travels.
@@ -58,54 +56,76 @@ pub struct Stretch<'a> {
     pub swing_foot: FootState,
 }
 
-/// Follows a stretch from its beginning, handing each checked waypoint to `emit` (the first is the one after `from`) until the
-/// end, an obstacle or a `false` from `emit`.
-///
-/// # Errors
-/// What stopped it; what was emitted before remains good.
-pub fn follow(
-    constraints: &Constraints,
-    stretch: &Stretch<'_>,
-    work: &mut u64,
-    emit: &mut dyn FnMut(&State) -> bool,
-) -> Result<(), Rejection> {
-    let feet = foot_states(stretch);
-    let mut at = 0.0;
-    let mut step = first_step(stretch);
-    let mut here = *stretch.from;
-    let mut here_snapshot = constraints.body.snapshot(&here.configuration);
-    let com_ends = [here_snapshot.com, constraints.body.snapshot(&stretch.to.configuration).com];
-    while at < 1.0 {
-        let next_at = (at + step).min(1.0);
-        let next = place(constraints, stretch, &here, next_at, &com_ends, work);
-        let near = next.as_ref().is_ok_and(|(state, snapshot)| is_near(constraints, (&here, &here_snapshot), (state, snapshot)));
-        if !near {
-            step *= 0.5;
-            if step < STEP_MIN {
-                return Err(next.err().unwrap_or(Rejection::Discontinuous));
-            }
-            continue;
-        }
-        let (state, snapshot) = next?;
-        *work += 1;
-        constraints.check(stretch.mode, &snapshot, feet)?;
-        let ends = [(&here.configuration, &here_snapshot), (&state.configuration, &snapshot)];
-        constraints.check_between(stretch.mode, ends, feet, work)?;
-        (here, here_snapshot, at) = (state, snapshot, next_at);
-        step = (step * 1.5).min(1.0 - at).max(STEP_MIN);
-        if !emit(&here) {
-            return Err(Rejection::Discontinuous);
-        }
-    }
-    Ok(())
+/// What one trial along a stretch came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// The trial was too far away; the next one is nearer.
+    Nearer,
+    /// [`Follower::here`] is the next waypoint.
+    Waypoint,
+    /// [`Follower::here`] is the last waypoint.
+    Arrived,
 }
 
-fn foot_states(stretch: &Stretch<'_>) -> [FootState; 2] {
-    [0, 1].map(|limb| if stretch.mode.stands(limb) { FootState::Stance } else { stretch.swing_foot })
+/// Follows a stretch from its beginning, one trial at a time, each of which costs one unit of work.
+#[derive(Debug, Clone)]
+pub struct Follower {
+    stretch: Stretch,
+    /// The share of the stretch behind it.
+    at: f64,
+    /// The share that it tries to go next.
+    step: f64,
+    here: State,
+    here_snapshot: Snapshot,
+    /// The centre of mass at both ends, world, m.
+    com_ends: [DVec3; 2],
+}
+
+impl Follower {
+    /// At the beginning of a stretch.
+    pub fn new(constraints: &Constraints, stretch: &Stretch) -> Self {
+        let here_snapshot = constraints.body.snapshot(&stretch.from.configuration);
+        let com_ends = [here_snapshot.com, constraints.body.snapshot(&stretch.to.configuration).com];
+        Self { stretch: *stretch, at: 0.0, step: first_step(stretch), here: stretch.from, here_snapshot, com_ends }
+    }
+
+    /// The waypoint that was reached last; every waypoint and every motion between two is checked.
+    pub fn here(&self) -> &State {
+        &self.here
+    }
+
+    /// Tries the next waypoint.
+    ///
+    /// # Errors
+    /// What stops it here; the waypoints before remain good.
+    pub fn advance(&mut self, constraints: &Constraints, mode: &Mode) -> Result<Progress, Rejection> {
+        let feet = foot_states(mode, self.stretch.swing_foot);
+        let next_at = (self.at + self.step).min(1.0);
+        let next = place(constraints, mode, &self.stretch, &self.here, next_at, &self.com_ends);
+        let near = next.as_ref().is_ok_and(|(state, snapshot)| is_near(constraints, (&self.here, &self.here_snapshot), (state, snapshot)));
+        if !near {
+            self.step *= 0.5;
+            if self.step < STEP_MIN {
+                return Err(next.err().unwrap_or(Rejection::Discontinuous));
+            }
+            return Ok(Progress::Nearer);
+        }
+        let (state, snapshot) = next?;
+        constraints.check(mode, &snapshot, feet)?;
+        let ends = [(&self.here.configuration, &self.here_snapshot), (&state.configuration, &snapshot)];
+        constraints.check_between(mode, ends, feet, &mut 0)?;
+        (self.here, self.here_snapshot, self.at) = (state, snapshot, next_at);
+        self.step = (self.step * 1.5).min(1.0 - self.at).max(STEP_MIN);
+        Ok(if self.at < 1.0 { Progress::Waypoint } else { Progress::Arrived })
+    }
+}
+
+fn foot_states(mode: &Mode, swing_foot: FootState) -> [FootState; 2] {
+    [0, 1].map(|limb| if mode.stands(limb) { FootState::Stance } else { swing_foot })
 }
 
 /// A first guess of the step, from how far root and soles travel.
-fn first_step(stretch: &Stretch<'_>) -> f64 {
+fn first_step(stretch: &Stretch) -> f64 {
     let travel = |a: &Pose, b: &Pose| a.translation.distance(b.translation);
     let root = travel(&stretch.from.configuration.world_from_root, &stretch.to.configuration.world_from_root);
     let soles = [0, 1].map(|limb| travel(&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb]));
@@ -130,27 +150,26 @@ fn is_near(constraints: &Constraints, a: (&State, &Snapshot), b: (&State, &Snaps
 ///
 /// # Errors
 /// The legs do not reach, or the shifts do not converge.
-pub fn place_at(constraints: &Constraints, mode: &Mode, wished: &State, work: &mut u64) -> Result<State, Rejection> {
-    let stretch = Stretch { mode, from: wished, to: wished, exact: false, swing: Swing::Straight, swing_foot: FootState::Free };
-    place(constraints, &stretch, wished, 1.0, &[DVec3::ZERO; 2], work).map(|(state, _)| state)
+pub fn place_at(constraints: &Constraints, mode: &Mode, wished: &State) -> Result<State, Rejection> {
+    let stretch = Stretch { from: *wished, to: *wished, exact: false, swing: Swing::Straight, swing_foot: FootState::Free };
+    place(constraints, mode, &stretch, wished, 1.0, &[DVec3::ZERO; 2]).map(|(state, _)| state)
 }
 
 /// The state at `t` along a stretch; at its end the wished-for state itself.
 fn place(
     constraints: &Constraints,
-    stretch: &Stretch<'_>,
+    mode: &Mode,
+    stretch: &Stretch,
     here: &State,
     t: f64,
     com_ends: &[DVec3; 2],
-    work: &mut u64,
 ) -> Result<(State, Snapshot), Rejection> {
     let body = &constraints.body;
-    *work += 1;
     if t >= 1.0 && stretch.exact {
-        return Ok((*stretch.to, body.snapshot(&stretch.to.configuration)));
+        return Ok((stretch.to, body.snapshot(&stretch.to.configuration)));
     }
     let mut state = *here;
-    for limb in (0..2).filter(|&limb| !stretch.mode.stands(limb)) {
+    for limb in (0..2).filter(|&limb| !mode.stands(limb)) {
         state.world_from_soles[limb] = swing_pose(stretch, limb, t);
     }
     let (from, to) = (&stretch.from.configuration, &stretch.to.configuration);
@@ -160,9 +179,8 @@ fn place(
     }
     state.configuration.world_from_root = course;
     let course_com = com_ends[0].lerp(com_ends[1], t).truncate();
-    let com_depth = constraints.com_margin(stretch.mode) + COM_COURSE_TOLERANCE;
+    let com_depth = constraints.com_margin(mode) + COM_COURSE_TOLERANCE;
     for _ in 0..COM_SHIFTS_MAX {
-        *work += 1;
         let root = &mut state.configuration.world_from_root;
         let highest = body.root_height(root, &state.world_from_soles, [REACH_SHARE_MAX; 2]).ok_or(Rejection::Unreachable)?;
         root.translation.z = course.translation.z.min(highest);
@@ -171,7 +189,7 @@ fn place(
         }
         let snapshot = body.snapshot(&state.configuration);
         let com = snapshot.com.truncate();
-        let error = if stretch.exact { course_com - com } else { stretch.mode.region.nearest_inside(com, com_depth) - com };
+        let error = if stretch.exact { course_com - com } else { mode.region.nearest_inside(com, com_depth) - com };
         if error.length() <= COM_COURSE_TOLERANCE {
             return Ok((state, snapshot));
         }
@@ -180,7 +198,7 @@ fn place(
     Err(Rejection::Balance)
 }
 
-fn swing_pose(stretch: &Stretch<'_>, limb: usize, t: f64) -> Pose {
+fn swing_pose(stretch: &Stretch, limb: usize, t: f64) -> Pose {
     let (from, to) = (&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb]);
     match stretch.swing {
         Swing::Straight => interpolate(from, to, t),

@@ -8,14 +8,15 @@ use surefoot_shared_types::spatial::{interpolate, rotation_distance, rotation_fr
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Rejection};
 use crate::motion::single_mode::Problem;
-use crate::motion::track::{State, Stretch, Swing, follow};
-use crate::motion::workspace::{TreeNode, Workspace};
+use crate::motion::track::{Follower, Progress, State, Stretch, Swing};
+use crate::motion::trees::TreeNode;
+use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 
-/// Samples drawn in one search.
-const SAMPLES_MAX: u32 = 160;
+/// Samples drawn in one search; the trees are kept for the next one.
+const SAMPLES_MAX: u32 = 128;
 /// Waypoints added by one extension toward a sample.
-const EXTENSION_MAX: usize = 24;
+const EXTENSION_MAX: u32 = 24;
 /// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.
 const METRES_PER_RADIAN: f64 = 0.35;
 /// How far samples of the root leave the straight line between both ends, m.
@@ -29,70 +30,146 @@ const SOLE_TURN: f64 = 0.5;
 /// How far free joints leave the straight line, rad; only every other sample moves them.
 const FREE_SPREAD: f64 = 0.6;
 
-/// Connects two states; on success appends the waypoints after the first, the second one included, to the track.
-///
-/// # Errors
-/// No connection within the bounds, or the last obstacle met.
-pub fn connect(constraints: &Constraints, problem: &Problem, ends: [&State; 2], workspace: &mut Workspace) -> Result<(), Rejection> {
+/// The growth of two trees toward one another.
+#[derive(Debug, Clone)]
+pub struct Growing {
+    random: Random,
+    sample: u32,
+    /// The tree that grows: after each sample it is the other's turn.
+    side: usize,
+    aim: Aim,
+    /// The node that the next waypoint hangs on.
+    parent: u32,
+    /// Waypoints added toward this aim.
+    added: u32,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Aim {
+    /// Choosing a sample.
+    Choose,
+    /// Growing toward the sample.
+    Sample,
+    /// Growing the other tree toward the tip of the first.
+    Tip(u32),
+}
+
+impl Growing {
+    /// Begins.
+    pub fn new(problem: &Problem) -> Self {
+        let random = Random::new(problem.random.0, Stream::SingleMode, problem.random.1, u64::from(problem.failures));
+        Self { random, sample: 0, side: 0, aim: Aim::Choose, parent: 0, added: 0 }
+    }
+
+    /// How often it tried to extend a tree.
+    pub fn extensions(&self) -> u32 {
+        self.sample
+    }
+
+    /// Spends one unit of work; `true` once the trees meet: then the track holds the waypoints after the first end, the second
+    /// one included.
+    ///
+    /// # Errors
+    /// No connection with the last sample.
+    pub fn advance(
+        &mut self,
+        constraints: &Constraints,
+        problem: &Problem,
+        ends: &[State; 2],
+        follower: &mut Option<Follower>,
+        workspace: &mut Workspace,
+    ) -> Result<bool, Rejection> {
+        let Some(at) = follower else {
+            plant(ends, workspace);
+            *follower = Some(self.choose(constraints, problem, ends, workspace));
+            return Ok(false);
+        };
+        let progress = at.advance(constraints, &problem.mode);
+        let grown = progress.and_then(|progress| match progress {
+            Progress::Nearer => Ok(progress),
+            _ => self.add(at.here(), workspace).map(|()| progress),
+        });
+        match (self.aim, grown) {
+            (_, Ok(Progress::Nearer)) => Ok(false),
+            (Aim::Tip(tip), Ok(Progress::Arrived)) => self.collect(tip, workspace).map(|()| true),
+            (Aim::Tip(_), Ok(_)) => Ok(false),
+            (Aim::Tip(_), Err(why)) => self.next_sample(why, follower, workspace),
+            (_, Ok(Progress::Waypoint)) if self.added < EXTENSION_MAX => Ok(false),
+            (_, Err(why)) if self.added == 0 => self.next_sample(why, follower, workspace),
+            _ => {
+                *follower = Some(self.turn_to_tip(constraints, problem, workspace));
+                Ok(false)
+            }
+        }
+    }
+
+    fn choose(&mut self, constraints: &Constraints, problem: &Problem, ends: &[State; 2], workspace: &Workspace) -> Follower {
+        self.side = (self.sample % 2) as usize;
+        let target = draw(constraints, problem, ends, &mut self.random);
+        self.aim_at(constraints, problem, &target, Aim::Sample, workspace)
+    }
+
+    fn turn_to_tip(&mut self, constraints: &Constraints, problem: &Problem, workspace: &Workspace) -> Follower {
+        let tip = self.parent;
+        let target = workspace.trees[self.side][tip as usize].state;
+        self.side = 1 - self.side;
+        self.aim_at(constraints, problem, &target, Aim::Tip(tip), workspace)
+    }
+
+    fn aim_at(&mut self, constraints: &Constraints, problem: &Problem, target: &State, aim: Aim, workspace: &Workspace) -> Follower {
+        let tree = &workspace.trees[self.side];
+        let near = nearest(tree, problem, target);
+        (self.aim, self.parent, self.added) = (aim, near as u32, 0);
+        let exact = matches!(aim, Aim::Tip(_));
+        let stretch = Stretch { from: tree[near].state, to: *target, exact, swing: Swing::Straight, swing_foot: FootState::Free };
+        Follower::new(constraints, &stretch)
+    }
+
+    fn add(&mut self, state: &State, workspace: &mut Workspace) -> Result<(), Rejection> {
+        let tree = &mut workspace.trees[self.side];
+        push(tree, TreeNode { state: *state, parent: self.parent })?;
+        self.parent = (tree.len() - 1) as u32;
+        self.added += 1;
+        Ok(())
+    }
+
+    fn next_sample(&mut self, why: Rejection, follower: &mut Option<Follower>, workspace: &mut Workspace) -> Result<bool, Rejection> {
+        workspace.count(why);
+        *follower = None;
+        self.aim = Aim::Choose;
+        self.sample += 1;
+        if self.sample < SAMPLES_MAX { Ok(false) } else { Err(why) }
+    }
+
+    /// Writes the way from the first tree's root over both tips, which are the same state, to the second tree's root.
+    fn collect(&self, tip: u32, workspace: &mut Workspace) -> Result<(), Rejection> {
+        let Workspace { track, trees, .. } = workspace;
+        let tips = if self.side == 1 { [tip, self.parent] } else { [self.parent, tip] };
+        track.clear();
+        for node in path_to_root(&trees[0], tips[0]) {
+            push(track, node.state.configuration)?;
+        }
+        track.reverse();
+        for node in path_to_root(&trees[1], tips[1]).skip(1) {
+            push(track, node.state.configuration)?;
+        }
+        push(track, trees[1][0].state.configuration)
+    }
+}
+
+/// Roots each tree that is still empty at its end.
+fn plant(ends: &[State; 2], workspace: &mut Workspace) {
     for (tree, end) in workspace.trees.iter_mut().zip(ends) {
-        tree.clear();
-        tree.push(TreeNode { state: *end, parent: 0 });
-    }
-    let mut random = Random::new(problem.random.0, Stream::SingleMode, problem.random.1, u64::from(problem.failures));
-    for sample in 0..SAMPLES_MAX {
-        let growing = (sample % 2) as usize;
-        let target = draw(constraints, problem, ends, &mut random);
-        let Some(tip) = extend(constraints, problem, workspace, growing, &target) else { continue };
-        let reached = workspace.trees[growing][tip].state;
-        if let Some(met) = join(constraints, problem, workspace, 1 - growing, &reached) {
-            let tips = if growing == 0 { [tip, met] } else { [met, tip] };
-            return collect(workspace, tips);
+        if tree.is_empty() {
+            tree.push(TreeNode { state: *end, parent: 0 });
         }
     }
-    Err(Rejection::Discontinuous)
 }
 
-/// Grows a tree toward a target; answers the node at the tip, if any was added.
-fn extend(constraints: &Constraints, problem: &Problem, workspace: &mut Workspace, tree: usize, target: &State) -> Option<usize> {
-    let before = workspace.trees[tree].len();
-    let near = nearest(&workspace.trees[tree], problem, target);
-    grow(constraints, problem, workspace, tree, near, target, false).ok();
-    (workspace.trees[tree].len() > before).then(|| workspace.trees[tree].len() - 1)
-}
-
-/// Grows a tree all the way to a state of the other; answers the node that stands there.
-fn join(constraints: &Constraints, problem: &Problem, workspace: &mut Workspace, tree: usize, target: &State) -> Option<usize> {
-    let near = nearest(&workspace.trees[tree], problem, target);
-    grow(constraints, problem, workspace, tree, near, target, true).ok()?;
-    Some(workspace.trees[tree].len() - 1)
-}
-
-fn grow(
-    constraints: &Constraints,
-    problem: &Problem,
-    workspace: &mut Workspace,
-    tree: usize,
-    near: usize,
-    target: &State,
-    exact: bool,
-) -> Result<(), Rejection> {
-    let nodes = &mut workspace.trees[tree];
-    let from = nodes[near].state;
-    let stretch = Stretch { mode: &problem.mode, from: &from, to: target, exact, swing: Swing::Straight, swing_foot: FootState::Free };
-    let mut parent = near as u32;
-    let mut added = 0;
-    let mut work = 0;
-    let ending = follow(constraints, &stretch, &mut work, &mut |state| {
-        let fits = nodes.len() < nodes.capacity();
-        if fits {
-            nodes.push(TreeNode { state: *state, parent });
-            parent = (nodes.len() - 1) as u32;
-            added += 1;
-        }
-        fits && (exact || added < EXTENSION_MAX)
-    });
-    workspace.work += work;
-    ending.inspect_err(|&rejection| workspace.count(rejection))
+/// The nodes from one up to the root, that one included and the root left out.
+fn path_to_root(tree: &[TreeNode], node: u32) -> impl Iterator<Item = &TreeNode> {
+    let above = |&at: &u32| (at != 0).then(|| tree[at as usize].parent).filter(|&parent| parent != 0);
+    std::iter::successors(Some(node).filter(|&at| at != 0), above).map(|at| &tree[at as usize])
 }
 
 /// The node nearest to a target in the search's metric; the first of several.
@@ -116,9 +193,9 @@ fn distance(problem: &Problem, a: &State, b: &State) -> f64 {
 }
 
 /// A random target about the straight line between both ends.
-fn draw(constraints: &Constraints, problem: &Problem, ends: [&State; 2], random: &mut Random) -> State {
+fn draw(constraints: &Constraints, problem: &Problem, ends: &[State; 2], random: &mut Random) -> State {
     let share = random.uniform(0.0, 1.0);
-    let mut state = *ends[0];
+    let mut state = ends[0];
     let roots = ends.map(|end| end.configuration.world_from_root);
     let root = interpolate(&roots[0], &roots[1], share);
     state.configuration.world_from_root = scatter(&root, ROOT_SPREAD, 0.0, ROOT_TURN, random);
@@ -140,28 +217,4 @@ fn scatter(pose: &Pose, spread: f64, raise: f64, turn: f64, random: &mut Random)
     let offset = vector(spread) + DVec3::Z * raise;
     let rotation = rotation_from_scaled_axis(vector(turn)) * pose.rotation;
     Pose::from_parts(pose.translation + offset, rotation.normalize())
-}
-
-/// Appends the way from the first tree's root over both tips to the second tree's root. Both tips are the same state.
-fn collect(workspace: &mut Workspace, tips: [usize; 2]) -> Result<(), Rejection> {
-    let Workspace { track, trees, .. } = workspace;
-    let begins = track.len();
-    let mut at = tips[0];
-    while at != 0 {
-        if track.len() == track.capacity() {
-            return Err(Rejection::Discontinuous);
-        }
-        track.push(trees[0][at].state.configuration);
-        at = trees[0][at].parent as usize;
-    }
-    track[begins..].reverse();
-    let mut at = tips[1];
-    while at != 0 {
-        at = trees[1][at].parent as usize;
-        if track.len() == track.capacity() {
-            return Err(Rejection::Discontinuous);
-        }
-        track.push(trees[1][at].state.configuration);
-    }
-    Ok(())
 }

@@ -1,27 +1,21 @@
-//! The memory of one single-mode search, allocated once and used by one task at a time.
+//! The memory of one single-mode search, allocated once and used by one search at a time.
 
 use crate::body::Configuration;
 use crate::constraint::Rejection;
-use crate::motion::track::State;
+use crate::motion::trees::{Tree, TreeNode};
 
-/// A node of a tree: a state and the node it was reached from.
-#[derive(Debug, Clone, Copy)]
-pub struct TreeNode {
-    /// The state.
-    pub state: State,
-    /// The node before; the root's is itself.
-    pub parent: u32,
-}
+/// Most waypoints that lift a foot off its placement or set it down.
+const LIFT_MAX: usize = 128;
 
 /// A search's memory.
 #[derive(Debug)]
 pub struct Workspace {
     /// The motion found: waypoints after the first state, the last one included.
     pub track: Vec<Configuration>,
-    /// The two trees.
-    pub trees: [Vec<TreeNode>; 2],
-    /// Work spent.
-    pub work: u64,
+    /// How the swing foot leaves its placement at either end, waypoints after the end itself.
+    pub lifts: [Vec<Configuration>; 2],
+    /// The trees of both ends.
+    pub trees: [Tree; 2],
     /// How often each condition turned something down.
     pub rejections: [u64; Rejection::COUNT],
 }
@@ -29,17 +23,19 @@ pub struct Workspace {
 impl Workspace {
     /// Memory for tracks and trees of these lengths.
     pub fn new(track_max: usize, tree_nodes_max: usize) -> Self {
-        let tree = || Vec::with_capacity(tree_nodes_max);
-        Self { track: Vec::with_capacity(track_max), trees: [tree(), tree()], work: 0, rejections: [0; Rejection::COUNT] }
+        Self {
+            track: Vec::with_capacity(track_max),
+            lifts: [0, 1].map(|_| Vec::with_capacity(LIFT_MAX)),
+            trees: [0, 1].map(|_| Vec::with_capacity(tree_nodes_max)),
+            rejections: [0; Rejection::COUNT],
+        }
     }
 
-    /// Appends a waypoint; `false` where the track is full.
-    pub fn push(&mut self, configuration: &Configuration) -> bool {
-        let fits = self.track.len() < self.track.capacity();
-        if fits {
-            self.track.push(*configuration);
-        }
-        fits
+    /// Empties it, but for what it counts.
+    pub fn clear(&mut self) {
+        self.track.clear();
+        self.lifts.iter_mut().for_each(Vec::clear);
+        self.trees.iter_mut().for_each(Vec::clear);
     }
 
     /// Counts a rejection.
@@ -49,7 +45,20 @@ impl Workspace {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.track.capacity() * size_of::<Configuration>()
+        let tracks = [&self.track, &self.lifts[0], &self.lifts[1]];
+        tracks.iter().map(|track| track.capacity() * size_of::<Configuration>()).sum::<usize>()
             + self.trees.iter().map(|tree| tree.capacity() * size_of::<TreeNode>()).sum::<usize>()
     }
+}
+
+/// Appends to a list of fixed capacity.
+///
+/// # Errors
+/// The list is full: [`Rejection::Discontinuous`], as the motion needs more steps than allowed.
+pub fn push<T>(list: &mut Vec<T>, item: T) -> Result<(), Rejection> {
+    if list.len() == list.capacity() {
+        return Err(Rejection::Discontinuous);
+    }
+    list.push(item);
+    Ok(())
 }

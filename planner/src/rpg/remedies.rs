@@ -1,6 +1,6 @@
 //! What the planner does where a segment cannot be completed.
 
-use super::{Phase, Planner};
+use super::{Phase, Planner, Purpose};
 use crate::motion::graph::ArenaFull;
 use crate::possibility::Station;
 use crate::seeding::Seeding;
@@ -12,10 +12,7 @@ const END_RADIUS: f64 = 0.6;
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
     pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        if self.shortening.is_active() {
-            return self.shorten();
-        }
-        let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::Sequence) };
+        let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::Sequence { purpose: Purpose::Find, begun: false }) };
         let segment = self.cuts.segment(self.search.sequence());
         let sequence = segment.sequence;
         let unsolved = |index: &usize| self.roadmap.is_unsolved(segment, *index);

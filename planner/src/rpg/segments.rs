@@ -5,7 +5,7 @@
 
 use surefoot_shared_types::message::SupportMode;
 
-use super::{Boundary, GOAL, Phase, Planner, START, boundary_node};
+use super::{Boundary, GOAL, Phase, Planner, Purpose, START, boundary_node};
 use crate::ends::{foothold_at, stand};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
 use crate::motion::roadmap::Segment;
@@ -155,6 +155,6 @@ impl Planner {
         self.walk.push(boundary_node(to));
         self.trouble = Trouble::default();
         self.route_sweeps = 1;
-        if self.cuts.next() { Ok(Phase::Sequence) } else { self.finish() }
+        if self.cuts.next() { Ok(Phase::Sequence { purpose: Purpose::Find, begun: false }) } else { self.finish() }
     }
 }

@@ -21,11 +21,6 @@ impl Shortening {
         Self { rounds_max: config.shorten_rounds_max, rounds: 0, best: Vec::with_capacity(config.configurations_max as usize) }
     }
 
-    /// Whether a segment is being shortened.
-    pub fn is_active(&self) -> bool {
-        self.rounds > 0
-    }
-
     /// Keeps a complete sequence; `false` where there is no room for it.
     fn keep(&mut self, sequence: &[TransitionId]) -> bool {
         let fits = sequence.len() <= self.best.capacity();
@@ -47,13 +42,24 @@ impl Planner {
         self.shorten()
     }
 
-    /// Tries the cheapest sequence over the placements in use, if it is shorter than the best and rounds are left.
+    /// Looks for the cheapest sequence over the placements in use, if rounds are left.
     pub(super) fn shorten(&mut self) -> Result<Phase, ArenaFull> {
-        let may = self.shortening.rounds < self.shortening.rounds_max;
-        if may && self.search_sequence(Purpose::Shorten) && self.search.sequence().len() < self.shortening.best.len() {
+        if self.shortening.rounds < self.shortening.rounds_max {
+            return Ok(Phase::Sequence { purpose: Purpose::Shorten, begun: false });
+        }
+        self.keep_best()
+    }
+
+    /// Tries the sequence that was found if it is shorter than the best.
+    pub(super) fn take_shorter(&mut self, has_found: bool) -> Result<Phase, ArenaFull> {
+        if has_found && self.search.sequence().len() < self.shortening.best.len() {
             self.shortening.rounds += 1;
             return Ok(Phase::Sample { next: 0, failed: false });
         }
+        self.keep_best()
+    }
+
+    fn keep_best(&mut self) -> Result<Phase, ArenaFull> {
         self.shortening.rounds = 0;
         self.search.restore(&self.shortening.best);
         self.complete_segment()

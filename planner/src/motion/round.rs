@@ -1,0 +1,263 @@
+//! Rounds of searches side by side.
+//!
+//! A round hands one search to each of its slots, advances all of them by a unit of work at a time, as far as a budget
+//! allows, and once all have ended merges the results in order. The partition depends on nothing but the sequence, and no
+//! search sees what another of its round found, so neither the number of threads nor the size of budgets can matter.
+
+use rayon::prelude::*;
+
+use crate::body::Configuration;
+use crate::constraint::{Mode, Rejection};
+use crate::motion::foothold::single_mode;
+use crate::motion::graph::{ArenaFull, Graph, TransitionId};
+use crate::motion::roadmap::{Hop, Roadmap, Segment, Shared, TREE_NODES_MAX};
+use crate::motion::single_mode::{Problem, Search};
+use crate::motion::transition::{self, TransitionPair};
+use crate::motion::workspace::Workspace;
+
+/// Searches that run side by side in one round.
+const SLOTS: usize = 16;
+/// Most waypoints of one single-mode motion.
+const TRACK_MAX: usize = 1024;
+/// Attempts at one transition in one round.
+const ATTEMPTS_PER_ROUND: u32 = 24;
+
+/// What a round did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct RoundTally {
+    /// Where the next round goes on in the sequence.
+    pub next: usize,
+    /// Searches that failed.
+    pub failures: u32,
+    /// Searches that found something.
+    pub found: u32,
+    /// What was turned down.
+    pub rejections: [u64; Rejection::COUNT],
+}
+
+/// The searches of a round, allocated once.
+#[derive(Debug)]
+pub struct Round {
+    slots: Vec<Slot>,
+    /// How many of the slots have a search.
+    count: usize,
+    next: usize,
+    is_running: bool,
+}
+
+#[derive(Debug)]
+struct Slot {
+    task: Task,
+    workspace: Workspace,
+    /// Where the trees of the workspace belong.
+    lent: [Option<usize>; 2],
+    /// Units of work that it may spend now.
+    allowed: u64,
+}
+
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
+enum Task {
+    Idle,
+    Sample { id: TransitionId, mode: Mode, first: u32, attempt: u32, found: Option<Configuration> },
+    Move { hop: Hop, search: Search, found: Option<bool> },
+}
+
+impl Default for Round {
+    /// Slots with empty workspaces.
+    fn default() -> Self {
+        let slot = |_| Slot { task: Task::Idle, workspace: Workspace::new(TRACK_MAX, TREE_NODES_MAX), lent: [None; 2], allowed: 0 };
+        Self { slots: (0..SLOTS).map(slot).collect(), count: 0, next: 0, is_running: false }
+    }
+}
+
+impl Round {
+    /// Whether a round has begun and not been merged.
+    pub fn is_running(&self) -> bool {
+        self.is_running
+    }
+
+    /// Begins to sample configurations for the next transitions of the sequence that have none, from `next` on.
+    pub fn begin_sampling(&mut self, roadmap: &Roadmap, segment: Segment<'_>, next: usize) {
+        self.begin(next);
+        for &id in &segment.sequence[next..] {
+            let transition = &roadmap.graph.transitions()[id as usize];
+            let is_begun = |slot: &Slot| matches!(slot.task, Task::Sample { id: begun, .. } if begun == id);
+            if !transition.is_found() && !self.slots[..self.count].iter().any(is_begun) {
+                let first = transition.attempts - 1;
+                let mode = single_mode(roadmap.graph.pair(id).0);
+                if !self.give(Task::Sample { id, mode, first, attempt: first, found: None }) {
+                    break;
+                }
+            }
+            self.next += 1;
+        }
+    }
+
+    /// Begins to plan the next motions of the segment that are missing, from hop `next` on (hop 0 leads from the boundary before
+    /// it to the first transition, the last one from the last transition to the boundary after it).
+    pub fn begin_motions(&mut self, shared: &Shared, roadmap: &mut Roadmap, segment: Segment<'_>, next: usize) {
+        self.begin(next);
+        for hop in (next..=segment.sequence.len()).map(|index| segment.hop(index)) {
+            let record = roadmap.edges.get(hop.from, hop.to);
+            if record.motion.is_none() {
+                let problem = Problem {
+                    mode: roadmap.mode(hop),
+                    from: roadmap.state(hop.from),
+                    to: roadmap.state(hop.to),
+                    random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
+                    failures: record.failures,
+                };
+                if !self.give(Task::Move { hop, search: Search::new(problem), found: None }) {
+                    break;
+                }
+                self.slots[self.count - 1].borrow_trees(roadmap, hop);
+            }
+            self.next += 1;
+        }
+    }
+
+    /// Spends at most so many units of work; answers how many it spent. Less than allowed means that all searches have ended.
+    pub fn advance(&mut self, shared: &Shared, roadmap: &Roadmap, budget: u64) -> u64 {
+        let mut spent = 0;
+        while spent < budget {
+            let left = self.allot(budget - spent);
+            if left == 0 {
+                break;
+            }
+            let graph = &roadmap.graph;
+            let slots = &mut self.slots[..self.count];
+            spent += if shared.parallel && slots.len() > 1 {
+                slots.par_iter_mut().with_max_len(1).map(|slot| slot.advance(shared, graph)).sum::<u64>()
+            } else {
+                slots.iter_mut().map(|slot| slot.advance(shared, graph)).sum::<u64>()
+            };
+        }
+        spent
+    }
+
+    /// Merges what the searches found, in order.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn merge(&mut self, roadmap: &mut Roadmap) -> Result<RoundTally, ArenaFull> {
+        let mut tally = RoundTally { next: self.next, ..RoundTally::default() };
+        for slot in &mut self.slots[..self.count] {
+            slot.return_trees(roadmap);
+            let found = slot.merge(roadmap)?;
+            if found {
+                tally.found += 1
+            } else {
+                tally.failures += 1
+            }
+            for (total, count) in tally.rejections.iter_mut().zip(&mut slot.workspace.rejections) {
+                *total += std::mem::take(count);
+            }
+        }
+        roadmap.trees.end_round();
+        self.is_running = false;
+        Ok(tally)
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.slots.iter().map(|slot| size_of::<Slot>() + slot.workspace.bytes()).sum()
+    }
+
+    fn begin(&mut self, next: usize) {
+        (self.count, self.next, self.is_running) = (0, next, true);
+    }
+
+    /// Gives a slot a search; `false` where all have one.
+    fn give(&mut self, task: Task) -> bool {
+        let Some(slot) = self.slots.get_mut(self.count) else { return false };
+        slot.task = task;
+        slot.workspace.clear();
+        self.count += 1;
+        true
+    }
+
+    /// Shares a budget out among the searches that have not ended; answers how many these are.
+    fn allot(&mut self, budget: u64) -> u64 {
+        let slots = &mut self.slots[..self.count];
+        let active = slots.iter().filter(|slot| !slot.has_ended()).count() as u64;
+        for (index, slot) in slots.iter_mut().filter(|slot| !slot.has_ended()).enumerate() {
+            slot.allowed = budget / active + u64::from((index as u64) < budget % active);
+        }
+        active
+    }
+}
+
+impl Slot {
+    fn has_ended(&self) -> bool {
+        match &self.task {
+            Task::Idle => true,
+            Task::Sample { first, attempt, found, .. } => found.is_some() || attempt - first == ATTEMPTS_PER_ROUND,
+            Task::Move { found, .. } => found.is_some(),
+        }
+    }
+
+    /// Spends what it may, or less if its search ends; answers how much that was.
+    fn advance(&mut self, shared: &Shared, graph: &Graph) -> u64 {
+        let mut spent = 0;
+        while spent < self.allowed && !self.has_ended() {
+            self.advance_once(shared, graph);
+            spent += 1;
+        }
+        spent
+    }
+
+    fn advance_once(&mut self, shared: &Shared, graph: &Graph) {
+        match &mut self.task {
+            Task::Idle => {}
+            Task::Sample { id, mode, attempt, found, .. } => {
+                let (stance, other) = graph.pair(*id);
+                let name = (shared.seed, u64::from(*id));
+                match transition::sample(&shared.constraints, mode, TransitionPair { stance, other }, name, u64::from(*attempt), &mut 0) {
+                    Ok(configuration) => *found = Some(configuration),
+                    Err(rejection) => {
+                        *attempt += 1;
+                        self.workspace.count(rejection);
+                    }
+                }
+            }
+            Task::Move { search, found, .. } => {
+                *found = search.advance(&shared.constraints, &mut self.workspace).map(|ended| ended.is_ok());
+            }
+        }
+    }
+
+    fn borrow_trees(&mut self, roadmap: &mut Roadmap, hop: Hop) {
+        let keys = roadmap.tree_keys(hop);
+        for ((lent, tree), key) in self.lent.iter_mut().zip(&mut self.workspace.trees).zip(keys) {
+            *lent = roadmap.trees.lend(key, tree);
+        }
+    }
+
+    fn return_trees(&mut self, roadmap: &mut Roadmap) {
+        for (lent, tree) in self.lent.iter_mut().zip(&mut self.workspace.trees) {
+            if let Some(index) = lent.take() {
+                roadmap.trees.give_back(index, tree);
+            }
+        }
+    }
+
+    /// Notes what the search found; answers whether that is anything.
+    fn merge(&self, roadmap: &mut Roadmap) -> Result<bool, ArenaFull> {
+        match &self.task {
+            Task::Idle => Ok(false),
+            Task::Sample { id, first, attempt, found, .. } => {
+                roadmap.record_attempts(*id, attempt - first, *found)?;
+                Ok(found.is_some())
+            }
+            Task::Move { hop, found: Some(true), .. } => {
+                roadmap.record_motion(*hop, &self.workspace.track)?;
+                Ok(true)
+            }
+            Task::Move { hop, search, .. } => {
+                roadmap.record_failure(*hop, search.extensions())?;
+                Ok(false)
+            }
+        }
+    }
+}
