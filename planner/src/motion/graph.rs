@@ -132,6 +132,11 @@ impl Graph {
         self.transitions[id as usize].configuration.map(|place| &self.configurations[place as usize])
     }
 
+    /// The place of a transition's configuration in the arena: how many were found before.
+    pub fn configuration_place(&self, id: TransitionId) -> Option<usize> {
+        self.transitions[id as usize].configuration.map(|place| place as usize)
+    }
+
     /// Notes failed attempts to sample a transition, and the configuration that the last one found.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! Gamma_M: all that stage M has found [Grey 3.2, 4.4].
 
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
 
@@ -10,6 +11,7 @@ use crate::motion::edges::{EdgeRecord, EdgeTable};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, FootholdId, Graph, START, TransitionId, boundary_of};
 use crate::motion::mode_costs::{ModeCosts, ModeId};
+use crate::motion::sampling::Sampling;
 use crate::motion::track::State;
 use crate::motion::transition::{TransitionPair, world_from_soles};
 use crate::motion::trees::{TreeKey, TreePool};
@@ -42,7 +44,18 @@ pub struct Roadmap {
     /// The trees of single-mode planning.
     pub trees: TreePool,
     boundaries: Vec<Boundary>,
+    /// By the place of a transition's configuration in the graph's arena.
+    lifts: Vec<LiftRecord>,
     waypoints: Vec<Configuration>,
+}
+
+/// How the touched foot of a transition is lifted.
+#[derive(Debug, Clone, Copy)]
+struct LiftRecord {
+    /// Both soles in the world at the end.
+    lifted: [Pose; 2],
+    /// The way there: first index and count in the waypoint arena.
+    waypoints: (u32, u32),
 }
 
 /// Where two segments meet: the robot standing on two placements; also the start and the goal.
@@ -93,6 +106,7 @@ impl Roadmap {
             costs: ModeCosts::new(footholds_max, transitions_max, configurations_max),
             trees: TreePool::new(TREES_MAX, TREE_NODES_MAX),
             boundaries: Vec::with_capacity(BOUNDARIES_MAX),
+            lifts: Vec::with_capacity(configurations_max),
             waypoints: Vec::with_capacity(waypoints_max),
         }
     }
@@ -104,17 +118,21 @@ impl Roadmap {
             + self.costs.bytes()
             + self.trees.bytes()
             + self.boundaries.capacity() * size_of::<Boundary>()
+            + self.lifts.capacity() * size_of::<LiftRecord>()
             + self.waypoints.capacity() * size_of::<Configuration>()
     }
 
-    /// Notes failed attempts to sample a transition, and the configuration that the last one found.
+    /// Notes what came of sampling a transition, and how its foot is lifted: waypoints after the configuration itself.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_attempts(&mut self, id: TransitionId, failed: u32, found: Option<Configuration>) -> Result<(), ArenaFull> {
-        self.graph.record_attempts(id, failed, found)?;
-        if found.is_some() {
-            self.costs.add_found(id);
+    pub fn record_sampling(&mut self, sampling: &Sampling, lift: &[Configuration]) -> Result<(), ArenaFull> {
+        let found = sampling.found();
+        self.graph.record_attempts(sampling.id, sampling.failed(), found.map(|found| found.configuration))?;
+        if let Some(found) = found {
+            self.costs.add_found(sampling.id);
+            let waypoints = self.store(lift)?;
+            self.lifts.push(LiftRecord { lifted: found.lifted.world_from_soles, waypoints });
         }
         Ok(())
     }
@@ -124,11 +142,7 @@ impl Roadmap {
     /// # Errors
     /// An arena is full.
     pub fn record_motion(&mut self, hop: Hop, track: &[Configuration]) -> Result<(), ArenaFull> {
-        if self.waypoints.len() + track.len() > self.waypoints.capacity() {
-            return Err(ArenaFull::Waypoints);
-        }
-        let motion = Some((self.waypoints.len() as u32, track.len() as u32));
-        self.waypoints.extend_from_slice(track);
+        let motion = Some(self.store(track)?);
         let failures = self.edges.get(hop.from, hop.to).failures;
         self.edges.set(hop.from, hop.to, EdgeRecord { failures, motion })?;
         self.costs.add_motion([hop.from, hop.to], self.is_double(hop))
@@ -165,6 +179,26 @@ impl Roadmap {
         let world_from_soles = world_from_soles(TransitionPair { stance, other });
         let configuration = *self.graph.configuration(node).unwrap_or(&self.boundaries[START].state.configuration);
         State { configuration, world_from_soles }
+    }
+
+    /// The ends of a hop with the swing foot lifted, and the ways there, as far as they are known.
+    pub fn lifted(&self, hop: Hop) -> [Option<(State, &[Configuration])>; 2] {
+        let is_swing = !self.is_double(hop);
+        [hop.from, hop.to].map(|node| {
+            let place = boundary_of(node).is_none().then(|| self.graph.configuration_place(node)).flatten();
+            let LiftRecord { lifted, waypoints: (first, count) } = self.lifts[place.filter(|_| is_swing)?];
+            let way = &self.waypoints[first as usize..(first + count) as usize];
+            Some((State { configuration: *way.last()?, world_from_soles: lifted }, way))
+        })
+    }
+
+    fn store(&mut self, waypoints: &[Configuration]) -> Result<(u32, u32), ArenaFull> {
+        if self.waypoints.len() + waypoints.len() > self.waypoints.capacity() {
+            return Err(ArenaFull::Waypoints);
+        }
+        let first = self.waypoints.len() as u32;
+        self.waypoints.extend_from_slice(waypoints);
+        Ok((first, waypoints.len() as u32))
     }
 
     /// The trees of both ends of a hop.

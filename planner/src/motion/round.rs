@@ -6,21 +6,17 @@
 
 use rayon::prelude::*;
 
-use crate::body::Configuration;
-use crate::constraint::{Mode, Rejection};
-use crate::motion::foothold::single_mode;
-use crate::motion::graph::{ArenaFull, Graph, TransitionId};
+use crate::constraint::Rejection;
+use crate::motion::graph::{ArenaFull, Graph};
 use crate::motion::roadmap::{Hop, Roadmap, Segment, Shared, TREE_NODES_MAX};
+use crate::motion::sampling::Sampling;
 use crate::motion::single_mode::{Problem, Search};
-use crate::motion::transition::{self, TransitionPair};
 use crate::motion::workspace::Workspace;
 
 /// Searches that run side by side in one round.
 const SLOTS: usize = 16;
 /// Most waypoints of one single-mode motion.
 const TRACK_MAX: usize = 1024;
-/// Attempts at one transition in one round.
-const ATTEMPTS_PER_ROUND: u32 = 24;
 
 /// What a round did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -59,7 +55,7 @@ struct Slot {
 #[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
 enum Task {
     Idle,
-    Sample { id: TransitionId, mode: Mode, first: u32, attempt: u32, found: Option<Configuration> },
+    Sample(Sampling),
     Move { hop: Hop, search: Search, found: Option<bool> },
 }
 
@@ -81,14 +77,10 @@ impl Round {
     pub fn begin_sampling(&mut self, roadmap: &Roadmap, segment: Segment<'_>, next: usize) {
         self.begin(next);
         for &id in &segment.sequence[next..] {
-            let transition = &roadmap.graph.transitions()[id as usize];
-            let is_begun = |slot: &Slot| matches!(slot.task, Task::Sample { id: begun, .. } if begun == id);
-            if !transition.is_found() && !self.slots[..self.count].iter().any(is_begun) {
-                let first = transition.attempts - 1;
-                let mode = single_mode(roadmap.graph.pair(id).0);
-                if !self.give(Task::Sample { id, mode, first, attempt: first, found: None }) {
-                    break;
-                }
+            let is_begun = |slot: &Slot| matches!(&slot.task, Task::Sample(sampling) if sampling.id == id);
+            let is_wanted = !roadmap.graph.transitions()[id as usize].is_found() && !self.slots[..self.count].iter().any(is_begun);
+            if is_wanted && !self.give(Task::Sample(Sampling::new(&roadmap.graph, id))) {
+                break;
             }
             self.next += 1;
         }
@@ -108,10 +100,16 @@ impl Round {
                     random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
                     failures: record.failures,
                 };
-                if !self.give(Task::Move { hop, search: Search::new(problem), found: None }) {
+                let lifted = roadmap.lifted(hop);
+                let search = Search::new(problem, lifted.map(|known| known.map(|(state, _)| state)));
+                if !self.give(Task::Move { hop, search, found: None }) {
                     break;
                 }
-                self.slots[self.count - 1].borrow_trees(roadmap, hop);
+                let slot = &mut self.slots[self.count - 1];
+                for (waypoints, known) in slot.workspace.lifts.iter_mut().zip(lifted) {
+                    waypoints.extend_from_slice(known.map_or(&[], |(_, way)| way));
+                }
+                slot.borrow_trees(roadmap, hop);
             }
             self.next += 1;
         }
@@ -192,7 +190,7 @@ impl Slot {
     fn has_ended(&self) -> bool {
         match &self.task {
             Task::Idle => true,
-            Task::Sample { first, attempt, found, .. } => found.is_some() || attempt - first == ATTEMPTS_PER_ROUND,
+            Task::Sample(sampling) => sampling.has_ended(),
             Task::Move { found, .. } => found.is_some(),
         }
     }
@@ -210,17 +208,7 @@ impl Slot {
     fn advance_once(&mut self, shared: &Shared, graph: &Graph) {
         match &mut self.task {
             Task::Idle => {}
-            Task::Sample { id, mode, attempt, found, .. } => {
-                let (stance, other) = graph.pair(*id);
-                let name = (shared.seed, u64::from(*id));
-                match transition::sample(&shared.constraints, mode, TransitionPair { stance, other }, name, u64::from(*attempt), &mut 0) {
-                    Ok(configuration) => *found = Some(configuration),
-                    Err(rejection) => {
-                        *attempt += 1;
-                        self.workspace.count(rejection);
-                    }
-                }
-            }
+            Task::Sample(sampling) => sampling.advance(&shared.constraints, shared.seed, graph, &mut self.workspace),
             Task::Move { search, found, .. } => {
                 *found = search.advance(&shared.constraints, &mut self.workspace).map(|ended| ended.is_ok());
             }
@@ -246,9 +234,9 @@ impl Slot {
     fn merge(&self, roadmap: &mut Roadmap) -> Result<bool, ArenaFull> {
         match &self.task {
             Task::Idle => Ok(false),
-            Task::Sample { id, first, attempt, found, .. } => {
-                roadmap.record_attempts(*id, attempt - first, *found)?;
-                Ok(found.is_some())
+            Task::Sample(sampling) => {
+                roadmap.record_sampling(sampling, &self.workspace.lifts[0])?;
+                Ok(sampling.found().is_some())
             }
             Task::Move { hop, found: Some(true), .. } => {
                 roadmap.record_motion(*hop, &self.workspace.track)?;

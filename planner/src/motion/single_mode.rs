@@ -5,12 +5,10 @@
 //!
 //! A search is advanced by one unit of work at a time, so that no step of the planner need wait for its end.
 
-use glam::DVec3;
-use surefoot_shared_types::Pose;
-
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::track::{Follower, Progress, State, Stretch, Swing, place_at};
+use crate::motion::lift::Lift;
+use crate::motion::track::{Follower, Progress, State, Stretch, Swing};
 use crate::motion::tree::Growing;
 use crate::motion::workspace::{Workspace, push};
 
@@ -29,11 +27,20 @@ pub struct Problem {
     pub failures: u32,
 }
 
-/// How high a swing foot is lifted off its placement before it may travel, along the sole's normal, m; tried in order.
-const LIFTS: [f64; 2] = [0.02, 0.012];
 /// The shapes of a swing, in the order in which they are tried.
-const SWINGS: [Swing; 7] =
-    [Swing::Hump(0.02), Swing::Hump(0.06), Swing::Over(0.02), Swing::Hump(0.14), Swing::Over(0.08), Swing::Over(0.2), Swing::Hump(0.3)];
+const SWINGS: [Swing; 11] = [
+    Swing::Hump { rise: 0.02, aside: 0.0 },
+    Swing::Hump { rise: 0.06, aside: 0.0 },
+    Swing::Over(0.02),
+    Swing::Hump { rise: 0.06, aside: 0.08 },
+    Swing::Hump { rise: 0.14, aside: 0.0 },
+    Swing::Hump { rise: 0.14, aside: 0.08 },
+    Swing::Over(0.08),
+    Swing::Hump { rise: 0.14, aside: 0.16 },
+    Swing::Over(0.2),
+    Swing::Hump { rise: 0.3, aside: 0.0 },
+    Swing::Hump { rise: 0.3, aside: 0.16 },
+];
 /// With both feet on the ground only the root travels.
 const SHIFTS: [Swing; 1] = [Swing::Straight];
 
@@ -48,9 +55,10 @@ pub struct Search {
 }
 
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
 enum Stage {
     /// Finding how the swing foot leaves its placement at an end of the motion.
-    Lift { end: usize, lift: usize },
+    Lift { end: usize, lift: Lift },
     /// Trying a shape of the swing.
     Travel { shape: usize },
     /// Growing the trees.
@@ -58,10 +66,15 @@ enum Stage {
 }
 
 impl Search {
-    /// Begins, with empty memory but for the trees.
-    pub fn new(problem: Problem) -> Self {
-        let ends = [problem.from, problem.to];
-        let stage = if problem.mode.swing().is_some() { Stage::Lift { end: 0, lift: 0 } } else { travel(&problem) };
+    /// Begins, with empty memory but for the trees, and for the lifts where the lifted ends are known.
+    pub fn new(problem: Problem, lifted: [Option<State>; 2]) -> Self {
+        let ends = [lifted[0].unwrap_or(problem.from), lifted[1].unwrap_or(problem.to)];
+        let stage = match lifted {
+            _ if problem.mode.swing().is_none() => travel(&problem),
+            [None, _] => Stage::Lift { end: 0, lift: Lift::new(&problem.from) },
+            [Some(_), None] => Stage::Lift { end: 1, lift: Lift::new(&problem.to) },
+            [Some(_), Some(_)] => travel(&problem),
+        };
         Self { problem, ends, stage, follower: None }
     }
 
@@ -69,14 +82,17 @@ impl Search {
     /// after its first state, the last one included.
     pub fn advance(&mut self, constraints: &Constraints, workspace: &mut Workspace) -> Option<Result<(), Rejection>> {
         let ended = match &mut self.stage {
-            &mut Stage::Lift { end, lift } => self.lift(constraints, end, lift, workspace),
+            &mut Stage::Lift { end, .. } => self.lift(constraints, end, workspace),
             &mut Stage::Travel { shape } => self.travel(constraints, shape, workspace),
             Stage::Grow(growing) => growing.advance(constraints, &self.problem, &self.ends, &mut self.follower, workspace),
         };
         match ended {
             Ok(false) => None,
             Ok(true) => Some(self.complete(workspace)),
-            Err(rejection) => Some(Err(rejection)),
+            Err(rejection) => {
+                workspace.count(rejection);
+                Some(Err(rejection))
+            }
         }
     }
 
@@ -88,44 +104,12 @@ impl Search {
         }
     }
 
-    fn lift(&mut self, constraints: &Constraints, end: usize, lift: usize, workspace: &mut Workspace) -> Result<bool, Rejection> {
-        let Some(follower) = &mut self.follower else {
-            workspace.lifts[end].clear();
-            let begun = self.begin_lift(constraints, end, LIFTS[lift]);
-            return begun.map(|()| false).or_else(|why| self.next_lift(end, lift, why, workspace));
-        };
-        let advanced = follower.advance(constraints, &self.problem.mode);
-        let mut pushed = |progress: Progress| match progress {
-            Progress::Nearer => Ok(()),
-            Progress::Waypoint | Progress::Arrived => push(&mut workspace.lifts[end], follower.here().configuration),
-        };
-        match advanced.and_then(|progress| pushed(progress).map(|()| progress)) {
-            Ok(Progress::Arrived) => {
-                self.follower = None;
-                self.stage = if end == 0 { Stage::Lift { end: 1, lift: 0 } } else { travel(&self.problem) };
-                Ok(false)
-            }
-            Ok(_) => Ok(false),
-            Err(why) => self.next_lift(end, lift, why, workspace),
+    fn lift(&mut self, constraints: &Constraints, end: usize, workspace: &mut Workspace) -> Result<bool, Rejection> {
+        let Stage::Lift { lift, .. } = &mut self.stage else { return Ok(false) };
+        if let Some(lifted) = lift.advance(constraints, &self.problem.mode, &mut workspace.lifts[end])? {
+            self.ends[end] = lifted;
+            self.stage = if end == 0 { Stage::Lift { end: 1, lift: Lift::new(&self.problem.to) } } else { travel(&self.problem) };
         }
-    }
-
-    fn begin_lift(&mut self, constraints: &Constraints, end: usize, lift: f64) -> Result<(), Rejection> {
-        let from = if end == 0 { self.problem.from } else { self.problem.to };
-        let to = lifted(constraints, &self.problem.mode, &from, lift)?;
-        self.ends[end] = to;
-        let stretch = Stretch { from, to, exact: true, swing: Swing::Straight, swing_foot: FootState::Leaving };
-        self.follower = Some(Follower::new(constraints, &stretch));
-        Ok(())
-    }
-
-    fn next_lift(&mut self, end: usize, lift: usize, why: Rejection, workspace: &mut Workspace) -> Result<bool, Rejection> {
-        workspace.count(why);
-        self.follower = None;
-        if lift + 1 == LIFTS.len() {
-            return Err(why);
-        }
-        self.stage = Stage::Lift { end, lift: lift + 1 };
         Ok(false)
     }
 
@@ -178,7 +162,7 @@ impl Search {
 /// What stopped it last.
 pub fn solve(constraints: &Constraints, problem: &Problem, workspace: &mut Workspace) -> Result<u64, Rejection> {
     workspace.clear();
-    let mut search = Search::new(problem.clone());
+    let mut search = Search::new(problem.clone(), [None; 2]);
     let mut work = 1;
     loop {
         if let Some(ended) = search.advance(constraints, workspace) {
@@ -194,14 +178,4 @@ fn travel(problem: &Problem) -> Stage {
 
 fn shapes(mode: &Mode) -> &'static [Swing] {
     if mode.swing().is_some() { &SWINGS } else { &SHIFTS }
-}
-
-/// A state with the swing sole raised along its normal.
-fn lifted(constraints: &Constraints, mode: &Mode, state: &State, lift: f64) -> Result<State, Rejection> {
-    let mut raised = *state;
-    if let Some(limb) = mode.swing() {
-        let sole = &mut raised.world_from_soles[limb];
-        *sole = Pose::from_parts(sole.translation + sole.rotation * (DVec3::Z * lift), sole.rotation);
-    }
-    place_at(constraints, mode, &raised)
 }

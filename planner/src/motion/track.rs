@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::interpolate;
+use surefoot_shared_types::spatial::{interpolate, rotation_about, yaw_of};
 
 use crate::body::{Configuration, Snapshot};
 use crate::collision::FootState;
@@ -35,8 +35,13 @@ const REACH_SHARE_MAX: f64 = 0.997;
 pub enum Swing {
     /// Straight.
     Straight,
-    /// Straight plus a hump of this height (m) along z.
-    Hump(f64),
+    /// Straight plus a hump, m: along z, and away from the other leg.
+    Hump {
+        /// Along z.
+        rise: f64,
+        /// Away from the other leg, along y of the root's heading halfway.
+        aside: f64,
+    },
     /// Up by this height (m) above the higher end, across, and down.
     Over(f64),
 }
@@ -131,7 +136,8 @@ fn first_step(stretch: &Stretch) -> f64 {
     let soles = [0, 1].map(|limb| travel(&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb]));
     let rise = match stretch.swing {
         Swing::Straight => 0.0,
-        Swing::Hump(height) | Swing::Over(height) => 2.0 * height,
+        Swing::Hump { rise, aside } => 2.0 * (rise + aside),
+        Swing::Over(height) => 2.0 * height,
     };
     let length = root.max(soles[0]).max(soles[1]) + rise;
     (0.03 / length.max(1e-6)).clamp(STEP_MIN, 1.0)
@@ -202,14 +208,22 @@ fn swing_pose(stretch: &Stretch, limb: usize, t: f64) -> Pose {
     let (from, to) = (&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb]);
     match stretch.swing {
         Swing::Straight => interpolate(from, to, t),
-        Swing::Hump(height) => {
+        Swing::Hump { rise, aside } => {
             let mut pose = interpolate(from, to, t);
             let side = 2.0 * t - 1.0;
-            pose.translation.z += height * (1.0 - side * side * side * side);
+            let share = 1.0 - side * side * side * side;
+            pose.translation += share * (DVec3::Z * rise + aside * outward(stretch, limb));
             pose
         }
         Swing::Over(height) => over_pose(from, to, height, t),
     }
+}
+
+/// Away from the other leg: along y of the root's heading halfway.
+fn outward(stretch: &Stretch, limb: usize) -> DVec3 {
+    let roots = [&stretch.from, &stretch.to].map(|state| &state.configuration.world_from_root);
+    let left = rotation_about(DVec3::Z, yaw_of(interpolate(roots[0], roots[1], 0.5).rotation)) * DVec3::Y;
+    if limb == 0 { left } else { -left }
 }
 
 /// Up, across, down, each in proportion to its length.
