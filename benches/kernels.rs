@@ -15,7 +15,6 @@ use std::hint::black_box;
 use std::path::Path;
 
 use scene::{SEED, Scene, crowded, shipped};
-use surefoot_planner::body::LINKS_MAX;
 use surefoot_planner::collision::FootState;
 use surefoot_planner::constraint::midway;
 use surefoot_planner::foot_placement::{Effort, Request};
@@ -75,7 +74,7 @@ fn time_leg(name: &str, model: &RobotModel) -> Kernel {
 /// What depends on the robot alone.
 fn time_body(scene: &Scene) -> Vec<Kernel> {
     let (body, standing) = (&scene.constraints.body, scene.standing());
-    let mut poses = [Pose::IDENTITY; LINKS_MAX];
+    let mut poses = vec![Pose::IDENTITY; scene.model.links.len()];
     let forward = time("forward kinematics", |_| {
         let at = black_box(standing);
         body.kinematics.forward(&at.world_from_root, &at.q, black_box(&mut poses));
@@ -85,8 +84,9 @@ fn time_body(scene: &Scene) -> Vec<Kernel> {
         black_box(body.kinematics.center_of_mass(black_box(&scene.snapshot.world_from_links)));
         0
     });
+    let mut kept = scene.snapshot.clone();
     let snapshot = time("snapshot (both)", |_| {
-        black_box(body.snapshot(black_box(standing)));
+        body.snapshot_into(black_box(standing), black_box(&mut kept));
         0
     });
     let leg = time_leg("leg inverse kinematics", &scene.model);
@@ -104,12 +104,14 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
         1
     });
     let soles = scene.end.state.world_from_soles;
+    let mut snapshot = scene.snapshot.clone();
     let whole = time(format!("{name}: configuration check with IK and FK"), |call| {
         let mut at = *black_box(scene.standing());
         // A little aside each time, so that no branch is learnt by heart.
         at.world_from_root.translation.z -= 1e-4 * (call % 64) as f64;
         assert!(constraints.body.place_soles(&mut at, &soles));
-        constraints.check(&mode, &constraints.body.snapshot(&at), feet).unwrap();
+        constraints.body.snapshot_into(&at, &mut snapshot);
+        constraints.check(&mode, &snapshot, feet).unwrap();
         1
     });
     let mut aside = *scene.standing();

@@ -1,6 +1,7 @@
 //! The robot, compiled once into what the search asks of it all the time.
 
 use glam::{DVec2, DVec3};
+use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
@@ -23,10 +24,10 @@ pub struct Configuration {
 }
 
 /// What follows from a configuration: every link's pose and the centre of mass, in the world.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Default)]
 pub struct Snapshot {
-    /// One pose per link, the rest identity.
-    pub world_from_links: [Pose; LINKS_MAX],
+    /// One pose per link; none before there was a configuration.
+    pub world_from_links: BoundedVec<Pose, LINKS_MAX>,
     /// The centre of mass, m.
     pub com: DVec3,
 }
@@ -121,10 +122,17 @@ impl Body {
 
     /// Forward kinematics and centre of mass of a configuration.
     pub fn snapshot(&self, configuration: &Configuration) -> Snapshot {
-        let mut world_from_links = [Pose::IDENTITY; LINKS_MAX];
-        self.kinematics.forward(&configuration.world_from_root, &configuration.q, &mut world_from_links);
-        let com = self.kinematics.center_of_mass(&world_from_links);
-        Snapshot { world_from_links, com }
+        let mut snapshot = Snapshot::default();
+        self.snapshot_into(configuration, &mut snapshot);
+        snapshot
+    }
+
+    /// The same, over another configuration's snapshot: what is asked for all the time needs no copy of all the poses.
+    pub fn snapshot_into(&self, configuration: &Configuration, snapshot: &mut Snapshot) {
+        // Never too long: the robot was refused if it has more links.
+        let _ = snapshot.world_from_links.resize(self.kinematics.links_len(), Pose::IDENTITY);
+        self.kinematics.forward(&configuration.world_from_root, &configuration.q, &mut snapshot.world_from_links);
+        snapshot.com = self.kinematics.center_of_mass(&snapshot.world_from_links);
     }
 
     /// A sole's pose in the world.

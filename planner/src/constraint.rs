@@ -106,7 +106,7 @@ impl Constraints {
     /// The first condition that it violates.
     pub fn check(&self, mode: &Mode, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
         let com = snapshot.com.truncate();
-        if mode.region.margin(com) < self.com_margin(mode) {
+        if !mode.region.holds(com, self.com_margin(mode)) {
             return Err(Rejection::Balance);
         }
         if !self.torque_admits(mode, snapshot, com) {
@@ -128,11 +128,12 @@ impl Constraints {
     ) -> Result<(), Rejection> {
         let bound = self.collision.motion_bound(&ends[0].1.world_from_links, &ends[1].1.world_from_links);
         let pieces = libm::ceil(bound / self.config.collision_step).max(2.0);
+        let mut snapshot = Snapshot::default();
         for piece in 1..pieces as usize {
             *work += 1;
             let between = midway(ends[0].0, ends[1].0, piece as f64 / pieces);
-            let snapshot = self.body.snapshot(&between);
-            if mode.region.margin(snapshot.com.truncate()) < self.com_margin(mode) {
+            self.body.snapshot_into(&between, &mut snapshot);
+            if !mode.region.holds(snapshot.com.truncate(), self.com_margin(mode)) {
                 return Err(Rejection::Balance);
             }
             if !self.soles_hold(mode, &snapshot) {

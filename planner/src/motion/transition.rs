@@ -100,6 +100,7 @@ pub fn settle(
     let mut configuration =
         Configuration { world_from_root: Pose::from_parts(posture.com.extend(0.0), posture.world_from_root), q: start_q };
     let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
+    let mut snapshot = Snapshot::default();
     for _ in 0..COM_SHIFTS_MAX {
         *work += 1;
         let height = body.root_height(&configuration.world_from_root, world_from_soles, shares);
@@ -107,7 +108,7 @@ pub fn settle(
         if !body.place_soles(&mut configuration, world_from_soles) {
             return Err(Rejection::Unreachable);
         }
-        let snapshot = body.snapshot(&configuration);
+        body.snapshot_into(&configuration, &mut snapshot);
         let error = posture.com - snapshot.com.truncate();
         if error.length() < COM_TOLERANCE {
             return Ok((configuration, snapshot));
