@@ -1,6 +1,8 @@
 //! Forward kinematics of the whole tree, and inverse kinematics of a leg: closed-form where the leg's axes meet as they
 //! must, a bounded Newton iteration otherwise.
 
+mod arc;
+pub mod carriers;
 pub mod closed_form;
 pub mod forward;
 pub mod leg;
