@@ -4,27 +4,32 @@
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
-use surefoot_shared_types::robot::{JointKind, RobotModel};
+use surefoot_shared_types::robot::{Joint, JointKind, RobotModel};
 use surefoot_shared_types::scene::GRAVITY;
 
-use crate::body::LINKS_MAX;
+use crate::kinematics::carriers::{Carrier, carriers};
 use crate::region::Region;
+
+/// The root and one link to each joint.
+const CARRIERS_MAX: usize = JOINTS_MAX + 1;
 
 /// The robot's mass tree, compiled for gravity torques.
 #[derive(Debug, Clone)]
 pub struct Statics {
-    parents: Vec<usize>,
-    masses: Vec<f64>,
-    coms: Vec<DVec3>,
-    subtree_masses: Vec<f64>,
+    carriers: Vec<Carrier>,
     joints: Vec<StaticJoint>,
+    mass: f64,
 }
 
 #[derive(Debug, Clone)]
 struct StaticJoint {
+    /// The link that it moves, and this one's place among the carriers.
     child: usize,
+    carrier: usize,
     axis: DVec3,
     kind: JointKind,
+    /// The mass that it carries, kg.
+    mass: f64,
     effort: f64,
     carries: [bool; 2],
 }
@@ -41,22 +46,25 @@ pub struct FootLoad {
 impl Statics {
     /// Compiles a robot; only `effort_share` of each joint's effort may be used.
     pub fn new(model: &RobotModel, effort_share: f64) -> Self {
-        let parents: Vec<_> = model.links.iter().map(|link| link.parent.as_ref().map_or(0, |at| at.parent)).collect();
-        let masses: Vec<_> = model.links.iter().map(|link| link.mass).collect();
-        let mut subtree_masses = masses.clone();
-        for link in (1..parents.len()).rev() {
-            subtree_masses[parents[link]] += subtree_masses[link];
+        let carriers = carriers(model);
+        let mut masses: Vec<f64> = carriers.iter().map(|carrier| carrier.mass).collect();
+        for index in (1..carriers.len()).rev() {
+            masses[carriers[index].parent] += masses[index];
         }
         let chains: Vec<_> = model.feet.iter().map(|foot| model.chain(foot.link)).collect();
-        let joints = model.joints.iter().enumerate().map(|(index, joint)| StaticJoint {
-            child: joint.child,
-            axis: joint.axis,
-            kind: joint.kind,
-            effort: joint.effort * effort_share,
-            carries: [0, 1].map(|limb| chains[limb].contains(&index)),
-        });
-        let coms = model.links.iter().map(|link| link.com).collect();
-        Self { joints: joints.collect(), parents, masses, coms, subtree_masses }
+        let joint = |(index, joint): (usize, &Joint)| {
+            let carrier = carriers.iter().position(|carrier| carrier.link == joint.child).unwrap_or(0);
+            StaticJoint {
+                child: joint.child,
+                carrier,
+                axis: joint.axis,
+                kind: joint.kind,
+                mass: masses[carrier],
+                effort: joint.effort * effort_share,
+                carries: [0, 1].map(|limb| chains[limb].contains(&index)),
+            }
+        };
+        Self { joints: model.joints.iter().enumerate().map(joint).collect(), mass: masses[0], carriers }
     }
 
     /// The largest share of a joint's usable effort that gravity asks for when the feet carry `loads`.
@@ -69,35 +77,33 @@ impl Statics {
     /// The torque (N m) or force (N) that each joint must hold, in joint order.
     pub fn torques(&self, world_from_links: &[Pose], loads: &[FootLoad; 2], torques: &mut [f64; JOINTS_MAX]) {
         let moments = self.subtree_moments(world_from_links);
-        let weight = self.subtree_masses[0] * GRAVITY;
         for (joint, torque) in self.joints.iter().zip(torques) {
             let pose = &world_from_links[joint.child];
             let axis = pose.rotation * joint.axis;
-            let at = pose.translation;
-            let mass = self.subtree_masses[joint.child];
-            let down = DVec3::NEG_Z * GRAVITY;
-            let mut force = down * mass;
-            let mut moment = (moments[joint.child] - at * mass).cross(down);
+            let at = pose.translation.truncate();
+            // All forces are vertical: `lift` is their sum upward, `arm` the sum of each times where it acts from the joint.
+            let mut lift = -joint.mass;
+            let mut arm = at * joint.mass - moments[joint.carrier];
             for (load, _) in loads.iter().zip(joint.carries).filter(|(_, carries)| *carries) {
-                let up = DVec3::Z * (weight * load.share);
-                force += up;
-                moment += (load.point.extend(at.z) - at).cross(up);
+                lift += self.mass * load.share;
+                arm += (load.point - at) * (self.mass * load.share);
             }
-            *torque = match joint.kind {
-                JointKind::Revolute => -axis.dot(moment),
-                JointKind::Prismatic => -axis.dot(force),
-            };
+            *torque = -GRAVITY
+                * match joint.kind {
+                    JointKind::Revolute => axis.x * arm.y - axis.y * arm.x,
+                    JointKind::Prismatic => axis.z * lift,
+                };
         }
     }
 
-    /// The first mass moment (kg m) of every link's subtree in the world.
-    fn subtree_moments(&self, world_from_links: &[Pose]) -> [DVec3; LINKS_MAX] {
-        let mut moments = [DVec3::ZERO; LINKS_MAX];
-        for link in (0..self.parents.len()).rev() {
-            moments[link] += (world_from_links[link] * self.coms[link]) * self.masses[link];
-            if link > 0 {
-                let moment = moments[link];
-                moments[self.parents[link]] += moment;
+    /// The first mass moment (kg m) of every carrier and what hangs on it, in world x and y.
+    fn subtree_moments(&self, world_from_links: &[Pose]) -> [DVec2; CARRIERS_MAX] {
+        let mut moments = [DVec2::ZERO; CARRIERS_MAX];
+        for (index, carrier) in self.carriers.iter().enumerate().rev() {
+            moments[index] += (world_from_links[carrier.link] * carrier.com).truncate() * carrier.mass;
+            if index > 0 {
+                let moment = moments[index];
+                moments[carrier.parent] += moment;
             }
         }
         moments
@@ -116,9 +122,12 @@ pub fn balance_loads(regions: [&Region; 2], com: DVec2, share: f64) -> Option<[F
                 points[foot] = regions[foot].nearest((com - points[other] * shares[other]) / shares[foot]);
             }
         }
+        let balanced = points[0] * shares[0] + points[1] * shares[1];
+        if balanced.distance(com) < BALANCE_TOLERANCE {
+            return Some([0, 1].map(|foot| FootLoad { share: shares[foot], point: points[foot] }));
+        }
     }
-    let balanced = points[0] * shares[0] + points[1] * shares[1];
-    (balanced.distance(com) < BALANCE_TOLERANCE).then(|| [0, 1].map(|foot| FootLoad { share: shares[foot], point: points[foot] }))
+    None
 }
 
 /// Alternating projections between the two support polygons.
