@@ -6,6 +6,7 @@ use surefoot_shared_types::robot::{Link, RobotModel};
 
 use super::bvh::Aabb;
 use super::error::CollisionError;
+use super::kernels::Segment;
 use super::solid::Solid;
 use crate::kinematics::forward::Kinematics;
 
@@ -32,6 +33,8 @@ pub struct Part {
     pub bounds: Aabb,
     /// A ball around it.
     pub ball: Ball,
+    /// The core in the link frame where it is a point or a segment; the solid is all within `solid`'s radius of it.
+    pub spine: Option<Segment>,
 }
 
 /// A link with at least one collision shape.
@@ -47,6 +50,40 @@ pub struct Body {
     pub foot: Option<FootBody>,
     /// The link's pose in the root's frame where no moving joint lies between them.
     pub root_from_link: Option<Pose>,
+}
+
+/// The middles of all bodies' balls in the world, in three lists for the sake of loops over them.
+#[derive(Debug)]
+pub struct Centers {
+    /// World x, m.
+    pub x: heapless::Vec<f64, BODIES_MAX>,
+    /// World y, m.
+    pub y: heapless::Vec<f64, BODIES_MAX>,
+    /// World z, m.
+    pub z: heapless::Vec<f64, BODIES_MAX>,
+}
+
+impl Centers {
+    /// Where they are with the links at these poses.
+    pub fn new(bodies: &[Body], world_from_links: &[Pose]) -> Self {
+        let mut centers = Self { x: heapless::Vec::new(), y: heapless::Vec::new(), z: heapless::Vec::new() };
+        for body in bodies {
+            let center = world_from_links[body.link] * body.ball.center;
+            // There are never more than fit: the model was built for no more.
+            let _ = (centers.x.push(center.x), centers.y.push(center.y), centers.z.push(center.z));
+        }
+        centers
+    }
+
+    /// The box around all balls.
+    pub fn around(&self, bodies: &[Body]) -> Aabb {
+        let mut around = Aabb::EMPTY;
+        for (((x, y), z), body) in self.x.iter().zip(&self.y).zip(&self.z).zip(bodies) {
+            let center = DVec3::new(*x, *y, *z);
+            around = around.union(Aabb { min: center, max: center }.grown(body.ball.radius));
+        }
+        around
+    }
 }
 
 /// What a body knows of the foot that it belongs to.
@@ -96,7 +133,8 @@ impl Part {
             let bounds = solid.aabb();
             let radius = solid.radius_about(bounds.center());
             let ball = Ball { center: placed.link_from_shape * bounds.center(), radius };
-            Ok(Self { link_from_part: placed.link_from_shape, solid, bounds, ball })
+            let spine = solid.spine(&placed.link_from_shape);
+            Ok(Self { link_from_part: placed.link_from_shape, solid, bounds, ball, spine })
         });
         parts.collect()
     }

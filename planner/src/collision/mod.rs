@@ -20,12 +20,11 @@ use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
-use body::{BODIES_MAX, Body};
+use body::{Body, Centers};
 use bvh::Aabb;
 pub use error::CollisionError;
-use kernels::exceeds;
 use self_pairs::{Pair, SelfPairs, bodies_within, parts_within};
-use world::{WorldShapes, lifted};
+use world::{Nearby, WorldShapes, lifted};
 
 /// What a foot does, which decides how near it may come to the world.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -101,16 +100,23 @@ impl CollisionModel {
     /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None` where everything keeps its clearance, subject to
     /// what the `feet` (one state per foot) do.
     pub fn hit(&self, world_from_links: &[Pose], feet: &[FootState]) -> Option<Hit> {
-        self.world_hit(world_from_links, feet).or_else(|| self.self_hit(world_from_links))
+        let centers = Centers::new(&self.bodies, world_from_links);
+        self.world_hit_near(world_from_links, feet, &centers).or_else(|| self.self_hit_near(world_from_links, &centers))
     }
 
     /// The first hit of the robot with the world.
     pub fn world_hit(&self, world_from_links: &[Pose], feet: &[FootState]) -> Option<Hit> {
+        self.world_hit_near(world_from_links, feet, &Centers::new(&self.bodies, world_from_links))
+    }
+
+    fn world_hit_near(&self, world_from_links: &[Pose], feet: &[FootState], centers: &Centers) -> Option<Hit> {
+        let around = centers.around(&self.bodies).grown(STANCE_LIFT.max(2.0 * self.clearance + LEAVING_LIFT));
+        let nearby = self.world.nearby(&around);
         self.bodies.iter().find_map(|body| {
             let pose = &world_from_links[body.link];
             let shape = match body.foot {
-                Some(foot) => self.foot_body_hit(body, pose, foot.link_normal, feet[foot.limb]),
-                None => self.world.hit(body, pose, self.clearance),
+                Some(foot) => self.foot_body_hit(body, pose, foot.link_normal, feet[foot.limb], &nearby),
+                None => self.world.hit(body, pose, self.clearance, &nearby),
             };
             shape.map(|shape| Hit::World { link: body.link, shape })
         })
@@ -121,7 +127,7 @@ impl CollisionModel {
         let bodies = self.bodies.iter().filter(|body| wanted[body.link]);
         bodies
             .map(|body| (body, *world_from_root * root_from_links[body.link]))
-            .find_map(|(body, pose)| self.world.hit(body, &pose, self.clearance))
+            .find_map(|(body, pose)| self.world.hit(body, &pose, self.clearance, &Nearby::UNKNOWN))
     }
 
     /// The box around all shapes of the world.
@@ -131,16 +137,15 @@ impl CollisionModel {
 
     /// The first hit of the robot with itself.
     pub fn self_hit(&self, world_from_links: &[Pose]) -> Option<Hit> {
-        let mut centers = heapless::Vec::<DVec3, BODIES_MAX>::new();
-        centers.extend(self.bodies.iter().map(|body| world_from_links[body.link] * body.ball.center));
-        let is_hit = |pair: &&Pair| {
-            let (a, b) = (pair.a as usize, pair.b as usize);
-            !exceeds((centers[a] - centers[b]).length_squared(), pair.reach_squared) && {
-                let (a, b) = (&self.bodies[a], &self.bodies[b]);
-                parts_within(a, b, &world_from_links[a.link].inv_mul(&world_from_links[b.link]), pair.clearance)
-            }
+        self.self_hit_near(world_from_links, &Centers::new(&self.bodies, world_from_links))
+    }
+
+    fn self_hit_near(&self, world_from_links: &[Pose], centers: &Centers) -> Option<Hit> {
+        let is_hit = |pair: &Pair| {
+            let (a, b) = (&self.bodies[pair.a as usize], &self.bodies[pair.b as usize]);
+            parts_within(a, b, &world_from_links[a.link].inv_mul(&world_from_links[b.link]), pair.clearance)
         };
-        let pair = self.pairs.checked.iter().find(is_hit)?;
+        let pair = self.pairs.find_near(centers, is_hit)?;
         Some(Hit::SelfPair { a: self.bodies[pair.a as usize].link, b: self.bodies[pair.b as usize].link })
     }
 
@@ -155,8 +160,9 @@ impl CollisionModel {
         if self.shunned.iter().any(|place| place.holds(world_from_sole.translation)) {
             return Some(SHUNNED);
         }
+        let world_from_link = |foot: &body::FootBody| *world_from_sole * foot.sole_from_link;
         self.foot_bodies(limb)
-            .find_map(|(body, foot)| self.foot_body_hit(body, &(*world_from_sole * foot.sole_from_link), foot.link_normal, state))
+            .find_map(|(body, foot)| self.foot_body_hit(body, &world_from_link(&foot), foot.link_normal, state, &Nearby::UNKNOWN))
     }
 
     /// The first world shape that meets a box, given by its middle's pose and half of each side (m).
@@ -189,7 +195,7 @@ impl CollisionModel {
         let rigid = self.bodies.iter().filter_map(|body| Some((body, body.root_from_link?)));
         rigid
             .map(|(body, root_from_link)| (body, *world_from_root * root_from_link))
-            .find_map(|(body, pose)| self.world.hit(body, &pose, 0.0))
+            .find_map(|(body, pose)| self.world.hit(body, &pose, 0.0, &Nearby::UNKNOWN))
     }
 
     /// Whether the first two feet, with what is rigidly joined to them, come too near to each other at these sole poses.
@@ -208,13 +214,18 @@ impl CollisionModel {
 
     /// A bound (m) on how far any point of any collision shape lies from itself in two sets of link poses.
     pub fn motion_bound(&self, a: &[Pose], b: &[Pose]) -> f64 {
-        let bound = |body: &Body| {
+        let mut bound: f64 = 0.0;
+        for body in &self.bodies {
             let (from, to) = (&a[body.link], &b[body.link]);
-            let center = (*to * body.ball.center - *from * body.ball.center).length();
+            let shift = (*to * body.ball.center - *from * body.ball.center).length_squared();
             // A turn by theta moves a point at radius r by at most 2 r sin(theta / 2).
-            center + 2.0 * body.ball.radius * (from.rotation.conjugate() * to.rotation).xyz().length()
-        };
-        self.bodies.iter().map(bound).fold(0.0, f64::max)
+            let turn = (2.0 * body.ball.radius).powi(2) * (from.rotation.conjugate() * to.rotation).xyz().length_squared();
+            // The sum of two lengths is at most this root: most bodies need no other.
+            if 2.0 * (shift + turn) > bound * bound {
+                bound = bound.max(shift.sqrt() + turn.sqrt());
+            }
+        }
+        bound
     }
 
     /// The pairs of links that may touch, in ascending order.
@@ -225,21 +236,20 @@ impl CollisionModel {
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
         let bodies = size_of_val(self.bodies.as_slice()) + self.bodies.iter().map(Body::bytes).sum::<usize>();
-        let pairs = size_of_val(self.pairs.checked.as_slice()) + size_of_val(self.pairs.allowed.as_slice());
-        bodies + pairs + self.world.bytes()
+        bodies + self.pairs.bytes() + self.world.bytes()
     }
 
     fn foot_bodies(&self, limb: usize) -> impl Iterator<Item = (&Body, body::FootBody)> {
         self.bodies.iter().filter_map(move |body| body.foot.filter(|foot| foot.limb == limb).map(|foot| (body, foot)))
     }
 
-    fn foot_body_hit(&self, body: &Body, world_from_link: &Pose, link_normal: DVec3, state: FootState) -> Option<usize> {
+    fn foot_body_hit(&self, body: &Body, world_from_link: &Pose, link_normal: DVec3, state: FootState, nearby: &Nearby) -> Option<usize> {
         let (lift, margin) = match state {
             FootState::Stance => (STANCE_LIFT, 0.0),
             FootState::Leaving => (self.clearance + LEAVING_LIFT, self.clearance),
             FootState::Free => (0.0, self.clearance),
         };
-        self.world.hit(body, &lifted(world_from_link, link_normal, lift), margin)
+        self.world.hit(body, &lifted(world_from_link, link_normal, lift), margin, nearby)
     }
 }
 

@@ -3,8 +3,8 @@
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 
-use super::body::{Body, joints_between};
-use super::kernels::exceeds;
+use super::body::{Body, Centers, Part, joints_between};
+use super::kernels::{exceeds, segment_segment_distance_squared};
 use super::narrow::is_within;
 use crate::kinematics::forward::Kinematics;
 use crate::random::{Random, Stream};
@@ -16,19 +16,22 @@ pub struct Pair {
     pub a: u32,
     /// Index of the second body.
     pub b: u32,
-    /// Up to this squared distance of the balls' centres the solids have to be looked at, m2.
-    pub reach_squared: f64,
     /// The distance to keep, m.
     pub clearance: f64,
 }
 
-/// The pairs to check, those that collide most often first, and those to leave alone.
+/// The pairs to check, and those to leave alone.
 #[derive(Debug, Clone)]
 pub struct SelfPairs {
-    /// Pairs to check.
+    /// Pairs to check, in ascending order.
     pub checked: Vec<Pair>,
     /// Links of pairs that may touch, in ascending order.
     pub allowed: Vec<(usize, usize)>,
+    /// For each two bodies, row by row: up to which squared distance of their balls' centres (m2) the solids have to be looked
+    /// at; less than 0 for those that may touch.
+    reach_squared: Vec<f64>,
+    /// For each two bodies the distance to keep, m.
+    clearances: Vec<f64>,
 }
 
 /// Random configurations that tell which pairs always collide.
@@ -45,7 +48,9 @@ impl SelfPairs {
     pub fn new(model: &RobotModel, bodies: &[Body], clearance: f64) -> Self {
         let survey = Survey::new(model, bodies);
         let mut allowed = Vec::new();
-        let mut ranked = Vec::new();
+        let mut checked = Vec::new();
+        let mut reach_squared = vec![-1.0; bodies.len() * bodies.len()];
+        let mut clearances = vec![0.0; bodies.len() * bodies.len()];
         for (a, body_a) in bodies.iter().enumerate() {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
                 let joints = joints_between(model, body_a.link, body_b.link);
@@ -57,11 +62,44 @@ impl SelfPairs {
                 }
                 let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
                 let reach = body_a.ball.radius + body_b.ball.radius + clearance;
-                ranked.push((hits, Pair { a: a as u32, b: b as u32, reach_squared: reach * reach, clearance }));
+                reach_squared[a * bodies.len() + b] = reach * reach;
+                clearances[a * bodies.len() + b] = clearance;
+                checked.push(Pair { a: a as u32, b: b as u32, clearance });
             }
         }
-        ranked.sort_by_key(|&(hits, pair)| (std::cmp::Reverse(hits), pair.a, pair.b));
-        Self { checked: ranked.into_iter().map(|(_, pair)| pair).collect(), allowed }
+        Self { checked, allowed, reach_squared, clearances }
+    }
+
+    /// The first checked pair whose balls are near and that `accept`s.
+    pub fn find_near(&self, centers: &Centers, accept: impl Fn(&Pair) -> bool) -> Option<Pair> {
+        let count = centers.x.len();
+        (0..count).find_map(|a| {
+            let others = a + 1..count;
+            let (xs, ys, zs) = (&centers.x[others.clone()], &centers.y[others.clone()], &centers.z[others.clone()]);
+            let reaches = &self.reach_squared[a * count..(a + 1) * count][others];
+            let squared = |x: f64, y: f64, z: f64| {
+                let (x, y, z) = (x - centers.x[a], y - centers.y[a], z - centers.z[a]);
+                x * x + y * y + z * z
+            };
+            let rows = || xs.iter().zip(ys).zip(zs).zip(reaches);
+            // Without a branch, so that several are done at once; mostly none is near.
+            let are_apart = rows().fold(true, |apart, (((x, y), z), reach)| apart & exceeds(squared(*x, *y, *z), *reach));
+            if are_apart {
+                return None;
+            }
+            let is_near = rows().map(|(((x, y), z), reach)| !exceeds(squared(*x, *y, *z), *reach));
+            is_near.enumerate().filter(|(_, near)| *near).find_map(|(offset, _)| {
+                let b = a + 1 + offset;
+                let pair = Pair { a: a as u32, b: b as u32, clearance: self.clearances[a * count + b] };
+                accept(&pair).then_some(pair)
+            })
+        })
+    }
+
+    /// Heap bytes.
+    pub fn bytes(&self) -> usize {
+        let tables = size_of_val(self.reach_squared.as_slice()) + size_of_val(self.clearances.as_slice());
+        size_of_val(self.checked.as_slice()) + size_of_val(self.allowed.as_slice()) + tables
     }
 }
 
@@ -129,11 +167,23 @@ pub fn bodies_within(a: &Body, world_from_a: &Pose, b: &Body, world_from_b: &Pos
 pub fn parts_within(a: &Body, b: &Body, a_from_b: &Pose, margin: f64) -> bool {
     b.parts.iter().any(|part_b| {
         let center = *a_from_b * part_b.ball.center;
-        let a_from_part = *a_from_b * part_b.link_from_part;
         a.parts.iter().any(|part_a| {
             let reach = part_a.ball.radius + part_b.ball.radius + margin;
             let is_near = !exceeds((center - part_a.ball.center).length_squared(), reach * reach);
-            is_near && is_within(&part_a.solid, &part_b.solid, &part_a.link_from_part.inv_mul(&a_from_part), margin)
+            is_near && two_parts_within(part_a, part_b, a_from_b, margin)
         })
     })
+}
+
+/// The same of two parts whose balls are known to be near.
+fn two_parts_within(a: &Part, b: &Part, a_from_b: &Pose, margin: f64) -> bool {
+    if let (Some(spine_a), Some(spine_b)) = (&a.spine, &b.spine) {
+        if spine_a.is_point() && spine_b.is_point() {
+            // These are their own balls.
+            return true;
+        }
+        let reach = a.solid.radius() + b.solid.radius() + margin;
+        return !exceeds(segment_segment_distance_squared(*spine_a, spine_b.seen_from(a_from_b)), reach * reach);
+    }
+    is_within(&a.solid, &b.solid, &a.link_from_part.inv_mul(&(*a_from_b * b.link_from_part)), margin)
 }

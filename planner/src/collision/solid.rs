@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 use parry3d_f64::shape::SupportMap;
-use surefoot_shared_types::Shape;
+use surefoot_shared_types::{Pose, Shape};
 
 use super::bvh::Aabb;
 use super::error::CollisionError;
 use super::hull::Hull;
+use super::kernels::Segment;
 use super::mesh::Mesh;
 
 /// A solid in its own frame.
@@ -112,6 +113,23 @@ impl Solid {
             Self::Convex(Convex { core: Core::Triangle(corners), .. }) => corners[0],
             Self::Convex(_) => DVec3::ZERO,
             Self::Mesh(mesh) => mesh.vertices()[0],
+        }
+    }
+
+    /// The core of a ball or capsule, placed by `frame`; `None` for other solids.
+    pub fn spine(&self, frame: &Pose) -> Option<Segment> {
+        match self {
+            Self::Convex(Convex { core: Core::Point, .. }) => Some(Segment { start: frame.translation, delta: DVec3::ZERO }),
+            Self::Convex(Convex { core: Core::Segment { half_length }, .. }) => Some(Segment::along_z(frame, *half_length)),
+            _ => None,
+        }
+    }
+
+    /// The radius around the core; 0 for a mesh.
+    pub fn radius(&self) -> f64 {
+        match self {
+            Self::Convex(convex) => convex.radius,
+            Self::Mesh(_) => 0.0,
         }
     }
 
