@@ -1,31 +1,38 @@
 //! Gravity torques of a robot at rest. Contact forces are taken as vertical, which the inclination bound of foot
 //! placements keeps inside the friction cone.
 
-use glam::{DVec2, DVec3};
-use surefoot_shared_types::Pose;
+use glam::{DAffine3, DVec2, DVec3};
 use surefoot_shared_types::message::limits::JOINTS_MAX;
-use surefoot_shared_types::robot::{Joint, JointKind, RobotModel};
+use surefoot_shared_types::robot::{JointKind, RobotModel};
 use surefoot_shared_types::scene::GRAVITY;
 
-use crate::kinematics::carriers::{Carrier, carriers};
+use crate::kinematics::tree::{NODES_MAX, Tree};
 use crate::region::Region;
-
-/// The root and one link to each joint.
-const CARRIERS_MAX: usize = JOINTS_MAX + 1;
+use crate::snapshot::Snapshot;
 
 /// The robot's mass tree, compiled for gravity torques.
 #[derive(Debug, Clone)]
 pub struct Statics {
-    carriers: Vec<Carrier>,
-    joints: Vec<StaticJoint>,
+    nodes: Vec<MassNode>,
+    held_len: usize,
+    /// The joints of the held nodes, whose torques the feet's loads do not change.
+    held: Vec<StaticJoint>,
+    /// The others.
+    moving: Vec<StaticJoint>,
     mass: f64,
 }
 
 #[derive(Debug, Clone)]
+struct MassNode {
+    parent: usize,
+    mass: f64,
+    com: DVec3,
+}
+
+#[derive(Debug, Clone)]
 struct StaticJoint {
-    /// The link that it moves, and this one's place among the carriers.
-    child: usize,
-    carrier: usize,
+    joint: usize,
+    node: usize,
     axis: DVec3,
     kind: JointKind,
     /// The mass that it carries, kg.
@@ -33,6 +40,10 @@ struct StaticJoint {
     effort: f64,
     carries: [bool; 2],
 }
+
+/// What each held joint does against gravity: its torque or force is `-gravity` times the lever along the vertical. In the root's
+/// frame; kg m or kg.
+pub type Levers = heapless::Vec<DVec3, JOINTS_MAX>;
 
 /// A vertical force on a foot: the share of the weight, and where it acts in world x and y.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,67 +57,102 @@ pub struct FootLoad {
 impl Statics {
     /// Compiles a robot; only `effort_share` of each joint's effort may be used.
     pub fn new(model: &RobotModel, effort_share: f64) -> Self {
-        let carriers = carriers(model);
-        let mut masses: Vec<f64> = carriers.iter().map(|carrier| carrier.mass).collect();
-        for index in (1..carriers.len()).rev() {
-            masses[carriers[index].parent] += masses[index];
+        let tree = Tree::new(model);
+        let nodes: Vec<_> = tree.nodes().iter().map(|node| MassNode { parent: node.parent, mass: node.mass, com: node.com }).collect();
+        let mut masses: Vec<f64> = nodes.iter().map(|node| node.mass).collect();
+        for index in (1..nodes.len()).rev() {
+            masses[nodes[index].parent] += masses[index];
         }
         let chains: Vec<_> = model.feet.iter().map(|foot| model.chain(foot.link)).collect();
-        let joint = |(index, joint): (usize, &Joint)| {
-            let carrier = carriers.iter().position(|carrier| carrier.link == joint.child).unwrap_or(0);
-            StaticJoint {
-                child: joint.child,
-                carrier,
-                axis: joint.axis,
-                kind: joint.kind,
-                mass: masses[carrier],
-                effort: joint.effort * effort_share,
-                carries: [0, 1].map(|limb| chains[limb].contains(&index)),
-            }
+        let static_joint = |(node, joint): (usize, usize)| StaticJoint {
+            joint,
+            node,
+            axis: model.joints[joint].axis,
+            kind: model.joints[joint].kind,
+            mass: masses[node],
+            effort: model.joints[joint].effort * effort_share,
+            carries: [0, 1].map(|limb| chains.get(limb).is_some_and(|chain| chain.contains(&joint))),
         };
-        Self { joints: model.joints.iter().enumerate().map(joint).collect(), mass: masses[0], carriers }
+        let joints = tree.nodes().iter().enumerate().filter_map(|(index, node)| Some((index, node.joint?)));
+        let (held, moving) = joints.map(static_joint).partition(|joint: &StaticJoint| joint.node < tree.held_len());
+        Self { nodes, held_len: tree.held_len(), held, moving, mass: masses[0] }
+    }
+
+    /// The robot's mass, kg.
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// The levers of the held joints where the held nodes are placed so in the root's frame.
+    pub fn hold(&self, root_from_nodes: &[DAffine3], levers: &mut Levers) {
+        let moments = self.subtree_moments(0, self.held_len, root_from_nodes);
+        levers.clear();
+        levers.extend(self.held.iter().map(|joint| {
+            let frame = &root_from_nodes[joint.node];
+            joint.lever(frame, -joint.mass, frame.translation * joint.mass - moments[joint.node])
+        }));
     }
 
     /// The largest share of a joint's usable effort that gravity asks for when the feet carry `loads`.
-    pub fn effort_use(&self, world_from_links: &[Pose], loads: &[FootLoad; 2]) -> f64 {
-        let mut torques = [0.0; JOINTS_MAX];
-        self.torques(world_from_links, loads, &mut torques);
-        self.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort).fold(0.0, f64::max)
+    pub fn effort_use(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> f64 {
+        let mut most: f64 = 0.0;
+        self.each_torque(snapshot, loads, |joint, torque| most = most.max(torque.abs() / joint.effort));
+        most
     }
 
     /// The torque (N m) or force (N) that each joint must hold, in joint order.
-    pub fn torques(&self, world_from_links: &[Pose], loads: &[FootLoad; 2], torques: &mut [f64; JOINTS_MAX]) {
-        let moments = self.subtree_moments(world_from_links);
-        for (joint, torque) in self.joints.iter().zip(torques) {
-            let pose = &world_from_links[joint.child];
-            let axis = pose.rotation * joint.axis;
-            let at = pose.translation.truncate();
-            // All forces are vertical: `lift` is their sum upward, `arm` the sum of each times where it acts from the joint.
+    pub fn torques(&self, snapshot: &Snapshot, loads: &[FootLoad; 2], torques: &mut [f64; JOINTS_MAX]) {
+        self.each_torque(snapshot, loads, |joint, torque| torques[joint.joint] = torque);
+    }
+
+    fn each_torque(&self, snapshot: &Snapshot, loads: &[FootLoad; 2], mut take: impl FnMut(&StaticJoint, f64)) {
+        let down = snapshot.turned_to_root(DVec3::NEG_Z * GRAVITY);
+        for (joint, lever) in self.held.iter().zip(snapshot.levers()) {
+            take(joint, down.dot(*lever));
+        }
+        let frames = snapshot.root_from_nodes();
+        let moments = self.subtree_moments(self.held_len, self.nodes.len(), frames);
+        // Where each load acts, at whatever height: all forces are vertical.
+        let pressed = loads.map(|load| {
+            let point = snapshot.turned_to_root(load.point.extend(0.0) - snapshot.world_from_root.translation);
+            (point, self.mass * load.share)
+        });
+        for joint in &self.moving {
+            let frame = &frames[joint.node];
             let mut lift = -joint.mass;
-            let mut arm = at * joint.mass - moments[joint.carrier];
-            for (load, _) in loads.iter().zip(joint.carries).filter(|(_, carries)| *carries) {
-                lift += self.mass * load.share;
-                arm += (load.point - at) * (self.mass * load.share);
+            let mut arm = frame.translation * joint.mass - moments[joint.node];
+            for ((point, mass), _) in pressed.iter().zip(joint.carries).filter(|(_, carries)| *carries) {
+                lift += mass;
+                arm += (*point - frame.translation) * *mass;
             }
-            *torque = -GRAVITY
-                * match joint.kind {
-                    JointKind::Revolute => axis.x * arm.y - axis.y * arm.x,
-                    JointKind::Prismatic => axis.z * lift,
-                };
+            take(joint, down.dot(joint.lever(frame, lift, arm)));
         }
     }
 
-    /// The first mass moment (kg m) of every carrier and what hangs on it, in world x and y.
-    fn subtree_moments(&self, world_from_links: &[Pose]) -> [DVec2; CARRIERS_MAX] {
-        let mut moments = [DVec2::ZERO; CARRIERS_MAX];
-        for (index, carrier) in self.carriers.iter().enumerate().rev() {
-            moments[index] += (world_from_links[carrier.link] * carrier.com).truncate() * carrier.mass;
-            if index > 0 {
+    /// The first mass moment (kg m) of each node of a range and what hangs on it, in the root's frame.
+    fn subtree_moments(&self, first: usize, end: usize, root_from_nodes: &[DAffine3]) -> [DVec3; NODES_MAX] {
+        let mut moments = [DVec3::ZERO; NODES_MAX];
+        for index in (first..end).rev() {
+            let node = &self.nodes[index];
+            moments[index] += root_from_nodes[index].transform_point3(node.com) * node.mass;
+            if node.parent != index && node.parent >= first {
                 let moment = moments[index];
-                moments[carrier.parent] += moment;
+                moments[node.parent] += moment;
             }
         }
         moments
+    }
+}
+
+impl StaticJoint {
+    /// Its lever, where `lift` is the mass that pushes up beyond it less what it carries, and `arm` the sum of each times where
+    /// it acts from the joint.
+    fn lever(&self, root_from_node: &DAffine3, lift: f64, arm: DVec3) -> DVec3 {
+        let axis = root_from_node.matrix3 * self.axis;
+        match self.kind {
+            JointKind::Revolute => axis.cross(arm),
+            JointKind::Prismatic => axis * lift,
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 //! A sphere is a point with a radius and a capsule a segment with a radius: callers compare these distances of the
 //! cores with the sum of radii and clearance.
 
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use surefoot_shared_types::Pose;
 
 /// A segment from `start` to `start + delta`.
@@ -27,9 +27,9 @@ impl Segment {
         self.delta == DVec3::ZERO
     }
 
-    /// The segment in another frame.
-    pub fn seen_from(&self, a_from_here: &Pose) -> Self {
-        Self { start: *a_from_here * self.start, delta: a_from_here.rotation * self.delta }
+    /// The segment in the frame that this one is placed in.
+    pub fn placed(&self, frame: &DAffine3) -> Self {
+        Self { start: frame.transform_point3(self.start), delta: frame.matrix3 * self.delta }
     }
 }
 

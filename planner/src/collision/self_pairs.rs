@@ -1,20 +1,23 @@
 //! Which pairs of links may touch, and how far apart the others have to stay.
 
+use glam::DAffine3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 
-use super::body::{Body, Centers, Part, joints_between};
+use super::ball::Centers;
+use super::body::{Body, Part, joints_between};
 use super::kernels::{exceeds, segment_segment_distance_squared};
 use super::narrow::is_within;
 use crate::kinematics::forward::Kinematics;
+use crate::kinematics::tree::{affine, pose};
 use crate::random::{Random, Stream};
 
 /// A pair of bodies that is checked.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
-    /// Index of the first body; its link stands before the second one's.
+    /// Index of the first body.
     pub a: u32,
-    /// Index of the second body.
+    /// Index of the second body, the larger one.
     pub b: u32,
     /// The distance to keep, m.
     pub clearance: f64,
@@ -57,7 +60,7 @@ impl SelfPairs {
                 let hits = if joints > 1 { survey.hits(body_a, body_b) } else { SAMPLES };
                 let touches_at_zero = joints <= NEIGHBOR_JOINTS_MAX && touch(body_a, body_b, &survey.zero);
                 if joints <= 1 || hits >= ALWAYS || touches_at_zero {
-                    allowed.push((body_a.link, body_b.link));
+                    allowed.push((body_a.link.min(body_b.link), body_a.link.max(body_b.link)));
                     continue;
                 }
                 let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
@@ -67,6 +70,7 @@ impl SelfPairs {
                 checked.push(Pair { a: a as u32, b: b as u32, clearance });
             }
         }
+        allowed.sort_unstable();
         Self { checked, allowed, reach_squared, clearances }
     }
 
@@ -136,12 +140,12 @@ fn random_q(model: &RobotModel, index: usize) -> Vec<f64> {
 }
 
 fn touch(a: &Body, b: &Body, poses: &[Pose]) -> bool {
-    bodies_within(a, &poses[a.link], b, &poses[b.link], 0.0)
+    bodies_within(a, &poses[a.node_link], b, &poses[b.node_link], 0.0)
 }
 
 /// `clearance`, or half of the pair's distance in a posture where that is less (to within a nanometre, from below).
 fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f64 {
-    let is_free = |margin: f64| !bodies_within(a, &standing[a.link], b, &standing[b.link], 2.0 * margin);
+    let is_free = |margin: f64| !bodies_within(a, &standing[a.node_link], b, &standing[b.node_link], 2.0 * margin);
     if is_free(clearance) {
         return clearance;
     }
@@ -153,37 +157,38 @@ fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f
     free
 }
 
-/// Whether two bodies come within `margin` of each other.
+/// Whether two bodies come within `margin` of each other, their nodes being at these poses.
 pub fn bodies_within(a: &Body, world_from_a: &Pose, b: &Body, world_from_b: &Pose, margin: f64) -> bool {
-    let a_from_b = world_from_a.inv_mul(world_from_b);
+    let (world_from_a, world_from_b) = (affine(world_from_a), affine(world_from_b));
     let reach = a.ball.radius + b.ball.radius + margin;
-    if exceeds((a_from_b * b.ball.center - a.ball.center).length_squared(), reach * reach) {
-        return false;
-    }
-    parts_within(a, b, &a_from_b, margin)
+    let centers = [world_from_a.transform_point3(a.ball.center), world_from_b.transform_point3(b.ball.center)];
+    !exceeds(centers[0].distance_squared(centers[1]), reach * reach) && parts_within((a, &world_from_a), (b, &world_from_b), margin)
 }
 
-/// The same, of bodies whose balls are known to be near.
-pub fn parts_within(a: &Body, b: &Body, a_from_b: &Pose, margin: f64) -> bool {
-    b.parts.iter().any(|part_b| {
-        let center = *a_from_b * part_b.ball.center;
-        a.parts.iter().any(|part_a| {
+/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one.
+pub fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -> bool {
+    b.0.parts.iter().any(|part_b| {
+        let center_b = b.1.transform_point3(part_b.ball.center);
+        a.0.parts.iter().any(|part_a| {
             let reach = part_a.ball.radius + part_b.ball.radius + margin;
-            let is_near = !exceeds((center - part_a.ball.center).length_squared(), reach * reach);
-            is_near && two_parts_within(part_a, part_b, a_from_b, margin)
+            let center_a = a.1.transform_point3(part_a.ball.center);
+            let is_near = !exceeds((center_b - center_a).length_squared(), reach * reach);
+            is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin)
         })
     })
 }
 
 /// The same of two parts whose balls are known to be near.
-fn two_parts_within(a: &Part, b: &Part, a_from_b: &Pose, margin: f64) -> bool {
+fn two_parts_within((a, frame_a): (&Part, &DAffine3), (b, frame_b): (&Part, &DAffine3), margin: f64) -> bool {
     if let (Some(spine_a), Some(spine_b)) = (&a.spine, &b.spine) {
         if spine_a.is_point() && spine_b.is_point() {
             // These are their own balls.
             return true;
         }
         let reach = a.solid.radius() + b.solid.radius() + margin;
-        return !exceeds(segment_segment_distance_squared(*spine_a, spine_b.seen_from(a_from_b)), reach * reach);
+        let distance = segment_segment_distance_squared(spine_a.placed(frame_a), spine_b.placed(frame_b));
+        return !exceeds(distance, reach * reach);
     }
-    is_within(&a.solid, &b.solid, &a.link_from_part.inv_mul(&(*a_from_b * b.link_from_part)), margin)
+    let [from_a, from_b] = [(a, frame_a), (b, frame_b)].map(|(part, frame)| pose(frame) * part.node_from_part);
+    is_within(&a.solid, &b.solid, &from_a.inv_mul(&from_b), margin)
 }

@@ -97,15 +97,6 @@ impl Solid {
         }
     }
 
-    /// The radius of the ball around `center` (in its frame) that holds it.
-    pub fn radius_about(&self, center: DVec3) -> f64 {
-        let furthest = |points: &[DVec3]| points.iter().map(|point| (*point - center).length()).fold(0.0, f64::max);
-        match self {
-            Self::Convex(Convex { core, radius }) => radius + core.radius_about(center),
-            Self::Mesh(mesh) => furthest(mesh.vertices()),
-        }
-    }
-
     /// A point of it.
     pub fn point_inside(&self) -> DVec3 {
         match self {
@@ -155,21 +146,6 @@ impl Core {
             Self::Triangle(corners) => return Aabb::of_points(*corners),
         };
         Aabb { min: -half, max: half }
-    }
-
-    /// The radius of the ball around `center` (in its frame) that holds it.
-    fn radius_about(&self, center: DVec3) -> f64 {
-        let furthest = |points: &[DVec3]| points.iter().map(|point| (*point - center).length()).fold(0.0, f64::max);
-        match self {
-            Self::Hull(hull) => furthest(hull.vertices()),
-            Self::Triangle(corners) => furthest(corners),
-            Self::Cylinder { radius, half_length } => {
-                let across = radius + (center.x * center.x + center.y * center.y).sqrt();
-                let along = half_length + center.z.abs();
-                (across * across + along * along).sqrt()
-            }
-            Self::Point | Self::Segment { .. } | Self::Box { .. } => (self.aabb().max + center.abs()).length(),
-        }
     }
 }
 

@@ -73,16 +73,18 @@ impl WorldShapes {
         Nearby { shapes, is_all }
     }
 
-    /// The first shape within `margin` of a body, in the tree's order; `nearby` holds all that may be.
-    pub fn hit(&self, body: &Body, world_from_link: &Pose, margin: f64, nearby: &Nearby) -> Option<usize> {
-        let center = *world_from_link * body.ball.center;
-        let reach = body.ball.radius + margin;
+    /// Whether any shape's box comes within `reach` (m) of a point; `nearby` holds all that may.
+    pub fn reaches(&self, center: DVec3, reach: f64, nearby: &Nearby) -> bool {
         if nearby.is_all {
-            nearby.shapes.iter().find(|(_, bounds)| bounds.reaches(center, reach))?;
-        } else {
-            self.tree.find(|bounds| bounds.reaches(center, reach), |_| true)?;
+            return nearby.shapes.iter().any(|(_, bounds)| bounds.reaches(center, reach));
         }
-        body.parts.iter().find_map(|part| self.part_hit(part, world_from_link, margin, nearby))
+        self.tree.find(|bounds| bounds.reaches(center, reach), |_| true).is_some()
+    }
+
+    /// The first shape within `margin` of a body, in the tree's order; `nearby` holds all that may be.
+    pub fn hit(&self, body: &Body, world_from_node: &Pose, margin: f64, nearby: &Nearby) -> Option<usize> {
+        let may_be = self.reaches(*world_from_node * body.ball.center, body.ball.radius + margin, nearby);
+        may_be.then(|| body.parts.iter().find_map(|part| self.part_hit(part, world_from_node, margin, nearby)))?
     }
 
     /// The first shape that meets a box, in the tree's order.
@@ -97,8 +99,8 @@ impl WorldShapes {
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
     }
 
-    fn part_hit(&self, part: &Part, world_from_link: &Pose, margin: f64, nearby: &Nearby) -> Option<usize> {
-        let world_from_part = *world_from_link * part.link_from_part;
+    fn part_hit(&self, part: &Part, world_from_node: &Pose, margin: f64, nearby: &Nearby) -> Option<usize> {
+        let world_from_part = *world_from_node * part.node_from_part;
         let rotation = DMat3::from_quat(world_from_part.rotation);
         let around = part.bounds.transformed(&rotation, world_from_part.translation).grown(margin);
         let touches = |index: usize| {
@@ -106,8 +108,8 @@ impl WorldShapes {
             is_within(&shape.solid, &part.solid, &(shape.shape_from_world * world_from_part), margin)
         };
         if nearby.is_all {
-            let near = nearby.shapes.iter().filter(|(_, bounds)| bounds.overlaps(&around)).map(|&(index, _)| index as usize);
-            return near.into_iter().find(|&index| touches(index));
+            let mut near = nearby.shapes.iter().filter(|(_, bounds)| bounds.overlaps(&around)).map(|&(index, _)| index as usize);
+            return near.find(|&index| touches(index));
         }
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
     }

@@ -2,11 +2,12 @@
 //! must, a bounded Newton iteration otherwise.
 
 mod arc;
-pub mod carriers;
 pub mod closed_form;
 pub mod forward;
 pub mod leg;
 pub mod newton;
+pub mod tree;
 
 pub use forward::Kinematics;
 pub use leg::Leg;
+pub use tree::Tree;

@@ -8,12 +8,13 @@ use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy, wrap_angle, yaw_of};
 
-use crate::body::{Body, Configuration, Snapshot};
+use crate::body::{Body, Configuration};
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::foothold::Foothold;
 use crate::random::{Random, Stream};
 use crate::region::Region;
+use crate::snapshot::Snapshot;
 
 /// Fixed-point shifts of the root that bring the centre of mass over its target.
 const COM_SHIFTS_MAX: usize = 8;
