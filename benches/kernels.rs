@@ -15,7 +15,6 @@ use std::hint::black_box;
 use std::path::Path;
 
 use scene::{SEED, Scene, crowded, shipped};
-use surefoot_planner::body::LINKS_MAX;
 use surefoot_planner::collision::FootState;
 use surefoot_planner::constraint::midway;
 use surefoot_planner::foot_placement::{Effort, Request};
@@ -75,23 +74,21 @@ fn time_leg(name: &str, model: &RobotModel) -> Kernel {
 /// What depends on the robot alone.
 fn time_body(scene: &Scene) -> Vec<Kernel> {
     let (body, standing) = (&scene.constraints.body, scene.standing());
-    let mut poses = [Pose::IDENTITY; LINKS_MAX];
-    let forward = time("forward kinematics", |_| {
-        let at = black_box(standing);
-        body.kinematics.forward(&at.world_from_root, &at.q, black_box(&mut poses));
+    let mut kept = scene.snapshot.clone();
+    let whole = time("snapshot: forward kinematics, centre of mass", |call| {
+        let mut at = *black_box(standing);
+        // Every joint moves, those above the legs too.
+        at.q[..body.joints_len].iter_mut().for_each(|position| *position += 1e-3 * (call % 2) as f64);
+        body.snapshot_into(&at, black_box(&mut kept));
         0
     });
-    let com = time("centre of mass", |_| {
-        black_box(body.kinematics.center_of_mass(black_box(&scene.snapshot.world_from_links)));
-        0
-    });
-    let snapshot = time("snapshot (both)", |_| {
-        black_box(body.snapshot(black_box(standing)));
+    let legs = time("snapshot, only the legs moved", |_| {
+        body.snapshot_into(black_box(standing), black_box(&mut kept));
         0
     });
     let leg = time_leg("leg inverse kinematics", &scene.model);
     let newton = with_split_hip(&scene.model).map(|model| time_leg("leg inverse kinematics, Newton", &model));
-    [forward, com, snapshot, leg].into_iter().chain(newton).collect()
+    [whole, legs, leg].into_iter().chain(newton).collect()
 }
 
 /// What depends on the world too.
@@ -104,25 +101,32 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
         1
     });
     let soles = scene.end.state.world_from_soles;
-    let whole = time(format!("{name}: configuration check with IK and FK"), |call| {
-        let mut at = *black_box(scene.standing());
-        // A little aside each time, so that no branch is learnt by heart.
-        at.world_from_root.translation.z -= 1e-4 * (call % 64) as f64;
-        assert!(constraints.body.place_soles(&mut at, &soles));
-        constraints.check(&mode, &constraints.body.snapshot(&at), feet).unwrap();
-        1
-    });
+    let mut snapshot = scene.snapshot.clone();
+    let mut whole = |what: &str, arms: f64| {
+        time(format!("{name}: configuration check with IK and FK, {what}"), |call| {
+            let mut at = *black_box(scene.standing());
+            // A little aside each time, so that no branch is learnt by heart.
+            at.world_from_root.translation.z -= 1e-4 * (call % 64) as f64;
+            constraints.body.free_joints.iter().for_each(|joint| at.q[joint.index] += arms * (call % 64) as f64);
+            assert!(constraints.body.place_soles(&mut at, &soles));
+            constraints.body.snapshot_into(&at, &mut snapshot);
+            constraints.check(&mode, &snapshot, feet).unwrap();
+            1
+        })
+    };
+    let [held, whole] = [whole("arms held", 0.0), whole("all moves", 1e-4)];
     let mut aside = *scene.standing();
     aside.world_from_root.translation.z -= 0.01;
     assert!(constraints.body.place_soles(&mut aside, &soles));
     let (from, to) = (scene.standing(), midway(scene.standing(), &aside, 1.0));
-    let ends = [(from, &scene.snapshot), (&to, &constraints.body.snapshot(&to))];
+    let reached = constraints.body.snapshot(&to);
     let edge = time(format!("{name}: edge check, root 1 cm down"), |_| {
         let mut work = 0;
-        constraints.check_between(&mode, black_box(ends), feet, &mut work).unwrap();
+        let bound = constraints.collision.motion_bound(black_box(&scene.snapshot), black_box(&reached));
+        constraints.check_between(&mode, black_box([from, &to]), bound, feet, &mut snapshot, &mut work).unwrap();
         work
     });
-    [check, whole, edge].map(|kernel| kernel.noted(shapes.clone())).into()
+    [check, held, whole, edge].map(|kernel| kernel.noted(shapes.clone())).into()
 }
 
 fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {

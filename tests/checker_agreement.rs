@@ -9,10 +9,12 @@ use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_controller_sim::kinematics::{Configuration, Posture};
-use surefoot_planner::kinematics::Kinematics;
+use surefoot_planner::body::{self as planner, Body};
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::statics::{FootLoad, Statics};
+use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::statics::FootLoad;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
@@ -66,26 +68,29 @@ struct Worst {
 }
 
 fn compare(model: &RobotModel) -> Worst {
-    let (kinematics, statics) = (Kinematics::new(model), Statics::new(model, 1.0));
-    let mut poses = vec![Pose::IDENTITY; model.links.len()];
+    let body = Body::new(model, &PlannerConfig { effort_share: 1.0, ..PlannerConfig::default() }).unwrap();
+    let mut snapshot = Snapshot::default();
     let mut worst = Worst::default();
     for index in 0..CONFIGURATIONS {
         let mut random = Random::new(1, Stream::Preparation, index, 0);
         let configuration = random_configuration(model, &mut random);
         let posture = Posture::new(model, &configuration);
-        kinematics.forward(&configuration.world_from_root, &configuration.q, &mut poses);
-        for (mine, other) in posture.world_from_link.iter().zip(&poses) {
+        let mut q = body.standing_q;
+        q[..model.joints.len()].copy_from_slice(&configuration.q[..model.joints.len()]);
+        body.snapshot_into(&planner::Configuration { world_from_root: configuration.world_from_root, q }, &mut snapshot);
+        for (link, mine) in posture.world_from_link.iter().enumerate() {
+            let other = body.world_from_link(&snapshot, link);
             worst.position = worst.position.max(mine.translation.distance(other.translation));
             worst.rotation = worst.rotation.max(rotation_distance(mine.rotation, other.rotation));
         }
-        let centre = kinematics.center_of_mass(&poses);
+        let centre = snapshot.com;
         worst.centre_of_mass = worst.centre_of_mass.max(posture.centre_of_mass(model).distance(centre));
         let share = random.uniform(0.0, 1.0);
         let mut at =
             |share: f64| FootLoad { share, point: centre.truncate() + DVec2::new(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)) };
         let loads = [at(share), at(1.0 - share)];
         let mut torques = [0.0; JOINTS_MAX];
-        statics.torques(&poses, &loads, &mut torques);
+        body.statics.torques(&snapshot, &loads, &mut torques);
         let mine = carried_torques(model, &posture, &loads);
         let difference = mine.iter().zip(torques).map(|(mine, other)| (mine - other).abs()).fold(0.0, f64::max);
         worst.torque = worst.torque.max(difference / model.mass());

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use surefoot::inputs::Inputs;
-use surefoot_planner::body::{Body, Configuration, Snapshot};
+use surefoot_planner::body::{Body, Configuration};
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::{Constraints, Mode};
 use surefoot_planner::ends::{End, foothold_at, stand_on};
@@ -12,6 +12,7 @@ use surefoot_planner::motion::foothold::{Foothold, double_mode, single_mode};
 use surefoot_planner::motion::single_mode::Problem;
 use surefoot_planner::motion::track::State;
 use surefoot_planner::motion::transition::{TransitionPair, sample, world_from_soles};
+use surefoot_planner::snapshot::Snapshot;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};

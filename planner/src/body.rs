@@ -1,13 +1,15 @@
 //! The robot, compiled once into what the search asks of it all the time.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
 use surefoot_shared_types::robot::RobotModel;
 
+use crate::collision::ball::{BodyBall, body_balls};
 use crate::kinematics::leg::LegError;
-use crate::kinematics::{Kinematics, Leg};
+use crate::kinematics::{Leg, Tree};
+use crate::snapshot::Snapshot;
 use crate::statics::Statics;
 
 /// Most links of a robot, fixed ones included.
@@ -20,15 +22,6 @@ pub struct Configuration {
     pub world_from_root: Pose,
     /// Joint positions in the order of `RobotModel::joints`, the rest 0.
     pub q: [f64; JOINTS_MAX],
-}
-
-/// What follows from a configuration: every link's pose and the centre of mass, in the world.
-#[derive(Debug, Clone, Copy)]
-pub struct Snapshot {
-    /// One pose per link, the rest identity.
-    pub world_from_links: [Pose; LINKS_MAX],
-    /// The centre of mass, m.
-    pub com: DVec3,
 }
 
 /// A robot that cannot be planned for.
@@ -55,7 +48,9 @@ pub enum BodyError {
 #[derive(Debug, Clone)]
 pub struct Body {
     /// Forward kinematics.
-    pub kinematics: Kinematics,
+    pub tree: Tree,
+    /// Balls around what may collide.
+    pub balls: Vec<BodyBall>,
     /// The legs, by limb.
     pub legs: [Leg; 2],
     /// Gravity torques.
@@ -105,8 +100,10 @@ impl Body {
         let mut standing_q = [0.0; JOINTS_MAX];
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
         let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
+        let tree = Tree::new(model);
         Ok(Self {
-            kinematics: Kinematics::new(model),
+            balls: body_balls(model, &tree),
+            tree,
             statics: Statics::new(model, config.effort_share),
             foot_links: [left.link, right.link],
             links_from_soles: [left.link_from_sole, right.link_from_sole],
@@ -119,17 +116,28 @@ impl Body {
         })
     }
 
-    /// Forward kinematics and centre of mass of a configuration.
+    /// What follows from a configuration.
     pub fn snapshot(&self, configuration: &Configuration) -> Snapshot {
-        let mut world_from_links = [Pose::IDENTITY; LINKS_MAX];
-        self.kinematics.forward(&configuration.world_from_root, &configuration.q, &mut world_from_links);
-        let com = self.kinematics.center_of_mass(&world_from_links);
-        Snapshot { world_from_links, com }
+        let mut snapshot = Snapshot::default();
+        self.snapshot_into(configuration, &mut snapshot);
+        snapshot
+    }
+
+    /// The same, over another configuration's snapshot: what no leg moves stays where it is in the root's frame while its joints
+    /// do, and nothing is copied.
+    pub fn snapshot_into(&self, configuration: &Configuration, snapshot: &mut Snapshot) {
+        snapshot.take(self, configuration);
+    }
+
+    /// A link's pose in the world.
+    pub fn world_from_link(&self, snapshot: &Snapshot, link: usize) -> Pose {
+        let (node, node_from_link) = self.tree.of_link(link);
+        snapshot.world_from_node(node) * node_from_link
     }
 
     /// A sole's pose in the world.
     pub fn world_from_sole(&self, snapshot: &Snapshot, limb: usize) -> Pose {
-        snapshot.world_from_links[self.foot_links[limb]] * self.links_from_soles[limb]
+        self.world_from_link(snapshot, self.foot_links[limb]) * self.links_from_soles[limb]
     }
 
     /// Moves both legs so that their soles stand at these poses; `false` where a leg cannot.

@@ -6,11 +6,12 @@ use glam::DVec2;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
-use surefoot_shared_types::spatial::{interpolate, rotation_distance};
+use surefoot_shared_types::spatial::interpolate;
 
-use crate::body::{Body, Configuration, Snapshot};
+use crate::body::{Body, Configuration};
 use crate::collision::{CollisionModel, FootState};
 use crate::region::Region;
+use crate::snapshot::Snapshot;
 use crate::statics::{FootLoad, balance_loads};
 
 /// Why a configuration or motion was turned down. Each is counted.
@@ -106,7 +107,7 @@ impl Constraints {
     /// The first condition that it violates.
     pub fn check(&self, mode: &Mode, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
         let com = snapshot.com.truncate();
-        if mode.region.margin(com) < self.com_margin(mode) {
+        if !mode.region.holds(com, self.com_margin(mode)) {
             return Err(Rejection::Balance);
         }
         if !self.torque_admits(mode, snapshot, com) {
@@ -115,36 +116,38 @@ impl Constraints {
         self.check_collision(snapshot, feet)
     }
 
-    /// Checks the joint-linear motion between two configurations, both of which are checked themselves.
+    /// Checks the joint-linear motion between two configurations, both of which are checked themselves, on whose way no point
+    /// moves further than `bound` (m, [`CollisionModel::motion_bound`]). `scratch` is written over.
     ///
     /// # Errors
     /// The first condition that it violates.
     pub fn check_between(
         &self,
         mode: &Mode,
-        ends: [(&Configuration, &Snapshot); 2],
+        ends: [&Configuration; 2],
+        bound: f64,
         feet: [FootState; 2],
+        scratch: &mut Snapshot,
         work: &mut u64,
     ) -> Result<(), Rejection> {
-        let bound = self.collision.motion_bound(&ends[0].1.world_from_links, &ends[1].1.world_from_links);
         let pieces = libm::ceil(bound / self.config.collision_step).max(2.0);
         for piece in 1..pieces as usize {
             *work += 1;
-            let between = midway(ends[0].0, ends[1].0, piece as f64 / pieces);
-            let snapshot = self.body.snapshot(&between);
-            if mode.region.margin(snapshot.com.truncate()) < self.com_margin(mode) {
+            let between = midway(ends[0], ends[1], piece as f64 / pieces);
+            self.body.snapshot_into(&between, scratch);
+            if !mode.region.holds(scratch.com.truncate(), self.com_margin(mode)) {
                 return Err(Rejection::Balance);
             }
-            if !self.soles_hold(mode, &snapshot) {
+            if !self.soles_hold(mode, scratch) {
                 return Err(Rejection::FootDrift);
             }
-            self.check_collision(&snapshot, feet)?;
+            self.check_collision(scratch, feet)?;
         }
         Ok(())
     }
 
     fn check_collision(&self, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
-        match self.collision.hit(&snapshot.world_from_links, &feet) {
+        match self.collision.hit(snapshot, &feet) {
             None => Ok(()),
             Some(crate::collision::Hit::World { .. }) => Err(Rejection::Collision),
             Some(crate::collision::Hit::SelfPair { .. }) => Err(Rejection::SelfCollision),
@@ -154,15 +157,16 @@ impl Constraints {
     fn soles_hold(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
         (0..2).filter(|&limb| mode.stands(limb)).all(|limb| {
             let (is, wanted) = (self.body.world_from_sole(snapshot, limb), &mode.world_from_soles[limb]);
-            is.translation.distance(wanted.translation) <= FOOT_DRIFT_MAX
-                && rotation_distance(is.rotation, wanted.rotation) <= FOOT_TURN_MAX
+            // The vector part of a turn's quaternion is as long as the sine of half its angle.
+            let half_turn = (is.rotation.conjugate() * wanted.rotation).xyz().length();
+            is.translation.distance(wanted.translation) <= FOOT_DRIFT_MAX && 2.0 * half_turn <= FOOT_TURN_MAX
         })
     }
 
     fn torque_admits(&self, mode: &Mode, snapshot: &Snapshot, com: DVec2) -> bool {
         let idle = FootLoad { share: 0.0, point: com };
         let all = FootLoad { share: 1.0, point: com };
-        let holds = |loads: &[FootLoad; 2]| self.body.statics.effort_use(&snapshot.world_from_links, loads) <= 1.0;
+        let holds = |loads: &[FootLoad; 2]| self.body.statics.effort_use(snapshot, loads) <= 1.0;
         match mode.support {
             SupportMode::Left => holds(&[all, idle]),
             SupportMode::Right => holds(&[idle, all]),

@@ -20,6 +20,7 @@ pub mod recheck;
 pub mod region;
 pub mod rpg;
 pub mod seeding;
+pub mod snapshot;
 pub mod stage;
 pub mod statics;
 pub mod trouble;

@@ -4,10 +4,11 @@
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
 
-use crate::body::{Configuration, Snapshot};
+use crate::body::Configuration;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
+use crate::snapshot::Snapshot;
 
 /// What a check of a whole plan looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,14 +48,16 @@ pub fn recheck(constraints: &Constraints, chunks: &[PlanChunk]) -> Result<Rechec
 
 fn recheck_chunk(constraints: &Constraints, mode: &Mode, waypoints: &[Waypoint], done: &mut Recheck) -> Result<(), (usize, Rejection)> {
     let mut before: Option<(Configuration, Snapshot)> = None;
+    let mut scratch = Snapshot::default();
     for (index, waypoint) in waypoints.iter().enumerate() {
         let configuration = configuration_of(waypoint);
         let snapshot = constraints.body.snapshot(&configuration);
         done.waypoints += 1;
         either_way(mode, |feet| constraints.check(mode, &snapshot, feet)).map_err(|why| (index, why))?;
         if let Some((from, from_snapshot)) = &before {
-            let ends = [(from, from_snapshot), (&configuration, &snapshot)];
-            either_way(mode, |feet| constraints.check_between(mode, ends, feet, &mut done.between)).map_err(|why| (index, why))?;
+            let bound = constraints.collision.motion_bound(from_snapshot, &snapshot);
+            let between = |feet| constraints.check_between(mode, [from, &configuration], bound, feet, &mut scratch, &mut done.between);
+            either_way(mode, between).map_err(|why| (index, why))?;
         }
         before = Some((configuration, snapshot));
     }

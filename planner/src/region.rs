@@ -9,10 +9,34 @@ pub const REGION_VERTICES_MAX: usize = 32;
 /// Points are snapped to a grid of this width (m), so that rounding errors make no needle-thin corners.
 const GRID: f64 = 1e-9;
 
+/// How much deeper (m) than asked [`Region::nearest_inside`] aims, so that rounding does not leave its point short.
+const DEPTH_ROUNDING: f64 = 1e-12;
+
 /// A convex polygon, counter-clockwise, in world x and y (m).
 #[derive(Debug, Clone, Default)]
 pub struct Region {
     vertices: BoundedVec<DVec2, REGION_VERTICES_MAX>,
+    /// The side from each vertex to the next.
+    sides: BoundedVec<Side, REGION_VERTICES_MAX>,
+    centroid: DVec2,
+}
+
+/// A side as a half plane: a point lies `inward . point - offset` metres inside.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    inward: DVec2,
+    offset: f64,
+}
+
+impl Side {
+    fn new(a: DVec2, b: DVec2) -> Self {
+        let inward = (b - a).normalize_or_zero().perp();
+        Self { inward, offset: inward.dot(a) }
+    }
+
+    fn depth(&self, point: DVec2) -> f64 {
+        self.inward.dot(point) - self.offset
+    }
 }
 
 impl Region {
@@ -26,7 +50,10 @@ impl Region {
         chain.pop();
         half_hull(sorted.iter().rev().copied(), &mut chain);
         chain.pop();
-        Self { vertices: chain.into_iter().take(REGION_VERTICES_MAX).collect() }
+        let vertices: BoundedVec<DVec2, REGION_VERTICES_MAX> = chain.into_iter().take(REGION_VERTICES_MAX).collect();
+        let sides = edges(&vertices).map(|(a, b)| Side::new(a, b)).collect();
+        let centroid = centroid(&vertices);
+        Self { vertices, sides, centroid }
     }
 
     /// The vertices, counter-clockwise.
@@ -36,60 +63,83 @@ impl Region {
 
     /// The signed distance of a point to the border, positive inside; minus infinity for a degenerate region.
     pub fn margin(&self, point: DVec2) -> f64 {
-        if self.vertices.len() < 3 {
+        if self.sides.len() < 3 {
             return f64::NEG_INFINITY;
         }
-        let inside = self.edges().map(|(a, b)| (b - a).normalize_or_zero().perp_dot(point - a)).fold(f64::INFINITY, f64::min);
+        let inside = self.sides.iter().map(|side| side.depth(point)).fold(f64::INFINITY, f64::min);
         if inside >= 0.0 { inside } else { -self.nearest_on_border(point).distance(point) }
+    }
+
+    /// Whether a point lies at least `depth` (m, not negative) inside; never for a degenerate region.
+    pub fn holds(&self, point: DVec2, depth: f64) -> bool {
+        self.sides.len() >= 3 && self.sides.iter().all(|side| side.depth(point) >= depth)
     }
 
     /// The point of the region that is nearest to `point`.
     pub fn nearest(&self, point: DVec2) -> DVec2 {
-        if self.margin(point) >= 0.0 { point } else { self.nearest_on_border(point) }
+        if self.holds(point, 0.0) { point } else { self.nearest_on_border(point) }
     }
 
-    /// The centroid.
+    /// The centroid; the first vertex for a degenerate region.
     pub fn centroid(&self) -> DVec2 {
-        let origin = self.vertices.first().copied().unwrap_or_default();
-        let (mut area, mut moment) = (0.0, DVec2::ZERO);
-        for (a, b) in self.edges() {
-            let (a, b) = (a - origin, b - origin);
-            let cross = a.perp_dot(b);
-            area += cross;
-            moment += (a + b) * cross;
-        }
-        if area.abs() < 1e-12 { origin } else { origin + moment / (3.0 * area) }
+        self.centroid
     }
 
-    /// The point nearest to `point` that is at least `depth` inside, or the centroid where the region is too small.
+    /// The first point on the way from `point` to the centroid that is at least `depth` (m, not negative) inside, or the
+    /// centroid where there is none.
     pub fn nearest_inside(&self, point: DVec2, depth: f64) -> DVec2 {
-        if self.margin(point) >= depth {
+        if self.holds(point, depth) {
             return point;
         }
-        let centroid = self.centroid();
-        let (mut outside, mut inside) = (0.0, 1.0);
-        for _ in 0..24 {
-            let middle = 0.5 * (outside + inside);
-            if self.margin(point + middle * (centroid - point)) >= depth { inside = middle } else { outside = middle }
+        let depth = depth + DEPTH_ROUNDING;
+        let mut share: f64 = 0.0;
+        for side in &self.sides {
+            let (begins, ends) = (side.depth(point), side.depth(self.centroid));
+            if ends <= depth {
+                return self.centroid;
+            }
+            if begins < depth {
+                share = share.max((depth - begins) / (ends - begins));
+            }
         }
-        point + inside * (centroid - point)
+        point + share * (self.centroid - point)
     }
 
-    fn edges(&self) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
-        let next = self.vertices.iter().cycle().skip(1);
-        self.vertices.iter().zip(next).map(|(a, b)| (*a, *b))
-    }
-
+    /// The nearest point of the sides that see `point` from outside; of all sides where none does.
     fn nearest_on_border(&self, point: DVec2) -> DVec2 {
-        let on_edge = |(a, b): (DVec2, DVec2)| {
+        let on_side = |(a, b): (DVec2, DVec2)| {
             let along = b - a;
             let length_squared = along.length_squared();
             let t = if length_squared > 0.0 { ((point - a).dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
             a + t * along
         };
         let nearer = |a: DVec2, b: DVec2| if b.distance_squared(point) < a.distance_squared(point) { b } else { a };
-        self.edges().map(on_edge).reduce(nearer).unwrap_or(point)
+        let facing = edges(&self.vertices).zip(&self.sides).filter(|(_, side)| side.depth(point) < 0.0);
+        facing.map(|(edge, _)| on_side(edge)).reduce(nearer).unwrap_or_else(|| {
+            let all = edges(&self.vertices).map(on_side);
+            all.reduce(nearer).unwrap_or(point)
+        })
     }
+}
+
+/// The edges of a polygon.
+fn edges(vertices: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
+    let last = vertices.last().copied();
+    let starts = vertices.iter().copied();
+    let closing = last.zip(vertices.first().copied());
+    starts.zip(vertices.iter().skip(1).copied()).chain(closing)
+}
+
+fn centroid(vertices: &[DVec2]) -> DVec2 {
+    let origin = vertices.first().copied().unwrap_or_default();
+    let (mut area, mut moment) = (0.0, DVec2::ZERO);
+    for (a, b) in edges(vertices) {
+        let (a, b) = (a - origin, b - origin);
+        let cross = a.perp_dot(b);
+        area += cross;
+        moment += (a + b) * cross;
+    }
+    if area.abs() < 1e-12 { origin } else { origin + moment / (3.0 * area) }
 }
 
 /// Appends one side of the hull (Andrew's monotone chain) behind what `chain` holds.
@@ -139,7 +189,23 @@ mod tests {
     #[test]
     fn nearest_inside_keeps_its_depth() {
         let point = square().nearest_inside(DVec2::new(-3.0, 1.0), 0.25);
-        assert!(square().margin(point) >= 0.25 && point.x < 0.26);
+        assert!(square().margin(point) >= 0.25 && point.x < 0.25 + 1e-9);
+        assert_eq!(square().nearest_inside(DVec2::new(-3.0, 1.0), 1.5), square().centroid());
+    }
+
+    #[test]
+    fn nearest_is_on_the_border_for_points_outside() {
+        for (point, nearest) in [((3.0, 1.0), (2.0, 1.0)), ((3.0, 4.0), (2.0, 2.0)), ((0.5, 0.25), (0.5, 0.25))] {
+            assert!(square().nearest(DVec2::from(point)).distance(DVec2::from(nearest)) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn holding_agrees_with_the_margin() {
+        for index in 0..400 {
+            let point = DVec2::new(0.15 * f64::from(index % 20) - 0.5, 0.15 * f64::from(index / 20) - 0.5);
+            assert_eq!(square().holds(point, 0.1), square().margin(point) >= 0.1, "{point}");
+        }
     }
 
     #[test]

@@ -1,33 +1,49 @@
 //! Gravity torques of a robot at rest. Contact forces are taken as vertical, which the inclination bound of foot
 //! placements keeps inside the friction cone.
 
-use glam::{DVec2, DVec3};
-use surefoot_shared_types::Pose;
+use glam::{DAffine3, DVec2, DVec3};
 use surefoot_shared_types::message::limits::JOINTS_MAX;
 use surefoot_shared_types::robot::{JointKind, RobotModel};
 use surefoot_shared_types::scene::GRAVITY;
 
-use crate::body::LINKS_MAX;
+use crate::kinematics::tree::{NODES_MAX, Tree};
 use crate::region::Region;
+use crate::snapshot::Snapshot;
 
 /// The robot's mass tree, compiled for gravity torques.
 #[derive(Debug, Clone)]
 pub struct Statics {
-    parents: Vec<usize>,
-    masses: Vec<f64>,
-    coms: Vec<DVec3>,
-    subtree_masses: Vec<f64>,
-    joints: Vec<StaticJoint>,
+    nodes: Vec<MassNode>,
+    held_len: usize,
+    /// The joints of the held nodes, whose torques the feet's loads do not change.
+    held: Vec<StaticJoint>,
+    /// The others.
+    moving: Vec<StaticJoint>,
+    mass: f64,
+}
+
+#[derive(Debug, Clone)]
+struct MassNode {
+    parent: usize,
+    mass: f64,
+    com: DVec3,
 }
 
 #[derive(Debug, Clone)]
 struct StaticJoint {
-    child: usize,
+    joint: usize,
+    node: usize,
     axis: DVec3,
     kind: JointKind,
+    /// The mass that it carries, kg.
+    mass: f64,
     effort: f64,
     carries: [bool; 2],
 }
+
+/// What each held joint does against gravity: its torque or force is `-gravity` times the lever along the vertical. In the root's
+/// frame; kg m or kg.
+pub type Levers = heapless::Vec<DVec3, JOINTS_MAX>;
 
 /// A vertical force on a foot: the share of the weight, and where it acts in world x and y.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,66 +57,102 @@ pub struct FootLoad {
 impl Statics {
     /// Compiles a robot; only `effort_share` of each joint's effort may be used.
     pub fn new(model: &RobotModel, effort_share: f64) -> Self {
-        let parents: Vec<_> = model.links.iter().map(|link| link.parent.as_ref().map_or(0, |at| at.parent)).collect();
-        let masses: Vec<_> = model.links.iter().map(|link| link.mass).collect();
-        let mut subtree_masses = masses.clone();
-        for link in (1..parents.len()).rev() {
-            subtree_masses[parents[link]] += subtree_masses[link];
+        let tree = Tree::new(model);
+        let nodes: Vec<_> = tree.nodes().iter().map(|node| MassNode { parent: node.parent, mass: node.mass, com: node.com }).collect();
+        let mut masses: Vec<f64> = nodes.iter().map(|node| node.mass).collect();
+        for index in (1..nodes.len()).rev() {
+            masses[nodes[index].parent] += masses[index];
         }
         let chains: Vec<_> = model.feet.iter().map(|foot| model.chain(foot.link)).collect();
-        let joints = model.joints.iter().enumerate().map(|(index, joint)| StaticJoint {
-            child: joint.child,
-            axis: joint.axis,
-            kind: joint.kind,
-            effort: joint.effort * effort_share,
-            carries: [0, 1].map(|limb| chains[limb].contains(&index)),
-        });
-        let coms = model.links.iter().map(|link| link.com).collect();
-        Self { joints: joints.collect(), parents, masses, coms, subtree_masses }
+        let static_joint = |(node, joint): (usize, usize)| StaticJoint {
+            joint,
+            node,
+            axis: model.joints[joint].axis,
+            kind: model.joints[joint].kind,
+            mass: masses[node],
+            effort: model.joints[joint].effort * effort_share,
+            carries: [0, 1].map(|limb| chains.get(limb).is_some_and(|chain| chain.contains(&joint))),
+        };
+        let joints = tree.nodes().iter().enumerate().filter_map(|(index, node)| Some((index, node.joint?)));
+        let (held, moving) = joints.map(static_joint).partition(|joint: &StaticJoint| joint.node < tree.held_len());
+        Self { nodes, held_len: tree.held_len(), held, moving, mass: masses[0] }
+    }
+
+    /// The robot's mass, kg.
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// The levers of the held joints where the held nodes are placed so in the root's frame.
+    pub fn hold(&self, root_from_nodes: &[DAffine3], levers: &mut Levers) {
+        let moments = self.subtree_moments(0, self.held_len, root_from_nodes);
+        levers.clear();
+        levers.extend(self.held.iter().map(|joint| {
+            let frame = &root_from_nodes[joint.node];
+            joint.lever(frame, -joint.mass, frame.translation * joint.mass - moments[joint.node])
+        }));
     }
 
     /// The largest share of a joint's usable effort that gravity asks for when the feet carry `loads`.
-    pub fn effort_use(&self, world_from_links: &[Pose], loads: &[FootLoad; 2]) -> f64 {
-        let mut torques = [0.0; JOINTS_MAX];
-        self.torques(world_from_links, loads, &mut torques);
-        self.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort).fold(0.0, f64::max)
+    pub fn effort_use(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> f64 {
+        let mut most: f64 = 0.0;
+        self.each_torque(snapshot, loads, |joint, torque| most = most.max(torque.abs() / joint.effort));
+        most
     }
 
     /// The torque (N m) or force (N) that each joint must hold, in joint order.
-    pub fn torques(&self, world_from_links: &[Pose], loads: &[FootLoad; 2], torques: &mut [f64; JOINTS_MAX]) {
-        let moments = self.subtree_moments(world_from_links);
-        let weight = self.subtree_masses[0] * GRAVITY;
-        for (joint, torque) in self.joints.iter().zip(torques) {
-            let pose = &world_from_links[joint.child];
-            let axis = pose.rotation * joint.axis;
-            let at = pose.translation;
-            let mass = self.subtree_masses[joint.child];
-            let down = DVec3::NEG_Z * GRAVITY;
-            let mut force = down * mass;
-            let mut moment = (moments[joint.child] - at * mass).cross(down);
-            for (load, _) in loads.iter().zip(joint.carries).filter(|(_, carries)| *carries) {
-                let up = DVec3::Z * (weight * load.share);
-                force += up;
-                moment += (load.point.extend(at.z) - at).cross(up);
+    pub fn torques(&self, snapshot: &Snapshot, loads: &[FootLoad; 2], torques: &mut [f64; JOINTS_MAX]) {
+        self.each_torque(snapshot, loads, |joint, torque| torques[joint.joint] = torque);
+    }
+
+    fn each_torque(&self, snapshot: &Snapshot, loads: &[FootLoad; 2], mut take: impl FnMut(&StaticJoint, f64)) {
+        let down = snapshot.turned_to_root(DVec3::NEG_Z * GRAVITY);
+        for (joint, lever) in self.held.iter().zip(snapshot.levers()) {
+            take(joint, down.dot(*lever));
+        }
+        let frames = snapshot.root_from_nodes();
+        let moments = self.subtree_moments(self.held_len, self.nodes.len(), frames);
+        // Where each load acts, at whatever height: all forces are vertical.
+        let pressed = loads.map(|load| {
+            let point = snapshot.turned_to_root(load.point.extend(0.0) - snapshot.world_from_root.translation);
+            (point, self.mass * load.share)
+        });
+        for joint in &self.moving {
+            let frame = &frames[joint.node];
+            let mut lift = -joint.mass;
+            let mut arm = frame.translation * joint.mass - moments[joint.node];
+            for ((point, mass), _) in pressed.iter().zip(joint.carries).filter(|(_, carries)| *carries) {
+                lift += mass;
+                arm += (*point - frame.translation) * *mass;
             }
-            *torque = match joint.kind {
-                JointKind::Revolute => -axis.dot(moment),
-                JointKind::Prismatic => -axis.dot(force),
-            };
+            take(joint, down.dot(joint.lever(frame, lift, arm)));
         }
     }
 
-    /// The first mass moment (kg m) of every link's subtree in the world.
-    fn subtree_moments(&self, world_from_links: &[Pose]) -> [DVec3; LINKS_MAX] {
-        let mut moments = [DVec3::ZERO; LINKS_MAX];
-        for link in (0..self.parents.len()).rev() {
-            moments[link] += (world_from_links[link] * self.coms[link]) * self.masses[link];
-            if link > 0 {
-                let moment = moments[link];
-                moments[self.parents[link]] += moment;
+    /// The first mass moment (kg m) of each node of a range and what hangs on it, in the root's frame.
+    fn subtree_moments(&self, first: usize, end: usize, root_from_nodes: &[DAffine3]) -> [DVec3; NODES_MAX] {
+        let mut moments = [DVec3::ZERO; NODES_MAX];
+        for index in (first..end).rev() {
+            let node = &self.nodes[index];
+            moments[index] += root_from_nodes[index].transform_point3(node.com) * node.mass;
+            if node.parent != index && node.parent >= first {
+                let moment = moments[index];
+                moments[node.parent] += moment;
             }
         }
         moments
+    }
+}
+
+impl StaticJoint {
+    /// Its lever, where `lift` is the mass that pushes up beyond it less what it carries, and `arm` the sum of each times where
+    /// it acts from the joint.
+    fn lever(&self, root_from_node: &DAffine3, lift: f64, arm: DVec3) -> DVec3 {
+        let axis = root_from_node.matrix3 * self.axis;
+        match self.kind {
+            JointKind::Revolute => axis.cross(arm),
+            JointKind::Prismatic => axis * lift,
+        }
     }
 }
 
@@ -116,9 +168,12 @@ pub fn balance_loads(regions: [&Region; 2], com: DVec2, share: f64) -> Option<[F
                 points[foot] = regions[foot].nearest((com - points[other] * shares[other]) / shares[foot]);
             }
         }
+        let balanced = points[0] * shares[0] + points[1] * shares[1];
+        if balanced.distance(com) < BALANCE_TOLERANCE {
+            return Some([0, 1].map(|foot| FootLoad { share: shares[foot], point: points[foot] }));
+        }
     }
-    let balanced = points[0] * shares[0] + points[1] * shares[1];
-    (balanced.distance(com) < BALANCE_TOLERANCE).then(|| [0, 1].map(|foot| FootLoad { share: shares[foot], point: points[foot] }))
+    None
 }
 
 /// Alternating projections between the two support polygons.

@@ -5,9 +5,11 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DQuat, DVec3};
+use surefoot_planner::body::{Body, Configuration};
 use surefoot_planner::collision::{CollisionModel, FootState, Hit};
-use surefoot_planner::kinematics::forward::Kinematics;
 use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::snapshot::Snapshot;
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::shape::MeshSource;
@@ -63,9 +65,9 @@ fn world_of_every_shape() -> World {
 fn queries_allocate_nothing() {
     let robot = load_robot(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml")).unwrap();
     let model = CollisionModel::new(&robot, &world_of_every_shape(), 0.01).unwrap();
-    let kinematics = Kinematics::new(&robot);
-    let mut poses = vec![Pose::IDENTITY; robot.links.len()];
-    let mut q = robot.standing_q.clone();
+    let body = Body::new(&robot, &PlannerConfig::default()).unwrap();
+    let mut snapshot = Snapshot::default();
+    let mut q = body.standing_q;
     let mut world_hits = vec![0; 6];
     let (mut self_hits, mut free, mut foot_hits) = (0, 0, 0);
     let before = ALLOCATIONS.load(Ordering::Relaxed);
@@ -76,16 +78,17 @@ fn queries_allocate_nothing() {
         }
         let root =
             Pose::from_parts(DVec3::new(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8), random.uniform(-0.3, 0.6)), DQuat::IDENTITY);
-        kinematics.forward(&root, &q, &mut poses);
+        body.snapshot_into(&Configuration { world_from_root: root, q }, &mut snapshot);
         let states = [FootState::Stance, FootState::Leaving, FootState::Free];
         let feet = [states[random.below(3)], states[random.below(3)]];
-        if let Some(Hit::World { shape, .. }) = model.world_hit(&poses, &feet) {
+        if let Some(Hit::World { shape, .. }) = model.world_hit(&snapshot, &feet) {
             world_hits[shape] += 1;
         }
-        self_hits += usize::from(model.self_hit(&poses).is_some());
-        free += usize::from(model.hit(&poses, &feet).is_none());
-        foot_hits += usize::from(model.foot_hit(random.below(2), &root, feet[0]).is_some() || model.feet_hit([&root, &poses[1]]));
-        assert!(model.motion_bound(&poses, &poses) < 1e-9);
+        self_hits += usize::from(model.self_hit(&snapshot).is_some());
+        free += usize::from(model.hit(&snapshot, &feet).is_none());
+        foot_hits +=
+            usize::from(model.foot_hit(random.below(2), &root, feet[0]).is_some() || model.feet_hit([&root, &snapshot.world_from_node(1)]));
+        assert!(model.motion_bound(&snapshot, &snapshot) < 1e-9);
     }
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before, "queries allocated");
     assert!(

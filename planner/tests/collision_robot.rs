@@ -3,9 +3,13 @@
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
+use surefoot_planner::body::Body;
 use surefoot_planner::collision::{CollisionModel, FootState, Hit};
+use surefoot_planner::kinematics::Tree;
 use surefoot_planner::kinematics::forward::Kinematics;
 use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::snapshot::Snapshot;
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::{World, WorldShape};
@@ -39,6 +43,10 @@ fn poses_at(robot: &RobotModel, root: &Pose, q: &[f64]) -> Vec<Pose> {
     poses
 }
 
+fn seen(robot: &RobotModel, poses: &[Pose]) -> Snapshot {
+    Snapshot::of_links(&Body::new(robot, &PlannerConfig::default()).expect("the robot walks"), poses)
+}
+
 /// Standing with the left sole at the height 0.
 fn standing(robot: &RobotModel) -> Vec<Pose> {
     let at_origin = poses_at(robot, &Pose::IDENTITY, &robot.standing_q);
@@ -56,8 +64,8 @@ fn the_standing_robot_hits_nothing() {
     let robot = hubo();
     let model = CollisionModel::new(&robot, &world(&[floor(0.0)]), CLEARANCE).unwrap();
     let poses = standing(&robot);
-    assert_eq!(model.hit(&poses, &STANCE), None);
-    assert_eq!(model.self_hit(&poses), None);
+    assert_eq!(model.hit(&seen(&robot, &poses), &STANCE), None);
+    assert_eq!(model.self_hit(&seen(&robot, &poses)), None);
 }
 
 #[test]
@@ -65,7 +73,7 @@ fn self_clearance_never_asks_for_more_than_half_of_what_standing_leaves() {
     let robot = hubo();
     let model = CollisionModel::new(&robot, &world(&[]), 0.5).unwrap();
     let poses = standing(&robot);
-    assert_eq!(model.self_hit(&poses), None);
+    assert_eq!(model.self_hit(&seen(&robot, &poses)), None);
     // The feet stand `apart` beside each other, so half of the gap between their boxes is asked.
     let soles = [0, 1].map(|limb: usize| poses[robot.feet[limb].link] * robot.feet[limb].link_from_sole);
     let gap = (soles[0].translation.y - soles[1].translation.y) - 0.14;
@@ -79,7 +87,7 @@ fn what_a_foot_does_decides_how_near_the_floor_may_be() {
     let robot = hubo();
     let model = CollisionModel::new(&robot, &world(&[floor(0.0)]), CLEARANCE).unwrap();
     let poses = standing(&robot);
-    let hits = |by: f64, state: FootState| model.world_hit(&raised(&poses, by), &[state; 2]).is_some();
+    let hits = |by: f64, state: FootState| model.world_hit(&seen(&robot, &raised(&poses, by)), &[state; 2]).is_some();
     assert!(!hits(0.0, FootState::Stance) && !hits(-0.0014, FootState::Stance) && hits(-0.0016, FootState::Stance));
     assert!(!hits(0.0, FootState::Leaving) && !hits(-0.0004, FootState::Leaving) && hits(-0.0006, FootState::Leaving));
     assert!(hits(0.0, FootState::Free) && hits(0.0099, FootState::Free) && !hits(0.0101, FootState::Free));
@@ -120,7 +128,7 @@ fn a_foot_alone_is_judged_as_in_the_whole_robot() {
         poses[foot.link] = world_from_sole * foot.link_from_sole.inverse();
         for state in [FootState::Stance, FootState::Leaving, FootState::Free] {
             let alone = model.foot_hit(1, &world_from_sole, state);
-            let whole = model.world_hit(&poses, &[FootState::Free, state]);
+            let whole = model.world_hit(&seen(&robot, &poses), &[FootState::Free, state]);
             assert_eq!(alone.map(|shape| Hit::World { link: foot.link, shape }), whole);
             hits += usize::from(alone.is_some());
         }
@@ -144,12 +152,14 @@ fn feet_side_by_side_are_apart_and_feet_on_one_another_are_not() {
 #[test]
 fn every_link_that_touches_a_block_is_found() {
     let robot = hubo();
+    let tree = Tree::new(&robot);
     let poses = standing(&robot);
     for (link, pose) in poses.iter().enumerate().filter(|&(link, _)| !robot.links[link].shapes.is_empty()) {
         let center = *pose * robot.links[link].shapes[0].link_from_shape.translation;
         let model = CollisionModel::new(&robot, &world(&[(center, DVec3::splat(0.001))]), CLEARANCE).unwrap();
-        let alone: Vec<Pose> = poses.iter().enumerate().map(|(i, p)| if i == link { *p } else { raised(&[*p], 50.0)[0] }).collect();
-        assert_eq!(model.world_hit(&alone, &STANCE), Some(Hit::World { link, shape: 0 }), "{}", robot.links[link].name);
+        let is_joined = |other: usize| tree.of_link(other).0 == tree.of_link(link).0;
+        let alone: Vec<Pose> = poses.iter().enumerate().map(|(i, p)| if is_joined(i) { *p } else { raised(&[*p], 50.0)[0] }).collect();
+        assert_eq!(model.world_hit(&seen(&robot, &alone), &STANCE), Some(Hit::World { link, shape: 0 }), "{}", robot.links[link].name);
     }
 }
 
@@ -160,7 +170,7 @@ fn crossed_legs_hit_each_other() {
     let mut poses = standing(&robot);
     let (left, right) = (robot.feet[0].link, robot.feet[1].link);
     poses[left] = poses[right];
-    let hit = model.self_hit(&poses);
+    let hit = model.self_hit(&seen(&robot, &poses));
     assert!(matches!(hit, Some(Hit::SelfPair { a, b }) if a < b && (a, b) == (left.min(right), left.max(right))), "{hit:?}");
 }
 
@@ -194,7 +204,7 @@ fn no_corner_moves_further_than_the_bound() {
             poses_at(&robot, &Pose::from_parts(turn, rotation_from_scaled_axis(turn)), &q)
         };
         let (from, to) = (draw(), draw());
-        let bound = model.motion_bound(&from, &to);
+        let bound = model.motion_bound(&seen(&robot, &from), &seen(&robot, &to));
         let mut furthest: f64 = 0.0;
         for (link, body) in robot.links.iter().enumerate() {
             for placed in &body.shapes {

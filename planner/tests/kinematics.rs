@@ -7,12 +7,15 @@ mod common;
 use common::{Hinge, chain_robot, hinge, hubo, random_positions, repository, with_split_hip};
 use glam::{DQuat, DVec3};
 use serde_json::Value;
+use surefoot_planner::body::{Body, Configuration};
 use surefoot_planner::kinematics::leg::LegError;
 use surefoot_planner::kinematics::{Kinematics, Leg};
 use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::snapshot::Snapshot;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::{JointKind, RobotModel};
-use surefoot_shared_types::spatial::rotation_distance;
+use surefoot_shared_types::spatial::{rotation_distance, rotation_from_scaled_axis};
 
 const SAMPLES: u64 = 100_000;
 const X: [f64; 3] = [1.0, 0.0, 0.0];
@@ -104,6 +107,38 @@ fn every_link_and_the_centre_of_mass_stand_where_pinocchio_says() {
             assert!(pose_error(pose, &expected) < 1e-9, "{}: {pose:?}, not {expected:?}", link.name);
         }
         assert!(kinematics.center_of_mass(&poses).distance(vector(&case["com"])) < 1e-9);
+    }
+}
+
+/// Of a robot with a fixed link that has mass, and knees that slide: every second configuration moves the legs only, so that what they
+/// do not move is taken from the one before.
+#[test]
+fn a_snapshot_agrees_with_the_whole_tree_whatever_it_was_before() {
+    let mut sliding = hubo();
+    for joint in sliding.joints.iter_mut().filter(|joint| joint.name.ends_with("knee") || joint.name.ends_with("elbow")) {
+        (joint.kind, joint.axis) = (JointKind::Prismatic, DVec3::new(0.6, 0.0, 0.8));
+    }
+    for model in [hubo(), sliding] {
+        let (kinematics, body) = (Kinematics::new(&model), Body::new(&model, &PlannerConfig::default()).unwrap());
+        assert!(body.tree.nodes().len() < model.links.len() && (1..body.tree.nodes().len()).contains(&body.tree.held_len()));
+        let mut poses = vec![Pose::IDENTITY; model.links.len()];
+        let mut snapshot = Snapshot::default();
+        let mut random = Random::new(1, Stream::Preparation, 0, 0);
+        let mut q = body.standing_q;
+        for index in 0..1_000 {
+            let drawn = random_positions(&model, 0.0, &mut random);
+            let moves =
+                |joint: &usize| index % 2 == 0 || body.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == *joint));
+            (0..drawn.len()).filter(moves).for_each(|joint| q[joint] = drawn[joint]);
+            let mut vector = || DVec3::from_array(std::array::from_fn(|_| random.uniform(-1.5, 1.5)));
+            let world_from_root = Pose::from_parts(vector(), rotation_from_scaled_axis(vector()));
+            kinematics.forward(&world_from_root, &q, &mut poses);
+            body.snapshot_into(&Configuration { world_from_root, q }, &mut snapshot);
+            assert!(snapshot.com.distance(kinematics.center_of_mass(&poses)) < 1e-12);
+            for (link, pose) in poses.iter().enumerate() {
+                assert!(pose_error(&body.world_from_link(&snapshot, link), pose) < 1e-12, "{}", model.links[link].name);
+            }
+        }
     }
 }
 

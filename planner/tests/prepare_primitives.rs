@@ -17,6 +17,7 @@ use surefoot_planner::motion::primitive::{configuration, print_of, shift, swing}
 use surefoot_planner::motion::track::State;
 use surefoot_planner::prepare::{self, Preparation, necessary, sufficient, sufficient_shift};
 use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::snapshot::Snapshot;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::robot::RobotModel;
@@ -119,8 +120,9 @@ impl Checking<'_> {
         let snapshots = [&self.here, state].map(|state| body.snapshot(&state.configuration));
         let checked = self.constraints.check(&self.mode, &snapshots[1], feet);
         assert!(checked.is_ok(), "{}: waypoint {}: {checked:?}", self.name, self.waypoints);
-        let ends = [(&self.here.configuration, &snapshots[0]), (&state.configuration, &snapshots[1])];
-        let between = self.constraints.check_between(&self.mode, ends, feet, &mut 0);
+        let bound = self.constraints.collision.motion_bound(&snapshots[0], &snapshots[1]);
+        let ends = [&self.here.configuration, &state.configuration];
+        let between = self.constraints.check_between(&self.mode, ends, bound, feet, &mut Snapshot::default(), &mut 0);
         assert!(between.is_ok(), "{}: before waypoint {}: {between:?}", self.name, self.waypoints);
         self.here = *state;
         self.waypoints += 1;

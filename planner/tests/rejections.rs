@@ -6,7 +6,7 @@ mod common;
 
 use common::Case;
 use glam::DVec2;
-use surefoot_planner::body::{Body, Configuration, Snapshot};
+use surefoot_planner::body::{Body, Configuration};
 use surefoot_planner::collision::{CollisionModel, FootState};
 use surefoot_planner::constraint::{Constraints, Mode, Rejection, midway};
 use surefoot_planner::ends::{End, stand_on};
@@ -17,6 +17,7 @@ use surefoot_planner::motion::track::State;
 use surefoot_planner::motion::transition::{Posture, settle};
 use surefoot_planner::motion::workspace::Workspace;
 use surefoot_planner::region::Region;
+use surefoot_planner::snapshot::Snapshot;
 use surefoot_shared_types::spatial::rotation_about;
 
 const STANCE: [FootState; 2] = [FootState::Stance; 2];
@@ -72,7 +73,8 @@ impl Stand {
 
     fn check_between(&self, a: &Configuration, b: &Configuration) -> Result<(), Rejection> {
         let snapshots = [a, b].map(|configuration| self.snapshot(configuration));
-        self.constraints.check_between(&self.mode, [(a, &snapshots[0]), (b, &snapshots[1])], STANCE, &mut 0)
+        let bound = self.constraints.collision.motion_bound(&snapshots[0], &snapshots[1]);
+        self.constraints.check_between(&self.mode, [a, b], bound, STANCE, &mut Snapshot::default(), &mut 0)
     }
 
     /// The robot crouching on the same soles.
@@ -89,7 +91,7 @@ impl Stand {
     /// A small box where the left hand is in a configuration.
     fn with_box_at_hand(mut self, configuration: &Configuration) -> Self {
         let hand = self.case.model.links.iter().position(|link| link.name == "left_hand").unwrap();
-        let center = self.snapshot(configuration).world_from_links[hand] * self.case.model.links[hand].com;
+        let center = self.constraints.body.world_from_link(&self.snapshot(configuration), hand) * self.case.model.links[hand].com;
         self.case = self.case.with_box(center.to_array(), [0.02; 3]);
         self.constraints = constraints_of(&self.case);
         self

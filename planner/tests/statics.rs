@@ -7,12 +7,14 @@ mod common;
 use common::{hubo, random_positions, repository};
 use glam::{DQuat, DVec2, DVec3};
 use serde_json::Value;
-use surefoot_planner::body::LINKS_MAX;
+use surefoot_planner::body::{Body, LINKS_MAX};
 use surefoot_planner::kinematics::Kinematics;
 use surefoot_planner::random::{Random, Stream};
 use surefoot_planner::region::Region;
+use surefoot_planner::snapshot::Snapshot;
 use surefoot_planner::statics::{FootLoad, Statics, balance_loads};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
 use surefoot_shared_types::robot::{JointKind, RobotModel};
 use surefoot_shared_types::scene::GRAVITY;
@@ -28,9 +30,13 @@ fn poses_of(kinematics: &Kinematics, world_from_root: &Pose, q: &[f64]) -> Vec<P
     poses
 }
 
+fn snapshot_of(model: &RobotModel, poses: &[Pose]) -> Snapshot {
+    Snapshot::of_links(&Body::new(model, &PlannerConfig::default()).unwrap(), poses)
+}
+
 fn torques_of(model: &RobotModel, poses: &[Pose], loads: &[FootLoad; 2]) -> Vec<f64> {
     let mut torques = [0.0; JOINTS_MAX];
-    Statics::new(model, 1.0).torques(poses, loads, &mut torques);
+    Statics::new(model, 1.0).torques(&snapshot_of(model, poses), loads, &mut torques);
     torques[..model.joints.len()].to_vec()
 }
 
@@ -120,7 +126,7 @@ fn effort_use_is_the_share_of_the_most_strained_joint() {
     let torques = torques_of(&model, &poses, &loads);
     let expected = torques.iter().zip(&model.joints).map(|(torque, joint)| torque.abs() / joint.effort).fold(0.0, f64::max);
     for effort_share in [1.0, 0.5, 0.1] {
-        let used = Statics::new(&model, effort_share).effort_use(&poses, &loads);
+        let used = Statics::new(&model, effort_share).effort_use(&snapshot_of(&model, &poses), &loads);
         assert!((used - expected / effort_share).abs() < 1e-12 && used > 0.0);
     }
 }

@@ -4,34 +4,26 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::{Link, RobotModel};
 
+use super::ball::{BODIES_MAX, Ball, BodyBall, body_balls, shape_ball};
 use super::bvh::Aabb;
 use super::error::CollisionError;
+use super::kernels::Segment;
 use super::solid::Solid;
-use crate::kinematics::forward::Kinematics;
-
-/// Links with collision shapes, at most.
-pub const BODIES_MAX: usize = 128;
-
-/// A ball fixed to a link.
-#[derive(Debug, Clone, Copy)]
-pub struct Ball {
-    /// Its centre in the link frame.
-    pub center: DVec3,
-    /// Its radius, m.
-    pub radius: f64,
-}
+use crate::kinematics::Tree;
 
 /// One collision shape of a link.
 #[derive(Debug, Clone)]
 pub struct Part {
-    /// The solid's frame in the link's.
-    pub link_from_part: Pose,
+    /// The solid's frame in the node's.
+    pub node_from_part: Pose,
     /// The solid.
     pub solid: Solid,
     /// The box around the solid in its own frame.
     pub bounds: Aabb,
-    /// A ball around it.
+    /// A ball around it, in the node's frame.
     pub ball: Ball,
+    /// The core in the node's frame where it is a point or a segment; the solid is all within its radius of it.
+    pub spine: Option<Segment>,
 }
 
 /// A link with at least one collision shape.
@@ -39,14 +31,18 @@ pub struct Part {
 pub struct Body {
     /// The link.
     pub link: usize,
+    /// The node that carries it.
+    pub node: usize,
+    /// That node's link, whose frame is the node's.
+    pub node_link: usize,
+    /// The link's frame in the node's.
+    pub node_from_link: Pose,
     /// Its shapes.
     pub parts: Vec<Part>,
-    /// A ball around them all.
+    /// A ball around them all, in the node's frame.
     pub ball: Ball,
     /// The foot that it is, or is rigidly joined to.
     pub foot: Option<FootBody>,
-    /// The link's pose in the root's frame where no moving joint lies between them.
-    pub root_from_link: Option<Pose>,
 }
 
 /// What a body knows of the foot that it belongs to.
@@ -54,23 +50,20 @@ pub struct Body {
 pub struct FootBody {
     /// Index into `RobotModel::feet`.
     pub limb: usize,
-    /// This body's link frame in the sole frame.
-    pub sole_from_link: Pose,
-    /// The sole's normal, out of the ground, in this body's link frame.
-    pub link_normal: DVec3,
+    /// This body's node frame in the sole frame.
+    pub sole_from_node: Pose,
+    /// The sole's normal, out of the ground, in this body's node frame.
+    pub node_normal: DVec3,
 }
 
 impl Body {
-    /// All bodies of a robot, in link order.
-    pub fn all(model: &RobotModel) -> Result<Vec<Self>, CollisionError> {
-        let mut at_rest = vec![Pose::IDENTITY; model.links.len()];
-        Kinematics::new(model).forward(&Pose::IDENTITY, &model.standing_q, &mut at_rest);
-        let with_shapes = model.links.iter().enumerate().filter(|(_, link)| !link.shapes.is_empty());
-        let bodies = with_shapes.map(|(index, link)| {
-            let parts = Part::all(link)?;
-            let ball = ball_around(&parts);
-            let root_from_link = model.chain(index).is_empty().then_some(at_rest[index]);
-            Ok(Self { link: index, parts, ball, foot: foot_of(model, index, &at_rest), root_from_link })
+    /// All bodies of a robot, first those of held nodes, in link order.
+    pub fn all(model: &RobotModel, tree: &Tree) -> Result<Vec<Self>, CollisionError> {
+        let bodies = body_balls(model, tree).into_iter().map(|BodyBall { link, node, ball }| {
+            let node_from_link = tree.of_link(link).1;
+            let parts = Part::all(&model.links[link], &node_from_link)?;
+            let node_link = tree.nodes()[node].link;
+            Ok(Self { link, node, node_link, node_from_link, parts, ball, foot: foot_of(model, tree, node) })
         });
         let bodies: Vec<Self> = bodies.collect::<Result<_, CollisionError>>()?;
         if bodies.len() > BODIES_MAX {
@@ -86,38 +79,27 @@ impl Body {
 }
 
 impl Part {
-    fn all(link: &Link) -> Result<Vec<Self>, CollisionError> {
+    fn all(link: &Link, node_from_link: &Pose) -> Result<Vec<Self>, CollisionError> {
         let parts = link.shapes.iter().enumerate().map(|(index, placed)| {
             let owner = format!("link '{}', shape {index}", link.name);
             if !placed.link_from_shape.is_finite() {
                 return Err(CollisionError::BadNumber { owner, what: "the pose", requirement: "finite" });
             }
             let solid = Solid::new(&placed.shape, &owner)?;
-            let bounds = solid.aabb();
-            let radius = solid.radius_about(bounds.center());
-            let ball = Ball { center: placed.link_from_shape * bounds.center(), radius };
-            Ok(Self { link_from_part: placed.link_from_shape, solid, bounds, ball })
+            let node_from_part = *node_from_link * placed.link_from_shape;
+            let Ball { center, radius } = shape_ball(&placed.shape);
+            let ball = Ball { center: node_from_part * center, radius };
+            Ok(Self { bounds: solid.aabb(), spine: solid.spine(&node_from_part), node_from_part, solid, ball })
         });
         parts.collect()
     }
 }
 
-/// A ball around the balls of some parts; one part's own ball where there is one part.
-fn ball_around(parts: &[Part]) -> Ball {
-    let boxes = parts.iter().map(|part| Aabb { min: part.ball.center, max: part.ball.center }.grown(part.ball.radius));
-    let center = boxes.fold(Aabb::EMPTY, Aabb::union).center();
-    let reach = |part: &Part| {
-        let solid_center = part.link_from_part.inverse() * center;
-        part.solid.radius_about(solid_center).min((part.ball.center - center).length() + part.ball.radius)
-    };
-    Ball { center, radius: parts.iter().map(reach).fold(0.0, f64::max) }
-}
-
-fn foot_of(model: &RobotModel, link: usize, at_rest: &[Pose]) -> Option<FootBody> {
-    let limb = model.feet.iter().position(|foot| joints_between(model, foot.link, link) == 0)?;
+fn foot_of(model: &RobotModel, tree: &Tree, node: usize) -> Option<FootBody> {
+    let limb = model.feet.iter().position(|foot| tree.of_link(foot.link).0 == node)?;
     let foot = &model.feet[limb];
-    let link_from_sole = at_rest[link].inverse() * at_rest[foot.link] * foot.link_from_sole;
-    Some(FootBody { limb, sole_from_link: link_from_sole.inverse(), link_normal: link_from_sole.rotation * DVec3::Z })
+    let node_from_sole = tree.of_link(foot.link).1 * foot.link_from_sole;
+    Some(FootBody { limb, sole_from_node: node_from_sole.inverse(), node_normal: node_from_sole.rotation * DVec3::Z })
 }
 
 /// How many moving joints lie on the way from one link to another.

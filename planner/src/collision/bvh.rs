@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
+use super::kernels::exceeds;
+
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
@@ -53,6 +55,13 @@ impl Aabb {
         !(self.min.cmpgt(other.max).any() || other.min.cmpgt(self.max).any())
     }
 
+    /// Whether the box is not further than `reach` (m) from a point; true where a number is not one.
+    pub fn reaches(&self, point: DVec3, reach: f64) -> bool {
+        let gap = (self.min - point).max(point - self.max).max(DVec3::ZERO);
+        // A maximum drops what is no number; the sum does not.
+        !exceeds(gap.length_squared() + 0.0 * point.element_sum(), reach * reach)
+    }
+
     /// Whether the point lies in the box.
     pub fn contains(&self, point: DVec3) -> bool {
         point.cmpge(self.min).all() && point.cmple(self.max).all()
@@ -94,9 +103,11 @@ impl Bvh {
                 at = node.skip as usize;
                 continue;
             }
-            let range = node.first as usize..(node.first + node.count) as usize;
-            if let Some(&item) = self.items[range].iter().find(|&&item| accept(item as usize)) {
-                return Some(item as usize);
+            if node.count > 0 {
+                let range = node.first as usize..(node.first + node.count) as usize;
+                if let Some(&item) = self.items[range].iter().find(|&&item| accept(item as usize)) {
+                    return Some(item as usize);
+                }
             }
             at += 1;
         }

@@ -3,7 +3,8 @@
 //! A sphere is a point with a radius and a capsule a segment with a radius: callers compare these distances of the
 //! cores with the sum of radii and clearance.
 
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
+use surefoot_shared_types::Pose;
 
 /// A segment from `start` to `start + delta`.
 #[derive(Debug, Clone, Copy)]
@@ -12,6 +13,24 @@ pub struct Segment {
     pub start: DVec3,
     /// From that end to the other.
     pub delta: DVec3,
+}
+
+impl Segment {
+    /// The segment along z about the origin of a frame.
+    pub fn along_z(frame: &Pose, half_length: f64) -> Self {
+        let half = frame.rotation * DVec3::new(0.0, 0.0, half_length);
+        Self { start: frame.translation - half, delta: 2.0 * half }
+    }
+
+    /// Whether both ends are one.
+    pub fn is_point(&self) -> bool {
+        self.delta == DVec3::ZERO
+    }
+
+    /// The segment in the frame that this one is placed in.
+    pub fn placed(&self, frame: &DAffine3) -> Self {
+        Self { start: frame.transform_point3(self.start), delta: frame.matrix3 * self.delta }
+    }
 }
 
 /// Whether a value is above a bound. Not so where either is not a number: `!exceeds(distance, margin)` is a hit then.

@@ -3,6 +3,7 @@
 //! Everything is prepared once; queries are exact (f64), allocate nothing and may run on any number of threads at once.
 //! In doubt the answer is a hit: see [`narrow`].
 
+pub mod ball;
 mod body;
 pub mod bvh;
 pub mod error;
@@ -20,12 +21,15 @@ use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
-use body::{BODIES_MAX, Body};
+use ball::{BODIES_MAX, Centers};
+use body::Body;
 use bvh::Aabb;
 pub use error::CollisionError;
-use kernels::exceeds;
 use self_pairs::{Pair, SelfPairs, bodies_within, parts_within};
-use world::{WorldShapes, lifted};
+use world::{Nearby, WorldShapes, lifted};
+
+use crate::kinematics::Tree;
+use crate::snapshot::Snapshot;
 
 /// What a foot does, which decides how near it may come to the world.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -62,7 +66,7 @@ const STANCE_LIFT: f64 = 0.0015;
 /// A leaving foot is lifted by this much (m) more than its clearance.
 const LEAVING_LIFT: f64 = 0.0005;
 
-/// A robot in a world, prepared for collision checks. Link poses are always world-from-link, one per link.
+/// A robot in a world, prepared for collision checks.
 #[derive(Debug, Clone)]
 pub struct CollisionModel {
     bodies: Vec<Body>,
@@ -93,35 +97,46 @@ impl CollisionModel {
         if !(clearance.is_finite() && clearance >= 0.0) {
             return Err(CollisionError::BadNumber { owner: "planner".into(), what: "clearance", requirement: "finite and not negative" });
         }
-        let bodies = Body::all(model)?;
+        let bodies = Body::all(model, &Tree::new(model))?;
         let pairs = SelfPairs::new(model, &bodies, clearance);
         Ok(Self { bodies, pairs, world: WorldShapes::new(world)?, clearance, shunned: heapless::Vec::new() })
     }
 
     /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None` where everything keeps its clearance, subject to
     /// what the `feet` (one state per foot) do.
-    pub fn hit(&self, world_from_links: &[Pose], feet: &[FootState]) -> Option<Hit> {
-        self.world_hit(world_from_links, feet).or_else(|| self.self_hit(world_from_links))
+    pub fn hit(&self, snapshot: &Snapshot, feet: &[FootState]) -> Option<Hit> {
+        self.world_hit(snapshot, feet).or_else(|| self.self_hit(snapshot))
     }
 
     /// The first hit of the robot with the world.
-    pub fn world_hit(&self, world_from_links: &[Pose], feet: &[FootState]) -> Option<Hit> {
-        self.bodies.iter().find_map(|body| {
-            let pose = &world_from_links[body.link];
+    pub fn world_hit(&self, snapshot: &Snapshot, feet: &[FootState]) -> Option<Hit> {
+        let centers = self.world_centers(snapshot);
+        let mut around = Aabb::EMPTY;
+        for (center, body) in centers.iter().zip(&self.bodies) {
+            around = around.union(Aabb { min: *center, max: *center }.grown(body.ball.radius));
+        }
+        let nearby = self.world.nearby(&around.grown(STANCE_LIFT.max(2.0 * self.clearance + LEAVING_LIFT)));
+        self.bodies.iter().zip(&centers).find_map(|(body, center)| {
             let shape = match body.foot {
-                Some(foot) => self.foot_body_hit(body, pose, foot.link_normal, feet[foot.limb]),
-                None => self.world.hit(body, pose, self.clearance),
+                Some(foot) => self.foot_body_hit(body, &snapshot.world_from_node(body.node), foot.node_normal, feet[foot.limb], &nearby),
+                None if !self.world.reaches(*center, body.ball.radius + self.clearance, &nearby) => None,
+                None => self.world.hit(body, &snapshot.world_from_node(body.node), self.clearance, &nearby),
             };
             shape.map(|shape| Hit::World { link: body.link, shape })
         })
+    }
+
+    fn world_centers(&self, snapshot: &Snapshot) -> heapless::Vec<DVec3, BODIES_MAX> {
+        let Centers { x, y, z, .. } = snapshot.centers();
+        x.iter().zip(y).zip(z).map(|((x, y), z)| snapshot.to_world(DVec3::new(*x, *y, *z))).collect()
     }
 
     /// The first world shape that the wanted links (one flag per link) hit, their poses given in the root's frame.
     pub fn carried_hit(&self, world_from_root: &Pose, root_from_links: &[Pose], wanted: &[bool]) -> Option<usize> {
         let bodies = self.bodies.iter().filter(|body| wanted[body.link]);
         bodies
-            .map(|body| (body, *world_from_root * root_from_links[body.link]))
-            .find_map(|(body, pose)| self.world.hit(body, &pose, self.clearance))
+            .map(|body| (body, *world_from_root * root_from_links[body.node_link]))
+            .find_map(|(body, pose)| self.world.hit(body, &pose, self.clearance, &Nearby::UNKNOWN))
     }
 
     /// The box around all shapes of the world.
@@ -130,18 +145,16 @@ impl CollisionModel {
     }
 
     /// The first hit of the robot with itself.
-    pub fn self_hit(&self, world_from_links: &[Pose]) -> Option<Hit> {
-        let mut centers = heapless::Vec::<DVec3, BODIES_MAX>::new();
-        centers.extend(self.bodies.iter().map(|body| world_from_links[body.link] * body.ball.center));
-        let is_hit = |pair: &&Pair| {
-            let (a, b) = (pair.a as usize, pair.b as usize);
-            !exceeds((centers[a] - centers[b]).length_squared(), pair.reach_squared) && {
-                let (a, b) = (&self.bodies[a], &self.bodies[b]);
-                parts_within(a, b, &world_from_links[a.link].inv_mul(&world_from_links[b.link]), pair.clearance)
-            }
+    pub fn self_hit(&self, snapshot: &Snapshot) -> Option<Hit> {
+        let frames = snapshot.root_from_nodes();
+        let placed = |index: u32| {
+            let body = &self.bodies[index as usize];
+            (body, &frames[body.node])
         };
-        let pair = self.pairs.checked.iter().find(is_hit)?;
-        Some(Hit::SelfPair { a: self.bodies[pair.a as usize].link, b: self.bodies[pair.b as usize].link })
+        let is_hit = |pair: &Pair| parts_within(placed(pair.a), placed(pair.b), pair.clearance);
+        let pair = self.pairs.find_near(snapshot.centers(), is_hit)?;
+        let [a, b] = [pair.a, pair.b].map(|index| self.bodies[index as usize].link);
+        Some(Hit::SelfPair { a: a.min(b), b: a.max(b) })
     }
 
     /// Keeps soles away from where one was not carried: none may be placed with its middle over that sole's rectangle, whose
@@ -155,8 +168,9 @@ impl CollisionModel {
         if self.shunned.iter().any(|place| place.holds(world_from_sole.translation)) {
             return Some(SHUNNED);
         }
+        let world_from_node = |foot: &body::FootBody| *world_from_sole * foot.sole_from_node;
         self.foot_bodies(limb)
-            .find_map(|(body, foot)| self.foot_body_hit(body, &(*world_from_sole * foot.sole_from_link), foot.link_normal, state))
+            .find_map(|(body, foot)| self.foot_body_hit(body, &world_from_node(&foot), foot.node_normal, state, &Nearby::UNKNOWN))
     }
 
     /// The first world shape that meets a box, given by its middle's pose and half of each side (m).
@@ -166,9 +180,9 @@ impl CollisionModel {
 
     /// The box around a foot and all that is rigidly joined to it, in its sole's frame.
     pub fn foot_bounds(&self, limb: usize) -> Aabb {
-        let parts = self.foot_bodies(limb).flat_map(|(body, foot)| body.parts.iter().map(move |part| (part, foot.sole_from_link)));
-        let boxes = parts.map(|(part, sole_from_link)| {
-            let sole_from_part = sole_from_link * part.link_from_part;
+        let parts = self.foot_bodies(limb).flat_map(|(body, foot)| body.parts.iter().map(move |part| (part, foot.sole_from_node)));
+        let boxes = parts.map(|(part, sole_from_node)| {
+            let sole_from_part = sole_from_node * part.node_from_part;
             part.bounds.transformed(&DMat3::from_quat(sole_from_part.rotation), sole_from_part.translation)
         });
         boxes.fold(Aabb::EMPTY, Aabb::union)
@@ -176,7 +190,10 @@ impl CollisionModel {
 
     /// The bounding box of every collision shape: its link, its frame in the link's, the box in its frame.
     pub fn part_bounds(&self) -> impl Iterator<Item = (usize, Pose, Aabb)> + '_ {
-        self.bodies.iter().flat_map(|body| body.parts.iter().map(|part| (body.link, part.link_from_part, part.bounds)))
+        self.bodies.iter().flat_map(|body| {
+            let link_from_node = body.node_from_link.inverse();
+            body.parts.iter().map(move |part| (body.link, link_from_node * part.node_from_part, part.bounds))
+        })
     }
 
     /// The foot that a link is, or is rigidly joined to.
@@ -186,10 +203,8 @@ impl CollisionModel {
 
     /// The first world shape that what is rigid with the root meets, the least that the robot takes up [Grey 4.1.1].
     pub fn root_hit(&self, world_from_root: &Pose) -> Option<usize> {
-        let rigid = self.bodies.iter().filter_map(|body| Some((body, body.root_from_link?)));
-        rigid
-            .map(|(body, root_from_link)| (body, *world_from_root * root_from_link))
-            .find_map(|(body, pose)| self.world.hit(body, &pose, 0.0))
+        let mut rigid = self.bodies.iter().filter(|body| body.node == 0);
+        rigid.find_map(|body| self.world.hit(body, world_from_root, 0.0, &Nearby::UNKNOWN))
     }
 
     /// Whether the first two feet, with what is rigidly joined to them, come too near to each other at these sole poses.
@@ -197,8 +212,8 @@ impl CollisionModel {
         let limb_of = |body: u32| self.bodies[body as usize].foot.filter(|foot| foot.limb < 2);
         self.pairs.checked.iter().any(|pair| match (limb_of(pair.a), limb_of(pair.b)) {
             (Some(foot_a), Some(foot_b)) if foot_a.limb != foot_b.limb => {
-                let world_from_a = *world_from_soles[foot_a.limb] * foot_a.sole_from_link;
-                let world_from_b = *world_from_soles[foot_b.limb] * foot_b.sole_from_link;
+                let world_from_a = *world_from_soles[foot_a.limb] * foot_a.sole_from_node;
+                let world_from_b = *world_from_soles[foot_b.limb] * foot_b.sole_from_node;
                 let (a, b) = (&self.bodies[pair.a as usize], &self.bodies[pair.b as usize]);
                 bodies_within(a, &world_from_a, b, &world_from_b, pair.clearance)
             }
@@ -206,15 +221,26 @@ impl CollisionModel {
         })
     }
 
-    /// A bound (m) on how far any point of any collision shape lies from itself in two sets of link poses.
-    pub fn motion_bound(&self, a: &[Pose], b: &[Pose]) -> f64 {
-        let bound = |body: &Body| {
-            let (from, to) = (&a[body.link], &b[body.link]);
-            let center = (*to * body.ball.center - *from * body.ball.center).length();
-            // A turn by theta moves a point at radius r by at most 2 r sin(theta / 2).
-            center + 2.0 * body.ball.radius * (from.rotation.conjugate() * to.rotation).xyz().length()
-        };
-        self.bodies.iter().map(bound).fold(0.0, f64::max)
+    /// A bound (m) on how far any point of any collision shape lies from itself in two snapshots.
+    pub fn motion_bound(&self, a: &Snapshot, b: &Snapshot) -> f64 {
+        // All is seen in the root's frame in `a`; what does not move in the root's frame turns as the root does.
+        let (ra, rb) = (a.world_rotation(), b.world_rotation());
+        let turn = ra.transpose() * *rb;
+        let shift = a.turned_to_root(b.world_from_root.translation - a.world_from_root.translation);
+        let root_chord = chord_squared(&turn, &DMat3::IDENTITY);
+        let (frames_a, frames_b) = (a.root_from_nodes(), b.root_from_nodes());
+        let mut bound: f64 = 0.0;
+        for (index, body) in self.bodies.iter().enumerate() {
+            let (at_a, at_b) = (&frames_a[body.node].matrix3, &frames_b[body.node].matrix3);
+            let chord = if at_a == at_b { root_chord } else { chord_squared(&(turn * *at_b), at_a) };
+            let moved = (turn * b.centers().get(index) + shift - a.centers().get(index)).length_squared();
+            let turned = chord * body.ball.radius * body.ball.radius;
+            // The sum of two lengths is at most this root: most bodies need no other.
+            if 2.0 * (moved + turned) > bound * bound {
+                bound = bound.max(moved.sqrt() + turned.sqrt());
+            }
+        }
+        bound
     }
 
     /// The pairs of links that may touch, in ascending order.
@@ -225,22 +251,28 @@ impl CollisionModel {
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
         let bodies = size_of_val(self.bodies.as_slice()) + self.bodies.iter().map(Body::bytes).sum::<usize>();
-        let pairs = size_of_val(self.pairs.checked.as_slice()) + size_of_val(self.pairs.allowed.as_slice());
-        bodies + pairs + self.world.bytes()
+        bodies + self.pairs.bytes() + self.world.bytes()
     }
 
     fn foot_bodies(&self, limb: usize) -> impl Iterator<Item = (&Body, body::FootBody)> {
         self.bodies.iter().filter_map(move |body| body.foot.filter(|foot| foot.limb == limb).map(|foot| (body, foot)))
     }
 
-    fn foot_body_hit(&self, body: &Body, world_from_link: &Pose, link_normal: DVec3, state: FootState) -> Option<usize> {
+    fn foot_body_hit(&self, body: &Body, world_from_node: &Pose, node_normal: DVec3, state: FootState, nearby: &Nearby) -> Option<usize> {
         let (lift, margin) = match state {
             FootState::Stance => (STANCE_LIFT, 0.0),
             FootState::Leaving => (self.clearance + LEAVING_LIFT, self.clearance),
             FootState::Free => (0.0, self.clearance),
         };
-        self.world.hit(body, &lifted(world_from_link, link_normal, lift), margin)
+        self.world.hit(body, &lifted(world_from_node, node_normal, lift), margin, nearby)
     }
+}
+
+/// The squared distance (of a radius of 1) by which the turn from one rotation to another moves a point at the most: the chord
+/// of its angle.
+fn chord_squared(a: &DMat3, b: &DMat3) -> f64 {
+    let apart = *a - *b;
+    0.5 * (apart.x_axis.length_squared() + apart.y_axis.length_squared() + apart.z_axis.length_squared())
 }
 
 impl Shunned {

@@ -62,7 +62,7 @@ fn triangle_within(core: &Core, corners: [DVec3; 3], reach: f64) -> bool {
     match core {
         Core::Point => !exceeds(point_triangle_distance_squared(DVec3::ZERO, corners), reach_squared),
         Core::Segment { half_length } => {
-            !exceeds(segment_triangle_distance_squared(segment_at(&Pose::IDENTITY, *half_length), corners), reach_squared)
+            !exceeds(segment_triangle_distance_squared(Segment::along_z(&Pose::IDENTITY, *half_length), corners), reach_squared)
         }
         _ => !is_beyond_plane(core, corners, reach) && gjk_within(core, &Core::Triangle(corners), &Pose::IDENTITY, reach),
     }
@@ -90,7 +90,7 @@ fn convex_within(a: &Convex, b: &Convex, a_from_b: &Pose, margin: f64) -> bool {
             !exceeds(point_box_distance_squared(a_from_b.translation, *half_extents), reach_squared)
         }
         (Core::Box { half_extents }, Core::Segment { half_length }) => {
-            !exceeds(segment_box_distance_squared(segment_at(a_from_b, *half_length), *half_extents), reach_squared)
+            !exceeds(segment_box_distance_squared(Segment::along_z(a_from_b, *half_length), *half_extents), reach_squared)
         }
         (Core::Point | Core::Segment { .. }, Core::Box { .. }) => convex_within(b, a, &a_from_b.inverse(), margin),
         (Core::Box { half_extents: half_a }, Core::Box { half_extents: half_b }) => {
@@ -110,14 +110,9 @@ fn are_boxes_apart(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
 
 fn segment_of(core: &Core, frame: &Pose) -> Segment {
     match core {
-        Core::Segment { half_length } => segment_at(frame, *half_length),
+        Core::Segment { half_length } => Segment::along_z(frame, *half_length),
         _ => Segment { start: frame.translation, delta: DVec3::ZERO },
     }
-}
-
-fn segment_at(frame: &Pose, half_length: f64) -> Segment {
-    let half = frame.rotation * DVec3::new(0.0, 0.0, half_length);
-    Segment { start: frame.translation - half, delta: 2.0 * half }
 }
 
 fn transformed(bounds: Aabb, pose: &Pose) -> Aabb {

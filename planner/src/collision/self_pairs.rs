@@ -1,34 +1,40 @@
 //! Which pairs of links may touch, and how far apart the others have to stay.
 
+use glam::DAffine3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 
-use super::body::{Body, joints_between};
-use super::kernels::exceeds;
+use super::ball::Centers;
+use super::body::{Body, Part, joints_between};
+use super::kernels::{exceeds, segment_segment_distance_squared};
 use super::narrow::is_within;
 use crate::kinematics::forward::Kinematics;
+use crate::kinematics::tree::{affine, pose};
 use crate::random::{Random, Stream};
 
 /// A pair of bodies that is checked.
 #[derive(Debug, Clone, Copy)]
 pub struct Pair {
-    /// Index of the first body; its link stands before the second one's.
+    /// Index of the first body.
     pub a: u32,
-    /// Index of the second body.
+    /// Index of the second body, the larger one.
     pub b: u32,
-    /// Up to this squared distance of the balls' centres the solids have to be looked at, m2.
-    pub reach_squared: f64,
     /// The distance to keep, m.
     pub clearance: f64,
 }
 
-/// The pairs to check, those that collide most often first, and those to leave alone.
+/// The pairs to check, and those to leave alone.
 #[derive(Debug, Clone)]
 pub struct SelfPairs {
-    /// Pairs to check.
+    /// Pairs to check, in ascending order.
     pub checked: Vec<Pair>,
     /// Links of pairs that may touch, in ascending order.
     pub allowed: Vec<(usize, usize)>,
+    /// For each two bodies, row by row: up to which squared distance of their balls' centres (m2) the solids have to be looked
+    /// at; less than 0 for those that may touch.
+    reach_squared: Vec<f64>,
+    /// For each two bodies the distance to keep, m.
+    clearances: Vec<f64>,
 }
 
 /// Random configurations that tell which pairs always collide.
@@ -45,23 +51,59 @@ impl SelfPairs {
     pub fn new(model: &RobotModel, bodies: &[Body], clearance: f64) -> Self {
         let survey = Survey::new(model, bodies);
         let mut allowed = Vec::new();
-        let mut ranked = Vec::new();
+        let mut checked = Vec::new();
+        let mut reach_squared = vec![-1.0; bodies.len() * bodies.len()];
+        let mut clearances = vec![0.0; bodies.len() * bodies.len()];
         for (a, body_a) in bodies.iter().enumerate() {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
                 let joints = joints_between(model, body_a.link, body_b.link);
                 let hits = if joints > 1 { survey.hits(body_a, body_b) } else { SAMPLES };
                 let touches_at_zero = joints <= NEIGHBOR_JOINTS_MAX && touch(body_a, body_b, &survey.zero);
                 if joints <= 1 || hits >= ALWAYS || touches_at_zero {
-                    allowed.push((body_a.link, body_b.link));
+                    allowed.push((body_a.link.min(body_b.link), body_a.link.max(body_b.link)));
                     continue;
                 }
                 let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
                 let reach = body_a.ball.radius + body_b.ball.radius + clearance;
-                ranked.push((hits, Pair { a: a as u32, b: b as u32, reach_squared: reach * reach, clearance }));
+                reach_squared[a * bodies.len() + b] = reach * reach;
+                clearances[a * bodies.len() + b] = clearance;
+                checked.push(Pair { a: a as u32, b: b as u32, clearance });
             }
         }
-        ranked.sort_by_key(|&(hits, pair)| (std::cmp::Reverse(hits), pair.a, pair.b));
-        Self { checked: ranked.into_iter().map(|(_, pair)| pair).collect(), allowed }
+        allowed.sort_unstable();
+        Self { checked, allowed, reach_squared, clearances }
+    }
+
+    /// The first checked pair whose balls are near and that `accept`s.
+    pub fn find_near(&self, centers: &Centers, accept: impl Fn(&Pair) -> bool) -> Option<Pair> {
+        let count = centers.x.len();
+        (0..count).find_map(|a| {
+            let others = a + 1..count;
+            let (xs, ys, zs) = (&centers.x[others.clone()], &centers.y[others.clone()], &centers.z[others.clone()]);
+            let reaches = &self.reach_squared[a * count..(a + 1) * count][others];
+            let squared = |x: f64, y: f64, z: f64| {
+                let (x, y, z) = (x - centers.x[a], y - centers.y[a], z - centers.z[a]);
+                x * x + y * y + z * z
+            };
+            let rows = || xs.iter().zip(ys).zip(zs).zip(reaches);
+            // Without a branch, so that several are done at once; mostly none is near.
+            let are_apart = rows().fold(true, |apart, (((x, y), z), reach)| apart & exceeds(squared(*x, *y, *z), *reach));
+            if are_apart {
+                return None;
+            }
+            let is_near = rows().map(|(((x, y), z), reach)| !exceeds(squared(*x, *y, *z), *reach));
+            is_near.enumerate().filter(|(_, near)| *near).find_map(|(offset, _)| {
+                let b = a + 1 + offset;
+                let pair = Pair { a: a as u32, b: b as u32, clearance: self.clearances[a * count + b] };
+                accept(&pair).then_some(pair)
+            })
+        })
+    }
+
+    /// Heap bytes.
+    pub fn bytes(&self) -> usize {
+        let tables = size_of_val(self.reach_squared.as_slice()) + size_of_val(self.clearances.as_slice());
+        size_of_val(self.checked.as_slice()) + size_of_val(self.allowed.as_slice()) + tables
     }
 }
 
@@ -98,12 +140,12 @@ fn random_q(model: &RobotModel, index: usize) -> Vec<f64> {
 }
 
 fn touch(a: &Body, b: &Body, poses: &[Pose]) -> bool {
-    bodies_within(a, &poses[a.link], b, &poses[b.link], 0.0)
+    bodies_within(a, &poses[a.node_link], b, &poses[b.node_link], 0.0)
 }
 
 /// `clearance`, or half of the pair's distance in a posture where that is less (to within a nanometre, from below).
 fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f64 {
-    let is_free = |margin: f64| !bodies_within(a, &standing[a.link], b, &standing[b.link], 2.0 * margin);
+    let is_free = |margin: f64| !bodies_within(a, &standing[a.node_link], b, &standing[b.node_link], 2.0 * margin);
     if is_free(clearance) {
         return clearance;
     }
@@ -115,25 +157,38 @@ fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f
     free
 }
 
-/// Whether two bodies come within `margin` of each other.
+/// Whether two bodies come within `margin` of each other, their nodes being at these poses.
 pub fn bodies_within(a: &Body, world_from_a: &Pose, b: &Body, world_from_b: &Pose, margin: f64) -> bool {
-    let a_from_b = world_from_a.inv_mul(world_from_b);
+    let (world_from_a, world_from_b) = (affine(world_from_a), affine(world_from_b));
     let reach = a.ball.radius + b.ball.radius + margin;
-    if exceeds((a_from_b * b.ball.center - a.ball.center).length_squared(), reach * reach) {
-        return false;
-    }
-    parts_within(a, b, &a_from_b, margin)
+    let centers = [world_from_a.transform_point3(a.ball.center), world_from_b.transform_point3(b.ball.center)];
+    !exceeds(centers[0].distance_squared(centers[1]), reach * reach) && parts_within((a, &world_from_a), (b, &world_from_b), margin)
 }
 
-/// The same, of bodies whose balls are known to be near.
-pub fn parts_within(a: &Body, b: &Body, a_from_b: &Pose, margin: f64) -> bool {
-    b.parts.iter().any(|part_b| {
-        let center = *a_from_b * part_b.ball.center;
-        let a_from_part = *a_from_b * part_b.link_from_part;
-        a.parts.iter().any(|part_a| {
+/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one.
+pub fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -> bool {
+    b.0.parts.iter().any(|part_b| {
+        let center_b = b.1.transform_point3(part_b.ball.center);
+        a.0.parts.iter().any(|part_a| {
             let reach = part_a.ball.radius + part_b.ball.radius + margin;
-            let is_near = !exceeds((center - part_a.ball.center).length_squared(), reach * reach);
-            is_near && is_within(&part_a.solid, &part_b.solid, &part_a.link_from_part.inv_mul(&a_from_part), margin)
+            let center_a = a.1.transform_point3(part_a.ball.center);
+            let is_near = !exceeds((center_b - center_a).length_squared(), reach * reach);
+            is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin)
         })
     })
+}
+
+/// The same of two parts whose balls are known to be near.
+fn two_parts_within((a, frame_a): (&Part, &DAffine3), (b, frame_b): (&Part, &DAffine3), margin: f64) -> bool {
+    if let (Some(spine_a), Some(spine_b)) = (&a.spine, &b.spine) {
+        if spine_a.is_point() && spine_b.is_point() {
+            // These are their own balls.
+            return true;
+        }
+        let reach = a.solid.radius() + b.solid.radius() + margin;
+        let distance = segment_segment_distance_squared(spine_a.placed(frame_a), spine_b.placed(frame_b));
+        return !exceeds(distance, reach * reach);
+    }
+    let [from_a, from_b] = [(a, frame_a), (b, frame_b)].map(|(part, frame)| pose(frame) * part.node_from_part);
+    is_within(&a.solid, &b.solid, &from_a.inv_mul(&from_b), margin)
 }

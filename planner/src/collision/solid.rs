@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 use parry3d_f64::shape::SupportMap;
-use surefoot_shared_types::Shape;
+use surefoot_shared_types::{Pose, Shape};
 
 use super::bvh::Aabb;
 use super::error::CollisionError;
 use super::hull::Hull;
+use super::kernels::Segment;
 use super::mesh::Mesh;
 
 /// A solid in its own frame.
@@ -96,15 +97,6 @@ impl Solid {
         }
     }
 
-    /// The radius of the ball around `center` (in its frame) that holds it.
-    pub fn radius_about(&self, center: DVec3) -> f64 {
-        let furthest = |points: &[DVec3]| points.iter().map(|point| (*point - center).length()).fold(0.0, f64::max);
-        match self {
-            Self::Convex(Convex { core, radius }) => radius + core.radius_about(center),
-            Self::Mesh(mesh) => furthest(mesh.vertices()),
-        }
-    }
-
     /// A point of it.
     pub fn point_inside(&self) -> DVec3 {
         match self {
@@ -112,6 +104,23 @@ impl Solid {
             Self::Convex(Convex { core: Core::Triangle(corners), .. }) => corners[0],
             Self::Convex(_) => DVec3::ZERO,
             Self::Mesh(mesh) => mesh.vertices()[0],
+        }
+    }
+
+    /// The core of a ball or capsule, placed by `frame`; `None` for other solids.
+    pub fn spine(&self, frame: &Pose) -> Option<Segment> {
+        match self {
+            Self::Convex(Convex { core: Core::Point, .. }) => Some(Segment { start: frame.translation, delta: DVec3::ZERO }),
+            Self::Convex(Convex { core: Core::Segment { half_length }, .. }) => Some(Segment::along_z(frame, *half_length)),
+            _ => None,
+        }
+    }
+
+    /// The radius around the core; 0 for a mesh.
+    pub fn radius(&self) -> f64 {
+        match self {
+            Self::Convex(convex) => convex.radius,
+            Self::Mesh(_) => 0.0,
         }
     }
 
@@ -137,21 +146,6 @@ impl Core {
             Self::Triangle(corners) => return Aabb::of_points(*corners),
         };
         Aabb { min: -half, max: half }
-    }
-
-    /// The radius of the ball around `center` (in its frame) that holds it.
-    fn radius_about(&self, center: DVec3) -> f64 {
-        let furthest = |points: &[DVec3]| points.iter().map(|point| (*point - center).length()).fold(0.0, f64::max);
-        match self {
-            Self::Hull(hull) => furthest(hull.vertices()),
-            Self::Triangle(corners) => furthest(corners),
-            Self::Cylinder { radius, half_length } => {
-                let across = radius + (center.x * center.x + center.y * center.y).sqrt();
-                let along = half_length + center.z.abs();
-                (across * across + along * along).sqrt()
-            }
-            Self::Point | Self::Segment { .. } | Self::Box { .. } => (self.aabb().max + center.abs()).length(),
-        }
     }
 }
 

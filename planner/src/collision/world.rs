@@ -15,6 +15,7 @@ use super::solid::{Convex, Core, Solid};
 pub struct WorldShapes {
     shapes: Vec<Placed>,
     tree: Bvh,
+    boxes: Vec<Aabb>,
     bounds: Aabb,
 }
 
@@ -22,6 +23,22 @@ pub struct WorldShapes {
 struct Placed {
     shape_from_world: Pose,
     solid: Solid,
+}
+
+/// The shapes near the robot, found once for all of its bodies.
+#[derive(Debug)]
+pub struct Nearby {
+    shapes: heapless::Vec<(u32, Aabb), NEARBY_MAX>,
+    /// Whether these are all of them; otherwise the tree is asked for each body.
+    is_all: bool,
+}
+
+/// Up to so many shapes a loop over them is faster than the tree.
+const NEARBY_MAX: usize = 24;
+
+impl Nearby {
+    /// Nothing is known of what is near.
+    pub const UNKNOWN: Self = Self { shapes: heapless::Vec::new(), is_all: false };
 }
 
 impl WorldShapes {
@@ -40,7 +57,7 @@ impl WorldShapes {
             shapes.push(Placed { shape_from_world: shape.world_from_shape.inverse(), solid });
         }
         let all = bounds.iter().copied().fold(Aabb::EMPTY, Aabb::union);
-        Ok(Self { shapes, tree: Bvh::new(&bounds, 1), bounds: all })
+        Ok(Self { shapes, tree: Bvh::new(&bounds, 1), boxes: bounds, bounds: all })
     }
 
     /// The box around all shapes.
@@ -48,12 +65,26 @@ impl WorldShapes {
         self.bounds
     }
 
-    /// The first shape within `margin` of a body, in the tree's order.
-    pub fn hit(&self, body: &Body, world_from_link: &Pose, margin: f64) -> Option<usize> {
-        let center = *world_from_link * body.ball.center;
-        let around = Aabb { min: center, max: center }.grown(body.ball.radius + margin);
-        self.tree.find(|bounds| bounds.overlaps(&around), |_| true)?;
-        body.parts.iter().find_map(|part| self.part_hit(part, world_from_link, margin))
+    /// The shapes that may meet anything within a box.
+    pub fn nearby(&self, around: &Aabb) -> Nearby {
+        let mut shapes = heapless::Vec::new();
+        let is_too_many = |index: usize| shapes.push((index as u32, self.boxes[index])).is_err();
+        let is_all = self.tree.find(|bounds| bounds.overlaps(around), is_too_many).is_none();
+        Nearby { shapes, is_all }
+    }
+
+    /// Whether any shape's box comes within `reach` (m) of a point; `nearby` holds all that may.
+    pub fn reaches(&self, center: DVec3, reach: f64, nearby: &Nearby) -> bool {
+        if nearby.is_all {
+            return nearby.shapes.iter().any(|(_, bounds)| bounds.reaches(center, reach));
+        }
+        self.tree.find(|bounds| bounds.reaches(center, reach), |_| true).is_some()
+    }
+
+    /// The first shape within `margin` of a body, in the tree's order; `nearby` holds all that may be.
+    pub fn hit(&self, body: &Body, world_from_node: &Pose, margin: f64, nearby: &Nearby) -> Option<usize> {
+        let may_be = self.reaches(*world_from_node * body.ball.center, body.ball.radius + margin, nearby);
+        may_be.then(|| body.parts.iter().find_map(|part| self.part_hit(part, world_from_node, margin, nearby)))?
     }
 
     /// The first shape that meets a box, in the tree's order.
@@ -68,20 +99,27 @@ impl WorldShapes {
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
     }
 
-    fn part_hit(&self, part: &Part, world_from_link: &Pose, margin: f64) -> Option<usize> {
-        let world_from_part = *world_from_link * part.link_from_part;
+    fn part_hit(&self, part: &Part, world_from_node: &Pose, margin: f64, nearby: &Nearby) -> Option<usize> {
+        let world_from_part = *world_from_node * part.node_from_part;
         let rotation = DMat3::from_quat(world_from_part.rotation);
         let around = part.bounds.transformed(&rotation, world_from_part.translation).grown(margin);
         let touches = |index: usize| {
             let shape = &self.shapes[index];
             is_within(&shape.solid, &part.solid, &(shape.shape_from_world * world_from_part), margin)
         };
+        if nearby.is_all {
+            let mut near = nearby.shapes.iter().filter(|(_, bounds)| bounds.overlaps(&around)).map(|&(index, _)| index as usize);
+            return near.find(|&index| touches(index));
+        }
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
     }
 
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.shapes.as_slice()) + self.shapes.iter().map(|shape| shape.solid.bytes()).sum::<usize>() + self.tree.bytes()
+        size_of_val(self.shapes.as_slice())
+            + size_of_val(self.boxes.as_slice())
+            + self.shapes.iter().map(|shape| shape.solid.bytes()).sum::<usize>()
+            + self.tree.bytes()
     }
 }
 

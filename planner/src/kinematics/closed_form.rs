@@ -9,13 +9,14 @@
 //! ```
 //!
 //! The distance between ankle and hip gives q4, the hip seen from the foot gives q6 and q5, and what remains of R gives
-//! q1 to q3. Two choices at the knee, at the ankle and at the hip make eight branches; the limits sort them.
+//! q1 to q3. Two choices at the knee, at the ankle and at the hip make eight branches. All of this is done in sines and
+//! cosines; angles are taken only of branches that may be within the limits, mostly one.
 
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::JointKind;
-use surefoot_shared_types::spatial::wrap_angle;
 
+use super::arc::{Arc, Turn};
 use super::leg::{LegJoint, LegPositions};
 
 /// How exactly axes must meet and be parallel, m and sine of the angle.
@@ -27,14 +28,38 @@ const ROUNDING: f64 = 1e-12;
 /// The geometry of a leg that has a closed form.
 #[derive(Debug, Clone)]
 pub struct ClosedForm {
-    root_from_axes: DMat3,
+    axes_from_root: DMat3,
     hip: DVec3,
     ankle_from_foot: DVec3,
     zero_rotation_inverse: DMat3,
     knee: DVec3,
     shank: DVec3,
+    stretch: Stretch,
     signs: [f64; 6],
+    /// Each joint's limits, counted about the axes' own directions.
+    arcs: [Arc; 6],
 }
+
+/// How the distance between ankle and hip follows from the knee's turn: its square is `base + 2 amplitude cos(q4 - phase)`.
+#[derive(Debug, Clone)]
+struct Stretch {
+    base: f64,
+    amplitude: f64,
+    phase: Turn,
+}
+
+impl Stretch {
+    fn new(knee: DVec3, shank: DVec3) -> Self {
+        let (u, v) = (knee, shank);
+        let along = u.y + v.y;
+        let (uu, vv) = (u.x * u.x + u.z * u.z, v.x * v.x + v.z * v.z);
+        let phase = Turn::in_proportion(u.x * v.z - u.z * v.x, u.x * v.x + u.z * v.z);
+        Self { base: along * along + uu + vv, amplitude: libm::sqrt(uu * vv), phase }
+    }
+}
+
+/// The turns of the six joints, hip yaw first.
+type Branch = [Turn; 6];
 
 impl ClosedForm {
     /// The closed form of these joints, if their axes allow one.
@@ -54,92 +79,92 @@ impl ClosedForm {
         }
         let axes_from_root = root_from_axes.transpose();
         let zero_rotation = DMat3::from_quat(zero_root_from_sole.rotation);
+        let knee = axes_from_root * (joints[3].point - hip);
+        let shank = axes_from_root * (ankle - joints[3].point);
         Some(Self {
-            root_from_axes,
+            axes_from_root,
             hip,
             ankle_from_foot: zero_root_from_sole.inverse_transform_point(ankle),
             zero_rotation_inverse: zero_rotation.transpose() * root_from_axes,
-            knee: axes_from_root * (joints[3].point - hip),
-            shank: axes_from_root * (ankle - joints[3].point),
+            stretch: Stretch::new(knee, shank),
+            arcs: std::array::from_fn(|i| Arc::of_limits(signs[i] * joints[i].lower, signs[i] * joints[i].upper)),
+            knee,
+            shank,
             signs,
         })
     }
 
     /// The solution within the limits that is nearest to `near`.
     pub fn solve(&self, joints: &[LegJoint], root_from_sole: &Pose, near: &LegPositions) -> Option<LegPositions> {
-        let axes_from_root = self.root_from_axes.transpose();
-        let rotation = axes_from_root * DMat3::from_quat(root_from_sole.rotation) * self.zero_rotation_inverse;
-        let ankle = axes_from_root * (*root_from_sole * self.ankle_from_foot - self.hip);
+        let rotation = self.axes_from_root * DMat3::from_quat(root_from_sole.rotation) * self.zero_rotation_inverse;
+        let ankle = self.axes_from_root * (*root_from_sole * self.ankle_from_foot - self.hip);
+        let foot_ankle = DVec3::new(rotation.x_axis.dot(ankle), rotation.y_axis.dot(ankle), rotation.z_axis.dot(ankle));
+        let rolls = self.ankle_rolls(foot_ankle)?;
         let mut best: Option<(f64, LegPositions)> = None;
-        for knee in self.knee_angles(ankle)? {
-            for roll in self.ankle_rolls(rotation.transpose() * ankle)? {
-                for angles in self.hip_angles(&rotation, ankle, knee, roll) {
-                    consider(joints, &self.signed(angles), near, &mut best);
+        for knee in self.knees(ankle)?.into_iter().filter(|&knee| self.arcs[3].may_hold(knee)) {
+            for roll in rolls.into_iter().filter(|&roll| self.arcs[5].may_hold(roll)) {
+                for branch in self.branches(&rotation, foot_ankle, knee, roll) {
+                    self.consider(joints, &branch, near, &mut best);
                 }
             }
         }
         best.map(|(_, positions)| positions)
     }
 
-    fn signed(&self, angles: [f64; 6]) -> [f64; 6] {
-        std::array::from_fn(|i| angles[i] * self.signs[i])
-    }
-
-    /// Both knee angles that bring the ankle to its distance from the hip.
-    fn knee_angles(&self, ankle: DVec3) -> Option<[f64; 2]> {
-        let (u, v) = (self.knee, self.shank);
-        let along = u.y + v.y;
-        let (uu, vv) = (u.x * u.x + u.z * u.z, v.x * v.x + v.z * v.z);
-        let cosine_part = u.x * v.x + u.z * v.z;
-        let sine_part = u.x * v.z - u.z * v.x;
-        let amplitude = libm::sqrt(uu * vv);
-        let wanted = 0.5 * (ankle.length_squared() - along * along - uu - vv);
+    /// Both knee turns that bring the ankle to its distance from the hip.
+    fn knees(&self, ankle: DVec3) -> Option<[Turn; 2]> {
+        let Stretch { base, amplitude, phase } = self.stretch;
+        let wanted = 0.5 * (ankle.length_squared() - base);
         if wanted.abs() > amplitude * (1.0 + ROUNDING) {
             return None;
         }
-        let phase = libm::atan2(sine_part, cosine_part);
-        let opening = libm::acos((wanted / amplitude).clamp(-1.0, 1.0));
-        Some([wrap_angle(phase + opening), wrap_angle(phase - opening)])
+        let opening = Turn::of_cosine((wanted / amplitude).clamp(-1.0, 1.0));
+        Some([phase.then(opening), phase.then(opening.back())])
     }
 
     /// Both ankle rolls that bring the hip into the plane of the leg; `ankle` is hip to ankle in the foot's axes.
-    fn ankle_rolls(&self, ankle: DVec3) -> Option<[f64; 2]> {
+    fn ankle_rolls(&self, ankle: DVec3) -> Option<[Turn; 2]> {
         let along = self.knee.y + self.shank.y;
-        let amplitude = libm::hypot(ankle.y, ankle.z);
+        let amplitude = (ankle.y * ankle.y + ankle.z * ankle.z).sqrt();
         if along.abs() > amplitude || amplitude < GEOMETRY_TOLERANCE {
             return None;
         }
-        let phase = libm::atan2(ankle.z, ankle.y);
-        let opening = libm::acos(along / amplitude);
-        Some([wrap_angle(opening - phase), wrap_angle(-opening - phase)])
+        let back = Turn { sin: -ankle.z / amplitude, cos: ankle.y / amplitude };
+        let opening = Turn::of_cosine(along / amplitude);
+        Some([back.then(opening), back.then(opening.back())])
     }
 
-    /// Both full solutions for a knee angle and an ankle roll.
-    fn hip_angles(&self, rotation: &DMat3, ankle: DVec3, knee: f64, roll: f64) -> [[f64; 6]; 2] {
-        let leg = self.knee + rotate_y(knee, self.shank);
-        let seen = rotate_x(roll, rotation.transpose() * ankle);
-        let pitches = wrap_angle(angle_about_y(seen, leg));
-        let hip = *rotation * rotation_x(-roll) * rotation_y(-pitches);
-        let sine = hip.y_axis.z.clamp(-1.0, 1.0);
-        let principal = libm::asin(sine);
-        let yaw = libm::atan2(-hip.y_axis.x, hip.y_axis.y);
-        let pitch = libm::atan2(-hip.x_axis.z, hip.z_axis.z);
-        let pi = std::f64::consts::PI;
-        let ankle_pitch = wrap_angle(pitches - knee);
-        [
-            [yaw, principal, pitch, knee, ankle_pitch, roll],
-            [wrap_angle(yaw + pi), wrap_angle(pi - principal), wrap_angle(pitch + pi), knee, ankle_pitch, roll],
-        ]
+    /// Both full solutions for a knee turn and an ankle roll.
+    fn branches(&self, rotation: &DMat3, foot_ankle: DVec3, knee: Turn, roll: Turn) -> [Branch; 2] {
+        let leg = self.knee + knee.about_y(self.shank);
+        let seen = roll.about_x(foot_ankle);
+        let pitches = Turn::in_proportion(seen.z * leg.x - seen.x * leg.z, seen.z * leg.z + seen.x * leg.x);
+        // The hip's rotation: `rotation Rx(-roll) Ry(-pitches)`, of which some columns' entries are needed.
+        let z_axis = roll.sin * rotation.y_axis + roll.cos * rotation.z_axis;
+        let hip_y = roll.cos * rotation.y_axis - roll.sin * rotation.z_axis;
+        let hip_xz = pitches.cos * rotation.x_axis.z + pitches.sin * z_axis.z;
+        let hip_zz = pitches.cos * z_axis.z - pitches.sin * rotation.x_axis.z;
+        let hip_roll = Turn { sin: hip_y.z, cos: (hip_y.x * hip_y.x + hip_y.y * hip_y.y).sqrt() };
+        let scale = 1.0 / hip_roll.cos.max(f64::MIN_POSITIVE);
+        let yaw = Turn { sin: -hip_y.x * scale, cos: hip_y.y * scale };
+        let pitch = Turn { sin: -hip_xz * scale, cos: hip_zz * scale };
+        let ankle_pitch = pitches.then(knee.back());
+        [[yaw, hip_roll, pitch, knee, ankle_pitch, roll], [yaw.opposite(), hip_roll.mirrored(), pitch.opposite(), knee, ankle_pitch, roll]]
     }
-}
 
-fn consider(joints: &[LegJoint], angles: &[f64; 6], near: &LegPositions, best: &mut Option<(f64, LegPositions)>) {
-    if !joints.iter().zip(angles).all(|(joint, &angle)| joint.admits(angle)) {
-        return;
-    }
-    let distance = near.iter().zip(angles).map(|(a, b)| (a - b) * (a - b)).sum();
-    if best.as_ref().is_none_or(|(least, _)| distance < *least) {
-        *best = Some((distance, angles.iter().copied().collect()));
+    /// Keeps a branch that is within the limits and nearer than the best so far.
+    fn consider(&self, joints: &[LegJoint], branch: &Branch, near: &LegPositions, best: &mut Option<(f64, LegPositions)>) {
+        if !self.arcs.iter().zip(branch).all(|(arc, &turn)| arc.may_hold(turn)) {
+            return;
+        }
+        let angles: [f64; 6] = std::array::from_fn(|i| self.signs[i] * branch[i].angle());
+        if !joints.iter().zip(&angles).all(|(joint, &angle)| joint.admits(angle)) {
+            return;
+        }
+        let distance = near.iter().zip(&angles).map(|(a, b)| (a - b) * (a - b)).sum();
+        if best.as_ref().is_none_or(|(least, _)| distance < *least) {
+            *best = Some((distance, angles.iter().copied().collect()));
+        }
     }
 }
 
@@ -172,27 +197,4 @@ fn meeting_point(a: &LegJoint, b: &LegJoint) -> Option<DVec3> {
 
 fn distance_to_axis(joint: &LegJoint, point: DVec3) -> f64 {
     (point - joint.point).cross(joint.axis).length()
-}
-
-/// The angle about y that turns `from` onto `to`, seen along y.
-fn angle_about_y(from: DVec3, to: DVec3) -> f64 {
-    libm::atan2(from.z * to.x - from.x * to.z, from.z * to.z + from.x * to.x)
-}
-
-fn rotation_x(angle: f64) -> DMat3 {
-    let (s, c) = libm::sincos(angle);
-    DMat3::from_cols(DVec3::X, DVec3::new(0.0, c, s), DVec3::new(0.0, -s, c))
-}
-
-fn rotation_y(angle: f64) -> DMat3 {
-    let (s, c) = libm::sincos(angle);
-    DMat3::from_cols(DVec3::new(c, 0.0, -s), DVec3::Y, DVec3::new(s, 0.0, c))
-}
-
-fn rotate_x(angle: f64, v: DVec3) -> DVec3 {
-    rotation_x(angle) * v
-}
-
-fn rotate_y(angle: f64, v: DVec3) -> DVec3 {
-    rotation_y(angle) * v
 }

@@ -56,6 +56,7 @@ pub struct Leg {
 }
 
 #[derive(Debug, Clone)]
+#[allow(clippy::large_enum_variant, reason = "there are two of them, and a box would be one more step to each solution")]
 enum Solver {
     ClosedForm(ClosedForm),
     Newton(Newton),

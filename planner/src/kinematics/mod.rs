@@ -1,10 +1,13 @@
 //! Forward kinematics of the whole tree, and inverse kinematics of a leg: closed-form where the leg's axes meet as they
 //! must, a bounded Newton iteration otherwise.
 
+mod arc;
 pub mod closed_form;
 pub mod forward;
 pub mod leg;
 pub mod newton;
+pub mod tree;
 
 pub use forward::Kinematics;
 pub use leg::Leg;
+pub use tree::Tree;

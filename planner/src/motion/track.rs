@@ -6,9 +6,10 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{interpolate, rotation_about, yaw_of};
 
-use crate::body::{Configuration, Snapshot};
+use crate::body::Configuration;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
+use crate::snapshot::Snapshot;
 
 /// A configuration together with where its soles are: the coordinates of a mode.
 #[derive(Debug, Clone, Copy)]
@@ -82,6 +83,9 @@ pub struct Follower {
     step: f64,
     here: State,
     here_snapshot: Snapshot,
+    /// Written anew by each trial.
+    next_snapshot: Snapshot,
+    between_snapshot: Snapshot,
     /// The centre of mass at both ends, world, m.
     com_ends: [DVec3; 2],
 }
@@ -90,8 +94,18 @@ impl Follower {
     /// At the beginning of a stretch.
     pub fn new(constraints: &Constraints, stretch: &Stretch) -> Self {
         let here_snapshot = constraints.body.snapshot(&stretch.from.configuration);
-        let com_ends = [here_snapshot.com, constraints.body.snapshot(&stretch.to.configuration).com];
-        Self { stretch: *stretch, at: 0.0, step: first_step(stretch), here: stretch.from, here_snapshot, com_ends }
+        let next_snapshot = constraints.body.snapshot(&stretch.to.configuration);
+        let com_ends = [here_snapshot.com, next_snapshot.com];
+        Self {
+            stretch: *stretch,
+            at: 0.0,
+            step: first_step(stretch),
+            here: stretch.from,
+            here_snapshot,
+            next_snapshot,
+            between_snapshot: Snapshot::default(),
+            com_ends,
+        }
     }
 
     /// The waypoint that was reached last; every waypoint and every motion between two is checked.
@@ -106,22 +120,32 @@ impl Follower {
     pub fn advance(&mut self, constraints: &Constraints, mode: &Mode) -> Result<Progress, Rejection> {
         let feet = foot_states(mode, self.stretch.swing_foot);
         let next_at = (self.at + self.step).min(1.0);
-        let next = place(constraints, mode, &self.stretch, &self.here, next_at, &self.com_ends);
-        let near = next.as_ref().is_ok_and(|(state, snapshot)| is_near(constraints, (&self.here, &self.here_snapshot), (state, snapshot)));
-        if !near {
+        let next = place(constraints, mode, &self.stretch, &self.here, next_at, &self.com_ends, &mut self.next_snapshot);
+        let bound = next.as_ref().ok().and_then(|state| self.bound_of_step(constraints, state));
+        let Some(bound) = bound else {
             self.step *= 0.5;
             if self.step < STEP_MIN {
                 return Err(next.err().unwrap_or(Rejection::Discontinuous));
             }
             return Ok(Progress::Nearer);
-        }
-        let (state, snapshot) = next?;
-        constraints.check(mode, &snapshot, feet)?;
-        let ends = [(&self.here.configuration, &self.here_snapshot), (&state.configuration, &snapshot)];
-        constraints.check_between(mode, ends, feet, &mut 0)?;
-        (self.here, self.here_snapshot, self.at) = (state, snapshot, next_at);
+        };
+        let state = next?;
+        constraints.check(mode, &self.next_snapshot, feet)?;
+        let ends = [&self.here.configuration, &state.configuration];
+        constraints.check_between(mode, ends, bound, feet, &mut self.between_snapshot, &mut 0)?;
+        std::mem::swap(&mut self.here_snapshot, &mut self.next_snapshot);
+        (self.here, self.at) = (state, next_at);
         self.step = (self.step * 1.5).min(1.0 - self.at).max(STEP_MIN);
         Ok(if self.at < 1.0 { Progress::Waypoint } else { Progress::Arrived })
+    }
+
+    /// How far any point moves on the way to the next waypoint (m), if that and every joint's way is short enough for one step.
+    fn bound_of_step(&self, constraints: &Constraints, next: &State) -> Option<f64> {
+        let joints = self.here.configuration.q.iter().zip(&next.configuration.q);
+        let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        let config = &constraints.config;
+        let bound = constraints.collision.motion_bound(&self.here_snapshot, &self.next_snapshot);
+        (joint_step <= config.waypoint_joint_step && bound <= WAYPOINT_COLLISION_STEPS * config.collision_step).then_some(bound)
     }
 }
 
@@ -143,25 +167,16 @@ fn first_step(stretch: &Stretch) -> f64 {
     (0.03 / length.max(1e-6)).clamp(STEP_MIN, 1.0)
 }
 
-fn is_near(constraints: &Constraints, a: (&State, &Snapshot), b: (&State, &Snapshot)) -> bool {
-    let joints = a.0.configuration.q.iter().zip(&b.0.configuration.q);
-    let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
-    let config = &constraints.config;
-    joint_step <= config.waypoint_joint_step
-        && constraints.collision.motion_bound(&a.1.world_from_links, &b.1.world_from_links)
-            <= WAYPOINT_COLLISION_STEPS * config.collision_step
-}
-
 /// The same state with its legs brought to its soles and the centre of mass brought back inside the support region.
 ///
 /// # Errors
 /// The legs do not reach, or the shifts do not converge.
 pub fn place_at(constraints: &Constraints, mode: &Mode, wished: &State) -> Result<State, Rejection> {
     let stretch = Stretch { from: *wished, to: *wished, exact: false, swing: Swing::Straight, swing_foot: FootState::Free };
-    place(constraints, mode, &stretch, wished, 1.0, &[DVec3::ZERO; 2]).map(|(state, _)| state)
+    place(constraints, mode, &stretch, wished, 1.0, &[DVec3::ZERO; 2], &mut Snapshot::default())
 }
 
-/// The state at `t` along a stretch; at its end the wished-for state itself.
+/// The state at `t` along a stretch, and its snapshot; at its end the wished-for state itself.
 fn place(
     constraints: &Constraints,
     mode: &Mode,
@@ -169,10 +184,12 @@ fn place(
     here: &State,
     t: f64,
     com_ends: &[DVec3; 2],
-) -> Result<(State, Snapshot), Rejection> {
+    snapshot: &mut Snapshot,
+) -> Result<State, Rejection> {
     let body = &constraints.body;
     if t >= 1.0 && stretch.exact {
-        return Ok((stretch.to, body.snapshot(&stretch.to.configuration)));
+        body.snapshot_into(&stretch.to.configuration, snapshot);
+        return Ok(stretch.to);
     }
     let mut state = *here;
     for limb in (0..2).filter(|&limb| !mode.stands(limb)) {
@@ -193,11 +210,11 @@ fn place(
         if !body.place_soles(&mut state.configuration, &state.world_from_soles) {
             return Err(Rejection::Unreachable);
         }
-        let snapshot = body.snapshot(&state.configuration);
+        body.snapshot_into(&state.configuration, snapshot);
         let com = snapshot.com.truncate();
         let error = if stretch.exact { course_com - com } else { mode.region.nearest_inside(com, com_depth) - com };
         if error.length() <= COM_COURSE_TOLERANCE {
-            return Ok((state, snapshot));
+            return Ok(state);
         }
         state.configuration.world_from_root.translation += error.extend(0.0);
     }

@@ -8,12 +8,13 @@ use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy, wrap_angle, yaw_of};
 
-use crate::body::{Body, Configuration, Snapshot};
+use crate::body::{Body, Configuration};
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::foothold::Foothold;
 use crate::random::{Random, Stream};
 use crate::region::Region;
+use crate::snapshot::Snapshot;
 
 /// Fixed-point shifts of the root that bring the centre of mass over its target.
 const COM_SHIFTS_MAX: usize = 8;
@@ -100,6 +101,7 @@ pub fn settle(
     let mut configuration =
         Configuration { world_from_root: Pose::from_parts(posture.com.extend(0.0), posture.world_from_root), q: start_q };
     let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
+    let mut snapshot = Snapshot::default();
     for _ in 0..COM_SHIFTS_MAX {
         *work += 1;
         let height = body.root_height(&configuration.world_from_root, world_from_soles, shares);
@@ -107,7 +109,7 @@ pub fn settle(
         if !body.place_soles(&mut configuration, world_from_soles) {
             return Err(Rejection::Unreachable);
         }
-        let snapshot = body.snapshot(&configuration);
+        body.snapshot_into(&configuration, &mut snapshot);
         let error = posture.com - snapshot.com.truncate();
         if error.length() < COM_TOLERANCE {
             return Ok((configuration, snapshot));

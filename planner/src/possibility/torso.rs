@@ -39,7 +39,8 @@ impl Torso {
     /// Compiles the upper body of a robot.
     pub fn new(model: &RobotModel, body: &Body) -> Self {
         let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: body.standing_q };
-        let root_from_links = body.snapshot(&at_origin).world_from_links[..model.links.len()].to_vec();
+        let standing = body.snapshot(&at_origin);
+        let root_from_links: Vec<Pose> = (0..model.links.len()).map(|link| body.world_from_link(&standing, link)).collect();
         let mut is_core = vec![true; model.links.len()];
         let mut is_upper = vec![true; model.links.len()];
         for (index, link) in model.links.iter().enumerate() {

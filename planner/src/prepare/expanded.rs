@@ -10,11 +10,12 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 
-use crate::body::Snapshot;
+use crate::body::Body;
 use crate::collision::bvh::Aabb;
 use crate::motion::primitive::gait::SPLIT;
 use crate::motion::primitive::path::ACROSS;
 use crate::motion::primitive::stand::Stand;
+use crate::snapshot::Snapshot;
 
 /// The longest slice of a link's bounding box, m.
 const SLICE_MAX: f64 = 0.06;
@@ -134,11 +135,18 @@ impl Fitting {
 
     /// Grows around a configuration of a primitive over two stands, by limb; `swing` is where the swing foot is. `false`
     /// where something is below the split that belongs to no column.
-    pub fn add(&mut self, slices: &[Slice], snapshot: &Snapshot, stands: &[Stand; 2], swing: &Stand, phase: Phase) -> bool {
+    pub fn add(
+        &mut self,
+        slices: &[Slice],
+        (body, snapshot): (&Body, &Snapshot),
+        stands: &[Stand; 2],
+        swing: &Stand,
+        phase: Phase,
+    ) -> bool {
         let split = split_height(stands);
         let frames = Frames::new(stands, swing, phase, split);
         slices.iter().all(|slice| {
-            let world_from_slice = snapshot.world_from_links[slice.link] * slice.link_from_slice;
+            let world_from_slice = body.world_from_link(snapshot, slice.link) * slice.link_from_slice;
             let within = |world_from_frame: &Pose| bounds_in(world_from_frame, &world_from_slice, &slice.bounds);
             let rests = |limb: usize| match phase {
                 Phase::Place { stance, landing, .. } => limb == stance || landing,

@@ -13,7 +13,7 @@ use surefoot_shared_types::spatial::rotation_about;
 
 use super::BuildError;
 use super::expanded::{Fitting, Owner, Phase, Slice, slices};
-use crate::body::{Body, Snapshot};
+use crate::body::Body;
 use crate::collision::bvh::Aabb;
 use crate::collision::{CollisionModel, FootState};
 use crate::constraint::{Constraints, Mode};
@@ -24,6 +24,7 @@ use crate::motion::primitive::stand::{PairOffset, Stand};
 use crate::motion::primitive::{foot_state, with_legs};
 use crate::motion::track::State;
 use crate::random::{Random, Stream};
+use crate::snapshot::Snapshot;
 
 /// What is kept beyond a plan's clearance, m.
 const CLEARANCE_SLACK: f64 = 0.006;
@@ -130,7 +131,7 @@ impl Probe {
                 feet[1 - stance] = foot_state(stretch);
                 let phase = Phase::Place { stance, stretch, landing: stretch == LANDING };
                 let swing = Stand::of(leg, &state.world_from_soles[1 - stance]);
-                self.admits(&mode, &snapshot, feet) && fitting.add(&self.slices, &snapshot, stands, &swing, phase)
+                self.admits(&mode, &snapshot, feet) && fitting.add(&self.slices, (self.body(), &snapshot), stands, &swing, phase)
             })
         })
     }
@@ -148,7 +149,7 @@ impl Probe {
             seed = state;
             let snapshot = body.snapshot(&state.configuration);
             self.admits(&mode, &snapshot, [FootState::Stance; 2])
-                && fitting.add(&self.slices, &snapshot, stands, &stands[0], Phase::Shift { share })
+                && fitting.add(&self.slices, (body, &snapshot), stands, &stands[0], Phase::Shift { share })
         })
     }
 

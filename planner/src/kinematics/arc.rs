@@ -1,0 +1,116 @@
+//! Turns about an axis as sine and cosine, and arcs of them: what a joint's limits admit, told without taking the angle.
+
+use glam::DVec3;
+
+/// How far beyond its limits (as a difference of cosines) an arc still says "perhaps".
+const DOUBT: f64 = 1e-9;
+
+/// The sine and cosine of an angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    /// Its sine.
+    pub sin: f64,
+    /// Its cosine.
+    pub cos: f64,
+}
+
+impl Turn {
+    /// The turn between 0 and pi with this cosine (-1 to 1).
+    pub fn of_cosine(cos: f64) -> Self {
+        Self { sin: ((1.0 - cos) * (1.0 + cos)).sqrt(), cos }
+    }
+
+    /// Its angle, -pi to pi.
+    pub fn angle(self) -> f64 {
+        libm::atan2(self.sin, self.cos)
+    }
+
+    /// The turn whose sine and cosine are in proportion to these.
+    pub fn in_proportion(sin: f64, cos: f64) -> Self {
+        let scale = 1.0 / (sin * sin + cos * cos).sqrt();
+        Self { sin: sin * scale, cos: cos * scale }
+    }
+
+    /// Both turns, one after the other.
+    pub fn then(self, other: Self) -> Self {
+        Self { sin: self.sin * other.cos + self.cos * other.sin, cos: self.cos * other.cos - self.sin * other.sin }
+    }
+
+    /// The turn back.
+    pub fn back(self) -> Self {
+        Self { sin: -self.sin, ..self }
+    }
+
+    /// Half a turn more.
+    pub fn opposite(self) -> Self {
+        Self { sin: -self.sin, cos: -self.cos }
+    }
+
+    /// Half a turn less this one.
+    pub fn mirrored(self) -> Self {
+        Self { cos: -self.cos, ..self }
+    }
+
+    /// A vector turned about x.
+    pub fn about_x(self, v: DVec3) -> DVec3 {
+        DVec3::new(v.x, self.cos * v.y - self.sin * v.z, self.sin * v.y + self.cos * v.z)
+    }
+
+    /// A vector turned about y.
+    pub fn about_y(self, v: DVec3) -> DVec3 {
+        DVec3::new(self.cos * v.x + self.sin * v.z, v.y, self.cos * v.z - self.sin * v.x)
+    }
+}
+
+/// The angles between two limits.
+#[derive(Debug, Clone, Copy)]
+pub struct Arc {
+    middle: Turn,
+    /// The cosine of half the arc, or less than any cosine where it is a full turn.
+    cos_half: f64,
+}
+
+impl Arc {
+    /// The arc between two limits (rad), in either order.
+    pub fn of_limits(a: f64, b: f64) -> Self {
+        let (sin, cos) = libm::sincos(0.5 * (a + b));
+        let half = 0.5 * (a - b).abs();
+        let cos_half = if half < std::f64::consts::PI { libm::cos(half) } else { -2.0 };
+        Self { middle: Turn { sin, cos }, cos_half }
+    }
+
+    /// Whether a turn's angle may lie within the arc; `false` is certain, but for rounding far smaller than any margin. Never
+    /// for a turn that is no number.
+    pub fn may_hold(&self, turn: Turn) -> bool {
+        turn.cos * self.middle.cos + turn.sin * self.middle.sin >= self.cos_half - DOUBT
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_arc_holds_what_lies_between_its_limits() {
+        for (lower, upper) in [(-0.4, 1.2), (2.5, 3.1), (-3.0, 3.0), (-4.0, 4.0)] {
+            for step in -31..=31 {
+                let angle = 0.1 * f64::from(step) + 0.003;
+                let (sin, cos) = libm::sincos(angle);
+                let turn = Turn::in_proportion(0.3 * sin, 0.3 * cos);
+                assert_eq!(Arc::of_limits(upper, lower).may_hold(turn), (lower..=upper).contains(&angle), "{angle}");
+            }
+        }
+        assert!(!Arc::of_limits(-4.0, 4.0).may_hold(Turn { sin: f64::NAN, cos: 0.0 }));
+    }
+
+    #[test]
+    fn turns_follow_the_angles() {
+        let turn = |angle: f64| Turn { sin: libm::sin(angle), cos: libm::cos(angle) };
+        for (a, b) in [(0.3, 1.1), (-2.0, 0.7), (1.4, -0.2)] {
+            assert!((turn(a).then(turn(b)).angle() - (a + b)).abs() < 1e-12);
+            assert!((turn(a).then(turn(b).back()).angle() - (a - b)).abs() < 1e-12);
+            assert!((Turn::of_cosine(libm::cos(a)).angle() - a.abs()).abs() < 1e-12);
+            assert!((turn(a).opposite().then(turn(-a)).cos + 1.0).abs() < 1e-12);
+        }
+    }
+}

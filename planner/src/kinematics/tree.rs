@@ -1,0 +1,181 @@
+//! The robot as the search moves it: one node to each link that moves, with all that is fixed to it, in the root's frame. First
+//! stand the nodes that no leg moves, the held ones; they keep their places as long as their own joints do.
+
+use glam::{DAffine3, DMat3, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::limits::JOINTS_MAX;
+use surefoot_shared_types::robot::{JointIndex, JointKind, RobotModel};
+
+/// The root and one node to each joint.
+pub const NODES_MAX: usize = JOINTS_MAX + 1;
+
+/// The tree of nodes, parents first. Node 0 is the root.
+#[derive(Debug, Clone)]
+pub struct Tree {
+    nodes: Vec<Node>,
+    held_len: usize,
+    of_links: Vec<(usize, Pose)>,
+}
+
+/// A link that moves against its parent, or the root, and what is fixed to it.
+#[derive(Debug, Clone)]
+pub struct Node {
+    /// The link.
+    pub link: usize,
+    /// The node that it moves against; its own for the root.
+    pub parent: usize,
+    /// The joint that moves it; none for the root.
+    pub joint: Option<JointIndex>,
+    /// Mass of the link and of what is fixed to it, kg.
+    pub mass: f64,
+    /// Their centre of mass in the link's frame; the origin where they have no mass.
+    pub com: DVec3,
+    parent_from_joint: DAffine3,
+    /// Whether the joint's frame is turned against the parent's.
+    is_turned: bool,
+    motion: Motion,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Motion {
+    TurnAboutX(f64),
+    TurnAboutY(f64),
+    TurnAboutZ(f64),
+    Turn(DVec3),
+    Slide(DVec3),
+}
+
+impl Tree {
+    /// Compiles a robot.
+    pub fn new(model: &RobotModel) -> Self {
+        let legs: Vec<_> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
+        let is_held = |link: usize| model.chain(link).iter().all(|joint| !legs.contains(joint));
+        let moves = |link: &usize| model.links[*link].parent.as_ref().is_none_or(|at| at.joint.is_some());
+        let mut order: Vec<usize> = (0..model.links.len()).filter(moves).collect();
+        order.sort_by_key(|&link| !is_held(link));
+        let mut of_links = vec![(0, Pose::IDENTITY); model.links.len()];
+        for (index, link) in model.links.iter().enumerate() {
+            of_links[index] = match &link.parent {
+                Some(at) if at.joint.is_none() => {
+                    let (node, node_from_parent): (usize, Pose) = of_links[at.parent];
+                    (node, node_from_parent * at.parent_from_joint)
+                }
+                _ => (order.iter().position(|&moving| moving == index).unwrap_or(0), Pose::IDENTITY),
+            };
+        }
+        let nodes = order.iter().map(|&link| Node::new(model, link, &of_links)).collect();
+        Self { nodes, held_len: order.iter().filter(|&&link| is_held(link)).count(), of_links }
+    }
+
+    /// The nodes.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// How many of them are held; they stand first.
+    pub fn held_len(&self) -> usize {
+        self.held_len
+    }
+
+    /// The node of a link, and the link's pose in its frame.
+    pub fn of_link(&self, link: usize) -> (usize, Pose) {
+        self.of_links[link]
+    }
+
+    /// The joints of the held nodes.
+    pub fn held_joints(&self) -> impl Iterator<Item = JointIndex> + '_ {
+        self.nodes[..self.held_len].iter().filter_map(|node| node.joint)
+    }
+
+    /// Places a range of nodes in the root's frame; those before them are placed.
+    pub fn place(&self, range: std::ops::Range<usize>, q: &[f64], root_from_nodes: &mut [DAffine3]) {
+        for index in range {
+            let node = &self.nodes[index];
+            root_from_nodes[index] = match node.joint {
+                Some(joint) => node.after(&root_from_nodes[node.parent], q[joint]),
+                None => DAffine3::IDENTITY,
+            };
+        }
+    }
+
+    /// The first mass moment (kg m) of a range of nodes in the root's frame.
+    pub fn moment(&self, range: std::ops::Range<usize>, root_from_nodes: &[DAffine3]) -> DVec3 {
+        let placed = self.nodes[range.clone()].iter().zip(&root_from_nodes[range]);
+        placed.map(|(node, frame)| frame.transform_point3(node.com) * node.mass).sum()
+    }
+}
+
+impl Node {
+    fn new(model: &RobotModel, link: usize, of_links: &[(usize, Pose)]) -> Self {
+        let (mut mass, mut moment) = (0.0, DVec3::ZERO);
+        let node = of_links[link].0;
+        for (part, (_, node_from_part)) in model.links.iter().zip(of_links).filter(|(_, (of, _))| *of == node) {
+            mass += part.mass;
+            moment += (*node_from_part * part.com) * part.mass;
+        }
+        let com = if mass > 0.0 { moment / mass } else { DVec3::ZERO };
+        let root = Self {
+            link,
+            parent: 0,
+            joint: None,
+            mass,
+            com,
+            parent_from_joint: DAffine3::IDENTITY,
+            is_turned: false,
+            motion: Motion::Slide(DVec3::ZERO),
+        };
+        let Some(at) = &model.links[link].parent else { return root };
+        let (parent, node_from_parent) = of_links[at.parent];
+        let parent_from_joint = node_from_parent * at.parent_from_joint;
+        let motion = at.joint.map_or(root.motion, |joint| Motion::new(model.joints[joint].kind, model.joints[joint].axis));
+        let is_turned = parent_from_joint.rotation != glam::DQuat::IDENTITY;
+        Self { parent, joint: at.joint, parent_from_joint: affine(&parent_from_joint), is_turned, motion, ..root }
+    }
+
+    /// This node's frame where its parent's is `parent` and its joint stands at `q`.
+    fn after(&self, parent: &DAffine3, q: f64) -> DAffine3 {
+        let translation = parent.matrix3 * self.parent_from_joint.translation + parent.translation;
+        let r = if self.is_turned { parent.matrix3 * self.parent_from_joint.matrix3 } else { parent.matrix3 };
+        let turned = |sign: f64| libm::sincos(sign * q);
+        let matrix3 = match self.motion {
+            Motion::TurnAboutX(sign) => {
+                let (s, c) = turned(sign);
+                DMat3::from_cols(r.x_axis, c * r.y_axis + s * r.z_axis, c * r.z_axis - s * r.y_axis)
+            }
+            Motion::TurnAboutY(sign) => {
+                let (s, c) = turned(sign);
+                DMat3::from_cols(c * r.x_axis - s * r.z_axis, r.y_axis, c * r.z_axis + s * r.x_axis)
+            }
+            Motion::TurnAboutZ(sign) => {
+                let (s, c) = turned(sign);
+                DMat3::from_cols(c * r.x_axis + s * r.y_axis, c * r.y_axis - s * r.x_axis, r.z_axis)
+            }
+            Motion::Turn(axis) => r * DMat3::from_quat(surefoot_shared_types::spatial::rotation_about(axis, q)),
+            Motion::Slide(axis) => return DAffine3 { matrix3: r, translation: translation + r * (axis * q) },
+        };
+        DAffine3 { matrix3, translation }
+    }
+}
+
+impl Motion {
+    fn new(kind: JointKind, axis: DVec3) -> Self {
+        let is_along = |wanted: DVec3| axis == wanted || axis == -wanted;
+        match kind {
+            JointKind::Prismatic => Self::Slide(axis),
+            JointKind::Revolute if is_along(DVec3::X) => Self::TurnAboutX(axis.x),
+            JointKind::Revolute if is_along(DVec3::Y) => Self::TurnAboutY(axis.y),
+            JointKind::Revolute if is_along(DVec3::Z) => Self::TurnAboutZ(axis.z),
+            JointKind::Revolute => Self::Turn(axis),
+        }
+    }
+}
+
+/// A pose as a matrix.
+pub fn affine(pose: &Pose) -> DAffine3 {
+    DAffine3 { matrix3: DMat3::from_quat(pose.rotation), translation: pose.translation }
+}
+
+/// A rotation matrix and a translation as a pose.
+pub fn pose(affine: &DAffine3) -> Pose {
+    Pose::from_parts(affine.translation, glam::DQuat::from_mat3(&affine.matrix3))
+}
