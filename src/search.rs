@@ -8,11 +8,12 @@ use crate::failure::Failure;
 use crate::line::{Line, Planned, Searching};
 use crate::signals;
 
-/// Looks at clock and signals that a whole budget is cut into. Without influence on the plan. Few enough that entering the
-/// planner's thread pool never makes its queue grow.
-const LOOKS: u64 = 50;
-/// Most work units between two looks: a second or two.
-const WORK_PER_STEP_MAX: u64 = 400_000;
+/// Fewest work units between two looks at clock and signals: a fraction of a second. How often it looks has no influence on
+/// the plan.
+const WORK_PER_STEP_MIN: u64 = 20_000;
+/// A long search looks again after this share of what it has spent: so seldom that entering the planner's thread pool does not
+/// make its queue grow.
+const SHARE_PER_STEP: u64 = 16;
 /// Time between two words about the search, s.
 const TELL_EVERY_SECONDS: f64 = 0.1;
 
@@ -40,7 +41,7 @@ pub fn run_until(
     let mut told_at = 0.0;
     loop {
         let before = allocations::count();
-        let status = planner.step(work_max.div_ceil(LOOKS).min(WORK_PER_STEP_MAX));
+        let status = planner.step((planner.tally().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN));
         allocations += allocations::count() - before;
         if let Status::Done(outcome) = status {
             return Ok(Some(planned(planner, &outcome, watch.seconds(), allocations)));

@@ -38,13 +38,25 @@ pub struct ChunkBuilder {
     epoch: u64,
     time: f64,
     waypoints: u64,
+    /// The digest of the chunks that are sealed.
+    stream: Digest,
+    sealed: usize,
 }
 
 impl ChunkBuilder {
     /// An arena for plans of `waypoints_max` waypoints.
     pub fn new(waypoints_max: usize, provenance: Provenance) -> Self {
         let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 8;
-        Self { chunks: Vec::with_capacity(chunks_max), provenance, plan_id: 1, epoch: 0, time: 0.0, waypoints: 0 }
+        Self {
+            chunks: Vec::with_capacity(chunks_max),
+            provenance,
+            plan_id: 1,
+            epoch: 0,
+            time: 0.0,
+            waypoints: 0,
+            stream: Digest::default(),
+            sealed: 0,
+        }
     }
 
     /// Sets which plan of its session the chunks belong to, and how often it was planned again; at first plan 1, epoch 0.
@@ -90,17 +102,18 @@ impl ChunkBuilder {
         Ok(())
     }
 
-    /// Marks the ends of the plan and seals the stream: sequence numbers, flags and digests. Answers the digest of the whole.
-    pub fn finish(&mut self) -> Digest {
-        let last = self.chunks.len().saturating_sub(1);
-        let mut stream = Digest::default();
-        for (index, chunk) in self.chunks.iter_mut().enumerate() {
+    /// Seals the next chunk of a plan that is complete: sequence number, flags and digest. Answers the digest of the whole after
+    /// the last one.
+    pub fn seal(&mut self) -> Option<Digest> {
+        let (index, count) = (self.sealed, self.chunks.len());
+        if let Some(chunk) = self.chunks.get_mut(index) {
             chunk.sequence = index as u64;
-            chunk.flags = if index == 0 { FLAG_FIRST } else { 0 } | if index == last { FLAG_LAST } else { 0 };
-            chunk.stream = stream;
-            stream = chunk.stream_after();
+            chunk.flags = if index == 0 { FLAG_FIRST } else { 0 } | if index + 1 == count { FLAG_LAST } else { 0 };
+            chunk.stream = self.stream;
+            self.stream = chunk.stream_after();
+            self.sealed += 1;
         }
-        stream
+        (self.sealed == count).then_some(self.stream)
     }
 
     fn push_chunk(

@@ -11,6 +11,7 @@
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
 //! Sample    configurations for its transitions           [Grey 4.4.2]
 //! Move      motions within its modes                     [Grey 4.4.3]
+//! Assemble  chunks out of the motions
 //! ```
 //!
 //! A sequence that cannot be completed has become dearer, so the next one is another; where the sequences grow too dear or
@@ -41,7 +42,7 @@ use crate::constraint::{Constraints, Rejection};
 use crate::ends::{foothold_at, stand_as, stand_on};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
-use crate::motion::roadmap::{Boundary, Roadmap, Shared};
+use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
 use crate::motion::round::Round;
 use crate::motion::sequence::{Purpose, SequenceSearch};
 use crate::outcome::{Bound, Outcome, Status};
@@ -84,10 +85,17 @@ enum Phase {
     Sequence { purpose: Purpose, begun: bool },
     Sample { next: usize, failed: bool },
     Move { next: usize, failed: bool },
+    Assemble { next: usize },
+    Seal,
     Over(Outcome),
 }
 
 impl Phase {
+    /// Whether the phase counts its own units of work; a piece of any other is one unit.
+    fn counts(&self) -> bool {
+        matches!(self, Self::Sequence { .. } | Self::Sample { .. } | Self::Move { .. })
+    }
+
     fn stage(&self) -> Stage {
         match self {
             Self::Ends => Stage::Ends,
@@ -97,6 +105,7 @@ impl Phase {
             Self::Sequence { .. } => Stage::Sequence,
             Self::Sample { .. } => Stage::Sample,
             Self::Move { .. } => Stage::Move,
+            Self::Assemble { .. } | Self::Seal => Stage::Assemble,
             Self::Over(_) => Stage::Over,
         }
     }
@@ -239,6 +248,9 @@ impl Planner {
                 return Status::Done(outcome);
             }
             let (stage, before) = (self.phase.stage(), self.tally.work);
+            if !self.phase.counts() {
+                self.tally.work += 1;
+            }
             self.phase = self.advance(until - before).unwrap_or_else(|full| Phase::Over(Outcome::ArenaFull(full)));
             self.tally.work_by_stage[stage as usize] += self.tally.work - before;
         }
@@ -310,12 +322,13 @@ impl Planner {
             Phase::Sequence { purpose, begun } => self.find_sequence(purpose, begun, budget),
             Phase::Sample { next, failed } => self.sample(next, failed, budget),
             Phase::Move { next, failed } => self.plan_motions(next, failed, budget),
+            Phase::Assemble { next } => self.assemble(next),
+            Phase::Seal => Ok(self.seal()),
             Phase::Over(_) => Ok(self.phase),
         }
     }
 
     fn stand_on_ends(&mut self) -> Result<Phase, ArenaFull> {
-        self.tally.work += 64;
         let goal_is_start = self.standing.is_none() && self.start_is_goal();
         let (constraints, surfaces, scratch) = (&self.shared.constraints, &self.surfaces, &mut self.scratch);
         let started = match &self.standing {
@@ -362,7 +375,7 @@ impl Planner {
             seed: self.scenario.seed,
             feet_apart: self.scenario.start.feet_apart,
         };
-        match self.growth.advance(&context, &mut self.scratch, &mut self.tally.work) {
+        match self.growth.advance(&context, &mut self.scratch, &mut 0) {
             Progress::Growing => return Phase::Route,
             Progress::Route => {}
             Progress::Exhausted if self.tally.routes == 0 => self.growth.go_straight(),
@@ -389,7 +402,7 @@ impl Planner {
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        let (graph, scratch, work) = (&mut self.roadmap.graph, &mut self.scratch, &mut self.tally.work);
+        let (graph, scratch, work) = (&mut self.roadmap.graph, &mut self.scratch, &mut 0);
         let (station, limb) = (next / 2, next % 2);
         if !self.focus.wants(station) {
             return Ok(Phase::Seed { next: next + 1 });
@@ -407,11 +420,12 @@ impl Planner {
 
     fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
         if next as usize == self.roadmap.graph.footholds().len() {
-            self.find_nearest_stations();
-            return Ok(Phase::Sequence { purpose: Purpose::Find, begun: false });
+            let is_located = self.locate_next();
+            let located = Phase::Sequence { purpose: Purpose::Find, begun: false };
+            return Ok(if is_located { Phase::Connect { next } } else { located });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        seeding.connect(next, self.step_max(), &mut self.roadmap.graph, &mut self.tally.work)?;
+        seeding.connect(next, self.step_max(), &mut self.roadmap.graph, &mut 0)?;
         self.roadmap.graph.mark_connected(next);
         Ok(Phase::Connect { next: next + 1 })
     }
@@ -422,10 +436,18 @@ impl Planner {
         left.reach().max(right.reach()) + left.hip().distance(right.hip())
     }
 
-    fn finish(&mut self) -> Result<Phase, ArenaFull> {
-        self.roadmap.assemble(&self.walk, &mut self.chunks)?;
-        self.digest = self.chunks.finish();
-        Ok(Phase::Over(Outcome::Found))
+    /// Hands one motion of the walk to the chunk builder.
+    fn assemble(&mut self, next: usize) -> Result<Phase, ArenaFull> {
+        let Some(&[from, to]) = self.walk.get(next..next + 2).and_then(|pair| pair.first_chunk()) else { return Ok(Phase::Seal) };
+        self.roadmap.assemble(Hop { from, to }, &mut self.chunks)?;
+        Ok(Phase::Assemble { next: next + 1 })
+    }
+
+    /// Seals one chunk of the plan.
+    fn seal(&mut self) -> Phase {
+        let Some(digest) = self.chunks.seal() else { return Phase::Seal };
+        self.digest = digest;
+        Phase::Over(Outcome::Found)
     }
 }
 

@@ -16,15 +16,17 @@ pub enum Stage {
     Sequence,
     /// Transitions get configurations.
     Sample,
-    /// Hops get motions; the last of them also assembles the plan.
+    /// Hops get motions.
     Move,
+    /// The plan's chunks are put together.
+    Assemble,
     /// The search is over.
     Over,
 }
 
 impl Stage {
     /// How many stages do work.
-    pub const COUNT: usize = 7;
+    pub const COUNT: usize = 8;
     /// Their names in reports, by discriminant.
-    pub const WORDS: [&'static str; Self::COUNT] = ["ends", "route", "seed", "connect", "sequence", "sample", "move"];
+    pub const WORDS: [&'static str; Self::COUNT] = ["ends", "route", "seed", "connect", "sequence", "sample", "move", "assemble"];
 }

@@ -54,7 +54,7 @@ fn the_size_of_steps_changes_nothing() {
 
 #[test]
 fn an_unsuccessful_search_can_be_made_again() {
-    let case = Case::shipped("no_way_wall").configured(|planner| planner.work_max = 30_000);
+    let case = Case::shipped("no_way_wall").configured(|planner| planner.work_max = 8_000);
     let search = |threads, step| {
         let mut planner = case.planner(threads);
         (run(&mut planner, step), planner.tally())

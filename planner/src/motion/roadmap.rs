@@ -231,19 +231,15 @@ impl Roadmap {
         !self.graph.transitions()[to as usize].is_found() || record.motion.is_none() && record.failures > 0
     }
 
-    /// Hands the motions along a complete walk to the chunk builder: transitions and the nodes of boundaries, in order.
+    /// Hands the motion of a hop to the chunk builder.
     ///
     /// # Errors
     /// The chunk arena is full.
-    pub fn assemble(&self, walk: &[TransitionId], chunks: &mut ChunkBuilder) -> Result<(), ArenaFull> {
-        for hop in walk.windows(2).map(|pair| Hop { from: pair[0], to: pair[1] }) {
-            let Some((first, count)) = self.edges.get(hop.from, hop.to).motion else { continue };
-            let track = &self.waypoints[first as usize..(first + count) as usize];
-            let from = self.state(hop.from);
-            let (support, stance) = self.stance(hop);
-            chunks.append(support, &stance, &from.configuration, track)?;
-        }
-        Ok(())
+    pub fn assemble(&self, hop: Hop, chunks: &mut ChunkBuilder) -> Result<(), ArenaFull> {
+        let Some((first, count)) = self.edges.get(hop.from, hop.to).motion else { return Ok(()) };
+        let track = &self.waypoints[first as usize..(first + count) as usize];
+        let (support, stance) = self.stance(hop);
+        chunks.append(support, &stance, &self.state(hop.from).configuration, track)
     }
 
     fn stance(&self, hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {

@@ -107,20 +107,19 @@ impl Planner {
             self.cuts.push(GOAL, stations - 1);
             return Ok(Phase::Seed { next: 0 });
         }
-        self.tally.work += 8;
         let Some(boundary) = self.stand_at(station)? else { return Ok(Phase::Cut { station: station + 1 }) };
         let boundary = self.roadmap.add_boundary(boundary)?;
         self.cuts.push(boundary, station);
         Ok(Phase::Cut { station: station + SEGMENT_STATIONS })
     }
 
-    /// Finds the nearest station of each placement that is new, or of all after the route has changed.
-    pub(super) fn find_nearest_stations(&mut self) {
-        let route = self.growth.route();
-        for foothold in &self.roadmap.graph.footholds()[self.nearest_stations.len()..] {
-            self.nearest_stations.push(nearest_station(route, foothold.world_from_sole.translation) as u32);
-            self.tally.work += 1;
-        }
+    /// Finds the nearest station of the next placement that is new; of all, one by one, after the route has changed. `false` when
+    /// each has one.
+    pub(super) fn locate_next(&mut self) -> bool {
+        let next = self.roadmap.graph.footholds().get(self.nearest_stations.len());
+        let station = next.map(|foothold| nearest_station(self.growth.route(), foothold.world_from_sole.translation));
+        self.nearest_stations.extend(station.map(|station| station as u32));
+        station.is_some()
     }
 
     /// Stands the robot at a station where the ground is even and wide, and so it is before and after it.
@@ -155,6 +154,6 @@ impl Planner {
         self.walk.push(boundary_node(to));
         self.trouble = Trouble::default();
         self.route_sweeps = 1;
-        if self.cuts.next() { Ok(Phase::Sequence { purpose: Purpose::Find, begun: false }) } else { self.finish() }
+        if self.cuts.next() { Ok(Phase::Sequence { purpose: Purpose::Find, begun: false }) } else { Ok(Phase::Assemble { next: 0 }) }
     }
 }

@@ -4,7 +4,8 @@
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlannerConfig {
-    /// Work units the whole plan may use (one unit is about one whole-body configuration check).
+    /// Work units the whole plan may use; a unit is the least that the search advances by, some ten microseconds on the average
+    /// (`surefoot bench steps` measures each kind).
     pub work_max: u64,
     /// Most stations in each tree of stage P.
     pub stations_max: u32,
@@ -40,7 +41,7 @@ pub struct PlannerConfig {
 impl Default for PlannerConfig {
     fn default() -> Self {
         Self {
-            work_max: 20_000_000,
+            work_max: 4_000_000,
             stations_max: 8_192,
             footholds_max: 32_768,
             transitions_max: 1_048_576,
