@@ -177,9 +177,9 @@ fn steps_reports_times_and_units_of_every_stage() {
     let [p50, p95, p99, max] = ["p50", "p95", "p99", "max"].map(|name| row[format!("{name}_seconds")].as_f64().unwrap());
     assert!(0.0 < p50 && p50 <= p95 && p95 <= p99 && p99 <= max, "{row}");
     assert!(row["steps"].as_u64().unwrap() > 1);
-    assert_eq!(row["max_work"].as_u64().unwrap().saturating_sub(row["step_work"].as_u64().unwrap()), row["overrun_work"].as_u64().unwrap());
+    assert!(row["max_work"].as_u64() <= row["step_work"].as_u64() && row["overrun_work"] == 0, "{row}");
     let stages = row["stages"].as_array().unwrap();
-    assert_eq!(stages.len(), 7);
+    assert_eq!(stages.len(), 8);
     assert!(stages.iter().all(|stage| stage["longest_seconds"].as_f64() <= stage["seconds"].as_f64()));
     assert_bad_input(&Room::new("").bench("steps", &["--core", "9999"]), "--core 9999");
 }
