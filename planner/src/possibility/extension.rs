@@ -3,6 +3,7 @@
 use super::stance::{Context, Stance, Wish};
 use super::station::Station;
 use crate::foot_placement::Scratch;
+use crate::kinematics::Leg;
 
 /// Strides that are tried, as multiples of the station spacing: farther ones lead across gaps.
 const STRIDES: [f64; 3] = [1.0, 1.8, 2.6];
@@ -10,8 +11,8 @@ const STRIDES: [f64; 3] = [1.0, 1.8, 2.6];
 const PROGRESS_MIN: f64 = 0.25;
 /// Within this many station spacings of the target the branch may join it.
 const JOINING_SPACINGS: f64 = 1.3;
-/// The largest difference in height that a branch joins across, m.
-const JOINING_HEIGHT_MAX: f64 = 0.4;
+/// The largest difference in height between two stations as shares of a leg's reach, C_S demanded and not: what one step climbs.
+const CLIMB_MAX: [f64; 2] = [0.4, 0.55];
 /// The largest turn with which a branch joins, rad.
 const JOINING_TURN_MAX: f64 = 0.5;
 /// A turn in place may move the station by this much aside, m.
@@ -65,16 +66,22 @@ impl Extension {
                 let nearer = tip.way_to(&self.target).length() - stance.station.way_to(&self.target).length();
                 nearer >= PROGRESS_MIN * self.spacing.min(tip.way_to(&wished).length())
             };
-            if advances && context.has_room_between(tip, &stance.station, self.relaxed, work) {
+            if advances && self.can_climb(context, tip, &stance.station) && context.has_room_between(tip, &stance.station, self.relaxed, work) {
                 return Step::Grown(stance);
             }
         }
         Step::Blocked
     }
 
+    /// Whether a step may lead from one station to the next, up or down.
+    fn can_climb(&self, context: &Context<'_>, from: &Station, to: &Station) -> bool {
+        let reach = context.constraints.body.legs.iter().map(Leg::reach).fold(f64::INFINITY, f64::min);
+        (to.position.z - from.position.z).abs() <= CLIMB_MAX[usize::from(self.relaxed)] * reach
+    }
+
     fn arrives(&self, context: &Context<'_>, tip: &Station, work: &mut u64) -> bool {
         let near = tip.way_to(&self.target).length() <= JOINING_SPACINGS * self.spacing
-            && (tip.position.z - self.target.position.z).abs() <= JOINING_HEIGHT_MAX;
+            && self.can_climb(context, tip, &self.target);
         let turn = surefoot_shared_types::spatial::wrap_angle(self.target.yaw - tip.yaw);
         near && (!self.joins || turn.abs() <= JOINING_TURN_MAX && context.has_room_between(tip, &self.target, self.relaxed, work))
     }

@@ -16,6 +16,8 @@ use crate::trouble::{Trouble, nearest_station};
 const SEGMENT_STATIONS: usize = 36;
 /// A segment may step near this many stations beyond its ends.
 const MARGIN_STATIONS: usize = 8;
+/// How far the ground must be even before and after a boundary, m: about one step.
+const EVEN_REACH: f64 = 0.45;
 /// How far from its ideal a sole may stand at a boundary and beside it, m: the ground is even and wide there.
 const ASIDE_MAX: f64 = 1e-3;
 
@@ -129,9 +131,12 @@ impl Planner {
             let near = |placed: &&Placed| placed.limb == limb && placed.world_from_sole.translation.distance(ideal.translation) < ASIDE_MAX;
             self.growth.placements(station).iter().find(near).map(|placed| placed.world_from_sole)
         };
-        let is_even = [station - 1, station + 1].iter().all(|&beside| [0, 1].iter().all(|&limb| ideal(beside, limb).is_some()));
         let [Some(left), Some(right)] = [0, 1].map(|limb| ideal(station, limb)) else { return Ok(None) };
-        if !is_even {
+        let route = self.growth.route();
+        let is_even = |beside: usize| [0, 1].iter().all(|&limb| ideal(beside, limb).is_some());
+        let is_near = |beside: &usize| route.station(*beside).position.distance(route.station(station).position) < EVEN_REACH;
+        let (before, after) = ((0..station).rev(), station + 1..route.stations());
+        if !before.take_while(is_near).all(is_even) || !after.take_while(is_near).all(is_even) {
             return Ok(None);
         }
         let constraints = &self.shared.constraints;
