@@ -3,7 +3,7 @@
 //! "No" is only said with a proof: an exact closed form, or a separating direction whose gap was measured. An iteration
 //! cap, a degenerate simplex or a number that is not one therefore reads as "yes".
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use surefoot_shared_types::Pose;
@@ -31,6 +31,19 @@ pub fn is_within(a: &Solid, b: &Solid, a_from_b: &Pose, margin: f64) -> bool {
 
 fn mesh_holds(mesh: &Mesh, solid: &Solid, mesh_from_solid: &Pose) -> bool {
     mesh.contains(*mesh_from_solid * solid.point_inside())
+}
+
+/// Whether a segment in a solid's frame comes within `reach` (m) of it.
+pub fn segment_within(solid: &Solid, segment: Segment, reach: f64) -> bool {
+    if let Solid::Convex(Convex { core: Core::Box { half_extents }, radius }) = solid {
+        let reach = reach + radius;
+        return !exceeds(segment_box_distance_squared(segment, *half_extents), reach * reach);
+    }
+    let half_length = 0.5 * segment.delta.length();
+    let core = if half_length > 0.0 { Core::Segment { half_length } } else { Core::Point };
+    let rotation = DQuat::from_rotation_arc(DVec3::Z, segment.delta.try_normalize().unwrap_or(DVec3::Z));
+    let frame = Pose::from_parts(segment.start + 0.5 * segment.delta, rotation);
+    is_within(solid, &Solid::Convex(Convex { core, radius: 0.0 }), &frame, reach)
 }
 
 /// Whether any triangle of the mesh comes within the margin of a convex solid.

@@ -4,7 +4,7 @@ use glam::DAffine3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 
-use super::ball::Centers;
+use super::ball::{Centers, LANES};
 use super::body::{Body, Part, joints_between};
 use super::kernels::{exceeds, segment_segment_distance_squared};
 use super::narrow::is_within;
@@ -30,8 +30,10 @@ pub struct SelfPairs {
     pub checked: Vec<Pair>,
     /// Links of pairs that may touch, in ascending order.
     pub allowed: Vec<(usize, usize)>,
+    /// Numbers in a row of the tables.
+    stride: usize,
     /// For each two bodies, row by row: up to which squared distance of their balls' centres (m2) the solids have to be looked
-    /// at; less than 0 for those that may touch.
+    /// at; less than 0 for those that may touch, for pairs the other way around, and at each row's end.
     reach_squared: Vec<f64>,
     /// For each two bodies the distance to keep, m.
     clearances: Vec<f64>,
@@ -52,8 +54,9 @@ impl SelfPairs {
         let survey = Survey::new(model, bodies);
         let mut allowed = Vec::new();
         let mut checked = Vec::new();
-        let mut reach_squared = vec![-1.0; bodies.len() * bodies.len()];
-        let mut clearances = vec![0.0; bodies.len() * bodies.len()];
+        let stride = bodies.len().next_multiple_of(LANES);
+        let mut reach_squared = vec![-1.0; bodies.len() * stride];
+        let mut clearances = vec![0.0; bodies.len() * stride];
         for (a, body_a) in bodies.iter().enumerate() {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
                 let joints = joints_between(model, body_a.link, body_b.link);
@@ -65,37 +68,32 @@ impl SelfPairs {
                 }
                 let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
                 let reach = body_a.ball.radius + body_b.ball.radius + clearance;
-                reach_squared[a * bodies.len() + b] = reach * reach;
-                clearances[a * bodies.len() + b] = clearance;
+                reach_squared[a * stride + b] = reach * reach;
+                clearances[a * stride + b] = clearance;
                 checked.push(Pair { a: a as u32, b: b as u32, clearance });
             }
         }
         allowed.sort_unstable();
-        Self { checked, allowed, reach_squared, clearances }
+        Self { checked, allowed, stride, reach_squared, clearances }
     }
 
     /// The first checked pair whose balls are near and that `accept`s.
     pub fn find_near(&self, centers: &Centers, accept: impl Fn(&Pair) -> bool) -> Option<Pair> {
-        let count = centers.x.len();
-        (0..count).find_map(|a| {
-            let others = a + 1..count;
-            let (xs, ys, zs) = (&centers.x[others.clone()], &centers.y[others.clone()], &centers.z[others.clone()]);
-            let reaches = &self.reach_squared[a * count..(a + 1) * count][others];
-            let squared = |x: f64, y: f64, z: f64| {
-                let (x, y, z) = (x - centers.x[a], y - centers.y[a], z - centers.z[a]);
-                x * x + y * y + z * z
-            };
-            let rows = || xs.iter().zip(ys).zip(zs).zip(reaches);
-            // Without a branch, so that several are done at once; mostly none is near.
-            let are_apart = rows().fold(true, |apart, (((x, y), z), reach)| apart & exceeds(squared(*x, *y, *z), *reach));
-            if are_apart {
-                return None;
-            }
-            let is_near = rows().map(|(((x, y), z), reach)| !exceeds(squared(*x, *y, *z), *reach));
-            is_near.enumerate().filter(|(_, near)| *near).find_map(|(offset, _)| {
-                let b = a + 1 + offset;
-                let pair = Pair { a: a as u32, b: b as u32, clearance: self.clearances[a * count + b] };
-                accept(&pair).then_some(pair)
+        // The quick look reads signs, which what is no number does not have.
+        let is_sound = centers.are_finite();
+        (0..centers.count()).find_map(|a| {
+            let center = centers.get(a);
+            let (reaches, _) = self.reach_squared[a * self.stride..(a + 1) * self.stride].as_chunks::<LANES>();
+            (a / LANES..reaches.len()).find_map(|block| {
+                if is_sound && centers.are_apart(center, block, &reaches[block]) {
+                    return None;
+                }
+                (0..LANES).find_map(|lane| {
+                    let (b, reach) = (block * LANES + lane, reaches[block][lane]);
+                    let is_near = reach >= 0.0 && !exceeds(center.distance_squared(centers.get(b)), reach);
+                    let pair = Pair { a: a as u32, b: b as u32, clearance: self.clearances[a * self.stride + b] };
+                    (is_near && accept(&pair)).then_some(pair)
+                })
             })
         })
     }
@@ -179,16 +177,19 @@ pub fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -
 }
 
 /// The same of two parts whose balls are known to be near.
-fn two_parts_within((a, frame_a): (&Part, &DAffine3), (b, frame_b): (&Part, &DAffine3), margin: f64) -> bool {
-    if let (Some(spine_a), Some(spine_b)) = (&a.spine, &b.spine) {
-        if spine_a.is_point() && spine_b.is_point() {
-            // These are their own balls.
-            return true;
+fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64) -> bool {
+    match (&a.0.spine, &b.0.spine) {
+        // These are their own balls.
+        (Some(spine_a), Some(spine_b)) if spine_a.is_point() && spine_b.is_point() => true,
+        (Some(spine_a), Some(spine_b)) => {
+            let reach = a.0.solid.radius() + b.0.solid.radius() + margin;
+            !exceeds(segment_segment_distance_squared(spine_a.placed(a.1), spine_b.placed(b.1)), reach * reach)
         }
-        let reach = a.solid.radius() + b.solid.radius() + margin;
-        let distance = segment_segment_distance_squared(spine_a.placed(frame_a), spine_b.placed(frame_b));
-        return !exceeds(distance, reach * reach);
+        (_, Some(spine)) => a.0.is_within_of_spine(a.1, spine.placed(b.1), b.0.solid.radius() + margin),
+        (Some(spine), _) => b.0.is_within_of_spine(b.1, spine.placed(a.1), a.0.solid.radius() + margin),
+        (None, None) => {
+            let [from_a, from_b] = [a, b].map(|(part, frame)| pose(frame) * part.node_from_part);
+            is_within(&a.0.solid, &b.0.solid, &from_a.inv_mul(&from_b), margin)
+        }
     }
-    let [from_a, from_b] = [(a, frame_a), (b, frame_b)].map(|(part, frame)| pose(frame) * part.node_from_part);
-    is_within(&a.solid, &b.solid, &from_a.inv_mul(&from_b), margin)
 }
