@@ -34,29 +34,3 @@ pub fn filled<T: Clone>(item: T, count: usize) -> Vec<T> {
     arena.resize(count, item);
     arena
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_arena_has_the_room_that_was_asked_for() {
-        for capacity in [0, 1, 5_000] {
-            assert!(reserve::<[u64; 3]>(capacity).capacity() >= capacity);
-            assert_eq!(filled(7_u16, capacity), vec![7; capacity]);
-        }
-    }
-
-    #[test]
-    fn no_page_of_an_arena_is_new_to_the_system() {
-        let faults = || {
-            let status = std::fs::read_to_string("/proc/self/stat").unwrap();
-            status.rsplit(')').next().unwrap().split_whitespace().nth(7).unwrap().parse::<u64>().unwrap()
-        };
-        let mut arena = reserve::<u64>(4 << 20);
-        let before = faults();
-        arena.extend(0..4 << 20);
-        assert!(faults() - before < 1_000, "8192 pages were met for the first time");
-        assert_eq!(arena.iter().max(), Some(&((4 << 20) - 1)));
-    }
-}

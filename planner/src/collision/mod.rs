@@ -150,7 +150,7 @@ impl CollisionModel {
             let body = &self.bodies[index as usize];
             (body, &frames[body.node])
         };
-        let is_hit = |pair: &Pair| parts_within(placed(pair.a), placed(pair.b), pair.clearance);
+        let is_hit = |pair: &Pair| parts_within(placed(pair.a), placed(pair.b), pair.clearance, pair.standing_gap);
         let pair = self.pairs.find_near(snapshot.centers(), is_hit)?;
         let [a, b] = [pair.a, pair.b].map(|index| self.bodies[index as usize].link);
         Some(Hit::SelfPair { a: a.min(b), b: a.max(b) })

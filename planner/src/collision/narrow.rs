@@ -132,18 +132,43 @@ fn transformed(bounds: Aabb, pose: &Pose) -> Aabb {
     bounds.transformed(&DMat3::from_quat(pose.rotation), pose.translation)
 }
 
+/// A direction in the first solid's frame along which two convex solids are apart, if they are and it is found.
+pub fn separation(a: &Solid, b: &Solid, a_from_b: &Pose) -> Option<DVec3> {
+    let (Solid::Convex(a), Solid::Convex(b)) = (a, b) else { return None };
+    match closest(&a.core, &b.core, a_from_b, f64::INFINITY) {
+        GJKResult::ClosestPoints(_, _, direction) | GJKResult::Proximity(direction) | GJKResult::NoIntersection(direction) => {
+            (measured_gap(&a.core, &b.core, a_from_b, direction) > 0.0).then_some(direction)
+        }
+        GJKResult::Intersection => None,
+    }
+}
+
+/// Whether two convex solids are further apart than `margin` along a direction of the first one's frame; `true` is certain.
+pub fn are_apart_along(a: &Solid, b: &Solid, a_from_b: &Pose, direction: DVec3, margin: f64) -> bool {
+    let (Solid::Convex(a), Solid::Convex(b)) = (a, b) else { return false };
+    exceeds(measured_gap(&a.core, &b.core, a_from_b, direction), a.radius + b.radius + margin)
+}
+
+/// The gap between two cores along a direction; negative where there is none.
+fn measured_gap(a: &Core, b: &Core, a_from_b: &Pose, direction: DVec3) -> f64 {
+    -direction.dot(CsoPoint::from_shapes(a_from_b, a, b, direction).point)
+}
+
+fn closest(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> GJKResult {
+    let start = a_from_b.translation.try_normalize().unwrap_or(DVec3::X);
+    let mut simplex = VoronoiSimplex::new();
+    simplex.reset(CsoPoint::from_shapes(a_from_b, a, b, start));
+    gjk::closest_points(a_from_b, a, b, reach, true, &mut simplex)
+}
+
 /// GJK on two cores. Whatever it answers, only a measured gap along the direction that it found counts as separation.
 fn gjk_within(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     if !a_from_b.is_finite() {
         return true;
     }
-    let start = a_from_b.translation.try_normalize().unwrap_or(DVec3::X);
-    let mut simplex = VoronoiSimplex::new();
-    simplex.reset(CsoPoint::from_shapes(a_from_b, a, b, start));
-    let direction = match gjk::closest_points(a_from_b, a, b, reach, true, &mut simplex) {
+    let direction = match closest(a, b, a_from_b, reach) {
         GJKResult::Intersection => return true,
         GJKResult::ClosestPoints(_, _, direction) | GJKResult::Proximity(direction) | GJKResult::NoIntersection(direction) => direction,
     };
-    let gap = -direction.dot(CsoPoint::from_shapes(a_from_b, a, b, direction).point);
-    !exceeds(gap, reach)
+    !exceeds(measured_gap(a, b, a_from_b, direction), reach)
 }

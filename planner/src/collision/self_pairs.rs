@@ -1,13 +1,13 @@
 //! Which pairs of links may touch, and how far apart the others have to stay.
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 
 use super::ball::{Centers, LANES};
 use super::body::{Body, Part, joints_between};
 use super::kernels::{exceeds, segment_segment_distance_squared};
-use super::narrow::is_within;
+use super::narrow::{are_apart_along, is_within, separation};
 use crate::kinematics::forward::Kinematics;
 use crate::kinematics::tree::{affine, pose};
 use crate::random::{Random, Stream};
@@ -21,6 +21,9 @@ pub struct Pair {
     pub b: u32,
     /// The distance to keep, m.
     pub clearance: f64,
+    /// Along which the two are apart as the robot stands, in the first body's part's frame: mostly so elsewhere too, and told by
+    /// a look at two points. Zero where there is none, or where one is a ball or a capsule or has several parts.
+    pub standing_gap: DVec3,
 }
 
 /// The pairs to check, and those to leave alone.
@@ -35,8 +38,8 @@ pub struct SelfPairs {
     /// For each two bodies, row by row: up to which squared distance of their balls' centres (m2) the solids have to be looked
     /// at; less than 0 for those that may touch, for pairs the other way around, and at each row's end.
     reach_squared: Vec<f64>,
-    /// For each two bodies the distance to keep, m.
-    clearances: Vec<f64>,
+    /// For each two bodies the pair that they are, as an index.
+    places: Vec<u32>,
 }
 
 /// Random configurations that tell which pairs always collide.
@@ -56,7 +59,7 @@ impl SelfPairs {
         let mut checked = Vec::new();
         let stride = bodies.len().next_multiple_of(LANES);
         let mut reach_squared = vec![-1.0; bodies.len() * stride];
-        let mut clearances = vec![0.0; bodies.len() * stride];
+        let mut places = vec![0; bodies.len() * stride];
         for (a, body_a) in bodies.iter().enumerate() {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
                 let joints = joints_between(model, body_a.link, body_b.link);
@@ -69,16 +72,17 @@ impl SelfPairs {
                 let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
                 let reach = body_a.ball.radius + body_b.ball.radius + clearance;
                 reach_squared[a * stride + b] = reach * reach;
-                clearances[a * stride + b] = clearance;
-                checked.push(Pair { a: a as u32, b: b as u32, clearance });
+                places[a * stride + b] = checked.len() as u32;
+                let standing_gap = standing_gap(body_a, body_b, &survey.standing).unwrap_or(DVec3::ZERO);
+                checked.push(Pair { a: a as u32, b: b as u32, clearance, standing_gap });
             }
         }
         allowed.sort_unstable();
-        Self { checked, allowed, stride, reach_squared, clearances }
+        Self { checked, allowed, stride, reach_squared, places }
     }
 
     /// The first checked pair whose balls are near and that `accept`s.
-    pub fn find_near(&self, centers: &Centers, accept: impl Fn(&Pair) -> bool) -> Option<Pair> {
+    pub fn find_near(&self, centers: &Centers, accept: impl Fn(&Pair) -> bool) -> Option<&Pair> {
         // The quick look reads signs, which what is no number does not have.
         let is_sound = centers.are_finite();
         (0..centers.count()).find_map(|a| {
@@ -91,8 +95,10 @@ impl SelfPairs {
                 (0..LANES).find_map(|lane| {
                     let (b, reach) = (block * LANES + lane, reaches[block][lane]);
                     let is_near = reach >= 0.0 && !exceeds(center.distance_squared(centers.get(b)), reach);
-                    let pair = Pair { a: a as u32, b: b as u32, clearance: self.clearances[a * self.stride + b] };
-                    (is_near && accept(&pair)).then_some(pair)
+                    if !is_near {
+                        return None;
+                    }
+                    Some(&self.checked[self.places[a * self.stride + b] as usize]).filter(|pair| accept(pair))
                 })
             })
         })
@@ -100,7 +106,7 @@ impl SelfPairs {
 
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
-        let tables = size_of_val(self.reach_squared.as_slice()) + size_of_val(self.clearances.as_slice());
+        let tables = size_of_val(self.reach_squared.as_slice()) + size_of_val(self.places.as_slice());
         size_of_val(self.checked.as_slice()) + size_of_val(self.allowed.as_slice()) + tables
     }
 }
@@ -155,29 +161,41 @@ fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f
     free
 }
 
+/// A direction in the first one's part's frame along which two bodies of one part each are apart as the robot stands.
+fn standing_gap(a: &Body, b: &Body, standing: &[Pose]) -> Option<DVec3> {
+    let ([part_a], [part_b]) = (a.parts.as_slice(), b.parts.as_slice()) else { return None };
+    if part_a.spine.is_some() || part_b.spine.is_some() {
+        return None;
+    }
+    let [from_a, from_b] = [(a, part_a), (b, part_b)].map(|(body, part)| standing[body.node_link] * part.node_from_part);
+    separation(&part_a.solid, &part_b.solid, &from_a.inv_mul(&from_b))
+}
+
 /// Whether two bodies come within `margin` of each other, their nodes being at these poses.
 pub fn bodies_within(a: &Body, world_from_a: &Pose, b: &Body, world_from_b: &Pose, margin: f64) -> bool {
     let (world_from_a, world_from_b) = (affine(world_from_a), affine(world_from_b));
     let reach = a.ball.radius + b.ball.radius + margin;
     let centers = [world_from_a.transform_point3(a.ball.center), world_from_b.transform_point3(b.ball.center)];
-    !exceeds(centers[0].distance_squared(centers[1]), reach * reach) && parts_within((a, &world_from_a), (b, &world_from_b), margin)
+    !exceeds(centers[0].distance_squared(centers[1]), reach * reach)
+        && parts_within((a, &world_from_a), (b, &world_from_b), margin, DVec3::ZERO)
 }
 
-/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one.
-pub fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -> bool {
+/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one. `gap` is a
+/// direction along which they are probably apart, see [`Pair::standing_gap`].
+pub fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64, gap: DVec3) -> bool {
     b.0.parts.iter().any(|part_b| {
         let center_b = b.1.transform_point3(part_b.ball.center);
         a.0.parts.iter().any(|part_a| {
             let reach = part_a.ball.radius + part_b.ball.radius + margin;
             let center_a = a.1.transform_point3(part_a.ball.center);
             let is_near = !exceeds((center_b - center_a).length_squared(), reach * reach);
-            is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin)
+            is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin, gap)
         })
     })
 }
 
 /// The same of two parts whose balls are known to be near.
-fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64) -> bool {
+fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64, gap: DVec3) -> bool {
     match (&a.0.spine, &b.0.spine) {
         // These are their own balls.
         (Some(spine_a), Some(spine_b)) if spine_a.is_point() && spine_b.is_point() => true,
@@ -189,7 +207,8 @@ fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64) -
         (Some(spine), _) => b.0.is_within_of_spine(b.1, spine.placed(a.1), a.0.solid.radius() + margin),
         (None, None) => {
             let [from_a, from_b] = [a, b].map(|(part, frame)| pose(frame) * part.node_from_part);
-            is_within(&a.0.solid, &b.0.solid, &from_a.inv_mul(&from_b), margin)
+            let a_from_b = from_a.inv_mul(&from_b);
+            !are_apart_along(&a.0.solid, &b.0.solid, &a_from_b, gap, margin) && is_within(&a.0.solid, &b.0.solid, &a_from_b, margin)
         }
     }
 }
