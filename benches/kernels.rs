@@ -14,7 +14,9 @@ mod timing;
 use std::hint::black_box;
 use std::path::Path;
 
+use glam::DVec3;
 use scene::{SEED, Scene, crowded, shipped};
+use surefoot_planner::body::Configuration;
 use surefoot_planner::collision::FootState;
 use surefoot_planner::constraint::midway;
 use surefoot_planner::foot_placement::{Effort, Request};
@@ -29,6 +31,7 @@ use surefoot_planner::random::{Random, Stream};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::spatial::rotation_from_scaled_axis;
 use timing::{Kernel, time};
 
 /// The scenarios whose worlds are measured, where they are shipped.
@@ -175,8 +178,44 @@ fn time_transitions(name: &str, scene: &Scene) -> Kernel {
         good += u64::from(found.is_ok());
         work
     });
-    let per_second = good as f64 / tried as f64 * 1e9 / kernel.median_ns;
-    Kernel { per_second: Some(per_second), ..kernel.noted(format!("{:.0} % hold: {per_second:.0}/s", 100.0 * good as f64 / tried as f64)) }
+    holding(kernel, good, tried)
+}
+
+/// Random stances on both feet: the root within 3 cm and 0.1 rad of standing and up to 6 cm lower, every other joint within 0.1 rad.
+fn time_stances(name: &str, scene: &Scene) -> Kernel {
+    let (constraints, mode) = (&scene.constraints, scene.standing_mode());
+    let (body, soles) = (&constraints.body, scene.end.state.world_from_soles);
+    let mut random = Random::new(SEED, Stream::Preparation, 1, 0);
+    let mut draw = |_| {
+        let mut at = *scene.standing();
+        let mut vector = |half: f64| DVec3::from_array(std::array::from_fn(|_| random.uniform(-half, half)));
+        at.world_from_root.translation += vector(0.03) - DVec3::Z * 0.03;
+        at.world_from_root.rotation = rotation_from_scaled_axis(vector(0.1)) * at.world_from_root.rotation;
+        for joint in &body.free_joints {
+            at.q[joint.index] = (at.q[joint.index] + random.uniform(-0.1, 0.1)).clamp(joint.lower, joint.upper);
+        }
+        at
+    };
+    let draws: Vec<Configuration> = (0..POSES).map(&mut draw).collect();
+    let mut snapshot = scene.snapshot.clone();
+    let (mut good, mut tried) = (0_u64, 0_u64);
+    let kernel = time(format!("{name}: random stance on both feet, checked"), |_| {
+        let mut at = *black_box(&draws[tried as usize % POSES]);
+        tried += 1;
+        if body.place_soles(&mut at, &soles) {
+            body.snapshot_into(&at, &mut snapshot);
+            good += u64::from(constraints.check(&mode, &snapshot, [FootState::Stance; 2]).is_ok());
+        }
+        1
+    });
+    holding(kernel, good, tried)
+}
+
+/// The kernel with how many good results it has per second.
+fn holding(kernel: Kernel, good: u64, tried: u64) -> Kernel {
+    let share = good as f64 / tried as f64;
+    let per_second = share * 1e9 / kernel.median_ns;
+    Kernel { per_second: Some(per_second), ..kernel.noted(format!("{:.0} % hold: {per_second:.0}/s", 100.0 * share)) }
 }
 
 fn time_motion(name: &str, scene: &Scene, problem: &Problem) -> Kernel {
@@ -209,6 +248,7 @@ fn time_scenario(name: &str, mut scene: Scene) -> Vec<Kernel> {
     let mut kernels = time_checks(name, &scene);
     kernels.extend(time_footholds(name, &mut scene));
     kernels.push(time_transitions(name, &scene));
+    kernels.push(time_stances(name, &scene));
     kernels.extend(time_step(name, &mut scene));
     kernels
 }

@@ -215,6 +215,9 @@ pub struct SearchArguments {
     /// How often the rest of the way is planned again where the world turns out to be another
     #[arg(long, value_name = "N", default_value_t = REPLANS_MAX)]
     pub replans_max: u32,
+    /// Keep all of the planner's memory from being paged out; a warning where the system does not permit it
+    #[arg(long)]
+    pub lock_memory: bool,
 }
 
 impl SearchArguments {

@@ -1,6 +1,6 @@
 //! The robot, compiled once into what the search asks of it all the time.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
@@ -63,6 +63,8 @@ pub struct Body {
     pub sole_polygons: [Vec<DVec2>; 2],
     /// The standing posture's joint positions.
     pub standing_q: [f64; JOINTS_MAX],
+    /// Where the centre of mass is then, in the root's frame, m.
+    pub standing_com: DVec3,
     /// How much of each leg's reach the standing posture uses, 0 to 1, the larger of the two.
     pub standing_reach_share: f64,
     /// The joints that are free in every mode: all that belong to no leg, with their limits.
@@ -101,7 +103,7 @@ impl Body {
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
         let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
         let tree = Tree::new(model);
-        Ok(Self {
+        let mut body = Self {
             balls: body_balls(model, &tree),
             tree,
             statics: Statics::new(model, config.effort_share),
@@ -112,8 +114,11 @@ impl Body {
             joints_len: model.joints.len(),
             legs,
             standing_q,
+            standing_com: DVec3::ZERO,
             standing_reach_share,
-        })
+        };
+        body.standing_com = body.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: standing_q }).com;
+        Ok(body)
     }
 
     /// What follows from a configuration.

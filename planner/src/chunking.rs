@@ -5,6 +5,7 @@ use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST}
 use surefoot_shared_types::message::limits::CHUNK_WAYPOINTS_MAX;
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
 
+use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
 use crate::motion::graph::ArenaFull;
@@ -48,7 +49,7 @@ impl ChunkBuilder {
     pub fn new(waypoints_max: usize, provenance: Provenance) -> Self {
         let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 8;
         Self {
-            chunks: Vec::with_capacity(chunks_max),
+            chunks: reserve(chunks_max),
             provenance,
             plan_id: 1,
             epoch: 0,

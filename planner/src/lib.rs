@@ -2,6 +2,7 @@
 //!
 //! [`rpg`] shows the whole search; read it first.
 
+pub mod arena;
 pub mod body;
 pub mod channel;
 pub mod chunking;

@@ -35,6 +35,7 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::spatial::wrap_angle;
 
+use crate::arena::reserve;
 use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
@@ -205,9 +206,9 @@ impl Planner {
             standing: None,
             cuts: Cuts::new(),
             shortening: Shortening::new(config),
-            nearest_stations: Vec::with_capacity(config.footholds_max as usize),
+            nearest_stations: reserve(config.footholds_max as usize),
             stations_before: None,
-            walk: Vec::with_capacity(config.configurations_max as usize),
+            walk: reserve(config.configurations_max as usize),
             tally: Tally::default(),
             digest: Digest::default(),
             trouble: Trouble::default(),

@@ -8,6 +8,7 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::yaw_of;
 
+use crate::arena::reserve;
 use crate::motion::graph::{Graph, TransitionId};
 use crate::possibility::{Route, Station};
 
@@ -90,7 +91,7 @@ pub struct Focus {
 impl Focus {
     /// Room for this many stations.
     pub fn new(stations_max: usize) -> Self {
-        Self { is_wanted: Vec::with_capacity(stations_max) }
+        Self { is_wanted: reserve(stations_max) }
     }
 
     /// Wants the stations that `is_wanted` says.

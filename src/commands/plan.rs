@@ -23,7 +23,7 @@ use crate::failure::{Ending, Failure};
 use crate::inputs::Inputs;
 use crate::line::{Delivered, Line, PlanEnd};
 use crate::report::Report;
-use crate::{outputs, search, signals, verdict};
+use crate::{memory, outputs, search, signals, terminal, verdict};
 
 use task::Task;
 
@@ -33,6 +33,9 @@ use task::Task;
 /// When an input cannot be used, an output cannot be written, the transport fails, or a signal comes.
 pub fn run(arguments: &PlanArguments) -> Result<Ending, Failure> {
     settle(&arguments.role);
+    if arguments.search.lock_memory {
+        lock_memory();
+    }
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
     outputs::check(&arguments.outputs)?;
     let report = Report::new(&inputs, arguments.search.threads());
@@ -45,6 +48,13 @@ pub fn run(arguments: &PlanArguments) -> Result<Ending, Failure> {
     let ending = conclude(&run.report, arguments.outputs.json.as_deref())?;
     run.audience.say(|| verdict::text(&run.report));
     Ok(ending)
+}
+
+/// Before anything large is reserved: what comes later is locked as it is reserved.
+fn lock_memory() {
+    if let Err(reason) = memory::lock() {
+        terminal::remark(&format!("warning: memory is not locked: {reason}; `ulimit -l` says how much may be"));
+    }
 }
 
 struct Run<'a> {

@@ -175,6 +175,9 @@ impl Roles<'_> {
                 let mut command = self.command("plan", role, cores.0)?;
                 command.arg("--threads").arg(threads.to_string());
                 command.arg("--replans-max").arg(self.search.replans_max.to_string());
+                if self.search.lock_memory {
+                    command.arg("--lock-memory");
+                }
                 if let Some(export) = self.export {
                     command.arg(option_with_path("--export", export));
                 }

@@ -1,7 +1,6 @@
 //! Balls around the robot's links: what tells in no time that two things are apart.
 
 use glam::{DAffine3, DVec3};
-use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::robot::{Link, RobotModel};
 
@@ -94,31 +93,42 @@ fn radius_about(shape: &Shape, center: DVec3) -> f64 {
     }
 }
 
+/// How many middles are compared at once.
+pub const LANES: usize = 4;
+
 /// The middles of all bodies' balls in the root's frame, in three lists for the sake of loops over them.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Centers {
-    /// x, m.
-    pub x: BoundedVec<f64, BODIES_MAX>,
-    /// y, m.
-    pub y: BoundedVec<f64, BODIES_MAX>,
-    /// z, m.
-    pub z: BoundedVec<f64, BODIES_MAX>,
+    x: [f64; BODIES_MAX],
+    y: [f64; BODIES_MAX],
+    z: [f64; BODIES_MAX],
+    len: usize,
     held_len: usize,
+}
+
+impl Default for Centers {
+    fn default() -> Self {
+        Self { x: [0.0; BODIES_MAX], y: [0.0; BODIES_MAX], z: [0.0; BODIES_MAX], len: 0, held_len: 0 }
+    }
 }
 
 impl Centers {
     /// Places the balls of held nodes, and forgets the others.
     pub fn place_held(&mut self, balls: &[BodyBall], held_nodes: usize, root_from_nodes: &[DAffine3]) {
-        self.held_len = 0;
-        self.forget_moving();
+        self.len = 0;
         self.push(balls.iter().take_while(|body| body.node < held_nodes), root_from_nodes);
-        self.held_len = self.x.len();
+        self.held_len = self.len;
     }
 
     /// Places the balls of all other nodes.
     pub fn place_moving(&mut self, balls: &[BodyBall], held_nodes: usize, root_from_nodes: &[DAffine3]) {
-        self.forget_moving();
+        self.len = self.held_len;
         self.push(balls.iter().skip_while(|body| body.node < held_nodes), root_from_nodes);
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.len
     }
 
     /// One of the middles.
@@ -126,17 +136,34 @@ impl Centers {
         DVec3::new(self.x[body], self.y[body], self.z[body])
     }
 
-    fn forget_moving(&mut self) {
-        for list in [&mut self.x, &mut self.y, &mut self.z] {
-            list.truncate(self.held_len);
-        }
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = DVec3> + '_ {
+        (0..self.len).map(|body| self.get(body))
+    }
+
+    /// Whether all of them are numbers.
+    pub fn are_finite(&self) -> bool {
+        self.iter().sum::<DVec3>().is_finite()
+    }
+
+    /// Whether a point is further from all middles of a block of [`LANES`] than `reaches` says (m2); all must be numbers. It takes
+    /// no branches, so that several are compared at once.
+    #[inline]
+    pub fn are_apart(&self, point: DVec3, block: usize, reaches: &[f64; LANES]) -> bool {
+        let [x, y, z] = [&self.x, &self.y, &self.z].map(|list| &list.as_chunks::<LANES>().0[block]);
+        let signs: [u64; LANES] = std::array::from_fn(|lane| {
+            let (x, y, z) = (x[lane] - point.x, y[lane] - point.y, z[lane] - point.z);
+            (reaches[lane] - (x * x + y * y + z * z)).to_bits()
+        });
+        ((signs[0] & signs[1]) & (signs[2] & signs[3])) >> 63 == 1
     }
 
     fn push<'a>(&mut self, balls: impl Iterator<Item = &'a BodyBall>, root_from_nodes: &[DAffine3]) {
-        for body in balls {
+        // Robots with more bodies than fit are refused.
+        for body in balls.take(BODIES_MAX - self.len) {
             let center = root_from_nodes[body.node].transform_point3(body.ball.center);
-            // Robots with more bodies than fit are refused.
-            let _ = (self.x.push(center.x), self.y.push(center.y), self.z.push(center.z));
+            (self.x[self.len], self.y[self.len], self.z[self.len]) = (center.x, center.y, center.z);
+            self.len += 1;
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The robot's links as bodies: solids with the balls around them, and which of them stand on the ground.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::{Link, RobotModel};
 
@@ -8,14 +8,18 @@ use super::ball::{BODIES_MAX, Ball, BodyBall, body_balls, shape_ball};
 use super::bvh::Aabb;
 use super::error::CollisionError;
 use super::kernels::Segment;
+use super::narrow::segment_within;
 use super::solid::Solid;
 use crate::kinematics::Tree;
+use crate::kinematics::tree::affine;
 
 /// One collision shape of a link.
 #[derive(Debug, Clone)]
 pub struct Part {
     /// The solid's frame in the node's.
     pub node_from_part: Pose,
+    /// The same, inverse.
+    pub part_from_node: DAffine3,
     /// The solid.
     pub solid: Solid,
     /// The box around the solid in its own frame.
@@ -89,9 +93,30 @@ impl Part {
             let node_from_part = *node_from_link * placed.link_from_shape;
             let Ball { center, radius } = shape_ball(&placed.shape);
             let ball = Ball { center: node_from_part * center, radius };
-            Ok(Self { bounds: solid.aabb(), spine: solid.spine(&node_from_part), node_from_part, solid, ball })
+            Ok(Self {
+                bounds: solid.aabb(),
+                spine: solid.spine(&node_from_part),
+                part_from_node: affine(&node_from_part.inverse()),
+                node_from_part,
+                solid,
+                ball,
+            })
         });
         parts.collect()
+    }
+}
+
+impl Part {
+    /// Whether a segment in the frame in which the node's frame is `frame` comes within `reach` (m) of this part.
+    pub fn is_within_of_spine(&self, frame: &DAffine3, spine: Segment, reach: f64) -> bool {
+        let part_from_frame = |point: DVec3| {
+            let r = &frame.matrix3;
+            let point = point - frame.translation;
+            self.part_from_node.transform_point3(DVec3::new(r.x_axis.dot(point), r.y_axis.dot(point), r.z_axis.dot(point)))
+        };
+        let start = part_from_frame(spine.start);
+        let spine = Segment { start, delta: part_from_frame(spine.start + spine.delta) - start };
+        segment_within(&self.solid, spine, reach)
     }
 }
 

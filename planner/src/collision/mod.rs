@@ -21,7 +21,7 @@ use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
-use ball::{BODIES_MAX, Centers};
+use ball::BODIES_MAX;
 use body::Body;
 use bvh::Aabb;
 pub use error::CollisionError;
@@ -127,8 +127,7 @@ impl CollisionModel {
     }
 
     fn world_centers(&self, snapshot: &Snapshot) -> heapless::Vec<DVec3, BODIES_MAX> {
-        let Centers { x, y, z, .. } = snapshot.centers();
-        x.iter().zip(y).zip(z).map(|((x, y), z)| snapshot.to_world(DVec3::new(*x, *y, *z))).collect()
+        snapshot.centers().iter().map(|center| snapshot.to_world(center)).collect()
     }
 
     /// The first world shape that the wanted links (one flag per link) hit, their poses given in the root's frame.
@@ -151,7 +150,7 @@ impl CollisionModel {
             let body = &self.bodies[index as usize];
             (body, &frames[body.node])
         };
-        let is_hit = |pair: &Pair| parts_within(placed(pair.a), placed(pair.b), pair.clearance);
+        let is_hit = |pair: &Pair| parts_within(placed(pair.a), placed(pair.b), pair.clearance, pair.standing_gap);
         let pair = self.pairs.find_near(snapshot.centers(), is_hit)?;
         let [a, b] = [pair.a, pair.b].map(|index| self.bodies[index as usize].link);
         Some(Hit::SelfPair { a: a.min(b), b: a.max(b) })

@@ -3,7 +3,7 @@
 //! "No" is only said with a proof: an exact closed form, or a separating direction whose gap was measured. An iteration
 //! cap, a degenerate simplex or a number that is not one therefore reads as "yes".
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::SupportMap;
 use surefoot_shared_types::Pose;
@@ -31,6 +31,19 @@ pub fn is_within(a: &Solid, b: &Solid, a_from_b: &Pose, margin: f64) -> bool {
 
 fn mesh_holds(mesh: &Mesh, solid: &Solid, mesh_from_solid: &Pose) -> bool {
     mesh.contains(*mesh_from_solid * solid.point_inside())
+}
+
+/// Whether a segment in a solid's frame comes within `reach` (m) of it.
+pub fn segment_within(solid: &Solid, segment: Segment, reach: f64) -> bool {
+    if let Solid::Convex(Convex { core: Core::Box { half_extents }, radius }) = solid {
+        let reach = reach + radius;
+        return !exceeds(segment_box_distance_squared(segment, *half_extents), reach * reach);
+    }
+    let half_length = 0.5 * segment.delta.length();
+    let core = if half_length > 0.0 { Core::Segment { half_length } } else { Core::Point };
+    let rotation = DQuat::from_rotation_arc(DVec3::Z, segment.delta.try_normalize().unwrap_or(DVec3::Z));
+    let frame = Pose::from_parts(segment.start + 0.5 * segment.delta, rotation);
+    is_within(solid, &Solid::Convex(Convex { core, radius: 0.0 }), &frame, reach)
 }
 
 /// Whether any triangle of the mesh comes within the margin of a convex solid.
@@ -119,18 +132,43 @@ fn transformed(bounds: Aabb, pose: &Pose) -> Aabb {
     bounds.transformed(&DMat3::from_quat(pose.rotation), pose.translation)
 }
 
+/// A direction in the first solid's frame along which two convex solids are apart, if they are and it is found.
+pub fn separation(a: &Solid, b: &Solid, a_from_b: &Pose) -> Option<DVec3> {
+    let (Solid::Convex(a), Solid::Convex(b)) = (a, b) else { return None };
+    match closest(&a.core, &b.core, a_from_b, f64::INFINITY) {
+        GJKResult::ClosestPoints(_, _, direction) | GJKResult::Proximity(direction) | GJKResult::NoIntersection(direction) => {
+            (measured_gap(&a.core, &b.core, a_from_b, direction) > 0.0).then_some(direction)
+        }
+        GJKResult::Intersection => None,
+    }
+}
+
+/// Whether two convex solids are further apart than `margin` along a direction of the first one's frame; `true` is certain.
+pub fn are_apart_along(a: &Solid, b: &Solid, a_from_b: &Pose, direction: DVec3, margin: f64) -> bool {
+    let (Solid::Convex(a), Solid::Convex(b)) = (a, b) else { return false };
+    exceeds(measured_gap(&a.core, &b.core, a_from_b, direction), a.radius + b.radius + margin)
+}
+
+/// The gap between two cores along a direction; negative where there is none.
+fn measured_gap(a: &Core, b: &Core, a_from_b: &Pose, direction: DVec3) -> f64 {
+    -direction.dot(CsoPoint::from_shapes(a_from_b, a, b, direction).point)
+}
+
+fn closest(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> GJKResult {
+    let start = a_from_b.translation.try_normalize().unwrap_or(DVec3::X);
+    let mut simplex = VoronoiSimplex::new();
+    simplex.reset(CsoPoint::from_shapes(a_from_b, a, b, start));
+    gjk::closest_points(a_from_b, a, b, reach, true, &mut simplex)
+}
+
 /// GJK on two cores. Whatever it answers, only a measured gap along the direction that it found counts as separation.
 fn gjk_within(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     if !a_from_b.is_finite() {
         return true;
     }
-    let start = a_from_b.translation.try_normalize().unwrap_or(DVec3::X);
-    let mut simplex = VoronoiSimplex::new();
-    simplex.reset(CsoPoint::from_shapes(a_from_b, a, b, start));
-    let direction = match gjk::closest_points(a_from_b, a, b, reach, true, &mut simplex) {
+    let direction = match closest(a, b, a_from_b, reach) {
         GJKResult::Intersection => return true,
         GJKResult::ClosestPoints(_, _, direction) | GJKResult::Proximity(direction) | GJKResult::NoIntersection(direction) => direction,
     };
-    let gap = -direction.dot(CsoPoint::from_shapes(a_from_b, a, b, direction).point);
-    !exceeds(gap, reach)
+    !exceeds(measured_gap(a, b, a_from_b, direction), reach)
 }

@@ -1,13 +1,13 @@
 //! Which pairs of links may touch, and how far apart the others have to stay.
 
-use glam::DAffine3;
+use glam::{DAffine3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 
-use super::ball::Centers;
+use super::ball::{Centers, LANES};
 use super::body::{Body, Part, joints_between};
 use super::kernels::{exceeds, segment_segment_distance_squared};
-use super::narrow::is_within;
+use super::narrow::{are_apart_along, is_within, separation};
 use crate::kinematics::forward::Kinematics;
 use crate::kinematics::tree::{affine, pose};
 use crate::random::{Random, Stream};
@@ -21,6 +21,9 @@ pub struct Pair {
     pub b: u32,
     /// The distance to keep, m.
     pub clearance: f64,
+    /// Along which the two are apart as the robot stands, in the first body's part's frame: mostly so elsewhere too, and told by
+    /// a look at two points. Zero where there is none, or where one is a ball or a capsule or has several parts.
+    pub standing_gap: DVec3,
 }
 
 /// The pairs to check, and those to leave alone.
@@ -30,11 +33,13 @@ pub struct SelfPairs {
     pub checked: Vec<Pair>,
     /// Links of pairs that may touch, in ascending order.
     pub allowed: Vec<(usize, usize)>,
+    /// Numbers in a row of the tables.
+    stride: usize,
     /// For each two bodies, row by row: up to which squared distance of their balls' centres (m2) the solids have to be looked
-    /// at; less than 0 for those that may touch.
+    /// at; less than 0 for those that may touch, for pairs the other way around, and at each row's end.
     reach_squared: Vec<f64>,
-    /// For each two bodies the distance to keep, m.
-    clearances: Vec<f64>,
+    /// For each two bodies the pair that they are, as an index.
+    places: Vec<u32>,
 }
 
 /// Random configurations that tell which pairs always collide.
@@ -52,8 +57,9 @@ impl SelfPairs {
         let survey = Survey::new(model, bodies);
         let mut allowed = Vec::new();
         let mut checked = Vec::new();
-        let mut reach_squared = vec![-1.0; bodies.len() * bodies.len()];
-        let mut clearances = vec![0.0; bodies.len() * bodies.len()];
+        let stride = bodies.len().next_multiple_of(LANES);
+        let mut reach_squared = vec![-1.0; bodies.len() * stride];
+        let mut places = vec![0; bodies.len() * stride];
         for (a, body_a) in bodies.iter().enumerate() {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
                 let joints = joints_between(model, body_a.link, body_b.link);
@@ -65,44 +71,42 @@ impl SelfPairs {
                 }
                 let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
                 let reach = body_a.ball.radius + body_b.ball.radius + clearance;
-                reach_squared[a * bodies.len() + b] = reach * reach;
-                clearances[a * bodies.len() + b] = clearance;
-                checked.push(Pair { a: a as u32, b: b as u32, clearance });
+                reach_squared[a * stride + b] = reach * reach;
+                places[a * stride + b] = checked.len() as u32;
+                let standing_gap = standing_gap(body_a, body_b, &survey.standing).unwrap_or(DVec3::ZERO);
+                checked.push(Pair { a: a as u32, b: b as u32, clearance, standing_gap });
             }
         }
         allowed.sort_unstable();
-        Self { checked, allowed, reach_squared, clearances }
+        Self { checked, allowed, stride, reach_squared, places }
     }
 
     /// The first checked pair whose balls are near and that `accept`s.
-    pub fn find_near(&self, centers: &Centers, accept: impl Fn(&Pair) -> bool) -> Option<Pair> {
-        let count = centers.x.len();
-        (0..count).find_map(|a| {
-            let others = a + 1..count;
-            let (xs, ys, zs) = (&centers.x[others.clone()], &centers.y[others.clone()], &centers.z[others.clone()]);
-            let reaches = &self.reach_squared[a * count..(a + 1) * count][others];
-            let squared = |x: f64, y: f64, z: f64| {
-                let (x, y, z) = (x - centers.x[a], y - centers.y[a], z - centers.z[a]);
-                x * x + y * y + z * z
-            };
-            let rows = || xs.iter().zip(ys).zip(zs).zip(reaches);
-            // Without a branch, so that several are done at once; mostly none is near.
-            let are_apart = rows().fold(true, |apart, (((x, y), z), reach)| apart & exceeds(squared(*x, *y, *z), *reach));
-            if are_apart {
-                return None;
-            }
-            let is_near = rows().map(|(((x, y), z), reach)| !exceeds(squared(*x, *y, *z), *reach));
-            is_near.enumerate().filter(|(_, near)| *near).find_map(|(offset, _)| {
-                let b = a + 1 + offset;
-                let pair = Pair { a: a as u32, b: b as u32, clearance: self.clearances[a * count + b] };
-                accept(&pair).then_some(pair)
+    pub fn find_near(&self, centers: &Centers, accept: impl Fn(&Pair) -> bool) -> Option<&Pair> {
+        // The quick look reads signs, which what is no number does not have.
+        let is_sound = centers.are_finite();
+        (0..centers.count()).find_map(|a| {
+            let center = centers.get(a);
+            let (reaches, _) = self.reach_squared[a * self.stride..(a + 1) * self.stride].as_chunks::<LANES>();
+            (a / LANES..reaches.len()).find_map(|block| {
+                if is_sound && centers.are_apart(center, block, &reaches[block]) {
+                    return None;
+                }
+                (0..LANES).find_map(|lane| {
+                    let (b, reach) = (block * LANES + lane, reaches[block][lane]);
+                    let is_near = reach >= 0.0 && !exceeds(center.distance_squared(centers.get(b)), reach);
+                    if !is_near {
+                        return None;
+                    }
+                    Some(&self.checked[self.places[a * self.stride + b] as usize]).filter(|pair| accept(pair))
+                })
             })
         })
     }
 
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
-        let tables = size_of_val(self.reach_squared.as_slice()) + size_of_val(self.clearances.as_slice());
+        let tables = size_of_val(self.reach_squared.as_slice()) + size_of_val(self.places.as_slice());
         size_of_val(self.checked.as_slice()) + size_of_val(self.allowed.as_slice()) + tables
     }
 }
@@ -157,38 +161,54 @@ fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f
     free
 }
 
+/// A direction in the first one's part's frame along which two bodies of one part each are apart as the robot stands.
+fn standing_gap(a: &Body, b: &Body, standing: &[Pose]) -> Option<DVec3> {
+    let ([part_a], [part_b]) = (a.parts.as_slice(), b.parts.as_slice()) else { return None };
+    if part_a.spine.is_some() || part_b.spine.is_some() {
+        return None;
+    }
+    let [from_a, from_b] = [(a, part_a), (b, part_b)].map(|(body, part)| standing[body.node_link] * part.node_from_part);
+    separation(&part_a.solid, &part_b.solid, &from_a.inv_mul(&from_b))
+}
+
 /// Whether two bodies come within `margin` of each other, their nodes being at these poses.
 pub fn bodies_within(a: &Body, world_from_a: &Pose, b: &Body, world_from_b: &Pose, margin: f64) -> bool {
     let (world_from_a, world_from_b) = (affine(world_from_a), affine(world_from_b));
     let reach = a.ball.radius + b.ball.radius + margin;
     let centers = [world_from_a.transform_point3(a.ball.center), world_from_b.transform_point3(b.ball.center)];
-    !exceeds(centers[0].distance_squared(centers[1]), reach * reach) && parts_within((a, &world_from_a), (b, &world_from_b), margin)
+    !exceeds(centers[0].distance_squared(centers[1]), reach * reach)
+        && parts_within((a, &world_from_a), (b, &world_from_b), margin, DVec3::ZERO)
 }
 
-/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one.
-pub fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -> bool {
+/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one. `gap` is a
+/// direction along which they are probably apart, see [`Pair::standing_gap`].
+pub fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64, gap: DVec3) -> bool {
     b.0.parts.iter().any(|part_b| {
         let center_b = b.1.transform_point3(part_b.ball.center);
         a.0.parts.iter().any(|part_a| {
             let reach = part_a.ball.radius + part_b.ball.radius + margin;
             let center_a = a.1.transform_point3(part_a.ball.center);
             let is_near = !exceeds((center_b - center_a).length_squared(), reach * reach);
-            is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin)
+            is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin, gap)
         })
     })
 }
 
 /// The same of two parts whose balls are known to be near.
-fn two_parts_within((a, frame_a): (&Part, &DAffine3), (b, frame_b): (&Part, &DAffine3), margin: f64) -> bool {
-    if let (Some(spine_a), Some(spine_b)) = (&a.spine, &b.spine) {
-        if spine_a.is_point() && spine_b.is_point() {
-            // These are their own balls.
-            return true;
+fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64, gap: DVec3) -> bool {
+    match (&a.0.spine, &b.0.spine) {
+        // These are their own balls.
+        (Some(spine_a), Some(spine_b)) if spine_a.is_point() && spine_b.is_point() => true,
+        (Some(spine_a), Some(spine_b)) => {
+            let reach = a.0.solid.radius() + b.0.solid.radius() + margin;
+            !exceeds(segment_segment_distance_squared(spine_a.placed(a.1), spine_b.placed(b.1)), reach * reach)
         }
-        let reach = a.solid.radius() + b.solid.radius() + margin;
-        let distance = segment_segment_distance_squared(spine_a.placed(frame_a), spine_b.placed(frame_b));
-        return !exceeds(distance, reach * reach);
+        (_, Some(spine)) => a.0.is_within_of_spine(a.1, spine.placed(b.1), b.0.solid.radius() + margin),
+        (Some(spine), _) => b.0.is_within_of_spine(b.1, spine.placed(a.1), a.0.solid.radius() + margin),
+        (None, None) => {
+            let [from_a, from_b] = [a, b].map(|(part, frame)| pose(frame) * part.node_from_part);
+            let a_from_b = from_a.inv_mul(&from_b);
+            !are_apart_along(&a.0.solid, &b.0.solid, &a_from_b, gap, margin) && is_within(&a.0.solid, &b.0.solid, &a_from_b, margin)
+        }
     }
-    let [from_a, from_b] = [(a, frame_a), (b, frame_b)].map(|(part, frame)| pose(frame) * part.node_from_part);
-    is_within(&a.solid, &b.solid, &from_a.inv_mul(&from_b), margin)
 }

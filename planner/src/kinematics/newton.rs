@@ -29,6 +29,10 @@ const TOLERANCE: f64 = 1e-9;
 const STEP_MAX: f64 = 0.5;
 /// More than what rounding adds to a length, m.
 const ROUNDING: f64 = 1e-9;
+/// A smaller pivot than this (m or 1) stands for a leg near a singularity, where steps are damped.
+const PIVOT_MIN: f64 = 1e-3;
+/// A smaller pivot of the damped system stands for no solution.
+const SINGULAR: f64 = 1e-14;
 /// Damping of the normal equations; small enough to leave convergence superlinear.
 const DAMPING: f64 = 1e-9;
 
@@ -120,7 +124,8 @@ impl Newton {
             if iteration == APPROACH_ITERATIONS && error.iter().any(|e| e.abs() > NEAR) {
                 return None;
             }
-            let step = least_squares(&columns[..joints.len()], &error)?;
+            let columns = &columns[..joints.len()];
+            let step = exact(columns, &error).or_else(|| least_squares(columns, &error))?;
             let longest = step.iter().fold(0.0_f64, |longest, s| longest.max(s.abs()));
             let scale = if longest > STEP_MAX { STEP_MAX / longest } else { 1.0 };
             for ((position, s), joint) in q.iter_mut().zip(&step).zip(joints) {
@@ -163,6 +168,15 @@ fn twist(from: &Pose, to: &Pose) -> Vector6 {
     [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
 }
 
+/// The step that six columns make do all of the error, `J^-1 error`; `None` of other numbers of them and near a singularity.
+fn exact(columns: &[Vector6], error: &Vector6) -> Option<LegPositions> {
+    let columns: &[Vector6; 6] = columns.try_into().ok()?;
+    let line = |row: usize| [0, 1, 2, 3, 4, 5, 6].map(|col| columns.get(col).map_or(error[row], |column| column[row]));
+    let mut system = [0, 1, 2, 3, 4, 5].map(line);
+    let solution = eliminate(&mut system, PIVOT_MIN)?;
+    Some(solution.into_iter().collect())
+}
+
 /// The least-norm step `J^T (J J^T + damping)^-1 error`, one entry per column of J.
 fn least_squares(columns: &[Vector6], error: &Vector6) -> Option<LegPositions> {
     let mut normal = [[0.0; 7]; 6];
@@ -173,16 +187,16 @@ fn least_squares(columns: &[Vector6], error: &Vector6) -> Option<LegPositions> {
         line[row] += DAMPING;
         line[6] = error[row];
     }
-    let solution = eliminate(&mut normal)?;
+    let solution = eliminate(&mut normal, SINGULAR)?;
     Some(columns.iter().map(|c| c.iter().zip(&solution).map(|(a, b)| a * b).sum()).collect())
 }
 
-/// Solves a 6 by 6 system given with its right-hand side as a seventh column; `None` where it is singular.
-fn eliminate(system: &mut [[f64; 7]; 6]) -> Option<Vector6> {
+/// Solves a 6 by 6 system given with its right-hand side as a seventh column; `None` where a pivot is less than `pivot_min`.
+fn eliminate(system: &mut [[f64; 7]; 6], pivot_min: f64) -> Option<Vector6> {
     for pivot in 0..6 {
         let best = (pivot..6).max_by(|&a, &b| system[a][pivot].abs().total_cmp(&system[b][pivot].abs()))?;
         system.swap(pivot, best);
-        if system[pivot][pivot].abs() < 1e-14 {
+        if system[pivot][pivot].abs() < pivot_min {
             return None;
         }
         let line = system[pivot];

@@ -1,5 +1,6 @@
 //! What single-mode planning knows of each pair of transitions within a mode: how often it failed, or the motion it found.
 
+use crate::arena::filled;
 use crate::motion::graph::{ArenaFull, TransitionId};
 
 /// A motion between two transitions within their common mode.
@@ -28,7 +29,7 @@ pub struct EdgeTable {
 impl EdgeTable {
     /// A table for at least `edges_max` edges.
     pub fn new(edges_max: usize) -> Self {
-        Self { slots: vec![None; (2 * edges_max).next_power_of_two()], used: 0 }
+        Self { slots: filled(None, (2 * edges_max).next_power_of_two()), used: 0 }
     }
 
     /// What is known of a pair.

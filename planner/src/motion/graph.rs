@@ -4,6 +4,7 @@
 //! the double-support mode of the two. From `(a | b)` the robot goes on to the twin (double support), or swings its free
 //! foot to another placement: `(a | c)` (single support on a).
 
+use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
 
@@ -108,11 +109,11 @@ impl Graph {
     /// Empty arenas of these capacities.
     pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize) -> Self {
         Self {
-            footholds: Vec::with_capacity(footholds_max),
-            first_of_stance: Vec::with_capacity(footholds_max),
-            first_doubtful: Vec::with_capacity(footholds_max),
-            transitions: Vec::with_capacity(transitions_max),
-            configurations: Vec::with_capacity(configurations_max),
+            footholds: reserve(footholds_max),
+            first_of_stance: reserve(footholds_max),
+            first_doubtful: reserve(footholds_max),
+            transitions: reserve(transitions_max),
+            configurations: reserve(configurations_max),
             connected: 0,
         }
     }

@@ -1,5 +1,7 @@
 //! A binary heap of node indices ordered by cost, with decrease-key, over arrays allocated once.
 
+use crate::arena::{filled, reserve};
+
 /// Position of a node that is not in the heap.
 const ABSENT: u32 = u32::MAX;
 
@@ -17,7 +19,7 @@ pub struct IndexHeap {
 impl IndexHeap {
     /// A heap over nodes `0..nodes_max`.
     pub fn new(nodes_max: usize) -> Self {
-        Self { order: Vec::with_capacity(nodes_max), positions: vec![ABSENT; nodes_max], keys: vec![(0.0, 0); nodes_max] }
+        Self { order: reserve(nodes_max), positions: filled(ABSENT, nodes_max), keys: filled((0.0, 0), nodes_max) }
     }
 
     /// Empties it.

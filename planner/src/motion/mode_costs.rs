@@ -4,6 +4,7 @@
 //! that may close the gap between what hangs together with the start and what with the goal, and away from those where it
 //! has laboured in vain.
 
+use crate::arena::{filled, reserve};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId, boundary_of};
 
 /// A mode: one placement carries the robot, or the two of a transition and its twin.
@@ -58,11 +59,11 @@ impl ModeCosts {
     /// Arenas of these capacities.
     pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize) -> Self {
         Self {
-            singles: vec![UNTRIED; footholds_max],
-            doubles: vec![UNTRIED; transitions_max.div_ceil(2)],
-            transitions: vec![TransitionRecord::default(); transitions_max],
-            found: Vec::with_capacity(configurations_max),
-            motions: Vec::with_capacity(4 * configurations_max),
+            singles: filled(UNTRIED, footholds_max),
+            doubles: filled(UNTRIED, transitions_max.div_ceil(2)),
+            transitions: filled(TransitionRecord::default(), transitions_max),
+            found: reserve(configurations_max),
+            motions: reserve(4 * configurations_max),
         }
     }
 

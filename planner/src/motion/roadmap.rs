@@ -4,6 +4,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
 
+use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::chunking::ChunkBuilder;
 use crate::constraint::{Constraints, Mode};
@@ -105,9 +106,9 @@ impl Roadmap {
             edges: EdgeTable::new(4 * configurations_max),
             costs: ModeCosts::new(footholds_max, transitions_max, configurations_max),
             trees: TreePool::new(TREES_MAX, TREE_NODES_MAX),
-            boundaries: Vec::with_capacity(BOUNDARIES_MAX),
-            lifts: Vec::with_capacity(configurations_max),
-            waypoints: Vec::with_capacity(waypoints_max),
+            boundaries: reserve(BOUNDARIES_MAX),
+            lifts: reserve(configurations_max),
+            waypoints: reserve(waypoints_max),
         }
     }
 

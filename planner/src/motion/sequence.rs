@@ -1,5 +1,6 @@
 //! The cheapest sequence of transitions from start to goal [Grey 4.4.2].
 
+use crate::arena::{filled, reserve};
 use crate::motion::edges::EdgeTable;
 use crate::motion::graph::{FootholdId, Graph, TransitionId};
 use crate::motion::heap::IndexHeap;
@@ -96,13 +97,13 @@ impl SequenceSearch {
     pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
         Self {
             heap: IndexHeap::new(transitions_max),
-            costs: vec![(f64::INFINITY, 0); transitions_max],
-            came_from: vec![None; transitions_max],
-            reached: Vec::with_capacity(transitions_max),
-            is_entered: vec![false; footholds_max],
-            entered: Vec::with_capacity(footholds_max),
-            is_used: vec![false; footholds_max],
-            sequence: Vec::with_capacity(transitions_max),
+            costs: filled((f64::INFINITY, 0), transitions_max),
+            came_from: filled(None, transitions_max),
+            reached: reserve(transitions_max),
+            is_entered: filled(false, footholds_max),
+            entered: reserve(footholds_max),
+            is_used: filled(false, footholds_max),
+            sequence: reserve(transitions_max),
             best: None,
         }
     }

@@ -18,6 +18,8 @@ use crate::snapshot::Snapshot;
 
 /// Fixed-point shifts of the root that bring the centre of mass over its target.
 const COM_SHIFTS_MAX: usize = 8;
+/// How much further the root is shifted than the centre of mass shall go, since the legs come along only half the way.
+const LEGS_LAG: f64 = 1.15;
 /// How near the centre of mass must come to its target, m.
 const COM_TOLERANCE: f64 = 5e-4;
 /// The share of a leg's reach that samples may use: beyond it the knee is all but straight.
@@ -81,7 +83,8 @@ pub fn sample(
     let body = &constraints.body;
     let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), attempt, &mut draws);
     let soles = world_from_soles(pair);
-    let (configuration, snapshot) = settle(body, &soles, &posture, free, work)?;
+    let mut snapshot = Snapshot::default();
+    let configuration = settle_into(body, &soles, &posture, free, &mut snapshot, work)?;
     *work += 1;
     constraints.check(mode, &snapshot, [FootState::Stance; 2])?;
     Ok(configuration)
@@ -98,10 +101,23 @@ pub fn settle(
     start_q: [f64; surefoot_shared_types::message::limits::JOINTS_MAX],
     work: &mut u64,
 ) -> Result<(Configuration, Snapshot), Rejection> {
-    let mut configuration =
-        Configuration { world_from_root: Pose::from_parts(posture.com.extend(0.0), posture.world_from_root), q: start_q };
-    let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
     let mut snapshot = Snapshot::default();
+    let configuration = settle_into(body, world_from_soles, posture, start_q, &mut snapshot, work)?;
+    Ok((configuration, snapshot))
+}
+
+/// The same, the snapshot written over another one.
+fn settle_into(
+    body: &Body,
+    world_from_soles: &[Pose; 2],
+    posture: &Posture,
+    start_q: FreeJoints,
+    snapshot: &mut Snapshot,
+    work: &mut u64,
+) -> Result<Configuration, Rejection> {
+    let begin = posture.com - (posture.world_from_root * body.standing_com).truncate();
+    let mut configuration = Configuration { world_from_root: Pose::from_parts(begin.extend(0.0), posture.world_from_root), q: start_q };
+    let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
     for _ in 0..COM_SHIFTS_MAX {
         *work += 1;
         let height = body.root_height(&configuration.world_from_root, world_from_soles, shares);
@@ -109,12 +125,12 @@ pub fn settle(
         if !body.place_soles(&mut configuration, world_from_soles) {
             return Err(Rejection::Unreachable);
         }
-        body.snapshot_into(&configuration, &mut snapshot);
+        body.snapshot_into(&configuration, snapshot);
         let error = posture.com - snapshot.com.truncate();
         if error.length() < COM_TOLERANCE {
-            return Ok((configuration, snapshot));
+            return Ok(configuration);
         }
-        configuration.world_from_root.translation += error.extend(0.0);
+        configuration.world_from_root.translation += (LEGS_LAG * error).extend(0.0);
     }
     Err(Rejection::Balance)
 }

@@ -1,6 +1,7 @@
 //! The trees of single-mode planning: one per transition and mode, kept from one cycle of the planner to the next
 //! [Grey 4.4.3].
 
+use crate::arena::reserve;
 use crate::motion::graph::TransitionId;
 use crate::motion::track::State;
 
@@ -43,7 +44,7 @@ pub struct TreePool {
 impl TreePool {
     /// Room for this many trees of this many nodes each.
     pub fn new(trees_max: usize, nodes_max: usize) -> Self {
-        let slot = |_| Slot { key: None, nodes: Vec::with_capacity(nodes_max), lent: 0 };
+        let slot = |_| Slot { key: None, nodes: reserve(nodes_max), lent: 0 };
         Self { slots: (0..trees_max).map(slot).collect(), clock: 0 }
     }
 

@@ -1,5 +1,6 @@
 //! The memory of one single-mode search, allocated once and used by one search at a time.
 
+use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::constraint::Rejection;
 use crate::motion::trees::{Tree, TreeNode};
@@ -24,9 +25,9 @@ impl Workspace {
     /// Memory for tracks and trees of these lengths.
     pub fn new(track_max: usize, tree_nodes_max: usize) -> Self {
         Self {
-            track: Vec::with_capacity(track_max),
-            lifts: [0, 1].map(|_| Vec::with_capacity(LIFT_MAX)),
-            trees: [0, 1].map(|_| Vec::with_capacity(tree_nodes_max)),
+            track: reserve(track_max),
+            lifts: [0, 1].map(|_| reserve(LIFT_MAX)),
+            trees: [0, 1].map(|_| reserve(tree_nodes_max)),
             rejections: [0; Rejection::COUNT],
         }
     }

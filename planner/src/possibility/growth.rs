@@ -6,6 +6,7 @@ use super::extension::{Extension, Step};
 use super::route::Route;
 use super::stance::{Context, Placed, Stance};
 use super::station::Station;
+use crate::arena::reserve;
 use crate::collision::bvh::Aabb;
 use crate::foot_placement::Scratch;
 use crate::random::{Random, Stream};
@@ -106,18 +107,18 @@ pub struct Growth {
 impl Growth {
     /// Trees of at most `vertices_max` stations from `start` and `goal`, at most `spacing` metres apart, inside `world` (m).
     pub fn new(start: &Mark, goal: &Mark, spacing: f64, vertices_max: usize, world: &Aabb) -> Self {
-        let vertices = || Vec::with_capacity(vertices_max);
+        let vertices = || reserve(vertices_max);
         let mut growth = Self {
             trees: [vertices(), vertices()],
-            placements: Vec::with_capacity(vertices_max * super::stance::PLACEMENTS_MAX / 2),
+            placements: reserve(vertices_max * super::stance::PLACEMENTS_MAX / 2),
             activity: Activity::Sampling,
             ends: [start, goal].map(Station::on),
             whole_ends: [start, goal].map(Station::on),
             spacing,
             bounds: sampling_bounds(start, goal, world),
             route: Route::new(start, goal, vertices_max),
-            spare: Vec::with_capacity(2 * vertices_max),
-            whole: Vec::with_capacity(2 * vertices_max),
+            spare: reserve(2 * vertices_max),
+            whole: reserve(2 * vertices_max),
             detour: None,
             given_up: heapless::Deque::new(),
             samples: 0,

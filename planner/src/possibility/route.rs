@@ -3,6 +3,8 @@
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::Mark;
 
+use crate::arena::reserve;
+
 use super::growth::Vertex;
 use super::station::Station;
 
@@ -16,7 +18,7 @@ pub struct Route {
 impl Route {
     /// Room for a route; empty.
     pub(super) fn new(start: &Mark, goal: &Mark, stations_max: usize) -> Self {
-        Self { vertices: Vec::with_capacity(2 * stations_max), feet_apart: [start.feet_apart, goal.feet_apart] }
+        Self { vertices: reserve(2 * stations_max), feet_apart: [start.feet_apart, goal.feet_apart] }
     }
 
     /// How many stations there are.

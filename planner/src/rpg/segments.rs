@@ -6,6 +6,7 @@
 use surefoot_shared_types::message::SupportMode;
 
 use super::{Boundary, GOAL, Phase, Planner, Purpose, START, boundary_node};
+use crate::arena::reserve;
 use crate::ends::{foothold_at, stand};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
 use crate::motion::roadmap::Segment;
@@ -38,7 +39,7 @@ pub struct Cuts {
 impl Cuts {
     /// None yet.
     pub fn new() -> Self {
-        Self { cuts: Vec::with_capacity(BOUNDARIES_MAX), current: 0 }
+        Self { cuts: reserve(BOUNDARIES_MAX), current: 0 }
     }
 
     /// The boundaries of the segment that is being planned.

@@ -4,6 +4,7 @@
 use surefoot_shared_types::config::PlannerConfig;
 
 use super::{Phase, Planner, Purpose};
+use crate::arena::reserve;
 use crate::motion::graph::{ArenaFull, TransitionId};
 
 /// The segment as it was before it is shortened, and what may be spent on that.
@@ -18,7 +19,7 @@ pub struct Shortening {
 impl Shortening {
     /// Room for any segment.
     pub fn new(config: &PlannerConfig) -> Self {
-        Self { rounds_max: config.shorten_rounds_max, rounds: 0, best: Vec::with_capacity(config.configurations_max as usize) }
+        Self { rounds_max: config.shorten_rounds_max, rounds: 0, best: reserve(config.configurations_max as usize) }
     }
 
     /// Keeps a complete sequence; `false` where there is no room for it.
