@@ -6,6 +6,7 @@
 
 mod journal;
 mod position;
+mod state;
 
 use std::time::{Duration, Instant};
 
@@ -18,6 +19,8 @@ use surefoot_shared_types::instance::{Instance, Link};
 use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk};
 
 pub use surefoot_shared_types::instance::ChannelError;
+
+pub use state::StatePublisher;
 
 use journal::Journal;
 use position::{Admission, Position};
@@ -134,6 +137,11 @@ impl ChunkReceiver {
             Self { subscriber, mouth, link, position, journal, taken_over, active_at: start, cleaned_at: start, told_left: false };
         receiver.mouth.say(&receiver.position)?;
         Ok(receiver)
+    }
+
+    /// Where to say how the simulated robot is.
+    pub fn open_state(&self) -> Result<StatePublisher, ChannelError> {
+        StatePublisher::open(&self.link)
     }
 
     /// The last word of the controller whose robot this one took over, if there was one.

@@ -12,6 +12,7 @@ pub mod continuity;
 pub mod geometry;
 pub mod kinematics;
 pub mod plan;
+pub mod simulation;
 pub mod truth;
 pub mod walk;
 

@@ -6,7 +6,7 @@
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::Margins;
-use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, State, SupportMode, Waypoint};
 use surefoot_shared_types::scene::correction::corrected_digest;
 
 pub use crate::admission::Identity;
@@ -14,6 +14,7 @@ use crate::admission::check_message;
 use crate::bound::within;
 use crate::check::{Checker, Segment, Violation};
 use crate::continuity::{Stance, check_transition, standing_limbs};
+use crate::simulation::Simulation;
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands, in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
@@ -96,6 +97,11 @@ impl Walker {
         let margins = self.checker.check_segment(&segment)?;
         self.walk(chunk, mode, starts_plan, &margins);
         Ok(margins)
+    }
+
+    /// Walks an accepted chunk in simulated time; `tell` hears of every tick.
+    pub fn simulate(&mut self, simulation: &mut Simulation, chunk: &PlanChunk, tell: &mut dyn FnMut(&State)) {
+        simulation.walk(&mut self.checker, chunk, tell);
     }
 
     /// What judges the chunks.

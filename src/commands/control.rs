@@ -1,8 +1,10 @@
 //! `surefoot control`: checks and walks the plan that arrives in an instance. Also the controller process of a walk.
 
+mod simulated;
+
 use std::time::Duration;
 
-use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
+use surefoot_controller_sim::channel::{ChannelError, ChunkReceiver, Ended, Judgement};
 use surefoot_controller_sim::{Checker, CheckerError, Identity, Truth, Violation, Walker};
 use surefoot_shared_types::instance::draw_id;
 use surefoot_shared_types::message::{Check, PlanChunk};
@@ -10,6 +12,7 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::load::load_world;
 
+use self::simulated::Simulated;
 use super::{enter, settle};
 use crate::arguments::ControlArguments;
 use crate::audience::Audience;
@@ -40,7 +43,8 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
         Some(word) => Walker::take_over(checker, identity, word),
         None => Walker::new(checker, identity),
     };
-    let mut judge = Judge { walker, truth, seconds: 0.0, detail: String::new() };
+    let simulated = arguments.rate.map(|rate| Simulated::new(&receiver, id, rate)).transpose()?;
+    let mut judge = Judge { walker, truth, simulated, failed: Ok(()), seconds: 0.0, detail: String::new() };
     if let (Some(truth), Some(word)) = (&mut judge.truth, receiver.taken_over()) {
         truth.pass_over(word.corrections());
     }
@@ -48,7 +52,7 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
     let keep_going = || signals::raised().is_none();
     let mut ended = match receiver.ended() {
         Some(ended) => ended,
-        None => receiver.run(&mut |chunk, _| judge.judge(chunk), &keep_going)?,
+        None => receiver.run(&mut |chunk, alive| judge.judge(chunk, alive), &keep_going)?,
     };
     // A supervisor says when all is over, and until then a restarted planner may ask again.
     let longest = (!arguments.role.report_lines && !arguments.serve).then_some(LINGER);
@@ -58,15 +62,16 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
             Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail.clone())),
             Ended::Left => {
                 audience.tell(&Line::Holding { accepted: receiver.feedback().next_sequence })?;
-                ended = receiver.run(&mut |chunk, _| judge.judge(chunk), &keep_going)?;
+                ended = receiver.run(&mut |chunk, alive| judge.judge(chunk, alive), &keep_going)?;
                 continue;
             }
             Ended::Stopped => return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
         };
+        std::mem::replace(&mut judge.failed, Ok(()))?;
         let judged = judge.conclude(receiver.tally().duplicates, refusal);
         audience.tell(&Line::Judged(judged.clone()))?;
         audience.say(|| verdict(&judged));
-        match receiver.linger(&mut |chunk, _| judge.judge(chunk), longest, &keep_going)? {
+        match receiver.linger(&mut |chunk, alive| judge.judge(chunk, alive), longest, &keep_going)? {
             Some(next) => ended = next,
             None => return Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done }),
         }
@@ -77,18 +82,24 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
 struct Judge {
     walker: Walker,
     truth: Option<Truth>,
+    simulated: Option<Simulated>,
+    /// Why the simulation can tell nothing more.
+    failed: Result<(), ChannelError>,
     seconds: f64,
     detail: String,
 }
 
 impl Judge {
-    fn judge(&mut self, chunk: &PlanChunk) -> Judgement {
+    fn judge(&mut self, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Judgement {
         let watch = Stopwatch::start();
         let judgement = match self.walker.admit_and_walk(chunk) {
             Ok(margins) => Judgement::Accepted(margins),
             Err(violation) => self.refuse(chunk, violation),
         };
         self.seconds += watch.seconds();
+        if let (Judgement::Accepted(_), Some(simulated), Ok(())) = (&judgement, &mut self.simulated, &self.failed) {
+            self.failed = simulated.walk(&mut self.walker, chunk, alive);
+        }
         judgement
     }
 

@@ -70,6 +70,11 @@ impl Equilibrium {
         Self { mu, known: BTreeMap::new() }
     }
 
+    /// The coefficient of friction.
+    pub fn mu(&self) -> f64 {
+        self.mu
+    }
+
     /// The edges of all friction pyramids, with only a share of the friction.
     pub fn generators(&self, supports: &[SoleSupport], friction_share: f64) -> Vec<Generator> {
         let mu = friction_share * self.mu;

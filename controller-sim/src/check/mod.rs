@@ -12,6 +12,7 @@ mod least_squares;
 mod levers;
 mod limits;
 mod linear_program;
+mod load;
 mod motion;
 mod simplex;
 mod support;
@@ -26,8 +27,10 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
 use crate::geometry::body::Body;
+use crate::kinematics::{Configuration, Posture};
 use allowed_pairs::allowed_pairs;
 use equilibrium::Equilibrium;
+pub use load::{FootLoad, Load};
 use motion::Motion;
 use support::{SoleSupport, SupportFinder};
 
@@ -195,6 +198,13 @@ impl Checker {
             }
         }
         report
+    }
+
+    /// What the ground does to the feet in a configuration, if the load is spread evenly.
+    pub fn load(&mut self, contacts: &[Contact], configuration: &Configuration) -> Load {
+        let supports: Vec<SoleSupport> = contacts.iter().map(|contact| self.supports.find(contact)).collect();
+        let posture = Posture::new(&self.model, configuration);
+        load::even_load(&self.unlocked, &self.equilibrium, &supports, &posture)
     }
 
     fn reserves(&mut self, case: &Case) -> Reserves {

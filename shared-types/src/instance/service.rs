@@ -15,7 +15,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::bell::Bell;
 use super::{Instance, InstanceError};
-use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus};
+use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus, State};
 
 /// Most chunks sent and not yet acknowledged; also the size of a reader's buffer.
 pub const CREDIT: usize = 8;
@@ -131,6 +131,11 @@ impl Link {
         let feedback_bell = Bell::open(instance, "feedback-bell")?;
         instance.reserve_segments()?;
         Ok(Self { chunks, feedback, chunk_bell, feedback_bell, node, instance: instance.clone() })
+    }
+
+    /// Opens the service on which a controller says how the simulated robot is, creating it if it does not exist yet.
+    pub fn open_state(&self) -> Result<Service<State>, ChannelError> {
+        open_service(&self.node, &self.instance, "state", State::HASH, &LATEST)
     }
 
     /// Opens the services over which a planner that stays up is asked, creating what does not exist yet.
