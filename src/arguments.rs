@@ -70,6 +70,9 @@ pub struct WalkArguments {
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and say how the robot is
     #[arg(long, value_name = "RATE", value_parser = rate)]
     pub rate: Option<f64>,
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as this seed says
+    #[arg(long, value_name = "SEED")]
+    pub disturb: Option<u64>,
 }
 
 /// `surefoot plan`.
@@ -109,6 +112,9 @@ pub struct ControlArguments {
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and say how the robot is
     #[arg(long, value_name = "RATE", value_parser = rate)]
     pub rate: Option<f64>,
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as this seed says
+    #[arg(long, value_name = "SEED")]
+    pub disturb: Option<u64>,
     /// Stay up for further plans until a signal comes
     #[arg(long)]
     pub serve: bool,

@@ -4,11 +4,12 @@
 //! within the friction pyramids.
 
 use bytemuck::Zeroable;
+use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::limits::CONTACTS_MAX;
 use surefoot_shared_types::message::state::{FootForce, STATE_SCHEMA};
 use surefoot_shared_types::message::{PlanChunk, State, Waypoint};
 
-use crate::check::{Checker, Load};
+use crate::check::{Checker, Footing, Load};
 use crate::kinematics::Configuration;
 
 /// Simulates accepted chunks, tick by tick.
@@ -25,22 +26,31 @@ impl Simulation {
         Self { instance, tick_seconds, ticks: 0 }
     }
 
-    /// Walks a chunk that `checker` accepts. `tell` hears of every tick, the chunk's last instant among them.
+    /// Walks a chunk that `checker` accepts. `tell` hears of every instant of the plan that is a multiple of the tick, each once
+    /// over all its chunks, and of the plan's end.
     pub fn walk(&mut self, checker: &mut Checker, chunk: &PlanChunk, tell: &mut dyn FnMut(&State)) {
-        let waypoints = chunk.waypoints();
-        let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
-        let count = ((end - begin) / self.tick_seconds).ceil() as u64;
-        for tick in 1..=count.max(1) {
-            let time = (begin + tick as f64 * self.tick_seconds).min(end);
-            let waypoint = waypoint_at(waypoints, time, checker.model().joints.len());
+        let footing = checker.footing(chunk.contacts());
+        for time in self.instants(chunk) {
+            let waypoint = waypoint_at(chunk.waypoints(), time, checker.model().joints.len());
             self.ticks += 1;
-            tell(&self.state(checker, chunk, &waypoint));
+            tell(&self.state(checker, chunk, &footing, &waypoint));
         }
     }
 
-    fn state(&self, checker: &mut Checker, chunk: &PlanChunk, waypoint: &Waypoint) -> State {
+    fn instants(&self, chunk: &PlanChunk) -> impl Iterator<Item = f64> + use<> {
+        let waypoints = chunk.waypoints();
+        let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
+        let tick_seconds = self.tick_seconds;
+        let last_before = |time: f64| (time / tick_seconds).floor() as i64;
+        let is_first = chunk.flags & FLAG_FIRST != 0;
+        let (first, last) = (last_before(begin) + i64::from(!is_first), last_before(end));
+        let at_end = (chunk.flags & FLAG_LAST != 0 && last as f64 * tick_seconds < end).then_some(end);
+        (first..=last).map(move |index| (index as f64 * tick_seconds).clamp(begin, end)).chain(at_end)
+    }
+
+    fn state(&self, checker: &mut Checker, chunk: &PlanChunk, footing: &Footing, waypoint: &Waypoint) -> State {
         let configuration = Configuration::of_waypoint(waypoint, checker.model().joints.len());
-        let load = checker.load(chunk.contacts(), &configuration);
+        let load = checker.load(footing, &configuration);
         let mut state = State {
             schema: STATE_SCHEMA,
             instance: self.instance,
@@ -52,15 +62,15 @@ impl Simulation {
             waypoint: *waypoint,
             ..State::zeroed()
         };
-        put(&mut state, &load);
+        put(&mut state, &load, checker.model().joints.len());
         state
     }
 }
 
-fn put(state: &mut State, load: &Load) {
+fn put(state: &mut State, load: &Load, joints: usize) {
     state.centre_of_mass = load.centre_of_mass.to_array();
-    (state.friction_use, state.torque_use) = (load.friction_use, load.torque_use);
-    state.torques.iter_mut().zip(&load.torques).for_each(|(slot, torque)| *slot = *torque);
+    (state.balance_margin, state.friction_use, state.torque_use) = (load.balance_margin, load.friction_use, load.torque_use);
+    state.torques.iter_mut().zip(&load.torques[..joints]).for_each(|(slot, torque)| *slot = *torque);
     for (slot, foot) in state.feet.iter_mut().zip(&load.feet) {
         *slot = FootForce { limb: foot.limb as u64, force: foot.force.to_array(), centre: foot.centre.to_array() };
     }

@@ -1,26 +1,25 @@
 //! `surefoot control`: checks and walks the plan that arrives in an instance. Also the controller process of a walk.
 
+mod judge;
 mod simulated;
 
 use std::time::Duration;
 
-use surefoot_controller_sim::channel::{ChannelError, ChunkReceiver, Ended, Judgement};
-use surefoot_controller_sim::{Checker, CheckerError, Identity, Truth, Violation, Walker};
+use surefoot_controller_sim::channel::{ChunkReceiver, Ended};
+use surefoot_controller_sim::{Checker, CheckerError, Disturbance, Identity, Truth, Walker};
 use surefoot_shared_types::instance::draw_id;
-use surefoot_shared_types::message::{Check, PlanChunk};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::load::load_world;
 
+use self::judge::Judge;
 use self::simulated::Simulated;
 use super::{enter, settle};
 use crate::arguments::ControlArguments;
 use crate::audience::Audience;
-use crate::clock::Stopwatch;
 use crate::failure::{Ending, Failure};
 use crate::inputs::Inputs;
 use crate::line::{Judged, Line, Refusal};
-use crate::margins::WorstMargins;
 use crate::signals;
 
 /// How long the last word is repeated for a planner that does not leave.
@@ -44,9 +43,12 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
         None => Walker::new(checker, identity),
     };
     let simulated = arguments.rate.map(|rate| Simulated::new(&receiver, id, rate)).transpose()?;
-    let mut judge = Judge { walker, truth, simulated, failed: Ok(()), seconds: 0.0, detail: String::new() };
-    if let (Some(truth), Some(word)) = (&mut judge.truth, receiver.taken_over()) {
-        truth.pass_over(word.corrections());
+    let mut judge = Judge::new(walker, truth, arguments.disturb.map(Disturbance::new), simulated);
+    if let Some(word) = receiver.taken_over() {
+        judge.pass_over(word.corrections());
+    }
+    if let Some(seed) = arguments.disturb {
+        receiver.disturb_words(seed);
     }
     audience.tell(&Line::ControllerReady)?;
     let keep_going = || signals::raised().is_none();
@@ -59,7 +61,7 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
     loop {
         let refusal = match ended {
             Ended::Finished => None,
-            Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail.clone())),
+            Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail().to_owned())),
             Ended::Left => {
                 audience.tell(&Line::Holding { accepted: receiver.feedback().next_sequence })?;
                 ended = receiver.run(&mut |chunk, alive| judge.judge(chunk, alive), &keep_going)?;
@@ -67,7 +69,7 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
             }
             Ended::Stopped => return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
         };
-        std::mem::replace(&mut judge.failed, Ok(()))?;
+        judge.failure()?;
         let judged = judge.conclude(receiver.tally().duplicates, refusal);
         audience.tell(&Line::Judged(judged.clone()))?;
         audience.say(|| verdict(&judged));
@@ -75,49 +77,6 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
             Some(next) => ended = next,
             None => return Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done }),
         }
-    }
-}
-
-/// Judges chunks and remembers what it took.
-struct Judge {
-    walker: Walker,
-    truth: Option<Truth>,
-    simulated: Option<Simulated>,
-    /// Why the simulation can tell nothing more.
-    failed: Result<(), ChannelError>,
-    seconds: f64,
-    detail: String,
-}
-
-impl Judge {
-    fn judge(&mut self, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Judgement {
-        let watch = Stopwatch::start();
-        let judgement = match self.walker.admit_and_walk(chunk) {
-            Ok(margins) => Judgement::Accepted(margins),
-            Err(violation) => self.refuse(chunk, violation),
-        };
-        self.seconds += watch.seconds();
-        if let (Judgement::Accepted(_), Some(simulated), Ok(())) = (&judgement, &mut self.simulated, &self.failed) {
-            self.failed = simulated.walk(&mut self.walker, chunk, alive);
-        }
-        judgement
-    }
-
-    /// A refusal, for its own reason or because the world is another: then what was met is part of the world from now on.
-    fn refuse(&mut self, chunk: &PlanChunk, violation: Violation) -> Judgement {
-        let waypoint = violation.waypoint as u32;
-        let correction = self.truth.as_mut().and_then(|truth| truth.met(&self.walker, chunk, &violation));
-        let check = if correction.is_some() { Check::WorldDiffers } else { violation.check };
-        self.detail = violation.detail;
-        if let Some(correction) = &correction {
-            self.walker.correct(correction);
-        }
-        Judgement::Refused { check, waypoint, correction }
-    }
-
-    fn conclude(&self, duplicated: u64, refusal: Option<Refusal>) -> Judged {
-        let margins = WorstMargins::from(&self.walker.margins());
-        Judged { check_seconds: self.seconds, accepted: self.walker.next_sequence(), duplicated, margins, refusal }
     }
 }
 

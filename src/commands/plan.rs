@@ -146,14 +146,15 @@ impl Run<'_> {
     }
 }
 
-/// Whether planning again from where the robot stands may help: the world turned out to be another, or another planner has
-/// planned again meanwhile.
+/// Whether planning again from where the robot stands may help: the world turned out to be another, the feet stand elsewhere than
+/// planned, or another planner has planned again meanwhile.
 fn may_go_on(delivery: &Delivery) -> bool {
     let differs = matches!(delivery.outcome, Outcome::Refused { check: Check::WorldDiffers, .. });
     let word = delivery.feedback.as_ref();
     let corrected = differs && word.is_some_and(|word| word.corrections_len > 0);
+    let misplaced = matches!(delivery.outcome, Outcome::Refused { check: Check::FootMisplaced, .. });
     let stands = word.is_some_and(|word| word.standing.is_known());
-    stands && (corrected || delivery.outcome == Outcome::Superseded)
+    stands && (corrected || misplaced || delivery.outcome == Outcome::Superseded)
 }
 
 /// What became of the chunks of all epochs together.

@@ -77,6 +77,7 @@ fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, repor
         export,
         truth: arguments.truth.as_deref(),
         rate: arguments.rate,
+        disturb: arguments.disturb,
     };
     let mut supervisor = Supervisor::default();
     supervisor.start(Role::Controller, roles.command_of(Role::Controller)?)?;
@@ -164,6 +165,7 @@ struct Roles<'a> {
     export: Option<&'a Path>,
     truth: Option<&'a Path>,
     rate: Option<f64>,
+    disturb: Option<u64>,
 }
 
 impl Roles<'_> {
@@ -179,6 +181,9 @@ impl Roles<'_> {
                 }
                 if let Some(rate) = self.rate {
                     command.arg("--rate").arg(rate.to_string());
+                }
+                if let Some(seed) = self.disturb {
+                    command.arg("--disturb").arg(seed.to_string());
                 }
                 Ok(command)
             }

@@ -4,9 +4,9 @@ use glam::DVec3;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::GRAVITY;
 
-use super::equilibrium::{ALL_FRICTION, Equilibrium, Generator, balance};
-use super::least_squares::least_squares;
-use super::support::SoleSupport;
+use super::equilibrium::{ALL_FRICTION, Equilibrium, Generator, PYRAMID_SIDES, balance};
+use super::least_squares::even_forces;
+use super::support::{ContactPoint, SoleSupport};
 use crate::kinematics::Posture;
 
 /// How a standing robot is loaded.
@@ -14,11 +14,13 @@ use crate::kinematics::Posture;
 pub struct Load {
     /// The centre of mass in the world, m.
     pub centre_of_mass: DVec3,
+    /// How far it may still move before no contact forces hold the robot, m.
+    pub balance_margin: f64,
     /// One per stance foot; none where no forces hold the robot.
     pub feet: Vec<FootLoad>,
     /// Joint torques, N m or N, locked joints after the moving ones.
     pub torques: Vec<f64>,
-    /// The largest share of the friction that a contact point uses.
+    /// The largest share of its friction that a foot uses against sliding.
     pub friction_use: f64,
     /// The largest share of its effort limit that a joint uses.
     pub torque_use: f64,
@@ -35,41 +37,69 @@ pub struct FootLoad {
     pub centre: DVec3,
 }
 
+/// The force of the ground at one point.
+struct Pressed {
+    limb: usize,
+    at: ContactPoint,
+    force: DVec3,
+}
+
+impl Pressed {
+    /// The part of the force that is not friction, N.
+    fn pressure(&self) -> f64 {
+        self.force.dot(self.at.normal)
+    }
+}
+
 /// The load of least squares; without feet, and as if nothing but the root held the robot, where no forces hold it.
-pub fn even_load(model: &RobotModel, equilibrium: &Equilibrium, supports: &[SoleSupport], posture: &Posture) -> Load {
+pub fn even_load(model: &RobotModel, equilibrium: &mut Equilibrium, supports: &[SoleSupport], posture: &Posture) -> Load {
     let centre_of_mass = posture.centre_of_mass(model);
     let generators = equilibrium.generators(supports, ALL_FRICTION);
-    let forces = least_squares(&balance(&generators, centre_of_mass)).unwrap_or_default();
-    let weight = model.mass() * GRAVITY;
-    let pressed: Vec<(Generator, DVec3)> =
-        generators.iter().zip(&forces).map(|(generator, force)| (*generator, force * weight * generator.force)).collect();
+    let forces = even_forces(&balance(&generators, centre_of_mass)).unwrap_or_default();
+    let pressed = pressed(supports, &generators, &forces, model.mass() * GRAVITY);
+    let torques = torques(model, &pressed, posture);
+    let share = model.joints.iter().zip(&torques).map(|(joint, torque)| torque.abs() / joint.effort);
+    Load {
+        centre_of_mass,
+        balance_margin: equilibrium.region(supports, ALL_FRICTION).margin(centre_of_mass),
+        feet: supports.iter().filter_map(|support| foot_load(support.limb, &pressed)).collect(),
+        torque_use: share.fold(0.0, f64::max),
+        torques,
+        friction_use: supports.iter().map(|support| friction_use(equilibrium.mu(), support.limb, &pressed)).fold(0.0, f64::max),
+    }
+}
+
+fn pressed(supports: &[SoleSupport], generators: &[Generator], forces: &[f64], weight: f64) -> Vec<Pressed> {
+    let points = supports.iter().flat_map(|support| support.points.iter().map(|&at| (support.limb, at)));
+    let edges = generators.chunks(PYRAMID_SIDES).zip(forces.chunks(PYRAMID_SIDES));
+    let force = |(edges, shares): (&[Generator], &[f64])| edges.iter().zip(shares).map(|(edge, share)| share * weight * edge.force).sum();
+    points.zip(edges).map(|((limb, at), edges)| Pressed { limb, at, force: force(edges) }).collect()
+}
+
+fn torques(model: &RobotModel, pressed: &[Pressed], posture: &Posture) -> Vec<f64> {
     let mut torques = posture.gravity_torques(model);
-    for foot in supports {
-        for joint in model.chain(model.feet[foot.limb].link) {
-            let on_foot = pressed.iter().filter(|(generator, _)| generator.limb == foot.limb);
-            torques[joint] -= on_foot.map(|(at, force)| posture.along_joint(model, joint, at.point, *force)).sum::<f64>();
+    for (limb, foot) in model.feet.iter().enumerate() {
+        for joint in model.chain(foot.link) {
+            let on_foot = pressed.iter().filter(|point| point.limb == limb);
+            torques[joint] -= on_foot.map(|point| posture.along_joint(model, joint, point.at.position, point.force)).sum::<f64>();
         }
     }
-    let share = model.joints.iter().zip(&torques).map(|(joint, torque)| torque.abs() / joint.effort);
-    let torque_use = share.fold(0.0, f64::max);
-    let feet = supports.iter().filter_map(|support| foot_load(support.limb, &pressed)).collect();
-    let friction_use =
-        supports.iter().flat_map(|s| &s.points).map(|point| friction_use(equilibrium.mu(), point.position, point.normal, &pressed));
-    let friction_use = friction_use.fold(0.0, f64::max);
-    Load { centre_of_mass, feet, torques, friction_use, torque_use }
+    torques
 }
 
-fn foot_load(limb: usize, pressed: &[(Generator, DVec3)]) -> Option<FootLoad> {
-    let on_foot = pressed.iter().filter(|(generator, _)| generator.limb == limb);
-    let force: DVec3 = on_foot.clone().map(|(_, force)| *force).sum();
-    let pressure: f64 = on_foot.clone().map(|(_, force)| force.length()).sum();
-    let moment: DVec3 = on_foot.map(|(at, force)| at.point * force.length()).sum();
+/// How much of the friction cone about its mean normal a foot's force uses.
+fn friction_use(mu: f64, limb: usize, pressed: &[Pressed]) -> f64 {
+    let on_foot = pressed.iter().filter(|point| point.limb == limb);
+    let force: DVec3 = on_foot.clone().map(|point| point.force).sum();
+    let normal = on_foot.map(|point| point.pressure() * point.at.normal).sum::<DVec3>().normalize_or_zero();
+    let pressure = force.dot(normal);
+    if pressure > 0.0 { (force - pressure * normal).length() / (mu * pressure) } else { 0.0 }
+}
+
+fn foot_load(limb: usize, pressed: &[Pressed]) -> Option<FootLoad> {
+    let on_foot = pressed.iter().filter(|point| point.limb == limb);
+    let force: DVec3 = on_foot.clone().map(|point| point.force).sum();
+    let pressure: f64 = on_foot.clone().map(Pressed::pressure).sum();
+    let moment: DVec3 = on_foot.map(|point| point.at.position * point.pressure()).sum();
     (pressure > 0.0).then(|| FootLoad { limb, force, centre: moment / pressure })
-}
-
-/// How much of the friction cone the force at a contact point uses; 0 where it carries nothing.
-fn friction_use(mu: f64, at: DVec3, normal: DVec3, pressed: &[(Generator, DVec3)]) -> f64 {
-    let force: DVec3 = pressed.iter().filter(|(generator, _)| generator.point == at).map(|(_, force)| *force).sum();
-    let across = force.dot(normal);
-    if across > 0.0 { (force - across * normal).length() / (mu * across) } else { 0.0 }
 }

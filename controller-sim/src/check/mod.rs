@@ -7,11 +7,11 @@ mod allowed_pairs;
 mod balance;
 mod collision;
 mod contact;
+mod convex_program;
 mod equilibrium;
-mod least_squares;
+pub(crate) mod least_squares;
 mod levers;
 mod limits;
-mod linear_program;
 mod load;
 mod motion;
 mod simplex;
@@ -128,6 +128,10 @@ impl Reserves {
     }
 }
 
+/// What the world gives each stance foot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Footing(Vec<SoleSupport>);
+
 /// Judges motions of one robot in one world.
 pub struct Checker {
     model: RobotModel,
@@ -200,11 +204,15 @@ impl Checker {
         report
     }
 
+    /// What carries the robot on these contacts.
+    pub fn footing(&mut self, contacts: &[Contact]) -> Footing {
+        Footing(contacts.iter().map(|contact| self.supports.find(contact)).collect())
+    }
+
     /// What the ground does to the feet in a configuration, if the load is spread evenly.
-    pub fn load(&mut self, contacts: &[Contact], configuration: &Configuration) -> Load {
-        let supports: Vec<SoleSupport> = contacts.iter().map(|contact| self.supports.find(contact)).collect();
+    pub fn load(&mut self, footing: &Footing, configuration: &Configuration) -> Load {
         let posture = Posture::new(&self.model, configuration);
-        load::even_load(&self.unlocked, &self.equilibrium, &supports, &posture)
+        load::even_load(&self.unlocked, &mut self.equilibrium, &footing.0, &posture)
     }
 
     fn reserves(&mut self, case: &Case) -> Reserves {

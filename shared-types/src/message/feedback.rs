@@ -51,11 +51,13 @@ pub enum Check {
     Instance = 15,
     /// The world is not as the planner believes; [`Feedback::corrections`] says what was met.
     WorldDiffers = 16,
+    /// The robot's feet stand elsewhere than the plan says, and it cannot go on so; [`Feedback::standing`] says where it stands.
+    FootMisplaced = 17,
 }
 
 impl Check {
     /// All checks, in wire order.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Limits,
         Self::Contact,
         Self::Balance,
@@ -73,6 +75,7 @@ impl Check {
         Self::Config,
         Self::Instance,
         Self::WorldDiffers,
+        Self::FootMisplaced,
     ];
 
     /// The check with this wire value, if there is one.
@@ -100,6 +103,7 @@ impl Check {
             "config",
             "instance",
             "world_differs",
+            "foot_misplaced",
         ][self as usize]
     }
 }
