@@ -15,8 +15,8 @@ use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, Sealed, Standing, SupportMode};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::scene::{World, WorldShape};
 
 const INSTANCE: u64 = 3;
 

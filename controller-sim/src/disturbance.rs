@@ -93,7 +93,12 @@ fn stands(chunk: &PlanChunk, limb: usize) -> bool {
 }
 
 /// Walks a chunk with its feet where they really are; the chunk as it was walked, or why it cannot be.
-fn walk_really(walker: &mut Walker, chunk: &PlanChunk, landing: Option<&Contact>, feet: &[Pose; 2]) -> Result<(PlanChunk, Margins), String> {
+fn walk_really(
+    walker: &mut Walker,
+    chunk: &PlanChunk,
+    landing: Option<&Contact>,
+    feet: &[Pose; 2],
+) -> Result<(PlanChunk, Margins), String> {
     let real = really(walker.checker(), chunk, feet)?;
     let mode = SupportMode::from_wire(chunk.mode).ok_or("no mode")?;
     if landing.is_some() {

@@ -19,8 +19,8 @@ pub mod simulation;
 pub mod truth;
 pub mod walk;
 
-pub use disturbance::Disturbance;
 pub use check::{Checker, CheckerError, Segment, SegmentReport, Violation};
+pub use disturbance::Disturbance;
 pub use plan::{PlanReport, check_plan};
 pub use truth::Truth;
 pub use walk::{Identity, Walker};

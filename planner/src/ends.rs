@@ -51,7 +51,8 @@ const STANDING_AREA_MIN: f64 = 1e-4;
 /// # Errors
 /// The world has a shape that cannot be used.
 pub fn supported_anew(body: &Body, world: &World, standing: &Standing) -> Result<Standing, SurfacesError> {
-    let config = FootPlacementConfig { support_area_min: STANDING_AREA_MIN, centroid_edge_distance_min: 0.0, ..FootPlacementConfig::default() };
+    let config =
+        FootPlacementConfig { support_area_min: STANDING_AREA_MIN, centroid_edge_distance_min: 0.0, ..FootPlacementConfig::default() };
     let mut scratch = Scratch::new(&config);
     let surfaces = Surfaces::new(world, config)?;
     let mut standing = *standing;

@@ -187,7 +187,8 @@ mod tests {
             let mine = Simplex::at_a_corner(&equalities, &[]).and_then(|mut simplex| simplex.minimise(&cost)).unwrap();
             let unmet = |(row, right): &Row| (row.iter().zip(&mine).map(|(a, b)| a * b).sum::<f64>() - right).abs();
             assert!(equalities.iter().map(unmet).fold(0.0, f64::max) < 1e-9);
-            let program = ConvexProgram { cost: cost.clone(), square_cost: 0.0, nonnegative: columns, equalities, inequalities: Vec::new() };
+            let program =
+                ConvexProgram { cost: cost.clone(), square_cost: 0.0, nonnegative: columns, equalities, inequalities: Vec::new() };
             assert!((value(&mine) - value(&program.solve().unwrap())).abs() < 1e-6);
         }
     }
