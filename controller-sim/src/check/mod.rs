@@ -116,15 +116,21 @@ pub struct Reserves {
     pub friction: f64,
     /// The share of the effort limits that stays unused by contact forces of least squares.
     pub even_torque: f64,
+    /// The share of the joints' acceleration limits that stays unused; negative where the plan's times ask for more.
+    pub acceleration: f64,
 }
 
 impl Reserves {
     /// Nothing measured yet.
-    pub const UNMEASURED: Self = Self { friction: f64::INFINITY, even_torque: f64::INFINITY };
+    pub const UNMEASURED: Self = Self { friction: f64::INFINITY, even_torque: f64::INFINITY, acceleration: f64::INFINITY };
 
     /// The smaller of each pair.
     pub fn min(&self, other: &Self) -> Self {
-        Self { friction: self.friction.min(other.friction), even_torque: self.even_torque.min(other.even_torque) }
+        Self {
+            friction: self.friction.min(other.friction),
+            even_torque: self.even_torque.min(other.even_torque),
+            acceleration: self.acceleration.min(other.acceleration),
+        }
     }
 }
 
@@ -198,7 +204,7 @@ impl Checker {
                         Err(violation) => report.violations.push(violation),
                     }
                 }
-                report.reserves = self.reserves(&case);
+                report.reserves = self.reserves(segment, &case);
             }
         }
         report
@@ -215,8 +221,9 @@ impl Checker {
         load::even_load(&self.unlocked, &mut self.equilibrium, &footing.0, &posture)
     }
 
-    fn reserves(&mut self, case: &Case) -> Reserves {
+    fn reserves(&mut self, segment: &Segment, case: &Case) -> Reserves {
         Reserves {
+            acceleration: limits::acceleration_reserve(&self.model, segment),
             friction: balance::friction_reserve(&self.config, &mut self.equilibrium, case),
             even_torque: torque::even_torque_reserve(&self.unlocked, &self.equilibrium, case),
         }
