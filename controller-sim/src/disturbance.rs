@@ -28,7 +28,7 @@ pub enum Walked {
     /// Walked, in this way, with these worst margins.
     As(Box<PlanChunk>, Margins),
     /// A foot was set down [`LANDINGS_MAX`] times near this contact, and nothing carried it.
-    NothingCarries(Contact),
+    NothingCarries(Box<Contact>),
     /// As the feet stand, the motion does not pass a check; one line says which.
     DoesNotFit(String),
 }
@@ -70,7 +70,7 @@ impl Disturbance {
                 Err(reason) => why = reason,
             }
         }
-        landing.map_or(Walked::DoesNotFit(why), Walked::NothingCarries)
+        landing.map_or(Walked::DoesNotFit(why), |contact| Walked::NothingCarries(Box::new(contact)))
     }
 
     /// Where a foot comes down that lands with this chunk.

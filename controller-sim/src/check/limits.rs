@@ -69,7 +69,8 @@ pub fn acceleration_reserve(model: &RobotModel, segment: &Segment) -> f64 {
         let (before, after) = (interval(index), interval(index + 1));
         let time = 0.5 * (seconds(before) + seconds(after));
         for (joint, limit) in model.joints.iter().enumerate() {
-            let speed = |pair: Option<(&Waypoint, &Waypoint)>| pair.map_or(0.0, |(from, to)| (to.q[joint] - from.q[joint]) / (to.time - from.time));
+            let speed =
+                |pair: Option<(&Waypoint, &Waypoint)>| pair.map_or(0.0, |(from, to)| (to.q[joint] - from.q[joint]) / (to.time - from.time));
             let change = (speed(after) - speed(before)).abs();
             largest = largest.max(if time > 0.0 { change / (time * limit.acceleration) } else { 0.0 });
         }
