@@ -178,14 +178,6 @@ fn successor(case: &Case, corrected: World, correction: Correction, standing: &S
     Walker::take_over(Checker::new(case.model.clone(), corrected, case.scenario.checker.clone()).unwrap(), identity, &word)
 }
 
-/// The stone as a correction says that it stands: moved aside under the sole, away from the robot's middle.
-fn moved_aside(case: &Case, stone: &str, by: f64) -> (Correction, f64) {
-    let index = case.world.shapes.iter().position(|shape| shape.name == stone).unwrap();
-    let mut pose = case.world.shapes[index].world_from_shape;
-    pose.translation.y += by;
-    (Correction::moved(index as u32, &pose), pose.translation.y - 0.1)
-}
-
 #[test]
 fn a_standing_foot_keeps_only_what_the_corrected_world_gives_it() {
     let case = Case::load("stepping_stones");
