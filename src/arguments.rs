@@ -280,7 +280,7 @@ impl Arguments {
 /// A rate of simulated time.
 fn rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(rate) if rate >= 0.0 && rate <= RATE_MAX => Ok(rate),
+        Ok(rate) if (0.0..=RATE_MAX).contains(&rate) => Ok(rate),
         _ => Err(format!("a rate lies between 0 and {RATE_MAX}")),
     }
 }
