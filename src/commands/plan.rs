@@ -82,7 +82,7 @@ impl Run<'_> {
                 self.tell(&Line::Delivered(totals.delivered(&delivery)))?;
                 return self.draw(&task, planner.chunks());
             };
-            totals.replans += 1;
+            totals.give_up(&delivery);
             task = task.after(&self.inputs, &word)?;
             self.tell(&Line::Replanning { epoch: task.epoch, corrections: word.corrections().len() as u64 })?;
         }
@@ -163,6 +163,7 @@ struct Totals {
     sent: u64,
     resent: u64,
     accepted: u64,
+    withdrawn: u64,
     replans: u32,
 }
 
@@ -173,7 +174,14 @@ impl Totals {
         self.accepted += delivery.accepted;
     }
 
+    /// The plan of this delivery is given up for another one.
+    fn give_up(&mut self, delivery: &Delivery) {
+        self.withdrawn += delivery.sent.saturating_sub(delivery.resent + delivery.accepted);
+        self.replans += 1;
+    }
+
     fn delivered(&self, last: &Delivery) -> Delivered {
-        Delivered { sent: self.sent, resent: self.resent, accepted: self.accepted, ..Delivered::from(last) }
+        let Self { sent, resent, accepted, withdrawn, .. } = *self;
+        Delivered { sent, resent, accepted, withdrawn, ..Delivered::from(last) }
     }
 }
