@@ -297,7 +297,7 @@ mod tests {
             assert_eq!(Check::from_wire(check as u32), Some(check));
             assert!(!check.word().is_empty());
         }
-        assert_eq!(Check::from_wire(17), None);
+        assert_eq!(Check::from_wire(Check::ALL.len() as u32), None);
         assert_eq!(Verdict::from_wire(2), Some(Verdict::Refused));
         assert_eq!(Verdict::from_wire(3), None);
     }
@@ -316,7 +316,7 @@ mod tests {
             Feedback { schema: 1, ..good },
             Feedback { instance: 0, ..good },
             Feedback { verdict: 3, ..good },
-            Feedback { check: 17, ..good },
+            Feedback { check: Check::ALL.len() as u32, ..good },
             Feedback { finished: 2, ..good },
             Feedback { busy: 2, ..good },
             Feedback { corrections_len: CORRECTIONS_MAX as u32 + 1, ..good },
