@@ -7,6 +7,8 @@ use clap::{Args, Parser, Subcommand};
 use crate::affinity::default_threads;
 use crate::commands::bench::arguments::BenchArguments;
 
+/// The fastest simulated time, in real times.
+const RATE_MAX: f64 = 1e6;
 /// Most planner threads.
 pub const THREADS_MAX: i64 = 256;
 /// How often a plan is made again where the world turns out to be another, unless told otherwise.
@@ -65,6 +67,12 @@ pub struct WalkArguments {
     /// The world in which the robot really walks, if it is not the scenario's; shapes are matched by name
     #[arg(long, value_name = "WORLD")]
     pub truth: Option<PathBuf>,
+    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and say how the robot is
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    pub rate: Option<f64>,
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as this seed says
+    #[arg(long, value_name = "SEED")]
+    pub disturb: Option<u64>,
 }
 
 /// `surefoot plan`.
@@ -101,6 +109,12 @@ pub struct ControlArguments {
     /// The world in which the robot really walks, if it is not the scenario's; shapes are matched by name
     #[arg(long, value_name = "WORLD")]
     pub truth: Option<PathBuf>,
+    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and say how the robot is
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    pub rate: Option<f64>,
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as this seed says
+    #[arg(long, value_name = "SEED")]
+    pub disturb: Option<u64>,
     /// Stay up for further plans until a signal comes
     #[arg(long)]
     pub serve: bool,
@@ -263,5 +277,13 @@ impl Arguments {
             Command::Control(arguments) => arguments.role.report_lines,
             _ => false,
         }
+    }
+}
+
+/// A rate of simulated time.
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(rate) if (0.0..=RATE_MAX).contains(&rate) => Ok(rate),
+        _ => Err(format!("a rate lies between 0 and {RATE_MAX}")),
     }
 }

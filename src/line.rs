@@ -140,6 +140,8 @@ pub struct Delivered {
     pub resent: u64,
     /// Chunks accepted.
     pub accepted: u64,
+    /// Chunks on their way when their plan was given up for another one.
+    pub withdrawn: u64,
     /// Chunks that the controller received again after it had accepted them.
     pub duplicated: u64,
     /// The worst margins that the controller told.
@@ -221,6 +223,7 @@ impl From<&Delivery> for Delivered {
             sent: delivery.sent,
             resent: delivery.resent,
             accepted: delivery.accepted,
+            withdrawn: 0,
             duplicated: delivery.feedback.map_or(0, |feedback| feedback.duplicated),
             margins: delivery.feedback.map(|feedback| WorstMargins::from(&feedback.margins)).unwrap_or_default(),
             refusal,

@@ -184,7 +184,7 @@ impl Report {
             sent,
             accepted: delivered.accepted,
             refused: u64::from(refused),
-            lost: if refused { 0 } else { sent.saturating_sub(delivered.accepted) },
+            lost: if refused { 0 } else { sent.saturating_sub(delivered.accepted + delivered.withdrawn) },
             duplicated: delivered.duplicated.max(self.chunks.duplicated),
             resent: delivered.resent,
         };
@@ -230,7 +230,16 @@ mod tests {
 
     fn delivered(end: DeliveryEnd, accepted: u64) -> Line {
         let refusal = (end == DeliveryEnd::Refused).then(|| refusal(""));
-        Line::Delivered(Delivered { end, sent: 9, resent: 2, accepted, duplicated: 1, margins: WorstMargins::default(), refusal })
+        Line::Delivered(Delivered {
+            end,
+            sent: 9,
+            resent: 2,
+            accepted,
+            withdrawn: 0,
+            duplicated: 1,
+            margins: WorstMargins::default(),
+            refusal,
+        })
     }
 
     fn judged() -> Line {
@@ -274,5 +283,13 @@ mod tests {
         let mut report = Report::default();
         report.note(&delivered(DeliveryEnd::ControllerLost, 5));
         assert_eq!((report.chunks.sent, report.chunks.lost, report.outcome.as_str()), (7, 2, "controller_lost"));
+    }
+
+    #[test]
+    fn chunks_of_a_plan_that_was_given_up_are_not_lost() {
+        let Line::Delivered(replanned) = delivered(DeliveryEnd::Accepted, 5) else { panic!("another line") };
+        let mut report = Report::default();
+        report.note(&Line::Delivered(Delivered { withdrawn: 2, ..replanned }));
+        assert_eq!((report.chunks.sent, report.chunks.accepted, report.chunks.lost), (7, 5, 0));
     }
 }

@@ -5,15 +5,18 @@
 use std::num::NonZeroUsize;
 
 use bytemuck::Zeroable;
+use glam::DVec3;
 use surefoot_controller_sim::{Checker, Identity, Walker};
+use surefoot_planner::ends::supported_anew;
+use surefoot_planner::outcome::EndFault;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::message::{Check, Correction, PlanChunk, Sealed, Standing, SupportMode};
+use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, Sealed, Standing, SupportMode};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::scene::{World, WorldShape};
 
 const INSTANCE: u64 = 3;
 
@@ -47,7 +50,7 @@ impl Case {
         let scenario = Scenario { start, ..self.scenario.clone() };
         let mut planner = Planner::new(&self.model, world, &scenario, NonZeroUsize::MIN).unwrap();
         if let Some(standing) = standing {
-            planner.begin_at(standing);
+            planner.begin_at(&supported_anew(&planner.constraints().body, world, standing).unwrap());
         }
         if let Some(missing) = missing {
             planner.shun(&missing.pose(), [missing.half_extents[0], missing.half_extents[1]]);
@@ -134,4 +137,67 @@ fn replanning_can_be_made_again() {
     let digest = |chunks: &[PlanChunk]| chunks.last().unwrap().stream_after();
     let [first, second] = [0, 1].map(|_| replan_at_landing(&case, 2).0);
     assert_eq!(digest(&first), digest(&second));
+}
+
+/// The low and the high end, along the world's y, of what carries a sole.
+fn across(contact: &Contact) -> [f64; 2] {
+    let corners = contact.polygon[..contact.polygon_len as usize].iter();
+    let ys = corners.map(|[x, y]| (contact.world_from_sole() * DVec3::new(*x, *y, 0.0)).y);
+    ys.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], y| [low.min(y), high.max(y)])
+}
+
+/// Walks on the stones until the robot stands on both feet, one of them on a stone: where it stands, that foot, and the stone.
+fn standing_on_a_stone(case: &Case) -> (Standing, Contact, usize) {
+    let chunks = case.plan(&case.world, None, None, 0).unwrap();
+    let stone_under = |contact: &Contact| {
+        let carries = |shape: &WorldShape| {
+            let at = shape.world_from_shape.inverse() * contact.world_from_sole().translation;
+            shape.name.starts_with("stone") && at.x.abs() < 0.1 && at.y.abs() < 0.06
+        };
+        case.world.shapes.iter().position(carries)
+    };
+    let is_double = |chunk: &&PlanChunk| chunk.mode == SupportMode::Double as u32;
+    let stands = |chunk: &PlanChunk| chunk.contacts().iter().find_map(|contact| Some((*contact, stone_under(contact)?)));
+    let (at, (contact, stone)) = chunks.iter().filter(is_double).find_map(|chunk| Some((chunk.sequence, stands(chunk)?))).unwrap();
+    (walk(&mut case.walker(), &chunks[..=at as usize], Standing::zeroed()), contact, stone)
+}
+
+/// The stone as a correction says that it stands: so far aside that `uncovered` (m) of the sole's low side lie over the void.
+fn moved_aside(case: &Case, stone: usize, contact: &Contact, uncovered: f64) -> (Correction, f64) {
+    let mut pose = case.world.shapes[stone].world_from_shape;
+    let edge = across(contact)[0] + uncovered;
+    pose.translation.y = edge + 0.1;
+    (Correction::moved(stone as u32, &pose), edge)
+}
+
+/// A controller that knows the corrected world, with the robot as it stands.
+fn successor(case: &Case, corrected: World, correction: Correction, standing: &Standing) -> Walker {
+    let identity = Identity { instance: INSTANCE, robot: case.model.digest, world: case.world.digest, config: case.scenario.digest };
+    let mut word = Feedback { session: 1, plan_id: 1, corrections_len: 1, standing: *standing, ..Feedback::zeroed() };
+    word.corrections[0] = correction;
+    Walker::take_over(Checker::new(case.model.clone(), corrected, case.scenario.checker.clone()).unwrap(), identity, &word)
+}
+
+#[test]
+fn a_standing_foot_keeps_only_what_the_corrected_world_gives_it() {
+    let case = Case::load("stepping_stones");
+    let (standing, sole, stone) = standing_on_a_stone(&case);
+    let (correction, edge) = moved_aside(&case, stone, &sole, 0.03);
+    let corrected = case.world.corrected(&[correction]).unwrap();
+    let rest = case.plan(&corrected, None, Some(&standing), 1).unwrap();
+    let kept: Vec<_> = rest.iter().flat_map(PlanChunk::contacts).filter(|contact| contact.position == sole.position).map(across).collect();
+    assert!(!kept.is_empty() && kept.iter().all(|[low, _]| *low > edge - 1e-6), "{edge}: {kept:?}");
+    walk(&mut successor(&case, corrected, correction, &standing), &rest, standing);
+}
+
+#[test]
+fn a_standing_foot_that_nothing_carries_any_more_ends_the_walk_honestly() {
+    let case = Case::load("stepping_stones");
+    let (standing, sole, stone) = standing_on_a_stone(&case);
+    let (correction, _) = moved_aside(&case, stone, &sole, 0.3);
+    let corrected = case.world.corrected(&[correction]).unwrap();
+    let Err(Outcome::StartInvalid(EndFault::Unsupported { limb, .. })) = case.plan(&corrected, None, Some(&standing), 1) else {
+        panic!("a plan from where nothing carries")
+    };
+    assert_eq!(limb, sole.limb as usize);
 }

@@ -40,6 +40,7 @@ fn robot() -> RobotModel {
         upper: 1.0,
         effort: 10.0,
         velocity: 1.0,
+        acceleration: 10.0,
     };
     let sole = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]].map(DVec2::from_array).to_vec();
     let foot = |name: &str, link| Foot { name: name.into(), link, link_from_sole: Pose::IDENTITY, polygon: sole.clone() };

@@ -112,6 +112,30 @@ fn five_hundred_chunks_reach_a_slow_controller_in_order_once_each() {
 }
 
 #[test]
+fn lost_and_late_words_lose_no_chunk() {
+    let room = Room::new();
+    let chunks = plan(300);
+    let (delivery, seen) = std::thread::scope(|scope| {
+        let (to, from) = (room.enter(), room.enter());
+        let controller = scope.spawn(move || {
+            let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
+            receiver.disturb_words(11);
+            let mut seen = Vec::new();
+            let mut judge = accept_all(&mut seen, Duration::from_micros(100));
+            while receiver.run(&mut judge, &|| true).unwrap() != Ended::Finished {}
+            drop(judge);
+            linger(&mut receiver);
+            seen
+        });
+        let delivery = deliver(&to, &chunks);
+        (delivery, controller.join().unwrap())
+    });
+    assert_eq!((delivery.outcome, delivery.accepted), (Outcome::Accepted, 300));
+    assert_eq!(seen, (0..300).collect::<Vec<_>>());
+    room.close();
+}
+
+#[test]
 fn a_controller_slower_than_the_resend_time_gets_nothing_twice() {
     let room = Room::new();
     let chunks = plan(20);

@@ -8,6 +8,7 @@ use std::num::NonZeroUsize;
 use bytemuck::Zeroable;
 use glam::DVec3;
 use surefoot_controller_sim::{Checker, Identity, Truth, Walker};
+use surefoot_planner::ends::supported_anew;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
@@ -57,7 +58,7 @@ impl Case {
         let scenario = Scenario { start, ..self.scenario.clone() };
         let mut planner = Planner::new(&self.model, &world, &scenario, NonZeroUsize::MIN).unwrap();
         if standing.is_known() {
-            planner.begin_at(standing);
+            planner.begin_at(&supported_anew(&planner.constraints().body, &world, standing).unwrap());
         }
         planner.name_plan(1, epoch);
         match planner.step(u64::MAX) {
@@ -108,8 +109,8 @@ fn shift(world: &mut World, name: &str, by: [f64; 3]) {
     shape(world, name).world_from_shape.translation += DVec3::from(by);
 }
 
-/// The stone that the planner, as it believes the world to be, uses with most of a sole.
-fn most_used_stone(case: &Case) -> String {
+/// The box of this kind on which the planner, as it believes the world to be, stands with most of a sole.
+fn most_used(case: &Case, kind: &str) -> String {
     let chunks = case.plan(&[], &Standing::zeroed(), 0).unwrap();
     let soles = chunks.iter().flat_map(PlanChunk::contacts).map(|contact| (contact.world_from_sole(), contact.limb as usize));
     let corners: Vec<Vec<DVec3>> =
@@ -117,12 +118,12 @@ fn most_used_stone(case: &Case) -> String {
     let inside = |stone: &WorldShape, corner: &DVec3| match &stone.shape {
         Shape::Box { half_extents } => {
             let at = stone.world_from_shape.inverse() * *corner;
-            at.x.abs() <= half_extents.x && at.y.abs() <= half_extents.y
+            at.x.abs() <= half_extents.x && at.y.abs() <= half_extents.y && (at.z - half_extents.z).abs() < 1e-3
         }
         _ => false,
     };
     let used = |stone: &&WorldShape| corners.iter().map(|sole| sole.iter().filter(|corner| inside(stone, corner)).count()).max().unwrap();
-    case.belief.shapes.iter().filter(|shape| shape.name.starts_with("stone")).max_by_key(used).unwrap().name.clone()
+    case.belief.shapes.iter().filter(|shape| shape.name.starts_with(kind)).max_by_key(used).unwrap().name.clone()
 }
 
 /// Walks to the goal and meets exactly the one difference that there is.
@@ -154,14 +155,14 @@ fn a_stone_is_tilted() {
 
 #[test]
 fn a_stone_stands_aside() {
-    let name = most_used_stone(&Case::new("stepping_stones", |_| ()));
+    let name = most_used(&Case::new("stepping_stones", |_| ()), "stone");
     let outward = if name.contains("left") { 0.16 } else { -0.16 };
     arrives_after_meeting(&Case::new("stepping_stones", |world| shift(world, &name, [0.0, outward, 0.0])), CorrectionKind::Moved);
 }
 
 #[test]
 fn a_stone_is_missing() {
-    let name = most_used_stone(&Case::new("stepping_stones", |_| ()));
+    let name = most_used(&Case::new("stepping_stones", |_| ()), "stone");
     let remove = |world: &mut World| world.shapes.retain(|shape| shape.name != name);
     arrives_after_meeting(&Case::new("stepping_stones", remove), CorrectionKind::Missing);
 }
@@ -174,6 +175,29 @@ fn a_block_lies_in_the_way() {
         world.shapes.push(WorldShape { name: "extra".into(), world_from_shape, shape });
     };
     arrives_after_meeting(&Case::new("ibeam_gap", extra), CorrectionKind::Extra);
+}
+
+#[test]
+fn a_cinder_block_stands_lower() {
+    let name = most_used(&Case::new("cinder_blocks", |_| ()), "block");
+    arrives_after_meeting(&Case::new("cinder_blocks", |world| shift(world, &name, [0.0, 0.0, -0.03])), CorrectionKind::Moved);
+}
+
+#[test]
+fn a_cinder_block_is_tilted() {
+    let name = most_used(&Case::new("cinder_blocks", |_| ()), "block");
+    let tilt = |world: &mut World| {
+        let pose = &mut shape(world, &name).world_from_shape;
+        pose.rotation = rotation_about(DVec3::X, 0.12) * pose.rotation;
+    };
+    arrives_after_meeting(&Case::new("cinder_blocks", tilt), CorrectionKind::Moved);
+}
+
+#[test]
+fn a_cinder_block_is_missing() {
+    let name = most_used(&Case::new("cinder_blocks", |_| ()), "block");
+    let remove = |world: &mut World| world.shapes.retain(|shape| shape.name != name);
+    arrives_after_meeting(&Case::new("cinder_blocks", remove), CorrectionKind::Missing);
 }
 
 #[test]

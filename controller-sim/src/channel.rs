@@ -5,7 +5,9 @@
 //! word, learns it. `journal` keeps where the robot stands for the controller that takes over when this one is killed.
 
 mod journal;
+mod lateness;
 mod position;
+mod state;
 
 use std::time::{Duration, Instant};
 
@@ -19,7 +21,10 @@ use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanC
 
 pub use surefoot_shared_types::instance::ChannelError;
 
+pub use state::StatePublisher;
+
 use journal::Journal;
+use lateness::Lateness;
 use position::{Admission, Position};
 
 /// Time between two heartbeats while there is nothing to read.
@@ -32,10 +37,12 @@ const SPIN_FOR: Duration = Duration::from_micros(50);
 const AWAKE_FOR: Duration = Duration::from_micros(25);
 
 /// What the judge thinks of a chunk.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Judgement {
     /// Walked; these were its worst margins.
     Accepted(Margins),
+    /// Walked as this chunk says, since the robot's feet stand elsewhere than planned.
+    AcceptedAs(Margins, Box<PlanChunk>),
     /// Not walked.
     Refused {
         /// What it violates.
@@ -112,6 +119,7 @@ struct Mouth {
     stock: Stock<Feedback>,
     words: u64,
     spoke_at: Instant,
+    lateness: Option<Lateness>,
 }
 
 impl ChunkReceiver {
@@ -134,6 +142,19 @@ impl ChunkReceiver {
             Self { subscriber, mouth, link, position, journal, taken_over, active_at: start, cleaned_at: start, told_left: false };
         receiver.mouth.say(&receiver.position)?;
         Ok(receiver)
+    }
+
+    /// Where to say how the simulated robot is.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub fn open_state(&self) -> Result<StatePublisher, ChannelError> {
+        StatePublisher::open(&self.link)
+    }
+
+    /// Loses and delays words on purpose, as the seed says. Any word may be missed, so nothing may come of it.
+    pub fn disturb_words(&mut self, seed: u64) {
+        self.mouth.lateness = Some(Lateness::new(seed));
     }
 
     /// The last word of the controller whose robot this one took over, if there was one.
@@ -240,7 +261,8 @@ impl ChunkReceiver {
         });
         position.set_busy(false);
         match judgement {
-            Judgement::Accepted(margins) => position.accept(chunk, &margins),
+            Judgement::Accepted(margins) => position.accept(chunk, &margins, chunk),
+            Judgement::AcceptedAs(margins, walked) => position.accept(chunk, &margins, &walked),
             Judgement::Refused { check, waypoint, correction } => position.refuse(check, waypoint, correction),
         }
         said
@@ -277,7 +299,7 @@ impl Mouth {
         let publisher = link.feedback.publisher_builder().max_loaned_samples(WORD_POOL).create();
         let publisher = publisher.map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
         link.instance.reserve_segments()?;
-        Ok(Self { stock: Stock::new(publisher, WORD_POOL, STOCK)?, words: 0, spoke_at: now() })
+        Ok(Self { stock: Stock::new(publisher, WORD_POOL, STOCK)?, words: 0, spoke_at: now(), lateness: None })
     }
 
     /// Whether it is time for a heartbeat.
@@ -298,10 +320,15 @@ impl Mouth {
     /// Says where the robot stands, in a slot that was loaned before.
     fn say(&mut self, position: &Position) -> Result<(), ChannelError> {
         self.words += 1;
-        let sent = self.stock.take()?.write_payload(position.feedback(self.words)).send();
-        sent.map_err(|error| ChannelError::transport("sending feedback", error))?;
+        let word = position.feedback(self.words);
+        let arriving = match &mut self.lateness {
+            Some(lateness) => lateness.arriving(word),
+            None => Some(word),
+        };
         self.spoke_at = now();
-        Ok(())
+        let Some(word) = arriving else { return Ok(()) };
+        let sent = self.stock.take()?.write_payload(word).send();
+        sent.map(drop).map_err(|error| ChannelError::transport("sending feedback", error))
     }
 }
 

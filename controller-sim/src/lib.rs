@@ -9,13 +9,18 @@ mod bound;
 pub mod channel;
 pub mod check;
 pub mod continuity;
+pub mod disturbance;
+mod draw;
 pub mod geometry;
 pub mod kinematics;
+mod leg;
 pub mod plan;
+pub mod simulation;
 pub mod truth;
 pub mod walk;
 
 pub use check::{Checker, CheckerError, Segment, SegmentReport, Violation};
+pub use disturbance::Disturbance;
 pub use plan::{PlanReport, check_plan};
 pub use truth::Truth;
 pub use walk::{Identity, Walker};

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
-use surefoot_shared_types::message::{Check, Contact, Correction, PlanChunk, SupportMode};
+use surefoot_shared_types::message::{Check, Contact, Correction, PlanChunk};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::spatial::rotation_distance;
@@ -85,7 +85,7 @@ impl Truth {
         let nearest = (0..distances.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]));
         let met = match nearest.filter(|&index| distances[index] < MET_WITHIN) {
             Some(index) => Some(self.untold.remove(index).correction),
-            None if violation.check == Check::Contact => landing(walker, chunk).map(|contact| nothing_carries(model, contact)),
+            None if violation.check == Check::Contact => walker.landing(chunk).map(|contact| nothing_carries(model, contact)),
             None => None,
         };
         self.told += usize::from(met.is_some());
@@ -109,14 +109,6 @@ impl Truth {
     }
 }
 
-/// The contact of a chunk that the robot does not stand on yet.
-fn landing<'a>(walker: &Walker, chunk: &'a PlanChunk) -> Option<&'a Contact> {
-    let standing = walker.standing()?;
-    let is_double = SupportMode::from_wire(chunk.mode) == Some(SupportMode::Double);
-    let stands = |contact: &Contact| standing.contacts.iter().any(|old| old.limb == contact.limb);
-    chunk.contacts().iter().find(|contact| is_double && !stands(contact))
-}
-
 fn same_pose(a: &Pose, b: &Pose) -> bool {
     a.translation.distance(b.translation) <= SAME_POSE_MAX && rotation_distance(a.rotation, b.rotation) <= SAME_POSE_MAX
 }
@@ -128,7 +120,8 @@ fn place(shape: &WorldShape) -> Result<(Solid, Placed), String> {
     Ok((solid, Placed { world_from_solid: *world_from_shape, bounds }))
 }
 
-fn nothing_carries(model: &RobotModel, contact: &Contact) -> Correction {
+/// That nothing carries the sole of a contact.
+pub fn nothing_carries(model: &RobotModel, contact: &Contact) -> Correction {
     let sole = &model.feet[contact.limb as usize].polygon;
     let corners = Bounds::of_points(sole.iter().map(|corner| corner.extend(0.0)));
     let half = 0.5 * (corners.high - corners.low);

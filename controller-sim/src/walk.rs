@@ -6,7 +6,7 @@
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::Margins;
-use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, State, SupportMode, Waypoint};
 use surefoot_shared_types::scene::correction::corrected_digest;
 
 pub use crate::admission::Identity;
@@ -14,6 +14,7 @@ use crate::admission::check_message;
 use crate::bound::within;
 use crate::check::{Checker, Segment, Violation};
 use crate::continuity::{Stance, check_transition, standing_limbs};
+use crate::simulation::Simulation;
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands, in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
@@ -26,7 +27,10 @@ pub struct Walker {
     next_sequence: u64,
     stream: Digest,
     finished: bool,
+    /// Where the plan being walked says that the robot stands.
     standing: Option<Standing>,
+    /// Where it really stands, if its feet were misplaced.
+    really: Option<Standing>,
     margins: Margins,
 }
 
@@ -41,6 +45,15 @@ pub struct Standing {
     pub contacts: Vec<Contact>,
 }
 
+impl Standing {
+    /// At the end of a chunk of a known mode.
+    fn after(chunk: &PlanChunk) -> Self {
+        let waypoint = chunk.waypoints()[chunk.waypoints().len() - 1];
+        let mode = SupportMode::from_wire(chunk.mode).unwrap_or(SupportMode::Double);
+        Self { waypoint, mode, contacts: chunk.contacts().to_vec() }
+    }
+}
+
 impl Walker {
     /// A robot that stands nowhere yet: the first chunk says where.
     pub fn new(checker: Checker, identity: Identity) -> Self {
@@ -52,6 +65,7 @@ impl Walker {
             stream: Digest::default(),
             finished: false,
             standing: None,
+            really: None,
             margins: Margins::UNMEASURED,
         }
     }
@@ -74,6 +88,7 @@ impl Walker {
                 mode,
                 contacts: contacts(limbs),
             }),
+            really: None,
             margins: word.margins,
         }
     }
@@ -87,15 +102,57 @@ impl Walker {
     /// Admits a chunk, checks it, and walks it: the worst margins of the chunk, or why it is refused. Tested in the order
     /// CRC, form, instance, robot, world, configuration, sequence, stream, continuity, physics.
     pub fn admit_and_walk(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
+        let margins = self.admit(chunk)?;
+        self.walk(chunk, &margins);
+        Ok(margins)
+    }
+
+    /// As [`Self::admit_and_walk`], but the robot does not move.
+    pub fn admit(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
         let mode = check_message(chunk, &self.identity, self.checker.model().joints.len())?;
-        let starts_plan = chunk.sequence == 0 && self.plan != Some((chunk.plan_id, chunk.epoch));
+        let starts_plan = self.starts_plan(chunk);
         self.check_sequence(chunk, starts_plan)?;
         self.check_stream(chunk, starts_plan)?;
         self.check_continuity(chunk, mode, starts_plan)?;
         let segment = Segment { mode, contacts: chunk.contacts(), waypoints: chunk.waypoints() };
-        let margins = self.checker.check_segment(&segment)?;
-        self.walk(chunk, mode, starts_plan, &margins);
-        Ok(margins)
+        self.checker.check_segment(&segment)
+    }
+
+    /// The contact of an admitted chunk that the robot does not stand on yet.
+    pub fn landing<'a>(&self, chunk: &'a PlanChunk) -> Option<&'a Contact> {
+        let standing = self.standing()?;
+        let is_double = SupportMode::from_wire(chunk.mode) == Some(SupportMode::Double);
+        let stands = |contact: &Contact| standing.contacts.iter().any(|old| old.limb == contact.limb);
+        chunk.contacts().iter().find(|contact| is_double && !stands(contact))
+    }
+
+    /// The physical checks of a motion that is not the plan's.
+    pub fn check(&mut self, segment: &Segment) -> Result<Margins, Violation> {
+        self.checker.check_segment(segment)
+    }
+
+    /// The robot has walked an admitted chunk with its feet elsewhere than planned, as `real` says.
+    pub fn walk_as(&mut self, chunk: &PlanChunk, real: &PlanChunk, margins: &Margins) {
+        self.walk(chunk, margins);
+        let standing = Standing::after(real);
+        self.really = (Some(&standing) != self.standing.as_ref()).then_some(standing);
+    }
+
+    /// The robot gives up its plan: the next one must begin where it really stands.
+    pub fn hold(&mut self) {
+        if let Some(really) = self.really.take() {
+            self.standing = Some(really);
+        }
+    }
+
+    /// Where the robot really stands; nothing before the first chunk.
+    pub fn really_standing(&self) -> Option<&Standing> {
+        self.really.as_ref().or(self.standing.as_ref())
+    }
+
+    /// Walks an accepted chunk in simulated time; `tell` hears of every tick.
+    pub fn simulate(&mut self, simulation: &mut Simulation, chunk: &PlanChunk, tell: &mut dyn FnMut(&State)) {
+        simulation.walk(&mut self.checker, chunk, tell);
     }
 
     /// What judges the chunks.
@@ -123,7 +180,7 @@ impl Walker {
         self.finished
     }
 
-    /// Where the robot stands; nothing before the first chunk.
+    /// Where the robot stands, by the plan; nothing before the first chunk.
     pub fn standing(&self) -> Option<&Standing> {
         self.standing.as_ref()
     }
@@ -131,6 +188,10 @@ impl Walker {
     /// The worst margins of the accepted chunks of this plan.
     pub fn margins(&self) -> Margins {
         self.margins
+    }
+
+    fn starts_plan(&self, chunk: &PlanChunk) -> bool {
+        chunk.sequence == 0 && self.plan != Some((chunk.plan_id, chunk.epoch))
     }
 
     fn check_sequence(&self, chunk: &PlanChunk, starts_plan: bool) -> Result<(), Violation> {
@@ -175,15 +236,17 @@ impl Walker {
         check_transition(&before, &Stance { mode, contacts: chunk.contacts() }).or_else(bad)
     }
 
-    fn walk(&mut self, chunk: &PlanChunk, mode: SupportMode, starts_plan: bool, margins: &Margins) {
+    /// Walks a chunk that [`Self::admit`] admitted with these margins.
+    pub fn walk(&mut self, chunk: &PlanChunk, margins: &Margins) {
+        let starts_plan = self.starts_plan(chunk);
         let so_far = if starts_plan { Margins::UNMEASURED } else { self.margins };
         self.margins = so_far.min(margins);
         self.plan = Some((chunk.plan_id, chunk.epoch));
         self.next_sequence = chunk.sequence + 1;
         self.stream = chunk.stream_after();
         self.finished = chunk.flags & FLAG_LAST != 0;
-        let last = chunk.waypoints()[chunk.waypoints().len() - 1];
-        self.standing = Some(Standing { waypoint: last, mode, contacts: chunk.contacts().to_vec() });
+        self.standing = Some(Standing::after(chunk));
+        self.really = None;
     }
 }
 

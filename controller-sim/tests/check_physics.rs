@@ -298,3 +298,20 @@ fn robots_that_cannot_be_judged_are_refused() {
     giant.feet[0].polygon[0].x = -0.11;
     assert!(matches!(Checker::new(giant, world(vec![]), CheckerConfig::default()), Err(CheckerError::SoleOffFoot { .. })));
 }
+
+#[test]
+fn the_acceleration_reserve_counts_starts_stops_and_turns() {
+    let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
+    let mut reserve = |waypoints: &[Waypoint]| {
+        let report = checker.check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints });
+        report.reserves.acceleration
+    };
+    // From rest to 0.1 rad/s within half a second, at a limit of 10 rad/s2.
+    assert!((reserve(&[waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.1, 0.0)]) - 0.98).abs() < 1e-9);
+    // A turn from 0.5 to -0.5 rad/s between two intervals of 0.1 s asks for 10 rad/s2, as starting and stopping do.
+    let turn = [waypoint(0.0, 0.0, 0.0), waypoint(0.1, 0.05, 0.0), waypoint(0.2, 0.0, 0.0)];
+    assert!(reserve(&turn).abs() < 1e-9);
+    let quicker = turn.map(|waypoint| Waypoint { time: 0.5 * waypoint.time, ..waypoint });
+    assert!((reserve(&quicker) + 3.0).abs() < 1e-9, "half the time is four times the acceleration");
+    assert_eq!(reserve(&[waypoint(0.0, 0.3, 0.0)]), 1.0);
+}

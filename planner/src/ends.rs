@@ -3,12 +3,13 @@
 use glam::DVec2;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::Mark;
-use surefoot_shared_types::message::{Standing, SupportMode};
+use surefoot_shared_types::message::{Contact, Standing, SupportMode};
+use surefoot_shared_types::scene::World;
 
-use crate::body::Configuration;
+use crate::body::{Body, Configuration};
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Rejection};
-use crate::foot_placement::{Scratch, Surfaces};
+use crate::foot_placement::{FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
 use crate::motion::foothold::{Foothold, double_mode};
 use crate::motion::track::State;
 use crate::motion::transition::{Posture, settle};
@@ -41,14 +42,50 @@ pub fn stand_on(constraints: &Constraints, surfaces: &Surfaces, scratch: &mut Sc
     Ok(End { footholds, state, support: SupportMode::Double })
 }
 
-/// Takes the robot as it stands where a walk was broken off, on both feet or on one. A foot that carries it is believed to be
-/// supported as it says, since the robot stands there; a lifted one is remembered where it stood last.
+/// The smallest area that is looked for under a foot that stands already, m2: whatever carries it counts.
+const STANDING_AREA_MIN: f64 = 1e-4;
+
+/// Where the robot stands with the support that `world`, as it turned out to be, gives each foot that carries it. One that it
+/// gives none loses its polygon: [`stand_as`] refuses it then. Allocates; to be called before the search.
 ///
 /// # Errors
-/// It is not known where both feet stood.
+/// The world has a shape that cannot be used.
+pub fn supported_anew(body: &Body, world: &World, standing: &Standing) -> Result<Standing, SurfacesError> {
+    let config =
+        FootPlacementConfig { support_area_min: STANDING_AREA_MIN, centroid_edge_distance_min: 0.0, ..FootPlacementConfig::default() };
+    let mut scratch = Scratch::new(&config);
+    let surfaces = Surfaces::new(world, config)?;
+    let mut standing = *standing;
+    let mode = SupportMode::from_wire(standing.mode);
+    for contact in &mut standing.contacts[..standing.contacts_len as usize] {
+        let limb = contact.limb as usize;
+        if mode.is_some_and(|mode| carries(mode, limb)) {
+            let support = surfaces.support(&mut scratch, &body.sole_polygons[limb], &contact.world_from_sole());
+            set_polygon(contact, support.as_ref().map_or(&[], |support| &support.polygon));
+        }
+    }
+    Ok(standing)
+}
+
+fn set_polygon(contact: &mut Contact, polygon: &[DVec2]) {
+    contact.polygon = Default::default();
+    contact.polygon.iter_mut().zip(polygon).for_each(|(slot, vertex)| *slot = vertex.to_array());
+    contact.polygon_len = polygon.len() as u32;
+}
+
+/// Takes the robot as it stands where a walk was broken off, on both feet or on one. A foot that carries it is supported as it
+/// says, so where the world was corrected meanwhile, ask [`supported_anew`] first; a lifted one is remembered where it stood last.
+///
+/// # Errors
+/// It is not known where both feet stood, or nothing carries one that the robot stands on.
 pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, EndFault> {
     let support = SupportMode::from_wire(standing.mode).ok_or(EndFault::UnknownStance)?;
     let [Some(left), Some(right)] = [0, 1].map(|limb| standing.contact_of(limb)) else { return Err(EndFault::UnknownStance) };
+    for (limb, contact) in [left, right].into_iter().enumerate() {
+        if carries(support, limb) && contact.polygon_len < 3 {
+            return Err(EndFault::Unsupported { limb, reason: NoSupport::NothingBelow });
+        }
+    }
     let footholds = [left, right].map(|contact| {
         let polygon = &contact.polygon[..(contact.polygon_len as usize).min(contact.polygon.len())];
         let support = polygon.iter().map(|vertex| DVec2::from_array(*vertex)).collect();
@@ -56,9 +93,9 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
     });
     let configuration = Configuration { world_from_root: standing.waypoint.world_from_root(), q: standing.waypoint.q };
     let snapshot = constraints.body.snapshot(&configuration);
-    let world_from_soles = [0, 1].map(|limb| match (support, limb) {
-        (SupportMode::Left, 1) | (SupportMode::Right, 0) => constraints.body.world_from_sole(&snapshot, limb),
-        _ => footholds[limb].world_from_sole,
+    let world_from_soles = [0, 1].map(|limb| match carries(support, limb) {
+        false => constraints.body.world_from_sole(&snapshot, limb),
+        true => footholds[limb].world_from_sole,
     });
     Ok(End { footholds, state: State { configuration, world_from_soles }, support })
 }
@@ -66,8 +103,12 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
 impl End {
     /// Whether a foot carries the robot.
     pub fn stands(&self, limb: usize) -> bool {
-        !matches!((self.support, limb), (SupportMode::Left, 1) | (SupportMode::Right, 0))
+        carries(self.support, limb)
     }
+}
+
+fn carries(support: SupportMode, limb: usize) -> bool {
+    !matches!((support, limb), (SupportMode::Left, 1) | (SupportMode::Right, 0))
 }
 
 /// The placement of a foot exactly at a pose.

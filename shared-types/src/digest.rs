@@ -20,7 +20,18 @@ impl Digest {
 
     /// The digest of a stream that so far has digest `self`, after `bytes`.
     pub fn chain(&self, bytes: &[u8]) -> Self {
-        Self::of(&[&self.0, bytes])
+        self.chain_pieces(&[bytes])
+    }
+
+    /// As [`Self::chain`], of bytes that lie in several pieces.
+    pub fn chain_pieces(&self, pieces: &[&[u8]]) -> Self {
+        let mut hasher = Sha256::new();
+        hasher.update((self.0.len() as u64).to_le_bytes());
+        hasher.update(self.0);
+        let length: usize = pieces.iter().map(|piece| piece.len()).sum();
+        hasher.update((length as u64).to_le_bytes());
+        pieces.iter().for_each(|piece| hasher.update(piece));
+        Self(hasher.finalize().into())
     }
 }
 

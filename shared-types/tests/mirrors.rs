@@ -12,8 +12,9 @@ use iceoryx2::prelude::ZeroCopySend;
 use surefoot_shared_types::message::layout::Field;
 use surefoot_shared_types::message::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
 use surefoot_shared_types::message::request::MarkData;
+use surefoot_shared_types::message::state::FootForce;
 use surefoot_shared_types::message::{
-    Contact, Correction, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, Standing, Waypoint,
+    Contact, Correction, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, Standing, State, Waypoint,
 };
 
 const LIMITS: [(&str, usize); 5] = [
@@ -52,6 +53,8 @@ fn messages() -> Vec<Message> {
         message::<MarkData>("MarkData"),
         message::<PlanRequest>("PlanRequest"),
         message::<PlanStatus>("PlanStatus"),
+        message::<FootForce>("FootForce"),
+        message::<State>("State"),
     ]
 }
 

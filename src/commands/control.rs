@@ -1,23 +1,25 @@
 //! `surefoot control`: checks and walks the plan that arrives in an instance. Also the controller process of a walk.
 
+mod judge;
+mod simulated;
+
 use std::time::Duration;
 
-use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
-use surefoot_controller_sim::{Checker, CheckerError, Identity, Truth, Violation, Walker};
+use surefoot_controller_sim::channel::{ChunkReceiver, Ended};
+use surefoot_controller_sim::{Checker, CheckerError, Disturbance, Identity, Truth, Walker};
 use surefoot_shared_types::instance::draw_id;
-use surefoot_shared_types::message::{Check, PlanChunk};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::load::load_world;
 
+use self::judge::Judge;
+use self::simulated::Simulated;
 use super::{enter, settle};
 use crate::arguments::ControlArguments;
 use crate::audience::Audience;
-use crate::clock::Stopwatch;
 use crate::failure::{Ending, Failure};
 use crate::inputs::Inputs;
 use crate::line::{Judged, Line, Refusal};
-use crate::margins::WorstMargins;
 use crate::signals;
 
 /// How long the last word is repeated for a planner that does not leave.
@@ -40,73 +42,41 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
         Some(word) => Walker::take_over(checker, identity, word),
         None => Walker::new(checker, identity),
     };
-    let mut judge = Judge { walker, truth, seconds: 0.0, detail: String::new() };
-    if let (Some(truth), Some(word)) = (&mut judge.truth, receiver.taken_over()) {
-        truth.pass_over(word.corrections());
+    let simulated = arguments.rate.map(|rate| Simulated::new(&receiver, id, rate)).transpose()?;
+    let mut judge = Judge::new(walker, truth, arguments.disturb.map(Disturbance::new), simulated);
+    if let Some(word) = receiver.taken_over() {
+        judge.pass_over(word.corrections());
+    }
+    if let Some(seed) = arguments.disturb {
+        receiver.disturb_words(seed);
     }
     audience.tell(&Line::ControllerReady)?;
     let keep_going = || signals::raised().is_none();
     let mut ended = match receiver.ended() {
         Some(ended) => ended,
-        None => receiver.run(&mut |chunk, _| judge.judge(chunk), &keep_going)?,
+        None => receiver.run(&mut |chunk, alive| judge.judge(chunk, alive), &keep_going)?,
     };
     // A supervisor says when all is over, and until then a restarted planner may ask again.
     let longest = (!arguments.role.report_lines && !arguments.serve).then_some(LINGER);
     loop {
         let refusal = match ended {
             Ended::Finished => None,
-            Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail.clone())),
+            Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail().to_owned())),
             Ended::Left => {
                 audience.tell(&Line::Holding { accepted: receiver.feedback().next_sequence })?;
-                ended = receiver.run(&mut |chunk, _| judge.judge(chunk), &keep_going)?;
+                ended = receiver.run(&mut |chunk, alive| judge.judge(chunk, alive), &keep_going)?;
                 continue;
             }
             Ended::Stopped => return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
         };
+        judge.failure()?;
         let judged = judge.conclude(receiver.tally().duplicates, refusal);
         audience.tell(&Line::Judged(judged.clone()))?;
         audience.say(|| verdict(&judged));
-        match receiver.linger(&mut |chunk, _| judge.judge(chunk), longest, &keep_going)? {
+        match receiver.linger(&mut |chunk, alive| judge.judge(chunk, alive), longest, &keep_going)? {
             Some(next) => ended = next,
             None => return Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done }),
         }
-    }
-}
-
-/// Judges chunks and remembers what it took.
-struct Judge {
-    walker: Walker,
-    truth: Option<Truth>,
-    seconds: f64,
-    detail: String,
-}
-
-impl Judge {
-    fn judge(&mut self, chunk: &PlanChunk) -> Judgement {
-        let watch = Stopwatch::start();
-        let judgement = match self.walker.admit_and_walk(chunk) {
-            Ok(margins) => Judgement::Accepted(margins),
-            Err(violation) => self.refuse(chunk, violation),
-        };
-        self.seconds += watch.seconds();
-        judgement
-    }
-
-    /// A refusal, for its own reason or because the world is another: then what was met is part of the world from now on.
-    fn refuse(&mut self, chunk: &PlanChunk, violation: Violation) -> Judgement {
-        let waypoint = violation.waypoint as u32;
-        let correction = self.truth.as_mut().and_then(|truth| truth.met(&self.walker, chunk, &violation));
-        let check = if correction.is_some() { Check::WorldDiffers } else { violation.check };
-        self.detail = violation.detail;
-        if let Some(correction) = &correction {
-            self.walker.correct(correction);
-        }
-        Judgement::Refused { check, waypoint, correction }
-    }
-
-    fn conclude(&self, duplicated: u64, refusal: Option<Refusal>) -> Judged {
-        let margins = WorstMargins::from(&self.walker.margins());
-        Judged { check_seconds: self.seconds, accepted: self.walker.next_sequence(), duplicated, margins, refusal }
     }
 }
 

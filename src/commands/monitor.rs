@@ -1,5 +1,6 @@
 //! `surefoot monitor`: listens to a pair and prints what passes, without taking part.
 
+mod motion;
 mod tally;
 
 use std::time::Duration;
@@ -46,6 +47,10 @@ pub fn run(arguments: &MonitorArguments) -> Result<Ending, Failure> {
         while let Some(word) = observer.feedback()? {
             heard = true;
             tally.note_word(&word, now).iter().for_each(say);
+        }
+        while let Some(state) = observer.state()? {
+            heard = true;
+            tally.note_state(&state);
         }
         while let Some(status) = observer.status()? {
             heard = true;

@@ -92,7 +92,7 @@ impl Run<'_> {
                 self.tell(&Line::Delivered(totals.delivered(&delivery)))?;
                 return self.draw(&task, planner.chunks());
             };
-            totals.replans += 1;
+            totals.give_up(&delivery);
             task = task.after(&self.inputs, &word)?;
             self.tell(&Line::Replanning { epoch: task.epoch, corrections: word.corrections().len() as u64 })?;
         }
@@ -156,14 +156,15 @@ impl Run<'_> {
     }
 }
 
-/// Whether planning again from where the robot stands may help: the world turned out to be another, or another planner has
-/// planned again meanwhile.
+/// Whether planning again from where the robot stands may help: the world turned out to be another, the feet stand elsewhere than
+/// planned, or another planner has planned again meanwhile.
 fn may_go_on(delivery: &Delivery) -> bool {
     let differs = matches!(delivery.outcome, Outcome::Refused { check: Check::WorldDiffers, .. });
     let word = delivery.feedback.as_ref();
     let corrected = differs && word.is_some_and(|word| word.corrections_len > 0);
+    let misplaced = matches!(delivery.outcome, Outcome::Refused { check: Check::FootMisplaced, .. });
     let stands = word.is_some_and(|word| word.standing.is_known());
-    stands && (corrected || delivery.outcome == Outcome::Superseded)
+    stands && (corrected || misplaced || delivery.outcome == Outcome::Superseded)
 }
 
 /// What became of the chunks of all epochs together.
@@ -172,6 +173,7 @@ struct Totals {
     sent: u64,
     resent: u64,
     accepted: u64,
+    withdrawn: u64,
     replans: u32,
 }
 
@@ -182,7 +184,14 @@ impl Totals {
         self.accepted += delivery.accepted;
     }
 
+    /// The plan of this delivery is given up for another one.
+    fn give_up(&mut self, delivery: &Delivery) {
+        self.withdrawn += delivery.sent.saturating_sub(delivery.resent + delivery.accepted);
+        self.replans += 1;
+    }
+
     fn delivered(&self, last: &Delivery) -> Delivered {
-        Delivered { sent: self.sent, resent: self.resent, accepted: self.accepted, ..Delivered::from(last) }
+        let Self { sent, resent, accepted, withdrawn, .. } = *self;
+        Delivered { sent, resent, accepted, withdrawn, ..Delivered::from(last) }
     }
 }

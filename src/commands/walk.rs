@@ -70,7 +70,15 @@ impl Export {
 fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, report: &mut Report) -> Result<(), Failure> {
     Instance::clean_dead()?;
     let instance = Instance::create(&format!("walk-{}", std::process::id()))?;
-    let roles = Roles { inputs, instance: instance.name(), search: &arguments.search, export, truth: arguments.truth.as_deref() };
+    let roles = Roles {
+        inputs,
+        instance: instance.name(),
+        search: &arguments.search,
+        export,
+        truth: arguments.truth.as_deref(),
+        rate: arguments.rate,
+        disturb: arguments.disturb,
+    };
     let mut supervisor = Supervisor::default();
     supervisor.start(Role::Controller, roles.command_of(Role::Controller)?)?;
     supervisor.start(Role::Planner, roles.command_of(Role::Planner)?)?;
@@ -156,6 +164,8 @@ struct Roles<'a> {
     search: &'a SearchArguments,
     export: Option<&'a Path>,
     truth: Option<&'a Path>,
+    rate: Option<f64>,
+    disturb: Option<u64>,
 }
 
 impl Roles<'_> {
@@ -168,6 +178,12 @@ impl Roles<'_> {
                 if let Some(truth) = self.truth {
                     let truth = std::path::absolute(truth).map_err(|source| Failure::Start { role, source })?;
                     command.arg(option_with_path("--truth", &truth));
+                }
+                if let Some(rate) = self.rate {
+                    command.arg("--rate").arg(rate.to_string());
+                }
+                if let Some(seed) = self.disturb {
+                    command.arg("--disturb").arg(seed.to_string());
                 }
                 Ok(command)
             }

@@ -254,4 +254,52 @@ static_assert(offsetof(surefoot_PlanStatus, digest) == 80, "offset");
 static_assert(offsetof(surefoot_PlanStatus, state) == 112, "offset");
 static_assert(offsetof(surefoot_PlanStatus, crc) == 116, "offset");
 
+#define SUREFOOT_FOOT_FORCE_TYPE_NAME "surefoot.FootForce.v1"
+#define SUREFOOT_FOOT_FORCE_LAYOUT "99144cbb71bc90f4"
+typedef struct {
+    uint64_t limb;
+    double force[3];
+    double centre[3];
+} surefoot_FootForce;
+static_assert(sizeof(surefoot_FootForce) == 56, "size");
+static_assert(offsetof(surefoot_FootForce, limb) == 0, "offset");
+static_assert(offsetof(surefoot_FootForce, force) == 8, "offset");
+static_assert(offsetof(surefoot_FootForce, centre) == 32, "offset");
+
+#define SUREFOOT_STATE_TYPE_NAME "surefoot.State.v1"
+#define SUREFOOT_STATE_LAYOUT "c49d4a627bae89cf"
+typedef struct {
+    uint64_t schema;
+    uint64_t instance;
+    uint64_t plan_id;
+    uint64_t epoch;
+    uint64_t sequence;
+    uint64_t tick;
+    uint32_t mode;
+    uint32_t feet_len;
+    surefoot_Waypoint waypoint;
+    double centre_of_mass[3];
+    double balance_margin;
+    double friction_use;
+    double torque_use;
+    surefoot_FootForce feet[SUREFOOT_CONTACTS_MAX];
+    double torques[SUREFOOT_JOINTS_MAX];
+} surefoot_State;
+static_assert(sizeof(surefoot_State) == 1160, "size");
+static_assert(offsetof(surefoot_State, schema) == 0, "offset");
+static_assert(offsetof(surefoot_State, instance) == 8, "offset");
+static_assert(offsetof(surefoot_State, plan_id) == 16, "offset");
+static_assert(offsetof(surefoot_State, epoch) == 24, "offset");
+static_assert(offsetof(surefoot_State, sequence) == 32, "offset");
+static_assert(offsetof(surefoot_State, tick) == 40, "offset");
+static_assert(offsetof(surefoot_State, mode) == 48, "offset");
+static_assert(offsetof(surefoot_State, feet_len) == 52, "offset");
+static_assert(offsetof(surefoot_State, waypoint) == 56, "offset");
+static_assert(offsetof(surefoot_State, centre_of_mass) == 504, "offset");
+static_assert(offsetof(surefoot_State, balance_margin) == 528, "offset");
+static_assert(offsetof(surefoot_State, friction_use) == 536, "offset");
+static_assert(offsetof(surefoot_State, torque_use) == 544, "offset");
+static_assert(offsetof(surefoot_State, feet) == 552, "offset");
+static_assert(offsetof(surefoot_State, torques) == 776, "offset");
+
 #endif

@@ -205,8 +205,46 @@ class PlanStatus(ctypes.Structure):
         return "surefoot.PlanStatus.v1"
 
 
+class FootForce(ctypes.Structure):
+    LAYOUT = "99144cbb71bc90f4"
+    _fields_ = [
+        ("limb", ctypes.c_uint64),
+        ("force", ctypes.c_double * 3),
+        ("centre", ctypes.c_double * 3),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.FootForce.v1"
+
+
+class State(ctypes.Structure):
+    LAYOUT = "c49d4a627bae89cf"
+    _fields_ = [
+        ("schema", ctypes.c_uint64),
+        ("instance", ctypes.c_uint64),
+        ("plan_id", ctypes.c_uint64),
+        ("epoch", ctypes.c_uint64),
+        ("sequence", ctypes.c_uint64),
+        ("tick", ctypes.c_uint64),
+        ("mode", ctypes.c_uint32),
+        ("feet_len", ctypes.c_uint32),
+        ("waypoint", Waypoint),
+        ("centre_of_mass", ctypes.c_double * 3),
+        ("balance_margin", ctypes.c_double),
+        ("friction_use", ctypes.c_double),
+        ("torque_use", ctypes.c_double),
+        ("feet", FootForce * CONTACTS_MAX),
+        ("torques", ctypes.c_double * JOINTS_MAX),
+    ]
+
+    @staticmethod
+    def type_name() -> str:
+        return "surefoot.State.v1"
+
+
 if __name__ == "__main__":
-    for message in [Waypoint, Contact, PlanChunk, Margins, Standing, Correction, Feedback, MarkData, PlanRequest, PlanStatus]:
+    for message in [Waypoint, Contact, PlanChunk, Margins, Standing, Correction, Feedback, MarkData, PlanRequest, PlanStatus, FootForce, State]:
         print(message.__name__, ctypes.sizeof(message))
         for field in message._fields_:
             place = getattr(message, field[0])

@@ -118,8 +118,8 @@ impl Position {
         self.place(chunk)
     }
 
-    /// The judged chunk is accepted.
-    pub(super) fn accept(&mut self, chunk: &PlanChunk, margins: &Margins) {
+    /// The judged chunk is accepted; `walked` is how the robot walked it.
+    pub(super) fn accept(&mut self, chunk: &PlanChunk, margins: &Margins, walked: &PlanChunk) {
         self.stream = chunk.stream_after();
         if self.next == 0 {
             self.stream_after_first = self.stream;
@@ -127,8 +127,8 @@ impl Position {
         self.next += 1;
         self.finished = chunk.flags & FLAG_LAST != 0;
         self.margins = self.margins.min(margins);
-        let last = chunk.waypoints().last().unwrap_or(&self.standing.waypoint);
-        self.standing = self.standing.after(chunk.mode, chunk.contacts(), last);
+        let last = walked.waypoints().last().unwrap_or(&self.standing.waypoint);
+        self.standing = self.standing.after(walked.mode, walked.contacts(), last);
         self.walked += 1;
         self.tally.accepted += 1;
     }

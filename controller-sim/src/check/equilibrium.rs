@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use glam::{DVec2, DVec3};
 
-use super::linear_program::LinearProgram;
+use super::convex_program::ConvexProgram;
 use super::simplex::{Row, Simplex};
 use super::support::SoleSupport;
 use crate::bound::within;
@@ -16,7 +16,7 @@ use crate::geometry::polygon;
 /// The friction share of all checks but that of the reserve.
 pub const ALL_FRICTION: f64 = 1.0;
 /// Sides of a friction pyramid.
-const PYRAMID_SIDES: usize = 8;
+pub const PYRAMID_SIDES: usize = 8;
 /// Directions in which the region of equilibrium is sought first.
 const FIRST_DIRECTIONS: usize = 8;
 /// Most directions in which it is sought after that.
@@ -70,7 +70,12 @@ impl Equilibrium {
         Self { mu, known: BTreeMap::new() }
     }
 
-    /// The edges of all friction pyramids, with only a share of the friction.
+    /// The coefficient of friction.
+    pub fn mu(&self) -> f64 {
+        self.mu
+    }
+
+    /// The edges of all friction pyramids, [`PYRAMID_SIDES`] for each contact point in turn, with only a share of the friction.
     pub fn generators(&self, supports: &[SoleSupport], friction_share: f64) -> Vec<Generator> {
         let mu = friction_share * self.mu;
         let points = supports.iter().flat_map(|support| support.points.iter().map(|point| (support.limb, *point)));
@@ -160,7 +165,7 @@ impl FurthestCentre {
 
     fn thoroughly(&self, cost: Vec<f64>) -> Option<Vec<f64>> {
         let nonnegative = cost.len();
-        let program = LinearProgram { cost, nonnegative, equalities: self.rows.clone(), inequalities: Vec::new() };
+        let program = ConvexProgram { cost, square_cost: 0.0, nonnegative, equalities: self.rows.clone(), inequalities: Vec::new() };
         program.solve().filter(|forces| is_balanced(&self.rows, forces))
     }
 }
@@ -211,7 +216,7 @@ impl LeastEffort {
         let inequalities = self.shares.iter().flat_map(|share| [bounded(1.0, share), bounded(-1.0, share)]).collect();
         let mut cost = vec![0.0; count + 1];
         cost[count] = 1.0;
-        let mut forces = LinearProgram { cost, nonnegative: count + 1, equalities, inequalities }.solve()?;
+        let mut forces = ConvexProgram { cost, square_cost: 0.0, nonnegative: count + 1, equalities, inequalities }.solve()?;
         forces.truncate(count);
         is_balanced(&self.balance, &forces).then_some(forces)
     }
@@ -268,7 +273,7 @@ mod tests {
         equalities.iter_mut().for_each(|(row, _)| row.extend([0.0, 0.0]));
         (equalities[3].0[count + 1], equalities[4].0[count]) = (-1.0, 1.0);
         let cost: Vec<f64> = (0..count).map(|_| 0.0).chain([-direction.x, -direction.y]).collect();
-        let x = LinearProgram { cost, nonnegative: count, equalities, inequalities: Vec::new() }.solve().unwrap();
+        let x = ConvexProgram { cost, square_cost: 0.0, nonnegative: count, equalities, inequalities: Vec::new() }.solve().unwrap();
         DVec2::new(x[count], x[count + 1]).dot(direction)
     }
 

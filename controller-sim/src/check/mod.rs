@@ -7,11 +7,12 @@ mod allowed_pairs;
 mod balance;
 mod collision;
 mod contact;
+mod convex_program;
 mod equilibrium;
-mod least_squares;
+pub(crate) mod least_squares;
 mod levers;
 mod limits;
-mod linear_program;
+mod load;
 mod motion;
 mod simplex;
 mod support;
@@ -26,8 +27,10 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
 use crate::geometry::body::Body;
+use crate::kinematics::{Configuration, Posture};
 use allowed_pairs::allowed_pairs;
 use equilibrium::Equilibrium;
+pub use load::{FootLoad, Load};
 use motion::Motion;
 use support::{SoleSupport, SupportFinder};
 
@@ -113,17 +116,27 @@ pub struct Reserves {
     pub friction: f64,
     /// The share of the effort limits that stays unused by contact forces of least squares.
     pub even_torque: f64,
+    /// The share of the joints' acceleration limits that stays unused; negative where the plan's times ask for more.
+    pub acceleration: f64,
 }
 
 impl Reserves {
     /// Nothing measured yet.
-    pub const UNMEASURED: Self = Self { friction: f64::INFINITY, even_torque: f64::INFINITY };
+    pub const UNMEASURED: Self = Self { friction: f64::INFINITY, even_torque: f64::INFINITY, acceleration: f64::INFINITY };
 
     /// The smaller of each pair.
     pub fn min(&self, other: &Self) -> Self {
-        Self { friction: self.friction.min(other.friction), even_torque: self.even_torque.min(other.even_torque) }
+        Self {
+            friction: self.friction.min(other.friction),
+            even_torque: self.even_torque.min(other.even_torque),
+            acceleration: self.acceleration.min(other.acceleration),
+        }
     }
 }
+
+/// What the world gives each stance foot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Footing(Vec<SoleSupport>);
 
 /// Judges motions of one robot in one world.
 pub struct Checker {
@@ -191,14 +204,26 @@ impl Checker {
                         Err(violation) => report.violations.push(violation),
                     }
                 }
-                report.reserves = self.reserves(&case);
+                report.reserves = self.reserves(segment, &case);
             }
         }
         report
     }
 
-    fn reserves(&mut self, case: &Case) -> Reserves {
+    /// What carries the robot on these contacts.
+    pub fn footing(&mut self, contacts: &[Contact]) -> Footing {
+        Footing(contacts.iter().map(|contact| self.supports.find(contact)).collect())
+    }
+
+    /// What the ground does to the feet in a configuration, if the load is spread evenly.
+    pub fn load(&mut self, footing: &Footing, configuration: &Configuration) -> Load {
+        let posture = Posture::new(&self.model, configuration);
+        load::even_load(&self.unlocked, &mut self.equilibrium, &footing.0, &posture)
+    }
+
+    fn reserves(&mut self, segment: &Segment, case: &Case) -> Reserves {
         Reserves {
+            acceleration: limits::acceleration_reserve(&self.model, segment),
             friction: balance::friction_reserve(&self.config, &mut self.equilibrium, case),
             even_torque: torque::even_torque_reserve(&self.unlocked, &self.equilibrium, case),
         }

@@ -1,7 +1,7 @@
 //! Small dense linear programs by the primal simplex method, for those that are solved hundreds of times a second.
 //!
 //! It is a fast way to a solution, not the judge of one: whoever uses a solution verifies it, and whoever would refuse
-//! a motion because there is none asks [`super::linear_program`] first.
+//! a motion because there is none asks [`super::convex_program`] first.
 
 /// Prices below this count as zero. The programs here are scaled to about 1.
 const PRICE_MIN: f64 = 1e-9;
@@ -134,7 +134,7 @@ fn entering(prices: &[f64], first: bool) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::linear_program::LinearProgram;
+    use crate::check::convex_program::ConvexProgram;
 
     fn rows(equations: &[(&[f64], f64)]) -> Vec<Row> {
         equations.iter().map(|(row, right)| (row.to_vec(), *right)).collect()
@@ -187,7 +187,8 @@ mod tests {
             let mine = Simplex::at_a_corner(&equalities, &[]).and_then(|mut simplex| simplex.minimise(&cost)).unwrap();
             let unmet = |(row, right): &Row| (row.iter().zip(&mine).map(|(a, b)| a * b).sum::<f64>() - right).abs();
             assert!(equalities.iter().map(unmet).fold(0.0, f64::max) < 1e-9);
-            let program = LinearProgram { cost: cost.clone(), nonnegative: columns, equalities, inequalities: Vec::new() };
+            let program =
+                ConvexProgram { cost: cost.clone(), square_cost: 0.0, nonnegative: columns, equalities, inequalities: Vec::new() };
             assert!((value(&mine) - value(&program.solve().unwrap())).abs() < 1e-6);
         }
     }

@@ -9,7 +9,7 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::GRAVITY;
 
 use super::equilibrium::{ALL_FRICTION, Equilibrium, Generator, LeastEffort, balance, dot};
-use super::least_squares::least_squares;
+use super::least_squares::even_forces;
 use super::motion::Sample;
 use super::{Case, Violation};
 use crate::bound::within;
@@ -102,7 +102,7 @@ impl<'a> Statics<'a> {
 
     /// As [`Self::torques`], by forces that spread the load evenly.
     fn even_torques(&self, sample: &Sample) -> Option<Vec<f64>> {
-        let forces = least_squares(&balance(&self.generators, sample.centre_of_mass))?;
+        let forces = even_forces(&balance(&self.generators, sample.centre_of_mass))?;
         Some(Loads::new(self, sample).torques(&forces))
     }
 

@@ -30,7 +30,17 @@ fn hang(parent: usize, x: f64, y: f64, z: f64, joint: usize) -> Option<Attachmen
 }
 
 fn joint(name: &str, axis: DVec3, child: usize) -> Joint {
-    Joint { name: name.into(), kind: JointKind::Revolute, axis, child, lower: -2.5, upper: 2.5, effort: 200.0, velocity: 5.0 }
+    Joint {
+        name: name.into(),
+        kind: JointKind::Revolute,
+        axis,
+        child,
+        lower: -2.5,
+        upper: 2.5,
+        effort: 200.0,
+        velocity: 5.0,
+        acceleration: 10.0,
+    }
 }
 
 pub fn box_of(x: f64, y: f64, z: f64) -> Shape {

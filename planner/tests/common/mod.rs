@@ -138,6 +138,7 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
             upper: hinge.limits[1],
             effort: 100.0,
             velocity: 5.0,
+            acceleration: 10.0,
         });
     }
     let polygon = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from).to_vec();

@@ -6,8 +6,8 @@ use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 
 use super::Instance;
-use super::service::{CREDIT, ChannelError, Desk, Link};
-use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, Sealed};
+use super::service::{CREDIT, ChannelError, Desk, Link, STATE_BUFFER, Service};
+use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, Sealed, State};
 
 /// Hears everything that passes in an instance.
 #[derive(Debug)]
@@ -15,7 +15,9 @@ pub struct Observer {
     chunks: Subscriber<ipc::Service, PlanChunk, ()>,
     feedback: Subscriber<ipc::Service, Feedback, ()>,
     status: Subscriber<ipc::Service, PlanStatus, ()>,
+    state: Subscriber<ipc::Service, State, ()>,
     _desk: Desk,
+    _state_service: Service<State>,
     link: Link,
 }
 
@@ -26,12 +28,13 @@ impl Observer {
     /// The transport fails, or the other processes lay their messages out differently.
     pub fn open(instance: &Instance) -> Result<Self, ChannelError> {
         let link = Link::open(instance)?;
-        let desk = link.open_desk()?;
+        let (desk, state_service) = (link.open_desk()?, link.open_state()?);
         let failed = |error| ChannelError::transport("creating a subscriber", error);
         let chunks = link.chunks.subscriber_builder().buffer_size(CREDIT).create().map_err(failed)?;
         let feedback = link.feedback.subscriber_builder().create().map_err(failed)?;
         let status = desk.status.subscriber_builder().create().map_err(failed)?;
-        Ok(Self { chunks, feedback, status, _desk: desk, link })
+        let state = state_service.subscriber_builder().buffer_size(STATE_BUFFER).create().map_err(failed)?;
+        Ok(Self { chunks, feedback, status, state, _desk: desk, _state_service: state_service, link })
     }
 
     /// The next chunk, if one came and is undamaged.
@@ -56,6 +59,14 @@ impl Observer {
     /// The transport fails.
     pub fn status(&self) -> Result<Option<PlanStatus>, ChannelError> {
         next(&self.status, |status| status.known_state().is_some())
+    }
+
+    /// The simulated robot's next state, if one came and is well-formed.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub fn state(&self) -> Result<Option<State>, ChannelError> {
+        next(&self.state, State::is_well_formed)
     }
 
     /// Planners and controllers attached, killed ones included until somebody cleans up.

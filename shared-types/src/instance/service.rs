@@ -1,7 +1,8 @@
 //! The instance's iceoryx2 node and its services.
 //!
 //! `chunks` and `requests` never overflow: what a reader's buffer cannot take is sent again until it is acknowledged.
-//! `feedback` and `status` hold the latest word only. A bell of each side wakes the other one.
+//! `feedback` and `status` hold the latest word only. `state` holds the last ticks, the oldest of which a slow reader loses. A
+//! bell of each side wakes the other one.
 
 use std::time::Duration;
 
@@ -15,7 +16,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use super::bell::Bell;
 use super::{Instance, InstanceError};
-use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus};
+use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus, State};
 
 /// Most chunks sent and not yet acknowledged; also the size of a reader's buffer.
 pub const CREDIT: usize = 8;
@@ -29,6 +30,10 @@ pub const STOCK: usize = 48;
 pub const CHUNK_POOL: usize = READERS_MAX * (CREDIT + BORROWED_MAX) + STOCK;
 /// Most words of a controller that can be in use at a time: likewise, with a buffer of one and a history of one.
 pub const WORD_POOL: usize = READERS_MAX * (1 + BORROWED_MAX) + 1 + STOCK;
+/// Ticks that a reader of the state may be behind before it loses the oldest.
+pub const STATE_BUFFER: usize = 256;
+/// Most states of a controller that can be in use at a time, likewise.
+pub const STATE_POOL: usize = READERS_MAX * (STATE_BUFFER + BORROWED_MAX) + 1 + STOCK;
 /// Most writers of a service: one, and dead ones that are not cleaned yet.
 const WRITERS_MAX: usize = 8;
 /// Most processes in a service, dead ones included.
@@ -133,6 +138,11 @@ impl Link {
         Ok(Self { chunks, feedback, chunk_bell, feedback_bell, node, instance: instance.clone() })
     }
 
+    /// Opens the service on which a controller says how the simulated robot is, creating it if it does not exist yet.
+    pub fn open_state(&self) -> Result<Service<State>, ChannelError> {
+        open_service(&self.node, &self.instance, "state", State::HASH, &RECENT)
+    }
+
     /// Opens the services over which a planner that stays up is asked, creating what does not exist yet.
     pub fn open_desk(&self) -> Result<Desk, ChannelError> {
         let requests = open_service(&self.node, &self.instance, "requests", PlanRequest::HASH, &LOSSLESS)?;
@@ -145,6 +155,8 @@ impl Link {
 const LOSSLESS: Qos = Qos { overflow: false, buffer: CREDIT, history: 0 };
 /// The newest message replaces the one before, and waits for late readers.
 const LATEST: Qos = Qos { overflow: true, buffer: 1, history: 1 };
+/// The newest messages replace the oldest; the last one waits for late readers.
+const RECENT: Qos = Qos { overflow: true, buffer: STATE_BUFFER, history: 1 };
 
 struct Qos {
     overflow: bool,

@@ -176,6 +176,9 @@ impl Sealed for PlanChunk {
 }
 
 impl PlanChunk {
+    const SESSION_AT: usize = std::mem::offset_of!(Self, session);
+    const TARGET_AT: usize = std::mem::offset_of!(Self, target_instance);
+
     /// The waypoints in use.
     pub fn waypoints(&self) -> &[Waypoint] {
         &self.waypoints[..(self.waypoints_len as usize).min(CHUNK_WAYPOINTS_MAX)]
@@ -189,8 +192,13 @@ impl PlanChunk {
     /// The digest of the stream after this chunk. Who sends it (session, target instance) does not count: the same plan
     /// has the same digest whoever carries it.
     pub fn stream_after(&self) -> Digest {
-        let anonymous = Self { session: 0, target_instance: 0, crc: 0, ..*self };
-        self.stream.chain(bytemuck::bytes_of(&anonymous))
+        let bytes = bytemuck::bytes_of(self);
+        let (head, rest) = bytes.split_at(std::mem::offset_of!(Self, robot));
+        let mut anonymous = [0; std::mem::offset_of!(Self, robot)];
+        anonymous.copy_from_slice(head);
+        let carriers = [(Self::SESSION_AT, 8), (Self::TARGET_AT, 8), (Self::CRC_AT, 4)];
+        carriers.iter().for_each(|&(at, size)| anonymous[at..at + size].fill(0));
+        self.stream.chain_pieces(&[&anonymous, rest])
     }
 }
 
@@ -240,6 +248,8 @@ mod tests {
         (carried.session, carried.target_instance) = (1, 2);
         carried.seal();
         assert_eq!(carried.stream_after(), chunk.stream_after());
+        let anonymous = PlanChunk { session: 0, target_instance: 0, crc: 0, ..*chunk };
+        assert_eq!(chunk.stream_after(), Digest::of(&[&chunk.stream.0, bytemuck::bytes_of(&anonymous)]));
         carried.waypoints[3].q[4] += 1e-9;
         assert_ne!(carried.stream_after(), chunk.stream_after());
     }

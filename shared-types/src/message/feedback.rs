@@ -51,11 +51,13 @@ pub enum Check {
     Instance = 15,
     /// The world is not as the planner believes; [`Feedback::corrections`] says what was met.
     WorldDiffers = 16,
+    /// The robot's feet stand elsewhere than the plan says, and it cannot go on so; [`Feedback::standing`] says where it stands.
+    FootMisplaced = 17,
 }
 
 impl Check {
     /// All checks, in wire order.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Limits,
         Self::Contact,
         Self::Balance,
@@ -73,6 +75,7 @@ impl Check {
         Self::Config,
         Self::Instance,
         Self::WorldDiffers,
+        Self::FootMisplaced,
     ];
 
     /// The check with this wire value, if there is one.
@@ -100,6 +103,7 @@ impl Check {
             "config",
             "instance",
             "world_differs",
+            "foot_misplaced",
         ][self as usize]
     }
 }
@@ -293,7 +297,7 @@ mod tests {
             assert_eq!(Check::from_wire(check as u32), Some(check));
             assert!(!check.word().is_empty());
         }
-        assert_eq!(Check::from_wire(17), None);
+        assert_eq!(Check::from_wire(Check::ALL.len() as u32), None);
         assert_eq!(Verdict::from_wire(2), Some(Verdict::Refused));
         assert_eq!(Verdict::from_wire(3), None);
     }
@@ -312,7 +316,7 @@ mod tests {
             Feedback { schema: 1, ..good },
             Feedback { instance: 0, ..good },
             Feedback { verdict: 3, ..good },
-            Feedback { check: 17, ..good },
+            Feedback { check: Check::ALL.len() as u32, ..good },
             Feedback { finished: 2, ..good },
             Feedback { busy: 2, ..good },
             Feedback { corrections_len: CORRECTIONS_MAX as u32 + 1, ..good },

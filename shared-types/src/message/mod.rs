@@ -9,6 +9,7 @@ pub mod record;
 pub mod request;
 mod seal;
 pub mod standing;
+pub mod state;
 
 pub use chunk::{Contact, PlanChunk, SupportMode, Waypoint};
 pub use correction::{Correction, CorrectionKind};
@@ -18,3 +19,4 @@ pub use record::RobotRecord;
 pub use request::{PlanRequest, PlanStatus, RequestKind, RequestState};
 pub use seal::Sealed;
 pub use standing::Standing;
+pub use state::State;

@@ -8,7 +8,7 @@ use crate::{InputError, Pose};
 
 use super::spec::{JointValues, RobotSpec};
 use super::urdf::Urdf;
-use super::{Joint, JointKind, LockedJoint};
+use super::{ACCELERATION_DEFAULT, Joint, JointKind, LockedJoint};
 
 /// What becomes of a URDF joint.
 pub(super) enum JointRole {
@@ -97,7 +97,8 @@ fn moving_joint(urdf: &Urdf, index: usize, kind: JointKind, axis: DVec3, spec: &
         return refuse(format!("velocity must be positive, but is {}; state it in <limit>", joint.limit.velocity));
     }
     let effort = tightened_effort(joint, joint.limit.effort, spec)?;
-    Ok(JointRole::Moving(Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity: joint.limit.velocity }))
+    let (velocity, acceleration) = (joint.limit.velocity, acceleration(joint, spec)?);
+    Ok(JointRole::Moving(Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity, acceleration }))
 }
 
 /// A locked joint needs no limits of its own: what is not stated is not limited.
@@ -113,8 +114,8 @@ fn locked_joint(
     let effort = tightened_effort(joint, stated(joint.limit.effort), spec)?;
     let is_bounded = urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
     let (lower, upper) = if is_bounded { position_limits(joint) } else { (f64::NEG_INFINITY, f64::INFINITY) };
-    let velocity = stated(joint.limit.velocity);
-    let joint_model = Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity };
+    let (velocity, acceleration) = (stated(joint.limit.velocity), acceleration(joint, spec)?);
+    let joint_model = Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity, acceleration };
     Ok(LockedJoint { joint: joint_model, position, parent_from_joint: parent_from_joint(joint) })
 }
 
@@ -135,6 +136,14 @@ fn tightened_effort(joint: &urdf_rs::Joint, stated: f64, spec: &RobotSpec) -> Re
         }
     };
     Ok(limit * spec.effort_scale)
+}
+
+fn acceleration(joint: &urdf_rs::Joint, spec: &RobotSpec) -> Result<f64, InputError> {
+    match spec.accelerations.get(&joint.name) {
+        None => Ok(ACCELERATION_DEFAULT),
+        Some((limit, _)) if *limit > 0.0 => Ok(*limit),
+        Some((limit, place)) => Err(place.error(format!("[accelerations] '{}'", joint.name), format!("is {limit}; it must be positive"))),
+    }
 }
 
 fn check_locked_position(urdf: &Urdf, index: usize, position: f64, place: &Place) -> Result<(), InputError> {

@@ -47,6 +47,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     check_names(&urdf, "[standing]", &spec.standing)?;
     check_names(&urdf, "[locked]", &spec.locked)?;
     check_names(&urdf, "[effort_limits]", &spec.effort_limits)?;
+    check_names(&urdf, "[accelerations]", &spec.accelerations)?;
     let tree = sort_links(&urdf)?;
     check_root(&urdf, &tree, spec)?;
     let mut meshes = MeshStore::default();

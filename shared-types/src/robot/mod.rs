@@ -110,7 +110,13 @@ pub struct Joint {
     pub effort: f64,
     /// Largest speed (rad/s or m/s), positive and finite.
     pub velocity: f64,
+    /// Largest acceleration (rad/s2 or m/s2), positive and finite: of the robot file, or [`ACCELERATION_DEFAULT`].
+    pub acceleration: f64,
 }
+
+/// The largest acceleration of a joint of which the robot file says nothing (rad/s2 or m/s2): what geared joints of humanoids reach
+/// with little of their torque. URDF knows no such limit.
+pub const ACCELERATION_DEFAULT: f64 = 10.0;
 
 /// A joint that the robot file holds still. Links see it as fixed; its motor still has to hold it.
 #[derive(Debug, Clone, PartialEq)]

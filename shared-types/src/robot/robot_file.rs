@@ -29,6 +29,8 @@ struct RawRobot {
     locked: BTreeMap<String, Spanned<f64>>,
     #[serde(default)]
     effort_limits: BTreeMap<String, Spanned<f64>>,
+    #[serde(default)]
+    accelerations: BTreeMap<String, Spanned<f64>>,
 }
 
 #[derive(Deserialize)]
@@ -60,6 +62,7 @@ pub(super) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
         standing: joint_values("[standing]", raw.standing, &source)?,
         locked: joint_values("[locked]", raw.locked, &source)?,
         effort_limits: joint_values("[effort_limits]", raw.effort_limits, &source)?,
+        accelerations: joint_values("[accelerations]", raw.accelerations, &source)?,
         effort_scale: 1.0,
         bytes: source.text.into_bytes(),
     })
@@ -88,6 +91,7 @@ pub(super) fn spec_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &P
         standing: JointValues::new(),
         locked: block_values("locked_joints", &block.locked_joints, &place)?,
         effort_limits: block_values("effort_limits", &block.effort_limits, &place)?,
+        accelerations: JointValues::new(),
         effort_scale: effort_scale.min(1.0),
         bytes,
     })

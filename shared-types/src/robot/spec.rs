@@ -33,6 +33,7 @@ pub(super) struct RobotSpec {
     pub(super) locked: JointValues,
     /// Tighter effort limits.
     pub(super) effort_limits: JointValues,
+    pub(super) accelerations: JointValues,
     /// A factor on all effort limits, at most 1.
     pub(super) effort_scale: f64,
     /// What counts for the digest.

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use surefoot_shared_types::message::{Check, Feedback, PlanChunk, PlanStatus, RequestState, Verdict};
+use surefoot_shared_types::message::{Check, Feedback, PlanChunk, PlanStatus, RequestState, State, Verdict};
 
+use super::motion::{Motion, MotionSummary};
 use crate::margins::WorstMargins;
 
 /// Latencies that are remembered for the quantiles.
@@ -45,6 +46,8 @@ pub(super) struct Summary {
     verdict_latency: Option<[f64; 3]>,
     /// The worst margins so far.
     margins: WorstMargins,
+    /// How the simulated robot was, where the controller tells.
+    motion: Option<MotionSummary>,
 }
 
 /// What was heard so far.
@@ -62,6 +65,7 @@ pub(super) struct Tally {
     published: BTreeMap<u64, f64>,
     latencies: Vec<f64>,
     margins: WorstMargins,
+    motion: Motion,
 }
 
 impl Tally {
@@ -121,6 +125,11 @@ impl Tally {
         })
     }
 
+    /// Takes in a tick of the simulated robot.
+    pub(super) fn note_state(&mut self, state: &State) {
+        self.motion.note(state);
+    }
+
     /// What passed in the last `period` (s); starts a new one.
     pub(super) fn summary(&mut self, seconds: f64, period: f64) -> News {
         let rate = |count: u64| if period > 0.0 { count as f64 / period } else { 0.0 };
@@ -131,6 +140,7 @@ impl Tally {
             words_per_second: rate(self.words),
             verdict_latency: quantiles(&mut self.latencies),
             margins: self.margins,
+            motion: self.motion.summary(period),
         };
         (self.chunks, self.words) = (0, 0);
         News::Summary(summary)
@@ -201,7 +211,8 @@ impl Summary {
         });
         let margins = self.margins.describe();
         let margins = if margins.is_empty() { margins } else { format!("; margins: {margins}") };
-        format!("{:9.3} s  {} accepted, {rates}{latency}{margins}", self.seconds, self.accepted)
+        let motion = self.motion.map_or(String::new(), |motion| format!("; {}", motion.describe()));
+        format!("{:9.3} s  {} accepted, {rates}{latency}{margins}{motion}", self.seconds, self.accepted)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 
+use surefoot_planner::ends::supported_anew;
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::{Mark, Scenario};
 use surefoot_shared_types::message::{Correction, CorrectionKind, Feedback, Standing};
@@ -80,7 +81,7 @@ impl Task {
     pub(super) fn planner(&self, model: &RobotModel, threads: NonZeroUsize) -> Result<Planner, PlannerError> {
         let mut planner = Planner::new(model, &self.world, &self.scenario, threads)?;
         if let Some(standing) = &self.standing {
-            planner.begin_at(standing);
+            planner.begin_at(&supported_anew(&planner.constraints().body, &self.world, standing)?);
         }
         for missing in self.corrections.iter().filter(|correction| correction.known_kind() == Some(CorrectionKind::ContactMissing)) {
             let [half_length, half_width, _] = missing.half_extents;

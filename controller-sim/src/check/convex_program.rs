@@ -1,4 +1,4 @@
-//! Linear programs by Clarabel.
+//! Linear and quadratic programs by Clarabel.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
@@ -6,10 +6,12 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeCone
 /// Iterations of one program; more than any well-posed one needs.
 const ITERATIONS_MAX: u32 = 100;
 
-/// A linear program over `nonnegative` variables that are at least 0 and some free ones after them.
-pub struct LinearProgram {
+/// A program over `nonnegative` variables that are at least 0 and some free ones after them.
+pub struct ConvexProgram {
     /// What to minimise, one coefficient per variable.
     pub cost: Vec<f64>,
+    /// What to minimise beside: half of this times the sum of the variables' squares.
+    pub square_cost: f64,
     /// How many of the variables, from the first, are at least 0.
     pub nonnegative: usize,
     /// Rows whose product with the variables must equal the number beside them.
@@ -18,7 +20,7 @@ pub struct LinearProgram {
     pub inequalities: Vec<(Vec<f64>, f64)>,
 }
 
-impl LinearProgram {
+impl ConvexProgram {
     /// A minimiser, its nonnegative variables made so, or nothing where the solver does not find one. It is accurate to the
     /// solver's tolerance only: verify what matters.
     pub fn solve(&self) -> Option<Vec<f64>> {
@@ -41,7 +43,7 @@ impl LinearProgram {
         let matrix = CscMatrix::new_from_triplets(rows, columns, row_of, column_of, value_of);
         let cones = [ZeroConeT(self.equalities.len()), NonnegativeConeT(self.inequalities.len() + self.nonnegative)];
         let settings = DefaultSettings { verbose: false, max_iter: ITERATIONS_MAX, ..DefaultSettings::default() };
-        let quadratic = CscMatrix::zeros((columns, columns));
+        let quadratic = self.quadratic();
         let mut solver = DefaultSolver::new(&quadratic, &self.cost, &matrix, &right, &cones, settings).ok()?;
         solver.solve();
         let found = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
@@ -51,6 +53,14 @@ impl LinearProgram {
             x
         })
     }
+
+    fn quadratic(&self) -> CscMatrix<f64> {
+        let columns = self.cost.len();
+        if self.square_cost == 0.0 {
+            return CscMatrix::zeros((columns, columns));
+        }
+        CscMatrix::new_from_triplets(columns, columns, (0..columns).collect(), (0..columns).collect(), vec![self.square_cost; columns])
+    }
 }
 
 #[cfg(test)]
@@ -59,8 +69,9 @@ mod tests {
 
     #[test]
     fn a_small_program_is_solved_and_an_impossible_one_refused() {
-        let mut program = LinearProgram {
+        let mut program = ConvexProgram {
             cost: vec![-1.0, -2.0, 0.0],
+            square_cost: 0.0,
             nonnegative: 2,
             equalities: vec![(vec![1.0, 1.0, 1.0], 4.0)],
             inequalities: vec![(vec![0.0, 0.0, -1.0], -1.0), (vec![0.0, 1.0, 0.0], 2.0)],

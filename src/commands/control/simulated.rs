@@ -1,0 +1,91 @@
+//! Walks accepted chunks in simulated time and says at every tick how the robot is.
+
+use std::time::Duration;
+
+use surefoot_controller_sim::Walker;
+use surefoot_controller_sim::channel::{ChannelError, ChunkReceiver, StatePublisher};
+use surefoot_controller_sim::simulation::Simulation;
+use surefoot_shared_types::message::PlanChunk;
+
+use crate::clock::Stopwatch;
+use crate::signals;
+
+/// Simulated time between two ticks, s.
+const TICK_SECONDS: f64 = 0.01;
+/// The longest sleep while real time catches up.
+const NAP: Duration = Duration::from_millis(1);
+/// What a chunk that came so late is behind is made up for; a robot that waited longer has stood still, s.
+const LATE_SECONDS_MAX: f64 = 0.1;
+
+/// The simulated walk of one controller.
+pub struct Simulated {
+    simulation: Simulation,
+    publisher: StatePublisher,
+    pace: Pace,
+}
+
+impl Simulated {
+    /// Walks at `rate` times real time, or as fast as it can if that is 0.
+    ///
+    /// # Errors
+    /// When the state service cannot be opened.
+    pub fn new(receiver: &ChunkReceiver, instance: u64, rate: f64) -> Result<Self, ChannelError> {
+        let pace = Pace { watch: Stopwatch::start(), rate, over_at: 0.0 };
+        Ok(Self { simulation: Simulation::new(instance, TICK_SECONDS), publisher: receiver.open_state()?, pace })
+    }
+
+    /// Walks an accepted chunk; `alive` is called while real time catches up. A signal ends the waiting.
+    ///
+    /// # Errors
+    /// When a state cannot be sent.
+    pub fn walk(&mut self, walker: &mut Walker, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Result<(), ChannelError> {
+        let waypoints = chunk.waypoints();
+        let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
+        let (publisher, pace) = (&mut self.publisher, &mut self.pace);
+        pace.begin();
+        let mut said = Ok(());
+        walker.simulate(&mut self.simulation, chunk, &mut |state| {
+            pace.wait(state.waypoint.time - begin, alive);
+            if said.is_ok() {
+                said = publisher.say(state);
+            }
+        });
+        pace.wait(end - begin, alive);
+        pace.end(end - begin);
+        publisher.refill()?;
+        said
+    }
+}
+
+/// Keeps simulated time in step with real time.
+struct Pace {
+    watch: Stopwatch,
+    rate: f64,
+    /// When the chunk before is, or was to be, over, s.
+    over_at: f64,
+}
+
+impl Pace {
+    /// Begins a chunk when the one before is over, or now if that is long ago.
+    fn begin(&mut self) {
+        let now = self.watch.seconds();
+        if now - self.over_at > LATE_SECONDS_MAX {
+            self.over_at = now;
+        }
+    }
+
+    /// Waits until the robot is `seconds` of simulated time within the chunk.
+    fn wait(&self, seconds: f64, alive: &mut dyn FnMut()) {
+        alive();
+        while self.rate > 0.0 && self.watch.seconds() < self.over_at + seconds / self.rate && signals::raised().is_none() {
+            std::thread::sleep(NAP);
+            alive();
+        }
+    }
+
+    fn end(&mut self, seconds: f64) {
+        if self.rate > 0.0 {
+            self.over_at += seconds / self.rate;
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Feet that come down elsewhere than planned, and words that get lost or come late: the walk goes on as the feet really stand,
+//! or holds and is planned again from there.
+
+#![allow(clippy::print_stdout, reason = "a test says what it found")]
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped scenario cannot be used")]
+
+#[allow(dead_code, reason = "each test binary uses its own part")]
+#[path = "common/command.rs"]
+mod command;
+
+use std::num::NonZeroUsize;
+
+use bytemuck::Zeroable;
+use command::{assert_nothing_left, run, scenario};
+use serde_json::Value;
+use surefoot_controller_sim::disturbance::Walked;
+use surefoot_controller_sim::{Checker, Disturbance, Identity, Walker};
+use surefoot_planner::ends::supported_anew;
+use surefoot_planner::{Outcome, Planner, Status};
+use surefoot_shared_types::config::Scenario;
+use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::message::{PlanChunk, Sealed, Standing, Waypoint};
+use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::spatial::rotation_distance;
+
+const INSTANCE: u64 = 3;
+/// Most plans of one walk.
+const EPOCHS_MAX: u64 = 20;
+
+/// How a disturbed walk went.
+#[derive(Debug, Default, PartialEq)]
+struct Course {
+    arrived: bool,
+    replans: u64,
+    landings: u64,
+    /// The largest distance (m) and angle (rad) of a foot from its place.
+    off: [f64; 2],
+}
+
+fn difference(a: &Waypoint, b: &Waypoint) -> f64 {
+    let numbers = |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).chain(w.q).collect::<Vec<f64>>();
+    numbers(a).iter().zip(numbers(b)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+}
+
+/// Walks one plan until its end or until it does not fit; where the robot stands then. Every chunk really begins where the one
+/// before really ended, but for the slide of a landing foot.
+fn walk_plan(walker: &mut Walker, disturbance: &mut Disturbance, chunks: &[PlanChunk], standing: &mut Standing, course: &mut Course) {
+    for chunk in chunks {
+        let mut chunk = PlanChunk { target_instance: INSTANCE, session: 1, ..*chunk };
+        chunk.seal();
+        walker.admit(&chunk).unwrap_or_else(|violation| panic!("chunk {}: {violation}", chunk.sequence));
+        let landing = walker.landing(&chunk).is_some();
+        let Walked::As(real, _) = disturbance.walk(walker, &chunk) else {
+            walker.hold();
+            course.replans += 1;
+            return;
+        };
+        course.landings += u64::from(landing);
+        if standing.is_known() {
+            let jump = difference(&standing.waypoint, &real.waypoints()[0]);
+            assert!(jump < if landing { 0.1 } else { 1e-6 }, "chunk {}: {jump:.1e}", chunk.sequence);
+        }
+        for (planned, stands) in chunk.contacts().iter().zip(real.contacts()) {
+            let (a, b) = (planned.world_from_sole(), stands.world_from_sole());
+            let off = [a.translation.distance(b.translation), rotation_distance(a.rotation, b.rotation)];
+            course.off = [course.off[0].max(off[0]), course.off[1].max(off[1])];
+        }
+        *standing = standing.after(real.mode, real.contacts(), real.waypoints().last().unwrap());
+    }
+}
+
+/// A disturbed walk of a scenario.
+fn walk(name: &str, seed: u64) -> Course {
+    let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
+    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let identity = Identity { instance: INSTANCE, robot: model.digest, world: world.digest, config: scenario.digest };
+    let mut walker = Walker::new(Checker::new(model.clone(), world.clone(), scenario.checker.clone()).unwrap(), identity);
+    let mut disturbance = Disturbance::new(seed);
+    let (mut standing, mut course) = (Standing::zeroed(), Course::default());
+    for epoch in 0..EPOCHS_MAX {
+        let start = standing.mark().unwrap_or(scenario.start);
+        let scenario = Scenario { start, ..scenario.clone() };
+        let mut planner = Planner::new(&model, &world, &scenario, NonZeroUsize::MIN).unwrap();
+        if standing.is_known() {
+            planner.begin_at(&supported_anew(&planner.constraints().body, &world, &standing).unwrap());
+        }
+        planner.name_plan(1, epoch);
+        if planner.step(u64::MAX) != Status::Done(Outcome::Found) {
+            return course;
+        }
+        walk_plan(&mut walker, &mut disturbance, planner.chunks(), &mut standing, &mut course);
+        if walker.finished() {
+            return Course { arrived: true, ..course };
+        }
+    }
+    course
+}
+
+#[test]
+fn the_robot_arrives_though_its_feet_come_down_elsewhere() {
+    let mut arrived = 0;
+    for name in ["flat_walk", "stepping_stones", "ibeam_gap"] {
+        for seed in 1..=3 {
+            let course = walk(name, seed);
+            println!("{name} {seed}: {course:?}");
+            let [off, turn] = course.off;
+            assert!(course.landings > 3 && off > 0.002 && off < 0.00501, "{course:?}");
+            assert!(turn > 0.2_f64.to_radians() && turn < 1.001_f64.to_radians(), "{course:?}");
+            arrived += u64::from(course.arrived);
+            assert!(course.arrived || name != "flat_walk", "there is room everywhere on flat ground");
+        }
+    }
+    assert!(arrived >= 7, "{arrived} of 9 arrived");
+}
+
+#[test]
+fn a_seed_disturbs_the_same_way_again_and_another_one_otherwise() {
+    let [first, again, other] = [4, 4, 5].map(|seed| walk("flat_walk", seed));
+    assert_eq!(first, again);
+    assert_ne!(first.off, other.off);
+}
+
+#[test]
+fn a_disturbed_walk_of_two_processes_loses_nothing() {
+    let walked = |seed: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let json = folder.path().join("report.json");
+        let said = run(&["walk", &scenario("stepping_stones"), "--quiet", "--disturb", seed, "--json", json.to_str().unwrap()]);
+        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        assert_nothing_left(said.pid);
+        let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
+        let count = |what: &str| report["chunks"][what].as_u64().unwrap();
+        assert_eq!((report["outcome"].as_str(), count("lost"), count("duplicated")), (Some("accepted"), 0, 0), "{report}");
+        (report["digest"].clone(), report["replans"].clone(), report["margins"].clone())
+    };
+    let [first, again, other] = ["1", "1", "2"].map(walked);
+    assert_eq!(first, again);
+    assert_ne!(first.2, other.2);
+}
