@@ -47,6 +47,7 @@ use crate::motion::round::Round;
 use crate::motion::sequence::{Purpose, SequenceSearch};
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Progress, Torso};
+use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::Seeding;
 use crate::stage::Stage;
 use crate::trouble::{Focus, Trouble};
@@ -65,6 +66,9 @@ pub enum PlannerError {
     /// A shape cannot be compiled into surfaces to stand on.
     #[error(transparent)]
     Surfaces(#[from] SurfacesError),
+    /// The preparation was made for another robot or other margins.
+    #[error("the preparation {0}")]
+    Preparation(#[from] PreparationError),
     /// The threads cannot be started.
     #[error("cannot start {threads} planner threads: {reason}")]
     Threads {
@@ -136,6 +140,7 @@ pub struct Tally {
 #[derive(Debug)]
 pub struct Planner {
     shared: Shared,
+    preparation: Preparation<'static>,
     pool: Option<Arc<ThreadPool>>,
     roadmap: Roadmap,
     round: Round,
@@ -167,12 +172,23 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// Compiles the robot and the world and allocates all that a search needs.
+    /// Compiles the robot and the world and allocates all that a search needs. `preparation` is the robot's, for the scenario's
+    /// margins.
     ///
     /// # Errors
-    /// The robot or the world is none that this planner can use, or its threads cannot be started.
-    pub fn new(model: &RobotModel, world: &World, scenario: &Scenario, threads: NonZeroUsize) -> Result<Self, PlannerError> {
+    /// The robot or the world is none that this planner can use, the preparation is another robot's, or the threads cannot be
+    /// started.
+    pub fn new(
+        model: &RobotModel,
+        world: &World,
+        scenario: &Scenario,
+        preparation: Preparation<'static>,
+        threads: NonZeroUsize,
+    ) -> Result<Self, PlannerError> {
         let config: &PlannerConfig = &scenario.planner;
+        if !preparation.is_for(model, config) {
+            return Err(PreparationError::OtherRobot.into());
+        }
         let body = Body::new(model, config)?;
         let collision = CollisionModel::new(model, world, config.clearance)?;
         let placement = placement_config(&body, world, config);
@@ -189,6 +205,7 @@ impl Planner {
                 parallel: pool.is_some(),
                 seed: scenario.seed,
             },
+            preparation,
             pool,
             roadmap: Roadmap::new(config),
             round: Round::default(),
@@ -372,6 +389,7 @@ impl Planner {
             constraints: &self.shared.constraints,
             surfaces: &self.surfaces,
             torso: &self.torso,
+            preparation: &self.preparation,
             seed: self.scenario.seed,
             feet_apart: self.scenario.start.feet_apart,
         };

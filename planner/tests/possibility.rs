@@ -4,12 +4,13 @@
 
 mod common;
 
-use common::Case;
+use common::{Case, preparation_for};
 use surefoot_planner::body::Body;
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::Constraints;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::possibility::{Context, Growth, Progress, Station, Torso};
+use surefoot_planner::prepare::Preparation;
 
 /// A case, compiled for stage P alone.
 struct Compiled {
@@ -17,6 +18,7 @@ struct Compiled {
     constraints: Constraints,
     surfaces: Surfaces,
     torso: Torso,
+    preparation: Preparation<'static>,
     scratch: Scratch,
     growth: Growth,
 }
@@ -25,6 +27,7 @@ impl Compiled {
     fn new(case: Case) -> Self {
         let config = &case.scenario.planner;
         let body = Body::new(&case.model, config).unwrap();
+        let preparation = preparation_for(&case.model, config);
         let torso = Torso::new(&case.model, &body);
         let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
         let placement = FootPlacementConfig::default();
@@ -32,7 +35,7 @@ impl Compiled {
         let bounds = collision.world_bounds();
         let growth = Growth::new(&case.scenario.start, &case.scenario.goal, config.station_spacing, 4096, &bounds);
         let constraints = Constraints { body, collision, config: config.clone() };
-        Self { case, constraints, surfaces, torso, scratch, growth }
+        Self { case, constraints, surfaces, torso, preparation, scratch, growth }
     }
 
     /// Advances to a route or to the end of all samples; answers which, and the work spent.
@@ -41,6 +44,7 @@ impl Compiled {
             constraints: &self.constraints,
             surfaces: &self.surfaces,
             torso: &self.torso,
+            preparation: &self.preparation,
             seed,
             feet_apart: self.case.scenario.start.feet_apart,
         };

@@ -10,6 +10,7 @@ use super::torso::{Room, Torso};
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
+use crate::prepare::Preparation;
 
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.5, 0.5];
@@ -37,6 +38,8 @@ pub struct Context<'a> {
     pub surfaces: &'a Surfaces,
     /// The robot above its legs.
     pub torso: &'a Torso,
+    /// What the legs may reach, and where primitives hold.
+    pub preparation: &'a Preparation<'static>,
     /// The seed of all streams.
     pub seed: u64,
     /// How far apart the feet ideally stand, m.
@@ -129,18 +132,23 @@ impl Context<'_> {
     }
 
     /// The point midway between the two soles that suit best: near their ideals, level, toward the target. Soles that meet
-    /// count only where all do: one foot goes before the other there.
+    /// count only where all do: one foot goes before the other there. Only soles that R lets both legs reach at once make a pair.
     fn middle_of_best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<DVec3> {
         let mut apart: Option<(f64, DVec3)> = None;
         let mut any: Option<(f64, DVec3)> = None;
         for left in placements.iter().filter(|placed| placed.limb == 0) {
             for right in placements.iter().filter(|placed| placed.limb == 1) {
-                let pair = self.pair_cost(wish, &left.world_from_sole, &right.world_from_sole);
+                let soles = [&left.world_from_sole, &right.world_from_sole];
+                let pair = self.pair_cost(wish, soles);
                 let is_cheaper = |best: &Option<(f64, DVec3)>| best.is_none_or(|(least, _)| pair.0 < least);
+                let station = Station { position: pair.1, yaw: wish.station.yaw };
+                if !is_cheaper(&apart) || !self.torso.may_reach(self.preparation, &station, soles) {
+                    continue;
+                }
                 if is_cheaper(&any) {
                     any = Some(pair);
                 }
-                if is_cheaper(&apart) && !self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole]) {
+                if !self.constraints.collision.feet_hit(soles) {
                     apart = Some(pair);
                 }
             }
@@ -148,7 +156,7 @@ impl Context<'_> {
         apart.or(any).map(|(_, middle)| middle)
     }
 
-    fn pair_cost(&self, wish: &Wish, left: &Pose, right: &Pose) -> (f64, DVec3) {
+    fn pair_cost(&self, wish: &Wish, [left, right]: [&Pose; 2]) -> (f64, DVec3) {
         let middle = left.translation.midpoint(right.translation);
         let ideals = [0, 1].map(|limb| wish.station.world_from_ideal_sole(limb, self.feet_apart).translation);
         let aside = left.translation.distance(ideals[0]) + right.translation.distance(ideals[1]);

@@ -8,7 +8,7 @@ use super::expanded::{mean_heading, split_height};
 use crate::body::Body;
 use crate::collision::CollisionModel;
 use crate::collision::bvh::Aabb;
-use crate::motion::primitive::gait::{SPLIT, TILT_MAX};
+use crate::motion::primitive::gait::SPLIT;
 use crate::motion::primitive::stand::{Stand, side_of};
 
 /// What C_N says of a pose of the root.
@@ -61,7 +61,7 @@ pub struct Print {
 /// [Grey 4.1.1, 4.4.5].
 pub fn sufficient(preparation: &Preparation<'_>, body: &Body, collision: &CollisionModel, stance: &Print, other: &Print) -> bool {
     let stands = [stance, other].map(|print| Stand::of(&body.legs[print.limb], &print.world_from_sole));
-    are_prints_good(&[stance, other], &stands)
+    are_prints_good(preparation, &[stance, other], &stands)
         && preparation.range(stance.limb).contains(&stands[0].offset_to(&stands[1], other.limb))
         && Room { preparation, collision }.has_place([stance, other], &stands)
 }
@@ -69,14 +69,15 @@ pub fn sufficient(preparation: &Preparation<'_>, body: &Body, collision: &Collis
 /// C_S of the shift between a transition and its twin.
 pub fn sufficient_shift(preparation: &Preparation<'_>, body: &Body, collision: &CollisionModel, left: &Print, right: &Print) -> bool {
     let stands = [left, right].map(|print| Stand::of(&body.legs[print.limb], &print.world_from_sole));
-    are_prints_good(&[left, right], &stands)
+    are_prints_good(preparation, &[left, right], &stands)
         && preparation.range(0).contains(&stands[0].offset_to(&stands[1], 1))
         && preparation.range(1).contains(&stands[1].offset_to(&stands[0], 0))
         && Room { preparation, collision }.has_shift([left, right], &stands)
 }
 
-fn are_prints_good(prints: &[&Print; 2], stands: &[Stand; 2]) -> bool {
-    prints[0].limb != prints[1].limb && prints.iter().all(|print| print.is_whole) && stands.iter().all(|stand| stand.tilt <= TILT_MAX)
+fn are_prints_good(preparation: &Preparation<'_>, prints: &[&Print; 2], stands: &[Stand; 2]) -> bool {
+    let are_whole = prints.iter().all(|print| print.is_whole);
+    prints[0].limb != prints[1].limb && are_whole && stands.iter().all(|stand| stand.tilt <= preparation.gait().tilt)
 }
 
 /// The expanded geometry in a world.

@@ -9,7 +9,7 @@
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::{interpolate, rotation_about};
+use surefoot_shared_types::spatial::{interpolate, rotation_about, yaw_of};
 
 use super::gait::Gait;
 use super::stand::{Stand, side_of};
@@ -62,8 +62,7 @@ impl Place {
             lifted,
             other.world_from_sole,
         ];
-        let neutral_yaw = rotation_about(DVec3::Z, stance_stand.yaw);
-        let neutral = settled(body, gait, stance, &neutral_sole, neutral_yaw, work)?;
+        let neutral = settled(body, gait, stance, &neutral_sole, stance_stand.yaw, work)?;
         let placed = configuration(body, gait, stance, other, work)?;
         Ok(Self { limb, neutral, placed, knots })
     }
@@ -95,20 +94,16 @@ impl Place {
 /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
 pub fn configuration(body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<State, Rejection> {
     let yaw = mean_yaw(stance.world_from_sole.rotation, other.world_from_sole.rotation);
-    settled(body, gait, stance, &other.world_from_sole, rotation_about(DVec3::Z, yaw), work)
+    settled(body, gait, stance, &other.world_from_sole, yaw, work)
 }
 
-fn settled(
-    body: &Body,
-    gait: &Gait,
-    stance: &Foothold,
-    other_sole: &Pose,
-    world_from_root: glam::DQuat,
-    work: &mut u64,
-) -> Result<State, Rejection> {
+fn settled(body: &Body, gait: &Gait, stance: &Foothold, other_sole: &Pose, yaw: f64, work: &mut u64) -> Result<State, Rejection> {
     let mut world_from_soles = [*other_sole; 2];
     world_from_soles[stance.limb] = stance.world_from_sole;
-    let posture = Posture { world_from_root, reach_share: gait.reach_share, com: stance.region.centroid() };
+    let side = side_of(stance.limb);
+    let world_from_root = rotation_about(DVec3::Z, yaw) * rotation_about(DVec3::X, -side * gait.roll);
+    let inward = rotation_about(DVec3::Z, yaw_of(stance.world_from_sole.rotation)) * (-side * gait.lean * DVec3::Y);
+    let posture = Posture { world_from_root, reach_share: gait.reach_share, com: stance.region.centroid() + inward.truncate() };
     let (configuration, _) = settle(body, &world_from_soles, &posture, body.standing_q, work)?;
     Ok(State { configuration, world_from_soles })
 }
