@@ -12,7 +12,7 @@ use surefoot_planner::collision::{CollisionModel, FootState};
 use surefoot_planner::constraint::{Constraints, Mode};
 use surefoot_planner::motion::foothold::{Foothold, double_mode, single_mode};
 use surefoot_planner::motion::primitive::stand::{PairOffset, Stand};
-use surefoot_planner::motion::primitive::{configuration, print_of, shift, swing};
+use surefoot_planner::motion::primitive::{Emission, configuration, print_of};
 use surefoot_planner::motion::track::State;
 use surefoot_planner::prepare::{Preparation, necessary, sufficient, sufficient_shift};
 use surefoot_planner::random::{Random, Stream};
@@ -110,7 +110,15 @@ struct Checking<'a> {
 }
 
 impl Checking<'_> {
-    fn take(&mut self, state: &State, foot: FootState) -> bool {
+    fn follow(&mut self, mut emission: Emission) {
+        while !emission.is_over() {
+            if let Some((state, foot)) = emission.advance(self.constraints).unwrap() {
+                self.take(state, foot);
+            }
+        }
+    }
+
+    fn take(&mut self, state: &State, foot: FootState) {
         let body = &self.constraints.body;
         let mut feet = [FootState::Stance; 2];
         if let Some(limb) = self.swing {
@@ -125,7 +133,6 @@ impl Checking<'_> {
         assert!(between.is_ok(), "{}: before waypoint {}: {between:?}", self.name, self.waypoints);
         self.here = *state;
         self.waypoints += 1;
-        true
     }
 }
 
@@ -140,7 +147,7 @@ fn primitives_hold_at(constraints: &Constraints, preparation: &Preparation<'_>, 
         let mode = single_mode(stance);
         assert!(constraints.check(&mode, &body.snapshot(&here.configuration), [FootState::Stance; 2]).is_ok(), "{name}");
         let mut checking = Checking { constraints, mode, here, swing: Some(from.limb), waypoints: 0, name: format!("swing {name}") };
-        swing(constraints, gait, stance, [from, to], &mut 0, &mut |state, foot| checking.take(state, foot)).unwrap();
+        checking.follow(Emission::swing(constraints, gait, stance, [from, to]).unwrap());
         assert!(checking.waypoints > 4);
         held += 1;
     }
@@ -149,7 +156,7 @@ fn primitives_hold_at(constraints: &Constraints, preparation: &Preparation<'_>, 
         let here = configuration(body, gait, left, right, &mut 0).unwrap();
         let mode = double_mode(left, right);
         let mut checking = Checking { constraints, mode, here, swing: None, waypoints: 0, name: format!("shift {name}") };
-        shift(constraints, gait, [left, right], &mut 0, &mut |state, foot| checking.take(state, foot)).unwrap();
+        checking.follow(Emission::shift(constraints, gait, [left, right]).unwrap());
         held += 1;
     }
     held
@@ -177,6 +184,7 @@ fn with_stiff_ankles() -> RobotModel {
     for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("ankle_roll")) {
         (joint.lower, joint.upper) = (-0.26, 0.26);
     }
+    model.digest = Digest::of(&[b"stiff ankles"]);
     model
 }
 

@@ -10,7 +10,7 @@ use super::torso::{Room, Torso};
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
-use crate::prepare::Preparation;
+use crate::prepare::{Preparation, is_whole};
 
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.5, 0.5];
@@ -53,7 +53,12 @@ pub struct Placed {
     pub limb: usize,
     /// The sole's pose in the world.
     pub world_from_sole: Pose,
+    /// Whether the whole sole is carried.
+    pub is_whole: bool,
 }
+
+/// Two placements on which the robot stands at a station, left and right.
+pub type Pair = [Placed; 2];
 
 /// A station at which the necessary conditions hold.
 #[derive(Debug, Clone)]
@@ -62,6 +67,8 @@ pub struct Stance {
     pub station: Station,
     /// The placements of both feet.
     pub placements: heapless::Vec<Placed, PLACEMENTS_MAX>,
+    /// The pair of them over which the station is, unless the feet would meet on it.
+    pub pair: Option<Pair>,
 }
 
 /// What is asked of a stance.
@@ -89,9 +96,9 @@ impl Context<'_> {
                 return None;
             }
         }
-        let position = self.middle_of_best_pair(wish, &placements)?;
+        let (position, pair) = self.best_pair(wish, &placements)?;
         let station = Station { position, yaw: wish.station.yaw };
-        self.has_room(&station, wish.relaxed, work).then_some(Stance { station, placements })
+        self.has_room(&station, wish.relaxed, work).then_some(Stance { station, placements, pair })
     }
 
     /// Whether the robot above its legs has room at a station.
@@ -123,37 +130,38 @@ impl Context<'_> {
             effort: if wish.relaxed { RELAXED_EFFORT } else { EFFORT },
             kept_max: KEPT_MAX,
         };
-        query.run((self.constraints, self.surfaces), scratch, work, &mut |placement| match placements
-            .push(Placed { limb, world_from_sole: placement.world_from_sole })
-        {
-            Ok(()) => ControlFlow::Continue(true),
-            Err(_) => ControlFlow::Break(()),
+        query.run((self.constraints, self.surfaces), scratch, work, &mut |placement| {
+            let is_whole = is_whole(&self.constraints.body, limb, &placement.support.polygon);
+            match placements.push(Placed { limb, world_from_sole: placement.world_from_sole, is_whole }) {
+                Ok(()) => ControlFlow::Continue(true),
+                Err(_) => ControlFlow::Break(()),
+            }
         });
     }
 
-    /// The point midway between the two soles that suit best: near their ideals, level, toward the target. Soles that meet
+    /// The pair of soles that suits best, near their ideals, level, toward the target, and the point midway. Soles that meet
     /// count only where all do: one foot goes before the other there. Only soles that R lets both legs reach at once make a pair.
-    fn middle_of_best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<DVec3> {
-        let mut apart: Option<(f64, DVec3)> = None;
+    fn best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<(DVec3, Option<Pair>)> {
+        let mut apart: Option<(f64, DVec3, Pair)> = None;
         let mut any: Option<(f64, DVec3)> = None;
         for left in placements.iter().filter(|placed| placed.limb == 0) {
             for right in placements.iter().filter(|placed| placed.limb == 1) {
                 let soles = [&left.world_from_sole, &right.world_from_sole];
-                let pair = self.pair_cost(wish, soles);
-                let is_cheaper = |best: &Option<(f64, DVec3)>| best.is_none_or(|(least, _)| pair.0 < least);
-                let station = Station { position: pair.1, yaw: wish.station.yaw };
-                if !is_cheaper(&apart) || !self.torso.may_reach(self.preparation, &station, soles) {
+                let (cost, middle) = self.pair_cost(wish, soles);
+                let station = Station { position: middle, yaw: wish.station.yaw };
+                if apart.is_some_and(|(least, ..)| least <= cost) || !self.torso.may_reach(self.preparation, &station, soles) {
                     continue;
                 }
-                if is_cheaper(&any) {
-                    any = Some(pair);
+                if any.is_none_or(|(least, _)| cost < least) {
+                    any = Some((cost, middle));
                 }
                 if !self.constraints.collision.feet_hit(soles) {
-                    apart = Some(pair);
+                    apart = Some((cost, middle, [*left, *right]));
                 }
             }
         }
-        apart.or(any).map(|(_, middle)| middle)
+        let meeting = any.map(|(_, middle)| (middle, None));
+        apart.map(|(_, middle, pair)| (middle, Some(pair))).or(meeting)
     }
 
     fn pair_cost(&self, wish: &Wish, [left, right]: [&Pose; 2]) -> (f64, DVec3) {

@@ -32,7 +32,7 @@ use crate::motion::primitive::Gait;
 use expanded::Expanded;
 use file::{Contents, Writer};
 pub use file::{PreparationError, key};
-pub use labels::{Necessary, Print, necessary, sufficient, sufficient_shift};
+pub use labels::{Necessary, Print, is_whole, necessary, sufficient, sufficient_pair, sufficient_shift};
 use probe::Probe;
 use range::{Lattice, PairRange, RangeHeader};
 use reach::{Reach, ReachHeader};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use glam::{DMat3, DVec2, DVec3};
-pub use preparation::preparation_for;
+pub use preparation::{preparation_for, try_preparation_for};
 use surefoot_planner::prepare;
 use surefoot_planner::random::Random;
 use surefoot_planner::{Outcome, Planner, PlannerError, Status};
@@ -88,7 +88,9 @@ impl Case {
     }
 
     pub fn try_planner(&self, threads: usize) -> Result<Planner, PlannerError> {
-        let preparation = preparation_for(&self.model, &self.scenario.planner);
+        // A robot that cannot be prepared is refused as that, whatever else it is given.
+        let preparation = try_preparation_for(&self.model, &self.scenario.planner)
+            .unwrap_or_else(|_| preparation_for(&hubo(), &PlannerConfig::default()));
         Planner::new(&self.model, &self.world, &self.scenario, preparation, NonZeroUsize::new(threads).unwrap())
     }
 

@@ -45,13 +45,27 @@ impl Place {
     /// # Errors
     /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
     pub fn new(body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
+        let stance_stand = Stand::of(&body.legs[stance.limb], &stance.world_from_sole);
+        let neutral_sole = neutral_sole(gait, &stance_stand, other.limb);
+        let neutral = settled(body, gait, stance, &neutral_sole, stance_stand.yaw, work)?;
+        Self::beside(neutral, body, gait, stance, other, work)
+    }
+
+    /// The place over the same stance foot onto another placement.
+    ///
+    /// # Errors
+    /// As [`Place::new`].
+    pub fn onto(&self, body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
+        Self::beside(self.neutral, body, gait, stance, other, work)
+    }
+
+    fn beside(neutral: State, body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
         let limb = other.limb;
         let leg = &body.legs[limb];
         let stance_stand = Stand::of(&body.legs[stance.limb], &stance.world_from_sole);
         let stand = Stand::of(leg, &other.world_from_sole);
         let rise = (stand.origin.z - stance_stand.origin.z).max(0.0);
-        let beside = stance_stand.world_from_stand() * DVec3::new(0.0, side_of(limb) * gait.width, gait.lift);
-        let neutral_sole = Pose::from_parts(beside, rotation_about(DVec3::Z, stance_stand.yaw));
+        let neutral_sole = neutral_sole(gait, &stance_stand, limb);
         let lifted = shifted(&other.world_from_sole, other.world_from_sole.rotation * (DVec3::Z * gait.lift));
         let top = stance_stand.origin.z + gait.lift + rise;
         let lifted_height = Stand::of(leg, &lifted).origin.z;
@@ -62,7 +76,6 @@ impl Place {
             lifted,
             other.world_from_sole,
         ];
-        let neutral = settled(body, gait, stance, &neutral_sole, stance_stand.yaw, work)?;
         let placed = configuration(body, gait, stance, other, work)?;
         Ok(Self { limb, neutral, placed, knots })
     }
@@ -85,6 +98,12 @@ impl Place {
         state.world_from_soles[self.limb] = interpolate(&self.knots[stretch], &self.knots[stretch + 1], t);
         state
     }
+}
+
+/// Where the swing sole is beside the stance foot.
+fn neutral_sole(gait: &Gait, stance: &Stand, limb: usize) -> Pose {
+    let beside = stance.world_from_stand() * DVec3::new(0.0, side_of(limb) * gait.width, gait.lift);
+    Pose::from_parts(beside, rotation_about(DVec3::Z, stance.yaw))
 }
 
 /// The primitive configuration of a transition: all weight on `stance`, `other` in touch. It depends on nothing but the two
