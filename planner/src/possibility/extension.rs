@@ -66,7 +66,10 @@ impl Extension {
                 let nearer = tip.way_to(&self.target).length() - stance.station.way_to(&self.target).length();
                 nearer >= PROGRESS_MIN * self.spacing.min(tip.way_to(&wished).length())
             };
-            if advances && self.can_climb(context, tip, &stance.station) && context.has_room_between(tip, &stance.station, self.relaxed, work) {
+            if advances
+                && self.can_climb(context, tip, &stance.station)
+                && context.has_room_between(tip, &stance.station, self.relaxed, work)
+            {
                 return Step::Grown(stance);
             }
         }
@@ -80,8 +83,7 @@ impl Extension {
     }
 
     fn arrives(&self, context: &Context<'_>, tip: &Station, work: &mut u64) -> bool {
-        let near = tip.way_to(&self.target).length() <= JOINING_SPACINGS * self.spacing
-            && self.can_climb(context, tip, &self.target);
+        let near = tip.way_to(&self.target).length() <= JOINING_SPACINGS * self.spacing && self.can_climb(context, tip, &self.target);
         let turn = surefoot_shared_types::spatial::wrap_angle(self.target.yaw - tip.yaw);
         near && (!self.joins || turn.abs() <= JOINING_TURN_MAX && context.has_room_between(tip, &self.target, self.relaxed, work))
     }
