@@ -7,6 +7,7 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Instant;
 
+use surefoot_planner::prepare;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::robot::load::load_robot;
@@ -29,8 +30,9 @@ fn plan(scenario: &str, seed: u64) -> Run {
     let scenario = load_scenario(&path).unwrap().with_seed(seed);
     let (robot, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
     let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+    let preparation = prepare::make(&robot, &scenario.planner).unwrap();
     let begin = Instant::now();
-    let mut planner = Planner::new(&robot, &world, &scenario, threads).unwrap();
+    let mut planner = Planner::new(&robot, &world, &scenario, preparation, threads).unwrap();
     let ready_seconds = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
     let outcome = loop {

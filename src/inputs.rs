@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use surefoot_planner::prepare::Preparation;
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
@@ -9,6 +10,9 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::load::load_world;
+
+use crate::failure::Failure;
+use crate::preparation;
 
 /// A scenario with all that it names.
 #[derive(Debug, Clone)]
@@ -35,5 +39,13 @@ impl Inputs {
         let model = load_robot(&scenario.robot_path)?;
         let world = load_world(&scenario.world_path)?;
         Ok(Self { scenario, model, world })
+    }
+
+    /// What is prepared for the robot, from the cache or made now; `quiet` shows no progress.
+    ///
+    /// # Errors
+    /// When the robot is none that the planner can move.
+    pub fn preparation(&self, quiet: bool) -> Result<Preparation<'static>, Failure> {
+        Ok(preparation::obtain(&self.model, &self.scenario.planner, quiet)?.preparation)
     }
 }

@@ -97,6 +97,12 @@ pub struct Planned {
     pub work: u64,
     /// Sequences tried.
     pub sequences: u64,
+    /// Edges of the guide route.
+    pub route_edges: u64,
+    /// Edges of the guide route that are possible: primitives lead along.
+    pub route_edges_possible: u64,
+    /// Motions that were primitives.
+    pub primitives: u64,
     /// Heap allocations during the search.
     pub allocations: u64,
     /// Steps of the plan.

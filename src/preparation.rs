@@ -1,9 +1,11 @@
 //! Where the preparation of a robot comes from: a file of the user's cache, or made now and kept there. The cache is only
 //! ever a convenience: what is damaged in it is made again, and where nothing can be kept a line says so.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use memmap2::Mmap;
@@ -50,12 +52,26 @@ impl Prepared {
     }
 }
 
-/// The preparation of a robot, from the cache or else made now. It stays in memory until the program ends: whoever plans
-/// needs it to the last.
+/// What this process has obtained so far, by what it was made from.
+static OBTAINED: Mutex<BTreeMap<Digest, Prepared>> = Mutex::new(BTreeMap::new());
+
+/// The preparation of a robot, from the cache or else made now, once in a process. It stays in memory until the program ends:
+/// whoever plans needs it to the last. `quiet` shows no progress and no warning.
 ///
 /// # Errors
 /// When the robot is none that the planner can move.
 pub fn obtain(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Prepared, Failure> {
+    let key = prepare::key(model, config);
+    let mut obtained = OBTAINED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = obtained.get(&key) {
+        return Ok(known.clone());
+    }
+    let prepared = find_or_make(model, config, quiet)?;
+    obtained.insert(key, prepared.clone());
+    Ok(prepared)
+}
+
+fn find_or_make(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Prepared, Failure> {
     let key = prepare::key(model, config);
     let place = cache_folder().map(|folder| folder.join(format!("{key}.prepared")));
     if let Some(found) = place.as_deref().and_then(|path| from_cache(path, &key)) {
@@ -69,7 +85,10 @@ pub fn obtain(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result
         Some(path) => keep(bytes, path).map(|()| path.clone()),
         None => Err("neither XDG_CACHE_HOME nor HOME names an absolute folder".to_owned()),
     };
-    let saved = saved.map_err(|reason| warn(&reason)).ok();
+    if let (Err(reason), false) = (&saved, quiet) {
+        warn(reason);
+    }
+    let saved = saved.ok();
     let preparation = Preparation::from_bytes(bytes, &key).map_err(|error| Failure::Preparation(error.to_string()))?;
     Ok(Prepared { preparation, origin: Origin::Built { seconds, saved }, bytes })
 }

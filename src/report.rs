@@ -38,6 +38,12 @@ pub struct Report {
     pub work: u64,
     /// Sequences tried.
     pub sequences: u64,
+    /// Edges of the guide route.
+    pub route_edges: u64,
+    /// Edges of the guide route that are possible, so that primitives lead along.
+    pub route_edges_possible: u64,
+    /// Motions that were primitives, in the plan or not.
+    pub primitives: u64,
     /// Steps of the plan.
     pub steps: u64,
     /// Waypoints of the plan.
@@ -162,6 +168,9 @@ impl Report {
         self.plan_seconds = Some(planned.plan_seconds);
         self.work = planned.work;
         self.sequences = planned.sequences;
+        self.route_edges = planned.route_edges;
+        self.route_edges_possible = planned.route_edges_possible;
+        self.primitives = planned.primitives;
         self.steps = planned.steps;
         self.waypoints = planned.waypoints;
         self.allocations_after_ready = planned.allocations;
@@ -221,6 +230,9 @@ mod tests {
             plan_seconds: 1.0,
             work: 2,
             sequences: 1,
+            route_edges: 8,
+            route_edges_possible: 6,
+            primitives: 20,
             allocations: 0,
             steps: 3,
             waypoints: 4,

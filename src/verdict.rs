@@ -14,6 +14,12 @@ pub fn text(report: &Report) -> String {
     if report.has_plan() {
         line("plan", format!("{} steps, {} waypoints", report.steps, report.waypoints));
     }
+    if report.has_plan() {
+        line(
+            "route",
+            format!("{} edges, {} of them possible; {} primitives", report.route_edges, report.route_edges_possible, report.primitives),
+        );
+    }
     line("search", search(report));
     if let Some(digest) = &report.digest {
         line("digest", digest.clone());

@@ -6,11 +6,14 @@
 mod damage;
 #[path = "checker_mutations/damages.rs"]
 mod damages;
+#[path = "../planner/tests/common/preparation.rs"]
+mod preparation;
 
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use damage::Walk;
+use preparation::preparation_for;
 use surefoot_controller_sim::{PlanReport, check_plan};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
@@ -37,7 +40,7 @@ fn planned(scenario: &str, folder: &Path) -> Walk {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{scenario}.toml"));
     let scenario = load_scenario(&path).unwrap();
     let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(&model, &world, &scenario, NonZeroUsize::MIN).unwrap();
+    let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
     assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
     Walk { plan: plan_from_chunks(&model, &world, &scenario, planner.chunks(), folder), folder: folder.to_owned() }
 }

@@ -2,10 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped scenario cannot be used")]
 
+#[path = "../planner/tests/common/preparation.rs"]
+mod preparation;
+
 use std::num::NonZeroUsize;
 
 use bytemuck::Zeroable;
 use glam::DVec3;
+use preparation::preparation_for;
 use surefoot_controller_sim::{Checker, Identity, Walker};
 use surefoot_planner::ends::supported_anew;
 use surefoot_planner::outcome::EndFault;
@@ -48,7 +52,8 @@ impl Case {
     ) -> Result<Vec<PlanChunk>, Outcome> {
         let start = standing.and_then(Standing::mark).unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
-        let mut planner = Planner::new(&self.model, world, &scenario, NonZeroUsize::MIN).unwrap();
+        let mut planner =
+            Planner::new(&self.model, world, &scenario, preparation_for(&self.model, &scenario.planner), NonZeroUsize::MIN).unwrap();
         if let Some(standing) = standing {
             planner.begin_at(&supported_anew(&planner.constraints().body, world, standing).unwrap());
         }

@@ -8,10 +8,14 @@
 #[path = "common/command.rs"]
 mod command;
 
+#[path = "../planner/tests/common/preparation.rs"]
+mod preparation;
+
 use std::num::NonZeroUsize;
 
 use bytemuck::Zeroable;
 use command::{assert_nothing_left, run, scenario};
+use preparation::preparation_for;
 use serde_json::Value;
 use surefoot_controller_sim::disturbance::Walked;
 use surefoot_controller_sim::{Checker, Disturbance, Identity, Walker};
@@ -81,7 +85,7 @@ fn walk(name: &str, seed: u64) -> Course {
     for epoch in 0..EPOCHS_MAX {
         let start = standing.mark().unwrap_or(scenario.start);
         let scenario = Scenario { start, ..scenario.clone() };
-        let mut planner = Planner::new(&model, &world, &scenario, NonZeroUsize::MIN).unwrap();
+        let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
         if standing.is_known() {
             planner.begin_at(&supported_anew(&planner.constraints().body, &world, &standing).unwrap());
         }

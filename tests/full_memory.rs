@@ -22,7 +22,9 @@ fn may_mount() -> bool {
 /// Runs a shell line after mounting a tmpfs of a size at a place, seen by nobody else.
 fn with_tmpfs(size: &str, place: &str, line: &str) -> Output {
     let script = format!("mount -t tmpfs -o mode=1777,size={size} tmpfs {place} && {line}");
-    Command::new("unshare").args(["-m", "sh", "-c", &script]).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
+    let mut command = Command::new("unshare");
+    command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command.args(["-m", "sh", "-c", &script]).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {

@@ -43,6 +43,48 @@ fn a_preparation_is_kept_read_again_and_made_again_where_it_is_damaged() {
     assert!(files(cache.path()) == kept && fs::read(&kept[0]).unwrap() == sound);
 }
 
+fn plan(cache: &Path, options: &[&str]) -> Said {
+    let arguments = [&["plan", "configs/scenarios/flat_walk.toml"], options].concat();
+    finish(surefoot(&arguments).env("XDG_CACHE_HOME", cache).spawn().unwrap())
+}
+
+/// The line of a plan's summary that names its digest.
+fn digest(said: &Said) -> &str {
+    said.out.lines().find(|line| line.contains("digest")).unwrap_or_else(|| panic!("{}{}", said.out, said.err))
+}
+
+#[test]
+fn planning_prepares_the_robot_and_trusts_no_damaged_or_outdated_file() {
+    let cache = tempfile::tempdir().unwrap();
+    let first = plan(cache.path(), &["--quiet"]);
+    assert_eq!((first.code, first.err.as_str()), (0, ""), "{}", first.out);
+    let kept = files(cache.path());
+    assert_eq!(kept.len(), 1);
+    let sound = fs::read(&kept[0]).unwrap();
+    let version = 8;
+    for (name, at) in [("version", version), ("key", 20), ("contents", sound.len() / 2), ("end", sound.len())] {
+        let mut damaged = sound.clone();
+        match damaged.get_mut(at) {
+            Some(byte) => *byte ^= 1,
+            None => damaged.truncate(at - 8),
+        }
+        fs::write(&kept[0], &damaged).unwrap();
+        let again = plan(cache.path(), &["--quiet"]);
+        assert_eq!((again.code, digest(&again)), (0, digest(&first)), "{name}: {}", again.err);
+        assert!(files(cache.path()) == kept && fs::read(&kept[0]).unwrap() == sound, "{name}");
+    }
+}
+
+#[test]
+fn a_walk_needs_no_cache_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "no folder").unwrap();
+    let said = plan(&file, &[]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(said.err.lines().filter(|line| line.starts_with("warning: ")).count(), 1, "{}", said.err);
+}
+
 #[test]
 fn a_cache_that_cannot_be_written_costs_a_warning() {
     let folder = tempfile::tempdir().unwrap();

@@ -6,6 +6,9 @@
 #[path = "common/command.rs"]
 mod command;
 
+#[path = "../planner/tests/common/preparation.rs"]
+mod preparation;
+
 use std::fs;
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -13,6 +16,7 @@ use std::time::Duration;
 
 use command::{Said, finish, scenario, surefoot};
 use glam::DVec3;
+use preparation::preparation_for;
 use surefoot_controller_sim::simulation::Simulation;
 use surefoot_controller_sim::{Checker, Identity, Walker};
 use surefoot_planner::{Outcome, Planner, Status};
@@ -32,7 +36,7 @@ const TICK: f64 = 0.01;
 fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<State>) {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
     let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(&model, &world, &scenario, NonZeroUsize::MIN).unwrap();
+    let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
     assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
     let identity = Identity { instance: INSTANCE, robot: model.digest, world: world.digest, config: scenario.digest };
     let mut walker = Walker::new(Checker::new(model.clone(), world, scenario.checker).unwrap(), identity);

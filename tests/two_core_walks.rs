@@ -6,6 +6,9 @@
 #![allow(clippy::print_stdout, reason = "a test says what it found")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
 
+#[path = "../planner/tests/common/preparation.rs"]
+mod preparation;
+
 use std::fs;
 use std::io::{Read, Write};
 use std::num::NonZeroUsize;
@@ -14,6 +17,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use preparation::preparation_for;
 use surefoot::affinity;
 use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
 use surefoot_controller_sim::{Checker, Identity, Walker};
@@ -82,7 +86,7 @@ fn control(instance: &Instance, scenario: &str) -> Log {
 fn plan(scenario: &str) -> Vec<PlanChunk> {
     let scenario = load_scenario(scenario.as_ref()).unwrap();
     let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(&model, &world, &scenario, NonZeroUsize::MIN).unwrap();
+    let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
     while planner.step(100_000) == Status::Working {}
     assert!(!planner.chunks().is_empty());
     planner.chunks().to_vec()

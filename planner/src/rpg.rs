@@ -8,6 +8,7 @@
 //! Cut       into segments that share their end states    [Grey 3.2]
 //! Seed      foot placements along the guide route        [Grey 4.4.4]
 //! Connect   transitions between neighbouring placements  [Grey 4.4.2]
+//! Primitive what pi_S gives along possible edges         [Grey 3.2, 4.4.5]
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
 //! Sample    configurations for its transitions           [Grey 4.4.2]
 //! Move      motions within its modes                     [Grey 4.4.3]
@@ -19,6 +20,7 @@
 //! graph, so that each sequence may use any of them. A sequence that is complete is shortened [Grey 4.4.6]. Segment after segment is completed; the last one completes the plan.
 
 mod cycle;
+mod primitive_stretches;
 mod remedies;
 mod segments;
 mod shorten;
@@ -47,10 +49,12 @@ use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
 use crate::motion::round::Round;
 use crate::motion::sequence::{Purpose, SequenceSearch};
 use crate::outcome::{Bound, Outcome, Status};
-use crate::possibility::{Context, Growth, Progress, Torso};
+use crate::possibility::{Context, Growth, Labelled, Progress, Torso};
+use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::Seeding;
 use crate::stage::Stage;
 use crate::trouble::{Focus, Trouble};
+use primitive_stretches::{Primitives, pair_on};
 use segments::Cuts;
 use shorten::Shortening;
 
@@ -66,6 +70,9 @@ pub enum PlannerError {
     /// A shape cannot be compiled into surfaces to stand on.
     #[error(transparent)]
     Surfaces(#[from] SurfacesError),
+    /// The preparation was made for another robot or other margins.
+    #[error("the preparation {0}")]
+    Preparation(#[from] PreparationError),
     /// The threads cannot be started.
     #[error("cannot start {threads} planner threads: {reason}")]
     Threads {
@@ -83,6 +90,7 @@ enum Phase {
     Cut { station: usize },
     Seed { next: usize },
     Connect { next: FootholdId },
+    Primitive,
     Sequence { purpose: Purpose, begun: bool },
     Sample { next: usize, failed: bool },
     Move { next: usize, failed: bool },
@@ -105,7 +113,7 @@ impl Phase {
             Self::Connect { .. } => Stage::Connect,
             Self::Sequence { .. } => Stage::Sequence,
             Self::Sample { .. } => Stage::Sample,
-            Self::Move { .. } => Stage::Move,
+            Self::Primitive | Self::Move { .. } => Stage::Move,
             Self::Assemble { .. } | Self::Seal => Stage::Assemble,
             Self::Over(_) => Stage::Over,
         }
@@ -129,6 +137,14 @@ pub struct Tally {
     pub transitions_found: u64,
     /// Motions found.
     pub motions_found: u64,
+    /// Motions that pi_S gave.
+    pub primitives: u64,
+    /// Motions that pi_S could not give although C_S holds; always 0.
+    pub primitives_failed: u64,
+    /// Edges of the guide route followed last.
+    pub route_edges: Labelled,
+    /// Edges of the trees of stage P.
+    pub tree_edges: Labelled,
     /// What was turned down, by [`Rejection`].
     pub rejections: [u64; Rejection::COUNT],
 }
@@ -137,6 +153,7 @@ pub struct Tally {
 #[derive(Debug)]
 pub struct Planner {
     shared: Shared,
+    preparation: Preparation<'static>,
     pool: Option<Arc<ThreadPool>>,
     roadmap: Roadmap,
     round: Round,
@@ -165,20 +182,32 @@ pub struct Planner {
     digest: Digest,
     trouble: Trouble,
     focus: Focus,
+    primitives: Primitives,
 }
 
 impl Planner {
-    /// Compiles the robot and the world and allocates all that a search needs.
+    /// Compiles the robot and the world and allocates all that a search needs. `preparation` is the robot's, for the scenario's
+    /// margins.
     ///
     /// # Errors
-    /// The robot or the world is none that this planner can use, or its threads cannot be started.
-    pub fn new(model: &RobotModel, world: &World, scenario: &Scenario, threads: NonZeroUsize) -> Result<Self, PlannerError> {
+    /// The robot or the world is none that this planner can use, the preparation is another robot's, or the threads cannot be
+    /// started.
+    pub fn new(
+        model: &RobotModel,
+        world: &World,
+        scenario: &Scenario,
+        preparation: Preparation<'static>,
+        threads: NonZeroUsize,
+    ) -> Result<Self, PlannerError> {
         let config: &PlannerConfig = &scenario.planner;
         let body = Body::new(model, config)?;
         let collision = CollisionModel::new(model, world, config.clearance)?;
         let placement = placement_config(&body, world, config);
         let scratch = Scratch::new(&placement);
         let surfaces = Surfaces::new(world, placement)?;
+        if !preparation.is_for(model, config) {
+            return Err(PreparationError::OtherRobot.into());
+        }
         let provenance = Provenance { robot: model.digest, world: world.digest, config: scenario.digest, joints_len: body.joints_len };
         let pool = start_threads(threads)?;
         let torso = Torso::new(model, &body);
@@ -190,6 +219,7 @@ impl Planner {
                 parallel: pool.is_some(),
                 seed: scenario.seed,
             },
+            preparation,
             pool,
             roadmap: Roadmap::new(config),
             round: Round::default(),
@@ -213,6 +243,7 @@ impl Planner {
             digest: Digest::default(),
             trouble: Trouble::default(),
             focus: Focus::new(2 * stations_max),
+            primitives: Primitives::default(),
         })
     }
 
@@ -300,7 +331,7 @@ impl Planner {
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 7] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 8] {
         [
             ("possibility", self.growth.bytes()),
             ("roadmap", self.roadmap.bytes()),
@@ -309,6 +340,7 @@ impl Planner {
             ("chunks", self.chunks.bytes()),
             ("collision", self.shared.constraints.collision.bytes()),
             ("surfaces", self.surfaces.heap_bytes()),
+            ("primitives", self.primitives.bytes()),
         ]
     }
 
@@ -320,6 +352,7 @@ impl Planner {
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
+            Phase::Primitive => self.take_primitives(),
             Phase::Sequence { purpose, begun } => self.find_sequence(purpose, begun, budget),
             Phase::Sample { next, failed } => self.sample(next, failed, budget),
             Phase::Move { next, failed } => self.plan_motions(next, failed, budget),
@@ -357,6 +390,8 @@ impl Planner {
             }
             self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support })?;
         }
+        let body = &self.shared.constraints.body;
+        self.growth.stand_on([&start, &goal].map(|end| pair_on(body, end)));
         Ok(Phase::Route)
     }
 
@@ -373,10 +408,13 @@ impl Planner {
             constraints: &self.shared.constraints,
             surfaces: &self.surfaces,
             torso: &self.torso,
+            preparation: &self.preparation,
             seed: self.scenario.seed,
             feet_apart: self.scenario.start.feet_apart,
         };
-        match self.growth.advance(&context, &mut self.scratch, &mut 0) {
+        let progress = self.growth.advance(&context, &mut self.scratch, &mut 0);
+        self.tally.tree_edges = self.growth.labelled();
+        match progress {
             Progress::Growing => return Phase::Route,
             Progress::Route => {}
             Progress::Exhausted if self.tally.routes == 0 => self.growth.go_straight(),
@@ -390,6 +428,8 @@ impl Planner {
         let is_whole = !(0..stations).any(is_detour) || self.tally.routes == 0;
         self.focus.only(stations, |station| is_whole || is_detour(station));
         self.tally.routes += 1;
+        self.tally.route_edges = self.growth.route().labelled();
+        self.primitives.begin_route();
         self.route_sweeps = 0;
         self.nearest_stations.clear();
         self.cut_anew_or_shift(stations)
@@ -411,7 +451,7 @@ impl Planner {
         let known = self.growth.placements(station);
         if self.route_sweeps == 0 && !known.is_empty() {
             for placed in known.iter().filter(|placed| placed.limb == limb) {
-                seeding.reuse(placed, graph, scratch, work)?;
+                seeding.reuse(placed, route.is_stood_on(station, placed), graph, scratch, work)?;
             }
         } else {
             seeding.sweep_station(route, (station, limb), (self.route_sweeps, self.tally.sweeps), graph, scratch, work)?;
@@ -422,8 +462,7 @@ impl Planner {
     fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
         if next as usize == self.roadmap.graph.footholds().len() {
             let is_located = self.locate_next();
-            let located = Phase::Sequence { purpose: Purpose::Find, begun: false };
-            return Ok(if is_located { Phase::Connect { next } } else { located });
+            return Ok(if is_located { Phase::Connect { next } } else { self.after_connecting() });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         seeding.connect(next, self.step_max(), &mut self.roadmap.graph, &mut 0)?;

@@ -55,16 +55,18 @@ pub struct Seeding<'a> {
 }
 
 impl Seeding<'_> {
-    /// Adds a placement that stage P has found [Grey 4.4.4].
+    /// Adds a placement that stage P has found [Grey 4.4.4], unless there is one that is all but the same; `exactly` this one
+    /// where primitives stand on it.
     ///
     /// # Errors
     /// The placement arena is full.
-    pub fn reuse(&self, placed: &Placed, graph: &mut Graph, scratch: &mut Scratch, work: &mut u64) -> Result<(), ArenaFull> {
+    pub fn reuse(&self, placed: &Placed, exactly: bool, graph: &mut Graph, scratch: &mut Scratch, work: &mut u64) -> Result<(), ArenaFull> {
         *work += 1;
         let sole_polygon = &self.constraints.body.sole_polygons[placed.limb];
         let Ok(support) = self.surfaces.support(scratch, sole_polygon, &placed.world_from_sole) else { return Ok(()) };
         let foothold = Foothold::new(placed.limb, placed.world_from_sole, support.polygon);
-        if graph.same(&foothold).is_none() {
+        let known = if exactly { graph.identical(&foothold) } else { graph.same(&foothold) };
+        if known.is_none() {
             graph.add_foothold(foothold)?;
         }
         Ok(())

@@ -4,12 +4,13 @@
 
 mod common;
 
-use common::Case;
+use common::{Case, preparation_for};
 use surefoot_planner::body::Body;
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::Constraints;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::possibility::{Context, Growth, Progress, Station, Torso};
+use surefoot_planner::possibility::{Context, Growth, Label, Progress, Station, Torso};
+use surefoot_planner::prepare::Preparation;
 
 /// A case, compiled for stage P alone.
 struct Compiled {
@@ -17,6 +18,7 @@ struct Compiled {
     constraints: Constraints,
     surfaces: Surfaces,
     torso: Torso,
+    preparation: Preparation<'static>,
     scratch: Scratch,
     growth: Growth,
 }
@@ -25,6 +27,7 @@ impl Compiled {
     fn new(case: Case) -> Self {
         let config = &case.scenario.planner;
         let body = Body::new(&case.model, config).unwrap();
+        let preparation = preparation_for(&case.model, config);
         let torso = Torso::new(&case.model, &body);
         let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
         let placement = FootPlacementConfig::default();
@@ -32,7 +35,7 @@ impl Compiled {
         let bounds = collision.world_bounds();
         let growth = Growth::new(&case.scenario.start, &case.scenario.goal, config.station_spacing, 4096, &bounds);
         let constraints = Constraints { body, collision, config: config.clone() };
-        Self { case, constraints, surfaces, torso, scratch, growth }
+        Self { case, constraints, surfaces, torso, preparation, scratch, growth }
     }
 
     /// Advances to a route or to the end of all samples; answers which, and the work spent.
@@ -41,6 +44,7 @@ impl Compiled {
             constraints: &self.constraints,
             surfaces: &self.surfaces,
             torso: &self.torso,
+            preparation: &self.preparation,
             seed,
             feet_apart: self.case.scenario.start.feet_apart,
         };
@@ -147,4 +151,41 @@ fn the_same_seed_grows_the_same_route_and_another_one_another() {
     });
     assert_eq!(first, again);
     assert_ne!(first, other);
+}
+
+#[test]
+fn edges_are_possible_where_there_is_room_for_primitives_and_nowhere_else() {
+    let mut open = Compiled::new(Case::shipped("flat_walk"));
+    assert_eq!(open.grow(1).0, Progress::Route);
+    let labelled = open.growth.route().labelled();
+    // Nobody said on what the robot stands at the ends.
+    assert!(labelled.edges > 30 && labelled.possible + 2 == labelled.edges, "{labelled:?}");
+    let mut barred = Compiled::new(Case::shipped("flat_walk").with_box([4.0, 0.0, 0.05], [0.02, 1.0, 0.05]));
+    assert_eq!(barred.grow(1).0, Progress::Route);
+    let route = barred.growth.route();
+    for station in 2..route.stations() - 1 {
+        let is_near = (route.station(station).position.x - 4.0).abs() < 0.1;
+        let is_far = (route.station(station).position.x - 4.0).abs() > 1.0;
+        assert!(!(is_near && route.label(station).is_possible()), "{station}");
+        assert!(!is_far || matches!(route.label(station), Label::Primitive { .. }), "{station}");
+    }
+    assert!(barred.growth.labelled().possible < barred.growth.labelled().edges);
+}
+
+#[test]
+fn what_stage_m_has_crossed_is_possible_and_used_again() {
+    let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.0, 0.05], [0.02, 1.0, 0.05]));
+    assert_eq!(compiled.grow(1).0, Progress::Route);
+    let before = compiled.stations();
+    let indeterminate = (1..before.len()).find(|&station| compiled.growth.route().label(station) == Label::Indeterminate).unwrap();
+    let reached = indeterminate + 3;
+    compiled.growth.note_crossed(reached);
+    assert_eq!(compiled.growth.route().label(indeterminate), Label::Crossed);
+    compiled.growth.give_up(before[reached + 5]);
+    compiled.growth.begin_again();
+    assert_eq!(compiled.grow(1).0, Progress::Route);
+    let after = compiled.stations();
+    assert_eq!(after[..=indeterminate], before[..=indeterminate]);
+    assert!(after.iter().all(|station| station.distance(&before[reached + 5]) > 0.2));
+    assert_eq!(compiled.growth.route().label(indeterminate), Label::Crossed);
 }

@@ -92,7 +92,10 @@ fn scenario(path: &Path) -> Finding {
         Ok(inputs) => inputs,
         Err(error) => return Finding::missing(format!("scenario: {error}")),
     };
-    match Planner::new(&inputs.model, &inputs.world, &inputs.scenario, threads) {
+    let planner = inputs
+        .preparation(false)
+        .and_then(|preparation| Ok(Planner::new(&inputs.model, &inputs.world, &inputs.scenario, preparation, threads)?));
+    match planner {
         Ok(planner) => {
             let arenas = planner.arena_bytes();
             let total: usize = arenas.iter().map(|(_, bytes)| bytes).sum();

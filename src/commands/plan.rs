@@ -10,6 +10,7 @@ use std::num::NonZeroUsize;
 
 use surefoot_planner::Planner;
 use surefoot_planner::channel::{ChunkSender, Delivery, Outcome};
+use surefoot_planner::prepare::Preparation;
 use surefoot_shared_types::instance::draw_id;
 use surefoot_shared_types::message::{Check, PlanChunk};
 use surefoot_shared_types::plan_file::PlanFile;
@@ -38,12 +39,13 @@ pub fn run(arguments: &PlanArguments) -> Result<Ending, Failure> {
     }
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
     outputs::check(&arguments.outputs)?;
+    let preparation = inputs.preparation(arguments.outputs.quiet || arguments.role.report_lines)?;
     let report = Report::new(&inputs, arguments.search.threads());
     let audience = Audience::new(arguments.role.report_lines, arguments.outputs.quiet);
     if arguments.serve {
-        return serve::run(arguments, &inputs, audience);
+        return serve::run(arguments, &inputs, preparation, audience);
     }
-    let mut run = Run { arguments, inputs, report, audience };
+    let mut run = Run { arguments, inputs, preparation, report, audience };
     run.plan_and_deliver()?;
     let ending = conclude(&run.report, arguments.outputs.json.as_deref())?;
     run.audience.say(|| verdict::text(&run.report));
@@ -60,6 +62,7 @@ fn lock_memory() {
 struct Run<'a> {
     arguments: &'a PlanArguments,
     inputs: Inputs,
+    preparation: Preparation<'static>,
     report: Report,
     audience: Audience,
 }
@@ -101,7 +104,7 @@ impl Run<'_> {
     fn plan(&mut self, task: &Task) -> Result<Planned, Failure> {
         let watch = Stopwatch::start();
         let threads = NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
-        let mut planner = task.planner(&self.inputs.model, threads)?;
+        let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
         let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
         self.tell(&Line::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
         let mut planned = search::run(&mut planner, task.scenario.planner.work_max, &mut |line| self.tell(line))?;

@@ -1,5 +1,6 @@
 //! `surefoot prepare`: makes what is made once per robot, so that no walk has to wait for it.
 
+use surefoot_planner::motion::primitive::Gait;
 use surefoot_planner::prepare::Preparation;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
@@ -32,7 +33,11 @@ fn summary(robot: &str, prepared: &Prepared) -> String {
 
 fn gait_lines(preparation: &Preparation<'_>) -> String {
     let gait = preparation.gait();
-    let head = format!("  primitives   reach share {:.3}, width {:.3} m, lift {:.3} m", gait.reach_share, gait.width, gait.lift);
+    let Gait { reach_share, width, tilt, lift, roll, lean } = gait;
+    let head = format!(
+        "  primitives   reach share {reach_share:.3}, width {width:.3} m, lift {lift:.3} m, roll {roll:.2} rad, lean {lean:.3} m, \
+         soles inclined up to {tilt:.2} rad"
+    );
     let line = |limb: usize, name: &str| {
         let (held, all) = preparation.range(limb).cells();
         let extent = preparation.range(limb).extent().map_or_else(String::new, |[ahead, aside, above, turn]| {

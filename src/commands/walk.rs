@@ -29,6 +29,7 @@ pub fn run(arguments: &WalkArguments) -> Result<Ending, Failure> {
     if let Some(truth) = &arguments.truth {
         load_world(truth)?;
     }
+    inputs.preparation(arguments.outputs.quiet)?;
     signals::install();
     let export = Export::new(arguments)?;
     let mut report = Report::new(&inputs, arguments.search.threads());

@@ -138,6 +138,17 @@ impl Roadmap {
         Ok(())
     }
 
+    /// Notes a configuration that was not sampled; how its foot is lifted is not known.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn record_configuration(&mut self, id: TransitionId, state: &State) -> Result<(), ArenaFull> {
+        self.graph.record_attempts(id, 0, Some(state.configuration))?;
+        self.costs.add_found(id);
+        self.lifts.push(LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) });
+        Ok(())
+    }
+
     /// Notes a motion that was found for a hop: its waypoints after the first.
     ///
     /// # Errors

@@ -3,8 +3,9 @@
 use surefoot_shared_types::config::Mark;
 
 use super::extension::{Extension, Step};
+use super::label::Label;
 use super::route::Route;
-use super::stance::{Context, Placed, Stance};
+use super::stance::{Context, Pair, Placed, Stance};
 use super::station::Station;
 use crate::arena::reserve;
 use crate::collision::bvh::Aabb;
@@ -48,6 +49,27 @@ pub(super) struct Vertex {
     pub parent: u32,
     /// Its placements: first and count in the arena.
     pub placements: (u32, u32),
+    /// The placements that it stands on, if it has two that are apart.
+    pub pair: Option<Pair>,
+    /// Whether primitives lead over it, once that was asked.
+    pub stands: Option<bool>,
+    /// Whether stage M has crossed the edge that leads to it from the vertex before it on the route.
+    pub is_crossed: bool,
+}
+
+impl Vertex {
+    fn root(station: Station, pair: Option<Pair>) -> Self {
+        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_crossed: false }
+    }
+}
+
+/// How many edges stage P has labelled.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Labelled {
+    /// Edges of the trees.
+    pub edges: u64,
+    /// Those of them that are possible.
+    pub possible: u64,
 }
 
 /// What the growth is busy with.
@@ -59,6 +81,8 @@ enum Activity {
     Extending { tree: usize, tip: u32, added: u32, extension: Extension, ending: Ending },
     /// Straightening the route: the branch from station `from` leads to station `to` and begins at `first` in the first tree.
     Straightening { tried: u32, branch: Option<Branch> },
+    /// Labelling the edges of the route.
+    Labelling,
     /// Nothing more to do.
     Over(Progress),
 }
@@ -87,8 +111,11 @@ pub struct Growth {
     placements: Vec<Placed>,
     activity: Activity,
     /// Where the trees begin: at start and goal, or at both ends of a detour.
-    ends: [Station; 2],
-    whole_ends: [Station; 2],
+    ends: [Vertex; 2],
+    whole_ends: [Vertex; 2],
+    /// The way from the start that stage M has crossed.
+    crossed: Vec<Vertex>,
+    labelled: Labelled,
     spacing: f64,
     bounds: Aabb,
     route: Route,
@@ -112,8 +139,10 @@ impl Growth {
             trees: [vertices(), vertices()],
             placements: reserve(vertices_max * super::stance::PLACEMENTS_MAX / 2),
             activity: Activity::Sampling,
-            ends: [start, goal].map(Station::on),
-            whole_ends: [start, goal].map(Station::on),
+            ends: [start, goal].map(|mark| Vertex::root(Station::on(mark), None)),
+            whole_ends: [start, goal].map(|mark| Vertex::root(Station::on(mark), None)),
+            crossed: Vec::with_capacity(2 * vertices_max),
+            labelled: Labelled::default(),
             spacing,
             bounds: sampling_bounds(start, goal, world),
             route: Route::new(start, goal, vertices_max),
@@ -130,6 +159,34 @@ impl Growth {
         growth
     }
 
+    /// Stands start and goal on their placements. To be called before the first advance.
+    pub fn stand_on(&mut self, pairs: [Option<Pair>; 2]) {
+        for (end, pair) in self.whole_ends.iter_mut().zip(pairs) {
+            end.pair = pair;
+        }
+        self.begin(self.whole_ends);
+    }
+
+    /// How many edges of the trees were labelled so far, and how many of these are possible.
+    pub fn labelled(&self) -> Labelled {
+        self.labelled
+    }
+
+    /// Notes that stage M has crossed the route from the start to a station: that way is possible from now on.
+    pub fn note_crossed(&mut self, station: usize) {
+        for index in 1..=station {
+            self.route.vertices[index].is_crossed = true;
+            if self.route.labels[index] == Label::Indeterminate {
+                self.route.labels[index] = Label::Crossed;
+            }
+        }
+        self.crossed.clear();
+        self.crossed.extend_from_slice(&self.route.vertices[..=station]);
+        for (index, vertex) in self.crossed.iter_mut().enumerate() {
+            (vertex.parent, vertex.placements) = (index.saturating_sub(1) as u32, (0, 0));
+        }
+    }
+
     /// The route found last.
     pub fn route(&self) -> &Route {
         &self.route
@@ -143,15 +200,16 @@ impl Growth {
 
     /// Makes the straight way the route, whatever stands or gapes there: what is left to try where no route was found.
     pub fn go_straight(&mut self) {
-        self.route.vertices.clear();
-        let [mut at, goal] = self.ends;
+        self.route.clear();
+        let [mut at, goal] = self.ends.map(|end| end.station);
         let fits = self.route.vertices.capacity() - 1;
         while self.route.vertices.len() < fits && at.distance(&goal) > STRAIGHT_END {
-            self.route.vertices.push(Vertex { station: at, parent: 0, placements: (0, 0) });
+            self.route.vertices.push(Vertex::root(at, None));
             at = at.toward(&goal, self.spacing, false);
             at.position.z += (goal.position.z - at.position.z) * (self.spacing / at.way_to(&goal).length().max(self.spacing));
         }
-        self.route.vertices.push(Vertex { station: goal, parent: 0, placements: (0, 0) });
+        self.route.vertices.push(Vertex::root(goal, None));
+        self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
     }
 
     /// Takes a place where stage M gave up for possible no longer.
@@ -174,24 +232,36 @@ impl Growth {
         self.detour = Some(between);
         self.generation += 1;
         self.whole.clear();
-        self.begin(between.map(|index| self.route.vertices[index].station));
+        let mut ends = between.map(|index| Vertex { placements: (0, 0), ..self.route.vertices[index] });
+        ends[1].is_crossed = false;
+        self.begin(ends);
         self.whole.extend_from_slice(&self.route.vertices);
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        let lists = [&self.trees[0], &self.trees[1], &self.spare, &self.whole, &self.route.vertices];
+        let lists = [&self.trees[0], &self.trees[1], &self.spare, &self.whole, &self.crossed, &self.route.vertices];
         let vertices = lists.map(Vec::capacity).iter().sum::<usize>();
-        vertices * size_of::<Vertex>() + self.placements.capacity() * size_of::<Placed>()
+        vertices * size_of::<Vertex>()
+            + self.route.labels.capacity() * size_of::<Label>()
+            + self.placements.capacity() * size_of::<Placed>()
     }
 
     /// Does a small piece of work: at most one station is added.
     pub fn advance(&mut self, context: &Context<'_>, scratch: &mut Scratch, work: &mut u64) -> Progress {
+        if matches!(self.activity, Activity::Labelling) {
+            return self.label_next(context, work);
+        }
         let progress = self.advance_within(context, scratch, work);
         if progress == Progress::Route
             && let Some([first, last]) = self.detour.take()
         {
             self.insert_detour(first, last);
+        }
+        if progress == Progress::Route {
+            self.route.labels.clear();
+            self.activity = Activity::Labelling;
+            return Progress::Growing;
         }
         progress
     }
@@ -202,7 +272,7 @@ impl Growth {
             Activity::Extending { tree, tip, added, extension, ending } => {
                 let at = self.trees[tree][tip as usize].station;
                 let step = extension.step(context, &at, self.next_query(), scratch, work);
-                self.extended((tree, tip, added), extension, ending, step);
+                self.extended((tree, tip, added), extension, ending, step, (context, work));
             }
             Activity::Straightening { tried, branch: None } => self.next_shortcut(context.seed, tried),
             Activity::Straightening { tried, branch: Some(branch) } => {
@@ -210,7 +280,7 @@ impl Growth {
                 let step = extension.step(context, &branch.tip, self.next_query(), scratch, work);
                 self.straightened(tried, branch, step);
             }
-            Activity::Over(_) => {}
+            Activity::Labelling | Activity::Over(_) => {}
         }
         *work += 1;
         match self.activity {
@@ -219,18 +289,29 @@ impl Growth {
         }
     }
 
-    /// The straight way is tried first: from the start to the goal.
-    fn begin(&mut self, ends: [Station; 2]) {
+    /// The straight way is tried first: from the start to the goal, or from the farthest place that stage M has reached.
+    fn begin(&mut self, ends: [Vertex; 2]) {
         self.ends = ends;
         self.placements.clear();
         self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
         self.samples = 0;
         self.relaxed = false;
-        for (tree, &station) in self.trees.iter_mut().zip(&self.ends) {
+        for (tree, &end) in self.trees.iter_mut().zip(&self.ends) {
             tree.clear();
-            tree.push(Vertex { station, parent: 0, placements: (0, 0) });
+            tree.push(Vertex { parent: 0, ..end });
         }
-        self.activity = self.join(0, 0, 0);
+        self.grow_on_what_is_crossed();
+        let goal = self.ends[1].station;
+        let tip = self.nearest(0, |station| station.distance(&goal));
+        self.activity = self.join(0, tip, 0);
+    }
+
+    fn grow_on_what_is_crossed(&mut self) {
+        let fits = self.crossed.len() <= self.trees[0].capacity();
+        if self.detour.is_none() && !self.crossed.is_empty() && fits {
+            self.trees[0].clear();
+            self.trees[0].extend_from_slice(&self.crossed);
+        }
     }
 
     /// Grows `tree` from its vertex `tip` toward vertex `met` of the other tree.
@@ -273,7 +354,9 @@ impl Growth {
         }
         self.begin(self.ends);
         self.relaxed = true;
-        self.activity = self.join(0, 0, 0);
+        if let Activity::Extending { extension, .. } = &mut self.activity {
+            extension.relaxed = true;
+        }
     }
 
     fn nearest(&self, tree: usize, distance: impl Fn(&Station) -> f64) -> u32 {
@@ -287,12 +370,20 @@ impl Growth {
         best.0 as u32
     }
 
-    fn extended(&mut self, branch: (usize, u32, u32), extension: Extension, ending: Ending, step: Step) {
+    fn extended(
+        &mut self,
+        branch: (usize, u32, u32),
+        extension: Extension,
+        ending: Ending,
+        step: Step,
+        (context, work): (&Context<'_>, &mut u64),
+    ) {
         let (tree, tip, added) = branch;
         match step {
             Step::Grown(stance) if self.is_given_up(&stance.station) => self.stopped(tree, tip, added, ending),
             Step::Grown(stance) => match self.add(tree, tip, &stance) {
                 Some(tip) if added < EXTENSION_MAX => {
+                    self.label_edge(tree, tip, context, work);
                     self.activity = Activity::Extending { tree, tip, added: added + 1, extension, ending };
                 }
                 Some(_) => self.activity = Activity::Sampling,
@@ -322,11 +413,36 @@ impl Growth {
         self.given_up.iter().any(|known| known.distance(station) < GIVEN_UP_RADIUS)
     }
 
+    fn label_edge(&mut self, tree: usize, tip: u32, context: &Context<'_>, work: &mut u64) {
+        let [parent, tip] = [self.trees[tree][tip as usize].parent, tip].map(|index| index as usize);
+        let label = {
+            let [from, to] = [parent, tip].map(|index| context.pair_of(&mut self.trees[tree][index], work));
+            from.zip(to).map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to, work))
+        };
+        self.labelled.edges += 1;
+        self.labelled.possible += u64::from(label.is_possible());
+    }
+
+    /// Labels the next edge of the route.
+    fn label_next(&mut self, context: &Context<'_>, work: &mut u64) -> Progress {
+        let Route { vertices, labels, .. } = &mut self.route;
+        let next = labels.len();
+        let before = next.checked_sub(1).and_then(|index| context.pair_of(&mut vertices[index], work));
+        let pair = context.pair_of(&mut vertices[next], work);
+        let label = before.zip(pair).map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to, work));
+        labels.push(if label == Label::Indeterminate && vertices[next].is_crossed { Label::Crossed } else { label });
+        if labels.len() < vertices.len() {
+            return Progress::Growing;
+        }
+        self.activity = Activity::Over(Progress::Route);
+        Progress::Route
+    }
+
     fn add(&mut self, tree: usize, parent: u32, stance: &Stance) -> Option<u32> {
         if self.trees[tree].len() == self.trees[tree].capacity() {
             return None;
         }
-        let vertex = Vertex { station: stance.station, parent, placements: self.keep(stance)? };
+        let vertex = Vertex { placements: self.keep(stance)?, parent, ..Vertex::root(stance.station, stance.pair) };
         self.trees[tree].push(vertex);
         Some((self.trees[tree].len() - 1) as u32)
     }
@@ -343,7 +459,7 @@ impl Growth {
     /// The trees meet: the route leads from the start over both vertices to the goal.
     fn met(&mut self, tree: usize, tip: u32, met: u32) {
         let tips = if tree == 0 { [tip, met] } else { [met, tip] };
-        self.route.vertices.clear();
+        self.route.clear();
         push_branch(&self.trees[0], tips[0], &mut self.route.vertices);
         self.route.vertices.reverse();
         push_branch(&self.trees[1], tips[1], &mut self.route.vertices);
@@ -402,7 +518,9 @@ impl Growth {
         self.spare.clear();
         self.spare.extend_from_slice(&self.route.vertices[..=branch.from]);
         self.spare.extend_from_slice(&self.trees[0][branch.first as usize..]);
+        let joined = self.spare.len();
         self.spare.extend_from_slice(&self.route.vertices[branch.to..]);
+        self.spare[joined].is_crossed = false;
         std::mem::swap(&mut self.spare, &mut self.route.vertices);
     }
 }

@@ -11,13 +11,15 @@
 
 mod extension;
 mod growth;
+mod label;
 mod route;
 mod stance;
 mod station;
 mod torso;
 
-pub use growth::{Growth, Progress};
+pub use growth::{Growth, Labelled, Progress};
+pub use label::Label;
 pub use route::Route;
-pub use stance::{Context, Placed};
+pub use stance::{Context, Pair, Placed};
 pub use station::Station;
 pub use torso::Torso;

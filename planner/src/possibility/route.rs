@@ -5,20 +5,52 @@ use surefoot_shared_types::config::Mark;
 
 use crate::arena::reserve;
 
-use super::growth::Vertex;
+use super::growth::{Labelled, Vertex};
+use super::label::Label;
+use super::stance::{Pair, Placed};
 use super::station::Station;
 
 /// Stations from start to goal, both included; the placements found at each are kept by the growth.
 #[derive(Debug)]
 pub struct Route {
     pub(super) vertices: Vec<Vertex>,
+    /// The label of the edge that leads to each vertex from the one before it; the first has none.
+    pub(super) labels: Vec<Label>,
     feet_apart: [f64; 2],
 }
 
 impl Route {
     /// Room for a route; empty.
     pub(super) fn new(start: &Mark, goal: &Mark, stations_max: usize) -> Self {
-        Self { vertices: reserve(2 * stations_max), feet_apart: [start.feet_apart, goal.feet_apart] }
+        Self { vertices: reserve(2 * stations_max), labels: reserve(2 * stations_max), feet_apart: [start.feet_apart, goal.feet_apart] }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.vertices.clear();
+        self.labels.clear();
+    }
+
+    /// The label of the edge from the station before to this one.
+    pub fn label(&self, index: usize) -> Label {
+        self.labels[index]
+    }
+
+    /// How many edges it has, and how many of them are possible.
+    pub fn labelled(&self) -> Labelled {
+        let edges = self.labels.len().saturating_sub(1) as u64;
+        Labelled { edges, possible: self.labels.iter().filter(|label| label.is_possible()).count() as u64 }
+    }
+
+    /// Whether primitives stand on a placement at a station.
+    pub fn is_stood_on(&self, index: usize, placed: &Placed) -> bool {
+        let leads = |label: Option<&Label>| matches!(label, Some(Label::Primitive { .. }));
+        let is_on_stretch = leads(self.labels.get(index)) || leads(self.labels.get(index + 1));
+        is_on_stretch && self.pair(index).is_some_and(|pair| pair.contains(placed))
+    }
+
+    /// The placements that a station stands on, left and right.
+    pub fn pair(&self, index: usize) -> Option<&Pair> {
+        self.vertices[index].pair.as_ref()
     }
 
     /// How many stations there are.

@@ -10,6 +10,7 @@ use super::torso::{Room, Torso};
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
+use crate::prepare::{Preparation, is_whole};
 
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.5, 0.5];
@@ -37,6 +38,8 @@ pub struct Context<'a> {
     pub surfaces: &'a Surfaces,
     /// The robot above its legs.
     pub torso: &'a Torso,
+    /// What the legs may reach, and where primitives hold.
+    pub preparation: &'a Preparation<'static>,
     /// The seed of all streams.
     pub seed: u64,
     /// How far apart the feet ideally stand, m.
@@ -50,7 +53,12 @@ pub struct Placed {
     pub limb: usize,
     /// The sole's pose in the world.
     pub world_from_sole: Pose,
+    /// Whether the whole sole is carried.
+    pub is_whole: bool,
 }
+
+/// Two placements on which the robot stands at a station, left and right.
+pub type Pair = [Placed; 2];
 
 /// A station at which the necessary conditions hold.
 #[derive(Debug, Clone)]
@@ -59,6 +67,8 @@ pub struct Stance {
     pub station: Station,
     /// The placements of both feet.
     pub placements: heapless::Vec<Placed, PLACEMENTS_MAX>,
+    /// The pair of them over which the station is, unless the feet would meet on it.
+    pub pair: Option<Pair>,
 }
 
 /// What is asked of a stance.
@@ -86,9 +96,9 @@ impl Context<'_> {
                 return None;
             }
         }
-        let position = self.middle_of_best_pair(wish, &placements)?;
+        let (position, pair) = self.best_pair(wish, &placements)?;
         let station = Station { position, yaw: wish.station.yaw };
-        self.has_room(&station, wish.relaxed, work).then_some(Stance { station, placements })
+        self.has_room(&station, wish.relaxed, work).then_some(Stance { station, placements, pair })
     }
 
     /// Whether the robot above its legs has room at a station.
@@ -120,35 +130,41 @@ impl Context<'_> {
             effort: if wish.relaxed { RELAXED_EFFORT } else { EFFORT },
             kept_max: KEPT_MAX,
         };
-        query.run((self.constraints, self.surfaces), scratch, work, &mut |placement| match placements
-            .push(Placed { limb, world_from_sole: placement.world_from_sole })
-        {
-            Ok(()) => ControlFlow::Continue(true),
-            Err(_) => ControlFlow::Break(()),
+        query.run((self.constraints, self.surfaces), scratch, work, &mut |placement| {
+            let is_whole = is_whole(&self.constraints.body, limb, &placement.support.polygon);
+            match placements.push(Placed { limb, world_from_sole: placement.world_from_sole, is_whole }) {
+                Ok(()) => ControlFlow::Continue(true),
+                Err(_) => ControlFlow::Break(()),
+            }
         });
     }
 
-    /// The point midway between the two soles that suit best: near their ideals, level, toward the target. Soles that meet
-    /// count only where all do: one foot goes before the other there.
-    fn middle_of_best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<DVec3> {
-        let mut apart: Option<(f64, DVec3)> = None;
+    /// The pair of soles that suits best, near their ideals, level, toward the target, and the point midway. Soles that meet
+    /// count only where all do: one foot goes before the other there. Only soles that R lets both legs reach at once make a pair.
+    fn best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<(DVec3, Option<Pair>)> {
+        let mut apart: Option<(f64, DVec3, Pair)> = None;
         let mut any: Option<(f64, DVec3)> = None;
         for left in placements.iter().filter(|placed| placed.limb == 0) {
             for right in placements.iter().filter(|placed| placed.limb == 1) {
-                let pair = self.pair_cost(wish, &left.world_from_sole, &right.world_from_sole);
-                let is_cheaper = |best: &Option<(f64, DVec3)>| best.is_none_or(|(least, _)| pair.0 < least);
-                if is_cheaper(&any) {
-                    any = Some(pair);
+                let soles = [&left.world_from_sole, &right.world_from_sole];
+                let (cost, middle) = self.pair_cost(wish, soles);
+                let station = Station { position: middle, yaw: wish.station.yaw };
+                if apart.is_some_and(|(least, ..)| least <= cost) || !self.torso.may_reach(self.preparation, &station, soles) {
+                    continue;
                 }
-                if is_cheaper(&apart) && !self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole]) {
-                    apart = Some(pair);
+                if any.is_none_or(|(least, _)| cost < least) {
+                    any = Some((cost, middle));
+                }
+                if !self.constraints.collision.feet_hit(soles) {
+                    apart = Some((cost, middle, [*left, *right]));
                 }
             }
         }
-        apart.or(any).map(|(_, middle)| middle)
+        let meeting = any.map(|(_, middle)| (middle, None));
+        apart.map(|(_, middle, pair)| (middle, Some(pair))).or(meeting)
     }
 
-    fn pair_cost(&self, wish: &Wish, left: &Pose, right: &Pose) -> (f64, DVec3) {
+    fn pair_cost(&self, wish: &Wish, [left, right]: [&Pose; 2]) -> (f64, DVec3) {
         let middle = left.translation.midpoint(right.translation);
         let ideals = [0, 1].map(|limb| wish.station.world_from_ideal_sole(limb, self.feet_apart).translation);
         let aside = left.translation.distance(ideals[0]) + right.translation.distance(ideals[1]);

@@ -8,6 +8,7 @@ use surefoot_shared_types::spatial::{rotation_about, yaw_of};
 use super::station::Station;
 use crate::body::{Body, Configuration};
 use crate::collision::CollisionModel;
+use crate::prepare::Preparation;
 
 /// Crouches and leans that are tried: the share of the standing height and the pitch, rad.
 const STOOPS: [(f64, f64); 6] = [(1.0, 0.0), (0.92, 0.1), (0.84, 0.2), (0.75, 0.3), (0.66, 0.35), (1.06, 0.0)];
@@ -59,11 +60,7 @@ impl Torso {
     pub fn room(&self, collision: &CollisionModel, station: &Station) -> Room {
         let world_from_station = station.world_from_station();
         let is_free = |stoop: (f64, f64), wanted: &[bool]| {
-            let (share, pitch) = stoop;
-            let mut station_from_root = self.station_from_root;
-            station_from_root.translation.z *= share;
-            station_from_root.rotation *= rotation_about(DVec3::Y, pitch);
-            collision.carried_hit(&(world_from_station * station_from_root), &self.root_from_links, wanted).is_none()
+            collision.carried_hit(&(world_from_station * self.stooped(stoop)), &self.root_from_links, wanted).is_none()
         };
         if is_free(STOOPS[0], &self.is_upper) {
             Room::Upright
@@ -74,5 +71,22 @@ impl Torso {
         } else {
             Room::None
         }
+    }
+
+    /// Whether both soles may be in reach at once in some stoop, by the reachable spaces R [Grey 4.2.1].
+    pub fn may_reach(&self, preparation: &Preparation<'_>, station: &Station, world_from_soles: [&Pose; 2]) -> bool {
+        let world_from_station = station.world_from_station();
+        STOOPS.iter().any(|&stoop| {
+            let root_from_world = (world_from_station * self.stooped(stoop)).inverse();
+            (0..2).all(|limb| preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation))
+        })
+    }
+
+    /// The root in the frame of a station, in a stoop.
+    fn stooped(&self, (share, pitch): (f64, f64)) -> Pose {
+        let mut station_from_root = self.station_from_root;
+        station_from_root.translation.z *= share;
+        station_from_root.rotation *= rotation_about(DVec3::Y, pitch);
+        station_from_root
     }
 }

@@ -10,15 +10,13 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 
+use super::slices::{Owner, Slice};
 use crate::body::Body;
 use crate::collision::bvh::Aabb;
 use crate::motion::primitive::gait::SPLIT;
 use crate::motion::primitive::path::ACROSS;
 use crate::motion::primitive::stand::Stand;
 use crate::snapshot::Snapshot;
-
-/// The longest slice of a link's bounding box, m.
-const SLICE_MAX: f64 = 0.06;
 
 /// A box in some frame, as plain data. One whose `min` is above its `max` is empty.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -48,40 +46,6 @@ pub struct Expanded {
     pub shift: Bounds,
 }
 
-/// To which part of the robot a slice belongs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Owner {
-    /// No leg.
-    Trunk,
-    /// A leg's link above the foot.
-    Leg(usize),
-    /// A foot.
-    Foot(usize),
-}
-
-/// A piece of a link's bounding boxes.
-#[derive(Debug, Clone, Copy)]
-pub struct Slice {
-    link: usize,
-    owner: Owner,
-    link_from_slice: Pose,
-    bounds: Aabb,
-}
-
-/// Cuts a box fixed to a link into slices along its longest side.
-pub fn slices(link: usize, owner: Owner, link_from_box: Pose, bounds: &Aabb) -> Vec<Slice> {
-    let size = bounds.max - bounds.min;
-    let axis = size.max_position();
-    let count = libm::ceil(size[axis] / SLICE_MAX).max(1.0) as usize;
-    let cut = |at: usize| bounds.min[axis] + size[axis] * at as f64 / count as f64;
-    let slice = |index: usize| {
-        let mut piece = *bounds;
-        (piece.min[axis], piece.max[axis]) = (cut(index), cut(index + 1));
-        Slice { link, owner, link_from_slice: link_from_box, bounds: piece }
-    };
-    (0..count).map(slice).collect()
-}
-
 /// What a primitive does while the boxes are fitted around it.
 #[derive(Debug, Clone, Copy)]
 pub enum Phase {
@@ -104,6 +68,8 @@ pub enum Phase {
 /// Boxes that grow around what they are shown.
 #[derive(Debug, Clone, Copy)]
 pub struct Fitting {
+    /// How far a leg stays above the level of its sole, m.
+    floor: f64,
     columns: [Aabb; 2],
     neutrals: [Aabb; 2],
     bodies: [Aabb; 2],
@@ -112,19 +78,17 @@ pub struct Fitting {
 }
 
 impl Fitting {
-    /// Boxes around nothing.
-    pub const EMPTY: Self = Self {
-        columns: [Aabb::EMPTY; 2],
-        neutrals: [Aabb::EMPTY; 2],
-        bodies: [Aabb::EMPTY; 2],
-        swings: [Aabb::EMPTY; 2],
-        shift: Aabb::EMPTY,
-    };
+    /// Boxes around nothing, for legs that stay `floor` (m) above the level of their soles.
+    pub const fn empty(floor: f64) -> Self {
+        let pair = [Aabb::EMPTY; 2];
+        Self { floor, columns: pair, neutrals: pair, bodies: pair, swings: pair, shift: Aabb::EMPTY }
+    }
 
     /// The boxes around both.
     pub fn union(&self, other: &Self) -> Self {
         let both = |a: &[Aabb; 2], b: &[Aabb; 2]| [a[0].union(b[0]), a[1].union(b[1])];
         Self {
+            floor: self.floor,
             columns: both(&self.columns, &other.columns),
             neutrals: both(&self.neutrals, &other.neutrals),
             bodies: both(&self.bodies, &other.bodies),
@@ -134,7 +98,7 @@ impl Fitting {
     }
 
     /// Grows around a configuration of a primitive over two stands, by limb; `swing` is where the swing foot is. `false`
-    /// where something is below the split that belongs to no column.
+    /// where something is below the split that belongs to no column, or a leg too near to the ground.
     pub fn add(
         &mut self,
         slices: &[Slice],
@@ -175,8 +139,9 @@ impl Fitting {
                 stretch < ACROSS
             }
             _ => {
-                self.columns[limb] = self.columns[limb].union(within(&stands[limb].world_from_stand()));
-                true
+                let column = within(&stands[limb].world_from_stand());
+                self.columns[limb] = self.columns[limb].union(column);
+                column.min.z >= self.floor
             }
         }
     }
@@ -195,9 +160,13 @@ impl Fitting {
     pub fn finish(&self, soles: [Aabb; 2], margin: f64) -> Expanded {
         let grown = |bounds: &Aabb| Bounds::of(&bounds.grown(if bounds.min.x <= bounds.max.x { margin } else { 0.0 }));
         let both = |pair: &[Aabb; 2]| [grown(&pair[0]), grown(&pair[1])];
+        let mut columns = both(&self.columns);
+        for (column, sole) in columns.iter_mut().zip(&soles) {
+            column.min[2] = column.min[2].max(sole.min.z);
+        }
         Expanded {
             soles: [Bounds::of(&soles[0]), Bounds::of(&soles[1])],
-            columns: both(&self.columns),
+            columns,
             neutrals: both(&self.neutrals),
             bodies: both(&self.bodies),
             swings: both(&self.swings),

@@ -12,6 +12,7 @@ mod primitives;
 mod probe;
 pub mod range;
 pub mod reach;
+mod slices;
 mod sweep;
 mod voxels;
 
@@ -31,7 +32,7 @@ use crate::motion::primitive::Gait;
 use expanded::Expanded;
 use file::{Contents, Writer};
 pub use file::{PreparationError, key};
-pub use labels::{Necessary, Print, necessary, sufficient, sufficient_shift};
+pub use labels::{Necessary, Print, is_whole, necessary, sufficient, sufficient_pair, sufficient_shift};
 use probe::Probe;
 use range::{Lattice, PairRange, RangeHeader};
 use reach::{Reach, ReachHeader};
@@ -46,6 +47,9 @@ pub enum BuildError {
     /// A shape of the robot cannot be compiled.
     #[error(transparent)]
     Collision(#[from] CollisionError),
+    /// What was just made does not hold together.
+    #[error("what was prepared for the robot {0}; please report this with the robot's files")]
+    Unsound(#[from] PreparationError),
 }
 
 impl From<LegError> for BuildError {
@@ -57,6 +61,7 @@ impl From<LegError> for BuildError {
 /// What was prepared for a robot, read in place.
 #[derive(Debug, Clone, Copy)]
 pub struct Preparation<'a> {
+    key: Digest,
     contents: &'a Contents,
     reach: [Reach<'a>; 2],
     ranges: [PairRange<'a>; 2],
@@ -80,7 +85,12 @@ impl<'a> Preparation<'a> {
         if !contents.gait.is_sound() {
             return Err(PreparationError::Damaged);
         }
-        Ok(Self { contents, reach: [reach(0)?, reach(1)?], ranges: [range(0)?, range(1)?] })
+        Ok(Self { key: *key, contents, reach: [reach(0)?, reach(1)?], ranges: [range(0)?, range(1)?] })
+    }
+
+    /// Whether this was made for a robot and the margins of a configuration.
+    pub fn is_for(&self, model: &RobotModel, config: &PlannerConfig) -> bool {
+        self.key == key(model, config)
     }
 
     /// Whether a leg may place its sole at a point of the root's frame, however turned. `false` is certain.
@@ -107,6 +117,15 @@ impl<'a> Preparation<'a> {
     pub fn expanded(&self) -> &'a Expanded {
         &self.contents.expanded
     }
+}
+
+/// Prepares a robot and keeps it in memory to the end of the process: for who has no cache.
+///
+/// # Errors
+/// The robot is no biped that the planner can move.
+pub fn make(model: &RobotModel, config: &PlannerConfig) -> Result<Preparation<'static>, BuildError> {
+    let bytes: &'static [u8] = bytemuck::cast_slice(Vec::leak(build(model, config, &|_| ())?));
+    Ok(Preparation::from_bytes(bytes, &key(model, config))?)
 }
 
 /// The share of the work that the reachable spaces are.
@@ -141,6 +160,5 @@ fn write_reach(writer: &mut Writer, cubes: &Voxels, near: DVec3) -> ReachHeader 
 }
 
 fn write_range(writer: &mut Writer, lattice: &Lattice, cells: &[u64]) -> RangeHeader {
-    let Lattice { origin, step, cells: counts } = *lattice;
-    RangeHeader { origin, step, cells: counts, bits: writer.append(cells) }
+    RangeHeader { lattice: *lattice, bits: writer.append(cells) }
 }

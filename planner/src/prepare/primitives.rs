@@ -6,12 +6,22 @@ use surefoot_shared_types::config::PlannerConfig;
 use super::expanded::{Expanded, Fitting};
 use super::probe::Probe;
 use super::range::Lattice;
-use crate::motion::primitive::gait::Gait;
+use crate::motion::primitive::gait::{Gait, Style};
 
 /// Multiples of the standing posture's reach that are tried for the primitives.
-const REACH_FACTORS: [f64; 3] = [1.0, 0.96, 0.92];
+const REACHES: [f64; 3] = [1.0, 1.05, 0.95];
 /// Multiples of the standing posture's width that are tried.
-const WIDTH_FACTORS: [f64; 2] = [1.0, 1.3];
+const WIDTHS: [f64; 4] = [1.0, 1.3, 0.8, 0.65];
+/// Rolls of the root over the stance foot that are tried, rad.
+const ROLLS: [f64; 4] = [0.0, 0.06, 0.12, 0.18];
+/// Shares of the room inward of a sole's middle that are tried for the centre of mass.
+const LEANS: [f64; 2] = [0.0, 0.6];
+/// The steepest placements that are tried, rad.
+const TILTS: [f64; 3] = [0.1, 0.06, 0.02];
+/// A steeper one is taken if it leaves this share of the pairs.
+const TILT_WORTH: f64 = 0.8;
+/// Gaits that are tried on the whole coarse lattice: those that hold over most of its level pairs.
+const SHORTLIST: usize = 4;
 /// What the boxes are larger than what was swept, beyond the clearance: covers the pairs between those tried, m.
 const BOX_SLACK: f64 = 0.01;
 /// Vertices that one task tries.
@@ -47,18 +57,35 @@ pub fn derive(probe: &Probe, config: &PlannerConfig, progress: &(dyn Fn(f64) + S
     Primitives { gait, lattice, cells: [lattice.cell_bits(&left.0), lattice.cell_bits(&right.0)], expanded }
 }
 
-/// The gait that holds over most of the coarse lattice; the first of equals.
+/// The gait that holds over most of the coarse lattice, the first of equals, for placements as steep as that leaves it.
 fn best_gait(probe: &Probe, config: &PlannerConfig, lattice: &Lattice) -> Gait {
     let radius = probe.foot_radius();
-    let coarse: Vec<usize> = (0..lattice.vertices()).filter(|&index| lattice.is_coarse(index)).collect();
-    let candidates = REACH_FACTORS.iter().flat_map(|&reach| WIDTH_FACTORS.map(|width| (reach, width)));
-    let gaits: Vec<Gait> = candidates.map(|(reach, width)| Gait::new(probe.body(), reach, width, radius, config.clearance)).collect();
-    let counts: Vec<usize> = gaits
-        .par_iter()
-        .map(|gait| coarse.iter().filter(|&&index| probe.try_pair(gait, 0, &lattice.vertex(index), None).is_some()).count())
-        .collect();
-    let best = (0..gaits.len()).max_by_key(|&index| (counts[index], std::cmp::Reverse(index))).unwrap_or(0);
-    gaits[best]
+    let gait = |style: &Style| Gait::new(probe.body(), style, radius, config.clearance, probe.balance_margin());
+    let [level, coarse] = [Lattice::is_level, Lattice::is_coarse]
+        .map(|is_wanted| (0..lattice.vertices()).filter(|&index| is_wanted(lattice, index)).collect::<Vec<usize>>());
+    let holds = |style: &Style, index: usize| {
+        [0, 1].iter().all(|&stance| probe.try_pair(&gait(style), stance, &lattice.vertex(index), Some(index as u64)).is_some())
+    };
+    let count = |style: &Style, tried: &[usize]| tried.iter().filter(|&&index| holds(style, index)).count();
+    let mut ranked: Vec<(usize, Style)> = styles().into_par_iter().map(|style| (count(&style, &level), style)).collect();
+    ranked.sort_by_key(|&(count, _)| std::cmp::Reverse(count));
+    ranked.truncate(SHORTLIST);
+    let counts: Vec<usize> = ranked.par_iter().map(|(_, style)| count(style, &coarse)).collect();
+    let best = (0..ranked.len()).max_by_key(|&index| (counts[index], std::cmp::Reverse(index))).unwrap_or(0);
+    let style = ranked[best].1;
+    let steeper = TILTS.into_par_iter().map(|tilt| Style { tilt, ..style });
+    let held: Vec<(Style, usize)> = steeper.map(|style| (style, count(&style, &coarse))).collect();
+    let enough = TILT_WORTH * counts[best] as f64;
+    let steepest = held.iter().find(|(_, count)| *count as f64 >= enough);
+    gait(&steepest.map_or(style, |(style, _)| *style))
+}
+
+/// Styles for all but level placements, the plain ones first.
+fn styles() -> Vec<Style> {
+    let tilt = TILTS[TILTS.len() - 1];
+    let postures = ROLLS.into_iter().flat_map(|roll| LEANS.map(|lean| (roll, lean)));
+    let styles = |(roll, lean)| REACHES.into_iter().flat_map(move |reach| WIDTHS.map(|width| Style { tilt, reach, width, roll, lean }));
+    postures.flat_map(styles).collect()
 }
 
 /// Tries every vertex, in turn level and inclined.
@@ -71,6 +98,6 @@ fn sweep(probe: &Probe, gait: &Gait, stance: usize, lattice: &Lattice) -> (Vec<b
             probe.try_pair(gait, stance, &lattice.vertex(index), inclined)
         })
         .collect();
-    let fitting = tried.iter().flatten().fold(Fitting::EMPTY, |all, one| all.union(one));
+    let fitting = tried.iter().flatten().fold(probe.no_room(), |all, one| all.union(one));
     (tried.iter().map(Option::is_some).collect(), fitting)
 }

@@ -5,20 +5,22 @@
 //! tried with the left foot as stance only: the pairs are the same.
 
 use glam::DVec3;
+use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::{LinkShape, RobotModel};
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::spatial::rotation_about;
 
 use super::BuildError;
-use super::expanded::{Fitting, Owner, Phase, Slice, slices};
+use super::expanded::{Fitting, Phase};
+use super::slices::{Owner, Slice, slices};
 use crate::body::Body;
 use crate::collision::bvh::Aabb;
 use crate::collision::{CollisionModel, FootState};
 use crate::constraint::{Constraints, Mode};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
-use crate::motion::primitive::gait::{Gait, TILT_MAX};
+use crate::motion::primitive::gait::Gait;
 use crate::motion::primitive::path::{LANDING, Place, STRETCHES, configuration, shift_at};
 use crate::motion::primitive::stand::{PairOffset, Stand};
 use crate::motion::primitive::{foot_state, with_legs};
@@ -28,6 +30,8 @@ use crate::snapshot::Snapshot;
 
 /// What is kept beyond a plan's clearance, m.
 const CLEARANCE_SLACK: f64 = 0.006;
+/// What a leg's links keep beyond a plan's clearance from the ground on which their foot stands, m.
+const FLOOR_SLACK: f64 = 0.002;
 /// What is kept beyond a plan's joint margin, rad.
 const JOINT_SLACK: f64 = 0.02;
 /// What is kept beyond a plan's balance margin, m.
@@ -62,7 +66,10 @@ impl Probe {
         let world = World { mu: 1.0, shapes: vec![], digest: Digest::default() };
         let collision = CollisionModel::new(model, &world, strict.clearance)?;
         let owner = |link: usize| owner_of(model, &body, &collision, link);
-        let slices = collision.part_bounds().flat_map(|(link, frame, bounds)| slices(link, owner(link), frame, &bounds)).collect();
+        let shapes = model.links.iter().flat_map(|link| &link.shapes);
+        let cut =
+            |((link, frame, bounds), placed): ((usize, Pose, Aabb), &LinkShape)| slices(link, owner(link), frame, &placed.shape, &bounds);
+        let slices = collision.part_bounds().zip(shapes).flat_map(cut).collect();
         Ok(Self { constraints: Constraints { body, collision, config: strict }, slices })
     }
 
@@ -81,6 +88,11 @@ impl Probe {
         radius(0).max(radius(1))
     }
 
+    /// How near to the edge of its support the centre of mass may come, m.
+    pub fn balance_margin(&self) -> f64 {
+        self.constraints.config.com_margin + BALANCE_SLACK
+    }
+
     /// The box that each foot needs in its sole's frame from the ground to the top of its lift, with `margin` (m) beside
     /// and above it.
     pub fn sole_boxes(&self, gait: &Gait, margin: f64) -> [Aabb; 2] {
@@ -91,19 +103,24 @@ impl Probe {
         })
     }
 
+    /// No room yet.
+    pub fn no_room(&self) -> Fitting {
+        Fitting::empty(self.constraints.config.clearance - CLEARANCE_SLACK + FLOOR_SLACK)
+    }
+
     /// Whether all primitives of a pair hold, and the room that they take; `vertex` names the pair where soles are inclined.
     pub fn try_pair(&self, gait: &Gait, stance: usize, offset: &PairOffset, vertex: Option<u64>) -> Option<Fitting> {
         if self.body().legs.iter().any(|leg| leg.joints().len() != UNIQUE_JOINTS) {
             return None;
         }
         let stands = self.stands(stance, offset);
-        let rotations = inclinations(&stands, vertex);
+        let rotations = inclinations(&stands, gait.tilt, vertex);
         let footholds = [0, 1].map(|limb| {
             let leg = &self.body().legs[limb];
             let polygon = self.body().sole_polygons[limb].iter().copied().collect();
             Foothold::new(limb, stands[limb].sole(leg, rotations[limb]), polygon)
         });
-        let mut fitting = Fitting::EMPTY;
+        let mut fitting = self.no_room();
         let held = self.place_holds(gait, stance, &footholds, &stands, &mut fitting)
             && (stance == 1 || self.shift_holds(gait, &footholds, &stands, &mut fitting));
         held.then_some(fitting)
@@ -178,13 +195,13 @@ fn owner_of(model: &RobotModel, body: &Body, collision: &CollisionModel, link: u
 }
 
 /// The rotations of both soles: level, or inclined as far as primitives allow in directions that depend on the vertex.
-fn inclinations(stands: &[Stand; 2], vertex: Option<u64>) -> [glam::DQuat; 2] {
+fn inclinations(stands: &[Stand; 2], tilt: f64, vertex: Option<u64>) -> [glam::DQuat; 2] {
     [0, 1].map(|limb| {
         let level = rotation_about(DVec3::Z, stands[limb].yaw);
         let Some(vertex) = vertex else { return level };
         let direction =
             Random::new(0, Stream::Preparation, limb as u64 | 1 << 32, vertex).uniform(-std::f64::consts::PI, std::f64::consts::PI);
         let axis = DVec3::new(libm::cos(direction), libm::sin(direction), 0.0);
-        rotation_about(axis, TILT_MAX) * level
+        rotation_about(axis, tilt) * level
     })
 }

@@ -158,6 +158,7 @@ impl Planner {
         }
         self.walk.extend_from_slice(self.search.sequence());
         self.walk.push(boundary_node(to));
+        self.growth.note_crossed(self.cuts.stations()[1]);
         self.trouble = Trouble::default();
         self.route_sweeps = 1;
         if self.cuts.next() { Ok(Phase::Sequence { purpose: Purpose::Find, begun: false }) } else { Ok(Phase::Assemble { next: 0 }) }

@@ -1,11 +1,14 @@
 //! What the planner's test binaries share: the shipped scenarios, small worlds, and a robot built in code.
 #![allow(dead_code, missing_docs, clippy::unwrap_used, reason = "each test binary uses its own part, and ends where a file does not load")]
 
+mod preparation;
+
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use glam::{DMat3, DVec2, DVec3};
+pub use preparation::{preparation_for, try_preparation_for};
 use surefoot_planner::prepare;
 use surefoot_planner::random::Random;
 use surefoot_planner::{Outcome, Planner, PlannerError, Status};
@@ -85,7 +88,10 @@ impl Case {
     }
 
     pub fn try_planner(&self, threads: usize) -> Result<Planner, PlannerError> {
-        Planner::new(&self.model, &self.world, &self.scenario, NonZeroUsize::new(threads).unwrap())
+        // A robot that cannot be prepared is refused as that, whatever else it is given.
+        let preparation = try_preparation_for(&self.model, &self.scenario.planner)
+            .unwrap_or_else(|_| preparation_for(&hubo(), &PlannerConfig::default()));
+        Planner::new(&self.model, &self.world, &self.scenario, preparation, NonZeroUsize::new(threads).unwrap())
     }
 
     pub fn planner(&self, threads: usize) -> Planner {

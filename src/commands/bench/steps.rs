@@ -123,7 +123,7 @@ struct Steps {
 }
 
 fn new_planner(inputs: &Inputs) -> Result<Planner, Failure> {
-    Ok(Planner::new(&inputs.model, &inputs.world, &inputs.scenario, std::num::NonZeroUsize::MIN)?)
+    Ok(Planner::new(&inputs.model, &inputs.world, &inputs.scenario, inputs.preparation(false)?, std::num::NonZeroUsize::MIN)?)
 }
 
 /// A search in steps of `step_work` units.

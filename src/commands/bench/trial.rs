@@ -108,6 +108,7 @@ impl Question<'_> {
     /// When the planner cannot be made, or a signal comes.
     pub fn search(&self, program: &str) -> Result<(Trial, Planner), Failure> {
         let scenario = self.scenario();
+        self.inputs.preparation(false)?;
         let watch = Stopwatch::start();
         let mut planner = self.new_planner(&scenario)?;
         let ready_seconds = watch.seconds();
@@ -150,7 +151,7 @@ impl Question<'_> {
     }
 
     fn new_planner(&self, scenario: &Scenario) -> Result<Planner, Failure> {
-        Ok(Planner::new(&self.inputs.model, &self.inputs.world, scenario, self.threads)?)
+        Ok(Planner::new(&self.inputs.model, &self.inputs.world, scenario, self.inputs.preparation(false)?, self.threads)?)
     }
 
     fn verdict(&self, planner: &Planner) -> Result<String, Failure> {

@@ -9,6 +9,7 @@ use std::time::Duration;
 use bytemuck::Zeroable;
 use surefoot_planner::Planner;
 use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_planner::prepare::Preparation;
 use surefoot_shared_types::instance::desk::Clerk;
 use surefoot_shared_types::instance::draw_id;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
@@ -35,13 +36,18 @@ type Asked = (PlanRequest, RequestKind);
 ///
 /// # Errors
 /// When no instance is named, the transport fails, or a signal comes.
-pub(super) fn run(arguments: &PlanArguments, inputs: &Inputs, audience: Audience) -> Result<Ending, Failure> {
+pub(super) fn run(
+    arguments: &PlanArguments,
+    inputs: &Inputs,
+    preparation: Preparation<'static>,
+    audience: Audience,
+) -> Result<Ending, Failure> {
     let Some(name) = &arguments.instance else { return Err(Failure::Usage("--serve needs --instance NAME".into())) };
     let session = draw_id();
     let sender = ChunkSender::open(&enter(name)?, session)?;
     let clerk = Clerk::open(sender.link(), session)?;
     let desk = RefCell::new(Desk { clerk, status: PlanStatus::zeroed(), next: None });
-    let mut server = Server { arguments, inputs, audience, sender, desk: &desk, last: Task::first(inputs) };
+    let mut server = Server { arguments, inputs, preparation, audience, sender, desk: &desk, last: Task::first(inputs) };
     server.audience.tell(&Line::PlannerServes)?;
     loop {
         let asked = server.wait()?;
@@ -79,6 +85,7 @@ impl Desk {
 struct Server<'a> {
     arguments: &'a PlanArguments,
     inputs: &'a Inputs,
+    preparation: Preparation<'static>,
     audience: Audience,
     sender: ChunkSender,
     desk: &'a RefCell<Desk>,
@@ -182,7 +189,7 @@ impl Server<'_> {
             desk.enter(RequestState::Planning)?;
         }
         let threads = NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
-        let mut planner = task.planner(&self.inputs.model, threads)?;
+        let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
         let audience = &mut self.audience;
         let mut tell = |line: &Line| {
             if let Line::Planning(searching) = line {

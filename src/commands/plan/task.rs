@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 
 use surefoot_planner::ends::supported_anew;
+use surefoot_planner::prepare::Preparation;
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::{Mark, Scenario};
 use surefoot_shared_types::message::{Correction, CorrectionKind, Feedback, Standing};
@@ -78,8 +79,13 @@ impl Task {
     ///
     /// # Errors
     /// The robot or the world is none that it can use.
-    pub(super) fn planner(&self, model: &RobotModel, threads: NonZeroUsize) -> Result<Planner, PlannerError> {
-        let mut planner = Planner::new(model, &self.world, &self.scenario, threads)?;
+    pub(super) fn planner(
+        &self,
+        model: &RobotModel,
+        preparation: Preparation<'static>,
+        threads: NonZeroUsize,
+    ) -> Result<Planner, PlannerError> {
+        let mut planner = Planner::new(model, &self.world, &self.scenario, preparation, threads)?;
         if let Some(standing) = &self.standing {
             planner.begin_at(&supported_anew(&planner.constraints().body, &self.world, standing)?);
         }

@@ -1,13 +1,13 @@
 //! The parameters of a robot's primitive trajectories, all derived from the robot.
 
 use bytemuck::{Pod, Zeroable};
+use glam::DVec2;
 use surefoot_shared_types::Pose;
 
-use super::stand::Stand;
+use super::stand::{Stand, side_of};
 use crate::body::Body;
+use crate::region::Region;
 
-/// The steepest placement that primitives use, rad.
-pub const TILT_MAX: f64 = 0.1;
 /// How far a neutral swing foot stays from what may lie between the placements, m: obstacles up to this height do not
 /// matter there.
 pub const SPLIT: f64 = 0.02;
@@ -20,30 +20,66 @@ pub struct Gait {
     pub reach_share: f64,
     /// How far beside the stance foot the swing foot is in the middle of a swing, m.
     pub width: f64,
+    /// The steepest placement that the primitives use, rad.
+    pub tilt: f64,
     /// How high a foot is lifted along its sole's normal before it travels, m.
     pub lift: f64,
+    /// How far the root rolls over to the side of the foot that carries it, rad.
+    pub roll: f64,
+    /// How far inward of the middle of the foot that carries it the centre of mass stands, m.
+    pub lean: f64,
+}
+
+/// What is chosen of a gait, relative to the robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Style {
+    /// [`Gait::tilt`].
+    pub tilt: f64,
+    /// The reach, as a multiple of what the standing posture uses.
+    pub reach: f64,
+    /// The width, as a multiple of the standing posture's.
+    pub width: f64,
+    /// [`Gait::roll`].
+    pub roll: f64,
+    /// [`Gait::lean`], as a share of what the sole's width and the margin leave.
+    pub lean: f64,
 }
 
 impl Gait {
-    /// The gait that uses a share of the standing posture's reach and a multiple of its width. `foot_radius` (m) bounds how
-    /// far any part of a foot is from its ankle to the side.
-    pub fn new(body: &Body, reach_factor: f64, width_factor: f64, foot_radius: f64, clearance: f64) -> Self {
+    /// The gait of a robot in a style. `foot_radius` (m) bounds how far any part of a foot is from its ankle to the side, `margin`
+    /// (m) how near to the edge of its support the centre of mass may come.
+    pub fn new(body: &Body, style: &Style, foot_radius: f64, clearance: f64, margin: f64) -> Self {
         let stands = [0, 1].map(|limb| standing(body, limb));
         let apart = (stands[0].origin - stands[1].origin).truncate().length();
+        let inward = [0, 1].map(|limb| inward_room(&body.sole_polygons[limb], limb) - margin);
         Self {
-            reach_share: reach_factor * body.standing_reach_share,
-            width: width_factor * apart,
-            lift: SPLIT + libm::sin(TILT_MAX) * foot_radius + clearance + LIFT_MARGIN,
+            reach_share: (style.reach * body.standing_reach_share).min(REACH_SHARE_MAX),
+            width: style.width * apart,
+            tilt: style.tilt,
+            lift: SPLIT + libm::sin(style.tilt) * foot_radius + clearance + LIFT_MARGIN,
+            roll: style.roll,
+            lean: style.lean * inward[0].min(inward[1]).max(0.0),
         }
     }
 
     /// Whether every number is one that a gait can have.
     pub fn is_sound(&self) -> bool {
         let is_length = |value: f64| value > 0.0 && value < 2.0;
-        self.reach_share > 0.0 && self.reach_share <= 1.0 && is_length(self.width) && is_length(self.lift)
+        let is_posture = self.reach_share > 0.0 && self.reach_share <= 1.0 && self.roll.abs() < 1.0 && (0.0..1.0).contains(&self.lean);
+        is_posture && is_length(self.width) && is_length(self.lift) && (0.0..1.0).contains(&self.tilt)
     }
 }
 
+/// How far the edge of a sole is from its middle, toward the other foot, m.
+fn inward_room(polygon: &[DVec2], limb: usize) -> f64 {
+    let region = Region::hull(polygon.iter().copied());
+    let middle = region.centroid();
+    let beyond = middle - side_of(limb) * DVec2::Y;
+    region.nearest_inside(beyond, 0.0).distance(middle)
+}
+
+/// The largest share of a leg's reach that a gait uses.
+const REACH_SHARE_MAX: f64 = 0.99;
 /// What a lift is higher than it must be, m.
 const LIFT_MARGIN: f64 = 0.004;
 

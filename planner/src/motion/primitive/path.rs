@@ -9,7 +9,7 @@
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::{interpolate, rotation_about};
+use surefoot_shared_types::spatial::{interpolate, rotation_about, yaw_of};
 
 use super::gait::Gait;
 use super::stand::{Stand, side_of};
@@ -45,13 +45,27 @@ impl Place {
     /// # Errors
     /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
     pub fn new(body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
+        let stance_stand = Stand::of(&body.legs[stance.limb], &stance.world_from_sole);
+        let neutral_sole = neutral_sole(gait, &stance_stand, other.limb);
+        let neutral = settled(body, gait, stance, &neutral_sole, stance_stand.yaw, work)?;
+        Self::beside(neutral, body, gait, stance, other, work)
+    }
+
+    /// The place over the same stance foot onto another placement.
+    ///
+    /// # Errors
+    /// As [`Place::new`].
+    pub fn onto(&self, body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
+        Self::beside(self.neutral, body, gait, stance, other, work)
+    }
+
+    fn beside(neutral: State, body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
         let limb = other.limb;
         let leg = &body.legs[limb];
         let stance_stand = Stand::of(&body.legs[stance.limb], &stance.world_from_sole);
         let stand = Stand::of(leg, &other.world_from_sole);
         let rise = (stand.origin.z - stance_stand.origin.z).max(0.0);
-        let beside = stance_stand.world_from_stand() * DVec3::new(0.0, side_of(limb) * gait.width, gait.lift);
-        let neutral_sole = Pose::from_parts(beside, rotation_about(DVec3::Z, stance_stand.yaw));
+        let neutral_sole = neutral_sole(gait, &stance_stand, limb);
         let lifted = shifted(&other.world_from_sole, other.world_from_sole.rotation * (DVec3::Z * gait.lift));
         let top = stance_stand.origin.z + gait.lift + rise;
         let lifted_height = Stand::of(leg, &lifted).origin.z;
@@ -62,8 +76,6 @@ impl Place {
             lifted,
             other.world_from_sole,
         ];
-        let neutral_yaw = rotation_about(DVec3::Z, stance_stand.yaw);
-        let neutral = settled(body, gait, stance, &neutral_sole, neutral_yaw, work)?;
         let placed = configuration(body, gait, stance, other, work)?;
         Ok(Self { limb, neutral, placed, knots })
     }
@@ -88,6 +100,12 @@ impl Place {
     }
 }
 
+/// Where the swing sole is beside the stance foot.
+fn neutral_sole(gait: &Gait, stance: &Stand, limb: usize) -> Pose {
+    let beside = stance.world_from_stand() * DVec3::new(0.0, side_of(limb) * gait.width, gait.lift);
+    Pose::from_parts(beside, rotation_about(DVec3::Z, stance.yaw))
+}
+
 /// The primitive configuration of a transition: all weight on `stance`, `other` in touch. It depends on nothing but the two
 /// placements.
 ///
@@ -95,20 +113,16 @@ impl Place {
 /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
 pub fn configuration(body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<State, Rejection> {
     let yaw = mean_yaw(stance.world_from_sole.rotation, other.world_from_sole.rotation);
-    settled(body, gait, stance, &other.world_from_sole, rotation_about(DVec3::Z, yaw), work)
+    settled(body, gait, stance, &other.world_from_sole, yaw, work)
 }
 
-fn settled(
-    body: &Body,
-    gait: &Gait,
-    stance: &Foothold,
-    other_sole: &Pose,
-    world_from_root: glam::DQuat,
-    work: &mut u64,
-) -> Result<State, Rejection> {
+fn settled(body: &Body, gait: &Gait, stance: &Foothold, other_sole: &Pose, yaw: f64, work: &mut u64) -> Result<State, Rejection> {
     let mut world_from_soles = [*other_sole; 2];
     world_from_soles[stance.limb] = stance.world_from_sole;
-    let posture = Posture { world_from_root, reach_share: gait.reach_share, com: stance.region.centroid() };
+    let side = side_of(stance.limb);
+    let world_from_root = rotation_about(DVec3::Z, yaw) * rotation_about(DVec3::X, -side * gait.roll);
+    let inward = rotation_about(DVec3::Z, yaw_of(stance.world_from_sole.rotation)) * (-side * gait.lean * DVec3::Y);
+    let posture = Posture { world_from_root, reach_share: gait.reach_share, com: stance.region.centroid() + inward.truncate() };
     let (configuration, _) = settle(body, &world_from_soles, &posture, body.standing_q, work)?;
     Ok(State { configuration, world_from_soles })
 }

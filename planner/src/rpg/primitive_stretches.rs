@@ -1,0 +1,225 @@
+//! Omega_M where C_S holds: along the possible edges of the guide route, stage M takes what pi_S gives, configurations and
+//! motions alike, and searches for nothing [Grey 3.2, 4.4.5].
+//!
+//! The feet step in turn, each past the other to the next station, as long as C_S lets them; else one closes up first. A step
+//! is a swing and a shift, emitted waypoint by waypoint.
+
+use surefoot_shared_types::message::SupportMode;
+
+use super::{Phase, Planner};
+use crate::body::{Body, Configuration};
+use crate::ends::End;
+use crate::motion::foothold::Foothold;
+use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
+use crate::motion::primitive::Emission;
+use crate::motion::roadmap::Hop;
+use crate::motion::sequence::Purpose;
+use crate::possibility::{Label, Pair, Placed, Route};
+use crate::prepare::is_whole;
+
+/// Most waypoints of one primitive.
+const WAYPOINTS_MAX: usize = 512;
+/// What follows when the route has its primitives.
+const SEARCH: Phase = Phase::Sequence { purpose: Purpose::Find, begun: false };
+
+/// Where pi_S is along the route, and what it emits into, allocated once.
+#[derive(Debug)]
+pub struct Primitives {
+    walker: Option<Walker>,
+    emitted: Option<(Hop, Emission)>,
+    track: Vec<Configuration>,
+}
+
+impl Default for Primitives {
+    fn default() -> Self {
+        Self { walker: None, emitted: None, track: Vec::with_capacity(WAYPOINTS_MAX) }
+    }
+}
+
+impl Primitives {
+    /// There is another route.
+    pub fn begin_route(&mut self) {
+        (self.walker, self.emitted) = (Some(Walker::default()), None);
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.track.capacity() * size_of::<Configuration>()
+    }
+}
+
+/// A transition on two placements: the foot that carries, the foot that touches.
+type Node = [Placed; 2];
+
+/// The robot on its way along the route's possible edges.
+#[derive(Debug, Clone, Copy, Default)]
+struct Walker {
+    /// The station of the foot that stepped last.
+    station: usize,
+    /// The transition it is at, the foot that may step next touching; none between stretches.
+    at: Option<Node>,
+    /// Whether the other foot is a station behind.
+    is_open: bool,
+    /// A shift that is due, to this transition.
+    due: Option<Node>,
+}
+
+impl Walker {
+    /// The next motion, or `None` at the end of the route.
+    fn next(&mut self, route: &Route) -> Option<[Node; 2]> {
+        loop {
+            let Some(at) = self.at else {
+                self.at = Some(self.enter(route)?);
+                continue;
+            };
+            if let Some(to) = self.due.take() {
+                self.at = Some(to);
+                return Some([at, to]);
+            }
+            if let Some(motion) = self.step(route, at) {
+                return Some(motion);
+            }
+            (self.at, self.station) = (None, self.station + 1);
+        }
+    }
+
+    /// The first transition of the next stretch of possible edges.
+    fn enter(&mut self, route: &Route) -> Option<Node> {
+        while self.station + 1 < route.stations() {
+            if let (Some(leads), Some(pair)) = (leads(route, self.station), route.pair(self.station)) {
+                let lead = usize::from(!leads[0]);
+                return Some([pair[1 - lead], pair[lead]]);
+            }
+            self.station += 1;
+        }
+        None
+    }
+
+    /// The swing, or the shift where the other foot must lead, from a transition; `None` at the end of a stretch.
+    fn step(&mut self, route: &Route, at: Node) -> Option<[Node; 2]> {
+        let [stance, swings] = at;
+        let leads = leads(route, self.station);
+        let target = match leads {
+            Some(leads) if leads[swings.limb] => self.station + 1,
+            _ if self.is_open => self.station,
+            Some(_) => {
+                self.at = Some([swings, stance]);
+                return Some([at, [swings, stance]]);
+            }
+            None => return None,
+        };
+        let placed = route.pair(target)?[swings.limb];
+        (self.is_open, self.station) = (target > self.station, target);
+        self.at = Some([stance, placed]);
+        self.due = Some([placed, stance]);
+        Some([at, [stance, placed]])
+    }
+}
+
+/// Which feet may lead along the edge that follows a station, if it is possible.
+fn leads(route: &Route, station: usize) -> Option<[bool; 2]> {
+    match (station + 1 < route.stations()).then(|| route.label(station + 1)) {
+        Some(Label::Primitive { leads }) => Some(leads),
+        _ => None,
+    }
+}
+
+impl Planner {
+    /// Where to go on once all placements are connected: to the primitives of a new route, else to the search.
+    pub(super) fn after_connecting(&self) -> Phase {
+        if self.primitives.walker.is_some() { Phase::Primitive } else { SEARCH }
+    }
+
+    /// Emits the next waypoint of the motions along the route's possible edges, or begins the next motion.
+    pub(super) fn take_primitives(&mut self) -> Result<Phase, ArenaFull> {
+        match self.primitives.emitted.take() {
+            Some((hop, emission)) if emission.is_over() => self.merge_motion(hop, &emission)?,
+            Some((hop, emission)) => self.emit(hop, emission),
+            None => return self.begin_motion(),
+        }
+        Ok(Phase::Primitive)
+    }
+
+    /// Begins the next motion, unless Gamma_M has it.
+    fn begin_motion(&mut self) -> Result<Phase, ArenaFull> {
+        let Some([from, to]) = self.primitives.walker.as_mut().and_then(|walker| walker.next(self.growth.route())) else {
+            self.primitives.walker = None;
+            return Ok(SEARCH);
+        };
+        let [Some(from), Some(to)] = [self.transition_on(from)?, self.transition_on(to)?] else { return Ok(Phase::Primitive) };
+        if self.roadmap.edges.get(from, to).motion.is_some() {
+            return Ok(Phase::Primitive);
+        }
+        let (graph, constraints, gait) = (&self.roadmap.graph, &self.shared.constraints, self.preparation.gait());
+        let (stance, touched) = graph.pair(from);
+        let begun = if to == Graph::twin(from) {
+            Emission::shift(constraints, gait, [stance, touched])
+        } else {
+            Emission::swing(constraints, gait, stance, [touched, graph.pair(to).1])
+        };
+        self.primitives.track.clear();
+        self.tally.primitives_failed += u64::from(begun.is_err());
+        self.primitives.emitted = begun.ok().map(|emission| (Hop { from, to }, emission));
+        Ok(Phase::Primitive)
+    }
+
+    /// Emits a waypoint. A motion that fails, which it never does where C_S holds, is left to pi_N.
+    fn emit(&mut self, hop: Hop, mut emission: Emission) {
+        let track = &mut self.primitives.track;
+        let fits = match emission.advance(&self.shared.constraints) {
+            Ok(None) => true,
+            Ok(Some((state, _))) if track.len() < WAYPOINTS_MAX => {
+                track.push(state.configuration);
+                true
+            }
+            _ => false,
+        };
+        if fits {
+            self.primitives.emitted = Some((hop, emission));
+        } else {
+            self.tally.primitives_failed += 1;
+        }
+    }
+
+    /// The transition on two placements, added if the graph does not have it; `None` where it has not both placements.
+    fn transition_on(&mut self, node: Node) -> Result<Option<TransitionId>, ArenaFull> {
+        let graph = &mut self.roadmap.graph;
+        let [Some(stance), Some(other)] = node.map(|placed| foothold_on(graph, &placed)) else { return Ok(None) };
+        if graph.find(stance, other).is_none() {
+            graph.connect(stance, other)?;
+        }
+        Ok(graph.find(stance, other))
+    }
+
+    /// Puts a motion into Gamma_M, unless one of its transitions has another configuration already.
+    fn merge_motion(&mut self, hop: Hop, emission: &Emission) -> Result<(), ArenaFull> {
+        for (id, state) in [hop.from, hop.to].into_iter().zip(emission.ends()) {
+            match self.roadmap.graph.configuration(id) {
+                Some(known) if !is_same(known, &state.configuration) => return Ok(()),
+                Some(_) => {}
+                None => self.roadmap.record_configuration(id, state)?,
+            }
+        }
+        self.roadmap.record_motion(hop, &self.primitives.track)?;
+        self.tally.primitives += 1;
+        Ok(())
+    }
+}
+
+fn is_same(a: &Configuration, b: &Configuration) -> bool {
+    (a.world_from_root, a.q) == (b.world_from_root, b.q)
+}
+
+fn foothold_on(graph: &Graph, placed: &Placed) -> Option<FootholdId> {
+    let is_it = |known: &Foothold| known.limb == placed.limb && known.world_from_sole == placed.world_from_sole;
+    graph.footholds().iter().position(is_it).map(|index| index as FootholdId)
+}
+
+/// The pair on which the robot stands at an end, if it does so on both feet.
+pub fn pair_on(body: &Body, end: &End) -> Option<Pair> {
+    let placed = |limb: usize| {
+        let foothold = &end.footholds[limb];
+        Placed { limb, world_from_sole: foothold.world_from_sole, is_whole: is_whole(body, limb, &foothold.support) }
+    };
+    (end.support == SupportMode::Double).then(|| [placed(0), placed(1)])
+}
