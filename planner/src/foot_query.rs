@@ -14,8 +14,6 @@ const REACH_XY: f64 = 0.35;
 const YAW_SPREAD: f64 = 0.8;
 /// How far from an ideal that is carried exactly more placements are of no use, m.
 const EXACT: f64 = 1e-3;
-/// How many units of work one query counts.
-const QUERY_WORK: u64 = 16;
 
 /// Placements that a foot is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -43,10 +41,8 @@ impl FootQuery {
         &self,
         (constraints, surfaces): (&Constraints, &Surfaces),
         scratch: &mut Scratch,
-        work: &mut u64,
         keep: &mut dyn FnMut(Placement) -> ControlFlow<(), bool>,
     ) {
-        *work += QUERY_WORK;
         let request = Request {
             sole_polygon: &constraints.body.sole_polygons[self.limb],
             ideal: self.ideal,

@@ -412,7 +412,7 @@ impl Planner {
             seed: self.scenario.seed,
             feet_apart: self.scenario.start.feet_apart,
         };
-        let progress = self.growth.advance(&context, &mut self.scratch, &mut 0);
+        let progress = self.growth.advance(&context, &mut self.scratch);
         self.tally.tree_edges = self.growth.labelled();
         match progress {
             Progress::Growing => return Phase::Route,
@@ -443,7 +443,7 @@ impl Planner {
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        let (graph, scratch, work) = (&mut self.roadmap.graph, &mut self.scratch, &mut 0);
+        let (graph, scratch) = (&mut self.roadmap.graph, &mut self.scratch);
         let (station, limb) = (next / 2, next % 2);
         if !self.focus.wants(station) {
             return Ok(Phase::Seed { next: next + 1 });
@@ -451,10 +451,10 @@ impl Planner {
         let known = self.growth.placements(station);
         if self.route_sweeps == 0 && !known.is_empty() {
             for placed in known.iter().filter(|placed| placed.limb == limb) {
-                seeding.reuse(placed, route.is_stood_on(station, placed), graph, scratch, work)?;
+                seeding.reuse(placed, route.is_stood_on(station, placed), graph, scratch)?;
             }
         } else {
-            seeding.sweep_station(route, (station, limb), (self.route_sweeps, self.tally.sweeps), graph, scratch, work)?;
+            seeding.sweep_station(route, (station, limb), (self.route_sweeps, self.tally.sweeps), graph, scratch)?;
         }
         Ok(Phase::Seed { next: next + 1 })
     }
@@ -465,7 +465,7 @@ impl Planner {
             return Ok(if is_located { Phase::Connect { next } } else { self.after_connecting() });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        seeding.connect(next, self.step_max(), &mut self.roadmap.graph, &mut 0)?;
+        seeding.connect(next, self.step_max(), &mut self.roadmap.graph)?;
         self.roadmap.graph.mark_connected(next);
         Ok(Phase::Connect { next: next + 1 })
     }

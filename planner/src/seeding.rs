@@ -60,8 +60,7 @@ impl Seeding<'_> {
     ///
     /// # Errors
     /// The placement arena is full.
-    pub fn reuse(&self, placed: &Placed, exactly: bool, graph: &mut Graph, scratch: &mut Scratch, work: &mut u64) -> Result<(), ArenaFull> {
-        *work += 1;
+    pub fn reuse(&self, placed: &Placed, exactly: bool, graph: &mut Graph, scratch: &mut Scratch) -> Result<(), ArenaFull> {
         let sole_polygon = &self.constraints.body.sole_polygons[placed.limb];
         let Ok(support) = self.surfaces.support(scratch, sole_polygon, &placed.world_from_sole) else { return Ok(()) };
         let foothold = Foothold::new(placed.limb, placed.world_from_sole, support.polygon);
@@ -84,19 +83,18 @@ impl Seeding<'_> {
         (sweep, name): (usize, u64),
         graph: &mut Graph,
         scratch: &mut Scratch,
-        work: &mut u64,
     ) -> Result<(), ArenaFull> {
         let (station, limb) = place;
         let object = (station * 2 + limb) as u64;
         let widening = WIDENINGS.get(sweep).copied();
         let ideal = route.world_from_ideal_sole(station, limb, widening.unwrap_or(1.0));
         if widening.is_none() {
-            return self.sample_about(&ideal, limb, (object, name), graph, scratch, work);
+            return self.sample_about(&ideal, limb, (object, name), graph, scratch);
         }
         let before = graph.footholds().len();
-        self.query(&ideal, limb, (object, name), FIRST_EFFORT, KEPT_MAX, graph, scratch, work)?;
+        self.query(&ideal, limb, (object, name), FIRST_EFFORT, KEPT_MAX, graph, scratch)?;
         if graph.footholds().len() == before {
-            self.query(&ideal, limb, (object, name), LATER_EFFORT, KEPT_MAX, graph, scratch, work)?;
+            self.query(&ideal, limb, (object, name), LATER_EFFORT, KEPT_MAX, graph, scratch)?;
         }
         Ok(())
     }
@@ -112,14 +110,13 @@ impl Seeding<'_> {
         name: (u64, u64),
         graph: &mut Graph,
         scratch: &mut Scratch,
-        work: &mut u64,
     ) -> Result<(), ArenaFull> {
         let mut random = Random::new(self.seed, Stream::FootPlacement, name.0 | 1 << 40, name.1);
         let (shift, turn) = LATER_SPREAD;
         let offset = DVec3::new(random.uniform(-shift, shift), random.uniform(-shift, shift), 0.0);
         let rotation = pose.rotation * rotation_about(DVec3::Z, random.uniform(-turn, turn));
         let ideal = Pose::from_parts(pose.translation + offset, rotation);
-        self.query(&ideal, limb, name, LATER_EFFORT, KEPT_LATER_MAX, graph, scratch, work)
+        self.query(&ideal, limb, name, LATER_EFFORT, KEPT_LATER_MAX, graph, scratch)
     }
 
     #[allow(clippy::too_many_arguments, reason = "one call site's arguments in three layers; a struct would only rename them")]
@@ -132,11 +129,10 @@ impl Seeding<'_> {
         kept_max: usize,
         graph: &mut Graph,
         scratch: &mut Scratch,
-        work: &mut u64,
     ) -> Result<(), ArenaFull> {
         let query = FootQuery { limb, ideal: *ideal, reach_z: REACH_Z, seed: self.seed, name, effort, kept_max };
         let mut ending = Ok(());
-        query.run((self.constraints, self.surfaces), scratch, work, &mut |placement| {
+        query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
             let foothold = Foothold::new(limb, placement.world_from_sole, placement.support.polygon);
             if graph.same(&foothold).is_some() {
                 return ControlFlow::Continue(false);
@@ -151,7 +147,7 @@ impl Seeding<'_> {
     ///
     /// # Errors
     /// The transition arena is full.
-    pub fn connect(&self, foothold: FootholdId, step_max: f64, graph: &mut Graph, work: &mut u64) -> Result<(), ArenaFull> {
+    pub fn connect(&self, foothold: FootholdId, step_max: f64, graph: &mut Graph) -> Result<(), ArenaFull> {
         let mut neighbours: heapless::Vec<Neighbour, NEIGHBOURS_MAX> = heapless::Vec::new();
         let here = &graph.footholds()[foothold as usize];
         for (index, other) in graph.footholds()[..foothold as usize].iter().enumerate() {
@@ -168,7 +164,6 @@ impl Seeding<'_> {
                 None => drop(neighbours.push(neighbour)),
             }
         }
-        *work += 1 + foothold as u64 / 64;
         for neighbour in neighbours {
             if !self.feet_meet(graph, foothold, neighbour.id) {
                 graph.connect(foothold, neighbour.id)?;

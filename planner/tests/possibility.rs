@@ -50,7 +50,8 @@ impl Compiled {
         };
         let mut work = 0;
         loop {
-            let progress = self.growth.advance(&context, &mut self.scratch, &mut work);
+            let progress = self.growth.advance(&context, &mut self.scratch);
+            work += 1;
             if progress != Progress::Growing {
                 return (progress, work);
             }

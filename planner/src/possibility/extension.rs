@@ -47,8 +47,8 @@ pub enum Step {
 
 impl Extension {
     /// Grows the branch by one station from its tip. `name` is the query's in the random stream.
-    pub fn step(&self, context: &Context<'_>, tip: &Station, name: u64, scratch: &mut Scratch, work: &mut u64) -> Step {
-        if self.arrives(context, tip, work) {
+    pub fn step(&self, context: &Context<'_>, tip: &Station, name: u64, scratch: &mut Scratch) -> Step {
+        if self.arrives(context, tip) {
             return Step::Arrived;
         }
         for (index, stride) in STRIDES.into_iter().enumerate() {
@@ -59,17 +59,14 @@ impl Extension {
             }
             let target_height = self.target.position.z;
             let wish = Wish { station: wished, target_height, relaxed: self.relaxed, name: name << 2 | index as u64 };
-            let Some(stance) = context.stand(&wish, scratch, work) else { continue };
+            let Some(stance) = context.stand(&wish, scratch) else { continue };
             let advances = if turns_in_place {
                 tip.way_to(&stance.station).length() <= TURN_DRIFT_MAX
             } else {
                 let nearer = tip.way_to(&self.target).length() - stance.station.way_to(&self.target).length();
                 nearer >= PROGRESS_MIN * self.spacing.min(tip.way_to(&wished).length())
             };
-            if advances
-                && self.can_climb(context, tip, &stance.station)
-                && context.has_room_between(tip, &stance.station, self.relaxed, work)
-            {
+            if advances && self.can_climb(context, tip, &stance.station) && context.has_room_between(tip, &stance.station, self.relaxed) {
                 return Step::Grown(stance);
             }
         }
@@ -82,10 +79,10 @@ impl Extension {
         (to.position.z - from.position.z).abs() <= CLIMB_MAX[usize::from(self.relaxed)] * reach
     }
 
-    fn arrives(&self, context: &Context<'_>, tip: &Station, work: &mut u64) -> bool {
+    fn arrives(&self, context: &Context<'_>, tip: &Station) -> bool {
         let near = tip.way_to(&self.target).length() <= JOINING_SPACINGS * self.spacing;
         let turn = surefoot_shared_types::spatial::wrap_angle(self.target.yaw - tip.yaw);
         let may_join = || turn.abs() <= JOINING_TURN_MAX && self.can_climb(context, tip, &self.target);
-        near && (!self.joins || may_join() && context.has_room_between(tip, &self.target, self.relaxed, work))
+        near && (!self.joins || may_join() && context.has_room_between(tip, &self.target, self.relaxed))
     }
 }

@@ -248,11 +248,11 @@ impl Growth {
     }
 
     /// Does a small piece of work: at most one station is added.
-    pub fn advance(&mut self, context: &Context<'_>, scratch: &mut Scratch, work: &mut u64) -> Progress {
+    pub fn advance(&mut self, context: &Context<'_>, scratch: &mut Scratch) -> Progress {
         if matches!(self.activity, Activity::Labelling) {
-            return self.label_next(context, work);
+            return self.label_next(context);
         }
-        let progress = self.advance_within(context, scratch, work);
+        let progress = self.advance_within(context, scratch);
         if progress == Progress::Route
             && let Some([first, last]) = self.detour.take()
         {
@@ -266,23 +266,22 @@ impl Growth {
         progress
     }
 
-    fn advance_within(&mut self, context: &Context<'_>, scratch: &mut Scratch, work: &mut u64) -> Progress {
+    fn advance_within(&mut self, context: &Context<'_>, scratch: &mut Scratch) -> Progress {
         match self.activity {
             Activity::Sampling => self.sample(context.seed),
             Activity::Extending { tree, tip, added, extension, ending } => {
                 let at = self.trees[tree][tip as usize].station;
-                let step = extension.step(context, &at, self.next_query(), scratch, work);
-                self.extended((tree, tip, added), extension, ending, step, (context, work));
+                let step = extension.step(context, &at, self.next_query(), scratch);
+                self.extended((tree, tip, added), extension, ending, step, context);
             }
             Activity::Straightening { tried, branch: None } => self.next_shortcut(context.seed, tried),
             Activity::Straightening { tried, branch: Some(branch) } => {
                 let extension = self.shortcut(&branch);
-                let step = extension.step(context, &branch.tip, self.next_query(), scratch, work);
+                let step = extension.step(context, &branch.tip, self.next_query(), scratch);
                 self.straightened(tried, branch, step);
             }
             Activity::Labelling | Activity::Over(_) => {}
         }
-        *work += 1;
         match self.activity {
             Activity::Over(progress) => progress,
             _ => Progress::Growing,
@@ -370,20 +369,13 @@ impl Growth {
         best.0 as u32
     }
 
-    fn extended(
-        &mut self,
-        branch: (usize, u32, u32),
-        extension: Extension,
-        ending: Ending,
-        step: Step,
-        (context, work): (&Context<'_>, &mut u64),
-    ) {
+    fn extended(&mut self, branch: (usize, u32, u32), extension: Extension, ending: Ending, step: Step, context: &Context<'_>) {
         let (tree, tip, added) = branch;
         match step {
             Step::Grown(stance) if self.is_given_up(&stance.station) => self.stopped(tree, tip, added, ending),
             Step::Grown(stance) => match self.add(tree, tip, &stance) {
                 Some(tip) if added < EXTENSION_MAX => {
-                    self.label_edge(tree, tip, context, work);
+                    self.label_edge(tree, tip, context);
                     self.activity = Activity::Extending { tree, tip, added: added + 1, extension, ending };
                 }
                 Some(_) => self.activity = Activity::Sampling,
@@ -413,23 +405,23 @@ impl Growth {
         self.given_up.iter().any(|known| known.distance(station) < GIVEN_UP_RADIUS)
     }
 
-    fn label_edge(&mut self, tree: usize, tip: u32, context: &Context<'_>, work: &mut u64) {
+    fn label_edge(&mut self, tree: usize, tip: u32, context: &Context<'_>) {
         let [parent, tip] = [self.trees[tree][tip as usize].parent, tip].map(|index| index as usize);
         let label = {
-            let [from, to] = [parent, tip].map(|index| context.pair_of(&mut self.trees[tree][index], work));
-            from.zip(to).map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to, work))
+            let [from, to] = [parent, tip].map(|index| context.pair_of(&mut self.trees[tree][index]));
+            from.zip(to).map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to))
         };
         self.labelled.edges += 1;
         self.labelled.possible += u64::from(label.is_possible());
     }
 
     /// Labels the next edge of the route.
-    fn label_next(&mut self, context: &Context<'_>, work: &mut u64) -> Progress {
+    fn label_next(&mut self, context: &Context<'_>) -> Progress {
         let Route { vertices, labels, .. } = &mut self.route;
         let next = labels.len();
-        let before = next.checked_sub(1).and_then(|index| context.pair_of(&mut vertices[index], work));
-        let pair = context.pair_of(&mut vertices[next], work);
-        let label = before.zip(pair).map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to, work));
+        let before = next.checked_sub(1).and_then(|index| context.pair_of(&mut vertices[index]));
+        let pair = context.pair_of(&mut vertices[next]);
+        let label = before.zip(pair).map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to));
         labels.push(if label == Label::Indeterminate && vertices[next].is_crossed { Label::Crossed } else { label });
         if labels.len() < vertices.len() {
             return Progress::Growing;

@@ -33,18 +33,14 @@ impl Label {
 
 impl Context<'_> {
     /// The pair of a vertex over which primitives lead: onto and off it with either foot.
-    pub(super) fn pair_of(&self, vertex: &mut Vertex, work: &mut u64) -> Option<Pair> {
+    pub(super) fn pair_of(&self, vertex: &mut Vertex) -> Option<Pair> {
         let pair = vertex.pair?;
-        let stands = *vertex.stands.get_or_insert_with(|| {
-            *work += 1;
-            self.holds([&pair[0], &pair[1]])
-        });
+        let stands = *vertex.stands.get_or_insert_with(|| self.holds([&pair[0], &pair[1]]));
         stands.then_some(pair)
     }
 
     /// The label of the edge between two vertices over which primitives lead.
-    pub(super) fn label_between(&self, from: &Pair, to: &Pair, work: &mut u64) -> Label {
-        *work += 1;
+    pub(super) fn label_between(&self, from: &Pair, to: &Pair) -> Label {
         let may_lead = |lead: usize| {
             let [mut left, mut right] = [&from[0], &from[1]];
             *(if lead == 0 { &mut left } else { &mut right }) = &to[lead];

@@ -87,40 +87,32 @@ pub struct Wish {
 impl Context<'_> {
     /// Finds placements for both feet near a station, and moves the station over the best pair of them: its elevation, and
     /// aside where the ground is narrow. `None` where C_N fails, or C_S where the wish insists on it.
-    pub fn stand(&self, wish: &Wish, scratch: &mut Scratch, work: &mut u64) -> Option<Stance> {
+    pub fn stand(&self, wish: &Wish, scratch: &mut Scratch) -> Option<Stance> {
         let mut placements = heapless::Vec::new();
         for limb in 0..2 {
             let before = placements.len();
-            self.find_placements(wish, limb, &mut placements, scratch, work);
+            self.find_placements(wish, limb, &mut placements, scratch);
             if placements.len() == before {
                 return None;
             }
         }
         let (position, pair) = self.best_pair(wish, &placements)?;
         let station = Station { position, yaw: wish.station.yaw };
-        self.has_room(&station, wish.relaxed, work).then_some(Stance { station, placements, pair })
+        self.has_room(&station, wish.relaxed).then_some(Stance { station, placements, pair })
     }
 
     /// Whether the robot above its legs has room at a station.
-    pub fn has_room(&self, station: &Station, relaxed: bool, work: &mut u64) -> bool {
-        *work += 1;
+    pub fn has_room(&self, station: &Station, relaxed: bool) -> bool {
         self.torso.room(&self.constraints.collision, station) >= if relaxed { Room::Core } else { Room::Stooped }
     }
 
     /// Whether it has room all the way between two stations, looked at every hand's breadth.
-    pub fn has_room_between(&self, from: &Station, to: &Station, relaxed: bool, work: &mut u64) -> bool {
+    pub fn has_room_between(&self, from: &Station, to: &Station, relaxed: bool) -> bool {
         let pieces = libm::ceil(from.position.distance(to.position) / ROOM_STEP).max(2.0);
-        (1..pieces as usize).all(|piece| self.has_room(&from.toward_share(to, piece as f64 / pieces), relaxed, work))
+        (1..pieces as usize).all(|piece| self.has_room(&from.toward_share(to, piece as f64 / pieces), relaxed))
     }
 
-    fn find_placements(
-        &self,
-        wish: &Wish,
-        limb: usize,
-        placements: &mut heapless::Vec<Placed, PLACEMENTS_MAX>,
-        scratch: &mut Scratch,
-        work: &mut u64,
-    ) {
+    fn find_placements(&self, wish: &Wish, limb: usize, placements: &mut heapless::Vec<Placed, PLACEMENTS_MAX>, scratch: &mut Scratch) {
         let query = FootQuery {
             limb,
             ideal: wish.station.world_from_ideal_sole(limb, self.feet_apart),
@@ -130,7 +122,7 @@ impl Context<'_> {
             effort: if wish.relaxed { RELAXED_EFFORT } else { EFFORT },
             kept_max: KEPT_MAX,
         };
-        query.run((self.constraints, self.surfaces), scratch, work, &mut |placement| {
+        query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
             let is_whole = is_whole(&self.constraints.body, limb, &placement.support.polygon);
             match placements.push(Placed { limb, world_from_sole: placement.world_from_sole, is_whole }) {
                 Ok(()) => ControlFlow::Continue(true),

@@ -85,7 +85,7 @@ impl Planner {
                 let placement = &self.roadmap.graph.footholds()[foothold as usize];
                 let (limb, pose) = (placement.limb, placement.world_from_sole);
                 let name = (u64::from(id) | 1 << 41, self.tally.sequences);
-                seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch, &mut 0)?;
+                seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch)?;
             }
         }
         Ok(Phase::Connect { next: self.roadmap.graph.connected() })
