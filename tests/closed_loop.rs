@@ -11,7 +11,6 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use preparation::preparation_for;
 use surefoot_controller_sim::{Checker, Identity, Walker};
-use surefoot_planner::ends::supported_anew;
 use surefoot_planner::outcome::EndFault;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
@@ -55,7 +54,7 @@ impl Case {
         let mut planner =
             Planner::new(&self.model, world, &scenario, preparation_for(&self.model, &scenario.planner), NonZeroUsize::MIN).unwrap();
         if let Some(standing) = standing {
-            planner.begin_at(&supported_anew(&planner.constraints().body, world, standing).unwrap());
+            planner.begin_at(world, standing).unwrap();
         }
         if let Some(missing) = missing {
             planner.shun(&missing.pose(), [missing.half_extents[0], missing.half_extents[1]]);

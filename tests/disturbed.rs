@@ -19,7 +19,6 @@ use preparation::preparation_for;
 use serde_json::Value;
 use surefoot_controller_sim::disturbance::Walked;
 use surefoot_controller_sim::{Checker, Disturbance, Identity, Walker};
-use surefoot_planner::ends::supported_anew;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
@@ -87,7 +86,7 @@ fn walk(name: &str, seed: u64) -> Course {
         let scenario = Scenario { start, ..scenario.clone() };
         let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
         if standing.is_known() {
-            planner.begin_at(&supported_anew(&planner.constraints().body, &world, &standing).unwrap());
+            planner.begin_at(&world, &standing).unwrap();
         }
         planner.name_plan(1, epoch);
         if planner.step(u64::MAX) != Status::Done(Outcome::Found) {

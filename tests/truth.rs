@@ -12,7 +12,6 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use preparation::preparation_for;
 use surefoot_controller_sim::{Checker, Identity, Truth, Walker};
-use surefoot_planner::ends::supported_anew;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
@@ -63,7 +62,7 @@ impl Case {
         let mut planner =
             Planner::new(&self.model, &world, &scenario, preparation_for(&self.model, &scenario.planner), NonZeroUsize::MIN).unwrap();
         if standing.is_known() {
-            planner.begin_at(&supported_anew(&planner.constraints().body, &world, standing).unwrap());
+            planner.begin_at(&world, standing).unwrap();
         }
         planner.name_plan(1, epoch);
         match planner.step(u64::MAX) {

@@ -94,7 +94,7 @@ impl Scene {
     fn transition(&self, stance: &Foothold, other: &Foothold, object: u64) -> Option<State> {
         let pair = TransitionPair { stance, other };
         let mode = single_mode(stance);
-        let found = (0..ATTEMPTS).find_map(|attempt| sample(&self.constraints, &mode, pair, (SEED, object), attempt, &mut 0).ok())?;
+        let found = (0..ATTEMPTS).find_map(|attempt| sample(&self.constraints, &mode, pair, (SEED, object), attempt).ok())?;
         Some(State { configuration: found, world_from_soles: world_from_soles(pair) })
     }
 }

@@ -16,7 +16,7 @@ use crate::statics::Statics;
 pub const LINKS_MAX: usize = 192;
 
 /// A whole-body configuration: where the root is and how the joints stand.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Configuration {
     /// The root's pose in the world.
     pub world_from_root: Pose,

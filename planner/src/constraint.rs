@@ -117,7 +117,8 @@ impl Constraints {
     }
 
     /// Checks the joint-linear motion between two configurations, both of which are checked themselves, on whose way no point
-    /// moves further than `bound` (m, [`CollisionModel::motion_bound`]). `scratch` is written over.
+    /// moves further than `bound` (m, [`CollisionModel::motion_bound`]); answers how many configurations it checked. `scratch` is
+    /// written over.
     ///
     /// # Errors
     /// The first condition that it violates.
@@ -128,11 +129,9 @@ impl Constraints {
         bound: f64,
         feet: [FootState; 2],
         scratch: &mut Snapshot,
-        work: &mut u64,
-    ) -> Result<(), Rejection> {
+    ) -> Result<u64, Rejection> {
         let pieces = libm::ceil(bound / self.config.collision_step).max(2.0);
         for piece in 1..pieces as usize {
-            *work += 1;
             let between = midway(ends[0], ends[1], piece as f64 / pieces);
             self.body.snapshot_into(&between, scratch);
             if !mode.region.holds(scratch.com.truncate(), self.com_margin(mode)) {
@@ -143,7 +142,7 @@ impl Constraints {
             }
             self.check_collision(scratch, feet)?;
         }
-        Ok(())
+        Ok(pieces as u64 - 1)
     }
 
     fn check_collision(&self, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {

@@ -50,7 +50,7 @@ const STANDING_AREA_MIN: f64 = 1e-4;
 ///
 /// # Errors
 /// The world has a shape that cannot be used.
-pub fn supported_anew(body: &Body, world: &World, standing: &Standing) -> Result<Standing, SurfacesError> {
+pub(crate) fn supported_anew(body: &Body, world: &World, standing: &Standing) -> Result<Standing, SurfacesError> {
     let config =
         FootPlacementConfig { support_area_min: STANDING_AREA_MIN, centroid_edge_distance_min: 0.0, ..FootPlacementConfig::default() };
     let mut scratch = Scratch::new(&config);
@@ -74,7 +74,7 @@ fn set_polygon(contact: &mut Contact, polygon: &[DVec2]) {
 }
 
 /// Takes the robot as it stands where a walk was broken off, on both feet or on one. A foot that carries it is supported as it
-/// says, so where the world was corrected meanwhile, ask [`supported_anew`] first; a lifted one is remembered where it stood last.
+/// says, so where the world was corrected meanwhile it is to be supported anew first; a lifted one is remembered where it stood last.
 ///
 /// # Errors
 /// It is not known where both feet stood, or nothing carries one that the robot stands on.
@@ -143,7 +143,7 @@ pub fn stand(constraints: &Constraints, footholds: &[Foothold; 2], yaw: f64) -> 
     let mut last = Rejection::Unreachable;
     for share in REACH_SHARES {
         let posture = Posture { world_from_root, reach_share: share * constraints.body.standing_reach_share, com: middle };
-        let settled = settle(&constraints.body, &world_from_soles, &posture, constraints.body.standing_q, &mut 0);
+        let settled = settle(&constraints.body, &world_from_soles, &posture, constraints.body.standing_q);
         let checked = settled.and_then(|(configuration, snapshot)| {
             constraints.check(&mode, &snapshot, [FootState::Stance; 2])?;
             Ok(State { configuration, world_from_soles })

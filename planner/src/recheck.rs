@@ -56,8 +56,8 @@ fn recheck_chunk(constraints: &Constraints, mode: &Mode, waypoints: &[Waypoint],
         either_way(mode, |feet| constraints.check(mode, &snapshot, feet)).map_err(|why| (index, why))?;
         if let Some((from, from_snapshot)) = &before {
             let bound = constraints.collision.motion_bound(from_snapshot, &snapshot);
-            let between = |feet| constraints.check_between(mode, [from, &configuration], bound, feet, &mut scratch, &mut done.between);
-            either_way(mode, between).map_err(|why| (index, why))?;
+            let between = |feet| constraints.check_between(mode, [from, &configuration], bound, feet, &mut scratch);
+            done.between += either_way(mode, between).map_err(|why| (index, why))?;
         }
         before = Some((configuration, snapshot));
     }
@@ -65,7 +65,7 @@ fn recheck_chunk(constraints: &Constraints, mode: &Mode, waypoints: &[Waypoint],
 }
 
 /// Checks with a swing foot in the air, and where it is too near to the world for that, with one that lifts off or lands.
-fn either_way(mode: &Mode, mut check: impl FnMut([FootState; 2]) -> Result<(), Rejection>) -> Result<(), Rejection> {
+fn either_way<T>(mode: &Mode, mut check: impl FnMut([FootState; 2]) -> Result<T, Rejection>) -> Result<T, Rejection> {
     let feet = |swing| [0, 1].map(|limb| if mode.stands(limb) { FootState::Stance } else { swing });
     match check(feet(FootState::Free)) {
         Err(Rejection::Collision) if mode.swing().is_some() => check(feet(FootState::Leaving)),

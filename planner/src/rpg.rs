@@ -42,7 +42,7 @@ use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::{Constraints, Rejection};
-use crate::ends::{foothold_at, stand_as, stand_on};
+use crate::ends::{foothold_at, stand_as, stand_on, supported_anew};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
 use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
@@ -103,6 +103,11 @@ impl Phase {
     /// Whether the phase counts its own units of work; a piece of any other is one unit.
     fn counts(&self) -> bool {
         matches!(self, Self::Sequence { .. } | Self::Sample { .. } | Self::Move { .. })
+    }
+
+    /// The search for the cheapest sequence, before its first piece.
+    const fn seek(purpose: Purpose) -> Self {
+        Self::Sequence { purpose, begun: false }
     }
 
     fn stage(&self) -> Stage {
@@ -248,9 +253,14 @@ impl Planner {
     }
 
     /// Begins where the robot stands, on both feet or on one, in place of the scenario's start mark, which should be
-    /// [`Standing::mark`] then. To be called before the first step.
-    pub fn begin_at(&mut self, standing: &Standing) {
-        self.standing = Some(*standing);
+    /// [`Standing::mark`] then. `world` is the planner's: what it gives the feet is their support. Allocates; to be called before
+    /// the first step.
+    ///
+    /// # Errors
+    /// The world has a shape that cannot be used.
+    pub fn begin_at(&mut self, world: &World, standing: &Standing) -> Result<(), SurfacesError> {
+        self.standing = Some(supported_anew(&self.shared.constraints.body, world, standing)?);
+        Ok(())
     }
 
     /// Keeps soles away from where one was not carried, whatever the world's shapes say; see [`CollisionModel::shun`]. To be
@@ -265,7 +275,7 @@ impl Planner {
         self.chunks.name_plan(plan_id, epoch);
     }
 
-    /// Advances the search by about `work` units, or to its end.
+    /// Advances the search by at most `work` units, or to its end.
     pub fn step(&mut self, work: u64) -> Status {
         match self.pool.clone() {
             Some(pool) => pool.install(|| self.step_inside(work)),

@@ -64,7 +64,7 @@ impl Seeding<'_> {
         let sole_polygon = &self.constraints.body.sole_polygons[placed.limb];
         let Ok(support) = self.surfaces.support(scratch, sole_polygon, &placed.world_from_sole) else { return Ok(()) };
         let foothold = Foothold::new(placed.limb, placed.world_from_sole, support.polygon);
-        let known = if exactly { graph.identical(&foothold) } else { graph.same(&foothold) };
+        let known = if exactly { graph.identical(foothold.limb, &foothold.world_from_sole) } else { graph.same(&foothold) };
         if known.is_none() {
             graph.add_foothold(foothold)?;
         }

@@ -129,7 +129,7 @@ impl Checking<'_> {
         assert!(checked.is_ok(), "{}: waypoint {}: {checked:?}", self.name, self.waypoints);
         let bound = self.constraints.collision.motion_bound(&snapshots[0], &snapshots[1]);
         let ends = [&self.here.configuration, &state.configuration];
-        let between = self.constraints.check_between(&self.mode, ends, bound, feet, &mut Snapshot::default(), &mut 0);
+        let between = self.constraints.check_between(&self.mode, ends, bound, feet, &mut Snapshot::default());
         assert!(between.is_ok(), "{}: before waypoint {}: {between:?}", self.name, self.waypoints);
         self.here = *state;
         self.waypoints += 1;
@@ -143,7 +143,7 @@ fn primitives_hold_at(constraints: &Constraints, preparation: &Preparation<'_>, 
     let mut held = 0;
     let is_free = |other: &Foothold| sufficient(preparation, body, &constraints.collision, &print_of(body, stance), &print_of(body, other));
     if is_free(from) && is_free(to) {
-        let here = configuration(body, gait, stance, from, &mut 0).unwrap();
+        let here = configuration(body, gait, stance, from).unwrap();
         let mode = single_mode(stance);
         assert!(constraints.check(&mode, &body.snapshot(&here.configuration), [FootState::Stance; 2]).is_ok(), "{name}");
         let mut checking = Checking { constraints, mode, here, swing: Some(from.limb), waypoints: 0, name: format!("swing {name}") };
@@ -153,7 +153,7 @@ fn primitives_hold_at(constraints: &Constraints, preparation: &Preparation<'_>, 
     }
     let [left, right] = if stance.limb == 0 { [stance, from] } else { [from, stance] };
     if sufficient_shift(preparation, body, &constraints.collision, &print_of(body, left), &print_of(body, right)) {
-        let here = configuration(body, gait, left, right, &mut 0).unwrap();
+        let here = configuration(body, gait, left, right).unwrap();
         let mode = double_mode(left, right);
         let mut checking = Checking { constraints, mode, here, swing: None, waypoints: 0, name: format!("shift {name}") };
         checking.follow(Emission::shift(constraints, gait, [left, right]).unwrap());

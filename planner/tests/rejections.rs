@@ -74,7 +74,7 @@ impl Stand {
     fn check_between(&self, a: &Configuration, b: &Configuration) -> Result<(), Rejection> {
         let snapshots = [a, b].map(|configuration| self.snapshot(configuration));
         let bound = self.constraints.collision.motion_bound(&snapshots[0], &snapshots[1]);
-        self.constraints.check_between(&self.mode, [a, b], bound, STANCE, &mut Snapshot::default(), &mut 0)
+        self.constraints.check_between(&self.mode, [a, b], bound, STANCE, &mut Snapshot::default()).map(|_| ())
     }
 
     /// The robot crouching on the same soles.
@@ -85,7 +85,7 @@ impl Stand {
             com: self.snapshot(&self.configuration()).com.truncate(),
         };
         let soles = self.end.state.world_from_soles;
-        settle(&self.constraints.body, &soles, &posture, self.configuration().q, &mut 0).unwrap().0
+        settle(&self.constraints.body, &soles, &posture, self.configuration().q).unwrap().0
     }
 
     /// A small box where the left hand is in a configuration.
@@ -106,7 +106,7 @@ fn feet_too_far_apart() -> Result<(), Rejection> {
     let mut soles = stand.end.state.world_from_soles;
     soles[0].translation.y += 1.5;
     let posture = Posture { world_from_root: soles[1].rotation, reach_share: 0.9, com: soles[1].translation.truncate() };
-    settle(&stand.constraints.body, &soles, &posture, stand.configuration().q, &mut 0).map(|_| ())
+    settle(&stand.constraints.body, &soles, &posture, stand.configuration().q).map(|_| ())
 }
 
 fn centre_of_mass_beside_the_only_foot() -> Result<(), Rejection> {

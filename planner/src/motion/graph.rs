@@ -4,6 +4,8 @@
 //! the double-support mode of the two. From `(a | b)` the robot goes on to the twin (double support), or swings its free
 //! foot to another placement: `(a | c)` (single support on a).
 
+use surefoot_shared_types::Pose;
+
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
@@ -201,8 +203,8 @@ impl Graph {
     }
 
     /// The very same placement, if the graph has it.
-    pub fn identical(&self, foothold: &Foothold) -> Option<FootholdId> {
-        let is_identical = |known: &Foothold| known.limb == foothold.limb && known.world_from_sole == foothold.world_from_sole;
+    pub fn identical(&self, limb: usize, world_from_sole: &Pose) -> Option<FootholdId> {
+        let is_identical = |known: &Foothold| known.limb == limb && known.world_from_sole == *world_from_sole;
         self.footholds.iter().position(is_identical).map(|index| index as FootholdId)
     }
 
@@ -225,7 +227,7 @@ impl Graph {
     /// # Errors
     /// The arena is full.
     pub fn identical_or_new(&mut self, foothold: &Foothold) -> Result<FootholdId, ArenaFull> {
-        self.identical(foothold).map_or_else(|| self.add_foothold(foothold.clone()), Ok)
+        self.identical(foothold.limb, &foothold.world_from_sole).map_or_else(|| self.add_foothold(foothold.clone()), Ok)
     }
 
     /// Adds the two transitions between placements of different feet.

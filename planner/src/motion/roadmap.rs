@@ -128,14 +128,10 @@ impl Roadmap {
     /// # Errors
     /// An arena is full.
     pub fn record_sampling(&mut self, sampling: &Sampling, lift: &[Configuration]) -> Result<(), ArenaFull> {
-        let found = sampling.found();
-        self.graph.record_attempts(sampling.id, sampling.failed(), found.map(|found| found.configuration))?;
-        if let Some(found) = found {
-            self.costs.add_found(sampling.id);
-            let waypoints = self.store(lift)?;
-            self.lifts.push(LiftRecord { lifted: found.lifted.world_from_soles, waypoints });
-        }
-        Ok(())
+        let Some(found) = sampling.found() else { return self.graph.record_attempts(sampling.id, sampling.failed(), None) };
+        let waypoints = self.store(lift)?;
+        let lift = LiftRecord { lifted: found.lifted.world_from_soles, waypoints };
+        self.record_found(sampling.id, sampling.failed(), found.configuration, lift)
     }
 
     /// Notes a configuration that was not sampled; how its foot is lifted is not known.
@@ -143,9 +139,13 @@ impl Roadmap {
     /// # Errors
     /// An arena is full.
     pub fn record_configuration(&mut self, id: TransitionId, state: &State) -> Result<(), ArenaFull> {
-        self.graph.record_attempts(id, 0, Some(state.configuration))?;
+        self.record_found(id, 0, state.configuration, LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) })
+    }
+
+    fn record_found(&mut self, id: TransitionId, failed: u32, configuration: Configuration, lift: LiftRecord) -> Result<(), ArenaFull> {
+        self.graph.record_attempts(id, failed, Some(configuration))?;
         self.costs.add_found(id);
-        self.lifts.push(LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) });
+        self.lifts.push(lift);
         Ok(())
     }
 

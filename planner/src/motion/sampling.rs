@@ -77,7 +77,7 @@ impl Sampling {
         let (stance, other) = graph.pair(self.id);
         let pair = TransitionPair { stance, other };
         let name = (seed, u64::from(self.id));
-        let configuration = transition::sample(constraints, &self.mode, pair, name, u64::from(self.attempt), &mut 0)?;
+        let configuration = transition::sample(constraints, &self.mode, pair, name, u64::from(self.attempt))?;
         let state = State { configuration, world_from_soles: world_from_soles(pair) };
         self.lift = Some((configuration, Lift::new(&state)));
         Ok(())

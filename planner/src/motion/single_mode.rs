@@ -50,6 +50,7 @@ pub struct Search {
     problem: Problem,
     /// The ends of the travel: those of the problem, the swing foot lifted.
     ends: [State; 2],
+    is_lifted: [bool; 2],
     stage: Stage,
     follower: Option<Follower>,
 }
@@ -69,24 +70,15 @@ impl Search {
     /// Begins, with empty memory but for the trees, and for the lifts where the lifted ends are known.
     pub fn new(problem: Problem, lifted: [Option<State>; 2]) -> Self {
         let ends = [lifted[0].unwrap_or(problem.from), lifted[1].unwrap_or(problem.to)];
-        let stage = match lifted {
-            _ if problem.mode.swing().is_none() => travel(&problem),
-            [None, _] => Stage::Lift { end: 0, lift: Lift::new(&problem.from) },
-            [Some(_), None] => Stage::Lift { end: 1, lift: Lift::new(&problem.to) },
-            [Some(_), Some(_)] => travel(&problem),
-        };
-        Self { problem, ends, stage, follower: None }
+        let is_lifted = lifted.map(|known| known.is_some() || problem.mode.swing().is_none());
+        let stage = stage_after(&problem, is_lifted);
+        Self { problem, ends, is_lifted, stage, follower: None }
     }
 
     /// Spends one unit of work. At the end answers whether the motion was found: then `workspace.track` holds the waypoints
     /// after its first state, the last one included.
     pub fn advance(&mut self, constraints: &Constraints, workspace: &mut Workspace) -> Option<Result<(), Rejection>> {
-        let ended = match &mut self.stage {
-            &mut Stage::Lift { end, .. } => self.lift(constraints, end, workspace),
-            &mut Stage::Travel { shape } => self.travel(constraints, shape, workspace),
-            Stage::Grow(growing) => growing.advance(constraints, &self.problem, &self.ends, &mut self.follower, workspace),
-        };
-        match ended {
+        match self.advance_stage(constraints, workspace) {
             Ok(false) => None,
             Ok(true) => Some(self.complete(workspace)),
             Err(rejection) => {
@@ -104,13 +96,20 @@ impl Search {
         }
     }
 
-    fn lift(&mut self, constraints: &Constraints, end: usize, workspace: &mut Workspace) -> Result<bool, Rejection> {
-        let Stage::Lift { lift, .. } = &mut self.stage else { return Ok(false) };
-        if let Some(lifted) = lift.advance(constraints, &self.problem.mode, &mut workspace.lifts[end])? {
-            self.ends[end] = lifted;
-            self.stage = if end == 0 { Stage::Lift { end: 1, lift: Lift::new(&self.problem.to) } } else { travel(&self.problem) };
+    fn advance_stage(&mut self, constraints: &Constraints, workspace: &mut Workspace) -> Result<bool, Rejection> {
+        match &mut self.stage {
+            &mut Stage::Travel { shape } => self.travel(constraints, shape, workspace),
+            Stage::Grow(growing) => growing.advance(constraints, &self.problem, &self.ends, &mut self.follower, workspace),
+            Stage::Lift { end, lift } => {
+                let end = *end;
+                if let Some(lifted) = lift.advance(constraints, &self.problem.mode, &mut workspace.lifts[end])? {
+                    self.ends[end] = lifted;
+                    self.is_lifted[end] = true;
+                    self.stage = stage_after(&self.problem, self.is_lifted);
+                }
+                Ok(false)
+            }
         }
-        Ok(false)
     }
 
     fn travel(&mut self, constraints: &Constraints, shape: usize, workspace: &mut Workspace) -> Result<bool, Rejection> {
@@ -172,8 +171,14 @@ pub fn solve(constraints: &Constraints, problem: &Problem, workspace: &mut Works
     }
 }
 
-fn travel(problem: &Problem) -> Stage {
-    if problem.failures == 0 { Stage::Travel { shape: 0 } } else { Stage::Grow(Growing::new(problem)) }
+/// What is to be done next: lifting the ends comes first.
+fn stage_after(problem: &Problem, is_lifted: [bool; 2]) -> Stage {
+    match is_lifted {
+        [false, _] => Stage::Lift { end: 0, lift: Lift::new(&problem.from) },
+        [true, false] => Stage::Lift { end: 1, lift: Lift::new(&problem.to) },
+        [true, true] if problem.failures == 0 => Stage::Travel { shape: 0 },
+        [true, true] => Stage::Grow(Growing::new(problem)),
+    }
 }
 
 fn shapes(mode: &Mode) -> &'static [Swing] {

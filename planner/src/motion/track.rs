@@ -132,7 +132,7 @@ impl Follower {
         let state = next?;
         constraints.check(mode, &self.next_snapshot, feet)?;
         let ends = [&self.here.configuration, &state.configuration];
-        constraints.check_between(mode, ends, bound, feet, &mut self.between_snapshot, &mut 0)?;
+        constraints.check_between(mode, ends, bound, feet, &mut self.between_snapshot)?;
         std::mem::swap(&mut self.here_snapshot, &mut self.next_snapshot);
         (self.here, self.at) = (state, next_at);
         self.step = (self.step * 1.5).min(1.0 - self.at).max(STEP_MIN);

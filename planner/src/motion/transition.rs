@@ -76,7 +76,6 @@ pub fn sample(
     pair: TransitionPair<'_>,
     random: (u64, u64),
     attempt: u64,
-    work: &mut u64,
 ) -> Result<Configuration, Rejection> {
     let (seed, object) = random;
     let mut draws = Random::new(seed, Stream::Transition, object, attempt);
@@ -84,8 +83,7 @@ pub fn sample(
     let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), attempt, &mut draws);
     let soles = world_from_soles(pair);
     let mut snapshot = Snapshot::default();
-    let configuration = settle_into(body, &soles, &posture, free, &mut snapshot, work)?;
-    *work += 1;
+    let configuration = settle_into(body, &soles, &posture, free, &mut snapshot)?;
     constraints.check(mode, &snapshot, [FootState::Stance; 2])?;
     Ok(configuration)
 }
@@ -99,10 +97,9 @@ pub fn settle(
     world_from_soles: &[Pose; 2],
     posture: &Posture,
     start_q: [f64; surefoot_shared_types::message::limits::JOINTS_MAX],
-    work: &mut u64,
 ) -> Result<(Configuration, Snapshot), Rejection> {
     let mut snapshot = Snapshot::default();
-    let configuration = settle_into(body, world_from_soles, posture, start_q, &mut snapshot, work)?;
+    let configuration = settle_into(body, world_from_soles, posture, start_q, &mut snapshot)?;
     Ok((configuration, snapshot))
 }
 
@@ -113,13 +110,11 @@ fn settle_into(
     posture: &Posture,
     start_q: FreeJoints,
     snapshot: &mut Snapshot,
-    work: &mut u64,
 ) -> Result<Configuration, Rejection> {
     let begin = posture.com - (posture.world_from_root * body.standing_com).truncate();
     let mut configuration = Configuration { world_from_root: Pose::from_parts(begin.extend(0.0), posture.world_from_root), q: start_q };
     let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
     for _ in 0..COM_SHIFTS_MAX {
-        *work += 1;
         let height = body.root_height(&configuration.world_from_root, world_from_soles, shares);
         configuration.world_from_root.translation.z = height.ok_or(Rejection::Unreachable)?;
         if !body.place_soles(&mut configuration, world_from_soles) {

@@ -141,7 +141,7 @@ impl Growth {
             activity: Activity::Sampling,
             ends: [start, goal].map(|mark| Vertex::root(Station::on(mark), None)),
             whole_ends: [start, goal].map(|mark| Vertex::root(Station::on(mark), None)),
-            crossed: Vec::with_capacity(2 * vertices_max),
+            crossed: reserve(2 * vertices_max),
             labelled: Labelled::default(),
             spacing,
             bounds: sampling_bounds(start, goal, world),

@@ -135,7 +135,7 @@ impl Probe {
     fn place_holds(&self, gait: &Gait, stance: usize, footholds: &[Foothold; 2], stands: &[Stand; 2], fitting: &mut Fitting) -> bool {
         let mode = single_mode(&footholds[stance]);
         let other = &footholds[1 - stance];
-        let Ok(place) = Place::new(self.body(), gait, &footholds[stance], other, &mut 0) else { return false };
+        let Ok(place) = Place::new(self.body(), gait, &footholds[stance], other) else { return false };
         let leg = &self.body().legs[1 - stance];
         let mut seed = place.placed;
         (0..STRETCHES).rev().all(|stretch| {
@@ -156,7 +156,7 @@ impl Probe {
     fn shift_holds(&self, gait: &Gait, footholds: &[Foothold; 2], stands: &[Stand; 2], fitting: &mut Fitting) -> bool {
         let body = self.body();
         let mode = double_mode(&footholds[0], &footholds[1]);
-        let over = |limb: usize| configuration(body, gait, &footholds[limb], &footholds[1 - limb], &mut 0);
+        let over = |limb: usize| configuration(body, gait, &footholds[limb], &footholds[1 - limb]);
         let (Ok(left), Ok(right)) = (over(0), over(1)) else { return false };
         let mut seed: State = left;
         (0..=SHIFT_SAMPLES).all(|sample| {

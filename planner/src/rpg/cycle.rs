@@ -87,13 +87,10 @@ impl Planner {
             self.round.begin_sampling(&self.roadmap, segment, next);
         }
         let done_at = segment.sequence.len();
-        let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Sample { next, failed }) };
+        let Some((round, failed)) = self.advance_round(failed, budget)? else { return Ok(Phase::Sample { next, failed }) };
         self.tally.transitions_found += u64::from(round.found);
-        let failed = failed || round.failures > 0;
-        if round.next < done_at {
-            return Ok(Phase::Sample { next: round.next, failed });
-        }
         match (failed, self.purpose) {
+            _ if round.next < done_at => Ok(Phase::Sample { next: round.next, failed }),
             (false, _) => Ok(Phase::Move { next: 0, failed: false }),
             (true, Purpose::Shorten) => self.shorten(),
             (true, Purpose::Find | Purpose::Join) => self.after_failure(),
@@ -107,22 +104,20 @@ impl Planner {
             self.round.begin_motions(&self.shared, &mut self.roadmap, segment, next);
         }
         let done_at = segment.sequence.len() + 1;
-        let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Move { next, failed }) };
+        let Some((round, failed)) = self.advance_round(failed, budget)? else { return Ok(Phase::Move { next, failed }) };
         self.tally.motions_found += u64::from(round.found);
-        let failed = failed || round.failures > 0;
-        if round.next < done_at {
-            return Ok(Phase::Move { next: round.next, failed });
-        }
         match (failed, self.purpose) {
+            _ if round.next < done_at => Ok(Phase::Move { next: round.next, failed }),
             (false, _) => self.shorten_or_complete(),
-            (true, Purpose::Find) => Ok(Phase::Sequence { purpose: Purpose::Join, begun: false }),
+            (true, Purpose::Find) => Ok(Phase::seek(Purpose::Join)),
             (true, Purpose::Join) => self.after_failure(),
             (true, Purpose::Shorten) => self.shorten(),
         }
     }
 
-    /// Advances the round as far as a budget allows; answers what it did, once all its searches have ended.
-    fn advance_round(&mut self, budget: u64) -> Result<Option<RoundTally>, ArenaFull> {
+    /// Advances the round as far as a budget allows; answers what it did, and whether any of its searches or, as `failed` says, an
+    /// earlier one has failed, once all have ended.
+    fn advance_round(&mut self, failed: bool, budget: u64) -> Result<Option<(RoundTally, bool)>, ArenaFull> {
         let spent = self.round.advance(&self.shared, &self.roadmap, budget);
         self.tally.work += spent;
         if spent == budget {
@@ -133,6 +128,7 @@ impl Planner {
         for (total, count) in self.tally.rejections.iter_mut().zip(round.rejections) {
             *total += count;
         }
-        Ok(Some(round))
+        let failed = failed || round.failures > 0;
+        Ok(Some((round, failed)))
     }
 }

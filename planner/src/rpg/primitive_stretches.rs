@@ -7,10 +7,10 @@
 use surefoot_shared_types::message::SupportMode;
 
 use super::{Phase, Planner};
+use crate::arena::reserve;
 use crate::body::{Body, Configuration};
 use crate::ends::End;
-use crate::motion::foothold::Foothold;
-use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
+use crate::motion::graph::{ArenaFull, Graph, TransitionId};
 use crate::motion::primitive::Emission;
 use crate::motion::roadmap::Hop;
 use crate::motion::sequence::Purpose;
@@ -19,8 +19,6 @@ use crate::prepare::is_whole;
 
 /// Most waypoints of one primitive.
 const WAYPOINTS_MAX: usize = 512;
-/// What follows when the route has its primitives.
-const SEARCH: Phase = Phase::Sequence { purpose: Purpose::Find, begun: false };
 
 /// Where pi_S is along the route, and what it emits into, allocated once.
 #[derive(Debug)]
@@ -32,7 +30,7 @@ pub struct Primitives {
 
 impl Default for Primitives {
     fn default() -> Self {
-        Self { walker: None, emitted: None, track: Vec::with_capacity(WAYPOINTS_MAX) }
+        Self { walker: None, emitted: None, track: reserve(WAYPOINTS_MAX) }
     }
 }
 
@@ -127,7 +125,7 @@ fn leads(route: &Route, station: usize) -> Option<[bool; 2]> {
 impl Planner {
     /// Where to go on once all placements are connected: to the primitives of a new route, else to the search.
     pub(super) fn after_connecting(&self) -> Phase {
-        if self.primitives.walker.is_some() { Phase::Primitive } else { SEARCH }
+        if self.primitives.walker.is_some() { Phase::Primitive } else { Phase::seek(Purpose::Find) }
     }
 
     /// Emits the next waypoint of the motions along the route's possible edges, or begins the next motion.
@@ -144,7 +142,7 @@ impl Planner {
     fn begin_motion(&mut self) -> Result<Phase, ArenaFull> {
         let Some([from, to]) = self.primitives.walker.as_mut().and_then(|walker| walker.next(self.growth.route())) else {
             self.primitives.walker = None;
-            return Ok(SEARCH);
+            return Ok(Phase::seek(Purpose::Find));
         };
         let [Some(from), Some(to)] = [self.transition_on(from)?, self.transition_on(to)?] else { return Ok(Phase::Primitive) };
         if self.roadmap.edges.get(from, to).motion.is_some() {
@@ -184,7 +182,7 @@ impl Planner {
     /// The transition on two placements, added if the graph does not have it; `None` where it has not both placements.
     fn transition_on(&mut self, node: Node) -> Result<Option<TransitionId>, ArenaFull> {
         let graph = &mut self.roadmap.graph;
-        let [Some(stance), Some(other)] = node.map(|placed| foothold_on(graph, &placed)) else { return Ok(None) };
+        let [Some(stance), Some(other)] = node.map(|placed| graph.identical(placed.limb, &placed.world_from_sole)) else { return Ok(None) };
         if graph.find(stance, other).is_none() {
             graph.connect(stance, other)?;
         }
@@ -195,7 +193,7 @@ impl Planner {
     fn merge_motion(&mut self, hop: Hop, emission: &Emission) -> Result<(), ArenaFull> {
         for (id, state) in [hop.from, hop.to].into_iter().zip(emission.ends()) {
             match self.roadmap.graph.configuration(id) {
-                Some(known) if !is_same(known, &state.configuration) => return Ok(()),
+                Some(known) if known != &state.configuration => return Ok(()),
                 Some(_) => {}
                 None => self.roadmap.record_configuration(id, state)?,
             }
@@ -204,15 +202,6 @@ impl Planner {
         self.tally.primitives += 1;
         Ok(())
     }
-}
-
-fn is_same(a: &Configuration, b: &Configuration) -> bool {
-    (a.world_from_root, a.q) == (b.world_from_root, b.q)
-}
-
-fn foothold_on(graph: &Graph, placed: &Placed) -> Option<FootholdId> {
-    let is_it = |known: &Foothold| known.limb == placed.limb && known.world_from_sole == placed.world_from_sole;
-    graph.footholds().iter().position(is_it).map(|index| index as FootholdId)
 }
 
 /// The pair on which the robot stands at an end, if it does so on both feet.

@@ -12,7 +12,7 @@ const END_RADIUS: f64 = 0.6;
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
     pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::Sequence { purpose: Purpose::Find, begun: false }) };
+        let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::seek(Purpose::Find)) };
         let segment = self.cuts.segment(self.search.sequence());
         let sequence = segment.sequence;
         let unsolved = |index: &usize| self.roadmap.is_unsolved(segment, *index);

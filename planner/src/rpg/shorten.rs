@@ -46,7 +46,7 @@ impl Planner {
     /// Looks for the cheapest sequence over the placements in use, if rounds are left.
     pub(super) fn shorten(&mut self) -> Result<Phase, ArenaFull> {
         if self.shortening.rounds < self.shortening.rounds_max {
-            return Ok(Phase::Sequence { purpose: Purpose::Shorten, begun: false });
+            return Ok(Phase::seek(Purpose::Shorten));
         }
         self.keep_best()
     }

@@ -2,7 +2,6 @@
 
 use std::num::NonZeroUsize;
 
-use surefoot_planner::ends::supported_anew;
 use surefoot_planner::prepare::Preparation;
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::{Mark, Scenario};
@@ -87,7 +86,7 @@ impl Task {
     ) -> Result<Planner, PlannerError> {
         let mut planner = Planner::new(model, &self.world, &self.scenario, preparation, threads)?;
         if let Some(standing) = &self.standing {
-            planner.begin_at(&supported_anew(&planner.constraints().body, &self.world, standing)?);
+            planner.begin_at(&self.world, standing)?;
         }
         for missing in self.corrections.iter().filter(|correction| correction.known_kind() == Some(CorrectionKind::ContactMissing)) {
             let [half_length, half_width, _] = missing.half_extents;

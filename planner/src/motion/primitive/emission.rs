@@ -47,8 +47,8 @@ impl Emission {
     /// # Errors
     /// A leg does not reach: not where C_S holds.
     pub fn swing(constraints: &Constraints, gait: &Gait, stance: &Foothold, [from, to]: [&Foothold; 2]) -> Result<Self, Rejection> {
-        let back = Place::new(&constraints.body, gait, stance, from, &mut 0)?;
-        let place = back.onto(&constraints.body, gait, stance, to, &mut 0)?;
+        let back = Place::new(&constraints.body, gait, stance, from)?;
+        let place = back.onto(&constraints.body, gait, stance, to)?;
         let ends = [back.placed, place.placed];
         Ok(Self::begin(Course::Swing { back, place }, ends))
     }
@@ -58,8 +58,8 @@ impl Emission {
     /// # Errors
     /// As [`Emission::swing`].
     pub fn shift(constraints: &Constraints, gait: &Gait, [from, to]: [&Foothold; 2]) -> Result<Self, Rejection> {
-        let first = configuration(&constraints.body, gait, from, to, &mut 0)?;
-        let last = configuration(&constraints.body, gait, to, from, &mut 0)?;
+        let first = configuration(&constraints.body, gait, from, to)?;
+        let last = configuration(&constraints.body, gait, to, from)?;
         Ok(Self::begin(Course::Shift, [first, last]))
     }
 

@@ -44,22 +44,22 @@ impl Place {
     ///
     /// # Errors
     /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
-    pub fn new(body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
+    pub fn new(body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold) -> Result<Self, Rejection> {
         let stance_stand = Stand::of(&body.legs[stance.limb], &stance.world_from_sole);
         let neutral_sole = neutral_sole(gait, &stance_stand, other.limb);
-        let neutral = settled(body, gait, stance, &neutral_sole, stance_stand.yaw, work)?;
-        Self::beside(neutral, body, gait, stance, other, work)
+        let neutral = settled(body, gait, stance, &neutral_sole, stance_stand.yaw)?;
+        Self::beside(neutral, body, gait, stance, other)
     }
 
     /// The place over the same stance foot onto another placement.
     ///
     /// # Errors
     /// As [`Place::new`].
-    pub fn onto(&self, body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
-        Self::beside(self.neutral, body, gait, stance, other, work)
+    pub fn onto(&self, body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold) -> Result<Self, Rejection> {
+        Self::beside(self.neutral, body, gait, stance, other)
     }
 
-    fn beside(neutral: State, body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<Self, Rejection> {
+    fn beside(neutral: State, body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold) -> Result<Self, Rejection> {
         let limb = other.limb;
         let leg = &body.legs[limb];
         let stance_stand = Stand::of(&body.legs[stance.limb], &stance.world_from_sole);
@@ -76,7 +76,7 @@ impl Place {
             lifted,
             other.world_from_sole,
         ];
-        let placed = configuration(body, gait, stance, other, work)?;
+        let placed = configuration(body, gait, stance, other)?;
         Ok(Self { limb, neutral, placed, knots })
     }
 
@@ -111,19 +111,19 @@ fn neutral_sole(gait: &Gait, stance: &Stand, limb: usize) -> Pose {
 ///
 /// # Errors
 /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
-pub fn configuration(body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold, work: &mut u64) -> Result<State, Rejection> {
+pub fn configuration(body: &Body, gait: &Gait, stance: &Foothold, other: &Foothold) -> Result<State, Rejection> {
     let yaw = mean_yaw(stance.world_from_sole.rotation, other.world_from_sole.rotation);
-    settled(body, gait, stance, &other.world_from_sole, yaw, work)
+    settled(body, gait, stance, &other.world_from_sole, yaw)
 }
 
-fn settled(body: &Body, gait: &Gait, stance: &Foothold, other_sole: &Pose, yaw: f64, work: &mut u64) -> Result<State, Rejection> {
+fn settled(body: &Body, gait: &Gait, stance: &Foothold, other_sole: &Pose, yaw: f64) -> Result<State, Rejection> {
     let mut world_from_soles = [*other_sole; 2];
     world_from_soles[stance.limb] = stance.world_from_sole;
     let side = side_of(stance.limb);
     let world_from_root = rotation_about(DVec3::Z, yaw) * rotation_about(DVec3::X, -side * gait.roll);
     let inward = rotation_about(DVec3::Z, yaw_of(stance.world_from_sole.rotation)) * (-side * gait.lean * DVec3::Y);
     let posture = Posture { world_from_root, reach_share: gait.reach_share, com: stance.region.centroid() + inward.truncate() };
-    let (configuration, _) = settle(body, &world_from_soles, &posture, body.standing_q, work)?;
+    let (configuration, _) = settle(body, &world_from_soles, &posture, body.standing_q)?;
     Ok(State { configuration, world_from_soles })
 }
 
