@@ -470,11 +470,15 @@ impl Planner {
     }
 
     fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
+        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         if next as usize == self.roadmap.graph.footholds().len() {
+            if let Some(id) = self.roadmap.graph.next_to_judge() {
+                [id, Graph::twin(id)].into_iter().try_for_each(|id| seeding.judge(id, &mut self.roadmap.graph))?;
+                return Ok(Phase::Connect { next });
+            }
             let is_located = self.locate_next();
             return Ok(if is_located { Phase::Connect { next } } else { self.after_connecting() });
         }
-        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         seeding.connect(next, self.step_max(), &mut self.roadmap.graph)?;
         self.roadmap.graph.mark_connected(next);
         Ok(Phase::Connect { next: next + 1 })

@@ -9,8 +9,10 @@ use surefoot_shared_types::spatial::rotation_about;
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
-use crate::motion::foothold::Foothold;
-use crate::motion::graph::{ArenaFull, FootholdId, Graph};
+use crate::motion::foothold::{Foothold, single_mode};
+use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
+use crate::motion::sampling::ATTEMPTS_MAX;
+use crate::motion::transition::{TransitionPair, is_reached};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
@@ -170,6 +172,19 @@ impl Seeding<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Makes a transition as dear as if it had been sampled in vain, if no primitive posture reaches both its placements: what
+    /// inverse kinematics fails at is of low priority [Grey 4.4.2].
+    ///
+    /// # Errors
+    /// None: an arena is needed for what is found only.
+    pub fn judge(&self, id: TransitionId, graph: &mut Graph) -> Result<(), ArenaFull> {
+        let (stance, other) = graph.pair(id);
+        if is_reached(self.constraints, &single_mode(stance), TransitionPair { stance, other }) {
+            return Ok(());
+        }
+        graph.record_attempts(id, ATTEMPTS_MAX, None)
     }
 
     /// Whether the two feet would intersect on these placements: such a transition can not exist [Grey 4.4.2].

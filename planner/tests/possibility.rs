@@ -12,13 +12,31 @@ use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::possibility::{Context, Growth, Label, Progress, Station, Torso};
 use surefoot_planner::prepare::Preparation;
 
-/// A case, compiled for stage P alone.
-struct Compiled {
+/// What stage P reads.
+struct Site {
     case: Case,
     constraints: Constraints,
     surfaces: Surfaces,
     torso: Torso,
     preparation: Preparation<'static>,
+}
+
+impl Site {
+    fn context(&self, seed: u64) -> Context<'_> {
+        Context {
+            constraints: &self.constraints,
+            surfaces: &self.surfaces,
+            torso: &self.torso,
+            preparation: &self.preparation,
+            seed,
+            feet_apart: self.case.scenario.start.feet_apart,
+        }
+    }
+}
+
+/// A case, compiled for stage P alone.
+struct Compiled {
+    site: Site,
     scratch: Scratch,
     growth: Growth,
 }
@@ -35,19 +53,12 @@ impl Compiled {
         let bounds = collision.world_bounds();
         let growth = Growth::new(&case.scenario.start, &case.scenario.goal, config.station_spacing, 4096, &bounds);
         let constraints = Constraints { body, collision, config: config.clone() };
-        Self { case, constraints, surfaces, torso, preparation, scratch, growth }
+        Self { site: Site { case, constraints, surfaces, torso, preparation }, scratch, growth }
     }
 
     /// Advances to a route or to the end of all samples; answers which, and the work spent.
     fn grow(&mut self, seed: u64) -> (Progress, u64) {
-        let context = Context {
-            constraints: &self.constraints,
-            surfaces: &self.surfaces,
-            torso: &self.torso,
-            preparation: &self.preparation,
-            seed,
-            feet_apart: self.case.scenario.start.feet_apart,
-        };
+        let context = self.site.context(seed);
         let mut work = 0;
         loop {
             let progress = self.growth.advance(&context, &mut self.scratch);
@@ -74,7 +85,7 @@ fn walled(seed: u64) -> (Compiled, Progress, u64) {
 fn an_open_floor_is_crossed_straight_without_a_sample() {
     let mut compiled = Compiled::new(Case::shipped("flat_walk"));
     assert_eq!(compiled.grow(1).0, Progress::Route);
-    let (start, goal) = (compiled.case.scenario.start, compiled.case.scenario.goal);
+    let (start, goal) = (compiled.site.case.scenario.start, compiled.site.case.scenario.goal);
     let stations = compiled.stations();
     assert_eq!((stations[0], stations[stations.len() - 1]), (Station::on(&start), Station::on(&goal)));
     assert!(stations.iter().all(|station| station.position.y.abs() < 0.05), "{stations:?}");
@@ -100,6 +111,22 @@ fn stations_are_within_a_step_of_each_other_and_have_placements_for_both_feet() 
             let placements = compiled.growth.placements(index);
             assert!([0, 1].iter().all(|&limb| placements.iter().any(|placed| placed.limb == limb)), "station {index}");
         }
+    }
+}
+
+#[test]
+fn a_gap_that_no_step_bridges_is_not_on_a_route() {
+    for seed in 1..4 {
+        let mut compiled = Compiled::new(Case::shipped("jungle_gym_spiral_route"));
+        assert_eq!(compiled.grow(seed).0, Progress::Route);
+        let context = compiled.site.context(seed);
+        let (mut long, route) = (0, compiled.stations());
+        for (index, pair) in route.windows(2).enumerate().skip(1).filter(|(index, _)| index + 2 < route.len()) {
+            let [from, to] = [index, index + 1].map(|station| compiled.growth.placements(station));
+            long += usize::from(pair[0].way_to(&pair[1]).length() > 1.5 * compiled.site.case.scenario.planner.station_spacing);
+            assert!(context.has_step_between(from, to), "seed {seed}, station {index}: {pair:?}");
+        }
+        assert!(long > 0, "no gap was bridged");
     }
 }
 

@@ -100,6 +100,7 @@ pub struct Graph {
     transitions: Vec<Transition>,
     configurations: Vec<Configuration>,
     connected: FootholdId,
+    judged: TransitionId,
 }
 
 /// Two placements of one foot closer than this are one, m.
@@ -117,6 +118,7 @@ impl Graph {
             transitions: reserve(transitions_max),
             configurations: reserve(configurations_max),
             connected: 0,
+            judged: 0,
         }
     }
 
@@ -264,6 +266,14 @@ impl Graph {
     /// Notes that all placements up to this one are connected.
     pub fn mark_connected(&mut self, foothold: FootholdId) {
         self.connected = foothold + 1;
+    }
+
+    /// The next transition of which, like of its twin, it is not known yet whether it is likely; `None` when all are judged.
+    pub fn next_to_judge(&mut self) -> Option<TransitionId> {
+        let next = self.judged;
+        let is_new = (next as usize) < self.transitions.len();
+        self.judged += if is_new { 2 } else { 0 };
+        is_new.then_some(next)
     }
 
     /// Bytes reserved.

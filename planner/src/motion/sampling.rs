@@ -13,7 +13,7 @@ use crate::motion::transition::{self, TransitionPair, world_from_soles};
 use crate::motion::workspace::Workspace;
 
 /// Attempts at one transition in one round.
-const ATTEMPTS_MAX: u32 = 24;
+pub const ATTEMPTS_MAX: u32 = 24;
 
 /// A configuration for a transition, and the same with the touched foot lifted.
 #[derive(Debug, Clone, Copy)]

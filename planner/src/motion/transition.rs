@@ -88,6 +88,19 @@ pub fn sample(
     Ok(configuration)
 }
 
+/// Whether a primitive posture brings both soles to their placements, the centre of mass where the stance can carry it
+/// [Grey 4.4.2]. `mode` is the single-support mode of the stance placement. Where none does, another posture may: a pair that is
+/// not reached is unlikely, not impossible.
+pub fn is_reached(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
+    let (body, soles) = (&constraints.body, world_from_soles(pair));
+    let mut draws = Random::new(0, Stream::Transition, 0, 0);
+    let mut snapshot = Snapshot::default();
+    (0..PRIMITIVES.len() as u64).any(|primitive| {
+        let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), primitive, &mut draws);
+        settle_into(body, &soles, &posture, free, &mut snapshot).is_ok()
+    })
+}
+
 /// Puts the robot over its soles in the wished-for posture: the root shifts until the centre of mass is where it shall be.
 ///
 /// # Errors

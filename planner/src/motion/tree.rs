@@ -13,8 +13,8 @@ use crate::motion::trees::TreeNode;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 
-/// Samples drawn in one search; the trees are kept for the next one.
-const SAMPLES_MAX: u32 = 128;
+/// Samples drawn in the first search between two states, and in each later one; the trees are kept for the next one.
+const SAMPLES_MAX: [u32; 2] = [64, 128];
 /// Waypoints added by one extension toward a sample.
 const EXTENSION_MAX: u32 = 24;
 /// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.
@@ -35,6 +35,7 @@ const FREE_SPREAD: f64 = 0.6;
 pub struct Growing {
     random: Random,
     sample: u32,
+    samples_max: u32,
     /// The tree that grows: after each sample it is the other's turn.
     side: usize,
     aim: Aim,
@@ -58,7 +59,8 @@ impl Growing {
     /// Begins.
     pub fn new(problem: &Problem) -> Self {
         let random = Random::new(problem.random.0, Stream::SingleMode, problem.random.1, u64::from(problem.failures));
-        Self { random, sample: 0, side: 0, aim: Aim::Choose, parent: 0, added: 0 }
+        let samples_max = SAMPLES_MAX[usize::from(problem.failures > 0)];
+        Self { random, sample: 0, samples_max, side: 0, aim: Aim::Choose, parent: 0, added: 0 }
     }
 
     /// How often it tried to extend a tree.
@@ -138,7 +140,7 @@ impl Growing {
         *follower = None;
         self.aim = Aim::Choose;
         self.sample += 1;
-        if self.sample < SAMPLES_MAX { Ok(false) } else { Err(why) }
+        if self.sample < self.samples_max { Ok(false) } else { Err(why) }
     }
 
     /// Writes the way from the first tree's root over both tips, which are the same state, to the second tree's root.

@@ -1,6 +1,6 @@
 //! Growing a branch of Gamma_P station by station toward a target.
 
-use super::stance::{Context, Stance, Wish};
+use super::stance::{Context, Placed, Stance, Wish};
 use super::station::Station;
 use crate::foot_placement::Scratch;
 use crate::kinematics::Leg;
@@ -33,6 +33,15 @@ pub struct Extension {
     pub spacing: f64,
 }
 
+/// Where a branch ends so far.
+#[derive(Debug, Clone, Copy)]
+pub struct Tip<'a> {
+    /// The station.
+    pub station: &'a Station,
+    /// The placements there; none where they are not known.
+    pub placements: &'a [Placed],
+}
+
 /// What one step of a branch came to.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
@@ -47,7 +56,7 @@ pub enum Step {
 
 impl Extension {
     /// Grows the branch by one station from its tip. `name` is the query's in the random stream.
-    pub fn step(&self, context: &Context<'_>, tip: &Station, name: u64, scratch: &mut Scratch) -> Step {
+    pub fn step(&self, context: &Context<'_>, Tip { station: tip, placements }: Tip<'_>, name: u64, scratch: &mut Scratch) -> Step {
         if self.arrives(context, tip) {
             return Step::Arrived;
         }
@@ -66,7 +75,11 @@ impl Extension {
                 let nearer = tip.way_to(&self.target).length() - stance.station.way_to(&self.target).length();
                 nearer >= PROGRESS_MIN * self.spacing.min(tip.way_to(&wished).length())
             };
-            if advances && self.can_climb(context, tip, &stance.station) && context.has_room_between(tip, &stance.station, self.relaxed) {
+            if advances
+                && self.can_climb(context, tip, &stance.station)
+                && context.has_room_between(tip, &stance.station, self.relaxed)
+                && context.has_step_between(placements, &stance.placements)
+            {
                 return Step::Grown(stance);
             }
         }

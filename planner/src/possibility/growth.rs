@@ -2,7 +2,7 @@
 
 use surefoot_shared_types::config::Mark;
 
-use super::extension::{Extension, Step};
+use super::extension::{Extension, Step, Tip};
 use super::label::Label;
 use super::route::Route;
 use super::stance::{Context, Pair, Placed, Stance};
@@ -92,7 +92,7 @@ struct Branch {
     from: usize,
     to: usize,
     first: u32,
-    tip: Station,
+    tip: Vertex,
 }
 
 /// What an arrival means.
@@ -270,14 +270,15 @@ impl Growth {
         match self.activity {
             Activity::Sampling => self.sample(context.seed),
             Activity::Extending { tree, tip, added, extension, ending } => {
-                let at = self.trees[tree][tip as usize].station;
-                let step = extension.step(context, &at, self.next_query(), scratch);
+                let name = self.next_query();
+                let step = extension.step(context, tip_at(&self.trees[tree][tip as usize], &self.placements), name, scratch);
                 self.extended((tree, tip, added), extension, ending, step, context);
             }
             Activity::Straightening { tried, branch: None } => self.next_shortcut(context.seed, tried),
             Activity::Straightening { tried, branch: Some(branch) } => {
                 let extension = self.shortcut(&branch);
-                let step = extension.step(context, &branch.tip, self.next_query(), scratch);
+                let name = self.next_query();
+                let step = extension.step(context, tip_at(&branch.tip, &self.placements), name, scratch);
                 self.straightened(tried, branch, step);
             }
             Activity::Labelling | Activity::Over(_) => {}
@@ -468,7 +469,7 @@ impl Growth {
         let mut random = Random::new(seed, Stream::Possibility, u64::from(tried) | 1 << 40, self.generation);
         let from = random.below(stations - SHORTCUT_SPAN_MIN);
         let to = from + SHORTCUT_SPAN_MIN + random.below(stations - SHORTCUT_SPAN_MIN - from);
-        let (first, tip) = (self.trees[0].len() as u32, self.route.vertices[from].station);
+        let (first, tip) = (self.trees[0].len() as u32, self.route.vertices[from]);
         self.activity = Activity::Straightening { tried: tried + 1, branch: Some(Branch { from, to, first, tip }) };
     }
 
@@ -481,7 +482,7 @@ impl Growth {
         let is_shorter = grown + 1 < branch.to - branch.from;
         self.activity = match step {
             Step::Grown(stance) if is_shorter && !self.is_given_up(&stance.station) && self.add(0, 0, &stance).is_some() => {
-                branch.tip = stance.station;
+                branch.tip = self.trees[0][self.trees[0].len() - 1];
                 Activity::Straightening { tried, branch: Some(branch) }
             }
             Step::Arrived if is_shorter => {
@@ -515,6 +516,14 @@ impl Growth {
         self.spare[joined].is_crossed = false;
         std::mem::swap(&mut self.spare, &mut self.route.vertices);
     }
+}
+
+/// A vertex as the end of a branch, with its placements, or at least those that it stands on.
+fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [Placed]) -> Tip<'a> {
+    let (first, count) = vertex.placements;
+    let known =
+        if count > 0 { &placements[first as usize..(first + count) as usize] } else { vertex.pair.as_ref().map_or(&[][..], |pair| pair) };
+    Tip { station: &vertex.station, placements: known }
 }
 
 /// Appends a vertex and those it was reached from, the root last.

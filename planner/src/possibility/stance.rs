@@ -10,6 +10,8 @@ use super::torso::{Room, Torso};
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
+use crate::motion::foothold::{Foothold, single_mode};
+use crate::motion::transition::{TransitionPair, is_reached};
 use crate::prepare::{Preparation, is_whole};
 
 /// How far below and above the ideal a placement may be, m.
@@ -110,6 +112,24 @@ impl Context<'_> {
     pub fn has_room_between(&self, from: &Station, to: &Station, relaxed: bool) -> bool {
         let pieces = libm::ceil(from.position.distance(to.position) / ROOM_STEP).max(2.0);
         (1..pieces as usize).all(|piece| self.has_room(&from.toward_share(to, piece as f64 / pieces), relaxed))
+    }
+
+    /// Whether a step leads from one of these placements to one of those, by inverse kinematics [Grey 4.4.2]: the robot touches the
+    /// new one, and then stands on it with the old one still touched. True where no placements are known.
+    pub fn has_step_between(&self, from: &[Placed], to: &[Placed]) -> bool {
+        let foothold = |placed: &Placed| {
+            let sole = self.constraints.body.sole_polygons[placed.limb].iter().copied().collect();
+            Foothold::new(placed.limb, placed.world_from_sole, sole)
+        };
+        let is_step = |stance: &Foothold, other: &Foothold| {
+            let reaches = |stance, other| is_reached(self.constraints, &single_mode(stance), TransitionPair { stance, other });
+            reaches(stance, other) && reaches(other, stance)
+        };
+        from.is_empty()
+            || from.iter().any(|from| {
+                let stance = foothold(from);
+                to.iter().filter(|to| to.limb != from.limb).any(|to| is_step(&stance, &foothold(to)))
+            })
     }
 
     fn find_placements(&self, wish: &Wish, limb: usize, placements: &mut heapless::Vec<Placed, PLACEMENTS_MAX>, scratch: &mut Scratch) {

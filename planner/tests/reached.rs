@@ -1,0 +1,95 @@
+//! What inverse kinematics says about pairs of placements: a hint that makes a transition dear, never a verdict.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
+mod common;
+
+use common::Case;
+use glam::DVec3;
+use surefoot_planner::body::Body;
+use surefoot_planner::collision::CollisionModel;
+use surefoot_planner::constraint::{Constraints, Rejection};
+use surefoot_planner::ends::{End, stand_on};
+use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use surefoot_planner::motion::foothold::{Foothold, single_mode};
+use surefoot_planner::motion::graph::Graph;
+use surefoot_planner::motion::sampling::ATTEMPTS_MAX;
+use surefoot_planner::motion::transition::{TransitionPair, is_reached, sample};
+use surefoot_planner::seeding::Seeding;
+use surefoot_shared_types::Pose;
+
+/// How many primitive postures a sampling begins with.
+const PRIMITIVES: u64 = 12;
+
+struct Stand {
+    constraints: Constraints,
+    surfaces: Surfaces,
+    end: End,
+}
+
+fn stand() -> Stand {
+    let case = Case::shipped("flat_walk");
+    let config = case.scenario.planner.clone();
+    let body = Body::new(&case.model, &config).unwrap();
+    let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
+    let constraints = Constraints { body, collision, config };
+    let placement = FootPlacementConfig::default();
+    let mut scratch = Scratch::new(&placement);
+    let surfaces = Surfaces::new(&case.world, placement).unwrap();
+    let end = stand_on(&constraints, &surfaces, &mut scratch, &case.scenario.start).unwrap();
+    Stand { constraints, surfaces, end }
+}
+
+impl Stand {
+    /// The right foot's placement, moved (m).
+    fn right(&self, by: DVec3) -> Foothold {
+        let foothold = &self.end.footholds[1];
+        let pose = foothold.world_from_sole;
+        Foothold::new(1, Pose::from_parts(pose.translation + by, pose.rotation), foothold.support.clone())
+    }
+
+    fn is_reached(&self, other: &Foothold) -> bool {
+        let stance = &self.end.footholds[0];
+        is_reached(&self.constraints, &single_mode(stance), TransitionPair { stance, other })
+    }
+}
+
+#[test]
+fn what_no_posture_reaches_is_dear_and_not_forbidden() {
+    let stand = stand();
+    let (near, far) = (stand.right(DVec3::new(0.25, 0.0, 0.0)), stand.right(DVec3::new(0.85, 0.0, 0.0)));
+    assert!(stand.is_reached(&near) && !stand.is_reached(&far));
+    let mut graph = Graph::new(3, 4, 1);
+    let [left, near, far] = [stand.end.footholds[0].clone(), near, far].map(|foothold| graph.add_foothold(foothold).unwrap());
+    graph.connect(left, near).unwrap();
+    graph.connect(left, far).unwrap();
+    let seeding = Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, seed: 1 };
+    while let Some(id) = graph.next_to_judge() {
+        for id in [id, Graph::twin(id)] {
+            seeding.judge(id, &mut graph).unwrap();
+        }
+    }
+    let attempts = |other| graph.transitions()[graph.find(left, other).unwrap() as usize].attempts;
+    assert_eq!([attempts(near), attempts(far)], [1, 1 + ATTEMPTS_MAX]);
+}
+
+#[test]
+fn what_is_not_reached_fails_as_unreachable_in_every_primitive_posture() {
+    let stand = stand();
+    let (stance, mut unreached) = (&stand.end.footholds[0], 0);
+    let mode = single_mode(stance);
+    for index in 0..400 {
+        let by = DVec3::new(-0.9 + 0.1 * f64::from(index % 19), -0.4 + 0.1 * f64::from(index % 7), -0.2 + 0.1 * f64::from(index % 5));
+        let other = stand.right(by);
+        if stand.is_reached(&other) {
+            continue;
+        }
+        unreached += 1;
+        let pair = TransitionPair { stance, other: &other };
+        for attempt in 0..PRIMITIVES {
+            let found = sample(&stand.constraints, &mode, pair, (1, 0), attempt).map(|_| ());
+            assert!(matches!(found, Err(Rejection::Unreachable | Rejection::Balance)), "{by}: {found:?}");
+        }
+    }
+    assert!((50..350).contains(&unreached), "{unreached} of 400 pairs are not reached");
+}
