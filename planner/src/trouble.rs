@@ -1,8 +1,8 @@
 //! What to do where stage M does not get on, and where along the route [Grey 4.4.4].
 //!
-//! New placements bring new cheap sequences that distract from old ones. So they are added only after many sequences have
-//! failed, ever more rarely, and only near the trouble: first along the segment with the feet wider apart, then at random, then along a detour, then
-//! along another route.
+//! New placements bring new cheap sequences that distract from old ones. So they are added only once the cheapest sequence has a
+//! transition that costs more than is acceptable, or many sequences have failed, ever more rarely, and only near the trouble:
+//! first along the segment with the feet wider apart, then at random, then along a detour, then along another route.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -10,10 +10,16 @@ use surefoot_shared_types::spatial::yaw_of;
 
 use crate::arena::reserve;
 use crate::motion::graph::{Graph, TransitionId};
+use crate::motion::mode_costs::{ModeCosts, ModeId};
 use crate::possibility::{Route, Station};
 
 /// Failed sequences after which more placements are sampled, at first and at the most.
 const PATIENCE: [u32; 2] = [48, 192];
+/// What a transition of the cheapest sequence may cost before more placements are sampled, at first and at the most, m3: one
+/// that no posture reaches, some 0.7 m long, is beyond the first from its beginning.
+const ACCEPTABLE_COST: [f64; 2] = [8.0, 24.0];
+/// Sequences that are tried however dear they are.
+const DEAR_SEQUENCES: u32 = 8;
 /// Stations on either side of a trouble that get more placements.
 const WINDOW: usize = 2;
 /// Stations on either side of a trouble that a detour replaces.
@@ -42,24 +48,27 @@ const REPEATED_FROM: usize = 1;
 pub struct Trouble {
     failed_sequences: u32,
     patience: u32,
+    acceptable_cost: f64,
     remedies: usize,
 }
 
 impl Default for Trouble {
     /// None so far.
     fn default() -> Self {
-        Self { failed_sequences: 0, patience: PATIENCE[0], remedies: 0 }
+        Self { failed_sequences: 0, patience: PATIENCE[0], acceptable_cost: ACCEPTABLE_COST[0], remedies: 0 }
     }
 }
 
 impl Trouble {
-    /// Counts a failed sequence; answers what to do, if patience is at its end.
-    pub fn sequence_failed(&mut self) -> Option<Remedy> {
+    /// Counts a failed sequence, of which the dearest transition costs so much (m3); answers what to do, if patience is at its end.
+    pub fn sequence_failed(&mut self, dearest: f64) -> Option<Remedy> {
         self.failed_sequences += 1;
-        if self.failed_sequences <= self.patience {
+        let is_too_dear = dearest > self.acceptable_cost && self.failed_sequences > DEAR_SEQUENCES;
+        if self.failed_sequences <= self.patience && !is_too_dear {
             return None;
         }
         self.failed_sequences = 0;
+        self.acceptable_cost = (2.0 * self.acceptable_cost).min(ACCEPTABLE_COST[1]);
         self.patience = (2 * self.patience).min(PATIENCE[1]);
         Some(self.next_remedy())
     }
@@ -130,6 +139,16 @@ pub fn detour_about([first, last]: [usize; 2], station: usize) -> Option<[usize;
     (ends != [first, last] && ends[0] < ends[1]).then_some(ends)
 }
 
+/// The mode along a sequence with the highest S(sigma), if any was searched in vain; the first of several.
+pub fn most_laboured(graph: &Graph, costs: &ModeCosts, sequence: &[TransitionId]) -> Option<ModeId> {
+    let modes = sequence.iter().flat_map(|&id| ModeId::of(graph, id));
+    let more = |best: Option<ModeId>, mode: ModeId| {
+        let least = best.map_or(1, |best| costs.attempts(best));
+        if costs.attempts(mode) > least { Some(mode) } else { best }
+    };
+    modes.fold(None, more)
+}
+
 /// Where a transition's feet stand.
 pub fn place_of(graph: &Graph, id: TransitionId) -> Station {
     let (stance, other) = graph.pair(id);
@@ -140,6 +159,8 @@ pub fn place_of(graph: &Graph, id: TransitionId) -> Station {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::foothold::Foothold;
+    use glam::DQuat;
 
     #[test]
     fn patience_grows_and_the_ways_out_take_turns() {
@@ -148,7 +169,7 @@ mod tests {
             .map(|_| {
                 let mut failures = 1;
                 loop {
-                    match trouble.sequence_failed() {
+                    match trouble.sequence_failed(0.0) {
                         Some(remedy) => break (failures, remedy),
                         None => failures += 1,
                     }
@@ -159,5 +180,30 @@ mod tests {
         assert_eq!(rounds[0], (PATIENCE[0] + 1, Remedy::Sweep));
         assert!(rounds[1..6].iter().any(|round| round.1 == Remedy::Detour) && rounds[6..].iter().any(|round| round.1 == Remedy::Reroute));
         assert!(rounds[1..].iter().all(|round| round.1 != Remedy::Sweep));
+    }
+
+    #[test]
+    fn what_is_too_dear_ends_patience_early_and_the_more_remedies_the_later() {
+        let failures = |trouble: &mut Trouble, cost: f64| (1..).find(|_| trouble.sequence_failed(cost).is_some()).unwrap();
+        let mut trouble = Trouble::default();
+        assert_eq!(failures(&mut trouble, 1.5 * ACCEPTABLE_COST[0]), DEAR_SEQUENCES + 1);
+        assert!(failures(&mut trouble, 1.5 * ACCEPTABLE_COST[0]) > PATIENCE[0], "acceptable now");
+        assert_eq!(failures(&mut trouble, 2.0 * ACCEPTABLE_COST[1]), DEAR_SEQUENCES + 1);
+    }
+
+    #[test]
+    fn the_most_laboured_mode_is_the_one_searched_in_vain_most() {
+        let mut graph = Graph::new(3, 4, 4);
+        let foothold = |limb, x| Foothold::new(limb, Pose::from_parts(DVec3::new(x, 0.0, 0.0), DQuat::IDENTITY), heapless::Vec::new());
+        let [left, right, ahead] = [(0, 0.0), (1, 0.1), (1, 0.3)].map(|(limb, x)| graph.add_foothold(foothold(limb, x)).unwrap());
+        graph.connect(left, right).unwrap();
+        graph.connect(left, ahead).unwrap();
+        let mut costs = ModeCosts::new(3, 4, 4);
+        let sequence = [graph.find(right, left).unwrap(), graph.find(left, ahead).unwrap()];
+        assert_eq!(most_laboured(&graph, &costs, &sequence), None, "nothing was searched");
+        costs.add_attempts(ModeId::Single(left), 7);
+        costs.add_attempts(ModeId::Single(right), 3);
+        assert_eq!(most_laboured(&graph, &costs, &sequence), Some(ModeId::Single(left)));
+        assert_eq!(most_laboured(&graph, &costs, &sequence[..1]), Some(ModeId::Single(right)), "of this sequence alone");
     }
 }

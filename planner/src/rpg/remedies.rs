@@ -1,10 +1,11 @@
 //! What the planner does where a segment cannot be completed.
 
 use super::{Phase, Planner, Purpose};
-use crate::motion::graph::ArenaFull;
+use crate::motion::graph::{ArenaFull, TransitionId};
+use crate::motion::mode_costs::ModeId;
 use crate::possibility::Station;
 use crate::seeding::Seeding;
-use crate::trouble::{Remedy, detour_about, nearest_station, place_of};
+use crate::trouble::{Remedy, detour_about, most_laboured, nearest_station, place_of};
 
 /// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
 const END_RADIUS: f64 = 0.6;
@@ -12,9 +13,11 @@ const END_RADIUS: f64 = 0.6;
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
     pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        let Some(remedy) = self.trouble.sequence_failed() else { return Ok(Phase::seek(Purpose::Find)) };
         let segment = self.cuts.segment(self.search.sequence());
         let sequence = segment.sequence;
+        let cost = |id: &TransitionId| self.roadmap.graph.transitions()[*id as usize].cost();
+        let dearest = sequence.iter().map(cost).fold(0.0, f64::max);
+        let Some(remedy) = self.trouble.sequence_failed(dearest) else { return Ok(Phase::seek(Purpose::Find)) };
         let unsolved = |index: &usize| self.roadmap.is_unsolved(segment, *index);
         let attempts = |index: &usize| self.roadmap.graph.transitions()[sequence[*index] as usize].attempts;
         let worst = (0..sequence.len()).filter(unsolved).max_by_key(attempts).unwrap_or(0);
@@ -73,12 +76,14 @@ impl Planner {
         }
     }
 
-    /// Samples placements about those of the sequence's transitions that have no configuration yet [Grey 4.4.4].
+    /// Samples placements about those of the sequence's transitions that have no configuration yet, and about those of the mode at
+    /// which the search has laboured most [Grey 4.4.4].
     fn sample_near_trouble(&mut self) -> Result<Phase, ArenaFull> {
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+        let most = most_laboured(&self.roadmap.graph, &self.roadmap.costs, self.search.sequence());
         for &id in self.search.sequence() {
             let transition = &self.roadmap.graph.transitions()[id as usize];
-            if transition.is_found() {
+            if transition.is_found() && most.is_none_or(|mode| !ModeId::of(&self.roadmap.graph, id).contains(&mode)) {
                 continue;
             }
             for foothold in [transition.stance, transition.other] {
