@@ -12,7 +12,7 @@ use crate::foot_query::FootQuery;
 use crate::motion::foothold::{Foothold, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{TransitionPair, is_reached};
+use crate::motion::transition::{TransitionPair, is_reached_apart};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
@@ -174,14 +174,14 @@ impl Seeding<'_> {
         Ok(())
     }
 
-    /// Makes a transition as dear as if it had been sampled in vain, if no primitive posture reaches both its placements: what
-    /// inverse kinematics fails at is of low priority [Grey 4.4.2].
+    /// Makes a transition as dear as if it had been sampled in vain, if no primitive posture reaches both its placements with
+    /// the legs apart: what inverse kinematics fails at is of low priority [Grey 4.4.2, figure 4.14].
     ///
     /// # Errors
     /// None: an arena is needed for what is found only.
     pub fn judge(&self, id: TransitionId, graph: &mut Graph) -> Result<(), ArenaFull> {
         let (stance, other) = graph.pair(id);
-        if is_reached(self.constraints, &single_mode(stance), TransitionPair { stance, other }) {
+        if is_reached_apart(self.constraints, &single_mode(stance), TransitionPair { stance, other }) {
             return Ok(());
         }
         graph.record_attempts(id, ATTEMPTS_MAX, None)

@@ -14,7 +14,7 @@ use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::foothold::{Foothold, single_mode};
 use surefoot_planner::motion::graph::Graph;
 use surefoot_planner::motion::sampling::ATTEMPTS_MAX;
-use surefoot_planner::motion::transition::{TransitionPair, is_reached, sample};
+use surefoot_planner::motion::transition::{TransitionPair, is_reached, is_reached_apart, sample};
 use surefoot_planner::seeding::Seeding;
 use surefoot_shared_types::Pose;
 
@@ -71,6 +71,17 @@ fn what_no_posture_reaches_is_dear_and_not_forbidden() {
     }
     let attempts = |other| graph.transitions()[graph.find(left, other).unwrap() as usize].attempts;
     assert_eq!([attempts(near), attempts(far)], [1, 1 + ATTEMPTS_MAX]);
+}
+
+#[test]
+fn legs_that_cross_are_as_dear_as_what_is_out_of_reach() {
+    let stand = stand();
+    let (stance, width) = (&stand.end.footholds[0], 0.35);
+    let other = stand.right(DVec3::new(0.3, width, 0.0));
+    let (mode, pair) = (single_mode(stance), TransitionPair { stance, other: &other });
+    assert!(is_reached(&stand.constraints, &mode, pair), "each leg by itself reaches its placement");
+    assert!(!is_reached_apart(&stand.constraints, &mode, pair), "the right foot is left of the left one");
+    assert!(is_reached_apart(&stand.constraints, &mode, TransitionPair { stance, other: &stand.end.footholds[1] }));
 }
 
 #[test]

@@ -94,12 +94,21 @@ pub fn sample(
 /// [Grey 4.4.2]. `mode` is the single-support mode of the stance placement. Where none does, another posture may: a pair that is
 /// not reached is unlikely, not impossible.
 pub fn is_reached(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
+    has_posture(constraints, mode, pair, |_| true)
+}
+
+/// The same, the robot's legs, arms and trunk apart from each other [Grey figure 4.14].
+pub fn is_reached_apart(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
+    has_posture(constraints, mode, pair, |snapshot| constraints.collision.self_hit(snapshot).is_none())
+}
+
+fn has_posture(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>, accept: impl Fn(&Snapshot) -> bool) -> bool {
     let (body, soles) = (&constraints.body, world_from_soles(pair));
     let mut draws = Random::new(0, Stream::Transition, 0, 0);
     let mut snapshot = Snapshot::default();
     REACHING.into_iter().any(|primitive| {
         let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), primitive, &mut draws);
-        settle_into(body, &soles, &posture, free, &mut snapshot).is_ok()
+        settle_into(body, &soles, &posture, free, &mut snapshot).is_ok() && accept(&snapshot)
     })
 }
 
