@@ -174,12 +174,15 @@ fn path_to_root(tree: &[TreeNode], node: u32) -> impl Iterator<Item = &TreeNode>
     std::iter::successors(Some(node).filter(|&at| at != 0), above).map(|at| &tree[at as usize])
 }
 
-/// The node nearest to a target in the search's metric; the first of several.
+/// The node nearest to a target in the search's metric; the first of several. Turns are looked at only where the shifts alone do
+/// not make a node too far.
 pub fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
-    let distance = |node: &TreeNode| distance(problem, &node.state, target);
     let mut best = (0, f64::INFINITY);
     for (index, node) in nodes.iter().enumerate() {
-        let d = distance(node);
+        if distance(problem, &node.state, target, shift) >= best.1 {
+            continue;
+        }
+        let d = distance(problem, &node.state, target, shift_and_turn);
         if d < best.1 {
             best = (index, d);
         }
@@ -187,11 +190,18 @@ pub fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
     best.0
 }
 
-fn distance(problem: &Problem, a: &State, b: &State) -> f64 {
-    let pose = |x: &Pose, y: &Pose| x.translation.distance(y.translation) + METRES_PER_RADIAN * rotation_distance(x.rotation, y.rotation);
-    let root = pose(&a.configuration.world_from_root, &b.configuration.world_from_root);
-    let sole = problem.mode.swing().map_or(0.0, |limb| pose(&a.world_from_soles[limb], &b.world_from_soles[limb]));
-    root + sole
+/// The metric of the search, m: how far the root and the swing sole are apart, as `apart` says of poses.
+fn distance(problem: &Problem, a: &State, b: &State, apart: impl Fn(&Pose, &Pose) -> f64) -> f64 {
+    let root = apart(&a.configuration.world_from_root, &b.configuration.world_from_root);
+    root + problem.mode.swing().map_or(0.0, |limb| apart(&a.world_from_soles[limb], &b.world_from_soles[limb]))
+}
+
+fn shift(x: &Pose, y: &Pose) -> f64 {
+    x.translation.distance(y.translation)
+}
+
+fn shift_and_turn(x: &Pose, y: &Pose) -> f64 {
+    shift(x, y) + METRES_PER_RADIAN * rotation_distance(x.rotation, y.rotation)
 }
 
 /// A random target about the straight line between both ends.
