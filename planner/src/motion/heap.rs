@@ -1,6 +1,6 @@
 //! A binary heap of node indices ordered by cost, with decrease-key, over arrays allocated once.
 
-use crate::arena::{filled, reserve};
+use crate::arena::{Uniform, reserve};
 
 /// Position of a node that is not in the heap.
 const ABSENT: u32 = u32::MAX;
@@ -12,14 +12,14 @@ type Key = (f64, u32, u32);
 #[derive(Debug)]
 pub struct IndexHeap {
     order: Vec<u32>,
-    positions: Vec<u32>,
-    keys: Vec<(f64, u32)>,
+    positions: Uniform<u32>,
+    keys: Uniform<(f64, u32)>,
 }
 
 impl IndexHeap {
     /// A heap over nodes `0..nodes_max`.
     pub fn new(nodes_max: usize) -> Self {
-        Self { order: reserve(nodes_max), positions: filled(ABSENT, nodes_max), keys: filled((0.0, 0), nodes_max) }
+        Self { order: reserve(nodes_max), positions: Uniform::new(ABSENT, nodes_max), keys: Uniform::new((0.0, 0), nodes_max) }
     }
 
     /// Empties it.
@@ -55,7 +55,7 @@ impl IndexHeap {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.positions.len() * (2 * size_of::<u32>() + size_of::<(f64, u32)>())
+        self.order.capacity() * size_of::<u32>() + self.positions.bytes() + self.keys.bytes()
     }
 
     fn key(&self, position: usize) -> Key {

@@ -4,7 +4,7 @@
 //! that may close the gap between what hangs together with the start and what with the goal, and away from those where it
 //! has laboured in vain.
 
-use crate::arena::{filled, reserve};
+use crate::arena::{Uniform, filled, reserve};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId, boundary_of};
 
 /// A mode: one placement carries the robot, or the two of a transition and its twin.
@@ -47,8 +47,8 @@ struct TransitionRecord {
 #[derive(Debug)]
 pub struct ModeCosts {
     singles: Vec<ModeRecord>,
-    doubles: Vec<ModeRecord>,
-    transitions: Vec<TransitionRecord>,
+    doubles: Uniform<ModeRecord>,
+    transitions: Uniform<TransitionRecord>,
     /// Transitions with a configuration.
     found: Vec<TransitionId>,
     /// Motions found, in order; the ends may be boundaries.
@@ -60,8 +60,8 @@ impl ModeCosts {
     pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize) -> Self {
         Self {
             singles: filled(UNTRIED, footholds_max),
-            doubles: filled(UNTRIED, transitions_max.div_ceil(2)),
-            transitions: filled(TransitionRecord::default(), transitions_max),
+            doubles: Uniform::new(UNTRIED, transitions_max.div_ceil(2)),
+            transitions: Uniform::new(TransitionRecord::default(), transitions_max),
             found: reserve(configurations_max),
             motions: reserve(4 * configurations_max),
         }
@@ -120,7 +120,7 @@ impl ModeCosts {
     /// Carries what leads to an end over every motion once; whether that reached anything new.
     fn spread_once(&mut self, side: usize, end: TransitionId) -> bool {
         let transitions = &mut self.transitions;
-        let leads = |transitions: &[TransitionRecord], id: TransitionId| match boundary_of(id) {
+        let leads = |transitions: &Uniform<TransitionRecord>, id: TransitionId| match boundary_of(id) {
             Some(_) => id == end,
             None => transitions[id as usize].leads_to[side],
         };
@@ -158,8 +158,9 @@ impl ModeCosts {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        (self.singles.len() + self.doubles.len()) * size_of::<ModeRecord>()
-            + self.transitions.len() * size_of::<TransitionRecord>()
+        self.singles.len() * size_of::<ModeRecord>()
+            + self.doubles.bytes()
+            + self.transitions.bytes()
             + self.found.capacity() * size_of::<TransitionId>()
             + self.motions.capacity() * size_of::<[TransitionId; 2]>()
     }

@@ -1,6 +1,6 @@
 //! The cheapest sequence of transitions from start to goal [Grey 4.4.2].
 
-use crate::arena::{filled, reserve};
+use crate::arena::{Uniform, filled, reserve};
 use crate::motion::edges::EdgeTable;
 use crate::motion::graph::{FootholdId, Graph, TransitionId};
 use crate::motion::heap::IndexHeap;
@@ -75,8 +75,8 @@ impl Query<'_> {
 #[derive(Debug)]
 pub struct SequenceSearch {
     heap: IndexHeap,
-    costs: Vec<(f64, u32)>,
-    came_from: Vec<Option<TransitionId>>,
+    costs: Uniform<(f64, u32)>,
+    came_from: Uniform<Option<TransitionId>>,
     /// The transitions that the last search reached; the only ones whose entries it has changed.
     reached: Vec<TransitionId>,
     /// Which placements have been reached as a stance.
@@ -97,8 +97,8 @@ impl SequenceSearch {
     pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
         Self {
             heap: IndexHeap::new(transitions_max),
-            costs: filled((f64::INFINITY, 0), transitions_max),
-            came_from: filled(None, transitions_max),
+            costs: Uniform::new((f64::INFINITY, 0), transitions_max),
+            came_from: Uniform::new(None, transitions_max),
             reached: reserve(transitions_max),
             is_entered: filled(false, footholds_max),
             entered: reserve(footholds_max),
@@ -193,8 +193,9 @@ impl SequenceSearch {
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.heap.bytes()
-            + self.costs.len() * (size_of::<(f64, u32)>() + size_of::<Option<TransitionId>>() + size_of::<TransitionId>())
-            + self.reached.capacity() * size_of::<TransitionId>()
+            + self.costs.bytes()
+            + self.came_from.bytes()
+            + (self.reached.capacity() + self.sequence.capacity()) * size_of::<TransitionId>()
             + self.is_entered.len() * (2 + size_of::<FootholdId>())
     }
 
@@ -250,7 +251,7 @@ impl SequenceSearch {
 }
 
 /// Writes the way that leads to a goal.
-fn trace(came_from: &[Option<TransitionId>], goal: TransitionId, sequence: &mut Vec<TransitionId>) {
+fn trace(came_from: &Uniform<Option<TransitionId>>, goal: TransitionId, sequence: &mut Vec<TransitionId>) {
     sequence.extend(std::iter::successors(Some(goal), |&at| came_from[at as usize]));
     sequence.reverse();
 }

@@ -1,7 +1,7 @@
 //! The trees of single-mode planning: one per transition and mode, kept from one cycle of the planner to the next
 //! [Grey 4.4.3].
 
-use crate::arena::reserve;
+use crate::arena::reserve_written;
 use crate::motion::graph::TransitionId;
 use crate::motion::track::State;
 
@@ -41,10 +41,18 @@ pub struct TreePool {
     clock: u64,
 }
 
+/// Bytes of a tree that are written beforehand: most trees stay small, or are never used.
+const TREE_WRITTEN_MAX: usize = 16 << 10;
+
+/// An empty tree with room for so many nodes.
+pub fn new_tree(nodes_max: usize) -> Tree {
+    reserve_written(nodes_max, TREE_WRITTEN_MAX)
+}
+
 impl TreePool {
     /// Room for this many trees of this many nodes each.
     pub fn new(trees_max: usize, nodes_max: usize) -> Self {
-        let slot = |_| Slot { key: None, nodes: reserve(nodes_max), lent: 0 };
+        let slot = |_| Slot { key: None, nodes: new_tree(nodes_max), lent: 0 };
         Self { slots: (0..trees_max).map(slot).collect(), clock: 0 }
     }
 

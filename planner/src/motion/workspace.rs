@@ -3,7 +3,7 @@
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::constraint::Rejection;
-use crate::motion::trees::{Tree, TreeNode};
+use crate::motion::trees::{Tree, TreeNode, new_tree};
 
 /// Most waypoints that lift a foot off its placement or set it down.
 const LIFT_MAX: usize = 128;
@@ -27,7 +27,7 @@ impl Workspace {
         Self {
             track: reserve(track_max),
             lifts: [0, 1].map(|_| reserve(LIFT_MAX)),
-            trees: [0, 1].map(|_| reserve(tree_nodes_max)),
+            trees: [0, 1].map(|_| new_tree(tree_nodes_max)),
             rejections: [0; Rejection::COUNT],
         }
     }
