@@ -7,6 +7,7 @@ pub mod ball;
 mod body;
 pub mod bvh;
 pub mod error;
+mod gap;
 mod hull;
 pub mod kernels;
 mod mesh;
@@ -25,7 +26,7 @@ use ball::BODIES_MAX;
 use body::Body;
 use bvh::Aabb;
 pub use error::CollisionError;
-use self_pairs::{Pair, SelfPairs, bodies_within, parts_within};
+use self_pairs::{Pair, SelfPairs, bodies_within};
 use world::{Nearby, WorldShapes, lifted};
 
 use crate::kinematics::Tree;
@@ -150,7 +151,7 @@ impl CollisionModel {
             let body = &self.bodies[index as usize];
             (body, &frames[body.node])
         };
-        let is_hit = |pair: &Pair| parts_within(placed(pair.a), placed(pair.b), pair.clearance, pair.standing_gap);
+        let is_hit = |pair: &Pair| pair.is_hit(placed(pair.a), placed(pair.b));
         let pair = self.pairs.find_near(snapshot.centers(), is_hit)?;
         let [a, b] = [pair.a, pair.b].map(|index| self.bodies[index as usize].link);
         Some(Hit::SelfPair { a: a.min(b), b: a.max(b) })

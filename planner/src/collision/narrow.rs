@@ -143,12 +143,6 @@ pub fn separation(a: &Solid, b: &Solid, a_from_b: &Pose) -> Option<DVec3> {
     }
 }
 
-/// Whether two convex solids are further apart than `margin` along a direction of the first one's frame; `true` is certain.
-pub fn are_apart_along(a: &Solid, b: &Solid, a_from_b: &Pose, direction: DVec3, margin: f64) -> bool {
-    let (Solid::Convex(a), Solid::Convex(b)) = (a, b) else { return false };
-    exceeds(measured_gap(&a.core, &b.core, a_from_b, direction), a.radius + b.radius + margin)
-}
-
 /// The gap between two cores along a direction; negative where there is none.
 fn measured_gap(a: &Core, b: &Core, a_from_b: &Pose, direction: DVec3) -> f64 {
     -direction.dot(CsoPoint::from_shapes(a_from_b, a, b, direction).point)

@@ -1,13 +1,14 @@
 //! Which pairs of links may touch, and how far apart the others have to stay.
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 
 use super::ball::{Centers, LANES};
 use super::body::{Body, Part, joints_between};
+use super::gap::Gap;
 use super::kernels::{exceeds, segment_segment_distance_squared};
-use super::narrow::{are_apart_along, is_within, separation};
+use super::narrow::{is_within, separation};
 use crate::kinematics::forward::Kinematics;
 use crate::kinematics::tree::{affine, pose};
 use crate::random::{Random, Stream};
@@ -21,9 +22,17 @@ pub struct Pair {
     pub b: u32,
     /// The distance to keep, m.
     pub clearance: f64,
-    /// Along which the two are apart as the robot stands, in the first body's part's frame: mostly so elsewhere too, and told by
-    /// a look at two points. Zero where there is none, or where one is a ball or a capsule or has several parts.
-    pub standing_gap: DVec3,
+    /// Along which the two are apart as the robot stands, and mostly so elsewhere too; `None` where there is no gap, or where one is
+    /// a ball or a capsule or has several parts.
+    standing_gap: Option<Gap>,
+}
+
+impl Pair {
+    /// Whether two bodies whose balls are known to be near come within the pair's clearance of each other; their nodes' frames are given in any common one.
+    pub fn is_hit(&self, a: (&Body, &DAffine3), b: (&Body, &DAffine3)) -> bool {
+        let are_apart = self.standing_gap.is_some_and(|gap| gap.is_wider(a.1, (&b.0.parts[0], b.1), self.clearance));
+        !are_apart && parts_within(a, b, self.clearance)
+    }
 }
 
 /// The pairs to check, and those to leave alone.
@@ -73,7 +82,7 @@ impl SelfPairs {
                 let reach = body_a.ball.radius + body_b.ball.radius + clearance;
                 reach_squared[a * stride + b] = reach * reach;
                 places[a * stride + b] = checked.len() as u32;
-                let standing_gap = standing_gap(body_a, body_b, &survey.standing).unwrap_or(DVec3::ZERO);
+                let standing_gap = standing_gap(body_a, body_b, &survey.standing);
                 checked.push(Pair { a: a as u32, b: b as u32, clearance, standing_gap });
             }
         }
@@ -161,14 +170,14 @@ fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f
     free
 }
 
-/// A direction in the first one's part's frame along which two bodies of one part each are apart as the robot stands.
-fn standing_gap(a: &Body, b: &Body, standing: &[Pose]) -> Option<DVec3> {
+/// Where two bodies of one part each are apart as the robot stands.
+fn standing_gap(a: &Body, b: &Body, standing: &[Pose]) -> Option<Gap> {
     let ([part_a], [part_b]) = (a.parts.as_slice(), b.parts.as_slice()) else { return None };
     if part_a.spine.is_some() || part_b.spine.is_some() {
         return None;
     }
     let [from_a, from_b] = [(a, part_a), (b, part_b)].map(|(body, part)| standing[body.node_link] * part.node_from_part);
-    separation(&part_a.solid, &part_b.solid, &from_a.inv_mul(&from_b))
+    Gap::beyond(part_a, separation(&part_a.solid, &part_b.solid, &from_a.inv_mul(&from_b))?)
 }
 
 /// Whether two bodies come within `margin` of each other, their nodes being at these poses.
@@ -176,26 +185,24 @@ pub fn bodies_within(a: &Body, world_from_a: &Pose, b: &Body, world_from_b: &Pos
     let (world_from_a, world_from_b) = (affine(world_from_a), affine(world_from_b));
     let reach = a.ball.radius + b.ball.radius + margin;
     let centers = [world_from_a.transform_point3(a.ball.center), world_from_b.transform_point3(b.ball.center)];
-    !exceeds(centers[0].distance_squared(centers[1]), reach * reach)
-        && parts_within((a, &world_from_a), (b, &world_from_b), margin, DVec3::ZERO)
+    !exceeds(centers[0].distance_squared(centers[1]), reach * reach) && parts_within((a, &world_from_a), (b, &world_from_b), margin)
 }
 
-/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one. `gap` is a
-/// direction along which they are probably apart, see [`Pair::standing_gap`].
-pub fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64, gap: DVec3) -> bool {
+/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one.
+fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -> bool {
     b.0.parts.iter().any(|part_b| {
         let center_b = b.1.transform_point3(part_b.ball.center);
         a.0.parts.iter().any(|part_a| {
             let reach = part_a.ball.radius + part_b.ball.radius + margin;
             let center_a = a.1.transform_point3(part_a.ball.center);
             let is_near = !exceeds((center_b - center_a).length_squared(), reach * reach);
-            is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin, gap)
+            is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin)
         })
     })
 }
 
 /// The same of two parts whose balls are known to be near.
-fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64, gap: DVec3) -> bool {
+fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64) -> bool {
     match (&a.0.spine, &b.0.spine) {
         // These are their own balls.
         (Some(spine_a), Some(spine_b)) if spine_a.is_point() && spine_b.is_point() => true,
@@ -207,8 +214,7 @@ fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64, g
         (Some(spine), _) => b.0.is_within_of_spine(b.1, spine.placed(a.1), a.0.solid.radius() + margin),
         (None, None) => {
             let [from_a, from_b] = [a, b].map(|(part, frame)| pose(frame) * part.node_from_part);
-            let a_from_b = from_a.inv_mul(&from_b);
-            !are_apart_along(&a.0.solid, &b.0.solid, &a_from_b, gap, margin) && is_within(&a.0.solid, &b.0.solid, &a_from_b, margin)
+            is_within(&a.0.solid, &b.0.solid, &from_a.inv_mul(&from_b), margin)
         }
     }
 }
