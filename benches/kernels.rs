@@ -101,7 +101,7 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
     let shapes = format!("{} shapes", scene.world.shapes.len());
     let check = time(format!("{name}: configuration check, kinematics given"), |_| {
         constraints.check(&mode, black_box(&scene.snapshot), feet).unwrap();
-        1
+        0
     });
     let soles = scene.end.state.world_from_soles;
     let mut snapshot = scene.snapshot.clone();
@@ -114,7 +114,7 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
             assert!(constraints.body.place_soles(&mut at, &soles));
             constraints.body.snapshot_into(&at, &mut snapshot);
             constraints.check(&mode, &snapshot, feet).unwrap();
-            1
+            0
         })
     };
     let [held, whole] = [whole("arms held", 0.0), whole("all moves", 1e-4)];
@@ -123,11 +123,14 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
     assert!(constraints.body.place_soles(&mut aside, &soles));
     let (from, to) = (scene.standing(), midway(scene.standing(), &aside, 1.0));
     let reached = constraints.body.snapshot(&to);
+    let mut between = 0;
     let edge = time(format!("{name}: edge check, root 1 cm down"), |_| {
         let bound = constraints.collision.motion_bound(black_box(&scene.snapshot), black_box(&reached));
-        constraints.check_between(&mode, black_box([from, &to]), bound, feet, &mut snapshot).unwrap()
+        between = constraints.check_between(&mode, black_box([from, &to]), bound, feet, &mut snapshot).unwrap();
+        0
     });
-    [check, held, whole, edge].map(|kernel| kernel.noted(shapes.clone())).into()
+    let edge = edge.noted(format!("{shapes}, {between} configurations"));
+    [check, held, whole].map(|kernel| kernel.noted(shapes.clone())).into_iter().chain([edge]).collect()
 }
 
 fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
@@ -203,7 +206,7 @@ fn time_stances(name: &str, scene: &Scene) -> Kernel {
             body.snapshot_into(&at, &mut snapshot);
             good += u64::from(constraints.check(&mode, &snapshot, [FootState::Stance; 2]).is_ok());
         }
-        1
+        0
     });
     holding(kernel, good, tried)
 }

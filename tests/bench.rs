@@ -168,6 +168,24 @@ fn limit_compares_planning_with_checking() {
 }
 
 #[test]
+fn replan_goes_on_from_where_the_robot_stands() {
+    let replan = |seeds: &str| {
+        let counts = ["--trials", seeds, "--refusals", "2", "--threads", "1"];
+        let said = run(&[&["bench", "replan", "--scenario", "flat_walk", "--json"][..], &counts].concat());
+        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        json(&said)["rows"][0].clone()
+    };
+    let row = replan("2");
+    assert_eq!((&row["plans"], &row["trials"], &row["found"]), (&2.into(), &4.into(), &4.into()), "{row}");
+    let [ready, search, first] = ["ready", "", "first_chunk"].map(|name| format!("{name}_mean_seconds").trim_start_matches('_').to_owned());
+    let [ready, search, first] = [ready, search, first].map(|name| row[name].as_f64().unwrap());
+    assert!((ready + search - first).abs() < 1e-9, "{row}");
+    assert!(row["first_chunk_p50_seconds"].as_f64() <= row["first_chunk_max_seconds"].as_f64());
+    assert_eq!(replan("2")["digest"], row["digest"], "the same refusals, the same plans");
+    assert_ne!(replan("1")["digest"], row["digest"]);
+}
+
+#[test]
 fn steps_reports_times_and_units_of_every_stage() {
     let said = Room::new("").bench("steps", &["--core", "0", "--step", "500", "--json"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
@@ -177,6 +195,8 @@ fn steps_reports_times_and_units_of_every_stage() {
     let [p50, p95, p99, max] = ["p50", "p95", "p99", "max"].map(|name| row[format!("{name}_seconds")].as_f64().unwrap());
     assert!(0.0 < p50 && p50 <= p95 && p95 <= p99 && p99 <= max, "{row}");
     assert!(row["steps"].as_u64().unwrap() > 1);
+    assert_eq!((&row["trials"], &row["found"], row["digest"].as_str().unwrap().len()), (&1.into(), &1.into(), 64));
+    assert!(row["std_seconds"].as_f64().unwrap() > 0.0 && row["mean_work"].as_f64() <= row["step_work"].as_f64(), "{row}");
     assert!(row["max_work"].as_u64() <= row["step_work"].as_u64() && row["overrun_work"] == 0, "{row}");
     let stages = row["stages"].as_array().unwrap();
     assert_eq!(stages.len(), 8);

@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use serde::Serialize;
-use surefoot::commands::bench::statistics::quantile;
+use surefoot::commands::bench::statistics::Summary;
 
 /// Batches, of which the median and the fastest are reported.
 const BATCHES: usize = 41;
@@ -18,14 +18,22 @@ const CALLS_MAX: usize = 1 << 20;
 pub struct Kernel {
     /// Its name.
     pub name: String,
+    /// Batches.
+    pub trials: usize,
     /// Calls of a batch.
     pub calls: usize,
     /// Nanoseconds per call: median of the batches.
     pub median_ns: f64,
     /// Nanoseconds per call: the fastest batch.
     pub best_ns: f64,
-    /// Work units per call, where the kernel counts them.
-    pub work: Option<f64>,
+    /// Seconds per call, of the batches.
+    pub mean_seconds: f64,
+    pub std_seconds: f64,
+    pub p50_seconds: f64,
+    pub p95_seconds: f64,
+    pub max_seconds: f64,
+    /// Work units of the search per call, where a call is one or more of them.
+    pub mean_work: Option<f64>,
     /// Good results per second, where not every call has one.
     pub per_second: Option<f64>,
     /// What there is besides, such as how many calls succeed.
@@ -44,15 +52,22 @@ pub fn time(name: impl Into<String>, mut call: impl FnMut(usize) -> u64) -> Kern
         calls *= 2;
     }
     let batches: Vec<(f64, u64)> = (0..BATCHES).map(|_| batch(calls)).collect();
-    let mut nanoseconds: Vec<f64> = batches.iter().map(|(seconds, _)| seconds * 1e9 / calls as f64).collect();
-    nanoseconds.sort_by(f64::total_cmp);
+    let per_call: Vec<f64> = batches.iter().map(|(seconds, _)| seconds / calls as f64).collect();
+    let best = per_call.iter().copied().fold(f64::INFINITY, f64::min);
+    let Summary { mean, std, p50, p95, max, .. } = Summary::of(&per_call).unwrap();
     let work = batches.iter().map(|(_, work)| work).sum::<u64>() as f64 / (BATCHES * calls) as f64;
     Kernel {
         name: name.into(),
+        trials: BATCHES,
         calls,
-        median_ns: quantile(&nanoseconds, 0.5).unwrap(),
-        best_ns: nanoseconds[0],
-        work: (work > 0.0).then_some(work),
+        median_ns: 1e9 * p50,
+        best_ns: 1e9 * best,
+        mean_seconds: mean,
+        std_seconds: std,
+        p50_seconds: p50,
+        p95_seconds: p95,
+        max_seconds: max,
+        mean_work: (work > 0.0).then_some(work),
         per_second: None,
         note: String::new(),
     }
@@ -66,7 +81,7 @@ impl Kernel {
 
     /// One line of the table.
     pub fn line(&self) -> String {
-        let work = self.work.map_or("-".to_owned(), |work| format!("{work:.1}"));
+        let work = self.mean_work.map_or("-".to_owned(), |work| format!("{work:.1}"));
         format!("{:<52}{:>12.0}{:>12.0}{:>10}  {}", self.name, self.median_ns, self.best_ns, work, self.note)
     }
 }

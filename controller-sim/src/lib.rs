@@ -22,5 +22,5 @@ pub mod walk;
 pub use check::{Checker, CheckerError, Segment, SegmentReport, Violation};
 pub use disturbance::Disturbance;
 pub use plan::{PlanReport, check_plan};
-pub use truth::Truth;
+pub use truth::{Truth, nothing_carries};
 pub use walk::{Identity, Walker};

@@ -4,7 +4,7 @@
 //! robot stands, in the world as it turned out to be.
 
 mod serve;
-mod task;
+pub(super) mod task;
 
 use std::num::NonZeroUsize;
 

@@ -25,6 +25,8 @@ pub enum BenchCommand {
     Thesis(ThesisArguments),
     /// Planning time against the time of checking the plan once
     Limit(LimitArguments),
+    /// How long planning again takes after the controller refused a chunk
+    Replan(ReplanArguments),
     /// How long the planner's steps take when a control loop gives it little work at a time
     Steps(StepsArguments),
     /// How cost grows with longer courses and larger worlds
@@ -67,6 +69,26 @@ pub struct LimitArguments {
     /// Searches per scenario, with the seeds 1, 2, 3 and so on
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub trials: u64,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub courses: CourseArguments,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub threads: ThreadArguments,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench replan`.
+#[derive(Debug, Args)]
+pub struct ReplanArguments {
+    /// Plans per scenario, with the seeds 1, 2, 3 and so on
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub trials: u64,
+    /// Refusals of each plan, spread over its length
+    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=1_000))]
+    pub refusals: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub courses: CourseArguments,

@@ -14,11 +14,13 @@ mod socket;
 use clap::Args;
 use serde::Serialize;
 
+use super::machine::Machine;
+use super::statistics::Summary;
 use crate::affinity;
 use crate::failure::{Ending, Failure};
 use crate::terminal;
 
-use drive::{Measured, Quantiles};
+use drive::Measured;
 
 /// `surefoot bench ipc`.
 #[derive(Debug, Args)]
@@ -31,13 +33,28 @@ pub struct IpcArguments {
     pub json: bool,
 }
 
+/// Everything that is reported.
+#[derive(Debug, Serialize)]
+struct IpcReport {
+    schema: &'static str,
+    machine: Machine,
+    rows: Vec<Row>,
+}
+
 /// One transport's line.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Row {
     /// What carried the chunks.
     transport: &'static str,
-    /// Time from publication to verdict, s: median, 95 of 100, 99 of 100, longest.
-    round_trip: Quantiles,
+    /// Round trips.
+    trials: usize,
+    /// Times from publication to verdict, s.
+    mean_seconds: f64,
+    std_seconds: f64,
+    p50_seconds: f64,
+    p95_seconds: f64,
+    p99_seconds: f64,
+    max_seconds: f64,
     /// The median over that of raw memory.
     ratio: f64,
     /// Chunks per second with as many on their way as the transport allows.
@@ -55,6 +72,7 @@ pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
     if affinity::cores() < 2 {
         terminal::remark("one core only: both sides share it, so these figures are those of the scheduler");
     }
+    let machine = Machine::this()?;
     let measured = [
         ("raw memory", raw::measure(rounds, false)?),
         ("raw memory, sealed and chained", raw::measure(rounds, true)?),
@@ -65,7 +83,7 @@ pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
     let base = measured[0].1.round_trip().p50;
     let rows: Vec<Row> = measured.iter().map(|(transport, measured)| row(transport, measured, base)).collect();
     if arguments.json {
-        terminal::say(&serde_json::to_string_pretty(&rows).unwrap_or_default());
+        terminal::say(&serde_json::to_string_pretty(&IpcReport { schema: "surefoot-bench-ipc/1", machine, rows }).unwrap_or_default());
     } else {
         cells(&rows).iter().for_each(|line| terminal::say(line));
     }
@@ -73,11 +91,17 @@ pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
 }
 
 fn row(transport: &'static str, measured: &Measured, base: f64) -> Row {
-    let round_trip = measured.round_trip();
+    let Summary { mean, std, p50, p95, p99, max } = measured.round_trip();
     Row {
         transport,
-        round_trip,
-        ratio: round_trip.p50 / base,
+        trials: measured.round_trips.len(),
+        mean_seconds: mean,
+        std_seconds: std,
+        p50_seconds: p50,
+        p95_seconds: p95,
+        p99_seconds: p99,
+        max_seconds: max,
+        ratio: p50 / base,
         chunks_per_second: measured.chunks_per_second,
         allocations: measured.allocations,
     }
@@ -90,7 +114,7 @@ fn cells(rows: &[Row]) -> Vec<String> {
     );
     let micros = |seconds: f64| 1e6 * seconds;
     let line = |row: &Row| {
-        let Quantiles { p50, p95, p99, max } = row.round_trip;
+        let [p50, p95, p99, max] = [row.p50_seconds, row.p95_seconds, row.p99_seconds, row.max_seconds];
         format!(
             "{:<32}{:>9.2}{:>9.2}{:>9.2}{:>10.2}{:>8.2}{:>11.0}{:>13}",
             row.transport,

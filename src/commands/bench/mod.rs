@@ -8,6 +8,7 @@ mod journal;
 mod limit;
 mod machine;
 mod pieces;
+mod replan;
 mod row;
 mod scale;
 pub mod statistics;
@@ -28,6 +29,7 @@ pub fn run(arguments: &BenchArguments) -> Result<Ending, Failure> {
     match &arguments.bench {
         BenchCommand::Thesis(arguments) => thesis::run(arguments),
         BenchCommand::Limit(arguments) => limit::run(arguments),
+        BenchCommand::Replan(arguments) => replan::run(arguments),
         BenchCommand::Steps(arguments) => steps::run(arguments),
         BenchCommand::Scale(arguments) => scale::run(arguments),
         BenchCommand::Ipc(arguments) => ipc::run(arguments),

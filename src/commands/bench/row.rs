@@ -37,6 +37,14 @@ pub struct Row {
     pub processor_mean_seconds: Option<f64>,
     /// Mean time to get ready, of all searches, s.
     pub ready_mean_seconds: Option<f64>,
+    /// Time from the request to the first chunk: getting ready and searching, since a plan is published once it is whole. Mean, s.
+    pub first_chunk_mean_seconds: Option<f64>,
+    /// Its median, s.
+    pub first_chunk_p50_seconds: Option<f64>,
+    /// What 95 % stay below, s.
+    pub first_chunk_p95_seconds: Option<f64>,
+    /// The longest, s.
+    pub first_chunk_max_seconds: Option<f64>,
     /// Mean work units.
     pub mean_work: Option<f64>,
     /// Mean work units by stage.
@@ -61,6 +69,7 @@ impl Row {
         let found: Vec<&Trial> = trials.iter().filter(|trial| trial.is_found()).collect();
         let of_found = |value: fn(&Trial) -> f64| found.iter().map(|trial| value(trial)).collect::<Vec<f64>>();
         let seconds = Summary::of(&of_found(|trial| trial.seconds));
+        let first_chunk = Summary::of(&of_found(|trial| trial.ready_seconds + trial.seconds));
         let ready: Vec<f64> = trials.iter().map(|trial| trial.ready_seconds).collect();
         let mut outcomes = BTreeMap::new();
         trials.iter().for_each(|trial| *outcomes.entry(trial.outcome.clone()).or_default() += 1);
@@ -78,6 +87,10 @@ impl Row {
             max_seconds: seconds.map(|seconds| seconds.max),
             processor_mean_seconds: mean(&of_found(|trial| trial.processor_seconds)),
             ready_mean_seconds: mean(&ready),
+            first_chunk_mean_seconds: first_chunk.map(|seconds| seconds.mean),
+            first_chunk_p50_seconds: first_chunk.map(|seconds| seconds.p50),
+            first_chunk_p95_seconds: first_chunk.map(|seconds| seconds.p95),
+            first_chunk_max_seconds: first_chunk.map(|seconds| seconds.max),
             mean_work: mean(&of_found(|trial| trial.work as f64)),
             mean_work_by_stage: mean_by_stage(found.iter().map(|trial| as_numbers(&trial.work_by_stage))),
             mean_seconds_by_stage: mean_by_stage(found.iter().filter_map(|trial| trial.seconds_by_stage.clone())),
@@ -145,6 +158,7 @@ mod tests {
         assert_eq!((row.trials, row.found, row.checked, row.refused), (3, 2, 1, 1));
         assert_eq!((row.mean_seconds, row.max_seconds, row.mean_work), (Some(2.0), Some(3.0), Some(15.0)));
         assert_eq!(row.processor_mean_seconds, Some(4.0));
+        assert_eq!((row.first_chunk_mean_seconds, row.first_chunk_max_seconds), (Some(2.5), Some(3.5)));
         assert_eq!(row.mean_work_by_stage["seed"], 15.0);
         assert_eq!(row.mean_seconds_by_stage["seed"], 0.125);
         assert_eq!(row.outcomes["budget_exhausted"], 1);

@@ -9,7 +9,7 @@ use super::arguments::StepsArguments;
 use super::courses;
 use super::machine::Machine;
 use super::pieces;
-use super::statistics::Summary;
+use super::statistics::{Summary, mean};
 use super::table::{aligned, seconds};
 use crate::clock::Stopwatch;
 use crate::failure::{Ending, Failure};
@@ -37,6 +37,10 @@ struct StepsReport {
 #[derive(Debug, Serialize)]
 struct StepsRow {
     scenario: String,
+    /// Searches made in such steps: one.
+    trials: usize,
+    /// Of these, those that found a plan.
+    found: usize,
     /// The search's outcome.
     outcome: &'static str,
     /// Work units that take as long as a step shall, by the mean of a whole search.
@@ -45,14 +49,19 @@ struct StepsRow {
     steps: usize,
     /// Times of the steps, s.
     mean_seconds: f64,
+    std_seconds: f64,
     p50_seconds: f64,
     p95_seconds: f64,
     p99_seconds: f64,
     max_seconds: f64,
+    /// Mean work units of a step.
+    mean_work: f64,
     /// The most work units in one step.
     max_work: u64,
     /// By how many units a step exceeded what it was given, at most.
     overrun_work: u64,
+    /// The plan's digest, if one was found.
+    digest: Option<String>,
     /// What the pieces of each stage cost.
     stages: Vec<StageRow>,
 }
@@ -102,16 +111,21 @@ fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, Failure> {
     let max_work = works.into_iter().max().unwrap_or(0);
     Ok(StepsRow {
         scenario: inputs.scenario.name.clone(),
+        trials: 1,
+        found: usize::from(steps.digest.is_some()),
         outcome: steps.outcome.word(),
         step_work,
         steps: times.len(),
         mean_seconds: summary.mean,
+        std_seconds: summary.std,
         p50_seconds: summary.p50,
         p95_seconds: summary.p95,
         p99_seconds: summary.p99,
         max_seconds: summary.max,
+        mean_work: mean(&steps.taken.iter().map(|step| step.1 as f64).collect::<Vec<_>>()).unwrap_or(0.0),
         max_work,
         overrun_work: max_work.saturating_sub(step_work),
+        digest: steps.digest,
         stages,
     })
 }
@@ -120,6 +134,7 @@ fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, Failure> {
 struct Steps {
     taken: Vec<(f64, u64)>,
     outcome: Outcome,
+    digest: Option<String>,
 }
 
 fn new_planner(inputs: &Inputs) -> Result<Planner, Failure> {
@@ -136,7 +151,8 @@ fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, Failure> {
         let status = planner.step(step_work);
         taken.push((watch.seconds(), planner.tally().work - before));
         if let Status::Done(outcome) = status {
-            return Ok(Steps { taken, outcome });
+            let digest = (outcome == Outcome::Found).then(|| planner.digest().to_string());
+            return Ok(Steps { taken, outcome, digest });
         }
         if let Some(signal) = signals::raised() {
             return Err(Failure::Interrupted(signal));

@@ -107,10 +107,18 @@ impl Question<'_> {
     /// # Errors
     /// When the planner cannot be made, or a signal comes.
     pub fn search(&self, program: &str) -> Result<(Trial, Planner), Failure> {
-        let scenario = self.scenario();
         self.inputs.preparation(false)?;
+        self.search_with(program, &|| self.new_planner(&self.scenario()))
+    }
+
+    /// Searches and measures with the planner that is made for it; answers that planner too.
+    ///
+    /// # Errors
+    /// When the planner cannot be made, or a signal comes.
+    pub fn search_with(&self, program: &str, make: &dyn Fn() -> Result<Planner, Failure>) -> Result<(Trial, Planner), Failure> {
+        let scenario = self.scenario();
         let watch = Stopwatch::start();
-        let mut planner = self.new_planner(&scenario)?;
+        let mut planner = make()?;
         let ready_seconds = watch.seconds();
         let processor = processor_seconds();
         let planned = search::run(&mut planner, scenario.planner.work_max, &mut |_| Ok(()))?;

@@ -14,7 +14,7 @@ use crate::inputs::Inputs;
 
 /// A task.
 #[derive(Debug, Clone)]
-pub(super) struct Task {
+pub(crate) struct Task {
     /// The scenario with this task's start, goal and seed. Its digest stays that of the file, which is what both sides know.
     pub(super) scenario: Scenario,
     /// The world as it is known now.
@@ -31,7 +31,7 @@ pub(super) struct Task {
 
 impl Task {
     /// The scenario's own.
-    pub(super) fn first(inputs: &Inputs) -> Self {
+    pub(crate) fn first(inputs: &Inputs) -> Self {
         Self { scenario: inputs.scenario.clone(), world: inputs.world.clone(), corrections: vec![], standing: None, plan_id: 1, epoch: 0 }
     }
 
@@ -40,7 +40,7 @@ impl Task {
     ///
     /// # Errors
     /// The word's corrections concern another world.
-    pub(super) fn after(&self, inputs: &Inputs, word: &Feedback) -> Result<Self, CorrectionError> {
+    pub(crate) fn after(&self, inputs: &Inputs, word: &Feedback) -> Result<Self, CorrectionError> {
         Self { plan_id: word.plan_id, epoch: word.epoch + 1, ..self.clone() }.standing_as(inputs, word)
     }
 
@@ -78,7 +78,7 @@ impl Task {
     ///
     /// # Errors
     /// The robot or the world is none that it can use.
-    pub(super) fn planner(
+    pub(crate) fn planner(
         &self,
         model: &RobotModel,
         preparation: Preparation<'static>,

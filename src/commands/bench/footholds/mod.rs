@@ -15,6 +15,7 @@ use serde::Serialize;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
 
+use super::machine::Machine;
 use crate::failure::{Ending, Failure};
 use crate::{outputs, signals, terminal};
 use queries::{Answers, Sampler, ask};
@@ -74,7 +75,8 @@ struct Row {
 
 #[derive(Debug, Serialize)]
 struct Report<'a> {
-    bench: &'static str,
+    schema: &'static str,
+    machine: Machine,
     robot: &'a str,
     seed: u64,
     thesis: &'static str,
@@ -89,6 +91,7 @@ pub fn run(arguments: &FootholdsArguments) -> Result<Ending, Failure> {
     if let Some(folder) = &arguments.out {
         outputs::check_folder(folder)?;
     }
+    let machine = Machine::this()?;
     let model = load_robot(&arguments.robot)?;
     let sole = &model.feet[0].polygon;
     let spans = SPANS.map(|span| (format!("parallel_bars_{span}"), Some(span)));
@@ -113,7 +116,8 @@ pub fn run(arguments: &FootholdsArguments) -> Result<Ending, Failure> {
         write_files(folder, &rows)?;
     }
     if arguments.json {
-        let report = Report { bench: "footholds", robot: &model.name, seed: arguments.seed, thesis: THESIS, rows: &rows };
+        let report =
+            Report { schema: "surefoot-bench-footholds/1", machine, robot: &model.name, seed: arguments.seed, thesis: THESIS, rows: &rows };
         let text =
             serde_json::to_string_pretty(&report).map_err(|error| Failure::Output { path: "stdout".into(), reason: error.to_string() })?;
         terminal::say(&text);

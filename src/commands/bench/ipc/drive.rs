@@ -2,11 +2,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use serde::Serialize;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
 use crate::allocations;
 use crate::clock::Stopwatch;
+use crate::commands::bench::statistics::Summary;
 use crate::failure::Failure;
 use crate::{affinity, signals};
 
@@ -24,15 +24,6 @@ pub(super) trait Far {
     fn serve(&mut self) -> Result<(), Failure>;
 }
 
-/// Quantiles of some times, s.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct Quantiles {
-    pub(super) p50: f64,
-    pub(super) p95: f64,
-    pub(super) p99: f64,
-    pub(super) max: f64,
-}
-
 /// What was measured.
 #[derive(Debug)]
 pub(super) struct Measured {
@@ -45,13 +36,10 @@ pub(super) struct Measured {
 }
 
 impl Measured {
-    /// The quantiles of the round trips.
-    pub(super) fn round_trip(&self) -> Quantiles {
-        let mut sorted = self.round_trips.clone();
-        sorted.sort_by(f64::total_cmp);
-        let at =
-            |percent: usize| sorted.get((sorted.len() * percent / 100).min(sorted.len().saturating_sub(1))).copied().unwrap_or(f64::NAN);
-        Quantiles { p50: at(50), p95: at(95), p99: at(99), max: at(100) }
+    /// The statistics of the round trips.
+    pub(super) fn round_trip(&self) -> Summary {
+        let none = Summary { mean: f64::NAN, std: f64::NAN, p50: f64::NAN, p95: f64::NAN, p99: f64::NAN, max: f64::NAN };
+        Summary::of(&self.round_trips).unwrap_or(none)
     }
 }
 

@@ -1,0 +1,70 @@
+//! What a controller says that refuses a chunk of a plan, and where the robot stands then.
+
+use bytemuck::Zeroable;
+use glam::DVec3;
+use surefoot_controller_sim::nothing_carries;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::{Contact, Correction, Feedback, PlanChunk, Standing};
+use surefoot_shared_types::robot::RobotModel;
+
+use crate::inputs::Inputs;
+
+/// Half of each side of the box that stands in the way, m.
+const BOX_HALF_SIDE: f64 = 0.03;
+/// What is refused this near to where a foot must stand at the goal leaves no goal, m.
+const GOAL_CLEARANCE: f64 = 0.35;
+
+/// A foot that is set down, and the standings before it is lifted and before it lands.
+struct Landing {
+    contact: Contact,
+    before_swing: Standing,
+    before_landing: Standing,
+}
+
+/// Words that refuse landings spread over a plan, by turns because nothing carries the sole, which is learnt on one foot just
+/// before it lands, and because a box stands there, which is learnt on both feet before the other one is lifted.
+pub fn spread(inputs: &Inputs, chunks: &[PlanChunk], refusals: usize) -> Vec<Feedback> {
+    let goal = inputs.scenario.goal.world_from_soles();
+    let is_free = |landing: &Landing| {
+        let there = landing.contact.world_from_sole().translation;
+        goal.iter().all(|sole| sole.translation.distance(there) > GOAL_CLEARANCE)
+    };
+    let landings: Vec<Landing> = landings(chunks).into_iter().filter(is_free).collect();
+    let count = refusals.min(landings.len());
+    let chosen = (0..count).map(|index| &landings[(2 * index + 1) * landings.len() / (2 * count)]);
+    chosen.enumerate().map(|(index, landing)| word(&inputs.model, landing, index % 2 == 0)).collect()
+}
+
+fn landings(chunks: &[PlanChunk]) -> Vec<Landing> {
+    let (mut standing, mut before_swing) = (Standing::zeroed(), Standing::zeroed());
+    let mut landings = vec![];
+    for pair in chunks.windows(2) {
+        let [here, next] = pair else { continue };
+        let Some(last) = here.waypoints().last() else { continue };
+        standing = standing.after(here.mode, here.contacts(), last);
+        if next.contacts().len() < here.contacts().len() {
+            before_swing = standing;
+        }
+        let stands = |limb| here.contacts().iter().any(|contact| contact.limb == limb);
+        if let Some(&contact) = next.contacts().iter().find(|contact| !stands(contact.limb)) {
+            landings.push(Landing { contact, before_swing, before_landing: standing });
+        }
+    }
+    landings
+}
+
+fn word(model: &RobotModel, landing: &Landing, is_void: bool) -> Feedback {
+    let (standing, correction) = match is_void {
+        true => (landing.before_landing, nothing_carries(model, &landing.contact)),
+        false => (landing.before_swing, box_on(&landing.contact)),
+    };
+    let mut word = Feedback { plan_id: 1, standing, corrections_len: 1, ..Feedback::zeroed() };
+    word.corrections[0] = correction;
+    word
+}
+
+/// A box that stands where a sole should.
+fn box_on(contact: &Contact) -> Correction {
+    let world_from_box = contact.world_from_sole() * Pose::from_translation(DVec3::Z * BOX_HALF_SIDE);
+    Correction::extra(&world_from_box, [BOX_HALF_SIDE; 3])
+}
