@@ -26,6 +26,8 @@ const COM_SHIFTS_MAX: usize = 4;
 const COM_COURSE_TOLERANCE: f64 = 4e-3;
 /// The smallest step along a path, as a share of it: less means that a joint would jump.
 const STEP_MIN: f64 = 1.0 / 4096.0;
+/// The share of the longest step that the next one is aimed at.
+const STEP_AIM: f64 = 0.95;
 /// The longest motion of any point between two waypoints, in collision steps.
 const WAYPOINT_COLLISION_STEPS: f64 = 4.0;
 /// The share of a leg's reach that a moving root leaves at least.
@@ -121,31 +123,30 @@ impl Follower {
         let feet = foot_states(mode, self.stretch.swing_foot);
         let next_at = (self.at + self.step).min(1.0);
         let next = place(constraints, mode, &self.stretch, &self.here, next_at, &self.com_ends, &mut self.next_snapshot);
-        let bound = next.as_ref().ok().and_then(|state| self.bound_of_step(constraints, state));
-        let Some(bound) = bound else {
-            self.step *= 0.5;
-            if self.step < STEP_MIN {
-                return Err(next.err().unwrap_or(Rejection::Discontinuous));
-            }
-            return Ok(Progress::Nearer);
+        let (used, bound) = next.as_ref().map_or((2.0, f64::INFINITY), |state| self.use_of_step(constraints, state));
+        self.step *= (STEP_AIM / used.max(1e-3)).clamp(0.25, 2.0);
+        let state = match next {
+            Ok(state) if used <= 1.0 => state,
+            _ if self.step >= STEP_MIN => return Ok(Progress::Nearer),
+            next => return Err(next.err().unwrap_or(Rejection::Discontinuous)),
         };
-        let state = next?;
         constraints.check(mode, &self.next_snapshot, feet)?;
         let ends = [&self.here.configuration, &state.configuration];
         constraints.check_between(mode, ends, bound, feet, &mut self.between_snapshot)?;
         std::mem::swap(&mut self.here_snapshot, &mut self.next_snapshot);
         (self.here, self.at) = (state, next_at);
-        self.step = (self.step * 1.5).min(1.0 - self.at).max(STEP_MIN);
+        self.step = self.step.min(1.0 - self.at).max(STEP_MIN);
         Ok(if self.at < 1.0 { Progress::Waypoint } else { Progress::Arrived })
     }
 
-    /// How far any point moves on the way to the next waypoint (m), if that and every joint's way is short enough for one step.
-    fn bound_of_step(&self, constraints: &Constraints, next: &State) -> Option<f64> {
+    /// How much of the longest step between two waypoints the next one takes, and how far any point moves on the way to it (m).
+    fn use_of_step(&self, constraints: &Constraints, next: &State) -> (f64, f64) {
         let joints = self.here.configuration.q.iter().zip(&next.configuration.q);
         let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
         let config = &constraints.config;
         let bound = constraints.collision.motion_bound(&self.here_snapshot, &self.next_snapshot);
-        (joint_step <= config.waypoint_joint_step && bound <= WAYPOINT_COLLISION_STEPS * config.collision_step).then_some(bound)
+        let used = (joint_step / config.waypoint_joint_step).max(bound / (WAYPOINT_COLLISION_STEPS * config.collision_step));
+        (used, bound)
     }
 }
 
