@@ -15,6 +15,8 @@ pub enum Stream {
     Preparation = 4,
     /// Root poses of stage P.
     Possibility = 5,
+    /// Shortcuts.
+    Shortcut = 6,
 }
 
 /// A generator for one object and attempt. Cheap to make: make a new one wherever a new thing is sampled.

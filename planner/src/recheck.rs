@@ -73,7 +73,8 @@ fn either_way<T>(mode: &Mode, mut check: impl FnMut([FootState; 2]) -> Result<T,
     }
 }
 
-fn mode_of(chunk: &PlanChunk) -> Option<Mode> {
+/// The mode of a chunk; nothing where its contacts are not those of its mode.
+pub fn mode_of(chunk: &PlanChunk) -> Option<Mode> {
     let footholds: heapless::Vec<Foothold, 2> = chunk.contacts().iter().map(foothold_of).collect();
     let foot = |limb: usize| footholds.iter().find(|foothold| foothold.limb == limb);
     match SupportMode::from_wire(chunk.mode)? {
@@ -89,7 +90,8 @@ fn foothold_of(contact: &Contact) -> Foothold {
     Foothold::new(contact.limb as usize, pose, support)
 }
 
-fn configuration_of(waypoint: &Waypoint) -> Configuration {
+/// The configuration of a waypoint.
+pub fn configuration_of(waypoint: &Waypoint) -> Configuration {
     let rotation = glam::DQuat::from_array(waypoint.root_rotation);
     Configuration { world_from_root: Pose::from_parts(waypoint.root_position.into(), rotation), q: waypoint.q }
 }

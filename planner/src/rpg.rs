@@ -12,6 +12,8 @@
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
 //! Sample    configurations for its transitions           [Grey 4.4.2]
 //! Move      motions within its modes                     [Grey 4.4.3]
+//! Weigh     which motions are crooked                    [Grey 4.4.6]
+//! Polish    shortcuts and corners within the modes       [Grey 4.4.6]
 //! Assemble  chunks out of the motions
 //! ```
 //!
@@ -20,6 +22,7 @@
 //! graph, so that each sequence may use any of them. A sequence that is complete is shortened [Grey 4.4.6]. Segment after segment is completed; the last one completes the plan.
 
 mod cycle;
+mod polish;
 mod primitive_stretches;
 mod remedies;
 mod segments;
@@ -48,12 +51,14 @@ use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, Transition
 use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
 use crate::motion::round::Round;
 use crate::motion::sequence::{Purpose, SequenceSearch};
+use crate::motion::shortcut::Goal;
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Labelled, Progress, Torso};
 use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::Seeding;
 use crate::stage::Stage;
 use crate::trouble::{Focus, Trouble};
+use polish::Polish;
 use primitive_stretches::{Primitives, pair_on};
 use segments::Cuts;
 use shorten::Shortening;
@@ -94,6 +99,8 @@ enum Phase {
     Sequence { purpose: Purpose, begun: bool },
     Sample { next: usize, failed: bool },
     Move { next: usize, failed: bool },
+    Weigh { next: usize },
+    Polish(Goal),
     Assemble { next: usize },
     Seal,
     Over(Outcome),
@@ -102,7 +109,7 @@ enum Phase {
 impl Phase {
     /// Whether the phase counts its own units of work; a piece of any other is one unit.
     fn counts(&self) -> bool {
-        matches!(self, Self::Sequence { .. } | Self::Sample { .. } | Self::Move { .. })
+        matches!(self, Self::Sequence { .. } | Self::Sample { .. } | Self::Move { .. } | Self::Polish(_))
     }
 
     /// The search for the cheapest sequence, before its first piece.
@@ -119,6 +126,7 @@ impl Phase {
             Self::Sequence { .. } => Stage::Sequence,
             Self::Sample { .. } => Stage::Sample,
             Self::Primitive | Self::Move { .. } => Stage::Move,
+            Self::Weigh { .. } | Self::Polish(_) => Stage::Polish,
             Self::Assemble { .. } | Self::Seal => Stage::Assemble,
             Self::Over(_) => Stage::Over,
         }
@@ -177,6 +185,7 @@ pub struct Planner {
     standing: Option<Standing>,
     cuts: Cuts,
     shortening: Shortening,
+    polish: Polish,
     /// The station of the route that is nearest to each placement.
     nearest_stations: Vec<u32>,
     /// How many stations the route had before the detour that is being sought.
@@ -241,6 +250,7 @@ impl Planner {
             standing: None,
             cuts: Cuts::new(),
             shortening: Shortening::new(config),
+            polish: Polish::new(config.configurations_max as usize),
             nearest_stations: reserve(config.footholds_max as usize),
             stations_before: None,
             walk: reserve(config.configurations_max as usize),
@@ -341,7 +351,7 @@ impl Planner {
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 8] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 9] {
         [
             ("possibility", self.growth.bytes()),
             ("roadmap", self.roadmap.bytes()),
@@ -351,6 +361,7 @@ impl Planner {
             ("collision", self.shared.constraints.collision.bytes()),
             ("surfaces", self.surfaces.heap_bytes()),
             ("primitives", self.primitives.bytes()),
+            ("polish", self.polish.bytes()),
         ]
     }
 
@@ -366,6 +377,8 @@ impl Planner {
             Phase::Sequence { purpose, begun } => self.find_sequence(purpose, begun, budget),
             Phase::Sample { next, failed } => self.sample(next, failed, budget),
             Phase::Move { next, failed } => self.plan_motions(next, failed, budget),
+            Phase::Weigh { next } => Ok(self.weigh(next)),
+            Phase::Polish(goal) => self.polish(goal, budget),
             Phase::Assemble { next } => self.assemble(next),
             Phase::Seal => Ok(self.seal()),
             Phase::Over(_) => Ok(self.phase),

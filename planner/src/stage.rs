@@ -18,6 +18,8 @@ pub enum Stage {
     Sample,
     /// Hops get motions.
     Move,
+    /// The motions are shortened.
+    Polish,
     /// The plan's chunks are put together.
     Assemble,
     /// The search is over.
@@ -26,7 +28,7 @@ pub enum Stage {
 
 impl Stage {
     /// How many stages do work.
-    pub const COUNT: usize = 8;
+    pub const COUNT: usize = 9;
     /// Their names in reports, by discriminant.
-    pub const WORDS: [&'static str; Self::COUNT] = ["ends", "route", "seed", "connect", "sequence", "sample", "move", "assemble"];
+    pub const WORDS: [&'static str; Self::COUNT] = ["ends", "route", "seed", "connect", "sequence", "sample", "move", "polish", "assemble"];
 }

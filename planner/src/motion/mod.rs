@@ -11,6 +11,7 @@ pub mod roadmap;
 pub mod round;
 pub mod sampling;
 pub mod sequence;
+pub mod shortcut;
 pub mod single_mode;
 pub mod track;
 pub mod transition;

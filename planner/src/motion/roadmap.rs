@@ -160,6 +160,29 @@ impl Roadmap {
         self.costs.add_motion([hop.from, hop.to], self.is_double(hop))
     }
 
+    /// Puts a shorter motion, its first state included, in the place of the one that was found for a hop.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn shorten_motion(&mut self, hop: Hop, track: &[Configuration]) -> Result<(), ArenaFull> {
+        let record = self.edges.get(hop.from, hop.to);
+        let Some((first, count)) = record.motion.filter(|&(_, count)| track.len() <= count as usize + 1) else { return Ok(()) };
+        let shorter = &track[1..];
+        self.waypoints[first as usize..first as usize + shorter.len()].copy_from_slice(shorter);
+        self.edges.set(hop.from, hop.to, EdgeRecord { motion: Some((first, count.min(shorter.len() as u32))), ..record })
+    }
+
+    /// How many waypoints there are of all motions and lifts.
+    pub fn waypoints_len(&self) -> usize {
+        self.waypoints.len()
+    }
+
+    /// The motion that was found for a hop: its waypoints after the first.
+    pub fn motion(&self, hop: Hop) -> Option<&[Configuration]> {
+        let (first, count) = self.edges.get(hop.from, hop.to).motion?;
+        Some(&self.waypoints[first as usize..(first + count) as usize])
+    }
+
     /// Notes a search that failed after so many attempts to extend its trees.
     ///
     /// # Errors
@@ -248,8 +271,7 @@ impl Roadmap {
     /// # Errors
     /// The chunk arena is full.
     pub fn assemble(&self, hop: Hop, chunks: &mut ChunkBuilder) -> Result<(), ArenaFull> {
-        let Some((first, count)) = self.edges.get(hop.from, hop.to).motion else { return Ok(()) };
-        let track = &self.waypoints[first as usize..(first + count) as usize];
+        let Some(track) = self.motion(hop) else { return Ok(()) };
         let (support, stance) = self.stance(hop);
         chunks.append(support, &stance, &self.state(hop.from).configuration, track)
     }

@@ -10,13 +10,17 @@ use crate::constraint::Rejection;
 use crate::motion::graph::{ArenaFull, Graph};
 use crate::motion::roadmap::{Hop, Roadmap, Segment, Shared, TREE_NODES_MAX};
 use crate::motion::sampling::Sampling;
+use crate::motion::shortcut::{Goal, Shortcutting};
 use crate::motion::single_mode::{Problem, Search};
 use crate::motion::workspace::Workspace;
+use crate::random::{Random, Stream};
 
 /// Searches that run side by side in one round.
 const SLOTS: usize = 16;
 /// Most waypoints of one single-mode motion.
 const TRACK_MAX: usize = 1024;
+/// Units of work that may go into shortening a motion, for each of its waypoints.
+const SHORTCUT_WORK: u64 = 2;
 
 /// What a round did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -57,6 +61,7 @@ enum Task {
     Idle,
     Sample(Sampling),
     Move { hop: Hop, search: Search, found: Option<bool> },
+    Shorten { hop: Hop, shortcutting: Shortcutting },
 }
 
 impl Default for Round {
@@ -113,6 +118,30 @@ impl Round {
             }
             self.next += 1;
         }
+    }
+
+    /// Begins to shorten the next motions, which may spend `work_max` units together.
+    pub fn begin_shortcuts(&mut self, shared: &Shared, roadmap: &Roadmap, hops: impl Iterator<Item = Hop>, (goal, work_max): (Goal, u64)) {
+        self.begin(0);
+        let mut left = work_max;
+        for hop in hops.take(SLOTS) {
+            let Some(track) = roadmap.motion(hop).filter(|track| track.len() < TRACK_MAX) else { continue };
+            let work = left.min(SHORTCUT_WORK * track.len() as u64);
+            let random = Random::new(shared.seed, Stream::Shortcut, u64::from(hop.from) << 32 | u64::from(hop.to), 0);
+            let shortcutting = Shortcutting::new(goal, roadmap.mode(hop), random, work);
+            if work == 0 || !self.give(Task::Shorten { hop, shortcutting }) {
+                break;
+            }
+            left -= work;
+            let held = &mut self.slots[self.count - 1].workspace.track;
+            held.push(roadmap.state(hop.from).configuration);
+            held.extend_from_slice(track);
+        }
+    }
+
+    /// Whether the round has no search at all.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
     }
 
     /// Spends at most so many units of work; answers how many it spent. Less than allowed means that all searches have ended.
@@ -192,6 +221,7 @@ impl Slot {
             Task::Idle => true,
             Task::Sample(sampling) => sampling.has_ended(),
             Task::Move { found, .. } => found.is_some(),
+            Task::Shorten { shortcutting, .. } => shortcutting.has_ended(),
         }
     }
 
@@ -212,6 +242,7 @@ impl Slot {
             Task::Move { search, found, .. } => {
                 *found = search.advance(&shared.constraints, &mut self.workspace).map(|ended| ended.is_ok());
             }
+            Task::Shorten { shortcutting, .. } => shortcutting.advance(&shared.constraints, &mut self.workspace),
         }
     }
 
@@ -240,6 +271,10 @@ impl Slot {
             }
             Task::Move { hop, found: Some(true), .. } => {
                 roadmap.record_motion(*hop, &self.workspace.track)?;
+                Ok(true)
+            }
+            Task::Shorten { hop, .. } => {
+                roadmap.shorten_motion(*hop, &self.workspace.track)?;
                 Ok(true)
             }
             Task::Move { hop, search, .. } => {

@@ -18,7 +18,7 @@ const SAMPLES_MAX: [u32; 2] = [64, 128];
 /// Waypoints added by one extension toward a sample.
 const EXTENSION_MAX: u32 = 24;
 /// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.
-const METRES_PER_RADIAN: f64 = 0.35;
+pub const METRES_PER_RADIAN: f64 = 0.35;
 /// How far samples of the root leave the straight line between both ends, m.
 const ROOT_SPREAD: f64 = 0.15;
 /// How far samples of the root turn, rad.

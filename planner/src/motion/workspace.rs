@@ -7,6 +7,8 @@ use crate::motion::trees::{Tree, TreeNode, new_tree};
 
 /// Most waypoints that lift a foot off its placement or set it down.
 const LIFT_MAX: usize = 128;
+/// Most waypoints of a shortcut.
+const SHORTCUT_MAX: usize = 256;
 
 /// A search's memory.
 #[derive(Debug)]
@@ -15,6 +17,8 @@ pub struct Workspace {
     pub track: Vec<Configuration>,
     /// How the swing foot leaves its placement at either end, waypoints after the end itself.
     pub lifts: [Vec<Configuration>; 2],
+    /// A shortcut of the track: waypoints after the one where it begins.
+    pub shortcut: Vec<Configuration>,
     /// The trees of both ends.
     pub trees: [Tree; 2],
     /// How often each condition turned something down.
@@ -27,6 +31,7 @@ impl Workspace {
         Self {
             track: reserve(track_max),
             lifts: [0, 1].map(|_| reserve(LIFT_MAX)),
+            shortcut: reserve(SHORTCUT_MAX),
             trees: [0, 1].map(|_| new_tree(tree_nodes_max)),
             rejections: [0; Rejection::COUNT],
         }
@@ -46,7 +51,7 @@ impl Workspace {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        let tracks = [&self.track, &self.lifts[0], &self.lifts[1]];
+        let tracks = [&self.track, &self.lifts[0], &self.lifts[1], &self.shortcut];
         tracks.iter().map(|track| track.capacity() * size_of::<Configuration>()).sum::<usize>()
             + self.trees.iter().map(|tree| tree.capacity() * size_of::<TreeNode>()).sum::<usize>()
     }

@@ -117,7 +117,7 @@ impl Planner {
 
     /// Advances the round as far as a budget allows; answers what it did, and whether any of its searches or, as `failed` says, an
     /// earlier one has failed, once all have ended.
-    fn advance_round(&mut self, failed: bool, budget: u64) -> Result<Option<(RoundTally, bool)>, ArenaFull> {
+    pub(super) fn advance_round(&mut self, failed: bool, budget: u64) -> Result<Option<(RoundTally, bool)>, ArenaFull> {
         let spent = self.round.advance(&self.shared, &self.roadmap, budget);
         self.tally.work += spent;
         if spent == budget {

@@ -161,6 +161,6 @@ impl Planner {
         self.growth.note_crossed(self.cuts.stations()[1]);
         self.trouble = Trouble::default();
         self.route_sweeps = 1;
-        if self.cuts.next() { Ok(Phase::seek(Purpose::Find)) } else { Ok(Phase::Assemble { next: 0 }) }
+        if self.cuts.next() { Ok(Phase::seek(Purpose::Find)) } else { Ok(self.polish_or_assemble()) }
     }
 }

@@ -19,6 +19,8 @@ pub struct PlannerConfig {
     pub waypoints_max: u32,
     /// Sequences tried to shorten a segment once it is complete; 0 leaves walks as they were found.
     pub shorten_rounds_max: u32,
+    /// Work that may go into shortening the motions of a plan, as a share of what finding it took; 0 leaves them as they were found.
+    pub polish_share: f64,
     /// Clearance between the robot and the world, and between its own links, at every sampled configuration, m.
     pub clearance: f64,
     /// How far the centre of mass stays inside the support polygon, m; of a small polygon at most 60 % of its depth. A
@@ -48,6 +50,7 @@ impl Default for PlannerConfig {
             configurations_max: 32_768,
             waypoints_max: 65_536,
             shorten_rounds_max: 6,
+            polish_share: 0.08,
             clearance: 0.006,
             com_margin: 0.02,
             effort_share: 0.8,

@@ -32,6 +32,7 @@ fn check_planner(planner: &PlannerConfig) -> Result<(), Complaint> {
             return complain(field, format!("is {count}; it must lie between 2 and {COUNT_MAX}"));
         }
     }
+    not_negative("planner.polish_share", planner.polish_share)?;
     positive("planner.clearance", planner.clearance)?;
     share("planner.effort_share", planner.effort_share)?;
     not_negative("planner.joint_margin", planner.joint_margin)?;

@@ -1,0 +1,103 @@
+//! Post-processing of the motions of a walk that is complete: shortcuts and local optimisation within each mode [Grey 4.4.6].
+//!
+//! First shortcuts, in the motions that are longest against the straight way before the others; with what is left of the work,
+//! local optimisation of all motions in turn. What is found takes the place of the motion in Gamma_M.
+
+use surefoot_shared_types::message::limits::CHUNK_WAYPOINTS_MAX;
+
+use super::{Phase, Planner};
+use crate::motion::graph::{ArenaFull, TransitionId};
+use crate::motion::heap::IndexHeap;
+use crate::motion::roadmap::{Hop, Roadmap};
+use crate::motion::shortcut::{Goal, distance, length};
+
+/// A motion whose straight way is longer than this share of it gets no shortcuts.
+const STRAIGHT_MAX: f64 = 0.8;
+
+/// What post-processing goes through, and what may be spent on it.
+#[derive(Debug)]
+pub struct Polish {
+    /// Hops of the walk by how much of their length the straight way is.
+    crooked: IndexHeap,
+    /// The hop whose corners come next.
+    next: usize,
+    /// It ends when the tally's work is this much.
+    until: u64,
+}
+
+impl Polish {
+    /// Room for any walk.
+    pub fn new(hops_max: usize) -> Self {
+        Self { crooked: IndexHeap::new(hops_max), next: 0, until: 0 }
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.crooked.bytes()
+    }
+}
+
+impl Planner {
+    /// After the last segment: post-processing, as far as enough work is left to put the plan together.
+    pub(super) fn polish_or_assemble(&mut self) -> Phase {
+        let config = &self.shared.constraints.config;
+        let wanted = (config.polish_share * self.tally.work as f64) as u64;
+        let until = self.tally.work.saturating_add(wanted).min(config.work_max.saturating_sub(self.work_to_assemble()));
+        if until <= self.tally.work {
+            return Phase::Assemble { next: 0 };
+        }
+        self.polish.crooked.clear();
+        (self.polish.next, self.polish.until) = (0, until);
+        Phase::Weigh { next: 0 }
+    }
+
+    /// Units of work that at the most are needed to put the plan together, and to weigh its motions before.
+    fn work_to_assemble(&self) -> u64 {
+        let (hops, waypoints) = (self.walk.len(), self.roadmap.waypoints_len());
+        (3 * hops + waypoints / (CHUNK_WAYPOINTS_MAX - 1) + 1) as u64
+    }
+
+    /// Compares one motion of the walk to the straight way.
+    pub(super) fn weigh(&mut self, next: usize) -> Phase {
+        let Some(hop) = hop_of(&self.walk, next) else { return Phase::Polish(Goal::Shortcuts) };
+        if let Some(share) = straightness(&self.roadmap, hop).filter(|share| *share <= STRAIGHT_MAX) {
+            self.polish.crooked.push(next as u32, share, 0);
+        }
+        Phase::Weigh { next: next + 1 }
+    }
+
+    /// Makes motions of the walk shorter, round by round.
+    pub(super) fn polish(&mut self, goal: Goal, budget: u64) -> Result<Phase, ArenaFull> {
+        if !self.round.is_running() {
+            let work = self.polish.until.saturating_sub(self.tally.work + 1);
+            let (Polish { crooked, next, .. }, walk) = (&mut self.polish, &self.walk);
+            let hops = std::iter::from_fn(|| match goal {
+                Goal::Shortcuts => crooked.pop().and_then(|(index, ..)| hop_of(walk, index as usize)),
+                Goal::Corners => {
+                    *next += 1;
+                    hop_of(walk, *next - 1)
+                }
+            });
+            self.round.begin_shortcuts(&self.shared, &self.roadmap, hops, (goal, work));
+        }
+        let is_last = self.round.is_empty();
+        let has_ended = self.advance_round(false, budget)?.is_some();
+        Ok(match goal {
+            Goal::Shortcuts if has_ended && is_last => Phase::Polish(Goal::Corners),
+            Goal::Corners if has_ended && is_last => Phase::Assemble { next: 0 },
+            _ => Phase::Polish(goal),
+        })
+    }
+}
+
+fn hop_of(walk: &[TransitionId], index: usize) -> Option<Hop> {
+    let pair = walk.get(index..index + 2)?;
+    Some(Hop { from: pair[0], to: pair[1] })
+}
+
+/// The length of the straight way as a share of that of a motion; `None` where there is none.
+fn straightness(roadmap: &Roadmap, hop: Hop) -> Option<f64> {
+    let (first, track) = (roadmap.state(hop.from).configuration, roadmap.motion(hop)?);
+    let whole = distance(&first, track.first()?) + length(track);
+    Some(distance(&first, track.last()?) / whole)
+}

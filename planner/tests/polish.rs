@@ -1,0 +1,182 @@
+//! Post-processing of the motions of a walk: shorter, valid, within its share of the work, and the same however it is run.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a plan is not found")]
+
+mod common;
+
+use common::{Case, run};
+use glam::DVec3;
+use surefoot_planner::Outcome;
+use surefoot_planner::body::Configuration;
+use surefoot_planner::collision::FootState;
+use surefoot_planner::constraint::{Constraints, Mode};
+use surefoot_planner::motion::shortcut::{Goal, Shortcutting, distance, length};
+use surefoot_planner::motion::track::{Follower, Progress, State, Stretch, Swing, place_at};
+use surefoot_planner::motion::workspace::Workspace;
+use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::recheck::{configuration_of, mode_of, recheck};
+use surefoot_planner::rpg::{Planner, Tally};
+use surefoot_planner::stage::Stage;
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::message::PlanChunk;
+
+const POLISH: usize = Stage::Polish as usize;
+
+fn case(name: &str, seed: u64, share: f64) -> Case {
+    Case::shipped(name).with_seed(seed).configured(|planner| planner.polish_share = share)
+}
+
+fn found(case: &Case, threads: usize, step: u64) -> Planner {
+    let mut planner = case.planner(threads);
+    assert_eq!(run(&mut planner, step), Outcome::Found, "{}", case.scenario.name);
+    planner
+}
+
+/// The motions of a plan: consecutive chunks with the same contacts.
+fn motions(chunks: &[PlanChunk]) -> Vec<Vec<Configuration>> {
+    let mut motions: Vec<Vec<Configuration>> = vec![];
+    for (index, chunk) in chunks.iter().enumerate() {
+        let goes_on = index > 0 && chunks[index - 1].contacts() == chunk.contacts() && chunks[index - 1].mode == chunk.mode;
+        if !goes_on {
+            motions.push(vec![]);
+        }
+        let waypoints = chunk.waypoints().iter().skip(usize::from(goes_on));
+        motions.last_mut().unwrap().extend(waypoints.map(configuration_of));
+    }
+    motions
+}
+
+#[test]
+fn motions_become_shorter_and_none_longer() {
+    for (name, seed) in [("flat_walk", 1), ("ibeam_gap", 2), ("stairs", 3), ("cinder_blocks", 1)] {
+        let [before, after] = [0.0, 1.0].map(|share| found(&case(name, seed, share), 1, u64::MAX));
+        assert_eq!(before.steps(), after.steps(), "{name}");
+        recheck(after.constraints(), after.chunks()).unwrap();
+        let [before, after] = [before, after].map(|planner| motions(planner.chunks()));
+        assert_eq!(before.len(), after.len(), "{name}");
+        for (old, new) in before.iter().zip(&after) {
+            assert!(length(new) <= length(old) + 1e-9 && new.len() <= old.len(), "{name}: a motion is longer than before");
+            let ends = [(&old[0], &new[0]), (&old[old.len() - 1], &new[new.len() - 1])];
+            assert!(ends.iter().all(|(old, new)| distance(old, new) < 1e-12), "{name}: a motion ends elsewhere than before");
+        }
+        let [old, new] = [&before, &after].map(|motions| motions.iter().map(|motion| length(motion)).sum::<f64>());
+        assert!(new < 0.95 * old, "{name}: {old} became {new}");
+    }
+}
+
+#[test]
+fn without_a_share_nothing_is_spent_and_with_one_no_more_than_that() {
+    let off = found(&case("ibeam_gap", 1, 0.0), 1, u64::MAX).tally();
+    assert_eq!(off.work_by_stage[POLISH], 0);
+    let search = off.work - off.work_by_stage[Stage::Assemble as usize];
+    for share in [0.02, 0.1, 0.5] {
+        let on = found(&case("ibeam_gap", 1, share), 1, u64::MAX).tally();
+        let spent = on.work_by_stage[POLISH];
+        assert!(spent > 0 && spent <= (share * search as f64) as u64 + 2, "{spent} units of {search}");
+        assert_eq!(on.work, search + spent + on.work_by_stage[Stage::Assemble as usize]);
+    }
+}
+
+/// Whatever the bound on the work, a plan that is found without post-processing is found with it.
+#[test]
+fn no_plan_is_lost_for_lack_of_work() {
+    let needed = found(&case("stepping_stones", 1, 0.0), 1, u64::MAX).tally().work;
+    for more in [0, 1, 2, 50, 100, 101, 102, 103, 200, 300] {
+        let mut planner = case("stepping_stones", 1, 1.0).configured(|planner| planner.work_max = needed + more).planner(1);
+        assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "{more} units more than needed");
+    }
+}
+
+#[test]
+fn neither_threads_nor_steps_change_anything() {
+    let plan = |threads, step| -> (Digest, Tally) {
+        let planner = found(&case("ibeam_gap", 1, 1.0), threads, step);
+        (planner.digest(), planner.tally())
+    };
+    let alone = plan(1, u64::MAX);
+    assert!(alone.1.work_by_stage[POLISH] > 0);
+    for (threads, step) in [(2, u64::MAX), (3, 1_000), (4, 7), (1, 1)] {
+        assert_eq!(plan(threads, step), alone, "{threads} threads, steps of {step}");
+    }
+}
+
+#[test]
+fn a_step_never_exceeds_its_work() {
+    let mut planner = case("ibeam_gap", 1, 1.0).planner(1);
+    for work in [1, 2, 3, 100].into_iter().cycle() {
+        let before = planner.tally();
+        planner.step(work);
+        let after = planner.tally();
+        assert!(after.work - before.work <= work);
+        if after.work_by_stage[Stage::Assemble as usize] > 0 {
+            break;
+        }
+    }
+    assert!(planner.tally().work_by_stage[POLISH] > 0);
+}
+
+/// The robot on both feet at the start of a walk, and the mode it is in.
+fn standing(planner: &Planner) -> (Mode, State) {
+    let chunk = &planner.chunks()[0];
+    let mode = mode_of(chunk).unwrap();
+    let configuration = configuration_of(&chunk.waypoints()[0]);
+    let state = State { configuration, world_from_soles: mode.world_from_soles };
+    (mode, state)
+}
+
+/// The robot with its root moved aside, m.
+fn moved(constraints: &Constraints, mode: &Mode, state: &State, by: DVec3) -> State {
+    let mut wished = *state;
+    wished.configuration.world_from_root.translation += by;
+    place_at(constraints, mode, &wished).unwrap()
+}
+
+/// A motion through the given states, its first one included.
+fn track_over(constraints: &Constraints, mode: &Mode, states: &[State]) -> Vec<Configuration> {
+    let mut track = vec![states[0].configuration];
+    for pair in states.windows(2) {
+        let stretch = Stretch { from: pair[0], to: pair[1], exact: true, swing: Swing::Straight, swing_foot: FootState::Free };
+        let mut follower = Follower::new(constraints, &stretch);
+        loop {
+            let progress = follower.advance(constraints, mode).unwrap();
+            if progress != Progress::Nearer {
+                track.push(follower.here().configuration);
+            }
+            if progress == Progress::Arrived {
+                break;
+            }
+        }
+    }
+    track
+}
+
+fn shortened(constraints: &Constraints, mode: &Mode, track: &[Configuration], goal: Goal, work: u64) -> Vec<Configuration> {
+    let mut workspace = Workspace::new(1024, 2);
+    workspace.track.extend_from_slice(track);
+    let mut search = Shortcutting::new(goal, mode.clone(), Random::new(1, Stream::Shortcut, 0, 0), work);
+    while !search.has_ended() {
+        search.advance(constraints, &mut workspace);
+    }
+    workspace.track
+}
+
+#[test]
+fn a_detour_is_cut_off_and_corners_are_rounded() {
+    let planner = found(&case("flat_walk", 1, 0.0), 1, u64::MAX);
+    let constraints = planner.constraints();
+    let (mode, here) = standing(&planner);
+    let at = |x: f64, z: f64| moved(constraints, &mode, &here, DVec3::new(x, 0.0, z));
+    let (low, back, ahead) = (at(0.0, -0.02), at(-0.03, -0.1), at(0.03, -0.02));
+    let [straight, detour] = [vec![low, ahead], vec![low, back, ahead]].map(|states| track_over(constraints, &mode, &states));
+    assert!(length(&detour) > 1.5 * length(&straight));
+
+    let cut = shortened(constraints, &mode, &detour, Goal::Shortcuts, 10_000);
+    assert!(length(&cut) < 1.01 * length(&straight), "{} against {}", length(&cut), length(&straight));
+    assert!(distance(&cut[0], &detour[0]) < 1e-12 && distance(cut.last().unwrap(), detour.last().unwrap()) < 1e-12);
+
+    let rounded = shortened(constraints, &mode, &detour, Goal::Corners, 10_000);
+    assert!(length(&rounded) < length(&detour) && rounded.len() <= detour.len());
+
+    let as_it_was = shortened(constraints, &mode, &detour, Goal::Shortcuts, 0);
+    assert_eq!(as_it_was.len(), detour.len());
+}
