@@ -525,8 +525,8 @@ fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, Plann
     }
     let error = |error: rayon::ThreadPoolBuildError| PlannerError::Threads { threads: threads.get(), reason: error.to_string() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build().map_err(error)?;
-    // A thread allocates while it starts: wait until each has run something.
-    pool.broadcast(|_| ());
+    // A thread allocates while it starts, and when it first looks for another one's work: wait until each has done both.
+    pool.broadcast(|_| rayon::yield_now());
     Ok(Some(Arc::new(pool)))
 }
 
