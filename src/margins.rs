@@ -54,7 +54,7 @@ impl WorstMargins {
 pub fn with_unit(check: &str, margin: f64) -> String {
     match check {
         "limits" => format!("{margin:.4} rad"),
-        "torque" => format!("{:.1} %", 100.0 * margin),
+        "torque" | "acceleration" => format!("{:.1} %", 100.0 * margin),
         _ => format!("{:.2} mm", 1000.0 * margin),
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! When a foot lands, it stands up to 5 mm and 1 degree off, in the plane of its sole. As long as it stands there, the leg makes
 //! up for it: the root moves as planned, and the leg's joints reach the sole where it really is. When the foot is lifted, it
-//! goes back to its planned way. What is so walked passes every check of the plan, or the robot holds and says where it stands.
+//! goes back to its planned way. Where that asks too much of a joint, it takes longer than planned, and what follows is as late.
+//! What is so walked passes every check of the plan, or the robot holds and says where it stands.
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, Margins, PlanChunk, SupportMode, Waypoint};
@@ -39,19 +40,21 @@ pub struct Disturbance {
     seed: u64,
     /// Of each foot, from where it was to be to where it is, in its sole frame.
     planned_from_real: [Pose; 2],
+    /// How far behind the plan the robot is, s.
+    late: f64,
 }
 
 impl Disturbance {
     /// The disturbances of a seed.
     pub fn new(seed: u64) -> Self {
-        Self { seed, planned_from_real: [Pose::IDENTITY; 2] }
+        Self { seed, planned_from_real: [Pose::IDENTITY; 2], late: 0.0 }
     }
 
     /// Walks a chunk that `walker` has admitted, as the feet really stand.
     pub fn walk(&mut self, walker: &mut Walker, chunk: &PlanChunk) -> Walked {
         if chunk.sequence == 0 {
             // A plan begins where the robot really stands.
-            self.planned_from_real = [Pose::IDENTITY; 2];
+            (self.planned_from_real, self.late) = ([Pose::IDENTITY; 2], 0.0);
         }
         let landing = walker.landing(chunk).copied();
         let tries = if landing.is_some() { LANDINGS_MAX } else { 1 };
@@ -61,10 +64,11 @@ impl Disturbance {
             if let Some(landing) = &landing {
                 feet[landing.limb as usize] = self.misplaced(chunk, attempt);
             }
-            match walk_really(walker, chunk, landing.as_ref(), &feet) {
+            match walk_really(walker, chunk, landing.as_ref(), &feet, self.late) {
                 Ok((real, margins)) => {
                     walker.walk_as(chunk, &real, &margins);
                     self.planned_from_real = after(chunk, feet);
+                    self.late = end_of(&real) - end_of(chunk);
                     return Walked::As(Box::new(real), margins);
                 }
                 Err(reason) => why = reason,
@@ -98,8 +102,10 @@ fn walk_really(
     chunk: &PlanChunk,
     landing: Option<&Contact>,
     feet: &[Pose; 2],
+    late: f64,
 ) -> Result<(PlanChunk, Margins), String> {
-    let real = really(walker.checker(), chunk, feet)?;
+    let mut real = really(walker.checker(), chunk, feet)?;
+    slow_down(walker.checker(), &mut real, late);
     let mode = SupportMode::from_wire(chunk.mode).ok_or("no mode")?;
     if landing.is_some() {
         check_slide(walker, &real)?;
@@ -107,6 +113,20 @@ fn walk_really(
     let segment = Segment { mode, contacts: real.contacts(), waypoints: real.waypoints() };
     let margins = walker.check(&segment).map_err(|violation| violation.to_string())?;
     Ok((real, margins))
+}
+
+/// Delays a motion by `late` (s), and has it take as long as the joints need.
+fn slow_down(checker: &Checker, real: &mut PlanChunk, late: f64) {
+    let slower_by = checker.slower_by(real.waypoints());
+    let begin = real.waypoints[0].time;
+    for waypoint in &mut real.waypoints[..real.waypoints_len as usize] {
+        waypoint.time = late + begin + slower_by * (waypoint.time - begin);
+    }
+}
+
+/// When the last waypoint of a chunk is reached, s.
+fn end_of(chunk: &PlanChunk) -> f64 {
+    chunk.waypoints().last().map_or(0.0, |waypoint| waypoint.time)
 }
 
 /// Whether the landing foot may slide from its planned place to where it comes to rest.
@@ -130,9 +150,11 @@ fn really(checker: &Checker, chunk: &PlanChunk, feet: &[Pose; 2]) -> Result<Plan
             contact.rotation = pose.rotation.normalize().to_array();
             contact.world_from_sole()
         });
-        let last = (chunk.waypoints_len - 1).max(1);
-        for (index, waypoint) in real.waypoints[..chunk.waypoints_len as usize].iter_mut().enumerate() {
-            let left = 1.0 - index as f64 / f64::from(last);
+        let (begin, end) = (chunk.waypoints[0].time, end_of(chunk));
+        for waypoint in &mut real.waypoints[..chunk.waypoints_len as usize] {
+            let share = if end > begin { (waypoint.time - begin) / (end - begin) } else { 0.0 };
+            // It leaves where it stood and joins its planned way without a jerk.
+            let left = 1.0 - share * share * (3.0 - 2.0 * share);
             let swinging = |planned: Pose| planned * interpolate(&Pose::IDENTITY, planned_from_real, left);
             place_foot(checker, waypoint, limb, |planned| standing_at.unwrap_or_else(|| swinging(planned)))?;
         }

@@ -50,7 +50,7 @@ pub struct CheckLine {
 /// A margin and where it was met.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorstMargin {
-    /// As the field of [`Margins`].
+    /// As the field of [`Margins`], or as [`SegmentReport::acceleration`].
     pub margin: f64,
     /// The phase.
     pub phase: usize,
@@ -80,7 +80,7 @@ impl PlanReport {
         self.margins = self.margins.min(&report.margins);
         self.reserves = self.reserves.min(&report.reserves);
         for line in &mut self.checks {
-            if let Some(margin) = margin_of(&report.margins, line.check)
+            if let Some(margin) = margin_of(report, line.check)
                 && margin.is_finite()
                 && line.worst.is_none_or(|worst| margin < worst.margin)
             {
@@ -130,8 +130,10 @@ fn transition_violation(before: &Phase, after: &Phase) -> Option<Violation> {
     Some(Violation::new(Check::Continuity, 0, detail))
 }
 
-fn margin_of(margins: &Margins, check: Check) -> Option<f64> {
+fn margin_of(report: &SegmentReport, check: Check) -> Option<f64> {
+    let margins = &report.margins;
     match check {
+        Check::Acceleration => Some(report.acceleration),
         Check::Limits => Some(margins.limits),
         Check::Contact => Some(margins.contact),
         Check::Balance => Some(margins.balance),

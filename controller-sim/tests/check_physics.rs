@@ -300,18 +300,28 @@ fn robots_that_cannot_be_judged_are_refused() {
 }
 
 #[test]
-fn the_acceleration_reserve_counts_starts_stops_and_turns() {
+fn starts_stops_and_turns_are_accelerations() {
     let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
-    let mut reserve = |waypoints: &[Waypoint]| {
-        let report = checker.check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints });
-        report.reserves.acceleration
-    };
+    let mut unused =
+        |waypoints: &[Waypoint]| checker.check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints }).acceleration;
     // From rest to 0.1 rad/s within half a second, at a limit of 10 rad/s2.
-    assert!((reserve(&[waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.1, 0.0)]) - 0.98).abs() < 1e-9);
-    // A turn from 0.5 to -0.5 rad/s between two intervals of 0.1 s asks for 10 rad/s2, as starting and stopping do.
-    let turn = [waypoint(0.0, 0.0, 0.0), waypoint(0.1, 0.05, 0.0), waypoint(0.2, 0.0, 0.0)];
-    assert!(reserve(&turn).abs() < 1e-9);
+    assert!((unused(&[waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.1, 0.0)]) - 0.98).abs() < 1e-9);
+    // A turn from 0.25 to -0.25 rad/s between two intervals of 0.1 s asks for 5 rad/s2, as starting and stopping do.
+    let turn = [waypoint(0.0, 0.0, 0.0), waypoint(0.1, 0.025, 0.0), waypoint(0.2, 0.0, 0.0)];
+    assert!((unused(&turn) - 0.5).abs() < 1e-9);
+    assert_eq!(unused(&[waypoint(0.0, 0.3, 0.0)]), 1.0);
+    // Half the time is four times the acceleration.
     let quicker = turn.map(|waypoint| Waypoint { time: 0.5 * waypoint.time, ..waypoint });
-    assert!((reserve(&quicker) + 3.0).abs() < 1e-9, "half the time is four times the acceleration");
-    assert_eq!(reserve(&[waypoint(0.0, 0.3, 0.0)]), 1.0);
+    refused(judge(robot(), world(vec![]), &both_feet(), &quicker), Check::Acceleration, "joint shoulder accelerates by 20.00");
+}
+
+#[test]
+fn a_motion_that_does_not_stop_at_its_end_is_refused() {
+    // Gently up to 0.6 rad/s, and then no further waypoint.
+    let times_and_angles = [(0.0, 0.0), (0.4, 0.1), (0.6, 0.2), (0.75, 0.29), (0.8, 0.32)];
+    let waypoints = times_and_angles.map(|(time, shoulder)| waypoint(time, shoulder, 0.0));
+    let violation = refused(judge(robot(), world(vec![]), &both_feet(), &waypoints), Check::Acceleration, "shoulder");
+    assert_eq!(violation.waypoint, 4);
+    let whole = judge(robot(), world(vec![]), &both_feet(), &[&waypoints[..], &[waypoint(1.2, 0.33, 0.0)]].concat());
+    assert!(whole.is_ok(), "{whole:?}");
 }

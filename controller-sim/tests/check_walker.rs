@@ -158,6 +158,7 @@ fn a_foot_may_be_lifted_but_not_swapped() {
 #[test]
 fn physics_is_judged_last_and_a_new_plan_begins_where_the_robot_stands() {
     assert_eq!(refusal(|chunk| chunk.waypoints[2].q[2] = 0.5), Check::Spacing);
+    assert_eq!(refusal(|chunk| chunk.waypoints[2].time = chunk.waypoints[1].time + 0.1), Check::Acceleration);
     let mut walker = walker();
     walker.admit_and_walk(&first()).unwrap();
     let mut elsewhere = first();

@@ -1,4 +1,4 @@
-//! Cuts a walk into plan chunks at waypoints, all of which are statically stable.
+//! Cuts a walk into plan chunks at waypoints, all of which are statically stable, and times and seals them.
 
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
@@ -9,13 +9,7 @@ use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
 use crate::motion::graph::ArenaFull;
-
-/// The fastest joint of a plan, rad/s or m/s: slow enough to be quasi-static for every robot we tried in physical replay.
-const JOINT_SPEED_MAX: f64 = 0.4;
-/// The fastest root of a plan, m/s.
-const ROOT_SPEED_MAX: f64 = 0.12;
-/// The shortest time between two waypoints, s.
-const WAYPOINT_INTERVAL_MIN: f64 = 0.01;
+use crate::timing::Timing;
 
 /// What a plan was made for: goes into every chunk.
 #[derive(Debug, Clone, Copy)]
@@ -35,10 +29,12 @@ pub struct Provenance {
 pub struct ChunkBuilder {
     chunks: Vec<PlanChunk>,
     provenance: Provenance,
+    timing: Timing,
     plan_id: u64,
     epoch: u64,
-    time: f64,
     waypoints: u64,
+    /// When the chunks that are sealed end, s.
+    time: f64,
     /// The digest of the chunks that are sealed.
     stream: Digest,
     sealed: usize,
@@ -46,15 +42,16 @@ pub struct ChunkBuilder {
 
 impl ChunkBuilder {
     /// An arena for plans of `waypoints_max` waypoints.
-    pub fn new(waypoints_max: usize, provenance: Provenance) -> Self {
+    pub fn new(waypoints_max: usize, provenance: Provenance, timing: Timing) -> Self {
         let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 8;
         Self {
             chunks: reserve(chunks_max),
             provenance,
+            timing,
             plan_id: 1,
             epoch: 0,
-            time: 0.0,
             waypoints: 0,
+            time: 0.0,
             stream: Digest::default(),
             sealed: 0,
         }
@@ -103,11 +100,13 @@ impl ChunkBuilder {
         Ok(())
     }
 
-    /// Seals the next chunk of a plan that is complete: sequence number, flags and digest. Answers the digest of the whole after
-    /// the last one.
+    /// Seals the next chunk of a plan that is complete: times, sequence number, flags and digest. Answers the digest of the whole
+    /// after the last one.
     pub fn seal(&mut self) -> Option<Digest> {
         let (index, count) = (self.sealed, self.chunks.len());
         if let Some(chunk) = self.chunks.get_mut(index) {
+            let used = chunk.waypoints_len as usize;
+            self.time = self.timing.set_times(&mut chunk.waypoints[..used], self.time);
             chunk.sequence = index as u64;
             chunk.flags = if index == 0 { FLAG_FIRST } else { 0 } | if index + 1 == count { FLAG_LAST } else { 0 };
             chunk.stream = self.stream;
@@ -138,21 +137,18 @@ impl ChunkBuilder {
             *contact = contact_of(foothold);
         }
         chunk.waypoints_len = piece.len() as u32 + 1;
-        chunk.waypoints[0] = waypoint(first, self.time);
-        let mut before = first;
-        for (slot, configuration) in chunk.waypoints[1..].iter_mut().zip(piece) {
-            self.time += interval(before, configuration);
-            *slot = waypoint(configuration, self.time);
-            before = configuration;
+        for (slot, configuration) in chunk.waypoints.iter_mut().zip([first].into_iter().chain(piece)) {
+            *slot = waypoint(configuration);
         }
         self.chunks.push(chunk);
         Ok(())
     }
 }
 
-fn waypoint(configuration: &Configuration, time: f64) -> Waypoint {
+/// Its time is not known before the chunk is sealed.
+fn waypoint(configuration: &Configuration) -> Waypoint {
     let pose = &configuration.world_from_root;
-    Waypoint { time, root_position: pose.translation.to_array(), root_rotation: pose.rotation.to_array(), q: configuration.q }
+    Waypoint { time: 0.0, root_position: pose.translation.to_array(), root_rotation: pose.rotation.to_array(), q: configuration.q }
 }
 
 fn contact_of(foothold: &Foothold) -> Contact {
@@ -165,11 +161,4 @@ fn contact_of(foothold: &Foothold) -> Contact {
         *slot = vertex.to_array();
     }
     contact
-}
-
-/// The time a motion between two waypoints takes, s.
-fn interval(a: &Configuration, b: &Configuration) -> f64 {
-    let joint = a.q.iter().zip(&b.q).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
-    let root = a.world_from_root.translation.distance(b.world_from_root.translation);
-    (joint / JOINT_SPEED_MAX).max(root / ROOT_SPEED_MAX).max(WAYPOINT_INTERVAL_MIN)
 }

@@ -24,6 +24,7 @@ pub mod seeding;
 pub mod snapshot;
 pub mod stage;
 pub mod statics;
+mod timing;
 pub mod trouble;
 
 pub use outcome::{Outcome, Status};

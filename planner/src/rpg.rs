@@ -57,6 +57,7 @@ use crate::possibility::{Context, Growth, Labelled, Progress, Torso};
 use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::Seeding;
 use crate::stage::Stage;
+use crate::timing::Timing;
 use crate::trouble::{Focus, Trouble};
 use polish::Polish;
 use primitive_stretches::{Primitives, pair_on};
@@ -245,7 +246,7 @@ impl Planner {
             scenario: scenario.clone(),
             search: SequenceSearch::new(config.footholds_max as usize, config.transitions_max as usize),
             purpose: Purpose::Find,
-            chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance),
+            chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance, Timing::new(model)),
             phase: Phase::Ends,
             standing: None,
             cuts: Cuts::new(),

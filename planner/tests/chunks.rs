@@ -184,6 +184,24 @@ fn joints_keep_their_margins_steps_and_speeds() {
 }
 
 #[test]
+fn joints_start_stop_and_turn_within_their_accelerations() {
+    for_each_walk(|case, planner| {
+        for chunk in planner.chunks() {
+            for (index, joint) in case.model.joints.iter().enumerate() {
+                let (mut speed_before, mut seconds_before) = (0.0, 0.0);
+                let interval = |pair: &[Waypoint]| (pair[1].time - pair[0].time, pair[1].q[index] - pair[0].q[index]);
+                let intervals = chunk.waypoints().windows(2).map(interval).map(|(seconds, way)| (seconds, way / seconds));
+                for (seconds, speed) in intervals.chain([(0.0, 0.0)]) {
+                    let acceleration = f64::abs(speed - speed_before) / (0.5 * (seconds + seconds_before));
+                    assert!(acceleration < joint.acceleration, "chunk {}: {} by {acceleration}", chunk.sequence, joint.name);
+                    (speed_before, seconds_before) = (speed, seconds);
+                }
+            }
+        }
+    });
+}
+
+#[test]
 fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
     for_each_walk(|case, planner| {
         let body = Body::new(&case.model, &case.scenario.planner).unwrap();

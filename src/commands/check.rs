@@ -31,8 +31,8 @@ fn table(report: &PlanReport) -> String {
     let mut rows = vec![format!("{:<16}{:<14}where", "check", "worst margin")];
     rows.extend(report.checks.iter().map(row));
     rows.extend([("start", &report.start), ("goal", &report.goal)].map(|(name, end)| end_row(name, end)));
-    let Reserves { friction, even_torque, acceleration } = report.reserves;
-    let reserves = [("friction unused", friction), ("torque, even", even_torque), ("acceleration", acceleration)];
+    let Reserves { friction, even_torque } = report.reserves;
+    let reserves = [("friction unused", friction), ("torque, even", even_torque)];
     rows.extend(reserves.map(|(name, reserve)| reserve_row(name, reserve)));
     rows.push(if report.is_valid() { "accepted".to_owned() } else { "refused".to_owned() });
     rows.join("\n")
@@ -76,7 +76,6 @@ struct JsonReport {
 struct JsonReserves {
     friction: Option<f64>,
     even_torque: Option<f64>,
-    acceleration: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -106,11 +105,7 @@ impl From<&PlanReport> for JsonReport {
         Self {
             outcome: if report.is_valid() { "accepted" } else { "refused" },
             margins: (&report.margins).into(),
-            reserves: JsonReserves {
-                friction: finite(report.reserves.friction),
-                even_torque: finite(report.reserves.even_torque),
-                acceleration: finite(report.reserves.acceleration),
-            },
+            reserves: JsonReserves { friction: finite(report.reserves.friction), even_torque: finite(report.reserves.even_torque) },
             checks: report.checks.iter().map(JsonCheck::from).collect(),
             start: (&report.start).into(),
             goal: (&report.goal).into(),

@@ -46,6 +46,15 @@ fn motions() -> Vec<Damage> {
             walk.plan.waypoints[at].root_quat_xyzw = [w, z, -y, -x];
         }),
         ("waypoints are left out", Violates(Check::Spacing, "to the next waypoint"), |walk| walk.thin(walk.middle_phase("right"), 30)),
+        ("the walk is hurried", Violates(Check::Acceleration, "accelerates"), |walk| {
+            walk.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.7);
+        }),
+        ("a step stops at once", Violates(Check::Acceleration, "accelerates"), |walk| {
+            let last = *walk.waypoints_of(walk.middle_phase("right")).end();
+            let late = 0.9 * (walk.plan.waypoints[last].t - walk.plan.waypoints[last - 1].t);
+            walk.plan.waypoints[last..].iter_mut().for_each(|waypoint| waypoint.t -= late);
+        }),
+        ("an arm twitches", Violates(Check::Acceleration, "left_elbow"), |walk| walk.bend("left_elbow", -0.15, [walk.mid_step()])),
         ("an elbow bends too far", Violates(Check::Limits, "left_elbow"), |walk| walk.bend("left_elbow", -3.0, walk.everywhere())),
         ("a wrist turns too far", Violates(Check::Limits, "right_wrist_yaw"), |walk| {
             walk.bend("right_wrist_yaw", 3.5, walk.everywhere());

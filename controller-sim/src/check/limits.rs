@@ -3,7 +3,7 @@
 //! Joints move linearly between waypoints, so limits hold everywhere if they hold at the waypoints.
 
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::{Check, Waypoint};
+use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::{Joint, RobotModel};
 
 use super::motion::Change;
@@ -56,26 +56,6 @@ pub fn check_spacing(model: &RobotModel, config: &CheckerConfig, segment: &Segme
         changes.push(change);
     }
     Ok(Spacing { changes })
-}
-
-/// The share of the joints' acceleration limits that stays unused; negative where one is exceeded. A waypoint's acceleration is the
-/// change of speed there over half the time of its two intervals; the robot is at rest before the first waypoint and after the last.
-pub fn acceleration_reserve(model: &RobotModel, segment: &Segment) -> f64 {
-    let waypoints = segment.waypoints;
-    let interval = |index: usize| index.checked_sub(1).and_then(|before| Some((&waypoints[before], waypoints.get(before + 1)?)));
-    let seconds = |pair: Option<(&Waypoint, &Waypoint)>| pair.map_or(0.0, |(from, to)| to.time - from.time);
-    let mut largest: f64 = 0.0;
-    for index in 0..waypoints.len() {
-        let (before, after) = (interval(index), interval(index + 1));
-        let time = 0.5 * (seconds(before) + seconds(after));
-        for (joint, limit) in model.joints.iter().enumerate() {
-            let speed =
-                |pair: Option<(&Waypoint, &Waypoint)>| pair.map_or(0.0, |(from, to)| (to.q[joint] - from.q[joint]) / (to.time - from.time));
-            let change = (speed(after) - speed(before)).abs();
-            largest = largest.max(if time > 0.0 { change / (time * limit.acceleration) } else { 0.0 });
-        }
-    }
-    1.0 - largest
 }
 
 /// The smallest distance of a joint to its limits, rad or m.

@@ -3,6 +3,7 @@
 //! [`Checker::check_segment`] runs them in the order of [`PHYSICAL`] and stops at the first violation;
 //! [`Checker::check_all`] runs them all. Each check lives in the file of its name.
 
+mod acceleration;
 mod allowed_pairs;
 mod balance;
 mod collision;
@@ -28,6 +29,7 @@ use surefoot_shared_types::scene::World;
 
 use crate::geometry::body::Body;
 use crate::kinematics::{Configuration, Posture};
+use acceleration::check_acceleration;
 use allowed_pairs::allowed_pairs;
 use equilibrium::Equilibrium;
 pub use load::{FootLoad, Load};
@@ -35,8 +37,18 @@ use motion::Motion;
 use support::{SoleSupport, SupportFinder};
 
 /// The physical checks, in the order in which they are made.
-pub const PHYSICAL: [Check; 7] =
-    [Check::Spacing, Check::Limits, Check::Contact, Check::Balance, Check::Torque, Check::Collision, Check::SelfCollision];
+pub const PHYSICAL: [Check; 8] = [
+    Check::Spacing,
+    Check::Acceleration,
+    Check::Limits,
+    Check::Contact,
+    Check::Balance,
+    Check::Torque,
+    Check::Collision,
+    Check::SelfCollision,
+];
+/// Those of them that need a [`Case`].
+const OF_CASES: [Check; 6] = [Check::Limits, Check::Contact, Check::Balance, Check::Torque, Check::Collision, Check::SelfCollision];
 
 /// A robot or world that cannot be judged.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -103,10 +115,18 @@ impl Violation {
 pub struct SegmentReport {
     /// The worst margins of the checks that passed.
     pub margins: Margins,
+    /// The share of the joints' acceleration limits that stays unused; infinite where one is exceeded.
+    pub acceleration: f64,
     /// The first violation of each check that did not.
     pub violations: Vec<Violation>,
     /// What is left beyond what the checks demand.
     pub reserves: Reserves,
+}
+
+impl SegmentReport {
+    /// Nothing measured yet.
+    const UNMEASURED: Self =
+        Self { margins: Margins::UNMEASURED, acceleration: f64::INFINITY, violations: Vec::new(), reserves: Reserves::UNMEASURED };
 }
 
 /// How much harder it could be: reported, never demanded.
@@ -116,21 +136,15 @@ pub struct Reserves {
     pub friction: f64,
     /// The share of the effort limits that stays unused by contact forces of least squares.
     pub even_torque: f64,
-    /// The share of the joints' acceleration limits that stays unused; negative where the plan's times ask for more.
-    pub acceleration: f64,
 }
 
 impl Reserves {
     /// Nothing measured yet.
-    pub const UNMEASURED: Self = Self { friction: f64::INFINITY, even_torque: f64::INFINITY, acceleration: f64::INFINITY };
+    pub const UNMEASURED: Self = Self { friction: f64::INFINITY, even_torque: f64::INFINITY };
 
     /// The smaller of each pair.
     pub fn min(&self, other: &Self) -> Self {
-        Self {
-            friction: self.friction.min(other.friction),
-            even_torque: self.even_torque.min(other.even_torque),
-            acceleration: self.acceleration.min(other.acceleration),
-        }
+        Self { friction: self.friction.min(other.friction), even_torque: self.even_torque.min(other.even_torque) }
     }
 }
 
@@ -184,8 +198,9 @@ impl Checker {
     pub fn check_segment(&mut self, segment: &Segment) -> Result<Margins, Violation> {
         let mut margins = Margins::UNMEASURED;
         let spacing = limits::check_spacing(&self.model, &self.config, segment)?;
+        check_acceleration(&self.model, segment.waypoints)?;
         let case = self.prepare(segment, spacing);
-        for check in &PHYSICAL[1..] {
+        for check in &OF_CASES {
             record(&mut margins, *check, self.run(*check, &case)?);
         }
         Ok(margins)
@@ -193,21 +208,30 @@ impl Checker {
 
     /// All checks of a segment, each up to its first violation. Waypoints too far apart to interpolate end it early.
     pub fn check_all(&mut self, segment: &Segment) -> SegmentReport {
-        let mut report = SegmentReport { margins: Margins::UNMEASURED, violations: Vec::new(), reserves: Reserves::UNMEASURED };
+        let mut report = SegmentReport::UNMEASURED;
         match limits::check_spacing(&self.model, &self.config, segment) {
             Err(violation) => report.violations.push(violation),
             Ok(spacing) => {
+                match check_acceleration(&self.model, segment.waypoints) {
+                    Ok(margin) => report.acceleration = margin,
+                    Err(violation) => report.violations.push(violation),
+                }
                 let case = self.prepare(segment, spacing);
-                for check in &PHYSICAL[1..] {
+                for check in &OF_CASES {
                     match self.run(*check, &case) {
                         Ok(margin) => record(&mut report.margins, *check, margin),
                         Err(violation) => report.violations.push(violation),
                     }
                 }
-                report.reserves = self.reserves(segment, &case);
+                report.reserves = self.reserves(&case);
             }
         }
         report
+    }
+
+    /// How many times as long a motion must take, so that no joint accelerates more than it may; at least 1.
+    pub fn slower_by(&self, waypoints: &[Waypoint]) -> f64 {
+        acceleration::hardest(&self.model, waypoints).share.max(1.0).sqrt()
     }
 
     /// What carries the robot on these contacts.
@@ -221,9 +245,8 @@ impl Checker {
         load::even_load(&self.unlocked, &mut self.equilibrium, &footing.0, &posture)
     }
 
-    fn reserves(&mut self, segment: &Segment, case: &Case) -> Reserves {
+    fn reserves(&mut self, case: &Case) -> Reserves {
         Reserves {
-            acceleration: limits::acceleration_reserve(&self.model, segment),
             friction: balance::friction_reserve(&self.config, &mut self.equilibrium, case),
             even_torque: torque::even_torque_reserve(&self.unlocked, &self.equilibrium, case),
         }

@@ -53,11 +53,13 @@ pub enum Check {
     WorldDiffers = 16,
     /// The robot's feet stand elsewhere than the plan says, and it cannot go on so; [`Feedback::standing`] says where it stands.
     FootMisplaced = 17,
+    /// A joint's speed changes faster than it may.
+    Acceleration = 18,
 }
 
 impl Check {
     /// All checks, in wire order.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Limits,
         Self::Contact,
         Self::Balance,
@@ -76,6 +78,7 @@ impl Check {
         Self::Instance,
         Self::WorldDiffers,
         Self::FootMisplaced,
+        Self::Acceleration,
     ];
 
     /// The check with this wire value, if there is one.
@@ -104,6 +107,7 @@ impl Check {
             "instance",
             "world_differs",
             "foot_misplaced",
+            "acceleration",
         ][self as usize]
     }
 }
