@@ -7,6 +7,7 @@ use surefoot_shared_types::scene::GRAVITY;
 use super::equilibrium::{ALL_FRICTION, Equilibrium, Generator, PYRAMID_SIDES, balance};
 use super::least_squares::even_forces;
 use super::support::{ContactPoint, SoleSupport};
+use super::torque::Statics;
 use crate::kinematics::Posture;
 
 /// How a standing robot is loaded.
@@ -51,21 +52,60 @@ impl Pressed {
     }
 }
 
+/// All that presses one foot.
+struct Press {
+    limb: usize,
+    /// N.
+    force: DVec3,
+    /// The part of the forces along their points' normals, N.
+    pressure: f64,
+    /// The points, weighed by their pressure, N m.
+    moment: DVec3,
+    /// The mean normal.
+    normal: DVec3,
+}
+
+impl Press {
+    fn on(limb: usize, pressed: &[Pressed]) -> Self {
+        let mut press = Self { limb, force: DVec3::ZERO, pressure: 0.0, moment: DVec3::ZERO, normal: DVec3::ZERO };
+        for point in pressed.iter().filter(|point| point.limb == limb) {
+            let pressure = point.pressure();
+            press.force += point.force;
+            press.pressure += pressure;
+            press.moment += pressure * point.at.position;
+            press.normal += pressure * point.at.normal;
+        }
+        Self { normal: press.normal.normalize_or_zero(), ..press }
+    }
+
+    /// How much of the friction cone about the mean normal the force uses.
+    fn friction_use(&self, mu: f64) -> f64 {
+        let along = self.force.dot(self.normal);
+        if along > 0.0 { (self.force - along * self.normal).length() / (mu * along) } else { 0.0 }
+    }
+
+    fn load(&self) -> Option<FootLoad> {
+        (self.pressure > 0.0).then(|| FootLoad { limb: self.limb, force: self.force, centre: self.moment / self.pressure })
+    }
+}
+
 /// The load of least squares; without feet, and as if nothing but the root held the robot, where no forces hold it.
 pub fn even_load(model: &RobotModel, equilibrium: &mut Equilibrium, supports: &[SoleSupport], posture: &Posture) -> Load {
     let centre_of_mass = posture.centre_of_mass(model);
     let generators = equilibrium.generators(supports, ALL_FRICTION);
     let forces = even_forces(&balance(&generators, centre_of_mass)).unwrap_or_default();
     let pressed = pressed(supports, &generators, &forces, model.mass() * GRAVITY);
-    let torques = torques(model, &pressed, posture);
+    let presses: Vec<Press> = supports.iter().map(|support| Press::on(support.limb, &pressed)).collect();
+    let stance = supports.iter().map(|support| support.limb).collect();
+    let torques = Statics::new(model, generators, stance).torques_under(posture, &forces);
     let share = model.joints.iter().zip(&torques).map(|(joint, torque)| torque.abs() / joint.effort);
     Load {
         centre_of_mass,
         balance_margin: equilibrium.region(supports, ALL_FRICTION).margin(centre_of_mass),
-        feet: supports.iter().filter_map(|support| foot_load(support.limb, &pressed)).collect(),
+        feet: presses.iter().filter_map(Press::load).collect(),
         torque_use: share.fold(0.0, f64::max),
         torques,
-        friction_use: supports.iter().map(|support| friction_use(equilibrium.mu(), support.limb, &pressed)).fold(0.0, f64::max),
+        friction_use: presses.iter().map(|press| press.friction_use(equilibrium.mu())).fold(0.0, f64::max),
     }
 }
 
@@ -74,32 +114,4 @@ fn pressed(supports: &[SoleSupport], generators: &[Generator], forces: &[f64], w
     let edges = generators.chunks(PYRAMID_SIDES).zip(forces.chunks(PYRAMID_SIDES));
     let force = |(edges, shares): (&[Generator], &[f64])| edges.iter().zip(shares).map(|(edge, share)| share * weight * edge.force).sum();
     points.zip(edges).map(|((limb, at), edges)| Pressed { limb, at, force: force(edges) }).collect()
-}
-
-fn torques(model: &RobotModel, pressed: &[Pressed], posture: &Posture) -> Vec<f64> {
-    let mut torques = posture.gravity_torques(model);
-    for (limb, foot) in model.feet.iter().enumerate() {
-        for joint in model.chain(foot.link) {
-            let on_foot = pressed.iter().filter(|point| point.limb == limb);
-            torques[joint] -= on_foot.map(|point| posture.along_joint(model, joint, point.at.position, point.force)).sum::<f64>();
-        }
-    }
-    torques
-}
-
-/// How much of the friction cone about its mean normal a foot's force uses.
-fn friction_use(mu: f64, limb: usize, pressed: &[Pressed]) -> f64 {
-    let on_foot = pressed.iter().filter(|point| point.limb == limb);
-    let force: DVec3 = on_foot.clone().map(|point| point.force).sum();
-    let normal = on_foot.map(|point| point.pressure() * point.at.normal).sum::<DVec3>().normalize_or_zero();
-    let pressure = force.dot(normal);
-    if pressure > 0.0 { (force - pressure * normal).length() / (mu * pressure) } else { 0.0 }
-}
-
-fn foot_load(limb: usize, pressed: &[Pressed]) -> Option<FootLoad> {
-    let on_foot = pressed.iter().filter(|point| point.limb == limb);
-    let force: DVec3 = on_foot.clone().map(|point| point.force).sum();
-    let pressure: f64 = on_foot.clone().map(Pressed::pressure).sum();
-    let moment: DVec3 = on_foot.map(|point| point.at.position * point.pressure()).sum();
-    (pressure > 0.0).then(|| FootLoad { limb, force, centre: moment / pressure })
 }

@@ -13,14 +13,14 @@ use super::least_squares::even_forces;
 use super::motion::Sample;
 use super::{Case, Violation};
 use crate::bound::within;
-use crate::kinematics::along_axis;
+use crate::kinematics::{Posture, along_axis};
 
 /// Rounding allowed at a limit, as a share of it.
 const ROUNDING: f64 = 1e-6;
 
 /// The share of a joint's effort limit that stays unused at the worst waypoint.
 pub fn check_torque(model: &RobotModel, config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> Result<f64, Violation> {
-    let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), case);
+    let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
     let mut worst = f64::INFINITY;
     for sample in case.motion.samples.iter().filter(|sample| sample.is_waypoint) {
         let bad = |detail| Err(Violation::new(Check::Torque, sample.waypoint, detail));
@@ -42,7 +42,7 @@ pub fn check_torque(model: &RobotModel, config: &CheckerConfig, equilibrium: &mu
 /// As [`check_torque`], by contact forces that spread the load evenly instead of those that suit the motors best; no limit
 /// is demanded of it. Minus infinity where no such forces hold the robot.
 pub fn even_torque_reserve(model: &RobotModel, equilibrium: &Equilibrium, case: &Case) -> f64 {
-    let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), case);
+    let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
     let reserve = |sample: &Sample| {
         let Some(torques) = statics.even_torques(sample) else { return f64::NEG_INFINITY };
         let shares = model.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort);
@@ -51,8 +51,12 @@ pub fn even_torque_reserve(model: &RobotModel, equilibrium: &Equilibrium, case: 
     case.motion.samples.iter().filter(|sample| sample.is_waypoint).map(reserve).fold(f64::INFINITY, f64::min)
 }
 
-/// What is the same for all samples of a segment.
-struct Statics<'a> {
+fn stance_of(case: &Case) -> Vec<usize> {
+    case.contacts.iter().map(|contact| contact.limb as usize).collect()
+}
+
+/// What is the same for all configurations on the same contacts.
+pub struct Statics<'a> {
     model: &'a RobotModel,
     weight: f64,
     generators: Vec<Generator>,
@@ -62,18 +66,13 @@ struct Statics<'a> {
 }
 
 impl<'a> Statics<'a> {
-    fn new(model: &'a RobotModel, generators: Vec<Generator>, case: &Case) -> Self {
+    /// For a robot on the feet of `stance`, which these forces may hold.
+    pub fn new(model: &'a RobotModel, generators: Vec<Generator>, stance: Vec<usize>) -> Self {
         let carries = |foot: &surefoot_shared_types::robot::Foot| {
             let chain = model.chain(foot.link);
             (0..model.joints.len()).map(|joint| chain.contains(&joint)).collect()
         };
-        Self {
-            model,
-            weight: model.mass() * GRAVITY,
-            generators,
-            carries: model.feet.iter().map(carries).collect(),
-            stance: case.contacts.iter().map(|contact| contact.limb as usize).collect(),
-        }
+        Self { model, weight: model.mass() * GRAVITY, generators, carries: model.feet.iter().map(carries).collect(), stance }
     }
 
     /// All joint torques (N m) or forces (N), or nothing where no contact forces hold the robot. Torques above `share_max`
@@ -86,7 +85,7 @@ impl<'a> Statics<'a> {
     }
 
     fn on_several_feet(&self, sample: &Sample, share_max: f64) -> Option<Vec<f64>> {
-        let loads = Loads::new(self, sample);
+        let loads = Loads::new(self, &sample.posture);
         let share = |(&joint, relief): (&usize, &Vec<f64>)| {
             let effort = self.model.joints[joint].effort;
             (relief.iter().map(|value| -value / effort).collect::<Vec<f64>>(), loads.free[joint] / effort)
@@ -103,12 +102,17 @@ impl<'a> Statics<'a> {
     /// As [`Self::torques`], by forces that spread the load evenly.
     fn even_torques(&self, sample: &Sample) -> Option<Vec<f64>> {
         let forces = even_forces(&balance(&self.generators, sample.centre_of_mass))?;
-        Some(Loads::new(self, sample).torques(&forces))
+        Some(self.torques_under(&sample.posture, &forces))
+    }
+
+    /// All joint torques (N m) or forces (N) where the ground presses so: a weight's share for each of the generators, or none.
+    pub fn torques_under(&self, posture: &Posture, forces: &[f64]) -> Vec<f64> {
+        Loads::new(self, posture).torques(forces)
     }
 
     /// What one unit of each generator takes off a joint.
-    fn relief(&self, sample: &Sample, joint: usize) -> Vec<f64> {
-        let (kind, (axis, origin)) = (self.model.joints[joint].kind, sample.posture.joint_axis(self.model, joint));
+    fn relief(&self, posture: &Posture, joint: usize) -> Vec<f64> {
+        let (kind, (axis, origin)) = (self.model.joints[joint].kind, posture.joint_axis(self.model, joint));
         let taken = |generator: &Generator| {
             let force = self.weight * generator.force;
             if self.carries[generator.limb][joint] { along_axis(kind, (axis, origin), generator.point, force) } else { 0.0 }
@@ -128,11 +132,11 @@ struct Loads {
 }
 
 impl Loads {
-    fn new(statics: &Statics, sample: &Sample) -> Self {
-        let free = sample.posture.gravity_torques(statics.model);
+    fn new(statics: &Statics, posture: &Posture) -> Self {
+        let free = posture.gravity_torques(statics.model);
         let carries = |joint: &usize| statics.stance.iter().any(|&limb| statics.carries[limb][*joint]);
         let loaded: Vec<usize> = (0..free.len()).filter(carries).collect();
-        let relief = loaded.iter().map(|&joint| statics.relief(sample, joint)).collect();
+        let relief = loaded.iter().map(|&joint| statics.relief(posture, joint)).collect();
         Self { free, loaded, relief }
     }
 
