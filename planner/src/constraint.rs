@@ -55,10 +55,23 @@ pub struct Mode {
     pub region: Region,
     /// How deep inside the region its centroid lies, m.
     pub depth: f64,
+    /// For a motion that begins where the robot was found standing.
+    pub start: Option<StartBalance>,
+}
+
+/// How a robot is balanced that was found standing, maybe nearer to its support's edge than a plan would bring it.
+#[derive(Debug, Clone, Copy)]
+pub struct StartBalance {
+    /// Its centre of mass, world x and y, m.
+    pub com: DVec2,
+    /// The least margin that a checker accepts, m.
+    pub margin_min: f64,
 }
 
 /// The share of a small region's depth that the margin of the centre of mass takes up at most.
 const MARGIN_SHARE_MAX: f64 = 0.6;
+/// How much nearer to the edge than at its beginning a motion from a bad start may come, m; at most half of what there is.
+const START_EASE: f64 = 4e-3;
 
 impl Mode {
     /// Whether a foot stands still in this mode.
@@ -96,9 +109,13 @@ pub struct Constraints {
 
 impl Constraints {
     /// How far the centre of mass stays inside a mode's support polygon, m: as configured, or less where the polygon is so
-    /// small that hardly anything would be left of it.
+    /// small that hardly anything would be left of it, or what a start allows that is nearer to the edge.
     pub fn com_margin(&self, mode: &Mode) -> f64 {
-        self.config.com_margin.min(MARGIN_SHARE_MAX * mode.depth)
+        let wanted = self.config.com_margin.min(MARGIN_SHARE_MAX * mode.depth);
+        let Some(StartBalance { com, margin_min }) = mode.start else { return wanted };
+        let margin = mode.region.margin(com);
+        let spare = margin - margin_min;
+        if margin >= wanted || spare <= 0.0 { wanted } else { margin_min + (spare - START_EASE).max(0.5 * spare) }
     }
 
     /// Checks one configuration in a mode.

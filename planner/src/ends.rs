@@ -44,6 +44,8 @@ pub fn stand_on(constraints: &Constraints, surfaces: &Surfaces, scratch: &mut Sc
 
 /// The smallest area that is looked for under a foot that stands already, m2: whatever carries it counts.
 const STANDING_AREA_MIN: f64 = 1e-4;
+/// The narrowest piece of a face that counts then, m: the robot was seen to stand on it.
+const STANDING_WIDTH_MIN: f64 = 2e-3;
 
 /// Where the robot stands with the support that `world`, as it turned out to be, gives each foot that carries it. One that it
 /// gives none loses its polygon: [`stand_as`] refuses it then. Allocates; to be called before the search.
@@ -51,8 +53,12 @@ const STANDING_AREA_MIN: f64 = 1e-4;
 /// # Errors
 /// The world has a shape that cannot be used.
 pub(crate) fn supported_anew(body: &Body, world: &World, standing: &Standing) -> Result<Standing, SurfacesError> {
-    let config =
-        FootPlacementConfig { support_area_min: STANDING_AREA_MIN, centroid_edge_distance_min: 0.0, ..FootPlacementConfig::default() };
+    let config = FootPlacementConfig {
+        support_area_min: STANDING_AREA_MIN,
+        centroid_edge_distance_min: 0.0,
+        contact_width_min: STANDING_WIDTH_MIN,
+        ..FootPlacementConfig::default()
+    };
     let mut scratch = Scratch::new(&config);
     let surfaces = Surfaces::new(world, config)?;
     let mut standing = *standing;

@@ -44,7 +44,7 @@ use crate::arena::reserve;
 use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
-use crate::constraint::{Constraints, Rejection};
+use crate::constraint::{Constraints, Rejection, StartBalance};
 use crate::ends::{foothold_at, stand_as, stand_on, supported_anew};
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
@@ -415,6 +415,8 @@ impl Planner {
             self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support })?;
         }
         let body = &self.shared.constraints.body;
+        let com = body.snapshot(&start.state.configuration).com.truncate();
+        self.roadmap.begin_balanced(StartBalance { com, margin_min: self.scenario.checker.com_margin });
         self.growth.stand_on([&start, &goal].map(|end| pair_on(body, end)));
         Ok(Phase::Route)
     }

@@ -41,7 +41,7 @@ pub fn single_mode(stance: &Foothold) -> Mode {
     let mut regions = [Region::default(), Region::default()];
     regions[stance.limb] = stance.region.clone();
     let region = stance.region.clone();
-    Mode { support, world_from_soles: [stance.world_from_sole; 2], regions, depth: region.margin(region.centroid()), region }
+    Mode { support, world_from_soles: [stance.world_from_sole; 2], regions, depth: region.margin(region.centroid()), region, start: None }
 }
 
 /// The mode in which both feet carry the robot; the placements may come in either order.
@@ -55,5 +55,6 @@ pub fn double_mode(a: &Foothold, b: &Foothold) -> Mode {
         regions: [left.region.clone(), right.region.clone()],
         depth: region.margin(region.centroid()),
         region,
+        start: None,
     }
 }

@@ -7,7 +7,7 @@ use surefoot_shared_types::message::SupportMode;
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::chunking::ChunkBuilder;
-use crate::constraint::{Constraints, Mode};
+use crate::constraint::{Constraints, Mode, StartBalance};
 use crate::motion::edges::{EdgeRecord, EdgeTable};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, FootholdId, Graph, START, TransitionId, boundary_of};
@@ -45,6 +45,7 @@ pub struct Roadmap {
     /// The trees of single-mode planning.
     pub trees: TreePool,
     boundaries: Vec<Boundary>,
+    start_balance: Option<StartBalance>,
     /// By the place of a transition's configuration in the graph's arena.
     lifts: Vec<LiftRecord>,
     waypoints: Vec<Configuration>,
@@ -107,6 +108,7 @@ impl Roadmap {
             costs: ModeCosts::new(footholds_max, transitions_max, configurations_max),
             trees: TreePool::new(TREES_MAX, TREE_NODES_MAX),
             boundaries: reserve(BOUNDARIES_MAX),
+            start_balance: None,
             lifts: reserve(configurations_max),
             waypoints: reserve(waypoints_max),
         }
@@ -202,7 +204,9 @@ impl Roadmap {
     /// The mode of a hop.
     pub fn mode(&self, hop: Hop) -> Mode {
         let [stance, other] = self.placements(hop);
-        if self.is_double(hop) { double_mode(stance, other) } else { single_mode(stance) }
+        let mode = if self.is_double(hop) { double_mode(stance, other) } else { single_mode(stance) };
+        let start = self.start_balance.filter(|_| boundary_of(hop.from) == Some(START));
+        Mode { start, ..mode }
     }
 
     /// The robot at a transition that has a configuration, or at a boundary.
@@ -240,6 +244,11 @@ impl Roadmap {
     pub fn tree_keys(&self, hop: Hop) -> [TreeKey; 2] {
         let is_double = self.is_double(hop);
         [hop.from, hop.to].map(|node| TreeKey { node, is_double })
+    }
+
+    /// Sets how the robot is balanced where it was found.
+    pub fn begin_balanced(&mut self, balance: StartBalance) {
+        self.start_balance = Some(balance);
     }
 
     /// Adds a boundary; answers its index.
