@@ -199,7 +199,7 @@ fn steps_reports_times_and_units_of_every_stage() {
     assert!(row["std_seconds"].as_f64().unwrap() > 0.0 && row["mean_work"].as_f64() <= row["step_work"].as_f64(), "{row}");
     assert!(row["max_work"].as_u64() <= row["step_work"].as_u64() && row["overrun_work"] == 0, "{row}");
     let stages = row["stages"].as_array().unwrap();
-    assert_eq!(stages.len(), 8);
+    assert_eq!(stages.len(), 9);
     assert!(stages.iter().all(|stage| stage["longest_seconds"].as_f64() <= stage["seconds"].as_f64()));
     assert_bad_input(&Room::new("").bench("steps", &["--core", "9999"]), "--core 9999");
 }
