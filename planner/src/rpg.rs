@@ -55,7 +55,7 @@ use crate::motion::shortcut::Goal;
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Labelled, Progress, Torso};
 use crate::prepare::{Preparation, PreparationError};
-use crate::seeding::Seeding;
+use crate::seeding::{Seeding, is_step};
 use crate::stage::Stage;
 use crate::timing::Timing;
 use crate::trouble::{Focus, Trouble};
@@ -437,6 +437,7 @@ impl Planner {
             preparation: &self.preparation,
             seed: self.scenario.seed,
             feet_apart: self.scenario.start.feet_apart,
+            is_step,
         };
         let progress = self.growth.advance(&context, &mut self.scratch);
         self.tally.tree_edges = self.growth.labelled();

@@ -12,7 +12,7 @@ use crate::foot_query::FootQuery;
 use crate::motion::foothold::{Foothold, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{TransitionPair, is_reached_apart};
+use crate::motion::transition::{TransitionPair, is_reached, is_reached_apart};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
@@ -193,4 +193,15 @@ impl Seeding<'_> {
         let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
         self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole])
     }
+}
+
+/// Whether the robot, standing on the first placement, reaches the second one, and then stands on that with the first still
+/// touched, by inverse kinematics [Grey 4.4.2].
+pub fn is_step(constraints: &Constraints, step: [&Placed; 2]) -> bool {
+    let [from, to] = step.map(|placed| {
+        let sole = constraints.body.sole_polygons[placed.limb].iter().copied().collect();
+        Foothold::new(placed.limb, placed.world_from_sole, sole)
+    });
+    let reaches = |stance, other| is_reached(constraints, &single_mode(stance), TransitionPair { stance, other });
+    reaches(&from, &to) && reaches(&to, &from)
 }

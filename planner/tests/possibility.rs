@@ -30,6 +30,7 @@ impl Site {
             preparation: &self.preparation,
             seed,
             feet_apart: self.case.scenario.start.feet_apart,
+            is_step: surefoot_planner::seeding::is_step,
         }
     }
 }

@@ -10,8 +10,6 @@ use super::torso::{Room, Torso};
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
-use crate::motion::foothold::{Foothold, single_mode};
-use crate::motion::transition::{TransitionPair, is_reached};
 use crate::prepare::{Preparation, is_whole};
 
 /// How far below and above the ideal a placement may be, m.
@@ -48,6 +46,8 @@ pub struct Context<'a> {
     pub seed: u64,
     /// How far apart the feet ideally stand, m.
     pub feet_apart: f64,
+    /// Whether a step leads from the first placement to the second, as stage M would take it.
+    pub is_step: fn(&Constraints, [&Placed; 2]) -> bool,
 }
 
 /// A foot placement that was found along the way.
@@ -127,17 +127,7 @@ impl Context<'_> {
             }
         }
         steps.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        from.is_empty() || steps.iter().take(STEPS_TRIED_MAX).any(|(_, step)| self.is_step(*step))
-    }
-
-    /// Whether the robot reaches the second placement from the first, and then stands on it with the first still touched.
-    fn is_step(&self, step: [&Placed; 2]) -> bool {
-        let [from, to] = step.map(|placed| {
-            let sole = self.constraints.body.sole_polygons[placed.limb].iter().copied().collect();
-            Foothold::new(placed.limb, placed.world_from_sole, sole)
-        });
-        let reaches = |stance, other| is_reached(self.constraints, &single_mode(stance), TransitionPair { stance, other });
-        reaches(&from, &to) && reaches(&to, &from)
+        from.is_empty() || steps.iter().take(STEPS_TRIED_MAX).any(|(_, step)| (self.is_step)(self.constraints, *step))
     }
 
     fn find_placements(&self, wish: &Wish, limb: usize, placements: &mut heapless::Vec<Placed, PLACEMENTS_MAX>, scratch: &mut Scratch) {
