@@ -52,11 +52,18 @@ impl<T: Copy> Uniform<T> {
     pub fn bytes(&self) -> usize {
         self.count * size_of::<T>()
     }
+
+    #[cold]
+    fn write_up_to(&mut self, index: usize) {
+        assert!(index < self.count, "{index} in a list of {}", self.count);
+        self.written.resize(index + 1, self.item);
+    }
 }
 
 impl<T: Copy> Index<usize> for Uniform<T> {
     type Output = T;
 
+    #[inline]
     fn index(&self, index: usize) -> &T {
         debug_assert!(index < self.count);
         self.written.get(index).unwrap_or(&self.item)
@@ -64,10 +71,10 @@ impl<T: Copy> Index<usize> for Uniform<T> {
 }
 
 impl<T: Copy> IndexMut<usize> for Uniform<T> {
+    #[inline]
     fn index_mut(&mut self, index: usize) -> &mut T {
-        assert!(index < self.count, "{index} in a list of {}", self.count);
         if index >= self.written.len() {
-            self.written.resize(index + 1, self.item);
+            self.write_up_to(index);
         }
         &mut self.written[index]
     }
