@@ -1,10 +1,10 @@
 //! Bounded numeric inverse kinematics for a leg without a closed form: damped Newton steps from the caller's positions, from
 //! the standing posture, and from those of some known postures whose soles are nearest to the one wished for.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::JointKind;
-use surefoot_shared_types::spatial::scaled_axis_from_rotation;
+use surefoot_shared_types::spatial::{rotation_about, scaled_axis_from_rotation};
 
 use super::leg::{LEG_JOINTS_MAX, LegJoint, LegPositions};
 use crate::random::{Random, Stream};
@@ -15,6 +15,12 @@ const ITERATIONS_MAX: usize = 16;
 const APPROACH_ITERATIONS: usize = 8;
 /// How near, m and rad: from there on every step squares the error.
 const NEAR: f64 = 0.2;
+/// The cosine of half of a turn (0.4 rad) up to which its chord stands for it.
+const COS_HALF_SMALL: f64 = 0.98;
+/// A step that leaves more than this share of the error makes no progress: mostly joints push against their limits then.
+const STALL: f64 = 0.98;
+/// So many such steps in a row end a start.
+const STALLS_MAX: usize = 3;
 /// Known postures: the first half near the standing one, the others anywhere within the limits.
 const POSTURES: usize = 512;
 /// How far the first half strays from the standing posture, rad or m.
@@ -114,6 +120,7 @@ impl Newton {
 
     fn descend(&self, joints: &[LegJoint], target: &Pose, start: &LegPositions) -> Option<LegPositions> {
         let mut q = start.clone();
+        let (mut last, mut stalls) = (f64::INFINITY, 0);
         for iteration in 0..ITERATIONS_MAX {
             let mut columns = [[0.0; 6]; LEG_JOINTS_MAX];
             let reached = self.forward(joints, &q, &mut columns);
@@ -121,7 +128,10 @@ impl Newton {
             if error.iter().all(|e| e.abs() < TOLERANCE) {
                 return joints.iter().zip(&q).all(|(joint, &position)| joint.admits(position)).then_some(q);
             }
-            if iteration == APPROACH_ITERATIONS && error.iter().any(|e| e.abs() > NEAR) {
+            let size = error.iter().fold(0.0_f64, |size, e| size.max(e.abs()));
+            stalls = if size > STALL * last { stalls + 1 } else { 0 };
+            last = size;
+            if stalls == STALLS_MAX || iteration == APPROACH_ITERATIONS && size > NEAR {
                 return None;
             }
             let columns = &columns[..joints.len()];
@@ -137,13 +147,19 @@ impl Newton {
 
     /// The sole's pose, and the twist (linear at the sole's origin, angular) of each joint.
     fn forward(&self, joints: &[LegJoint], q: &LegPositions, columns: &mut [Vector6]) -> Pose {
-        let mut motion = Pose::IDENTITY;
+        let (mut point, mut rotation) = (joints[0].point, DQuat::IDENTITY);
         let mut axes = [(DVec3::ZERO, DVec3::ZERO); LEG_JOINTS_MAX];
-        for ((joint, &position), axis) in joints.iter().zip(q).zip(&mut axes) {
-            *axis = (motion * joint.point, motion.rotation * joint.axis);
-            motion *= joint.motion(position);
+        for (index, (joint, &position)) in joints.iter().zip(q).enumerate() {
+            let axis = rotation * joint.axis;
+            axes[index] = (point, axis);
+            match joint.kind {
+                JointKind::Revolute => rotation *= rotation_about(joint.axis, position),
+                JointKind::Prismatic => point += axis * position,
+            }
+            let next = joints.get(index + 1).map_or(self.zero_root_from_sole.translation, |next| next.point);
+            point += rotation * (next - joint.point);
         }
-        let sole = motion * self.zero_root_from_sole;
+        let sole = Pose::from_parts(point, rotation * self.zero_root_from_sole.rotation);
         for ((joint, (point, axis)), column) in joints.iter().zip(axes).zip(columns) {
             let (linear, angular) = match joint.kind {
                 JointKind::Revolute => (axis.cross(sole.translation - point), axis),
@@ -164,7 +180,9 @@ fn longest(joints: &[LegJoint]) -> f64 {
 
 fn twist(from: &Pose, to: &Pose) -> Vector6 {
     let linear = to.translation - from.translation;
-    let angular = scaled_axis_from_rotation(to.rotation * from.rotation.conjugate());
+    let turn = to.rotation * from.rotation.conjugate();
+    // The chord of a small turn leads to the same place as its arc, without an arc tangent.
+    let angular = if turn.w > COS_HALF_SMALL { 2.0 * turn.xyz() } else { scaled_axis_from_rotation(turn) };
     [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
 }
 
@@ -200,10 +218,11 @@ fn eliminate(system: &mut [[f64; 7]; 6], pivot_min: f64) -> Option<Vector6> {
             return None;
         }
         let line = system[pivot];
-        for row in system.iter_mut().skip(pivot + 1) {
-            let factor = row[pivot] / line[pivot];
-            for (entry, above) in row.iter_mut().zip(line).skip(pivot) {
-                *entry -= factor * above;
+        let inverse = 1.0 / line[pivot];
+        for row in &mut system[pivot + 1..] {
+            let factor = row[pivot] * inverse;
+            for col in pivot + 1..7 {
+                row[col] -= factor * line[col];
             }
         }
     }
