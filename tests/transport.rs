@@ -64,7 +64,7 @@ fn accept_all(seen: &mut Vec<u64>, time_per_chunk: Duration) -> impl FnMut(&Plan
     move |chunk, _| {
         std::thread::sleep(time_per_chunk);
         seen.push(chunk.sequence);
-        Judgement::Accepted(Margins { balance: 0.5, ..Margins::UNMEASURED })
+        Judgement::Accepted(Margins { balance: 0.5, ..Margins::UNMEASURED }, chunk.stream_after())
     }
 }
 
@@ -251,7 +251,7 @@ fn a_refusal_ends_the_delivery_with_its_reason() {
             let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
             let mut judge = |chunk: &PlanChunk, _: &mut dyn FnMut()| match chunk.sequence {
                 17 => Judgement::Refused { check: Check::Balance, waypoint: 3, correction: None },
-                _ => Judgement::Accepted(Margins::UNMEASURED),
+                _ => Judgement::Accepted(Margins::UNMEASURED, chunk.stream_after()),
             };
             let ended = receiver.run(&mut judge, &|| true).unwrap();
             linger(&mut receiver);

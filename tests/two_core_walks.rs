@@ -74,7 +74,7 @@ fn control(instance: &Instance, scenario: &str) -> Log {
         let margins = walker.admit_and_walk(chunk).unwrap();
         log.judged.push(came.elapsed().as_secs_f64());
         alive();
-        Judgement::Accepted(margins)
+        Judgement::Accepted(margins, walker.stream())
     };
     let ended = receiver.run(&mut judge, &|| true).unwrap();
     assert_eq!(ended, Ended::Finished);

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
+use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::instance::bell::Bell;
 use surefoot_shared_types::instance::service::{CREDIT, STOCK, WORD_POOL};
 use surefoot_shared_types::instance::stock::Stock;
@@ -39,10 +40,11 @@ const AWAKE_FOR: Duration = Duration::from_micros(25);
 /// What the judge thinks of a chunk.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judgement {
-    /// Walked; these were its worst margins.
-    Accepted(Margins),
-    /// Walked as this chunk says, since the robot's feet stand elsewhere than planned.
-    AcceptedAs(Margins, Box<PlanChunk>),
+    /// Walked; these were its worst margins, and this is the digest of the stream with it ([`PlanChunk::stream_after`]), which
+    /// the word tells.
+    Accepted(Margins, Digest),
+    /// As before, but walked as this chunk says, since the robot's feet stand elsewhere than planned.
+    AcceptedAs(Margins, Digest, Box<PlanChunk>),
     /// Not walked.
     Refused {
         /// What it violates.
@@ -163,7 +165,7 @@ impl ChunkReceiver {
     }
 
     /// Listens until the plan is finished, a chunk is refused, or `keep_going` says no. `judge` sees each chunk once, in
-    /// order, its CRC and stream digest checked. Call it again to wait for a new plan or epoch.
+    /// order, its CRC checked, and that it names the stream so far. Call it again to wait for a new plan or epoch.
     pub fn run(&mut self, judge: &mut Judge<'_>, keep_going: &dyn Fn() -> bool) -> Result<Ended, ChannelError> {
         while keep_going() {
             match self.take_one(judge)? {
@@ -261,8 +263,8 @@ impl ChunkReceiver {
         });
         position.set_busy(false);
         match judgement {
-            Judgement::Accepted(margins) => position.accept(chunk, &margins, chunk),
-            Judgement::AcceptedAs(margins, walked) => position.accept(chunk, &margins, &walked),
+            Judgement::Accepted(margins, stream) => position.accept(chunk, stream, &margins, chunk),
+            Judgement::AcceptedAs(margins, stream, walked) => position.accept(chunk, stream, &margins, &walked),
             Judgement::Refused { check, waypoint, correction } => position.refuse(check, waypoint, correction),
         }
         said

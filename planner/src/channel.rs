@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::port::SendError;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::sample_mut::SampleMut;
 use surefoot_shared_types::instance::service::{CHUNK_POOL, CREDIT, STOCK};
 use surefoot_shared_types::instance::stock::Stock;
 use surefoot_shared_types::instance::{Instance, Link};
@@ -82,9 +83,17 @@ pub struct ChunkSender {
     credit: usize,
 }
 
+/// A chunk that stands complete in shared memory before it may be sent.
+struct Ready {
+    /// Its place in the stream, and the controller it is for.
+    meant: (usize, u64),
+    sample: SampleMut<ipc::Service, PlanChunk, ()>,
+}
+
 /// What a delivery remembers between two looks at the controller.
 struct Course<'a> {
     window: Window<'a>,
+    ready: Option<Ready>,
     last_word: Option<Feedback>,
     looked_at: Instant,
     silence: Duration,
@@ -199,7 +208,7 @@ impl ChunkSender {
             let sent = self.send_open_window(&mut course)?;
             self.clean_if_silent(&mut course);
             if sent == 0 {
-                self.rest(&course)?;
+                self.rest(&mut course)?;
             }
         }
     }
@@ -223,8 +232,14 @@ impl ChunkSender {
         Ok(())
     }
 
-    /// Looks again at once after something happened; where nothing does, fills the stock and sleeps until the bell.
-    fn rest(&mut self, course: &Course<'_>) -> Result<(), ChannelError> {
+    /// Makes the chunk ready that goes next. Looks again at once after something happened; where nothing does, fills the stock and
+    /// sleeps until the bell.
+    fn rest(&mut self, course: &mut Course<'_>) -> Result<(), ChannelError> {
+        let coming = course.window.coming().filter(|coming| course.ready.as_ref().is_none_or(|ready| ready.meant != *coming));
+        if let Some(coming) = coming {
+            course.ready = Some(self.place(course.window.chunk(coming.0), coming)?);
+            return Ok(());
+        }
         if course.looked_at.duration_since(course.active_at) < SPIN_FOR {
             std::hint::spin_loop();
             return Ok(());
@@ -244,8 +259,12 @@ impl ChunkSender {
     /// Sends what the window allows; stops early when no reader took a chunk.
     fn send_open_window(&mut self, course: &mut Course<'_>) -> Result<usize, ChannelError> {
         let mut sent = 0;
-        while let Some((chunk, controller)) = course.window.to_send() {
-            if self.send(chunk, controller)? == 0 {
+        while let Some(meant) = course.window.to_send() {
+            let ready = match course.ready.take().filter(|ready| ready.meant == meant) {
+                Some(ready) => ready,
+                None => self.place(course.window.chunk(meant.0), meant)?,
+            };
+            if send(ready)? == 0 {
                 break;
             }
             course.window.note_sent();
@@ -262,21 +281,14 @@ impl ChunkSender {
         Ok(sent)
     }
 
-    /// Writes the chunk into shared memory that was loaned before and completes it there. Returns how many readers took it.
-    fn send(&mut self, chunk: &PlanChunk, controller: u64) -> Result<usize, ChannelError> {
+    /// Writes a chunk into shared memory that was loaned before and completes it there.
+    fn place(&mut self, chunk: &PlanChunk, meant: (usize, u64)) -> Result<Ready, ChannelError> {
         let mut sample = self.stock.take()?;
         let placed = sample.payload_mut().write(*chunk);
-        placed.session = self.session;
-        placed.target_instance = controller;
+        (placed.session, placed.target_instance) = (self.session, meant.1);
         placed.seal();
         // SAFETY: `write` above initialised the payload.
-        let sample = unsafe { sample.assume_init() };
-        match sample.send() {
-            Ok(readers) => Ok(readers),
-            // A reader died or its buffer is full: the chunk goes again after the stall.
-            Err(SendError::UnableToDeliver | SendError::ConnectionCorrupted | SendError::ConnectionError(_)) => Ok(0),
-            Err(error) => Err(ChannelError::transport("sending a chunk", error)),
-        }
+        Ok(Ready { meant, sample: unsafe { sample.assume_init() } })
     }
 
     /// Frees what dead processes hold, so that a restarted controller finds room.
@@ -292,7 +304,7 @@ impl<'a> Course<'a> {
     fn new(window: Window<'a>) -> Self {
         let start = now();
         let (looked_at, active_at, progress_at, cleaned_at) = (start, start, start, start);
-        Self { window, last_word: None, looked_at, silence: Duration::ZERO, active_at, progress_at, cleaned_at }
+        Self { window, ready: None, last_word: None, looked_at, silence: Duration::ZERO, active_at, progress_at, cleaned_at }
     }
 
     /// Adds the time since the last look to the controller's silence.
@@ -305,6 +317,16 @@ impl<'a> Course<'a> {
     fn delivery(&self, outcome: Outcome) -> Delivery {
         let (sent, resent) = self.window.counts();
         Delivery { outcome, sent, resent, accepted: self.window.acknowledged() as u64, feedback: self.last_word }
+    }
+}
+
+/// Sends a chunk that is ready. Returns how many readers took it.
+fn send(ready: Ready) -> Result<usize, ChannelError> {
+    match ready.sample.send() {
+        Ok(readers) => Ok(readers),
+        // A reader died or its buffer is full: the chunk goes again after the stall.
+        Err(SendError::UnableToDeliver | SendError::ConnectionCorrupted | SendError::ConnectionError(_)) => Ok(0),
+        Err(error) => Err(ChannelError::transport("sending a chunk", error)),
     }
 }
 

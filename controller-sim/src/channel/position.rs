@@ -118,9 +118,9 @@ impl Position {
         self.place(chunk)
     }
 
-    /// The judged chunk is accepted; `walked` is how the robot walked it.
-    pub(super) fn accept(&mut self, chunk: &PlanChunk, margins: &Margins, walked: &PlanChunk) {
-        self.stream = chunk.stream_after();
+    /// The judged chunk is accepted, with which the stream has digest `stream`; `walked` is how the robot walked it.
+    pub(super) fn accept(&mut self, chunk: &PlanChunk, stream: Digest, margins: &Margins, walked: &PlanChunk) {
+        self.stream = stream;
         if self.next == 0 {
             self.stream_after_first = self.stream;
         }

@@ -71,13 +71,21 @@ impl<'a> Window<'a> {
         true
     }
 
-    /// The chunk to send now and the controller it is for, if the window is open.
-    pub(super) fn to_send(&self) -> Option<(&'a PlanChunk, u64)> {
+    /// The place of the chunk to send now and the controller it is for, if the window is open.
+    pub(super) fn to_send(&self) -> Option<(usize, u64)> {
+        let is_open = self.refusal.is_none() && self.next < self.acknowledged + self.credit;
+        self.coming().filter(|_| is_open)
+    }
+
+    /// The place of the chunk that goes next, be the window open or not, and the controller it is for.
+    pub(super) fn coming(&self) -> Option<(usize, u64)> {
         let controller = self.controllers.current()?;
-        if self.refusal.is_some() || self.next >= self.acknowledged + self.credit {
-            return None;
-        }
-        self.chunks.get(self.next).map(|chunk| (chunk, controller))
+        (self.next < self.chunks.len()).then_some((self.next, controller))
+    }
+
+    /// The chunk at a place.
+    pub(super) fn chunk(&self, place: usize) -> &'a PlanChunk {
+        &self.chunks[place]
     }
 
     /// Notes that the chunk of [`Self::to_send`] went out.

@@ -58,8 +58,8 @@ impl Judge {
         };
         self.seconds += watch.seconds();
         let walked = match &judgement {
-            Judgement::Accepted(_) => chunk,
-            Judgement::AcceptedAs(_, walked) => walked,
+            Judgement::Accepted(..) => chunk,
+            Judgement::AcceptedAs(_, _, walked) => walked,
             Judgement::Refused { .. } => return judgement,
         };
         if let (Some(simulated), Ok(())) = (&mut self.simulated, &self.failed) {
@@ -77,10 +77,10 @@ impl Judge {
     fn walk(&mut self, chunk: &PlanChunk, margins: Margins) -> Judgement {
         let Some(disturbance) = &mut self.disturbance else {
             self.walker.walk(chunk, &margins);
-            return Judgement::Accepted(margins);
+            return Judgement::Accepted(margins, self.walker.stream());
         };
         match disturbance.walk(&mut self.walker, chunk) {
-            Walked::As(real, margins) => Judgement::AcceptedAs(margins, real),
+            Walked::As(real, margins) => Judgement::AcceptedAs(margins, self.walker.stream(), real),
             Walked::DoesNotFit(why) => self.hold(Check::FootMisplaced, 0, None, why),
             Walked::NothingCarries(contact) => {
                 let correction = nothing_carries(self.walker.checker().model(), &contact);

@@ -44,7 +44,7 @@ fn deliver(instance: &Instance) -> Result<Outcome, ChannelError> {
 fn receive(instance: &Instance, over: &AtomicBool) -> Result<(), ChannelError> {
     let mut receiver = ChunkReceiver::open(instance, draw_id())?;
     let keep_going = || !over.load(Ordering::Relaxed);
-    let accept = &mut |_: &PlanChunk, _: &mut dyn FnMut()| Judgement::Accepted(Margins::UNMEASURED);
+    let accept = &mut |chunk: &PlanChunk, _: &mut dyn FnMut()| Judgement::Accepted(Margins::UNMEASURED, chunk.stream_after());
     receiver.run(accept, &keep_going)?;
     receiver.linger(accept, Some(PATIENCE), &keep_going).map(|_| ())
 }

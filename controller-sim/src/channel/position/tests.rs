@@ -20,7 +20,7 @@ fn stream(session: u64, plan_id: u64, len: u64, time: f64) -> Vec<PlanChunk> {
 fn walk(position: &mut Position, chunk: &PlanChunk) -> Admission {
     let admission = position.admit(chunk);
     match admission {
-        Admission::Judge => position.accept(chunk, &Margins::UNMEASURED, chunk),
+        Admission::Judge => position.accept(chunk, chunk.stream_after(), &Margins::UNMEASURED, chunk),
         Admission::Refuse(check) => position.refuse(check, 0, None),
         Admission::Ignore => {}
     }

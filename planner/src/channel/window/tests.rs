@@ -37,8 +37,8 @@ fn sealed(mut feedback: Feedback) -> Feedback {
 
 fn send_all(window: &mut Window<'_>) -> Vec<u64> {
     let mut sent = Vec::new();
-    while let Some((chunk, _)) = window.to_send() {
-        sent.push(chunk.sequence);
+    while let Some((place, _)) = window.to_send() {
+        sent.push(window.chunk(place).sequence);
         window.note_sent();
     }
     sent

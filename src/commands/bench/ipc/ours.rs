@@ -1,5 +1,6 @@
-//! Our transport, with a judge that accepts at once.
+//! Our transport, with a judge that accepts at once, and may make the digest of the stream before.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -24,19 +25,32 @@ const WARM_PLANS: u64 = 4;
 /// How long a controller may take to arrive.
 const PATIENCE: Duration = Duration::from_secs(10);
 
+/// Where the judge has the digest of the stream from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Digests {
+    /// It knows it: the transport alone is measured.
+    Known,
+    /// It makes it.
+    Made,
+}
+
+/// The digests of the plan on its way, after each of its chunks.
+type KnownDigests = Mutex<Vec<Digest>>;
+
 /// Measures it.
-pub(super) fn measure(rounds: usize) -> Result<Measured, Failure> {
+pub(super) fn measure(rounds: usize, digests: Digests) -> Result<Measured, Failure> {
+    let known = KnownDigests::default();
     let instance = Instance::create(&format!("bench-{}", std::process::id()))?;
     let over = AtomicBool::new(false);
     let (near_core, far_core) = affinity::cores_of_roles(1);
     std::thread::scope(|scope| {
         let far = scope.spawn(|| {
             affinity::pin(far_core);
-            judge_all(&instance, &over)
+            judge_all(&instance, &over, (digests == Digests::Known).then_some(&known))
         });
         let near = scope.spawn(|| {
             affinity::pin(near_core);
-            let driven = drive(&instance, rounds);
+            let driven = drive(&instance, rounds, &known);
             over.store(true, Ordering::Relaxed);
             driven
         });
@@ -46,14 +60,17 @@ pub(super) fn measure(rounds: usize) -> Result<Measured, Failure> {
     })
 }
 
-fn judge_all(instance: &Instance, over: &AtomicBool) -> Result<(), Failure> {
+fn judge_all(instance: &Instance, over: &AtomicBool, known: Option<&KnownDigests>) -> Result<(), Failure> {
     let mut receiver = ChunkReceiver::open(instance, draw_id())?;
-    let mut accept = |_: &PlanChunk, _: &mut dyn FnMut()| Judgement::Accepted(Margins::UNMEASURED);
+    let known = |chunk: &PlanChunk| known?.lock().ok()?.get(chunk.sequence as usize).copied();
+    let mut accept = |chunk: &PlanChunk, _: &mut dyn FnMut()| {
+        Judgement::Accepted(Margins::UNMEASURED, known(chunk).unwrap_or_else(|| chunk.stream_after()))
+    };
     while receiver.run(&mut accept, &|| !over.load(Ordering::Relaxed))? != Ended::Stopped {}
     Ok(())
 }
 
-fn drive(instance: &Instance, rounds: usize) -> Result<Measured, Failure> {
+fn drive(instance: &Instance, rounds: usize, known: &KnownDigests) -> Result<Measured, Failure> {
     let mut sender = ChunkSender::open(instance, draw_id())?;
     sender.set_lost_after(PATIENCE);
     sender.set_credit(1);
@@ -61,7 +78,7 @@ fn drive(instance: &Instance, rounds: usize) -> Result<Measured, Failure> {
     let mut trips = Vec::with_capacity(plans * PLAN);
     let mut allocated = 0;
     for plan_id in 0..plans as u64 + WARM_PLANS {
-        let chunks = plan(plan_id + 1);
+        let chunks = plan(plan_id + 1, known);
         let mut heard = (0, Stopwatch::start());
         let mut before = 0;
         let delivery = sender.deliver(
@@ -88,7 +105,7 @@ fn drive(instance: &Instance, rounds: usize) -> Result<Measured, Failure> {
     sender.set_credit(CREDIT);
     let mut seconds = 0.0;
     for plan_id in plans as u64 + 5..2 * plans as u64 + 5 {
-        let chunks = plan(plan_id);
+        let chunks = plan(plan_id, known);
         let watch = Stopwatch::start();
         check(sender.deliver(&chunks, &mut |_| {}, &|| true)?.outcome)?;
         seconds += watch.seconds();
@@ -103,10 +120,10 @@ fn check(outcome: Outcome) -> Result<(), Failure> {
     }
 }
 
-/// A stream of chunks with something in them.
-fn plan(plan_id: u64) -> Vec<PlanChunk> {
+/// A stream of chunks with something in them, and its digests.
+fn plan(plan_id: u64, known: &KnownDigests) -> Vec<PlanChunk> {
     let mut chunks: Vec<PlanChunk> = Vec::with_capacity(PLAN);
-    let mut stream = Digest::default();
+    let (mut stream, mut digests) = (Digest::default(), Vec::with_capacity(PLAN));
     for sequence in 0..PLAN as u64 {
         let flags = if sequence == 0 { FLAG_FIRST } else { 0 } | if sequence + 1 == PLAN as u64 { FLAG_LAST } else { 0 };
         let mut next = PlanChunk { schema: CHUNK_SCHEMA, plan_id, epoch: 0, mode: 2, sequence, flags, stream, ..chunk() };
@@ -114,6 +131,10 @@ fn plan(plan_id: u64) -> Vec<PlanChunk> {
         next.waypoints = Zeroable::zeroed();
         stream = next.stream_after();
         chunks.push(next);
+        digests.push(stream);
+    }
+    if let Ok(mut known) = known.lock() {
+        *known = digests;
     }
     chunks
 }
