@@ -490,7 +490,7 @@ impl Planner {
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         if next as usize == self.roadmap.graph.footholds().len() {
             if let Some(id) = self.roadmap.graph.next_to_judge() {
-                [id, Graph::twin(id)].into_iter().try_for_each(|id| seeding.judge(id, &mut self.roadmap.graph))?;
+                [id, Graph::twin(id)].into_iter().for_each(|id| seeding.judge(id, &mut self.roadmap.graph));
                 return Ok(Phase::Connect { next });
             }
             let is_located = self.locate_next();

@@ -176,15 +176,11 @@ impl Seeding<'_> {
 
     /// Makes a transition as dear as if it had been sampled in vain, if no primitive posture reaches both its placements with
     /// the legs apart: what inverse kinematics fails at is of low priority [Grey 4.4.2, figure 4.14].
-    ///
-    /// # Errors
-    /// None: an arena is needed for what is found only.
-    pub fn judge(&self, id: TransitionId, graph: &mut Graph) -> Result<(), ArenaFull> {
+    pub fn judge(&self, id: TransitionId, graph: &mut Graph) {
         let (stance, other) = graph.pair(id);
-        if is_reached_apart(self.constraints, &single_mode(stance), TransitionPair { stance, other }) {
-            return Ok(());
+        if !is_reached_apart(self.constraints, &single_mode(stance), TransitionPair { stance, other }) {
+            graph.record_failures(id, ATTEMPTS_MAX);
         }
-        graph.record_attempts(id, ATTEMPTS_MAX, None)
     }
 
     /// Whether the two feet would intersect on these placements: such a transition can not exist [Grey 4.4.2].

@@ -142,18 +142,20 @@ impl Graph {
         self.transitions[id as usize].configuration.map(|place| place as usize)
     }
 
-    /// Notes failed attempts to sample a transition, and the configuration that the last one found.
+    /// Notes failed attempts to sample a transition.
+    pub fn record_failures(&mut self, id: TransitionId, failed: u32) {
+        self.transitions[id as usize].attempts += failed;
+    }
+
+    /// Notes the configuration that was found for a transition.
     ///
     /// # Errors
     /// The arena of configurations is full.
-    pub fn record_attempts(&mut self, id: TransitionId, failed: u32, found: Option<Configuration>) -> Result<(), ArenaFull> {
-        let transition = &mut self.transitions[id as usize];
-        transition.attempts += failed;
-        let Some(found) = found else { return Ok(()) };
+    pub fn record_found(&mut self, id: TransitionId, found: Configuration) -> Result<(), ArenaFull> {
         if self.configurations.len() == self.configurations.capacity() {
             return Err(ArenaFull::Configurations);
         }
-        transition.configuration = Some(self.configurations.len() as u32);
+        self.transitions[id as usize].configuration = Some(self.configurations.len() as u32);
         self.configurations.push(found);
         Ok(())
     }
@@ -271,9 +273,11 @@ impl Graph {
     /// The next transition of which, like of its twin, it is not known yet whether it is likely; `None` when all are judged.
     pub fn next_to_judge(&mut self) -> Option<TransitionId> {
         let next = self.judged;
-        let is_new = (next as usize) < self.transitions.len();
-        self.judged += if is_new { 2 } else { 0 };
-        is_new.then_some(next)
+        if next as usize == self.transitions.len() {
+            return None;
+        }
+        self.judged += 2;
+        Some(next)
     }
 
     /// Bytes reserved.

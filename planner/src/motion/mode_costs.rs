@@ -208,7 +208,7 @@ mod tests {
             for index in 1..=ENDS {
                 let other = graph.add_foothold(foothold(1, 0.1 * index as f64)).unwrap();
                 graph.connect(stance, other).unwrap();
-                graph.record_attempts(Self::transition(index), 0, Some(configuration)).unwrap();
+                graph.record_found(Self::transition(index), configuration).unwrap();
                 costs.add_found(Self::transition(index));
             }
             Self { graph, costs }

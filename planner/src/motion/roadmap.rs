@@ -130,10 +130,11 @@ impl Roadmap {
     /// # Errors
     /// An arena is full.
     pub fn record_sampling(&mut self, sampling: &Sampling, lift: &[Configuration]) -> Result<(), ArenaFull> {
-        let Some(found) = sampling.found() else { return self.graph.record_attempts(sampling.id, sampling.failed(), None) };
+        self.graph.record_failures(sampling.id, sampling.failed());
+        let Some(found) = sampling.found() else { return Ok(()) };
         let waypoints = self.store(lift)?;
         let lift = LiftRecord { lifted: found.lifted.world_from_soles, waypoints };
-        self.record_found(sampling.id, sampling.failed(), found.configuration, lift)
+        self.record_found(sampling.id, found.configuration, lift)
     }
 
     /// Notes a configuration that was not sampled; how its foot is lifted is not known.
@@ -141,11 +142,11 @@ impl Roadmap {
     /// # Errors
     /// An arena is full.
     pub fn record_configuration(&mut self, id: TransitionId, state: &State) -> Result<(), ArenaFull> {
-        self.record_found(id, 0, state.configuration, LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) })
+        self.record_found(id, state.configuration, LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) })
     }
 
-    fn record_found(&mut self, id: TransitionId, failed: u32, configuration: Configuration, lift: LiftRecord) -> Result<(), ArenaFull> {
-        self.graph.record_attempts(id, failed, Some(configuration))?;
+    fn record_found(&mut self, id: TransitionId, configuration: Configuration, lift: LiftRecord) -> Result<(), ArenaFull> {
+        self.graph.record_found(id, configuration)?;
         self.costs.add_found(id);
         self.lifts.push(lift);
         Ok(())
@@ -168,10 +169,10 @@ impl Roadmap {
     /// An arena is full.
     pub fn shorten_motion(&mut self, hop: Hop, track: &[Configuration]) -> Result<(), ArenaFull> {
         let record = self.edges.get(hop.from, hop.to);
-        let Some((first, count)) = record.motion.filter(|&(_, count)| track.len() <= count as usize + 1) else { return Ok(()) };
+        let Some((first, _)) = record.motion.filter(|&(_, count)| track.len() <= count as usize + 1) else { return Ok(()) };
         let shorter = &track[1..];
         self.waypoints[first as usize..first as usize + shorter.len()].copy_from_slice(shorter);
-        self.edges.set(hop.from, hop.to, EdgeRecord { motion: Some((first, count.min(shorter.len() as u32))), ..record })
+        self.edges.set(hop.from, hop.to, EdgeRecord { motion: Some((first, shorter.len() as u32)), ..record })
     }
 
     /// How many waypoints there are of all motions and lifts.

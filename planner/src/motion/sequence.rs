@@ -344,11 +344,11 @@ mod tests {
         let cubed = |id: &TransitionId| distances[*id as usize].powi(3);
         assert!((cost - sequence.iter().map(cubed).sum::<f64>()).abs() < 1e-12, "S(T) starts at 1");
         let (first, second) = (sequence[0], sequence[1]);
-        line.graph.record_attempts(first, 4, None).unwrap();
+        line.graph.record_failures(first, 4);
         assert!((line.graph.transitions()[first as usize].cost() - 5.0 * cubed(&first)).abs() < 1e-12, "S(T) D^3(T)");
         let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
         for &id in &sequence {
-            line.graph.record_attempts(id, 0, Some(configuration)).unwrap();
+            line.graph.record_found(id, configuration).unwrap();
         }
         assert_eq!(line.cheapest(), (sequence, 0.0), "what is found costs nothing");
         line.edges.set(first, second, EdgeRecord { failures: 1, motion: None }).unwrap();
