@@ -8,6 +8,7 @@
 //! Cut       into segments that share their end states    [Grey 3.2]
 //! Seed      foot placements along the guide route        [Grey 4.4.4]
 //! Connect   transitions between neighbouring placements  [Grey 4.4.2]
+//! Judge     how likely these are                       [Grey 4.4.2]
 //! Primitive what pi_S gives along possible edges         [Grey 3.2, 4.4.5]
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
 //! Sample    configurations for its transitions           [Grey 4.4.2]
@@ -32,6 +33,7 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use rayon::ThreadPool;
+use rayon::prelude::*;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
@@ -89,6 +91,9 @@ pub enum PlannerError {
     },
 }
 
+/// Transitions that are judged side by side.
+const JUDGED_AT_ONCE: usize = 32;
+
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
     Ends,
@@ -96,6 +101,7 @@ enum Phase {
     Cut { station: usize },
     Seed { next: usize },
     Connect { next: FootholdId },
+    Judge,
     Primitive,
     Sequence { purpose: Purpose, begun: bool },
     Sample { next: usize, failed: bool },
@@ -110,7 +116,7 @@ enum Phase {
 impl Phase {
     /// Whether the phase counts its own units of work; a piece of any other is one unit.
     fn counts(&self) -> bool {
-        matches!(self, Self::Sequence { .. } | Self::Sample { .. } | Self::Move { .. } | Self::Polish(_))
+        matches!(self, Self::Judge | Self::Sequence { .. } | Self::Sample { .. } | Self::Move { .. } | Self::Polish(_))
     }
 
     /// The search for the cheapest sequence, before its first piece.
@@ -123,7 +129,7 @@ impl Phase {
             Self::Ends => Stage::Ends,
             Self::Route | Self::Cut { .. } => Stage::Route,
             Self::Seed { .. } => Stage::Seed,
-            Self::Connect { .. } => Stage::Connect,
+            Self::Connect { .. } | Self::Judge => Stage::Connect,
             Self::Sequence { .. } => Stage::Sequence,
             Self::Sample { .. } => Stage::Sample,
             Self::Primitive | Self::Move { .. } => Stage::Move,
@@ -374,6 +380,7 @@ impl Planner {
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
+            Phase::Judge => Ok(self.judge(budget)),
             Phase::Primitive => self.take_primitives(),
             Phase::Sequence { purpose, begun } => self.find_sequence(purpose, begun, budget),
             Phase::Sample { next, failed } => self.sample(next, failed, budget),
@@ -489,16 +496,36 @@ impl Planner {
     fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         if next as usize == self.roadmap.graph.footholds().len() {
-            if let Some(id) = self.roadmap.graph.next_to_judge() {
-                [id, Graph::twin(id)].into_iter().for_each(|id| seeding.judge(id, &mut self.roadmap.graph));
-                return Ok(Phase::Connect { next });
-            }
-            let is_located = self.locate_next();
-            return Ok(if is_located { Phase::Connect { next } } else { self.after_connecting() });
+            return Ok(if self.locate_next() { Phase::Connect { next } } else { Phase::Judge });
         }
         seeding.connect(next, self.step_max(), &mut self.roadmap.graph)?;
         self.roadmap.graph.mark_connected(next);
         Ok(Phase::Connect { next: next + 1 })
+    }
+
+    /// Judges how likely the next transitions are, each with its twin one unit of work.
+    fn judge(&mut self, budget: u64) -> Phase {
+        let graph = &mut self.roadmap.graph;
+        let longest = budget.min(JUDGED_AT_ONCE as u64) as usize;
+        let next: heapless::Vec<TransitionId, JUDGED_AT_ONCE> = std::iter::from_fn(|| graph.next_to_judge()).take(longest).collect();
+        if next.is_empty() {
+            self.tally.work += 1;
+            return self.after_connecting();
+        }
+        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+        let judge = |&id: &TransitionId| [id, Graph::twin(id)].map(|id| seeding.judge(id, graph));
+        let mut in_vain = [[0; 2]; JUDGED_AT_ONCE];
+        if self.shared.parallel {
+            next.par_iter().zip(&mut in_vain).with_max_len(1).for_each(|(id, counts)| *counts = judge(id));
+        } else {
+            next.iter().zip(&mut in_vain).for_each(|(id, counts)| *counts = judge(id));
+        }
+        for (&id, [count, twin_count]) in next.iter().zip(in_vain) {
+            graph.record_failures(id, count);
+            graph.record_failures(Graph::twin(id), twin_count);
+        }
+        self.tally.work += next.len() as u64;
+        Phase::Judge
     }
 
     /// An upper bound of the distance between two soles in a step, m: one leg's reach, and the hips apart.

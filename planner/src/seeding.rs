@@ -12,10 +12,12 @@ use crate::foot_query::FootQuery;
 use crate::motion::foothold::{Foothold, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{TransitionPair, is_reached, is_reached_apart};
+use crate::motion::transition::{REACHING, TransitionPair, is_reached, postures_that_hold};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
+/// Attempts that a primitive posture counts for that does not hold on both placements of a transition.
+const DOUBT: u32 = 3;
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.6, 0.6];
 /// Placements kept of one query where the ideal itself does not carry.
@@ -174,12 +176,13 @@ impl Seeding<'_> {
         Ok(())
     }
 
-    /// Makes a transition as dear as if it had been sampled in vain, if no primitive posture reaches both its placements with
-    /// the legs apart: what inverse kinematics fails at is of low priority [Grey 4.4.2, figure 4.14].
-    pub fn judge(&self, id: TransitionId, graph: &mut Graph) {
+    /// As how often sampled in vain a transition may begin: the fewer primitive postures hold on both its placements, the lower its
+    /// priority [Grey 4.4.2, figure 4.14].
+    pub fn judge(&self, id: TransitionId, graph: &Graph) -> u32 {
         let (stance, other) = graph.pair(id);
-        if !is_reached_apart(self.constraints, &single_mode(stance), TransitionPair { stance, other }) {
-            graph.record_failures(id, ATTEMPTS_MAX);
+        match postures_that_hold(self.constraints, &single_mode(stance), TransitionPair { stance, other }) {
+            0 => ATTEMPTS_MAX,
+            held => DOUBT * (REACHING.len() - held) as u32,
         }
     }
 

@@ -11,7 +11,8 @@ use surefoot_planner::body::Configuration;
 use surefoot_planner::collision::FootState;
 use surefoot_planner::constraint::{Constraints, Mode};
 use surefoot_planner::motion::shortcut::{Goal, Shortcutting, distance, length};
-use surefoot_planner::motion::track::{Follower, Progress, State, Stretch, Swing, place_at};
+use surefoot_planner::motion::swing::Travel;
+use surefoot_planner::motion::track::{Follower, Progress, State, Stretch, place_at};
 use surefoot_planner::motion::workspace::Workspace;
 use surefoot_planner::random::{Random, Stream};
 use surefoot_planner::recheck::{configuration_of, mode_of, recheck};
@@ -135,7 +136,7 @@ fn moved(constraints: &Constraints, mode: &Mode, state: &State, by: DVec3) -> St
 fn track_over(constraints: &Constraints, mode: &Mode, states: &[State]) -> Vec<Configuration> {
     let mut track = vec![states[0].configuration];
     for pair in states.windows(2) {
-        let stretch = Stretch { from: pair[0], to: pair[1], exact: true, swing: Swing::Straight, swing_foot: FootState::Free };
+        let stretch = Stretch { from: pair[0], to: pair[1], exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
         let mut follower = Follower::new(constraints, &stretch);
         loop {
             let progress = follower.advance(constraints, mode).unwrap();

@@ -6,7 +6,8 @@ use surefoot_shared_types::Pose;
 use crate::body::Configuration;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::track::{Follower, Progress, State, Stretch, Swing, place_at};
+use crate::motion::swing::Travel;
+use crate::motion::track::{Follower, Progress, State, Stretch, place_at};
 use crate::motion::workspace::push;
 
 /// How high a swing foot is lifted off its placement before it may travel, along the sole's normal, m; tried in order.
@@ -51,7 +52,8 @@ impl Lift {
         let Some(follower) = &mut self.follower else {
             waypoints.clear();
             self.lifted = lifted(constraints, mode, &self.from, HEIGHTS[self.tried])?;
-            let stretch = Stretch { from: self.from, to: self.lifted, exact: true, swing: Swing::Straight, swing_foot: FootState::Leaving };
+            let stretch =
+                Stretch { from: self.from, to: self.lifted, exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Leaving };
             self.follower = Some(Follower::new(constraints, &stretch));
             return Ok(false);
         };

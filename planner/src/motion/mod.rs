@@ -13,6 +13,7 @@ pub mod sampling;
 pub mod sequence;
 pub mod shortcut;
 pub mod single_mode;
+pub mod swing;
 pub mod track;
 pub mod transition;
 pub mod tree;

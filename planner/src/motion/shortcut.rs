@@ -9,7 +9,8 @@ use surefoot_shared_types::spatial::rotation_distance;
 use crate::body::Configuration;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::track::{Follower, Progress, State, Stretch, Swing};
+use crate::motion::swing::Travel;
+use crate::motion::track::{Follower, Progress, State, Stretch};
 use crate::motion::tree::METRES_PER_RADIAN;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::Random;
@@ -168,7 +169,7 @@ impl Shortcutting {
             return self.after_failure(aim);
         }
         let state = |index: usize| state_of(constraints, &self.mode, &workspace.track[index]);
-        let stretch = Stretch { from: state(from), to: state(to), exact: true, swing: Swing::Straight, swing_foot: FootState::Free };
+        let stretch = Stretch { from: state(from), to: state(to), exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
         workspace.shortcut.clear();
         Stage::Join(Joint { aim, ends, follower: Follower::new(constraints, &stretch), length: 0.0, length_max })
     }

@@ -1,14 +1,15 @@
 //! Single-mode planning: from one transition configuration to another within their common mode [Grey 4.4.3].
 //!
-//! The first search between two transitions begins with primitive trajectories [Grey 4.4.5]: straight, and with the swing foot
-//! raised in a few shapes. Then the trees of both grow, and each later search grows them on.
+//! The first search between two transitions begins with primitive trajectories [Grey 4.4.5]: the shapes of `swing`. Then the
+//! trees of both grow, and each later search grows them on.
 //!
 //! A search is advanced by one unit of work at a time, so that no step of the planner need wait for its end.
 
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::lift::Lift;
-use crate::motion::track::{Follower, Progress, State, Stretch, Swing};
+use crate::motion::swing::{SHIFTS, SWINGS, Travel};
+use crate::motion::track::{Follower, Progress, State, Stretch};
 use crate::motion::tree::Growing;
 use crate::motion::workspace::{Workspace, push};
 
@@ -27,22 +28,9 @@ pub struct Problem {
     pub failures: u32,
 }
 
-/// The shapes of a swing, in the order in which they are tried.
-const SWINGS: [Swing; 11] = [
-    Swing::Hump { rise: 0.02, aside: 0.0 },
-    Swing::Hump { rise: 0.06, aside: 0.0 },
-    Swing::Over(0.02),
-    Swing::Hump { rise: 0.06, aside: 0.08 },
-    Swing::Hump { rise: 0.14, aside: 0.0 },
-    Swing::Hump { rise: 0.14, aside: 0.08 },
-    Swing::Over(0.08),
-    Swing::Hump { rise: 0.14, aside: 0.16 },
-    Swing::Over(0.2),
-    Swing::Hump { rise: 0.3, aside: 0.0 },
-    Swing::Hump { rise: 0.3, aside: 0.16 },
-];
-/// With both feet on the ground only the root travels.
-const SHIFTS: [Swing; 1] = [Swing::Straight];
+/// Where a shape of travel is probed before it is followed: at so many places, each the same share of the way after the one before.
+/// One that does not hold at one of them costs little then. The first shape is the likeliest, and only followed.
+const PROBES: u32 = 7;
 
 /// A search within one mode.
 #[derive(Debug, Clone)]
@@ -60,8 +48,8 @@ pub struct Search {
 enum Stage {
     /// Finding how the swing foot leaves its placement at an end of the motion.
     Lift { end: usize, lift: Lift },
-    /// Trying a shape of the swing.
-    Travel { shape: usize },
+    /// Trying a shape of travel, so many of whose probes hold.
+    Travel { shape: usize, probed: u32 },
     /// Growing the trees.
     Grow(Growing),
 }
@@ -98,7 +86,7 @@ impl Search {
 
     fn advance_stage(&mut self, constraints: &Constraints, workspace: &mut Workspace) -> Result<bool, Rejection> {
         match &mut self.stage {
-            &mut Stage::Travel { shape } => self.travel(constraints, shape, workspace),
+            &mut Stage::Travel { shape, probed } => Ok(self.travel(constraints, shape, probed, workspace)),
             Stage::Grow(growing) => growing.advance(constraints, &self.problem, &self.ends, &mut self.follower, workspace),
             Stage::Lift { end, lift } => {
                 let end = *end;
@@ -112,31 +100,35 @@ impl Search {
         }
     }
 
-    fn travel(&mut self, constraints: &Constraints, shape: usize, workspace: &mut Workspace) -> Result<bool, Rejection> {
+    /// Probes a shape, then follows it; answers whether it led to the end.
+    fn travel(&mut self, constraints: &Constraints, shape: usize, probed: u32, workspace: &mut Workspace) -> bool {
         let shapes = shapes(&self.problem.mode);
         let Some(follower) = &mut self.follower else {
             workspace.track.clear();
             let [from, to] = self.ends;
-            let stretch = Stretch { from, to, exact: true, swing: shapes[shape], swing_foot: FootState::Free };
+            let stretch = Stretch { from, to, exact: true, travel: shapes[shape], swing_foot: FootState::Free };
             self.follower = Some(Follower::new(constraints, &stretch));
-            return Ok(false);
+            return false;
         };
-        let why = match follower.advance(constraints, &self.problem.mode) {
-            Ok(Progress::Nearer) => return Ok(false),
-            Ok(progress) => match push(&mut workspace.track, follower.here().configuration) {
-                Ok(()) => return Ok(progress == Progress::Arrived),
-                Err(full) => full,
-            },
-            Err(why) => why,
-        };
-        workspace.count(why);
-        self.follower = None;
-        if shape + 1 == shapes.len() {
-            self.stage = Stage::Grow(Growing::new(&self.problem));
+        let tried = if probed < PROBES {
+            probe(constraints, &self.problem.mode, follower, probed)
         } else {
-            self.stage = Stage::Travel { shape: shape + 1 };
+            follow(constraints, &self.problem.mode, follower, workspace)
+        };
+        match tried {
+            Ok(Tried::Arrived) => return true,
+            Ok(Tried::Going) => return false,
+            Ok(Tried::Holds) => {
+                self.stage = Stage::Travel { shape, probed: probed + 1 };
+                self.follower = self.follower.take().filter(|_| probed + 1 < PROBES);
+                return false;
+            }
+            Err(why) => workspace.count(why),
         }
-        Ok(false)
+        self.follower = None;
+        let next = shape + 1;
+        self.stage = if next < shapes.len() { Stage::Travel { shape: next, probed: 0 } } else { Stage::Grow(Growing::new(&self.problem)) };
+        false
     }
 
     /// Puts the travel between lift-off and landing. A lift leads away from the placement, so landing is one in reverse.
@@ -176,11 +168,34 @@ fn stage_after(problem: &Problem, is_lifted: [bool; 2]) -> Stage {
     match is_lifted {
         [false, _] => Stage::Lift { end: 0, lift: Lift::new(&problem.from) },
         [true, false] => Stage::Lift { end: 1, lift: Lift::new(&problem.to) },
-        [true, true] if problem.failures == 0 => Stage::Travel { shape: 0 },
+        [true, true] if problem.failures == 0 => Stage::Travel { shape: 0, probed: PROBES },
         [true, true] => Stage::Grow(Growing::new(problem)),
     }
 }
 
-fn shapes(mode: &Mode) -> &'static [Swing] {
+fn shapes(mode: &Mode) -> &'static [Travel] {
     if mode.swing().is_some() { &SWINGS } else { &SHIFTS }
+}
+
+/// What came of a trial of a shape.
+enum Tried {
+    /// It holds where it was probed.
+    Holds,
+    /// It is being followed.
+    Going,
+    /// It led to the end.
+    Arrived,
+}
+
+fn probe(constraints: &Constraints, mode: &Mode, follower: &mut Follower, probed: u32) -> Result<Tried, Rejection> {
+    let at = f64::from(probed + 1) / f64::from(PROBES + 1);
+    follower.probe(constraints, mode, at).map(|()| Tried::Holds)
+}
+
+fn follow(constraints: &Constraints, mode: &Mode, follower: &mut Follower, workspace: &mut Workspace) -> Result<Tried, Rejection> {
+    let progress = follower.advance(constraints, mode)?;
+    if progress != Progress::Nearer {
+        push(&mut workspace.track, follower.here().configuration)?;
+    }
+    Ok(if progress == Progress::Arrived { Tried::Arrived } else { Tried::Going })
 }

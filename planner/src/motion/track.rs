@@ -4,11 +4,12 @@
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::{interpolate, rotation_about, yaw_of};
+use surefoot_shared_types::spatial::interpolate;
 
 use crate::body::Configuration;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
+use crate::motion::swing::{Travel, outward, plateau};
 use crate::snapshot::Snapshot;
 
 /// A configuration together with where its soles are: the coordinates of a mode.
@@ -32,22 +33,8 @@ const STEP_AIM: f64 = 0.95;
 const WAYPOINT_COLLISION_STEPS: f64 = 4.0;
 /// The share of a leg's reach that a moving root leaves at least.
 const REACH_SHARE_MAX: f64 = 0.997;
-
-/// How the swing sole travels between the ends of a track.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Swing {
-    /// Straight.
-    Straight,
-    /// Straight plus a hump, m: along z, and away from the other leg.
-    Hump {
-        /// Along z.
-        rise: f64,
-        /// Away from the other leg, along y of the root's heading halfway.
-        aside: f64,
-    },
-    /// Up by this height (m) above the higher end, across, and down.
-    Over(f64),
-}
+/// The share of a leg's reach up to which a robot stands up.
+const UPRIGHT_REACH_SHARE: f64 = 0.96;
 
 /// One stretch of a track.
 #[derive(Debug, Clone, Copy)]
@@ -58,8 +45,8 @@ pub struct Stretch {
     pub to: State,
     /// Whether it must end at `to` itself; otherwise `to` gives the direction, the legs and the centre of mass follow.
     pub exact: bool,
-    /// How the swing sole travels.
-    pub swing: Swing,
+    /// How it is travelled.
+    pub travel: Travel,
     /// What is asked of the swing foot's clearance.
     pub swing_foot: FootState,
 }
@@ -115,6 +102,17 @@ impl Follower {
         &self.here
     }
 
+    /// Whether the stretch holds at a share of it. It is seen from where it was probed last, so that a stretch is probed from its
+    /// beginning on; whoever follows it then begins anew.
+    ///
+    /// # Errors
+    /// What does not hold there.
+    pub fn probe(&mut self, constraints: &Constraints, mode: &Mode, at: f64) -> Result<(), Rejection> {
+        let feet = foot_states(mode, self.stretch.swing_foot);
+        self.here = place(constraints, mode, &self.stretch, &self.here, at, &self.com_ends, &mut self.next_snapshot)?;
+        constraints.check(mode, &self.next_snapshot, feet)
+    }
+
     /// Tries the next waypoint.
     ///
     /// # Errors
@@ -159,12 +157,7 @@ fn first_step(stretch: &Stretch) -> f64 {
     let travel = |a: &Pose, b: &Pose| a.translation.distance(b.translation);
     let root = travel(&stretch.from.configuration.world_from_root, &stretch.to.configuration.world_from_root);
     let soles = [0, 1].map(|limb| travel(&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb]));
-    let rise = match stretch.swing {
-        Swing::Straight => 0.0,
-        Swing::Hump { rise, aside } => 2.0 * (rise + aside),
-        Swing::Over(height) => 2.0 * height,
-    };
-    let length = root.max(soles[0]).max(soles[1]) + rise;
+    let length = root.max(soles[0]).max(soles[1]) + stretch.travel.path.detour();
     (0.03 / length.max(1e-6)).clamp(STEP_MIN, 1.0)
 }
 
@@ -173,7 +166,7 @@ fn first_step(stretch: &Stretch) -> f64 {
 /// # Errors
 /// The legs do not reach, or the shifts do not converge.
 pub fn place_at(constraints: &Constraints, mode: &Mode, wished: &State) -> Result<State, Rejection> {
-    let stretch = Stretch { from: *wished, to: *wished, exact: false, swing: Swing::Straight, swing_foot: FootState::Free };
+    let stretch = Stretch { from: *wished, to: *wished, exact: false, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
     place(constraints, mode, &stretch, wished, 1.0, &[DVec3::ZERO; 2], &mut Snapshot::default())
 }
 
@@ -197,7 +190,7 @@ fn place(
         state.world_from_soles[limb] = swing_pose(stretch, limb, t);
     }
     let (from, to) = (&stretch.from.configuration, &stretch.to.configuration);
-    let course = interpolate(&from.world_from_root, &to.world_from_root, t);
+    let course = root_course(constraints, stretch, &state.world_from_soles, t);
     for joint in &body.free_joints {
         state.configuration.q[joint.index] = from.q[joint.index] + t * (to.q[joint.index] - from.q[joint.index]);
     }
@@ -222,36 +215,18 @@ fn place(
     Err(Rejection::Balance)
 }
 
-fn swing_pose(stretch: &Stretch, limb: usize, t: f64) -> Pose {
-    let (from, to) = (&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb]);
-    match stretch.swing {
-        Swing::Straight => interpolate(from, to, t),
-        Swing::Hump { rise, aside } => {
-            let mut pose = interpolate(from, to, t);
-            let side = 2.0 * t - 1.0;
-            let share = 1.0 - side * side * side * side;
-            pose.translation += share * (DVec3::Z * rise + aside * outward(stretch, limb));
-            pose
-        }
-        Swing::Over(height) => over_pose(from, to, height, t),
+/// Where the root would be, but for its balance.
+fn root_course(constraints: &Constraints, stretch: &Stretch, world_from_soles: &[Pose; 2], t: f64) -> Pose {
+    let mut course = interpolate(&stretch.from.configuration.world_from_root, &stretch.to.configuration.world_from_root, t);
+    let upright = stretch.travel.stands_up.then(|| constraints.body.root_height(&course, world_from_soles, [UPRIGHT_REACH_SHARE; 2]));
+    if let Some(highest) = upright.flatten() {
+        course.translation.z += plateau(t) * (highest - course.translation.z).max(0.0);
     }
+    course
 }
 
-/// Away from the other leg: along y of the root's heading halfway.
-fn outward(stretch: &Stretch, limb: usize) -> DVec3 {
-    let roots = [&stretch.from, &stretch.to].map(|state| &state.configuration.world_from_root);
-    let left = rotation_about(DVec3::Z, yaw_of(interpolate(roots[0], roots[1], 0.5).rotation)) * DVec3::Y;
-    if limb == 0 { left } else { -left }
-}
-
-/// Up, across, down, each in proportion to its length.
-fn over_pose(from: &Pose, to: &Pose, height: f64, t: f64) -> Pose {
-    let top = from.translation.z.max(to.translation.z) + height;
-    let (rise, fall) = (top - from.translation.z, top - to.translation.z);
-    let across = (to.translation - from.translation).truncate().length();
-    let along = t * (rise + across + fall);
-    let share = ((along - rise) / across.max(1e-9)).clamp(0.0, 1.0);
-    let mut pose = interpolate(from, to, share);
-    pose.translation.z = if along < rise { from.translation.z + along } else { top - (along - rise - across).max(0.0) };
-    pose
+fn swing_pose(stretch: &Stretch, limb: usize, t: f64) -> Pose {
+    let Stretch { from, to, travel, .. } = stretch;
+    let outward = outward([&from.configuration.world_from_root, &to.configuration.world_from_root], limb);
+    travel.path.pose([&from.world_from_soles[limb], &to.world_from_soles[limb]], outward, t)
 }

@@ -53,8 +53,8 @@ const PRIMITIVES: [(f64, f64, f64, f64); 12] = [
     (0.84, 0.35, 0.1, 0.8),
     (1.03, 0.0, -0.1, 0.9),
 ];
-/// The primitive postures that reach farthest: these few reach nineteen of twenty pairs that any of them does.
-const REACHING: [u64; 4] = [5, 11, 8, 10];
+/// The primitive postures that reach farthest, by attempt: these few reach nineteen of twenty pairs that any of them does.
+pub const REACHING: [u64; 4] = [5, 11, 8, 10];
 /// Attempts in the neighbourhood of the primitives, before uniform ones.
 const NEIGHBOURHOOD_ATTEMPTS: u64 = 24;
 
@@ -94,22 +94,25 @@ pub fn sample(
 /// [Grey 4.4.2]. `mode` is the single-support mode of the stance placement. Where none does, another posture may: a pair that is
 /// not reached is unlikely, not impossible.
 pub fn is_reached(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
-    has_posture(constraints, mode, pair, |_| true)
-}
-
-/// The same, the robot's legs, arms and trunk apart from each other [Grey figure 4.14].
-pub fn is_reached_apart(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
-    has_posture(constraints, mode, pair, |snapshot| constraints.collision.self_hit(snapshot).is_none())
-}
-
-fn has_posture(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>, accept: impl Fn(&Snapshot) -> bool) -> bool {
-    let (body, soles) = (&constraints.body, world_from_soles(pair));
-    let mut draws = Random::new(0, Stream::Transition, 0, 0);
     let mut snapshot = Snapshot::default();
-    REACHING.into_iter().any(|primitive| {
-        let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), primitive, &mut draws);
-        settle_into(body, &soles, &posture, free, &mut snapshot).is_ok() && accept(&snapshot)
-    })
+    REACHING.into_iter().any(|attempt| reach(constraints, mode, pair, attempt, &mut snapshot))
+}
+
+/// How many of the same postures, which are [`REACHING`], also hold: balanced, within limits, free of the world, the legs apart
+/// [Grey figure 4.14].
+pub fn postures_that_hold(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> usize {
+    let mut snapshot = Snapshot::default();
+    let mut holds = |attempt: &u64| {
+        reach(constraints, mode, pair, *attempt, &mut snapshot) && constraints.check(mode, &snapshot, [FootState::Stance; 2]).is_ok()
+    };
+    REACHING.iter().filter(|attempt| holds(attempt)).count()
+}
+
+fn reach(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>, attempt: u64, snapshot: &mut Snapshot) -> bool {
+    let body = &constraints.body;
+    let mut draws = Random::new(0, Stream::Transition, 0, 0);
+    let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), attempt, &mut draws);
+    settle_into(body, &world_from_soles(pair), &posture, free, snapshot).is_ok()
 }
 
 /// Puts the robot over its soles in the wished-for posture: the root shifts until the centre of mass is where it shall be.

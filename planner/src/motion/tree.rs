@@ -8,13 +8,15 @@ use surefoot_shared_types::spatial::{interpolate, rotation_distance, rotation_fr
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Rejection};
 use crate::motion::single_mode::Problem;
-use crate::motion::track::{Follower, Progress, State, Stretch, Swing};
+use crate::motion::swing::Travel;
+use crate::motion::track::{Follower, Progress, State, Stretch};
 use crate::motion::trees::TreeNode;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 
-/// Samples drawn in the first search between two states, and in each later one; the trees are kept for the next one.
-const SAMPLES_MAX: [u32; 2] = [64, 128];
+/// Samples drawn in the first search between two states, in the second one, and in each later one; the trees are kept for the
+/// next one. Few at first: most that is found at all is found soon, and another sequence may be easier.
+const SAMPLES_MAX: [u32; 3] = [24, 64, 128];
 /// Waypoints added by one extension toward a sample.
 const EXTENSION_MAX: u32 = 24;
 /// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.
@@ -59,7 +61,7 @@ impl Growing {
     /// Begins.
     pub fn new(problem: &Problem) -> Self {
         let random = Random::new(problem.random.0, Stream::SingleMode, problem.random.1, u64::from(problem.failures));
-        let samples_max = SAMPLES_MAX[usize::from(problem.failures > 0)];
+        let samples_max = SAMPLES_MAX[(problem.failures as usize).min(SAMPLES_MAX.len() - 1)];
         Self { random, sample: 0, samples_max, side: 0, aim: Aim::Choose, parent: 0, added: 0 }
     }
 
@@ -123,7 +125,7 @@ impl Growing {
         let near = nearest(tree, problem, target);
         (self.aim, self.parent, self.added) = (aim, near as u32, 0);
         let exact = matches!(aim, Aim::Tip(_));
-        let stretch = Stretch { from: tree[near].state, to: *target, exact, swing: Swing::Straight, swing_foot: FootState::Free };
+        let stretch = Stretch { from: tree[near].state, to: *target, exact, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
         Follower::new(constraints, &stretch)
     }
 
