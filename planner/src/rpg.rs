@@ -555,7 +555,13 @@ fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, Plann
         return Ok(None);
     }
     let error = |error: rayon::ThreadPoolBuildError| PlannerError::Threads { threads: threads.get(), reason: error.to_string() };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build().map_err(error)?;
+    let cores = core_affinity::get_core_ids().filter(|cores| threads.get() <= cores.len()).unwrap_or_default();
+    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.get());
+    // Each on a core of its own: a round lasts less than a scheduler takes to part two threads that it has woken on one core.
+    let stay = move |index: usize| {
+        cores.get(index).map(|&core| core_affinity::set_for_current(core));
+    };
+    let pool = builder.start_handler(stay).build().map_err(error)?;
     // A thread allocates while it starts, and when it first looks for another one's work: wait until each has done both.
     pool.broadcast(|_| rayon::yield_now());
     Ok(Some(Arc::new(pool)))
