@@ -22,6 +22,7 @@
 //! there is none, more placements are sampled, and stage P looks for another route. All routes' placements stand in one
 //! graph, so that each sequence may use any of them. A sequence that is complete is shortened [Grey 4.4.6]. Segment after segment is completed; the last one completes the plan.
 
+mod connect;
 mod cycle;
 mod polish;
 mod primitive_stretches;
@@ -33,7 +34,6 @@ use std::num::NonZeroUsize;
 use std::sync::Arc;
 
 use rayon::ThreadPool;
-use rayon::prelude::*;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
@@ -90,9 +90,6 @@ pub enum PlannerError {
         reason: String,
     },
 }
-
-/// Transitions that are judged side by side.
-const JUDGED_AT_ONCE: usize = 32;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Phase {
@@ -491,47 +488,6 @@ impl Planner {
             seeding.sweep_station(route, (station, limb), (self.route_sweeps, self.tally.sweeps), graph, scratch)?;
         }
         Ok(Phase::Seed { next: next + 1 })
-    }
-
-    fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
-        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        if next as usize == self.roadmap.graph.footholds().len() {
-            return Ok(if self.locate_next() { Phase::Connect { next } } else { Phase::Judge });
-        }
-        seeding.connect(next, self.step_max(), &mut self.roadmap.graph)?;
-        self.roadmap.graph.mark_connected(next);
-        Ok(Phase::Connect { next: next + 1 })
-    }
-
-    /// Judges how likely the next transitions are, each with its twin one unit of work.
-    fn judge(&mut self, budget: u64) -> Phase {
-        let graph = &mut self.roadmap.graph;
-        let longest = budget.min(JUDGED_AT_ONCE as u64) as usize;
-        let next: heapless::Vec<TransitionId, JUDGED_AT_ONCE> = std::iter::from_fn(|| graph.next_to_judge()).take(longest).collect();
-        if next.is_empty() {
-            self.tally.work += 1;
-            return self.after_connecting();
-        }
-        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        let judge = |&id: &TransitionId| [id, Graph::twin(id)].map(|id| seeding.judge(id, graph));
-        let mut in_vain = [[0; 2]; JUDGED_AT_ONCE];
-        if self.shared.parallel {
-            next.par_iter().zip(&mut in_vain).with_max_len(1).for_each(|(id, counts)| *counts = judge(id));
-        } else {
-            next.iter().zip(&mut in_vain).for_each(|(id, counts)| *counts = judge(id));
-        }
-        for (&id, [count, twin_count]) in next.iter().zip(in_vain) {
-            graph.record_failures(id, count);
-            graph.record_failures(Graph::twin(id), twin_count);
-        }
-        self.tally.work += next.len() as u64;
-        Phase::Judge
-    }
-
-    /// An upper bound of the distance between two soles in a step, m: one leg's reach, and the hips apart.
-    fn step_max(&self) -> f64 {
-        let [left, right] = &self.shared.constraints.body.legs;
-        left.reach().max(right.reach()) + left.hip().distance(right.hip())
     }
 
     /// Hands one motion of the walk to the chunk builder.

@@ -66,6 +66,8 @@ pub struct Transition {
     next_of_stance: Option<TransitionId>,
     /// Whether a motion to it from another transition on the same stance has failed.
     is_doubtful: bool,
+    /// Whether the motion to it from its twin has failed.
+    is_doubtful_from_twin: bool,
     next_doubtful: Option<TransitionId>,
 }
 
@@ -160,19 +162,32 @@ impl Graph {
         Ok(())
     }
 
-    /// Notes that a motion to a transition from another one on the same stance has failed.
-    pub fn doubt(&mut self, id: TransitionId) {
-        let transition = &mut self.transitions[id as usize];
-        if !transition.is_doubtful {
+    /// Notes that the motion from one transition to another has failed.
+    pub fn doubt(&mut self, from: TransitionId, to: TransitionId) {
+        let transition = &mut self.transitions[to as usize];
+        if to == Self::twin(from) {
+            transition.is_doubtful_from_twin = true;
+        } else if !transition.is_doubtful {
             transition.is_doubtful = true;
-            transition.next_doubtful = self.first_doubtful[transition.stance as usize].replace(id);
+            transition.next_doubtful = self.first_doubtful[transition.stance as usize].replace(to);
         }
+    }
+
+    /// Whether the motion from one transition to another may have failed; it has not where the answer is no.
+    pub fn may_have_failed(&self, from: TransitionId, to: TransitionId) -> bool {
+        let transition = &self.transitions[to as usize];
+        if to == Self::twin(from) { transition.is_doubtful_from_twin } else { transition.is_doubtful }
     }
 
     /// The transitions on a stance to which a motion has failed.
     pub fn doubtful_from_stance(&self, stance: FootholdId) -> impl Iterator<Item = TransitionId> + '_ {
         let next = |id: &TransitionId| self.transitions[*id as usize].next_doubtful;
         std::iter::successors(self.first_doubtful[stance as usize], next)
+    }
+
+    /// Whether a motion has failed to any transition on a stance.
+    pub fn is_doubtful(&self, stance: FootholdId) -> bool {
+        self.first_doubtful[stance as usize].is_some()
     }
 
     /// A transition's two placements: stance, other.
@@ -254,6 +269,7 @@ impl Graph {
                 configuration: None,
                 next_of_stance,
                 is_doubtful: false,
+                is_doubtful_from_twin: false,
                 next_doubtful: None,
             });
         }

@@ -5,95 +5,102 @@ use crate::arena::{Uniform, reserve};
 /// Position of a node that is not in the heap.
 const ABSENT: u32 = u32::MAX;
 
-/// What nodes are ordered by: cost first, then the number of edges, then the index, so that no two are equal.
-type Key = (f64, u32, u32);
+/// A node and what it is ordered by: cost first, then the number of edges, then the index, so that no two are equal.
+#[derive(Debug, Clone, Copy)]
+struct Entry {
+    cost: f64,
+    edges: u32,
+    node: u32,
+}
 
 /// The heap.
 #[derive(Debug)]
 pub struct IndexHeap {
-    order: Vec<u32>,
+    order: Vec<Entry>,
     positions: Uniform<u32>,
-    keys: Uniform<(f64, u32)>,
 }
 
 impl IndexHeap {
     /// A heap over nodes `0..nodes_max`.
     pub fn new(nodes_max: usize) -> Self {
-        Self { order: reserve(nodes_max), positions: Uniform::new(ABSENT, nodes_max), keys: Uniform::new((0.0, 0), nodes_max) }
+        Self { order: reserve(nodes_max), positions: Uniform::new(ABSENT, nodes_max) }
     }
 
     /// Empties it.
     pub fn clear(&mut self) {
-        for node in self.order.drain(..) {
-            self.positions[node as usize] = ABSENT;
+        for entry in self.order.drain(..) {
+            self.positions[entry.node as usize] = ABSENT;
         }
     }
 
     /// Inserts a node or lowers its key.
     pub fn push(&mut self, node: u32, cost: f64, edges: u32) {
-        self.keys[node as usize] = (cost, edges);
-        if self.positions[node as usize] == ABSENT {
-            self.positions[node as usize] = self.order.len() as u32;
-            self.order.push(node);
+        let entry = Entry { cost, edges, node };
+        let known = self.positions[node as usize];
+        if known == ABSENT {
+            self.order.push(entry);
+            self.rise(entry, self.order.len() - 1);
+        } else {
+            self.rise(entry, known as usize);
         }
-        self.rise(self.positions[node as usize] as usize);
     }
 
     /// Takes the node with the smallest key.
     pub fn pop(&mut self) -> Option<(u32, f64, u32)> {
-        let node = *self.order.first()?;
+        let first = *self.order.first()?;
         let last = self.order.pop()?;
-        self.positions[node as usize] = ABSENT;
-        if last != node {
-            self.order[0] = last;
-            self.positions[last as usize] = 0;
-            self.sink(0);
+        self.positions[first.node as usize] = ABSENT;
+        if last.node != first.node {
+            self.sink(last, 0);
         }
-        let (cost, edges) = self.keys[node as usize];
-        Some((node, cost, edges))
+        Some((first.node, first.cost, first.edges))
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.order.capacity() * size_of::<u32>() + self.positions.bytes() + self.keys.bytes()
+        self.order.capacity() * size_of::<Entry>() + self.positions.bytes()
     }
 
-    fn key(&self, position: usize) -> Key {
-        let node = self.order[position];
-        let (cost, edges) = self.keys[node as usize];
-        (cost, edges, node)
-    }
-
-    fn before(&self, a: usize, b: usize) -> bool {
-        let (a, b) = (self.key(a), self.key(b));
-        a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)).is_lt()
-    }
-
-    fn rise(&mut self, mut position: usize) {
+    /// Puts an entry where it belongs, at a position or above it.
+    fn rise(&mut self, entry: Entry, mut position: usize) {
         while position > 0 {
             let parent = (position - 1) / 2;
-            if !self.before(position, parent) {
-                return;
+            if !entry.is_before(&self.order[parent]) {
+                break;
             }
-            self.swap(position, parent);
+            self.put(self.order[parent], position);
             position = parent;
         }
+        self.put(entry, position);
     }
 
-    fn sink(&mut self, mut position: usize) {
+    /// Puts an entry where it belongs, at a position or below it.
+    fn sink(&mut self, entry: Entry, mut position: usize) {
         loop {
-            let children = [2 * position + 1, 2 * position + 2];
-            let least = children.into_iter().filter(|&child| child < self.order.len()).reduce(|a, b| if self.before(b, a) { b } else { a });
-            let Some(least) = least.filter(|&child| self.before(child, position)) else { return };
-            self.swap(position, least);
-            position = least;
+            let left = 2 * position + 1;
+            let Some(mut least) = self.order.get(left).copied() else { break };
+            let mut child = left;
+            if let Some(right) = self.order.get(left + 1).filter(|right| right.is_before(&least)) {
+                (least, child) = (*right, left + 1);
+            }
+            if !least.is_before(&entry) {
+                break;
+            }
+            self.put(least, position);
+            position = child;
         }
+        self.put(entry, position);
     }
 
-    fn swap(&mut self, a: usize, b: usize) {
-        self.order.swap(a, b);
-        self.positions[self.order[a] as usize] = a as u32;
-        self.positions[self.order[b] as usize] = b as u32;
+    fn put(&mut self, entry: Entry, position: usize) {
+        self.order[position] = entry;
+        self.positions[entry.node as usize] = position as u32;
+    }
+}
+
+impl Entry {
+    fn is_before(&self, other: &Self) -> bool {
+        self.cost.total_cmp(&other.cost).then(self.edges.cmp(&other.edges)).then(self.node.cmp(&other.node)).is_lt()
     }
 }
 

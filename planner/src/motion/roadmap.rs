@@ -196,8 +196,8 @@ impl Roadmap {
         let transition = if boundary_of(hop.from).is_none() { hop.from } else { hop.to };
         let [single, double] = ModeId::of(&self.graph, transition);
         self.costs.add_attempts(if self.is_double(hop) { double } else { single }, extensions);
-        if boundary_of(hop.from).is_none() && boundary_of(hop.to).is_none() && hop.to != Graph::twin(hop.from) {
-            self.graph.doubt(hop.to);
+        if boundary_of(hop.from).is_none() && boundary_of(hop.to).is_none() {
+            self.graph.doubt(hop.from, hop.to);
         }
         Ok(())
     }

@@ -63,7 +63,13 @@ impl Query<'_> {
         self.goal.contains(&transition.stance) && self.goal.contains(&transition.other)
     }
 
+    /// What the failed searches for a motion between two transitions cost.
     fn penalty(&self, from: TransitionId, to: TransitionId) -> f64 {
+        if self.graph.may_have_failed(from, to) { self.failed(from, to) } else { 0.0 }
+    }
+
+    /// The same, also where one of them is the node of a boundary.
+    fn failed(&self, from: TransitionId, to: TransitionId) -> f64 {
         match self.purpose {
             Purpose::Join => 0.0,
             Purpose::Find | Purpose::Shorten => f64::from(self.edges.get(from, to).failures) * SINGLE_MODE_PENALTY,
@@ -71,22 +77,40 @@ impl Query<'_> {
     }
 }
 
+/// What a way costs: m^3, and its transitions.
+type Cost = (f64, u32);
+/// Of what no way leads to.
+const UNREACHED: Cost = (f64::INFINITY, 0);
+
 /// The arrays of the shortest-path search, allocated once.
+///
+/// What a swing costs depends on where it leads, and on where it begins only if that very motion has failed. So the first arrival on
+/// a stance settles all its swings but the doubtful ones: a stance is expanded once, each of its swings is set down at once, and only
+/// arrivals that may be the first on their stance, or lead on to doubtful ones, wait in the heap.
 #[derive(Debug)]
 pub struct SequenceSearch {
     heap: IndexHeap,
-    costs: Uniform<(f64, u32)>,
+    costs: Uniform<Cost>,
     came_from: Uniform<Option<TransitionId>>,
     /// The transitions that the last search reached; the only ones whose entries it has changed.
     reached: Vec<TransitionId>,
-    /// Which placements have been reached as a stance.
-    is_entered: Vec<bool>,
+    stances: Vec<StanceRecord>,
+    /// The placements that have been reached as a stance.
     entered: Vec<FootholdId>,
-    /// The placements of the walk that is being shortened.
-    is_used: Vec<bool>,
     sequence: Vec<TransitionId>,
     /// The cheapest arrival at the goal so far.
     best: Option<(f64, TransitionId)>,
+}
+
+/// What is known of a placement.
+#[derive(Debug, Clone, Copy)]
+struct StanceRecord {
+    /// The cheapest arrival on it so far.
+    arrival: Cost,
+    /// Whether it has been expanded.
+    is_entered: bool,
+    /// Whether it belongs to the walk that is being shortened.
+    is_used: bool,
 }
 
 /// Edges that one unit of work looks at, or those of one transition where they are more.
@@ -97,12 +121,11 @@ impl SequenceSearch {
     pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
         Self {
             heap: IndexHeap::new(transitions_max),
-            costs: Uniform::new((f64::INFINITY, 0), transitions_max),
+            costs: Uniform::new(UNREACHED, transitions_max),
             came_from: Uniform::new(None, transitions_max),
             reached: reserve(transitions_max),
-            is_entered: filled(false, footholds_max),
+            stances: filled(StanceRecord { arrival: UNREACHED, is_entered: false, is_used: false }, footholds_max),
             entered: reserve(footholds_max),
-            is_used: filled(false, footholds_max),
             sequence: reserve(transitions_max),
             best: None,
         }
@@ -126,26 +149,27 @@ impl SequenceSearch {
 
     /// Sets the placements that a search for a shorter walk may use: those of a sequence.
     pub fn use_only(&mut self, graph: &Graph, sequence: &[TransitionId]) {
-        self.is_used.fill(false);
+        self.stances.iter_mut().for_each(|stance| stance.is_used = false);
         for transition in sequence.iter().map(|&id| &graph.transitions()[id as usize]) {
-            self.is_used[transition.stance as usize] = true;
-            self.is_used[transition.other as usize] = true;
+            self.stances[transition.stance as usize].is_used = true;
+            self.stances[transition.other as usize].is_used = true;
         }
     }
 
     /// Begins to look for the cheapest sequence (Dijkstra; among equal costs the fewest transitions).
     pub fn begin(&mut self, query: &Query<'_>) {
-        self.clear();
+        self.clear(query.graph);
         for &start in query.starts {
-            self.relax(query, None, start, query.penalty(query.ends[0], start), (0.0, 0));
+            if self.relax(query, None, start, query.failed(query.ends[0], start), (0.0, 0)) {
+                let (cost, hops) = self.costs[start as usize];
+                self.heap.push(start, cost, hops);
+                self.set_down(query, start);
+            }
         }
     }
 
     /// Spends at most so many units of work, of [`EDGES_PER_UNIT`] edges each; answers how many it spent. The same query as at
     /// the beginning. Once less is spent than allowed, the search has ended, see [`SequenceSearch::has_found`].
-    ///
-    /// What a swing costs depends on where it leads, and on where it begins only if that very motion has failed. So the
-    /// first arrival on a stance settles all its swings but the doubtful ones, and a stance is expanded once.
     pub fn advance(&mut self, query: &Query<'_>, budget: u64) -> u64 {
         for spent in 0..budget {
             let mut looked_at = 0;
@@ -167,27 +191,20 @@ impl SequenceSearch {
         self.best.is_some()
     }
 
-    /// Expands the nearest transition; answers how many edges it looked at, or `None` at the end.
+    /// Expands the nearest arrival; answers how many swings it looked at, or `None` at the end.
     fn expand(&mut self, query: &Query<'_>) -> Option<u64> {
         let (node, cost, hops) = self.heap.pop()?;
         if self.best.is_some_and(|(least, _)| least <= cost) {
             self.heap.clear();
             return None;
         }
-        let arrived = cost + query.penalty(node, query.ends[1]);
-        if query.is_goal(node) && self.best.is_none_or(|(least, _)| arrived < least) {
-            self.best = Some((arrived, node));
-        }
-        let twin = Graph::twin(node);
-        self.relax(query, Some(node), twin, query.penalty(node, twin), (cost, hops));
         let graph = query.graph;
         let stance = graph.transitions()[node as usize].stance;
-        if self.is_entered[stance as usize] {
-            return Some(self.relax_swings(query, node, graph.doubtful_from_stance(stance), (cost, hops)));
+        if std::mem::replace(&mut self.stances[stance as usize].is_entered, true) {
+            return Some(self.swing(query, node, graph.doubtful_from_stance(stance), (cost, hops)));
         }
-        self.is_entered[stance as usize] = true;
         self.entered.push(stance);
-        Some(self.relax_swings(query, node, graph.from_stance(stance), (cost, hops)))
+        Some(self.swing(query, node, graph.from_stance(stance), (cost, hops)))
     }
 
     /// Bytes reserved.
@@ -196,57 +213,81 @@ impl SequenceSearch {
             + self.costs.bytes()
             + self.came_from.bytes()
             + (self.reached.capacity() + self.sequence.capacity()) * size_of::<TransitionId>()
-            + self.is_entered.len() * (2 + size_of::<FootholdId>())
+            + self.stances.len() * (size_of::<StanceRecord>() + size_of::<FootholdId>())
     }
 
     /// Forgets the last search.
-    fn clear(&mut self) {
+    fn clear(&mut self, graph: &Graph) {
         self.heap.clear();
         self.best = None;
         self.sequence.clear();
+        self.entered.clear();
         for node in self.reached.drain(..) {
-            self.costs[node as usize] = (f64::INFINITY, 0);
-        }
-        for stance in self.entered.drain(..) {
-            self.is_entered[stance as usize] = false;
+            self.costs[node as usize] = UNREACHED;
+            let stance = &mut self.stances[graph.transitions()[node as usize].stance as usize];
+            (stance.arrival, stance.is_entered) = (UNREACHED, false);
         }
     }
 
     /// Relaxes the swings from a transition to some on the same stance; answers how many there were.
-    fn relax_swings(
-        &mut self,
-        query: &Query<'_>,
-        node: TransitionId,
-        swings: impl Iterator<Item = TransitionId>,
-        reached: (f64, u32),
-    ) -> u64 {
+    fn swing(&mut self, query: &Query<'_>, node: TransitionId, swings: impl Iterator<Item = TransitionId>, reached: Cost) -> u64 {
         let mut looked_at = 0;
         for next in swings.filter(|&next| next != node) {
             looked_at += 1;
-            let bound = reached.0 + query.cost(next);
-            if self.may_use(query, query.graph.transitions()[next as usize].other) && (bound, reached.1 + 1) < self.costs[next as usize] {
-                self.relax(query, Some(node), next, query.penalty(node, next), reached);
+            let transition = &query.graph.transitions()[next as usize];
+            let bound = (reached.0 + query.cost(next), reached.1 + 1);
+            let is_nearer = bound < self.costs[next as usize] && self.may_use(query, transition.other);
+            if !is_nearer || !self.relax(query, Some(node), next, query.penalty(node, next), reached) {
+                continue;
             }
+            if query.graph.is_doubtful(transition.stance) {
+                let (cost, hops) = self.costs[next as usize];
+                self.heap.push(next, cost, hops);
+            }
+            self.set_down(query, next);
         }
         looked_at
+    }
+
+    /// Goes on from a transition that was reached to its twin: the foot is set down, and carries the robot.
+    fn set_down(&mut self, query: &Query<'_>, node: TransitionId) {
+        let twin = Graph::twin(node);
+        if !self.relax(query, Some(node), twin, query.penalty(node, twin), self.costs[node as usize]) {
+            return;
+        }
+        let (cost, stance) = (self.costs[twin as usize], query.graph.transitions()[twin as usize].stance);
+        let record = &mut self.stances[stance as usize];
+        let is_first = cost < record.arrival;
+        if is_first {
+            record.arrival = cost;
+        }
+        if is_first || query.graph.is_doubtful(stance) {
+            self.heap.push(twin, cost.0, cost.1);
+        }
     }
 
     fn may_use(&self, query: &Query<'_>, foothold: FootholdId) -> bool {
         let station = query.stations[foothold as usize];
         let is_near = query.range[0] <= station && station <= query.range[1];
-        is_near && (query.purpose != Purpose::Shorten || self.is_used[foothold as usize])
+        is_near && (query.purpose != Purpose::Shorten || self.stances[foothold as usize].is_used)
     }
 
-    fn relax(&mut self, query: &Query<'_>, from: Option<TransitionId>, to: TransitionId, penalty: f64, reached: (f64, u32)) {
+    /// Notes a cheaper way to a transition, if it is one.
+    fn relax(&mut self, query: &Query<'_>, from: Option<TransitionId>, to: TransitionId, penalty: f64, reached: Cost) -> bool {
         let cost = (reached.0 + penalty + query.cost(to), reached.1 + 1);
-        if cost < self.costs[to as usize] {
-            if self.costs[to as usize].0.is_infinite() {
-                self.reached.push(to);
-            }
-            self.costs[to as usize] = cost;
-            self.came_from[to as usize] = from;
-            self.heap.push(to, cost.0, cost.1);
+        if cost >= self.costs[to as usize] {
+            return false;
         }
+        if self.costs[to as usize].0.is_infinite() {
+            self.reached.push(to);
+        }
+        self.costs[to as usize] = cost;
+        self.came_from[to as usize] = from;
+        if query.is_goal(to) {
+            let arrived = cost.0 + query.failed(to, query.ends[1]);
+            self.best = Some((arrived, to)).filter(|_| self.best.is_none_or(|(least, _)| arrived < least)).or(self.best);
+        }
+        true
     }
 }
 
@@ -352,7 +393,7 @@ mod tests {
         }
         assert_eq!(line.cheapest(), (sequence, 0.0), "what is found costs nothing");
         line.edges.set(first, second, EdgeRecord { failures: 1, motion: None }).unwrap();
-        line.graph.doubt(second);
+        line.graph.doubt(first, second);
         let (_, cost) = line.cheapest();
         assert!(cost > 0.0 && cost <= SINGLE_MODE_PENALTY, "the penalty p, or what avoids it");
     }

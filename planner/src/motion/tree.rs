@@ -85,6 +85,9 @@ impl Growing {
     ) -> Result<bool, Rejection> {
         let Some(at) = follower else {
             plant(ends, workspace);
+            if workspace.trees.iter().any(|tree| tree.len() == tree.capacity()) {
+                return Err(Rejection::Discontinuous);
+            }
             *follower = Some(self.choose(constraints, problem, ends, workspace));
             return Ok(false);
         };

@@ -12,8 +12,10 @@ use crate::collision::bvh::Aabb;
 use crate::foot_placement::Scratch;
 use crate::random::{Random, Stream};
 
-/// Samples drawn while the demands are high, and after they are relaxed.
+/// Samples drawn while the demands are high, and after they are relaxed, for each [`SAMPLED_LENGTH`] of the place.
 const SAMPLES_MAX: [u32; 2] = [192, 384];
+/// How long a place is that so many samples are enough for, m.
+const SAMPLED_LENGTH: f64 = 20.0;
 /// Stations added by one extension.
 const EXTENSION_MAX: u32 = 96;
 /// How far beyond the box around start and goal the root is sampled, at least, m, and as a share of their distance.
@@ -331,7 +333,7 @@ impl Growth {
     }
 
     fn sample(&mut self, seed: u64) {
-        if self.samples == SAMPLES_MAX[usize::from(self.relaxed)] {
+        if self.samples == self.samples_max() {
             self.relax();
             return;
         }
@@ -344,6 +346,12 @@ impl Growth {
         let tip = self.nearest(tree, |station| station.place_distance_squared(target.position));
         let extension = self.extension(tree, target, false);
         self.activity = Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Sample };
+    }
+
+    fn samples_max(&self) -> u32 {
+        let length = (self.bounds.max - self.bounds.min).truncate().length();
+        let share = (length / SAMPLED_LENGTH).max(1.0);
+        (f64::from(SAMPLES_MAX[usize::from(self.relaxed)]) * share) as u32
     }
 
     /// The sufficient conditions cannot be met all along: the necessary ones are enough from now on.
