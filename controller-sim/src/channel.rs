@@ -33,9 +33,11 @@ const HEARTBEAT_EVERY: Duration = Duration::from_millis(1);
 /// Time between two cleanings of what dead processes hold, while there is nothing to read.
 const CLEAN_EVERY: Duration = Duration::from_millis(500);
 /// How long the receiver looks for the next chunk before it sleeps until the bell or the next heartbeat.
+const LOOK_FOR: Duration = Duration::from_micros(500);
+/// How long it does so without giving way to whoever else needs this core.
 const SPIN_FOR: Duration = Duration::from_micros(50);
 /// A planner that heard a word so recently still looks for the next one; later it may sleep and is woken.
-const AWAKE_FOR: Duration = Duration::from_micros(25);
+const AWAKE_FOR: Duration = Duration::from_micros(250);
 
 /// What the judge thinks of a chunk.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,6 +116,8 @@ pub struct ChunkReceiver {
     active_at: Instant,
     cleaned_at: Instant,
     told_left: bool,
+    /// Whether it slept since it last answered: then nobody knows whether the planner did, too.
+    has_slept: bool,
 }
 
 /// The end that speaks.
@@ -140,8 +144,18 @@ impl ChunkReceiver {
         let position = record.map_or_else(|| Position::new(id), |record| Position::take_over(id, &record));
         let taken_over = record.map(|record| record.word);
         let start = now();
-        let mut receiver =
-            Self { subscriber, mouth, link, position, journal, taken_over, active_at: start, cleaned_at: start, told_left: false };
+        let mut receiver = Self {
+            subscriber,
+            mouth,
+            link,
+            position,
+            journal,
+            taken_over,
+            active_at: start,
+            cleaned_at: start,
+            told_left: false,
+            has_slept: true,
+        };
         receiver.mouth.say(&receiver.position)?;
         Ok(receiver)
     }
@@ -246,8 +260,10 @@ impl ChunkReceiver {
             Admission::Refuse(check) => self.position.refuse(check, 0, None),
             Admission::Judge => self.judge(chunk, judge)?,
         }
-        self.journal.keep(self.position.record(self.mouth.words));
-        self.mouth.answer(&self.position, &self.link.feedback_bell)?;
+        let word = self.mouth.next_word(&self.position);
+        self.journal.keep(self.position.stream_after_first(), &word);
+        let may_sleep = std::mem::take(&mut self.has_slept);
+        self.mouth.answer(word, may_sleep, &self.link.feedback_bell)?;
         Ok(Took::Judged)
     }
 
@@ -275,8 +291,9 @@ impl ChunkReceiver {
         if self.mouth.is_due() {
             self.mouth.say(&self.position)?;
         }
-        if self.active_at.elapsed() < SPIN_FOR {
-            std::hint::spin_loop();
+        let idle = self.active_at.elapsed();
+        if idle < LOOK_FOR {
+            wait_awake(idle < SPIN_FOR);
             return Ok(());
         }
         if self.cleaned_at.elapsed() >= CLEAN_EVERY {
@@ -284,6 +301,7 @@ impl ChunkReceiver {
             self.cleaned_at = now();
         }
         self.mouth.stock.refill(STOCK)?;
+        self.has_slept = true;
         self.link.chunk_bell.wait(HEARTBEAT_EVERY);
         Ok(())
     }
@@ -309,20 +327,29 @@ impl Mouth {
         self.spoke_at.elapsed() >= HEARTBEAT_EVERY
     }
 
-    /// Says where the robot stands, and wakes a planner that has waited for it.
-    fn answer(&mut self, position: &Position, bell: &Bell) -> Result<(), ChannelError> {
-        let may_sleep = self.spoke_at.elapsed() >= AWAKE_FOR;
-        self.say(position)?;
+    /// Says a word, and wakes a planner that has waited for it.
+    fn answer(&mut self, word: Feedback, may_sleep: bool, bell: &Bell) -> Result<(), ChannelError> {
+        let may_sleep = may_sleep || self.spoke_at.elapsed() >= AWAKE_FOR;
+        self.send(word)?;
         if may_sleep {
             bell.ring();
         }
         Ok(())
     }
 
-    /// Says where the robot stands, in a slot that was loaned before.
+    /// Says where the robot stands.
     fn say(&mut self, position: &Position) -> Result<(), ChannelError> {
+        let word = self.next_word(position);
+        self.send(word)
+    }
+
+    fn next_word(&mut self, position: &Position) -> Feedback {
         self.words += 1;
-        let word = position.feedback(self.words);
+        position.feedback(self.words)
+    }
+
+    /// Sends a word in a slot that was loaned before.
+    fn send(&mut self, word: Feedback) -> Result<(), ChannelError> {
         let arriving = match &mut self.lateness {
             Some(lateness) => lateness.arriving(word),
             None => Some(word),
@@ -332,6 +359,10 @@ impl Mouth {
         let sent = self.stock.take()?.write_payload(word).send();
         sent.map(drop).map_err(|error| ChannelError::transport("sending feedback", error))
     }
+}
+
+fn wait_awake(spins: bool) {
+    if spins { std::hint::spin_loop() } else { std::thread::yield_now() }
 }
 
 #[allow(clippy::disallowed_methods, reason = "time decides only when to repeat a word, never what is judged")]

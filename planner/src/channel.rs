@@ -28,9 +28,11 @@ const CLEAN_EVERY: Duration = Duration::from_millis(200);
 /// Time without a word from any controller after which it counts as lost, unless told otherwise.
 const LOST_AFTER: Duration = Duration::from_secs(30);
 /// How long the sender looks for an answer before it sleeps until the bell.
+const LOOK_FOR: Duration = Duration::from_micros(500);
+/// How long it does so without giving way to whoever else needs this core.
 const SPIN_FOR: Duration = Duration::from_micros(50);
 /// A controller that was sent something so recently still looks for more; later it may sleep and is woken.
-const AWAKE_FOR: Duration = Duration::from_micros(25);
+const AWAKE_FOR: Duration = Duration::from_micros(250);
 /// How long the sender sleeps where no bell wakes it.
 const SLEEP: Duration = Duration::from_millis(4);
 /// The longest time between two looks that counts as silence of the controller: whoever was stopped heard nothing.
@@ -100,6 +102,8 @@ struct Course<'a> {
     active_at: Instant,
     progress_at: Instant,
     cleaned_at: Instant,
+    /// Whether it slept since it last sent something: then nobody knows whether the controller did, too.
+    has_slept: bool,
 }
 
 impl ChunkSender {
@@ -240,11 +244,13 @@ impl ChunkSender {
             course.ready = Some(self.place(course.window.chunk(coming.0), coming)?);
             return Ok(());
         }
-        if course.looked_at.duration_since(course.active_at) < SPIN_FOR {
-            std::hint::spin_loop();
+        let idle = course.looked_at.duration_since(course.active_at);
+        if idle < LOOK_FOR {
+            wait_awake(idle < SPIN_FOR);
             return Ok(());
         }
         self.stock.refill(STOCK)?;
+        course.has_slept = true;
         self.link.feedback_bell.wait(SLEEP);
         Ok(())
     }
@@ -271,7 +277,7 @@ impl ChunkSender {
             sent += 1;
         }
         if sent > 0 {
-            let may_sleep = course.progress_at.elapsed() > AWAKE_FOR;
+            let may_sleep = std::mem::take(&mut course.has_slept) || course.progress_at.elapsed() > AWAKE_FOR;
             course.progress_at = now();
             course.active_at = course.progress_at;
             if may_sleep {
@@ -304,7 +310,8 @@ impl<'a> Course<'a> {
     fn new(window: Window<'a>) -> Self {
         let start = now();
         let (looked_at, active_at, progress_at, cleaned_at) = (start, start, start, start);
-        Self { window, ready: None, last_word: None, looked_at, silence: Duration::ZERO, active_at, progress_at, cleaned_at }
+        let silence = Duration::ZERO;
+        Self { window, ready: None, last_word: None, looked_at, silence, active_at, progress_at, cleaned_at, has_slept: true }
     }
 
     /// Adds the time since the last look to the controller's silence.
@@ -334,6 +341,10 @@ fn send(ready: Ready) -> Result<usize, ChannelError> {
 fn is_same_place(before: &Feedback, after: &Feedback) -> bool {
     let place = |word: &Feedback| (word.instance, word.plan_id, word.epoch, word.next_sequence, word.walked);
     after.busy == 0 && after.count > before.count && place(before) == place(after)
+}
+
+fn wait_awake(spins: bool) {
+    if spins { std::hint::spin_loop() } else { std::thread::yield_now() }
 }
 
 #[allow(clippy::disallowed_methods, reason = "time decides only when to send again, never what is sent")]

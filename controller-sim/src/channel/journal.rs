@@ -10,10 +10,10 @@ use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
 use std::time::Duration;
 
-use bytemuck::Zeroable;
 use memmap2::MmapMut;
+use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::instance::{ChannelError, Instance};
-use surefoot_shared_types::message::{Layout, RobotRecord, Sealed};
+use surefoot_shared_types::message::{Feedback, Layout, RobotRecord, Sealed};
 
 /// The file's name in the instance's folder.
 const FILE: &str = "robot";
@@ -54,20 +54,15 @@ impl Journal {
         Ok((Self { slots, generation, _lock: file }, newest))
     }
 
-    /// Keeps a record. It holds once this returns.
-    pub(super) fn keep(&mut self, mut record: RobotRecord) {
+    /// Keeps where the robot stands, in place. It holds once this returns.
+    pub(super) fn keep(&mut self, stream_after_first: Digest, word: &Feedback) {
         self.generation += 1;
-        record.layout = RobotRecord::HASH;
-        record.generation = self.generation;
-        record.seal();
         let slot = (self.generation % 2) as usize;
-        self.slots[slot * RECORD..(slot + 1) * RECORD].copy_from_slice(bytemuck::bytes_of(&record));
+        let record: &mut RobotRecord = bytemuck::from_bytes_mut(&mut self.slots[slot * RECORD..(slot + 1) * RECORD]);
+        (record.layout, record.generation) = (RobotRecord::HASH, self.generation);
+        (record.stream_after_first, record.word) = (stream_after_first, *word);
+        record.seal();
     }
-}
-
-/// A record of nothing.
-pub(super) fn blank() -> RobotRecord {
-    RobotRecord::zeroed()
 }
 
 fn lock(file: &File) -> Result<(), ChannelError> {
@@ -84,7 +79,7 @@ fn lock(file: &File) -> Result<(), ChannelError> {
 mod tests {
     use std::os::unix::fs::FileExt;
 
-    use surefoot_shared_types::message::Feedback;
+    use bytemuck::Zeroable;
     use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 
     use super::*;
@@ -93,10 +88,10 @@ mod tests {
         Instance::create_in(&base.join("base"), "journal").unwrap()
     }
 
-    fn record(walked: u64) -> RobotRecord {
+    fn word(walked: u64) -> Feedback {
         let mut word = Feedback { schema: FEEDBACK_SCHEMA, instance: 7, walked, ..Feedback::zeroed() };
         word.seal();
-        RobotRecord { word, ..blank() }
+        word
     }
 
     #[test]
@@ -106,7 +101,7 @@ mod tests {
         let (mut journal, found) = Journal::open(&instance).unwrap();
         assert!(found.is_none());
         for walked in 1..=5 {
-            journal.keep(record(walked));
+            journal.keep(Digest::default(), &word(walked));
         }
         drop(journal);
         let found = Journal::open(&instance).unwrap().1.unwrap();

@@ -10,7 +10,6 @@ use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk, RobotRecord, Sealed, Standing, Verdict};
 
-use super::journal::blank;
 use super::{Refusal, Tally};
 
 /// What to do with a received chunk.
@@ -91,9 +90,9 @@ impl Position {
         }
     }
 
-    /// What a successor of this controller needs.
-    pub(super) fn record(&self, count: u64) -> RobotRecord {
-        RobotRecord { stream_after_first: self.stream_after_first, word: self.feedback(count), ..blank() }
+    /// Digest of the stream after its first chunk, by which a successor of the planner is known.
+    pub(super) fn stream_after_first(&self) -> Digest {
+        self.stream_after_first
     }
 
     /// Decides what to do with a chunk, counts it, and moves to a new planner session or plan where it begins one.

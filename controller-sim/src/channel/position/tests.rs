@@ -110,7 +110,8 @@ fn a_successor_stands_where_the_robot_was_left() {
     walk(&mut position, &chunks[0]);
     walk(&mut position, &chunks[1]);
     position.refuse(Check::WorldDiffers, 2, Some(Correction::missing(3)));
-    let mut next = Position::take_over(10, &position.record(5));
+    let record = RobotRecord { stream_after_first: position.stream_after_first(), word: position.feedback(5), ..RobotRecord::zeroed() };
+    let mut next = Position::take_over(10, &record);
     let (before, after) = (position.feedback(6), next.feedback(1));
     assert_eq!((after.instance, after.next_sequence, after.walked, after.stream), (10, 2, 2, before.stream));
     assert_eq!((after.verdict, after.check, after.corrections()), (before.verdict, before.check, before.corrections()));
