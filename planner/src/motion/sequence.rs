@@ -113,8 +113,8 @@ struct StanceRecord {
     is_used: bool,
 }
 
-/// Edges that one unit of work looks at, or those of one transition where they are more.
-const EDGES_PER_UNIT: u64 = 64;
+/// Swings that one unit of work looks at, or those of one stance where they are more.
+const SWINGS_PER_UNIT: u64 = 64;
 
 impl SequenceSearch {
     /// Arrays for this many placements and transitions.
@@ -168,12 +168,12 @@ impl SequenceSearch {
         }
     }
 
-    /// Spends at most so many units of work, of [`EDGES_PER_UNIT`] edges each; answers how many it spent. The same query as at
+    /// Spends at most so many units of work, of [`SWINGS_PER_UNIT`] swings each; answers how many it spent. The same query as at
     /// the beginning. Once less is spent than allowed, the search has ended, see [`SequenceSearch::has_found`].
     pub fn advance(&mut self, query: &Query<'_>, budget: u64) -> u64 {
         for spent in 0..budget {
             let mut looked_at = 0;
-            while looked_at < EDGES_PER_UNIT {
+            while looked_at < SWINGS_PER_UNIT {
                 match self.expand(query) {
                     Some(edges) => looked_at += edges + 1,
                     None => {
