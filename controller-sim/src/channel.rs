@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::bell::Bell;
+use surefoot_shared_types::instance::bell::{AWAKE_FOR, Bell, stay_awake};
 use surefoot_shared_types::instance::service::{CREDIT, STOCK, WORD_POOL};
 use surefoot_shared_types::instance::stock::Stock;
 use surefoot_shared_types::instance::{Instance, Link};
@@ -32,12 +32,6 @@ use position::{Admission, Position};
 const HEARTBEAT_EVERY: Duration = Duration::from_millis(1);
 /// Time between two cleanings of what dead processes hold, while there is nothing to read.
 const CLEAN_EVERY: Duration = Duration::from_millis(500);
-/// How long the receiver looks for the next chunk before it sleeps until the bell or the next heartbeat.
-const LOOK_FOR: Duration = Duration::from_micros(500);
-/// How long it does so without giving way to whoever else needs this core.
-const SPIN_FOR: Duration = Duration::from_micros(50);
-/// A planner that heard a word so recently still looks for the next one; later it may sleep and is woken.
-const AWAKE_FOR: Duration = Duration::from_micros(250);
 
 /// What the judge thinks of a chunk.
 #[derive(Debug, Clone, PartialEq)]
@@ -291,9 +285,7 @@ impl ChunkReceiver {
         if self.mouth.is_due() {
             self.mouth.say(&self.position)?;
         }
-        let idle = self.active_at.elapsed();
-        if idle < LOOK_FOR {
-            wait_awake(idle < SPIN_FOR);
+        if stay_awake(self.active_at.elapsed()) {
             return Ok(());
         }
         if self.cleaned_at.elapsed() >= CLEAN_EVERY {
@@ -359,10 +351,6 @@ impl Mouth {
         let sent = self.stock.take()?.write_payload(word).send();
         sent.map(drop).map_err(|error| ChannelError::transport("sending feedback", error))
     }
-}
-
-fn wait_awake(spins: bool) {
-    if spins { std::hint::spin_loop() } else { std::thread::yield_now() }
 }
 
 #[allow(clippy::disallowed_methods, reason = "time decides only when to repeat a word, never what is judged")]

@@ -12,6 +12,7 @@ use iceoryx2::port::SendError;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
 use iceoryx2::sample_mut::SampleMut;
+use surefoot_shared_types::instance::bell::{AWAKE_FOR, stay_awake};
 use surefoot_shared_types::instance::service::{CHUNK_POOL, CREDIT, STOCK};
 use surefoot_shared_types::instance::stock::Stock;
 use surefoot_shared_types::instance::{Instance, Link};
@@ -27,12 +28,6 @@ const RESEND_AFTER: Duration = Duration::from_millis(20);
 const CLEAN_EVERY: Duration = Duration::from_millis(200);
 /// Time without a word from any controller after which it counts as lost, unless told otherwise.
 const LOST_AFTER: Duration = Duration::from_secs(30);
-/// How long the sender looks for an answer before it sleeps until the bell.
-const LOOK_FOR: Duration = Duration::from_micros(500);
-/// How long it does so without giving way to whoever else needs this core.
-const SPIN_FOR: Duration = Duration::from_micros(50);
-/// A controller that was sent something so recently still looks for more; later it may sleep and is woken.
-const AWAKE_FOR: Duration = Duration::from_micros(250);
 /// How long the sender sleeps where no bell wakes it.
 const SLEEP: Duration = Duration::from_millis(4);
 /// The longest time between two looks that counts as silence of the controller: whoever was stopped heard nothing.
@@ -244,9 +239,7 @@ impl ChunkSender {
             course.ready = Some(self.place(course.window.chunk(coming.0), coming)?);
             return Ok(());
         }
-        let idle = course.looked_at.duration_since(course.active_at);
-        if idle < LOOK_FOR {
-            wait_awake(idle < SPIN_FOR);
+        if stay_awake(course.looked_at.duration_since(course.active_at)) {
             return Ok(());
         }
         self.stock.refill(STOCK)?;
@@ -341,10 +334,6 @@ fn send(ready: Ready) -> Result<usize, ChannelError> {
 fn is_same_place(before: &Feedback, after: &Feedback) -> bool {
     let place = |word: &Feedback| (word.instance, word.plan_id, word.epoch, word.next_sequence, word.walked);
     after.busy == 0 && after.count > before.count && place(before) == place(after)
-}
-
-fn wait_awake(spins: bool) {
-    if spins { std::hint::spin_loop() } else { std::thread::yield_now() }
 }
 
 #[allow(clippy::disallowed_methods, reason = "time decides only when to send again, never what is sent")]

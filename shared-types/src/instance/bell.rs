@@ -16,6 +16,23 @@ use std::time::Duration;
 use super::directory::io_error;
 use super::{Instance, InstanceError};
 
+/// How long whoever waits looks for itself before it sleeps until the bell.
+const LOOK_FOR: Duration = Duration::from_micros(500);
+/// How long it does so without giving way to whoever else needs its core.
+const SPIN_FOR: Duration = Duration::from_micros(50);
+/// Whoever was spoken to so recently still looks for itself; later it may sleep, and is to be woken.
+pub const AWAKE_FOR: Duration = Duration::from_micros(250);
+
+/// Waits a moment and stays awake; `false` where nothing happened for so long, `idle`, that it is time to sleep until the bell.
+pub fn stay_awake(idle: Duration) -> bool {
+    match idle {
+        _ if idle < SPIN_FOR => std::hint::spin_loop(),
+        _ if idle < LOOK_FOR => std::thread::yield_now(),
+        _ => return false,
+    }
+    true
+}
+
 /// A bell of an instance. One process hears it, any may ring it.
 #[derive(Debug)]
 pub struct Bell {
