@@ -8,7 +8,8 @@ pub fn pin(core: Option<usize>) {
 }
 
 /// The cores of planner and controller, where there are two: the controller has the last one, and a planner of one
-/// thread the first. A planner of more threads takes what it gets.
+/// thread the first. A planner of more threads sees to it
+/// by itself.
 pub fn cores_of_roles(threads: usize) -> (Option<usize>, Option<usize>) {
     let cores: Vec<usize> = core_affinity::get_core_ids().unwrap_or_default().into_iter().map(|core| core.id).collect();
     match cores[..] {

@@ -8,7 +8,7 @@
 //! Cut       into segments that share their end states    [Grey 3.2]
 //! Seed      foot placements along the guide route        [Grey 4.4.4]
 //! Connect   transitions between neighbouring placements  [Grey 4.4.2]
-//! Judge     how likely these are                       [Grey 4.4.2]
+//! Judge     how likely these are                         [Grey 4.4.2]
 //! Primitive what pi_S gives along possible edges         [Grey 3.2, 4.4.5]
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
 //! Sample    configurations for its transitions           [Grey 4.4.2]
@@ -511,11 +511,14 @@ fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, Plann
         return Ok(None);
     }
     let error = |error: rayon::ThreadPoolBuildError| PlannerError::Threads { threads: threads.get(), reason: error.to_string() };
-    let cores = core_affinity::get_core_ids().filter(|cores| threads.get() <= cores.len()).unwrap_or_default();
+    // Where there are as many threads as cores, each stays on its own: a round lasts less than a scheduler takes to part two threads
+    // that it has woken on one core. Where there are more cores, others may be using the first ones.
+    let cores = core_affinity::get_core_ids().filter(|cores| threads.get() == cores.len()).unwrap_or_default();
     let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.get());
-    // Each on a core of its own: a round lasts less than a scheduler takes to part two threads that it has woken on one core.
     let stay = move |index: usize| {
-        cores.get(index).map(|&core| core_affinity::set_for_current(core));
+        if let Some(&core) = cores.get(index) {
+            core_affinity::set_for_current(core);
+        }
     };
     let pool = builder.start_handler(stay).build().map_err(error)?;
     // A thread allocates while it starts, and when it first looks for another one's work: wait until each has done both.

@@ -176,21 +176,21 @@ impl Seeding<'_> {
         Ok(())
     }
 
-    /// As how often sampled in vain a transition may begin: the fewer primitive postures hold on both its placements, the lower its
-    /// priority [Grey 4.4.2, figure 4.14].
-    pub fn judge(&self, id: TransitionId, graph: &Graph) -> u32 {
-        let (stance, other) = graph.pair(id);
-        match postures_that_hold(self.constraints, &single_mode(stance), TransitionPair { stance, other }) {
-            0 => ATTEMPTS_MAX,
-            held => DOUBT * (REACHING.len() - held) as u32,
-        }
-    }
-
     /// Whether the two feet would intersect on these placements: such a transition can not exist [Grey 4.4.2].
     fn feet_meet(&self, graph: &Graph, a: FootholdId, b: FootholdId) -> bool {
         let [a, b] = [a, b].map(|id| &graph.footholds()[id as usize]);
         let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
         self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole])
+    }
+}
+
+/// As how often sampled in vain a transition may begin: the fewer primitive postures hold on both its placements, the lower its
+/// priority [Grey 4.4.2, figure 4.14].
+pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> u32 {
+    let (stance, other) = graph.pair(id);
+    match postures_that_hold(constraints, &single_mode(stance), TransitionPair { stance, other }) {
+        0 => ATTEMPTS_MAX,
+        held => DOUBT * (REACHING.len() - held) as u32,
     }
 }
 

@@ -15,12 +15,11 @@ use surefoot_planner::motion::foothold::{Foothold, single_mode};
 use surefoot_planner::motion::graph::Graph;
 use surefoot_planner::motion::sampling::ATTEMPTS_MAX;
 use surefoot_planner::motion::transition::{REACHING, TransitionPair, is_reached, postures_that_hold, sample};
-use surefoot_planner::seeding::Seeding;
+use surefoot_planner::seeding::judge;
 use surefoot_shared_types::Pose;
 
 struct Stand {
     constraints: Constraints,
-    surfaces: Surfaces,
     end: End,
 }
 
@@ -34,7 +33,7 @@ fn stand() -> Stand {
     let mut scratch = Scratch::new(&placement);
     let surfaces = Surfaces::new(&case.world, placement).unwrap();
     let end = stand_on(&constraints, &surfaces, &mut scratch, &case.scenario.start).unwrap();
-    Stand { constraints, surfaces, end }
+    Stand { constraints, end }
 }
 
 impl Stand {
@@ -60,8 +59,7 @@ fn what_no_posture_reaches_is_dear_and_not_forbidden() {
     let [left, near, far] = [stand.end.footholds[0].clone(), near, far].map(|foothold| graph.add_foothold(foothold).unwrap());
     graph.connect(left, near).unwrap();
     graph.connect(left, far).unwrap();
-    let seeding = Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, seed: 1 };
-    let in_vain = |other| seeding.judge(graph.find(left, other).unwrap(), &graph);
+    let in_vain = |other| judge(&stand.constraints, graph.find(left, other).unwrap(), &graph);
     assert_eq!([in_vain(near), in_vain(far)], [0, ATTEMPTS_MAX]);
 }
 

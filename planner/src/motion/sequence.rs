@@ -161,8 +161,7 @@ impl SequenceSearch {
         self.clear(query.graph);
         for &start in query.starts {
             if self.relax(query, None, start, query.failed(query.ends[0], start), (0.0, 0)) {
-                let (cost, hops) = self.costs[start as usize];
-                self.heap.push(start, cost, hops);
+                self.wait(start);
                 self.set_down(query, start);
             }
         }
@@ -175,7 +174,7 @@ impl SequenceSearch {
             let mut looked_at = 0;
             while looked_at < SWINGS_PER_UNIT {
                 match self.expand(query) {
-                    Some(edges) => looked_at += edges + 1,
+                    Some(swings) => looked_at += swings + 1,
                     None => {
                         self.best.iter().for_each(|&(_, goal)| trace(&self.came_from, goal, &mut self.sequence));
                         return spent;
@@ -235,14 +234,11 @@ impl SequenceSearch {
         for next in swings.filter(|&next| next != node) {
             looked_at += 1;
             let transition = &query.graph.transitions()[next as usize];
-            let bound = (reached.0 + query.cost(next), reached.1 + 1);
-            let is_nearer = bound < self.costs[next as usize] && self.may_use(query, transition.other);
-            if !is_nearer || !self.relax(query, Some(node), next, query.penalty(node, next), reached) {
+            if !self.may_use(query, transition.other) || !self.relax(query, Some(node), next, query.penalty(node, next), reached) {
                 continue;
             }
             if query.graph.is_doubtful(transition.stance) {
-                let (cost, hops) = self.costs[next as usize];
-                self.heap.push(next, cost, hops);
+                self.wait(next);
             }
             self.set_down(query, next);
         }
@@ -262,8 +258,14 @@ impl SequenceSearch {
             record.arrival = cost;
         }
         if is_first || query.graph.is_doubtful(stance) {
-            self.heap.push(twin, cost.0, cost.1);
+            self.wait(twin);
         }
+    }
+
+    /// Lets a transition that was reached wait until it is the nearest arrival.
+    fn wait(&mut self, node: TransitionId) {
+        let (cost, hops) = self.costs[node as usize];
+        self.heap.push(node, cost, hops);
     }
 
     fn may_use(&self, query: &Query<'_>, foothold: FootholdId) -> bool {
@@ -285,7 +287,9 @@ impl SequenceSearch {
         self.came_from[to as usize] = from;
         if query.is_goal(to) {
             let arrived = cost.0 + query.failed(to, query.ends[1]);
-            self.best = Some((arrived, to)).filter(|_| self.best.is_none_or(|(least, _)| arrived < least)).or(self.best);
+            if self.best.is_none_or(|(least, _)| arrived < least) {
+                self.best = Some((arrived, to));
+            }
         }
         true
     }

@@ -92,17 +92,17 @@ impl Path {
         }
     }
 
-    /// The sole a share `t` of the way. `outward` leads away from the other leg.
-    pub fn pose(&self, [from, to]: [&Pose; 2], outward: DVec3, t: f64) -> Pose {
+    /// The sole a share `t` of the way. `outward` leads away from the other leg, and is asked for where the way leads aside.
+    pub fn pose(&self, [from, to]: [&Pose; 2], outward: impl FnOnce() -> DVec3, t: f64) -> Pose {
         match *self {
             Self::Straight => interpolate(from, to, t),
             Self::Hump { rise, aside } => {
                 let mut pose = interpolate(from, to, t);
-                pose.translation += plateau(t) * (DVec3::Z * rise + outward * aside);
+                pose.translation += plateau(t) * (DVec3::Z * rise + outward() * aside);
                 pose
             }
             Self::Over(height) => over_pose(from, to, height, t),
-            Self::Around { rise, aside } => around_pose(from, to, DVec3::Z * rise + outward * aside, t),
+            Self::Around { rise, aside } => around_pose(from, to, DVec3::Z * rise + outward() * aside, t),
         }
     }
 }
@@ -154,7 +154,7 @@ mod tests {
     fn every_path_leads_from_one_end_to_the_other_without_a_leap() {
         let [from, to] = &ends();
         for travel in SWINGS.iter().chain(&SHIFTS) {
-            let at = |t| travel.path.pose([from, to], DVec3::Y, t).translation;
+            let at = |t| travel.path.pose([from, to], || DVec3::Y, t).translation;
             assert!(at(0.0).distance(from.translation) < 1e-9 && at(1.0).distance(to.translation) < 1e-9, "{travel:?}");
             let length = from.translation.distance(to.translation) + travel.path.detour();
             let leap = (0..200).map(|step| at(f64::from(step) / 200.0).distance(at(f64::from(step + 1) / 200.0))).fold(0.0, f64::max);
@@ -166,7 +166,7 @@ mod tests {
     fn a_foot_goes_out_before_it_goes_across() {
         let [from, to] = &ends();
         let path = Path::Around { rise: 0.0, aside: 0.2 };
-        let at = |along: f64| path.pose([from, to], DVec3::Y, along / (0.4 + from.translation.distance(to.translation))).translation;
+        let at = |along: f64| path.pose([from, to], || DVec3::Y, along / (0.4 + from.translation.distance(to.translation))).translation;
         assert!(at(0.2).distance(from.translation + DVec3::Y * 0.2) < 1e-9, "out to the side, not yet across");
     }
 }

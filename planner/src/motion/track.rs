@@ -227,6 +227,6 @@ fn root_course(constraints: &Constraints, stretch: &Stretch, world_from_soles: &
 
 fn swing_pose(stretch: &Stretch, limb: usize, t: f64) -> Pose {
     let Stretch { from, to, travel, .. } = stretch;
-    let outward = outward([&from.configuration.world_from_root, &to.configuration.world_from_root], limb);
+    let outward = || outward([&from.configuration.world_from_root, &to.configuration.world_from_root], limb);
     travel.path.pose([&from.world_from_soles[limb], &to.world_from_soles[limb]], outward, t)
 }

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::{Phase, Planner};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
-use crate::seeding::Seeding;
+use crate::seeding::{Seeding, judge};
 
 /// Transitions that are judged side by side.
 const JUDGED_AT_ONCE: usize = 32;
@@ -12,10 +12,10 @@ const JUDGED_AT_ONCE: usize = 32;
 impl Planner {
     /// Connects the next placement with its neighbours; once all are, counts it to the nearest station.
     pub(super) fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
-        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         if next as usize == self.roadmap.graph.footholds().len() {
             return Ok(if self.locate_next() { Phase::Connect { next } } else { Phase::Judge });
         }
+        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         seeding.connect(next, self.step_max(), &mut self.roadmap.graph)?;
         self.roadmap.graph.mark_connected(next);
         Ok(Phase::Connect { next: next + 1 })
@@ -30,13 +30,15 @@ impl Planner {
             self.tally.work += 1;
             return self.after_connecting();
         }
-        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        let judge = |&id: &TransitionId| [id, Graph::twin(id)].map(|id| seeding.judge(id, graph));
         let mut in_vain = [[0; 2]; JUDGED_AT_ONCE];
+        let constraints = &self.shared.constraints;
+        let judge_both = |(&id, counts): (&TransitionId, &mut [u32; 2])| {
+            *counts = [id, Graph::twin(id)].map(|id| judge(constraints, id, graph));
+        };
         if self.shared.parallel {
-            next.par_iter().zip(&mut in_vain).with_max_len(1).for_each(|(id, counts)| *counts = judge(id));
+            next.par_iter().zip(&mut in_vain).with_max_len(1).for_each(judge_both);
         } else {
-            next.iter().zip(&mut in_vain).for_each(|(id, counts)| *counts = judge(id));
+            next.iter().zip(&mut in_vain).for_each(judge_both);
         }
         for (&id, [count, twin_count]) in next.iter().zip(in_vain) {
             graph.record_failures(id, count);
