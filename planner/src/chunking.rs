@@ -43,7 +43,7 @@ pub struct ChunkBuilder {
 impl ChunkBuilder {
     /// An arena for plans of `waypoints_max` waypoints.
     pub fn new(waypoints_max: usize, provenance: Provenance, timing: Timing) -> Self {
-        let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 8;
+        let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 16;
         Self {
             chunks: reserve(chunks_max),
             provenance,

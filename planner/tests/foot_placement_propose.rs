@@ -197,6 +197,18 @@ fn placements_keep_to_the_request() {
 }
 
 #[test]
+fn what_lies_just_out_of_reach_is_not_drawn_without_end() {
+    let polygon = sole();
+    let floor = surfaces(vec![floor()]);
+    let effort = Effort { geometric_max: 0, varied_max: 0, sampled_max: 24 };
+    let request = Request { effort, reach_xy: 0.3, ..request(&polygon, at(5.27, 5.27, 0.0)) };
+    let tally = floor.propose(&mut Scratch::new(floor.config()), &request, &mut |_| true);
+    let examined: u32 = tally.examined.iter().sum();
+    assert!(tally.features > 0 && tally.out_of_reach > 0, "the floor's corner is in the box about the reach: {tally:?}");
+    assert!(examined + tally.out_of_reach <= 24, "{tally:?}");
+}
+
+#[test]
 fn the_same_request_gives_the_same_placements_and_another_seed_others() {
     let polygon = sole();
     let surfaces = surfaces(stones());

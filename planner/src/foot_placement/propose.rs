@@ -54,7 +54,7 @@ pub struct Effort {
     pub geometric_max: u32,
     /// Random variations of the nearest of them.
     pub varied_max: u32,
-    /// Placements of Algorithm 1 (its own three limits hold besides).
+    /// Placements drawn by Algorithm 1 (its own three limits hold besides).
     pub sampled_max: u32,
 }
 
@@ -104,6 +104,8 @@ pub struct Tally {
     pub refused: [u32; NoSupport::ALL.len()],
     /// Placements with support where the foot collides.
     pub not_free: u32,
+    /// Algorithm 1's placements that were out of reach.
+    pub out_of_reach: u32,
     /// Algorithm 1's planes that were too steep or without area.
     pub planes_unsuitable: u32,
     /// Features gathered; `features_max` of them means that farther ones were left out.
@@ -116,10 +118,10 @@ impl Request<'_> {
     /// Whether a pose of the sole is within reach of the ideal.
     pub(super) fn reaches(&self, world_from_sole: &Pose) -> bool {
         let moved = world_from_sole.translation - self.ideal.translation;
-        let turned = wrap_angle(yaw_of(world_from_sole.rotation) - yaw_of(self.ideal.rotation));
+        let turned = || wrap_angle(yaw_of(world_from_sole.rotation) - yaw_of(self.ideal.rotation));
         moved.truncate().length() <= self.reach_xy + 1e-9
             && (self.reach_z[0] - 1e-9..=self.reach_z[1] + 1e-9).contains(&moved.z)
-            && turned.abs() <= self.yaw_spread + 1e-9
+            && turned().abs() <= self.yaw_spread + 1e-9
     }
 
     /// The largest distance of the sole's outline from its frame's origin, m.

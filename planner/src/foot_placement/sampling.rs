@@ -66,7 +66,7 @@ impl Proposal<'_, '_> {
     /// Lines 8 to 19: placements on the triplet's plane, which turns towards whatever is in the way.
     fn try_triplet(&mut self, mut triplet: Triplet, demand: Demand) -> ControlFlow<(), TripletEnd> {
         for iteration in 0..self.surfaces.config.iterations_max {
-            if self.tally.examined[Source::Sampled as usize] >= self.request.effort.sampled_max {
+            if self.tally.examined[Source::Sampled as usize] + self.tally.out_of_reach >= self.request.effort.sampled_max {
                 break;
             }
             let Some(normal) = self.suitable_normal(&triplet) else {
@@ -75,6 +75,7 @@ impl Proposal<'_, '_> {
             };
             let pose = self.sample_pose(&triplet, normal, iteration);
             if !self.request.reaches(&pose) {
+                self.tally.out_of_reach += 1;
                 continue;
             }
             match self.examine(pose, Source::Sampled, demand)? {

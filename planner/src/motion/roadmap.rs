@@ -97,6 +97,9 @@ pub struct Hop {
     pub to: TransitionId,
 }
 
+/// Waypoints of motions that are found for each one of a plan that is as long as it may be: not all are of use.
+const MOTIONS_PER_PLAN: usize = 3;
+
 impl Roadmap {
     /// Arenas of these capacities.
     pub fn new(config: &PlannerConfig) -> Self {
@@ -110,7 +113,7 @@ impl Roadmap {
             boundaries: reserve(BOUNDARIES_MAX),
             start_balance: None,
             lifts: reserve(configurations_max),
-            waypoints: reserve(waypoints_max),
+            waypoints: reserve(MOTIONS_PER_PLAN * waypoints_max),
         }
     }
 

@@ -5,6 +5,7 @@ use surefoot_shared_types::config::Mark;
 use super::extension::{Extension, Step, Tip};
 use super::label::Label;
 use super::route::Route;
+use super::sampling::{bounds_around, draw, join_crowd, nearest, samples_max};
 use super::stance::{Context, Pair, Placed, Stance};
 use super::station::Station;
 use crate::arena::reserve;
@@ -12,16 +13,12 @@ use crate::collision::bvh::Aabb;
 use crate::foot_placement::Scratch;
 use crate::random::{Random, Stream};
 
-/// Samples drawn while the demands are high, and after they are relaxed, for each [`SAMPLED_LENGTH`] of the place.
-const SAMPLES_MAX: [u32; 2] = [192, 384];
-/// How long a place is that so many samples are enough for, m.
-const SAMPLED_LENGTH: f64 = 20.0;
 /// Stations added by one extension.
 const EXTENSION_MAX: u32 = 96;
-/// How far beyond the box around start and goal the root is sampled, at least, m, and as a share of their distance.
-const SAMPLING_REACH: (f64, f64) = (2.5, 0.5);
-/// Shortcuts that are tried on a route, each by one extension.
-const SHORTCUTS_MAX: u32 = 12;
+/// Shortcuts that are tried on a route of up to [`SHORTCUT_SPAN_MAX`] stations, each by one extension; on a longer one more.
+const SHORTCUTS_MAX: usize = 12;
+/// Shortcuts span at most this many stations.
+const SHORTCUT_SPAN_MAX: usize = 96;
 /// Shortcuts span at least this many stations.
 const SHORTCUT_SPAN_MIN: usize = 3;
 /// Places where stage M gave up that are remembered.
@@ -57,11 +54,13 @@ pub(super) struct Vertex {
     pub stands: Option<bool>,
     /// Whether stage M has crossed the edge that leads to it from the vertex before it on the route.
     pub is_crossed: bool,
+    /// Vertices of its tree that were added near it, and samples drawn about it.
+    pub crowd: u32,
 }
 
 impl Vertex {
-    fn root(station: Station, pair: Option<Pair>) -> Self {
-        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_crossed: false }
+    pub(super) fn root(station: Station, pair: Option<Pair>) -> Self {
+        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_crossed: false, crowd: 0 }
     }
 }
 
@@ -119,6 +118,8 @@ pub struct Growth {
     crossed: Vec<Vertex>,
     labelled: Labelled,
     spacing: f64,
+    world: Aabb,
+    /// Where samples are drawn.
     bounds: Aabb,
     route: Route,
     spare: Vec<Vertex>,
@@ -146,7 +147,8 @@ impl Growth {
             crossed: reserve(2 * vertices_max),
             labelled: Labelled::default(),
             spacing,
-            bounds: sampling_bounds(start, goal, world),
+            world: *world,
+            bounds: *world,
             route: Route::new(start, goal, vertices_max),
             spare: reserve(2 * vertices_max),
             whole: reserve(2 * vertices_max),
@@ -294,6 +296,7 @@ impl Growth {
     /// The straight way is tried first: from the start to the goal, or from the farthest place that stage M has reached.
     fn begin(&mut self, ends: [Vertex; 2]) {
         self.ends = ends;
+        self.bounds = bounds_around(ends.map(|end| end.station.position), &self.world);
         self.placements.clear();
         self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
         self.samples = 0;
@@ -303,9 +306,14 @@ impl Growth {
             tree.push(Vertex { parent: 0, ..end });
         }
         self.grow_on_what_is_crossed();
+        self.activity = self.first_try();
+    }
+
+    /// Straight to the goal, from the vertex that is nearest to it.
+    fn first_try(&self) -> Activity {
         let goal = self.ends[1].station;
-        let tip = self.nearest(0, |station| station.distance(&goal));
-        self.activity = self.join(0, tip, 0);
+        let tip = nearest(&self.trees[0], |station| station.distance(&goal));
+        self.join(0, tip, 0)
     }
 
     fn grow_on_what_is_crossed(&mut self) {
@@ -333,49 +341,27 @@ impl Growth {
     }
 
     fn sample(&mut self, seed: u64) {
-        if self.samples == self.samples_max() {
+        if self.samples == samples_max(&self.bounds, self.relaxed) {
             self.relax();
             return;
         }
         let mut random = Random::new(seed, Stream::Possibility, u64::from(self.samples) << 1 | u64::from(self.relaxed), self.generation);
-        let (min, max) = (self.bounds.min, self.bounds.max);
-        let position = glam::DVec3::from_array(std::array::from_fn(|axis| random.uniform(min[axis], max[axis])));
-        let target = Station { position, yaw: random.uniform(-std::f64::consts::PI, std::f64::consts::PI) };
         let tree = (self.samples % 2) as usize;
+        let (tip, target) = draw(&mut self.trees[tree], tree == 1, self.samples / 2, &self.bounds, &mut random);
         self.samples += 1;
-        let tip = self.nearest(tree, |station| station.place_distance_squared(target.position));
         let extension = self.extension(tree, target, false);
         self.activity = Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Sample };
     }
 
-    fn samples_max(&self) -> u32 {
-        let length = (self.bounds.max - self.bounds.min).truncate().length();
-        let share = (length / SAMPLED_LENGTH).max(1.0);
-        (f64::from(SAMPLES_MAX[usize::from(self.relaxed)]) * share) as u32
-    }
-
-    /// The sufficient conditions cannot be met all along: the necessary ones are enough from now on.
+    /// The sufficient conditions cannot be met all along: the necessary ones are enough from now on. What has grown meets them.
     fn relax(&mut self) {
         if self.relaxed {
             self.activity = Activity::Over(Progress::Exhausted);
             return;
         }
-        self.begin(self.ends);
         self.relaxed = true;
-        if let Activity::Extending { extension, .. } = &mut self.activity {
-            extension.relaxed = true;
-        }
-    }
-
-    fn nearest(&self, tree: usize, distance: impl Fn(&Station) -> f64) -> u32 {
-        let mut best = (0, f64::INFINITY);
-        for (index, vertex) in self.trees[tree].iter().enumerate() {
-            let d = distance(&vertex.station);
-            if d < best.1 {
-                best = (index, d);
-            }
-        }
-        best.0 as u32
+        self.samples = 0;
+        self.activity = self.first_try();
     }
 
     fn extended(&mut self, branch: (usize, u32, u32), extension: Extension, ending: Ending, step: Step, context: &Context<'_>) {
@@ -403,7 +389,7 @@ impl Growth {
         let reaches_out = added > 0 && (matches!(ending, Ending::Sample) || self.samples == 0 && tree == 0);
         self.activity = if reaches_out {
             let at = self.trees[tree][tip as usize].station;
-            let near = self.nearest(1 - tree, |station| station.distance(&at));
+            let near = nearest(&self.trees[1 - tree], |station| station.distance(&at));
             self.join(1 - tree, near, tip)
         } else {
             Activity::Sampling
@@ -443,7 +429,8 @@ impl Growth {
         if self.trees[tree].len() == self.trees[tree].capacity() {
             return None;
         }
-        let vertex = Vertex { placements: self.keep(stance)?, parent, ..Vertex::root(stance.station, stance.pair) };
+        let mut vertex = Vertex { placements: self.keep(stance)?, parent, ..Vertex::root(stance.station, stance.pair) };
+        join_crowd(&mut self.trees[tree], &mut vertex);
         self.trees[tree].push(vertex);
         Some((self.trees[tree].len() - 1) as u32)
     }
@@ -470,13 +457,13 @@ impl Growth {
 
     fn next_shortcut(&mut self, seed: u64, tried: u32) {
         let stations = self.route.vertices.len();
-        if tried == SHORTCUTS_MAX || stations <= SHORTCUT_SPAN_MIN {
+        if tried as usize >= SHORTCUTS_MAX * stations.div_ceil(SHORTCUT_SPAN_MAX) || stations <= SHORTCUT_SPAN_MIN {
             self.activity = Activity::Over(Progress::Route);
             return;
         }
         let mut random = Random::new(seed, Stream::Possibility, u64::from(tried) | 1 << 40, self.generation);
         let from = random.below(stations - SHORTCUT_SPAN_MIN);
-        let to = from + SHORTCUT_SPAN_MIN + random.below(stations - SHORTCUT_SPAN_MIN - from);
+        let to = from + SHORTCUT_SPAN_MIN + random.below((stations - from).min(SHORTCUT_SPAN_MAX) - SHORTCUT_SPAN_MIN);
         let (first, tip) = (self.trees[0].len() as u32, self.route.vertices[from]);
         self.activity = Activity::Straightening { tried: tried + 1, branch: Some(Branch { from, to, first, tip }) };
     }
@@ -544,13 +531,4 @@ fn push_branch(tree: &[Vertex], tip: u32, out: &mut Vec<Vertex>) {
         }
         at = tree[at].parent as usize;
     }
-}
-
-/// Where the root is sampled: around start and goal, not beyond the world.
-fn sampling_bounds(start: &Mark, goal: &Mark, world: &Aabb) -> Aabb {
-    let (least, share) = SAMPLING_REACH;
-    let reach = (share * start.position.distance(goal.position)).max(least);
-    let around = Aabb { min: start.position.min(goal.position), max: start.position.max(goal.position) }.grown(reach);
-    let (min, max) = (around.min.max(world.min), around.max.min(world.max));
-    Aabb { min: min.min(max), max: max.max(min) }
 }

@@ -13,6 +13,7 @@ mod extension;
 mod growth;
 mod label;
 mod route;
+mod sampling;
 mod stance;
 mod station;
 mod torso;

@@ -1,0 +1,141 @@
+//! Where the trees of stage P grow: toward stations anywhere, and ahead of where they are the least crowded [Grey 3, 4.3].
+//!
+//! Stations drawn anywhere find their way around in a room. Of a course that is many times as long as it is wide they hit the few
+//! metres where a tree may grow ever less often; the other draws go there at once, however long it is.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use surefoot_shared_types::spatial::rotation_about;
+
+use super::growth::Vertex;
+use super::station::Station;
+use crate::collision::bvh::Aabb;
+use crate::random::Random;
+
+/// Samples drawn while the demands are high, and after they are relaxed, for each [`SAMPLED_LENGTH`] of the place.
+const SAMPLES_MAX: [u32; 2] = [192, 384];
+/// How long a place is that so many samples are enough for, m.
+const SAMPLED_LENGTH: f64 = 10.0;
+/// How far beyond the box around both ends the root is sampled, at least, m, and as a share of their distance.
+const REACH: (f64, f64) = (2.5, 0.5);
+/// One of so many samples of a tree lies anywhere; the others lie ahead of a vertex.
+const ANYWHERE_EVERY: u32 = 4;
+/// How far ahead of the vertex, m.
+const AHEAD: [f64; 2] = [0.5, 1.5];
+/// How far off its heading, rad.
+const AHEAD_TURN_MAX: f64 = 1.0;
+/// How far above or below it, m.
+const AHEAD_RISE_MAX: f64 = 0.4;
+/// Vertices this near (in the metric of Gamma_P, m) crowd each other.
+const CROWD_RADIUS: f64 = 0.5;
+
+/// Where stations are drawn: around both ends (world, m), not beyond the world.
+pub(super) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
+    let (least, share) = REACH;
+    let around = Aabb { min: start.min(goal), max: start.max(goal) }.grown((share * start.distance(goal)).max(least));
+    let (min, max) = (around.min.max(world.min), around.max.min(world.max));
+    Aabb { min: min.min(max), max: max.max(min) }
+}
+
+/// How many samples are enough in a place.
+pub(super) fn samples_max(bounds: &Aabb, relaxed: bool) -> u32 {
+    let length = (bounds.max - bounds.min).truncate().length();
+    (f64::from(SAMPLES_MAX[usize::from(relaxed)]) * (length / SAMPLED_LENGTH).max(1.0)) as u32
+}
+
+/// Sample number `count` of a tree: the vertex that grows, and toward where. A tree that grows `backward` from the goal is walked
+/// toward its root, so that its vertices face away from where it grows.
+pub(super) fn draw(tree: &mut [Vertex], backward: bool, count: u32, bounds: &Aabb, random: &mut Random) -> (u32, Station) {
+    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, bounds, random) } else { ahead(tree, backward, bounds, random) }
+}
+
+/// A station anywhere, and the vertex nearest to it.
+fn anywhere(tree: &[Vertex], bounds: &Aabb, random: &mut Random) -> (u32, Station) {
+    let position = DVec3::from_array(std::array::from_fn(|axis| random.uniform(bounds.min[axis], bounds.max[axis])));
+    let target = Station { position, yaw: random.uniform(-PI, PI) };
+    (nearest(tree, |station| station.place_distance_squared(position)), target)
+}
+
+/// The vertex that is the least crowded, of these the latest, and a station ahead of it.
+fn ahead(tree: &mut [Vertex], backward: bool, bounds: &Aabb, random: &mut Random) -> (u32, Station) {
+    let inside = tree.iter().enumerate().rev().filter(|(_, vertex)| bounds.contains(vertex.station.position));
+    let tip = inside.min_by_key(|(_, vertex)| vertex.crowd).map_or(0, |(index, _)| index);
+    tree[tip].crowd += 1;
+    let at = tree[tip].station;
+    let yaw = at.yaw + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
+    let distance = random.uniform(AHEAD[0], AHEAD[1]) * if backward { -1.0 } else { 1.0 };
+    let way = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
+    (tip as u32, Station { position: at.position + rotation_about(DVec3::Z, yaw) * way, yaw })
+}
+
+/// The vertex whose station is the least in some distance.
+pub(super) fn nearest(tree: &[Vertex], distance: impl Fn(&Station) -> f64) -> u32 {
+    let mut best = (0, f64::INFINITY);
+    for (index, vertex) in tree.iter().enumerate() {
+        let d = distance(&vertex.station);
+        if d < best.1 {
+            best = (index, d);
+        }
+    }
+    best.0 as u32
+}
+
+/// Counts a new vertex to the crowd about each that is near it, and these to the crowd about it.
+pub(super) fn join_crowd(tree: &mut [Vertex], vertex: &mut Vertex) {
+    for near in tree.iter_mut().filter(|near| near.station.distance(&vertex.station) < CROWD_RADIUS) {
+        near.crowd += 1;
+        vertex.crowd += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Stream;
+
+    const BOUNDS: Aabb = Aabb { min: DVec3::new(-1.0, -2.0, -1.0), max: DVec3::new(60.0, 2.0, 1.0) };
+
+    fn vertex(x: f64) -> Vertex {
+        Vertex::root(Station { position: DVec3::new(x, 0.0, 0.0), yaw: 0.0 }, None)
+    }
+
+    /// How far a tree gets along a corridor whatever its length, where each sample ahead adds a station a stride toward it.
+    fn farthest(samples: u32) -> f64 {
+        let mut tree = vec![vertex(0.0)];
+        for count in 0..samples {
+            let mut random = Random::new(1, Stream::Possibility, u64::from(count), 0);
+            let (tip, target) = ahead(&mut tree, false, &BOUNDS, &mut random);
+            let mut added = Vertex::root(tree[tip as usize].station.toward(&target, 0.25, false), None);
+            join_crowd(&mut tree, &mut added);
+            tree.push(added);
+        }
+        tree.iter().map(|vertex| vertex.station.position.x).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn twice_the_samples_lead_about_twice_as_far() {
+        let [near, far] = [250, 500].map(farthest);
+        assert!(near > 4.0 && far > 1.6 * near && far < 55.0, "{near} m, {far} m");
+    }
+
+    #[test]
+    fn a_tree_grows_where_it_is_the_least_crowded_and_ahead() {
+        let mut random = Random::new(1, Stream::Possibility, 0, 0);
+        let mut tree = [vertex(0.0), vertex(5.0), vertex(9.0)];
+        (tree[0].crowd, tree[2].crowd) = (2, 2);
+        for backward in [false, true] {
+            let (tip, target) = ahead(&mut tree, backward, &BOUNDS, &mut random);
+            assert_eq!((tip, target.position.x < 5.0), (1, backward), "{target:?}");
+        }
+        assert_eq!(tree[1].crowd, 2, "what was tried counts as crowded");
+    }
+
+    #[test]
+    fn nothing_grows_on_outside_the_place() {
+        let mut random = Random::new(1, Stream::Possibility, 0, 0);
+        let mut tree = [vertex(0.0), vertex(70.0)];
+        tree[0].crowd = 9;
+        assert_eq!(ahead(&mut tree, false, &BOUNDS, &mut random).0, 0);
+    }
+}
