@@ -16,6 +16,7 @@
 //! Weigh     which motions are crooked                    [Grey 4.4.6]
 //! Polish    shortcuts and corners within the modes       [Grey 4.4.6]
 //! Assemble  chunks out of the motions
+//! Vary      the placements of a step that is not found   [Grey 4.4.4]
 //! ```
 //!
 //! A sequence that cannot be completed has become dearer, so the next one is another; where the sequences grow too dear or
@@ -99,6 +100,7 @@ enum Phase {
     Seed { next: usize },
     Connect { next: FootholdId },
     Judge,
+    Vary { index: usize, tried: usize, end: usize },
     Primitive,
     Sequence { purpose: Purpose, begun: bool },
     Sample { next: usize, failed: bool },
@@ -125,7 +127,7 @@ impl Phase {
         match self {
             Self::Ends => Stage::Ends,
             Self::Route | Self::Cut { .. } => Stage::Route,
-            Self::Seed { .. } => Stage::Seed,
+            Self::Seed { .. } | Self::Vary { .. } => Stage::Seed,
             Self::Connect { .. } | Self::Judge => Stage::Connect,
             Self::Sequence { .. } => Stage::Sequence,
             Self::Sample { .. } => Stage::Sample,
@@ -184,6 +186,8 @@ pub struct Planner {
     search: SequenceSearch,
     /// What the last sequence was sought for.
     purpose: Purpose,
+    /// The farthest station that walks from the start reached where none led to the goal.
+    frontier: usize,
     chunks: ChunkBuilder,
     phase: Phase,
     standing: Option<Standing>,
@@ -249,6 +253,7 @@ impl Planner {
             scenario: scenario.clone(),
             search: SequenceSearch::new(config.footholds_max as usize, config.transitions_max as usize),
             purpose: Purpose::Find,
+            frontier: 0,
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance, Timing::new(model)),
             phase: Phase::Ends,
             standing: None,
@@ -378,6 +383,7 @@ impl Planner {
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
             Phase::Judge => Ok(self.judge(budget)),
+            Phase::Vary { index, tried, end } => self.vary(index, tried, end),
             Phase::Primitive => self.take_primitives(),
             Phase::Sequence { purpose, begun } => self.find_sequence(purpose, begun, budget),
             Phase::Sample { next, failed } => self.sample(next, failed, budget),

@@ -6,13 +6,14 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::rotation_about;
 
+use crate::collision::FootState;
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
 use crate::motion::foothold::{Foothold, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{REACHING, TransitionPair, is_reached, postures_that_hold};
+use crate::motion::transition::{REACHING, TransitionPair, is_reached, postures_that_hold, sample};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
@@ -38,6 +39,9 @@ const NEIGHBOUR_CELL: f64 = 0.1;
 const FIRST_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
 /// The effort of a query that found nothing at first, and of later sweeps.
 const LATER_EFFORT: Effort = Effort { geometric_max: 48, varied_max: 8, sampled_max: 60 };
+
+/// Variations of one transition that are drawn at the most.
+pub const VARIATIONS_MAX: usize = 64;
 
 /// A placement that another may form a step with.
 #[derive(Debug, Clone, Copy)]
@@ -121,6 +125,38 @@ impl Seeding<'_> {
         let rotation = pose.rotation * rotation_about(DVec3::Z, random.uniform(-turn, turn));
         let ideal = Pose::from_parts(pose.translation + offset, rotation);
         self.query(&ideal, limb, name, LATER_EFFORT, KEPT_LATER_MAX, graph, scratch)
+    }
+
+    /// Draws both placements of a transition anew near where they are, each in its plane, and adds them if the robot reaches one from
+    /// the other and some configuration holds there. Whether it did.
+    ///
+    /// # Errors
+    /// The placement arena is full.
+    pub fn vary(&self, id: TransitionId, name: (u64, u64), graph: &mut Graph, scratch: &mut Scratch) -> Result<bool, ArenaFull> {
+        let mut random = Random::new(self.seed, Stream::FootPlacement, u64::from(id) << 8 | name.0 | 1 << 42, name.1);
+        let (stance, other) = graph.pair(id);
+        let [stance, other] = [stance, other].map(|foothold| self.varied(foothold, &mut random, scratch));
+        let Some((stance, other)) = stance.zip(other) else { return Ok(false) };
+        let pair = TransitionPair { stance: &stance, other: &other };
+        let mode = single_mode(&stance);
+        let holds = |attempt| sample(self.constraints, &mode, pair, (self.seed, u64::from(id)), attempt).is_ok();
+        if !is_reached(self.constraints, &mode, pair) || !(0..u64::from(ATTEMPTS_MAX)).any(holds) {
+            return Ok(false);
+        }
+        graph.add_foothold(stance)?;
+        graph.add_foothold(other)?;
+        Ok(true)
+    }
+
+    /// A placement moved and turned at random in its plane, if it is carried and free there.
+    fn varied(&self, foothold: &Foothold, random: &mut Random, scratch: &mut Scratch) -> Option<Foothold> {
+        let (shift, turn) = LATER_SPREAD;
+        let moved = DVec3::new(random.uniform(-shift, shift), random.uniform(-shift, shift), 0.0);
+        let turned = rotation_about(DVec3::Z, random.uniform(-turn, turn));
+        let world_from_sole = foothold.world_from_sole * Pose::from_parts(moved, turned);
+        let support = self.surfaces.support(scratch, &self.constraints.body.sole_polygons[foothold.limb], &world_from_sole).ok()?;
+        let is_free = self.constraints.collision.foot_hit(foothold.limb, &world_from_sole, FootState::Leaving).is_none();
+        is_free.then(|| Foothold::new(foothold.limb, world_from_sole, support.polygon))
     }
 
     #[allow(clippy::too_many_arguments, reason = "one call site's arguments in three layers; a struct would only rename them")]

@@ -15,11 +15,13 @@ use surefoot_planner::motion::foothold::{Foothold, single_mode};
 use surefoot_planner::motion::graph::Graph;
 use surefoot_planner::motion::sampling::ATTEMPTS_MAX;
 use surefoot_planner::motion::transition::{REACHING, TransitionPair, is_reached, postures_that_hold, sample};
-use surefoot_planner::seeding::judge;
+use surefoot_planner::seeding::{Seeding, VARIATIONS_MAX, judge};
 use surefoot_shared_types::Pose;
 
 struct Stand {
     constraints: Constraints,
+    surfaces: Surfaces,
+    scratch: Scratch,
     end: End,
 }
 
@@ -33,7 +35,7 @@ fn stand() -> Stand {
     let mut scratch = Scratch::new(&placement);
     let surfaces = Surfaces::new(&case.world, placement).unwrap();
     let end = stand_on(&constraints, &surfaces, &mut scratch, &case.scenario.start).unwrap();
-    Stand { constraints, end }
+    Stand { constraints, surfaces, scratch, end }
 }
 
 impl Stand {
@@ -61,6 +63,22 @@ fn what_no_posture_reaches_is_dear_and_not_forbidden() {
     graph.connect(left, far).unwrap();
     let in_vain = |other| judge(&stand.constraints, graph.find(left, other).unwrap(), &graph);
     assert_eq!([in_vain(near), in_vain(far)], [0, ATTEMPTS_MAX]);
+}
+
+#[test]
+fn a_step_too_long_is_varied_until_it_is_reached() {
+    let mut stand = stand();
+    let (left, far) = (stand.end.footholds[0].clone(), stand.right(DVec3::new(0.8, 0.0, 0.0)));
+    assert!(!stand.is_reached(&far));
+    let mut graph = Graph::new(4, 2, 1);
+    let [a, b] = [left, far].map(|foothold| graph.add_foothold(foothold).unwrap());
+    graph.connect(a, b).unwrap();
+    let seeding = Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, seed: 1 };
+    let mut vary = |tried| seeding.vary(0, (tried as u64, 0), &mut graph, &mut stand.scratch).unwrap();
+    assert!((0..VARIATIONS_MAX).any(&mut vary));
+    let [stance, other] = [2, 3].map(|id| &graph.footholds()[id]);
+    assert!(is_reached(&stand.constraints, &single_mode(stance), TransitionPair { stance, other }));
+    assert!(stance.distance(&graph.footholds()[0]) < 0.3 && other.distance(&graph.footholds()[1]) < 0.3, "near where they were");
 }
 
 #[test]

@@ -15,6 +15,8 @@ pub const SINGLE_MODE_PENALTY: f64 = 1.0;
 pub enum Purpose {
     /// Any walk: C(T), which costs nothing where a configuration is known [Grey 4.4.2].
     Find,
+    /// How far walks lead from the goal back toward the start, where there is none from one to the other [Grey 4.4.4].
+    Return,
     /// The modes to search next, over transitions with a configuration alone: what these cost [Grey 4.4.3].
     Join,
     /// A shorter walk, over the placements of one that was found: every transition costs [Grey 4.4.6].
@@ -51,7 +53,7 @@ impl Query<'_> {
     fn cost(&self, id: TransitionId) -> f64 {
         let transition = &self.graph.transitions()[id as usize];
         match self.purpose {
-            Purpose::Find => transition.cost(),
+            Purpose::Find | Purpose::Return => transition.cost(),
             Purpose::Join if transition.is_found() => self.modes.cost(self.graph, id),
             Purpose::Join => f64::INFINITY,
             Purpose::Shorten => SHORTEN_BASE + transition.effort(),
@@ -72,7 +74,7 @@ impl Query<'_> {
     fn failed(&self, from: TransitionId, to: TransitionId) -> f64 {
         match self.purpose {
             Purpose::Join => 0.0,
-            Purpose::Find | Purpose::Shorten => f64::from(self.edges.get(from, to).failures) * SINGLE_MODE_PENALTY,
+            Purpose::Find | Purpose::Return | Purpose::Shorten => f64::from(self.edges.get(from, to).failures) * SINGLE_MODE_PENALTY,
         }
     }
 }
@@ -346,23 +348,35 @@ mod tests {
             Self { graph, edges: EdgeTable::new(64), modes, stations: vec![0; count], ends: [[0, 1], [last, last + 1]] }
         }
 
-        fn cheapest(&self) -> (Vec<TransitionId>, f64) {
-            let [[left, right], goal] = self.ends;
-            let starts: Vec<TransitionId> = [self.graph.find(left, right), self.graph.find(right, left)].into_iter().flatten().collect();
-            let query = Query {
+        fn query<'a>(&'a self, starts: &'a [TransitionId], purpose: Purpose, goal: [FootholdId; 2]) -> Query<'a> {
+            Query {
                 graph: &self.graph,
                 edges: &self.edges,
                 modes: &self.modes,
-                purpose: Purpose::Find,
+                purpose,
                 stations: &self.stations,
                 range: [0, 0],
                 ends: [TransitionId::MAX, TransitionId::MAX - 1],
-                starts: &starts,
+                starts,
                 goal,
-            };
+            }
+        }
+
+        fn starts(&self, [left, right]: [FootholdId; 2]) -> Vec<TransitionId> {
+            [self.graph.find(left, right), self.graph.find(right, left)].into_iter().flatten().collect()
+        }
+
+        fn searched(&self, query: &Query<'_>) -> SequenceSearch {
             let mut search = SequenceSearch::new(self.stations.len(), self.graph.transitions().len());
-            search.begin(&query);
-            while search.advance(&query, 1) == 1 {}
+            search.begin(query);
+            while search.advance(query, 1) == 1 {}
+            search
+        }
+
+        fn cheapest(&self) -> (Vec<TransitionId>, f64) {
+            let starts = self.starts(self.ends[0]);
+            let query = self.query(&starts, Purpose::Find, self.ends[1]);
+            let search = self.searched(&query);
             assert!(search.has_found());
             let nodes = search.sequence();
             let penalties: f64 = nodes.windows(2).map(|pair| query.penalty(pair[0], pair[1])).sum();
@@ -379,6 +393,19 @@ mod tests {
         let line = Line::new(&[0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2], 0.7);
         let (sequence, _) = line.cheapest();
         assert!(line.longest_step(&sequence) < 0.3, "steps of 0.6 m are there to be had, and are not taken");
+    }
+
+    #[test]
+    fn where_there_is_no_sequence_either_end_reaches_its_own_side() {
+        let line = Line::new(&[0.0, 0.2, 0.4, 1.4, 1.6], 0.5);
+        let [start, goal] = line.ends;
+        for (purpose, from, to, side) in [(Purpose::Find, start, goal, 0..6), (Purpose::Return, goal, start, 6..10)] {
+            let starts = line.starts(from);
+            let search = line.searched(&line.query(&starts, purpose, to));
+            let mut entered = search.entered().to_vec();
+            entered.sort_unstable();
+            assert!(!search.has_found() && entered == side.collect::<Vec<FootholdId>>(), "{purpose:?}: {entered:?}");
+        }
     }
 
     #[test]

@@ -27,7 +27,10 @@ const STARTS_MAX: usize = 256;
 impl Planner {
     /// Looks for the cheapest sequence.
     pub(super) fn find_sequence(&mut self, purpose: Purpose, begun: bool, budget: u64) -> Result<Phase, ArenaFull> {
-        let [from, to] = self.cuts.boundaries();
+        let [from, to] = match (self.cuts.boundaries(), purpose) {
+            ([start, goal], Purpose::Return) => [goal, start],
+            (ends, _) => ends,
+        };
         if !begun && purpose == Purpose::Join {
             self.roadmap.costs.spread(&self.roadmap.graph, [from, to].map(boundary_node));
         }
@@ -62,6 +65,7 @@ impl Planner {
                 self.tally.sequences += 1;
                 Ok(if has_found { Phase::Sample { next: 0, failed: false } } else { self.after_no_sequence() })
             }
+            Purpose::Return => Ok(self.between_frontiers()),
             Purpose::Join if has_found => Ok(Phase::Move { next: 0, failed: false }),
             Purpose::Join => self.after_failure(),
             Purpose::Shorten => self.take_shorter(has_found),
@@ -93,7 +97,7 @@ impl Planner {
             _ if round.next < done_at => Ok(Phase::Sample { next: round.next, failed }),
             (false, _) => Ok(Phase::Move { next: 0, failed: false }),
             (true, Purpose::Shorten) => self.shorten(),
-            (true, Purpose::Find | Purpose::Join) => self.after_failure(),
+            (true, Purpose::Find | Purpose::Return | Purpose::Join) => self.after_failure(),
         }
     }
 
@@ -110,7 +114,7 @@ impl Planner {
             _ if round.next < done_at => Ok(Phase::Move { next: round.next, failed }),
             (false, _) => self.shorten_or_complete(),
             (true, Purpose::Find) => Ok(Phase::seek(Purpose::Join)),
-            (true, Purpose::Join) => self.after_failure(),
+            (true, Purpose::Return | Purpose::Join) => self.after_failure(),
             (true, Purpose::Shorten) => self.shorten(),
         }
     }

@@ -3,12 +3,16 @@
 use super::{Phase, Planner, Purpose};
 use crate::motion::graph::{ArenaFull, TransitionId};
 use crate::motion::mode_costs::ModeId;
+use crate::motion::sampling::ATTEMPTS_MAX;
 use crate::possibility::Station;
-use crate::seeding::Seeding;
+use crate::seeding::{Seeding, VARIATIONS_MAX};
 use crate::trouble::{Remedy, detour_about, most_laboured, nearest_station, place_of};
 
 /// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
 const END_RADIUS: f64 = 0.6;
+/// S(T) at which the placements of a transition are varied, once: after its second round of attempts in vain, or the first where no
+/// primitive posture holds on it.
+const VARIED_AT: std::ops::Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
 
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
@@ -17,39 +21,60 @@ impl Planner {
         let sequence = segment.sequence;
         let cost = |id: &TransitionId| self.roadmap.graph.transitions()[*id as usize].cost();
         let dearest = sequence.iter().map(cost).fold(0.0, f64::max);
-        let Some(remedy) = self.trouble.sequence_failed(dearest) else { return Ok(Phase::seek(Purpose::Find)) };
+        let remedy = self.trouble.sequence_failed(dearest);
         let unsolved = |index: &usize| self.roadmap.is_unsolved(segment, *index);
         let attempts = |index: &usize| self.roadmap.graph.transitions()[sequence[*index] as usize].attempts;
         let worst = (0..sequence.len()).filter(unsolved).max_by_key(attempts).unwrap_or(0);
         let place = place_of(&self.roadmap.graph, sequence[worst]);
         let route = self.growth.route();
         match remedy {
-            Remedy::Sweep => {
+            None => Ok(self.try_another(worst)),
+            Some(Remedy::Sweep) => {
                 let [first, last] = self.cuts.stations();
                 self.focus.only(route.stations(), |station| (first..=last).contains(&station));
                 Ok(Phase::Seed { next: 0 })
             }
-            Remedy::Sample => self.sample_near_trouble(),
-            Remedy::Detour => Ok(self.look_for_detour(nearest_station(route, place.position), place)),
-            Remedy::Reroute => Ok(self.look_for_another_route(place)),
+            Some(Remedy::Sample) => self.sample_near_trouble(),
+            Some(Remedy::Detour) => Ok(self.look_for_detour(nearest_station(route, place.position), place)),
+            Some(Remedy::Reroute) => Ok(self.look_for_another_route(place)),
         }
     }
 
-    /// What to do where no sequence leads to the goal: sample more placements where those reached from the start end.
+    /// Goes on to the next sequence; varies the transition at an index of this one before, if it is time.
+    fn try_another(&self, index: usize) -> Phase {
+        let transition = self.search.sequence().get(index).map(|&id| &self.roadmap.graph.transitions()[id as usize]);
+        if transition.is_some_and(|transition| !transition.is_found() && VARIED_AT.contains(&transition.attempts)) {
+            return Phase::Vary { index, tried: 0, end: index + 1 };
+        }
+        Phase::seek(Purpose::Find)
+    }
+
+    /// Where no sequence leads to the goal, notes how far walks lead from the start, and asks how far they lead from the goal.
     pub(super) fn after_no_sequence(&mut self) -> Phase {
+        self.frontier = self.entered_stations().max().unwrap_or(self.cuts.stations()[0]);
+        Phase::seek(Purpose::Return)
+    }
+
+    /// What to do between what the start reaches and what the goal reaches: sample more placements at both edges [Grey 4.4.4].
+    pub(super) fn between_frontiers(&mut self) -> Phase {
+        let frontiers = [self.frontier, self.entered_stations().min().unwrap_or(self.cuts.stations()[1])];
         let route = self.growth.route();
-        let [first, last] = self.cuts.stations();
-        let stations = self.search.entered().iter().map(|&id| self.nearest_stations[id as usize] as usize);
-        let frontier = stations.filter(|station| (first..=last).contains(station)).max().unwrap_or(first);
         match self.trouble.no_sequence() {
             Remedy::Sweep | Remedy::Sample => {
                 self.focus.only(route.stations(), |_| false);
-                self.focus.add(frontier);
+                frontiers.into_iter().for_each(|station| self.focus.add(station));
                 Phase::Seed { next: 0 }
             }
-            Remedy::Detour => self.look_for_detour(frontier, route.station(frontier)),
-            Remedy::Reroute => self.look_for_another_route(route.station(frontier)),
+            Remedy::Detour => self.look_for_detour(self.frontier, route.station(self.frontier)),
+            Remedy::Reroute => self.look_for_another_route(route.station(self.frontier)),
         }
+    }
+
+    /// The stations of the segment near which the last search entered a stance.
+    fn entered_stations(&self) -> impl Iterator<Item = usize> + '_ {
+        let [first, last] = self.cuts.stations();
+        let stations = self.search.entered().iter().map(|&id| self.nearest_stations[id as usize] as usize);
+        stations.filter(move |station| (first..=last).contains(station))
     }
 
     /// Sends stage P to look for a way around a place where stage M gets no farther.
@@ -93,6 +118,19 @@ impl Planner {
                 seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch)?;
             }
         }
-        Ok(Phase::Connect { next: self.roadmap.graph.connected() })
+        Ok(Phase::Vary { index: 0, tried: 0, end: self.search.sequence().len() })
+    }
+
+    /// Varies the transition at an index of the sequence, unless it has a configuration: both its placements at a time, since a step at
+    /// the edge of the robot's reach is found where either of them would have to be just right for the other.
+    pub(super) fn vary(&mut self, index: usize, tried: usize, end: usize) -> Result<Phase, ArenaFull> {
+        let Some(&id) = self.search.sequence()[..end].get(index) else {
+            return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
+        };
+        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+        let (graph, name) = (&mut self.roadmap.graph, (tried as u64, self.tally.sequences));
+        let is_done =
+            tried == VARIATIONS_MAX || graph.transitions()[id as usize].is_found() || seeding.vary(id, name, graph, &mut self.scratch)?;
+        Ok(if is_done { Phase::Vary { index: index + 1, tried: 0, end } } else { Phase::Vary { index, tried: tried + 1, end } })
     }
 }
