@@ -142,6 +142,25 @@ fn the_elevation_follows_stairs_to_the_goal() {
 }
 
 #[test]
+fn a_deck_is_walked_under_where_there_is_room_and_never_through() {
+    // The lower one is too high to step onto, and bars the legs where the root has room above it.
+    for (height, expected) in [(2.6, Progress::Route), (0.45, Progress::Exhausted)] {
+        let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.0, height], [0.6, 6.0, 0.1]));
+        let progress = compiled.grow(1).0;
+        assert_eq!(progress, expected, "a deck at {height} m");
+        let is_under = |station: &Station| station.position.z.abs() < 1e-9;
+        assert!(expected == Progress::Exhausted || compiled.stations().iter().all(is_under), "up through the deck at {height} m");
+    }
+}
+
+#[test]
+fn a_goal_on_a_deck_overhead_is_not_reached_from_below() {
+    let mut case = Case::shipped("flat_walk").with_box([2.5, 0.0, 2.6], [3.5, 3.0, 0.05]);
+    case.scenario.goal.position.z = 2.65;
+    assert_eq!(Compiled::new(case).grow(1).0, Progress::Exhausted);
+}
+
+#[test]
 fn a_route_keeps_away_from_where_stage_m_gave_up() {
     let mut compiled = Compiled::new(Case::shipped("flat_walk"));
     compiled.grow(1);

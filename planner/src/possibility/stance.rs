@@ -100,9 +100,12 @@ impl Context<'_> {
                 return None;
             }
         }
-        let (position, pair) = self.best_pair(wish, &placements)?;
+        let (position, pair, are_apart) = self.best_pair(wish, &placements)?;
         let station = Station { position, yaw: wish.station.yaw };
-        self.has_room(&station, wish.relaxed).then_some(Stance { station, placements, pair })
+        let [left, right] = &pair;
+        let fits = self.has_room(&station, wish.relaxed)
+            && self.torso.hangs_over(&self.constraints.collision, &station, [&left.world_from_sole, &right.world_from_sole]);
+        fits.then_some(Stance { station, placements, pair: are_apart.then_some(pair) })
     }
 
     /// Whether the robot above its legs has room at a station.
@@ -149,11 +152,12 @@ impl Context<'_> {
         });
     }
 
-    /// The pair of soles that suits best, near their ideals, level, toward the target, and the point midway. Soles that meet
-    /// count only where all do: one foot goes before the other there. Only soles that R lets both legs reach at once make a pair.
-    fn best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<(DVec3, Option<Pair>)> {
+    /// The point midway of the pair of soles that suits best, near their ideals, level, toward the target, this pair, and whether its
+    /// soles are apart. Soles that meet count only where all do: one foot goes before the other there. Only soles that R lets both legs
+    /// reach at once make a pair.
+    fn best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<(DVec3, Pair, bool)> {
         let mut apart: Option<(f64, DVec3, Pair)> = None;
-        let mut any: Option<(f64, DVec3)> = None;
+        let mut any = apart;
         for left in placements.iter().filter(|placed| placed.limb == 0) {
             for right in placements.iter().filter(|placed| placed.limb == 1) {
                 let soles = [&left.world_from_sole, &right.world_from_sole];
@@ -162,16 +166,16 @@ impl Context<'_> {
                 if apart.is_some_and(|(least, ..)| least <= cost) || !self.torso.may_reach(self.preparation, &station, soles) {
                     continue;
                 }
-                if any.is_none_or(|(least, _)| cost < least) {
-                    any = Some((cost, middle));
+                if any.is_none_or(|(least, ..)| cost < least) {
+                    any = Some((cost, middle, [*left, *right]));
                 }
                 if !self.constraints.collision.feet_hit(soles) {
                     apart = Some((cost, middle, [*left, *right]));
                 }
             }
         }
-        let meeting = any.map(|(_, middle)| (middle, None));
-        apart.map(|(_, middle, pair)| (middle, Some(pair))).or(meeting)
+        let are_apart = apart.is_some();
+        apart.or(any).map(|(_, middle, pair)| (middle, pair, are_apart))
     }
 
     fn pair_cost(&self, wish: &Wish, [left, right]: [&Pose; 2]) -> (f64, DVec3) {

@@ -1,6 +1,6 @@
 //! What the root carries apart from the legs, and whether it has room [Grey 4.1.1].
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::spatial::{rotation_about, yaw_of};
@@ -12,6 +12,11 @@ use crate::prepare::Preparation;
 
 /// Crouches and leans that are tried: the share of the standing height and the pitch, rad.
 const STOOPS: [(f64, f64); 6] = [(1.0, 0.0), (0.92, 0.1), (0.84, 0.2), (0.75, 0.3), (0.66, 0.35), (1.06, 0.0)];
+
+/// The legs are looked for from this far above the soles, m: rough ground is not in their way.
+const SOLE_LIFT: f64 = 0.05;
+/// Half the thickness of what hangs from a hip to a sole, m.
+const LINE: f64 = 0.005;
 
 /// How much room the root has at a station.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,6 +39,7 @@ pub struct Torso {
     is_upper: Vec<bool>,
     /// The root in the frame of a station, standing upright.
     station_from_root: Pose,
+    root_from_hips: [DVec3; 2],
 }
 
 impl Torso {
@@ -53,7 +59,8 @@ impl Torso {
         let soles = [0, 1].map(|limb| root_from_links[body.foot_links[limb]] * body.links_from_soles[limb]);
         let middle = soles[0].translation.midpoint(soles[1].translation);
         let upright = rotation_about(DVec3::Z, -yaw_of(soles[0].rotation));
-        Self { root_from_links, is_core, is_upper, station_from_root: Pose::from_parts(upright * -middle, upright) }
+        let root_from_hips = [0, 1].map(|limb| body.legs[limb].hip());
+        Self { root_from_links, is_core, is_upper, station_from_root: Pose::from_parts(upright * -middle, upright), root_from_hips }
     }
 
     /// How much room there is at a station.
@@ -71,6 +78,25 @@ impl Torso {
         } else {
             Room::None
         }
+    }
+
+    /// Whether the legs may hang down to the soles: in some stoop that has room something is not in the way from a hip to its sole, or
+    /// from between the hips to between the soles. What bars all three is a floor or a ceiling, through which no elevation is
+    /// projected [Grey 4.3].
+    pub fn hangs_over(&self, collision: &CollisionModel, station: &Station, world_from_soles: [&Pose; 2]) -> bool {
+        let soles = world_from_soles.map(|pose| *pose * (DVec3::Z * SOLE_LIFT));
+        let is_barred = |from: DVec3, to: DVec3| {
+            let way = to - from;
+            let rotation = DQuat::from_rotation_arc(DVec3::Z, way.normalize());
+            collision.box_hit(&Pose::from_parts(from.midpoint(to), rotation), DVec3::new(LINE, LINE, 0.5 * way.length())).is_some()
+        };
+        STOOPS.iter().any(|&stoop| {
+            let world_from_root = station.world_from_station() * self.stooped(stoop);
+            let hips = self.root_from_hips.map(|hip| world_from_root * hip);
+            let ways = [(soles[0].midpoint(soles[1]), hips[0].midpoint(hips[1])), (soles[0], hips[0]), (soles[1], hips[1])];
+            let has_room = || collision.carried_hit(&world_from_root, &self.root_from_links, &self.is_core).is_none();
+            ways.iter().any(|&(sole, hip)| !is_barred(sole, hip)) && has_room()
+        })
     }
 
     /// Whether both soles may be in reach at once in some stoop, by the reachable spaces R [Grey 4.2.1].
