@@ -205,14 +205,15 @@ impl Proposal<'_, '_> {
 
 /// The `count` points nearest to `target`, nearest first.
 fn nearest(points: &[DVec3], target: DVec3, count: usize) -> heapless::Vec<DVec3, NEIGHBORS_MAX> {
-    let mut nearest: heapless::Vec<DVec3, NEIGHBORS_MAX> = heapless::Vec::new();
+    let mut nearest: heapless::Vec<(f64, DVec3), NEIGHBORS_MAX> = heapless::Vec::new();
     for &point in points {
         let distance = point.distance_squared(target);
-        let place = nearest.partition_point(|p| p.distance_squared(target) <= distance);
-        if place < count {
-            nearest.truncate(count - 1);
-            let _always_has_room = nearest.insert(place, point);
+        if nearest.get(count - 1).is_some_and(|&(farthest, _)| farthest <= distance) {
+            continue;
         }
+        let place = nearest.partition_point(|&(known, _)| known <= distance);
+        nearest.truncate(count - 1);
+        let _always_has_room = nearest.insert(place, (distance, point));
     }
-    nearest
+    nearest.into_iter().map(|(_, point)| point).collect()
 }

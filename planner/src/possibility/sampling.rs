@@ -83,7 +83,10 @@ pub(super) fn nearest(tree: &[Vertex], distance: impl Fn(&Station) -> f64) -> u3
 
 /// Counts a new vertex to the crowd about each that is near it, and these to the crowd about it.
 pub(super) fn join_crowd(tree: &mut [Vertex], vertex: &mut Vertex) {
-    for near in tree.iter_mut().filter(|near| near.station.distance(&vertex.station) < CROWD_RADIUS) {
+    let at = vertex.station;
+    let is_near =
+        |near: &Station| near.place_distance_squared(at.position) < CROWD_RADIUS * CROWD_RADIUS && near.distance(&at) < CROWD_RADIUS;
+    for near in tree.iter_mut().filter(|near| is_near(&near.station)) {
         near.crowd += 1;
         vertex.crowd += 1;
     }
