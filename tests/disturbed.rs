@@ -23,6 +23,7 @@ use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::message::{PlanChunk, Sealed, Standing, Waypoint};
+use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
 use surefoot_shared_types::spatial::rotation_distance;
@@ -45,31 +46,49 @@ struct Course {
 /// 2 sqrt(0.005 / 0.38) = 0.23 when the ankle comes nearer by so much.
 const LANDING_LEAP: f64 = 0.23;
 
-/// How far the root (m, and numbers of its rotation) and any joint (rad) lie apart.
-fn difference(a: &Waypoint, b: &Waypoint) -> [f64; 2] {
+/// The joints between the root and a foot.
+fn leg_joints(model: &RobotModel, limb: usize) -> Vec<usize> {
+    let attachment = |link: usize| model.links[link].parent.as_ref();
+    let links = std::iter::successors(Some(model.feet[limb].link), |&link| attachment(link).map(|attachment| attachment.parent));
+    links.filter_map(|link| attachment(link)?.joint).collect()
+}
+
+/// How far the root (m, and numbers of its rotation), the joints but these, and these (rad) lie apart.
+fn difference(a: &Waypoint, b: &Waypoint, of_a_leg: &[usize]) -> [f64; 3] {
     let root = |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).collect::<Vec<f64>>();
-    let most = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
-    [most(&root(a), &root(b)), most(&a.q, &b.q)]
+    let apart = |(x, y): (&f64, &f64)| (x - y).abs();
+    let most = |among: &dyn Fn(usize) -> bool| {
+        (0..a.q.len()).filter(|&joint| among(joint)).map(|joint| apart((&a.q[joint], &b.q[joint]))).fold(0.0, f64::max)
+    };
+    let moved = root(a).iter().zip(&root(b)).map(apart).fold(0.0, f64::max);
+    [moved, most(&|joint| !of_a_leg.contains(&joint)), most(&|joint| of_a_leg.contains(&joint))]
 }
 
 /// Walks one plan until its end or until it does not fit; where the robot stands then. Every chunk really begins where the one
-/// before really ended, but for the slide of a landing foot.
-fn walk_plan(walker: &mut Walker, disturbance: &mut Disturbance, chunks: &[PlanChunk], standing: &mut Standing, course: &mut Course) {
+/// before really ended, but that the leg of a landing foot follows its slide.
+fn walk_plan(
+    model: &RobotModel,
+    walker: &mut Walker,
+    disturbance: &mut Disturbance,
+    chunks: &[PlanChunk],
+    standing: &mut Standing,
+    course: &mut Course,
+) {
     for chunk in chunks {
         let mut chunk = PlanChunk { target_instance: INSTANCE, session: 1, ..*chunk };
         chunk.seal();
         walker.admit(&chunk).unwrap_or_else(|violation| panic!("chunk {}: {violation}", chunk.sequence));
-        let landing = walker.landing(&chunk).is_some();
+        let landing = walker.landing(&chunk).map(|contact| leg_joints(model, contact.limb as usize));
         let Walked::As(real, _) = disturbance.walk(walker, &chunk) else {
             walker.hold();
             course.replans += 1;
             return;
         };
-        course.landings += u64::from(landing);
+        course.landings += u64::from(landing.is_some());
         if standing.is_known() {
-            let [root, joint] = difference(&standing.waypoint, &real.waypoints()[0]);
-            let leap = if landing { LANDING_LEAP } else { 1e-6 };
-            assert!(root < 1e-6 && joint < leap, "chunk {}: root {root:.1e}, joint {joint:.1e}", chunk.sequence);
+            let [root, joint, of_leg] = difference(&standing.waypoint, &real.waypoints()[0], &landing.unwrap_or_default());
+            let differs = format!("root {root:.1e}, joint {joint:.1e}, of the leg that lands {of_leg:.1e}");
+            assert!(root < 1e-6 && joint < 1e-6 && of_leg < LANDING_LEAP, "chunk {}: {differs}", chunk.sequence);
         }
         for (planned, stands) in chunk.contacts().iter().zip(real.contacts()) {
             let (a, b) = (planned.world_from_sole(), stands.world_from_sole());
@@ -99,7 +118,7 @@ fn walk(name: &str, seed: u64) -> Course {
         if planner.step(u64::MAX) != Status::Done(Outcome::Found) {
             return course;
         }
-        walk_plan(&mut walker, &mut disturbance, planner.chunks(), &mut standing, &mut course);
+        walk_plan(&model, &mut walker, &mut disturbance, planner.chunks(), &mut standing, &mut course);
         if walker.finished() {
             return Course { arrived: true, ..course };
         }
