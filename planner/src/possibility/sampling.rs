@@ -21,6 +21,8 @@ const SAMPLED_LENGTH: f64 = 10.0;
 const REACH: (f64, f64) = (2.5, 0.5);
 /// One of so many samples of a tree lies anywhere; the others lie ahead of a vertex.
 const ANYWHERE_EVERY: u32 = 4;
+/// Only so many of the latest vertices count: where a tree has been, it need not be looked for ways on.
+const RECENT: usize = 192;
 /// How far ahead of the vertex, m.
 const AHEAD: [f64; 2] = [0.5, 1.5];
 /// How far off its heading, rad.
@@ -57,9 +59,9 @@ fn anywhere(tree: &[Vertex], bounds: &Aabb, random: &mut Random) -> (u32, Statio
     (nearest(tree, |station| station.place_distance_squared(position)), target)
 }
 
-/// The vertex that is the least crowded, of these the latest, and a station ahead of it.
+/// Of the latest vertices the one that is the least crowded, of several the last, and a station ahead of it.
 fn ahead(tree: &mut [Vertex], backward: bool, bounds: &Aabb, random: &mut Random) -> (u32, Station) {
-    let inside = tree.iter().enumerate().rev().filter(|(_, vertex)| bounds.contains(vertex.station.position));
+    let inside = tree.iter().enumerate().rev().take(RECENT).filter(|(_, vertex)| bounds.contains(vertex.station.position));
     let tip = inside.min_by_key(|(_, vertex)| vertex.crowd).map_or(0, |(index, _)| index);
     tree[tip].crowd += 1;
     let at = tree[tip].station;
