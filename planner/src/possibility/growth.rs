@@ -451,8 +451,8 @@ impl Growth {
         push_branch(&self.trees[0], tips[0], &mut self.route.vertices);
         self.route.vertices.reverse();
         push_branch(&self.trees[1], tips[1], &mut self.route.vertices);
-        self.activity =
-            if self.samples == 0 { Activity::Over(Progress::Route) } else { Activity::Straightening { tried: 0, branch: None } };
+        let is_straight = self.samples == 0 && !self.relaxed;
+        self.activity = if is_straight { Activity::Over(Progress::Route) } else { Activity::Straightening { tried: 0, branch: None } };
     }
 
     fn next_shortcut(&mut self, seed: u64, tried: u32) {
