@@ -11,7 +11,7 @@ use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy, wrap_ang
 use crate::body::{Body, Configuration};
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::foothold::Foothold;
+use crate::motion::foothold::{Foothold, double_mode};
 use crate::random::{Random, Stream};
 use crate::region::Region;
 use crate::snapshot::Snapshot;
@@ -87,7 +87,10 @@ pub fn sample(
     let mut snapshot = Snapshot::default();
     let configuration = settle_into(body, &soles, &posture, free, &mut snapshot)?;
     constraints.check(mode, &snapshot, [FootState::Stance; 2])?;
-    Ok(configuration)
+    // It also ends the double support, which may be wished to be deeper inside its larger region.
+    let double = double_mode(pair.stance, pair.other);
+    let is_deep = double.region.holds(snapshot.com.truncate(), constraints.com_margin(&double));
+    is_deep.then_some(configuration).ok_or(Rejection::Balance)
 }
 
 /// Whether one of a few primitive postures brings both soles to their placements, the centre of mass where the stance can carry it
