@@ -139,6 +139,15 @@ pub(crate) fn check_positive(what: &str, numbers: &[f64]) -> Result<(), String> 
     }
 }
 
+/// Complains unless all numbers are zero or positive, finite and at most [`NUMBER_MAX`].
+pub(crate) fn check_not_negative(what: &str, numbers: &[f64]) -> Result<(), String> {
+    check_numbers(what, numbers)?;
+    match numbers.iter().find(|number| **number < 0.0) {
+        Some(number) => Err(format!("{what} is {number}; it must not be negative")),
+        None => Ok(()),
+    }
+}
+
 fn line_at(text: &[u8], offset: usize) -> usize {
     1 + text[..offset.min(text.len())].iter().filter(|byte| **byte == b'\n').count()
 }

@@ -2,21 +2,21 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests, not input handling")]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use surefoot_shared_types::plan_file::RobotBlock;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::robot_from_block;
 
 fn load(name: &str) -> Option<RobotModel> {
-    let folder = PathBuf::from("/work/shared/robots").join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/robots").join(name);
     let path = folder.join("robot.json");
     if !path.is_file() {
         println!("skipped: {} is not here", path.display());
         return None;
     }
     let block: RobotBlock = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
-    Some(robot_from_block(&block, Path::new(&folder), &path).unwrap())
+    Some(robot_from_block(&block, &folder, &path).unwrap())
 }
 
 #[test]

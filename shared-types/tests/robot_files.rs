@@ -66,6 +66,31 @@ fn an_unlocked_robot_has_its_joint_back() {
 }
 
 #[test]
+fn what_other_programs_add_to_a_urdf_is_passed_over() {
+    let folder = Folder::new();
+    let plain = load(&folder.path("")).unwrap();
+    let extended = URDF
+        .replace("<robot name", "<robot xmlns:drake=\"http://drake.mit.edu\" name")
+        .replace("<link name=\"imu\"/>", "<link name=\"imu\"/><drake:joint name=\"ball\" type=\"ball\"><drake:part/></drake:joint>")
+        .replace("</collision>", "</collision><visual><material/><material/></visual>")
+        .replace("<link name=\"imu\"/>", "<link name=\"imu\"/><material/><sensor><link/></sensor>")
+        .replace("foot.obj\"/>", "foot.obj\"><drake:declare_convex/><!-- a note --><convex/></mesh>");
+    assert_eq!(extended.matches("drake").count(), 6);
+    folder.write("stilts.urdf", extended.as_bytes());
+    let robot = load(&folder.path("")).unwrap();
+    assert_eq!(robot.links, plain.links);
+    assert_eq!(robot.joints, plain.joints);
+}
+
+#[test]
+fn a_sphere_of_no_radius_is_a_point() {
+    let folder = Folder::new();
+    folder.write("stilts.urdf", URDF.replace("<sphere radius=\"0.1\"/>", "<sphere radius=\"0.0\"/>").as_bytes());
+    let robot = load(&folder.path("")).unwrap();
+    assert_eq!(robot.links[0].shapes[0].shape, Shape::Sphere { radius: 0.0 });
+}
+
+#[test]
 fn a_continuous_joint_gets_one_turn() {
     let folder = Folder::new();
     folder.write("stilts.urdf", URDF.replacen("type=\"revolute\"", "type=\"continuous\"", 1).as_bytes());
@@ -136,7 +161,7 @@ fn broken_urdfs_are_refused() {
         Spoiling { from: "ixx=\"0.02\"", to: "ixx=\"-0.02\"", complaint: &["link 'left_foot'", "positive definite"] },
         Spoiling { from: "ixy=\"0\"", to: "ixy=\"0.2\"", complaint: &["link 'pelvis'", "positive definite"] },
         Spoiling { from: "size=\"0.2 0.1 0.04\"", to: "size=\"0.2 0 0.04\"", complaint: &["link 'left_foot'", "box size", "positive"] },
-        Spoiling { from: "radius=\"0.1\"", to: "radius=\"-0.1\"", complaint: &["link 'pelvis'", "radius", "positive"] },
+        Spoiling { from: "radius=\"0.1\"", to: "radius=\"-0.1\"", complaint: &["link 'pelvis'", "radius", "negative"] },
         Spoiling {
             from: "size=\"0.2 0.1 0.04\"",
             to: "size=\"0.18 0.1 0.04\"",

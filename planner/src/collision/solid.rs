@@ -69,6 +69,7 @@ impl Solid {
                 positive(half_extents.max_element(), "every half extent")?;
                 (Core::Box { half_extents: *half_extents }, 0.0)
             }
+            Shape::Sphere { radius: 0.0 } => (Core::Point, 0.0),
             Shape::Sphere { radius } => (Core::Point, positive(*radius, "the radius")?),
             Shape::Cylinder { radius, half_length } => {
                 let (radius, half_length) = (positive(*radius, "the radius")?, positive(*half_length, "the length")?);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec3};
 
 use crate::mesh::MeshStore;
-use crate::source::check_positive;
+use crate::source::{check_not_negative, check_positive};
 use crate::{InputError, Shape};
 
 use super::joints::pose_from_origin;
@@ -81,7 +81,7 @@ fn shape(geometry: &urdf_rs::Geometry, folder: &Path, exact: bool, meshes: &mut 
             Ok(Shape::Box { half_extents: 0.5 * DVec3::from_array(**size) })
         }
         urdf_rs::Geometry::Sphere { radius } => {
-            check_positive("its sphere radius", &[*radius])?;
+            check_not_negative("its sphere radius", &[*radius])?;
             Ok(Shape::Sphere { radius: *radius })
         }
         urdf_rs::Geometry::Cylinder { radius, length } => {

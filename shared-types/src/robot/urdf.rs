@@ -14,6 +14,8 @@ use crate::source::{Place, Source, TEXT_BYTES_MAX, check_numbers, check_xml_dept
 const LINKS_MAX: usize = 4096;
 /// The joint types of the URDF specification.
 const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+/// The elements that are shapes.
+const SHAPES: [&str; 5] = ["box", "sphere", "cylinder", "capsule", "mesh"];
 /// Which attributes hold how many numbers.
 const NUMERIC: [(&str, &[(&str, usize)]); 12] = [
     ("origin", &[("xyz", 3), ("rpy", 3)]),
@@ -69,18 +71,47 @@ pub(super) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
     }
     let joint_facts: Vec<JointFacts> =
         children(root, "joint").zip(joint_places).map(|(joint, place)| joint_facts(joint, place)).collect::<Result<_, _>>()?;
-    for element in root.children().filter(|node| node.has_tag_name("link") || node.has_tag_name("joint")) {
+    for element in children(root, "link").chain(children(root, "joint")) {
         element.descendants().filter(Node::is_element).try_for_each(|node| check_element_numbers(&source, element, node))?;
     }
-    let robot = urdf_rs::read_from_string(&source.text).map_err(|error| Place::file(path).error("<robot>", error.to_string()))?;
+    let robot =
+        urdf_rs::read_from_string(&essence(&source.text, root)).map_err(|error| Place::file(path).error("<robot>", error.to_string()))?;
     if robot.links.len() != link_places.len() || robot.joints.len() != joint_facts.len() {
         return Err(InputError::file(path, "links and joints must stand directly below <robot>"));
     }
     Ok(Urdf { link_places, joint_facts, robot, source })
 }
 
+/// The text without what planning does not read, in which real files hold much that `urdf-rs` does not expect: looks, sensors,
+/// transmissions, what other programs add in namespaces of their own or inside a shape.
+fn essence(text: &str, root: Node) -> String {
+    let is_passed_over = |node: &Node| {
+        let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());
+        let tag = node.tag_name().name();
+        let is_wanted = match parent {
+            "robot" => matches!(tag, "link" | "joint"),
+            "link" => matches!(tag, "inertial" | "collision"),
+            _ => !SHAPES.contains(&parent),
+        };
+        node.is_element() && *node != root && (is_foreign(root, *node) || !is_wanted)
+    };
+    let mut kept = String::with_capacity(text.len());
+    let mut end = 0;
+    for passed_over in root.descendants().filter(is_passed_over).map(|node| node.range()) {
+        if passed_over.start >= end {
+            kept.push_str(&text[end..passed_over.start]);
+            end = passed_over.end;
+        }
+    }
+    kept + &text[end..]
+}
+
+fn is_foreign(root: Node, node: Node) -> bool {
+    node.tag_name().namespace() != root.tag_name().namespace()
+}
+
 fn children<'a, 'input>(root: Node<'a, 'input>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'input>> {
-    root.children().filter(move |node| node.has_tag_name(tag))
+    root.children().filter(move |node| node.has_tag_name(tag) && !is_foreign(root, *node))
 }
 
 fn element_place(source: &Source, node: Node) -> Place {
