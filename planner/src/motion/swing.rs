@@ -10,7 +10,8 @@ use surefoot_shared_types::spatial::{interpolate, rotation_about, yaw_of};
 pub struct Travel {
     /// The way of the swing sole.
     pub path: Path,
-    /// Whether the root rises as high as the legs allow, and sinks again: legs that are all but straight need less room.
+    /// Whether the root rises as high as the legs allow, its hip over the swing foot above the other, and sinks again: legs that are
+    /// all but straight need less room.
     pub stands_up: bool,
 }
 
@@ -26,8 +27,13 @@ pub enum Path {
         /// Away from the other leg, along y of the root's heading halfway.
         aside: f64,
     },
-    /// Up by this height (m) above the higher end, across, and down.
-    Over(f64),
+    /// Up, across with a hump away from the other leg, and down, m.
+    Over {
+        /// Above the higher end.
+        height: f64,
+        /// Away from the other leg, as above.
+        aside: f64,
+    },
     /// Out, across, and back, m: around the other leg where the feet stand one before the other.
     Around {
         /// Along z.
@@ -39,23 +45,27 @@ pub enum Path {
 
 /// What is tried with one foot in the air, in this order: the humble first, then whatever succeeded most often where those before
 /// it did not.
-pub const SWINGS: [Travel; 17] = [
+pub const SWINGS: [Travel; 21] = [
     hump(0.02, 0.0),
     hump(0.06, 0.0),
-    over(0.02),
+    over(0.02, 0.0),
     hump(0.06, 0.08),
-    standing_up(hump(0.06, 0.0)),
-    standing_up(hump(0.06, 0.08)),
-    hump(0.14, 0.0),
+    standing_up(over(0.08, 0.0)),
     hump(0.14, 0.08),
-    over(0.08),
-    standing_up(over(0.08)),
-    hump(0.14, 0.16),
+    standing_up(over(0.02, 0.24)),
     standing_up(hump(0.14, 0.16)),
-    over(0.2),
-    around(0.02, 0.1),
-    around(0.02, 0.2),
+    hump(0.14, 0.16),
+    over(0.08, 0.0),
+    standing_up(around(0.15, 0.25)),
     standing_up(around(0.06, 0.15)),
+    standing_up(around(0.02, 0.3)),
+    around(0.02, 0.2),
+    standing_up(hump(0.06, 0.08)),
+    standing_up(hump(0.06, 0.0)),
+    standing_up(hump(0.06, 0.16)),
+    around(0.02, 0.1),
+    hump(0.14, 0.0),
+    over(0.2, 0.0),
     hump(0.3, 0.0),
 ];
 /// With both feet on the ground only the root travels.
@@ -70,8 +80,8 @@ const fn hump(rise: f64, aside: f64) -> Travel {
     Travel { path: Path::Hump { rise, aside }, stands_up: false }
 }
 
-const fn over(height: f64) -> Travel {
-    Travel { path: Path::Over(height), stands_up: false }
+const fn over(height: f64, aside: f64) -> Travel {
+    Travel { path: Path::Over { height, aside }, stands_up: false }
 }
 
 const fn around(rise: f64, aside: f64) -> Travel {
@@ -88,7 +98,7 @@ impl Path {
         match *self {
             Self::Straight => 0.0,
             Self::Hump { rise, aside } | Self::Around { rise, aside } => 2.0 * (rise + aside),
-            Self::Over(height) => 2.0 * height,
+            Self::Over { height, aside } => 2.0 * (height + aside),
         }
     }
 
@@ -101,7 +111,7 @@ impl Path {
                 pose.translation += plateau(t) * (DVec3::Z * rise + outward() * aside);
                 pose
             }
-            Self::Over(height) => over_pose(from, to, height, t),
+            Self::Over { height, aside } => over_pose(from, to, height, || outward() * aside, t),
             Self::Around { rise, aside } => around_pose(from, to, DVec3::Z * rise + outward() * aside, t),
         }
     }
@@ -119,8 +129,8 @@ pub fn outward(world_from_roots: [&Pose; 2], limb: usize) -> DVec3 {
     if limb == 0 { left } else { -left }
 }
 
-/// Up, across, down, each in proportion to its length.
-fn over_pose(from: &Pose, to: &Pose, height: f64, t: f64) -> Pose {
+/// Up, across by way of an offset, down, each in proportion to its length.
+fn over_pose(from: &Pose, to: &Pose, height: f64, offset: impl FnOnce() -> DVec3, t: f64) -> Pose {
     let top = from.translation.z.max(to.translation.z) + height;
     let (rise, fall) = (top - from.translation.z, top - to.translation.z);
     let across = (to.translation - from.translation).truncate().length();
@@ -128,6 +138,7 @@ fn over_pose(from: &Pose, to: &Pose, height: f64, t: f64) -> Pose {
     let share = ((along - rise) / across.max(1e-9)).clamp(0.0, 1.0);
     let mut pose = interpolate(from, to, share);
     pose.translation.z = if along < rise { from.translation.z + along } else { top - (along - rise - across).max(0.0) };
+    pose.translation += plateau(share) * offset();
     pose
 }
 

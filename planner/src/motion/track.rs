@@ -2,9 +2,9 @@
 //! by inverse kinematics, the root gives way until the centre of mass is where it shall be, and every waypoint and every
 //! motion between two is checked.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::interpolate;
+use surefoot_shared_types::spatial::{interpolate, rotation_about, rotation_from_scaled_axis, yaw_of};
 
 use crate::body::Configuration;
 use crate::collision::FootState;
@@ -35,6 +35,8 @@ const WAYPOINT_COLLISION_STEPS: f64 = 4.0;
 const REACH_SHARE_MAX: f64 = 0.997;
 /// The share of a leg's reach up to which a robot stands up.
 const UPRIGHT_REACH_SHARE: f64 = 0.96;
+/// How far a robot that stands up rolls its hips, the one over the swing foot upward, rad.
+const HIP_RAISE: f64 = 0.2;
 
 /// One stretch of a track.
 #[derive(Debug, Clone, Copy)]
@@ -190,7 +192,7 @@ fn place(
         state.world_from_soles[limb] = swing_pose(stretch, limb, t);
     }
     let (from, to) = (&stretch.from.configuration, &stretch.to.configuration);
-    let course = root_course(constraints, stretch, &state.world_from_soles, t);
+    let course = root_course(constraints, mode, stretch, &state.world_from_soles, t);
     for joint in &body.free_joints {
         state.configuration.q[joint.index] = from.q[joint.index] + t * (to.q[joint.index] - from.q[joint.index]);
     }
@@ -216,13 +218,25 @@ fn place(
 }
 
 /// Where the root would be, but for its balance.
-fn root_course(constraints: &Constraints, stretch: &Stretch, world_from_soles: &[Pose; 2], t: f64) -> Pose {
+fn root_course(constraints: &Constraints, mode: &Mode, stretch: &Stretch, world_from_soles: &[Pose; 2], t: f64) -> Pose {
     let mut course = interpolate(&stretch.from.configuration.world_from_root, &stretch.to.configuration.world_from_root, t);
-    let upright = stretch.travel.stands_up.then(|| constraints.body.root_height(&course, world_from_soles, [UPRIGHT_REACH_SHARE; 2]));
-    if let Some(highest) = upright.flatten() {
+    if !stretch.travel.stands_up {
+        return course;
+    }
+    if let Some(limb) = mode.swing() {
+        course.rotation = hip_raised(course.rotation, limb, plateau(t));
+    }
+    if let Some(highest) = constraints.body.root_height(&course, world_from_soles, [UPRIGHT_REACH_SHARE; 2]) {
         course.translation.z += plateau(t) * (highest - course.translation.z).max(0.0);
     }
     course
+}
+
+/// The root's rotation with its hip over a swing foot raised, by a share of the whole.
+fn hip_raised(world_from_root: DQuat, limb: usize, share: f64) -> DQuat {
+    let ahead = rotation_about(DVec3::Z, yaw_of(world_from_root)) * DVec3::X;
+    let roll = if limb == 0 { HIP_RAISE } else { -HIP_RAISE };
+    (rotation_from_scaled_axis(share * roll * ahead) * world_from_root).normalize()
 }
 
 fn swing_pose(stretch: &Stretch, limb: usize, t: f64) -> Pose {

@@ -21,12 +21,14 @@ const SAMPLES_MAX: [u32; 3] = [24, 64, 128];
 const EXTENSION_MAX: u32 = 24;
 /// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.
 pub const METRES_PER_RADIAN: f64 = 0.35;
-/// How far samples of the root leave the straight line between both ends, m.
-const ROOT_SPREAD: f64 = 0.15;
+/// How far samples of the root leave a line that is as far above the straight one between both ends, as a share of the leg's reach:
+/// who stands up has room for the swing foot.
+const ROOT_SPREAD: f64 = 0.2;
 /// How far samples of the root turn, rad.
-const ROOT_TURN: f64 = 0.35;
-/// How far samples of the swing sole leave the straight line, m.
-const SOLE_SPREAD: f64 = 0.3;
+const ROOT_TURN: f64 = 0.25;
+/// How far samples of the swing sole leave the straight line, as a share of the leg's reach. Most are out of reach, and lead the foot
+/// well around what is in its way.
+const SOLE_SPREAD: f64 = 0.75;
 /// How far samples of the swing sole turn, rad.
 const SOLE_TURN: f64 = 0.5;
 /// How far free joints leave the straight line, rad; only every other sample moves them.
@@ -215,10 +217,11 @@ fn draw(constraints: &Constraints, problem: &Problem, ends: &[State; 2], random:
     let mut state = ends[0];
     let roots = ends.map(|end| end.configuration.world_from_root);
     let root = interpolate(&roots[0], &roots[1], share);
-    state.configuration.world_from_root = scatter(&root, ROOT_SPREAD, 0.0, ROOT_TURN, random);
+    let [root_spread, sole_spread] = [ROOT_SPREAD, SOLE_SPREAD].map(|spread| spread * constraints.body.legs[0].reach());
+    state.configuration.world_from_root = scatter(&root, root_spread, root_spread, ROOT_TURN, random);
     if let Some(limb) = problem.mode.swing() {
         let sole = interpolate(&ends[0].world_from_soles[limb], &ends[1].world_from_soles[limb], share);
-        state.world_from_soles[limb] = scatter(&sole, SOLE_SPREAD, 0.5 * SOLE_SPREAD, SOLE_TURN, random);
+        state.world_from_soles[limb] = scatter(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN, random);
     }
     let moves_free = random.below(2) == 1;
     for joint in &constraints.body.free_joints {
