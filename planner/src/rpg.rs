@@ -177,7 +177,8 @@ pub struct Planner {
     roadmap: Roadmap,
     round: Round,
     surfaces: Surfaces,
-    scratch: Scratch,
+    /// For queries about both feet side by side.
+    scratch: [Scratch; 2],
     torso: Torso,
     growth: Growth,
     /// Sweeps along the route that is followed now.
@@ -225,7 +226,7 @@ impl Planner {
         let body = Body::new(model, config)?;
         let collision = CollisionModel::new(model, world, config.clearance)?;
         let placement = placement_config(&body, world, config);
-        let scratch = Scratch::new(&placement);
+        let scratch = [(); 2].map(|()| Scratch::new(&placement));
         let surfaces = Surfaces::new(world, placement)?;
         if !preparation.is_for(model, config) {
             return Err(PreparationError::OtherRobot.into());
@@ -398,7 +399,7 @@ impl Planner {
 
     fn stand_on_ends(&mut self) -> Result<Phase, ArenaFull> {
         let goal_is_start = self.standing.is_none() && self.start_is_goal();
-        let (constraints, surfaces, scratch) = (&self.shared.constraints, &self.surfaces, &mut self.scratch);
+        let (constraints, surfaces, scratch) = (&self.shared.constraints, &self.surfaces, &mut self.scratch[0]);
         let started = match &self.standing {
             Some(standing) => stand_as(constraints, standing),
             None => stand_on(constraints, surfaces, scratch, &self.scenario.start),
@@ -447,6 +448,7 @@ impl Planner {
             preparation: &self.preparation,
             seed: self.scenario.seed,
             feet_apart: self.scenario.start.feet_apart,
+            parallel: self.shared.parallel,
             is_step,
         };
         let progress = self.growth.advance(&context, &mut self.scratch);
@@ -480,7 +482,7 @@ impl Planner {
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        let (graph, scratch) = (&mut self.roadmap.graph, &mut self.scratch);
+        let (graph, scratch) = (&mut self.roadmap.graph, &mut self.scratch[0]);
         let (station, limb) = (next / 2, next % 2);
         if !self.focus.wants(station) {
             return Ok(Phase::Seed { next: next + 1 });

@@ -30,6 +30,7 @@ impl Site {
             preparation: &self.preparation,
             seed,
             feet_apart: self.case.scenario.start.feet_apart,
+            parallel: false,
             is_step: surefoot_planner::seeding::is_step,
         }
     }
@@ -38,7 +39,7 @@ impl Site {
 /// A case, compiled for stage P alone.
 struct Compiled {
     site: Site,
-    scratch: Scratch,
+    scratch: [Scratch; 2],
     growth: Growth,
 }
 
@@ -50,7 +51,7 @@ impl Compiled {
         let torso = Torso::new(&case.model, &body);
         let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
         let placement = FootPlacementConfig::default();
-        let (scratch, surfaces) = (Scratch::new(&placement), Surfaces::new(&case.world, placement).unwrap());
+        let (scratch, surfaces) = ([(); 2].map(|()| Scratch::new(&placement)), Surfaces::new(&case.world, placement).unwrap());
         let bounds = collision.world_bounds();
         let growth = Growth::new(&case.scenario.start, &case.scenario.goal, config.station_spacing, 4096, &bounds);
         let constraints = Constraints { body, collision, config: config.clone() };

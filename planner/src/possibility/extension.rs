@@ -56,7 +56,8 @@ pub enum Step {
 
 impl Extension {
     /// Grows the branch by one station from its tip. `name` is the query's in the random stream.
-    pub fn step(&self, context: &Context<'_>, Tip { station: tip, placements }: Tip<'_>, name: u64, scratch: &mut Scratch) -> Step {
+    pub fn step(&self, context: &Context<'_>, tip: Tip<'_>, name: u64, scratch: &mut [Scratch; 2]) -> Step {
+        let Tip { station: tip, placements } = tip;
         if self.arrives(context, tip) {
             return Step::Arrived;
         }

@@ -252,7 +252,7 @@ impl Growth {
     }
 
     /// Does a small piece of work: at most one station is added.
-    pub fn advance(&mut self, context: &Context<'_>, scratch: &mut Scratch) -> Progress {
+    pub fn advance(&mut self, context: &Context<'_>, scratch: &mut [Scratch; 2]) -> Progress {
         if matches!(self.activity, Activity::Labelling) {
             return self.label_next(context);
         }
@@ -270,7 +270,7 @@ impl Growth {
         progress
     }
 
-    fn advance_within(&mut self, context: &Context<'_>, scratch: &mut Scratch) -> Progress {
+    fn advance_within(&mut self, context: &Context<'_>, scratch: &mut [Scratch; 2]) -> Progress {
         match self.activity {
             Activity::Sampling => self.sample(context.seed),
             Activity::Extending { tree, tip, added, extension, ending } => {

@@ -46,6 +46,8 @@ pub struct Context<'a> {
     pub seed: u64,
     /// How far apart the feet ideally stand, m.
     pub feet_apart: f64,
+    /// Whether both feet's placements may be found side by side; then the caller is inside a thread pool.
+    pub parallel: bool,
     /// Whether a step leads from the first placement to the second, as stage M would take it.
     pub is_step: fn(&Constraints, [&Placed; 2]) -> bool,
 }
@@ -91,15 +93,8 @@ pub struct Wish {
 impl Context<'_> {
     /// Finds placements for both feet near a station, and moves the station over the best pair of them: its elevation, and
     /// aside where the ground is narrow. `None` where C_N fails, or C_S where the wish insists on it.
-    pub fn stand(&self, wish: &Wish, scratch: &mut Scratch) -> Option<Stance> {
-        let mut placements = heapless::Vec::new();
-        for limb in 0..2 {
-            let before = placements.len();
-            self.find_placements(wish, limb, &mut placements, scratch);
-            if placements.len() == before {
-                return None;
-            }
-        }
+    pub fn stand(&self, wish: &Wish, scratch: &mut [Scratch; 2]) -> Option<Stance> {
+        let placements = self.find_both_placements(wish, scratch)?;
         let (position, pair, are_apart) = self.best_pair(wish, &placements)?;
         let station = Station { position, yaw: wish.station.yaw };
         let [left, right] = &pair;
@@ -133,7 +128,24 @@ impl Context<'_> {
         from.is_empty() || steps.iter().take(STEPS_TRIED_MAX).any(|(_, step)| (self.is_step)(self.constraints, *step))
     }
 
-    fn find_placements(&self, wish: &Wish, limb: usize, placements: &mut heapless::Vec<Placed, PLACEMENTS_MAX>, scratch: &mut Scratch) {
+    /// Placements of the left foot, then of the right one; `None` where one of them has none.
+    fn find_both_placements(&self, wish: &Wish, scratch: &mut [Scratch; 2]) -> Option<heapless::Vec<Placed, PLACEMENTS_MAX>> {
+        let [left_scratch, right_scratch] = scratch;
+        let (left, right) = if self.parallel {
+            rayon::join(|| self.find_placements(wish, 0, left_scratch), || self.find_placements(wish, 1, right_scratch))
+        } else {
+            let left = self.find_placements(wish, 0, left_scratch);
+            if left.is_empty() {
+                return None;
+            }
+            (left, self.find_placements(wish, 1, right_scratch))
+        };
+        let has_both = !left.is_empty() && !right.is_empty();
+        has_both.then(|| left.into_iter().chain(right).collect())
+    }
+
+    fn find_placements(&self, wish: &Wish, limb: usize, scratch: &mut Scratch) -> heapless::Vec<Placed, KEPT_MAX> {
+        let mut placements = heapless::Vec::new();
         let query = FootQuery {
             limb,
             ideal: wish.station.world_from_ideal_sole(limb, self.feet_apart),
@@ -150,6 +162,7 @@ impl Context<'_> {
                 Err(_) => ControlFlow::Break(()),
             }
         });
+        placements
     }
 
     /// The point midway of the pair of soles that suits best, near their ideals, level, toward the target, this pair, and whether its

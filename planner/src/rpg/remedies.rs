@@ -115,7 +115,7 @@ impl Planner {
                 let placement = &self.roadmap.graph.footholds()[foothold as usize];
                 let (limb, pose) = (placement.limb, placement.world_from_sole);
                 let name = (u64::from(id) | 1 << 41, self.tally.sequences);
-                seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch)?;
+                seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch[0])?;
             }
         }
         Ok(Phase::Vary { index: 0, tried: 0, end: self.search.sequence().len() })
@@ -129,8 +129,9 @@ impl Planner {
         };
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         let (graph, name) = (&mut self.roadmap.graph, (tried as u64, self.tally.sequences));
-        let is_done =
-            tried == VARIATIONS_MAX || graph.transitions()[id as usize].is_found() || seeding.vary(id, name, graph, &mut self.scratch)?;
+        let is_done = tried == VARIATIONS_MAX
+            || graph.transitions()[id as usize].is_found()
+            || seeding.vary(id, name, graph, &mut self.scratch[0])?;
         Ok(if is_done { Phase::Vary { index: index + 1, tried: 0, end } } else { Phase::Vary { index, tried: tried + 1, end } })
     }
 }
