@@ -21,8 +21,8 @@ const SAMPLES_MAX: [u32; 3] = [24, 64, 128];
 const EXTENSION_MAX: u32 = 24;
 /// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.
 pub const METRES_PER_RADIAN: f64 = 0.35;
-/// How far samples of the root leave a line that is as far above the straight one between both ends, as a share of the leg's reach:
-/// who stands up has room for the swing foot.
+/// How far samples of the root leave the straight line between both ends, as a share of the leg's reach; with a foot in the air they lie
+/// about a line that is as far above it, since a robot that stands up has room for that foot.
 const ROOT_SPREAD: f64 = 0.2;
 /// How far samples of the root turn, rad.
 const ROOT_TURN: f64 = 0.25;
@@ -218,7 +218,8 @@ fn draw(constraints: &Constraints, problem: &Problem, ends: &[State; 2], random:
     let roots = ends.map(|end| end.configuration.world_from_root);
     let root = interpolate(&roots[0], &roots[1], share);
     let [root_spread, sole_spread] = [ROOT_SPREAD, SOLE_SPREAD].map(|spread| spread * constraints.body.legs[0].reach());
-    state.configuration.world_from_root = scatter(&root, root_spread, root_spread, ROOT_TURN, random);
+    let raise = if problem.mode.swing().is_some() { root_spread } else { 0.0 };
+    state.configuration.world_from_root = scatter(&root, root_spread, raise, ROOT_TURN, random);
     if let Some(limb) = problem.mode.swing() {
         let sole = interpolate(&ends[0].world_from_soles[limb], &ends[1].world_from_soles[limb], share);
         state.world_from_soles[limb] = scatter(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN, random);
