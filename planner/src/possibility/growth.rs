@@ -17,7 +17,7 @@ use crate::random::{Random, Stream};
 const EXTENSION_MAX: u32 = 96;
 /// Shortcuts that are tried on a route of up to [`SHORTCUT_SPAN_MAX`] stations, each by one extension; on a longer one more.
 const SHORTCUTS_MAX: usize = 12;
-/// Shortcuts span at most this many stations.
+/// Shortcuts span at most this many stations, on a longer route half as many: about as far on average as where its end limits them.
 const SHORTCUT_SPAN_MAX: usize = 96;
 /// Shortcuts span at least this many stations.
 const SHORTCUT_SPAN_MIN: usize = 3;
@@ -463,7 +463,8 @@ impl Growth {
         }
         let mut random = Random::new(seed, Stream::Possibility, u64::from(tried) | 1 << 40, self.generation);
         let from = random.below(stations - SHORTCUT_SPAN_MIN);
-        let to = from + SHORTCUT_SPAN_MIN + random.below((stations - from).min(SHORTCUT_SPAN_MAX) - SHORTCUT_SPAN_MIN);
+        let span_max = if stations > SHORTCUT_SPAN_MAX { SHORTCUT_SPAN_MAX / 2 } else { SHORTCUT_SPAN_MAX };
+        let to = from + SHORTCUT_SPAN_MIN + random.below((stations - from).min(span_max) - SHORTCUT_SPAN_MIN);
         let (first, tip) = (self.trees[0].len() as u32, self.route.vertices[from]);
         self.activity = Activity::Straightening { tried: tried + 1, branch: Some(Branch { from, to, first, tip }) };
     }
