@@ -118,16 +118,20 @@ impl Constraints {
         if margin >= wanted || spare <= 0.0 { wanted } else { margin_min + (spare - START_EASE).max(0.5 * spare) }
     }
 
+    /// Whether the centre of mass is as far inside a mode's support region as it shall be.
+    pub fn is_balanced(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
+        mode.region.holds(snapshot.com.truncate(), self.com_margin(mode))
+    }
+
     /// Checks one configuration in a mode.
     ///
     /// # Errors
     /// The first condition that it violates.
     pub fn check(&self, mode: &Mode, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
-        let com = snapshot.com.truncate();
-        if !mode.region.holds(com, self.com_margin(mode)) {
+        if !self.is_balanced(mode, snapshot) {
             return Err(Rejection::Balance);
         }
-        if !self.torque_admits(mode, snapshot, com) {
+        if !self.torque_admits(mode, snapshot) {
             return Err(Rejection::Torque);
         }
         self.check_collision(snapshot, feet)
@@ -151,7 +155,7 @@ impl Constraints {
         for piece in 1..pieces as usize {
             let between = midway(ends[0], ends[1], piece as f64 / pieces);
             self.body.snapshot_into(&between, scratch);
-            if !mode.region.holds(scratch.com.truncate(), self.com_margin(mode)) {
+            if !self.is_balanced(mode, scratch) {
                 return Err(Rejection::Balance);
             }
             if !self.soles_hold(mode, scratch) {
@@ -179,7 +183,8 @@ impl Constraints {
         })
     }
 
-    fn torque_admits(&self, mode: &Mode, snapshot: &Snapshot, com: DVec2) -> bool {
+    fn torque_admits(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
+        let com = snapshot.com.truncate();
         let idle = FootLoad { share: 0.0, point: com };
         let all = FootLoad { share: 1.0, point: com };
         let holds = |loads: &[FootLoad; 2]| self.body.statics.effort_use(snapshot, loads) <= 1.0;

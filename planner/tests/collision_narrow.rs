@@ -209,6 +209,17 @@ fn numbers_that_are_none_are_hits() {
 }
 
 #[test]
+fn a_sphere_of_no_radius_is_a_point() {
+    let point = Solid::new(&Shape::Sphere { radius: 0.0 }, "contact point").unwrap();
+    for shape in [boxed(DVec3::splat(0.2)), Shape::Sphere { radius: 0.2 }, bumpy_block()] {
+        let solid = Solid::new(&shape, "s").unwrap();
+        let side = solid.aabb().max.x;
+        let beside = Pose::from_parts(DVec3::X * (side + 0.03), DQuat::IDENTITY);
+        assert!(is_within(&solid, &point, &beside, 0.031) && !is_within(&solid, &point, &beside, 0.029), "{shape:?}");
+    }
+}
+
+#[test]
 fn degenerate_shapes_are_refused_by_name() {
     let flat = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::new(0.3, 0.4, 0.0)];
     let source = || MeshSource { path: "m".into(), scale: DVec3::ONE };
@@ -221,6 +232,7 @@ fn degenerate_shapes_are_refused_by_name() {
         boxed(DVec3::new(0.1, 0.0, 0.1)),
         boxed(DVec3::new(0.1, f64::INFINITY, 0.1)),
         Shape::Sphere { radius: f64::NAN },
+        Shape::Sphere { radius: -0.1 },
         Shape::Capsule { radius: 0.1, half_length: -1.0 },
         Shape::Mesh { vertices: vec![DVec3::ZERO], triangles: vec![[0, 0, 1]], source: source() },
         Shape::Mesh { vertices: vec![DVec3::ZERO], triangles: Vec::new(), source: source() },

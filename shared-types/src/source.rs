@@ -132,18 +132,18 @@ pub(crate) fn check_numbers(what: &str, numbers: &[f64]) -> Result<(), String> {
 
 /// Complains unless all numbers are positive, finite and at most [`NUMBER_MAX`].
 pub(crate) fn check_positive(what: &str, numbers: &[f64]) -> Result<(), String> {
-    check_numbers(what, numbers)?;
-    match numbers.iter().find(|number| **number <= 0.0) {
-        Some(number) => Err(format!("{what} is {number}; it must be positive")),
-        None => Ok(()),
-    }
+    check_each(what, numbers, |number| number > 0.0, "be positive")
 }
 
 /// Complains unless all numbers are zero or positive, finite and at most [`NUMBER_MAX`].
 pub(crate) fn check_not_negative(what: &str, numbers: &[f64]) -> Result<(), String> {
+    check_each(what, numbers, |number| number >= 0.0, "not be negative")
+}
+
+fn check_each(what: &str, numbers: &[f64], is_good: fn(f64) -> bool, must: &str) -> Result<(), String> {
     check_numbers(what, numbers)?;
-    match numbers.iter().find(|number| **number < 0.0) {
-        Some(number) => Err(format!("{what} is {number}; it must not be negative")),
+    match numbers.iter().find(|number| !is_good(**number)) {
+        Some(number) => Err(format!("{what} is {number}; it must {must}")),
         None => Ok(()),
     }
 }

@@ -5,6 +5,8 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{interpolate, rotation_about, yaw_of};
 
+use crate::motion::primitive::stand::side_of;
+
 /// The way between two states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Travel {
@@ -126,7 +128,7 @@ pub fn plateau(t: f64) -> f64 {
 /// Away from the other leg: along y of the root's heading halfway.
 pub fn outward(world_from_roots: [&Pose; 2], limb: usize) -> DVec3 {
     let left = rotation_about(DVec3::Z, yaw_of(interpolate(world_from_roots[0], world_from_roots[1], 0.5).rotation)) * DVec3::Y;
-    if limb == 0 { left } else { -left }
+    side_of(limb) * left
 }
 
 /// Up, across by way of an offset, down, each in proportion to its length.

@@ -9,6 +9,7 @@ use surefoot_shared_types::spatial::{interpolate, rotation_about, rotation_from_
 use crate::body::Configuration;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
+use crate::motion::primitive::stand::side_of;
 use crate::motion::swing::{Travel, outward, plateau};
 use crate::snapshot::Snapshot;
 
@@ -235,8 +236,7 @@ fn root_course(constraints: &Constraints, mode: &Mode, stretch: &Stretch, world_
 /// The root's rotation with its hip over a swing foot raised, by a share of the whole.
 fn hip_raised(world_from_root: DQuat, limb: usize, share: f64) -> DQuat {
     let ahead = rotation_about(DVec3::Z, yaw_of(world_from_root)) * DVec3::X;
-    let roll = if limb == 0 { HIP_RAISE } else { -HIP_RAISE };
-    (rotation_from_scaled_axis(share * roll * ahead) * world_from_root).normalize()
+    (rotation_from_scaled_axis(share * side_of(limb) * HIP_RAISE * ahead) * world_from_root).normalize()
 }
 
 fn swing_pose(stretch: &Stretch, limb: usize, t: f64) -> Pose {

@@ -12,6 +12,7 @@ use crate::body::{Body, Configuration};
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::foothold::{Foothold, double_mode};
+use crate::motion::primitive::stand::side_of;
 use crate::random::{Random, Stream};
 use crate::region::Region;
 use crate::snapshot::Snapshot;
@@ -88,8 +89,7 @@ pub fn sample(
     let configuration = settle_into(body, &soles, &posture, free, &mut snapshot)?;
     constraints.check(mode, &snapshot, [FootState::Stance; 2])?;
     // It also ends the double support, which may be wished to be deeper inside its larger region.
-    let double = double_mode(pair.stance, pair.other);
-    let is_deep = double.region.holds(snapshot.com.truncate(), constraints.com_margin(&double));
+    let is_deep = constraints.is_balanced(&double_mode(pair.stance, pair.other), &snapshot);
     is_deep.then_some(configuration).ok_or(Rejection::Balance)
 }
 
@@ -173,7 +173,7 @@ fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, a
     let primitives = PRIMITIVES.len() as u64;
     let heading = mean_yaw(pair.stance.world_from_sole.rotation, pair.other.world_from_sole.rotation);
     let (share, pitch, roll, lean) = PRIMITIVES[(attempt % primitives) as usize];
-    let side = if pair.stance.limb == 0 { 1.0 } else { -1.0 };
+    let side = side_of(pair.stance.limb);
     let mut free = body.standing_q;
     let uniform = attempt >= primitives + NEIGHBOURHOOD_ATTEMPTS;
     let spread = match attempt {

@@ -93,7 +93,7 @@ fn essence(text: &str, root: Node) -> String {
             "link" => matches!(tag, "inertial" | "collision"),
             _ => !SHAPES.contains(&parent),
         };
-        node.is_element() && *node != root && (is_foreign(root, *node) || !is_wanted)
+        node.is_element() && (is_foreign(root, *node) || !is_wanted)
     };
     let mut kept = String::with_capacity(text.len());
     let mut end = 0;
