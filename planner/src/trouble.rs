@@ -2,7 +2,7 @@
 //!
 //! New placements bring new cheap sequences that distract from old ones. So they are added only once the cheapest sequence has a
 //! transition that costs more than is acceptable, or many sequences have failed, ever more rarely, and only near the trouble:
-//! first along the segment with the feet wider apart, then at random, then along a detour, then along another route.
+//! first with the feet wider apart, then at random, then along a detour, then along another route.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -14,7 +14,7 @@ use crate::motion::mode_costs::{ModeCosts, ModeId};
 use crate::possibility::{Route, Station};
 
 /// Failed sequences after which more placements are sampled, at first and at the most.
-const PATIENCE: [u32; 2] = [48, 192];
+const PATIENCE: [u32; 2] = [24, 192];
 /// What a transition of the cheapest sequence may cost before more placements are sampled, at first and at the most, m3: one
 /// that no posture reaches, some 0.7 m long, is beyond the first from its beginning.
 const ACCEPTABLE_COST: [f64; 2] = [8.0, 24.0];
@@ -28,7 +28,7 @@ const DETOUR_WINDOW: usize = 4;
 /// The ways out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Remedy {
-    /// Sweep the stations of the segment once more.
+    /// Sweep the stations about what is not found once more, the feet wider apart.
     Sweep,
     /// Sample placements at random about the transitions that cannot be found.
     Sample,

@@ -30,8 +30,10 @@ impl Planner {
         match remedy {
             None => Ok(self.try_another(worst)),
             Some(Remedy::Sweep) => {
-                let [first, last] = self.cuts.stations();
-                self.focus.only(route.stations(), |station| (first..=last).contains(&station));
+                self.focus.only(route.stations(), |_| false);
+                for index in (0..sequence.len()).filter(unsolved) {
+                    self.focus.add(nearest_station(route, place_of(&self.roadmap.graph, sequence[index]).position));
+                }
                 Ok(Phase::Seed { next: 0 })
             }
             Some(Remedy::Sample) => self.sample_near_trouble(),
