@@ -69,8 +69,9 @@ fn ending(name: &str, threads: usize) -> String {
 }
 
 fn digest_of(tally: &Tally) -> Digest {
-    let Tally { work, sequences, routes, sweeps, transitions_found, motions_found, .. } = tally;
-    let counts = [&[*work, *sequences, *routes, *sweeps, *transitions_found, *motions_found][..], &tally.rejections].concat();
+    let Tally { work, work_by_stage, sequences, routes, sweeps, transitions_found, motions_found, .. } = tally;
+    let counts =
+        [&[*work, *sequences, *routes, *sweeps, *transitions_found, *motions_found][..], work_by_stage, &tally.rejections].concat();
     Digest::of(&[bytemuck::cast_slice(&counts)])
 }
 
@@ -106,7 +107,7 @@ fn the_size_of_steps_changes_nothing() {
 
 #[test]
 fn an_unsuccessful_search_can_be_made_again() {
-    let case = Case::shipped("no_way_wall").configured(|planner| planner.work_max = 8_000);
+    let case = Case::shipped("no_way_wall").configured(|planner| planner.work_max = 20_000);
     let search = |threads, step| {
         let mut planner = case.planner(threads);
         (run(&mut planner, step), planner.tally())

@@ -98,9 +98,38 @@ fn a_wall_is_walked_around_with_every_station_where_the_robot_has_room() {
     for seed in 1..6 {
         let (compiled, progress, _) = walled(seed);
         assert_eq!(progress, Progress::Route);
-        let crossing = compiled.stations().windows(2).find(|pair| pair[0].position.x <= 2.0 && pair[1].position.x > 2.0).unwrap().to_vec();
-        assert!(crossing.iter().all(|station| station.position.y < -0.05), "through the wall: {crossing:?}");
+        let stations = compiled.stations();
+        for face in [1.95, 2.05] {
+            let crossing = stations.windows(2).find(|pair| pair[0].position.x <= face && pair[1].position.x > face).unwrap();
+            let (from, to) = (crossing[0].position, crossing[1].position);
+            let beside = from.lerp(to, (face - from.x) / (to.x - from.x));
+            assert!(beside.y < -0.05, "through the wall: {crossing:?}");
+        }
     }
+}
+
+/// Stations inside a slit 0.45 m wide: the robot does not pass it as it walks ahead, unless it draws in its arms.
+fn stations_in_a_slit(seed: u64) -> (Compiled, Vec<Station>) {
+    let wall = |side: f64| ([2.0, side * (0.225 + 1.5), 1.0], [0.25, 1.5, 1.0]);
+    let (left, right) = (wall(1.0), wall(-1.0));
+    let mut compiled = Compiled::new(Case::shipped("ibeam_hallway").with_box(left.0, left.1).with_box(right.0, right.1));
+    assert_eq!(compiled.grow(seed).0, Progress::Route);
+    let within = compiled.stations().into_iter().filter(|station| (station.position.x - 2.0).abs() < 0.25).collect();
+    (compiled, within)
+}
+
+#[test]
+fn a_slit_narrower_than_the_shoulders_is_passed_sideways() {
+    let mut sideways = 0;
+    for seed in 1..13 {
+        let (compiled, within) = stations_in_a_slit(seed);
+        let context = compiled.site.context(seed);
+        let has_room = within.iter().all(|station| context.has_room(station, false));
+        let is_sideways = within.iter().all(|station| libm::sin(station.yaw).abs() > 0.7);
+        assert!(!within.is_empty() && has_room == is_sideways, "seed {seed}: {within:?}");
+        sideways += u32::from(is_sideways);
+    }
+    assert!(sideways >= 10, "{sideways} of 12");
 }
 
 #[test]

@@ -1,12 +1,16 @@
 //! Growing a branch of Gamma_P station by station toward a target.
 
+use std::f64::consts::PI;
+
 use super::stance::{Context, Placed, Stance, Wish};
 use super::station::Station;
 use crate::foot_placement::Scratch;
 use crate::kinematics::Leg;
 
 /// Strides that are tried, as multiples of the station spacing: farther ones lead across gaps.
-const STRIDES: [f64; 3] = [1.0, 1.8, 2.6];
+const STRIDES: [(f64, f64); 3] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0)];
+/// The same side-stepping, with how far each also leads aside, m: what is passed sideways leaves little room before and behind.
+const SIDE_STRIDES: [(f64, f64); 7] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
 /// The share of a stride by which a station must come nearer to the target.
 const PROGRESS_MIN: f64 = 0.25;
 /// Within this many station spacings of the target the branch may join it.
@@ -25,6 +29,8 @@ pub struct Extension {
     pub target: Station,
     /// Whether it will be walked from the target to its root.
     pub backward: bool,
+    /// How far off the way it is walked on the robot faces, rad.
+    pub facing: f64,
     /// Whether it ends on the target itself, heading and all; else anywhere near it.
     pub joins: bool,
     /// Whether C_N alone is enough.
@@ -61,14 +67,15 @@ impl Extension {
         if self.arrives(context, tip) {
             return Step::Arrived;
         }
-        for (index, stride) in STRIDES.into_iter().enumerate() {
-            let wished = tip.toward(&self.target, stride * self.spacing, self.backward);
+        let strides = if self.facing == 0.0 { &STRIDES[..] } else { &SIDE_STRIDES };
+        for (index, &(stride, aside)) in strides.iter().enumerate() {
+            let wished = self.wished(tip, stride, aside);
             let turns_in_place = wished.position == tip.position;
             if index > 0 && (turns_in_place || tip.way_to(&self.target).length() < self.spacing) {
                 break;
             }
             let target_height = self.target.position.z;
-            let wish = Wish { station: wished, target_height, relaxed: self.relaxed, name: name << 2 | index as u64 };
+            let wish = Wish { station: wished, target_height, relaxed: self.relaxed, name: name << 3 | index as u64 };
             let Some(stance) = context.stand(&wish, scratch) else { continue };
             let advances = if turns_in_place {
                 tip.way_to(&stance.station).length() <= TURN_DRIFT_MAX
@@ -85,6 +92,14 @@ impl Extension {
             }
         }
         Step::Blocked
+    }
+
+    /// A stride on from the tip, and aside of the way there.
+    fn wished(&self, tip: &Station, stride: f64, aside: f64) -> Station {
+        let facing = if self.backward { PI + self.facing } else { self.facing };
+        let on = tip.toward(&self.target, stride * self.spacing, facing);
+        let way = tip.way_to(&on);
+        Station { position: on.position + (aside * way.perp().normalize_or_zero()).extend(0.0), ..on }
     }
 
     /// Whether a step may lead from one station to the next, up or down.

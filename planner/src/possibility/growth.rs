@@ -5,7 +5,7 @@ use surefoot_shared_types::config::Mark;
 use super::extension::{Extension, Step, Tip};
 use super::label::Label;
 use super::route::Route;
-use super::sampling::{bounds_around, draw, join_crowd, nearest, samples_max};
+use super::sampling::{SIDES, bounds_around, draw, join_crowd, nearest, samples_max};
 use super::stance::{Context, Pair, Placed, Stance};
 use super::station::Station;
 use crate::arena::reserve;
@@ -54,13 +54,15 @@ pub(super) struct Vertex {
     pub stands: Option<bool>,
     /// Whether stage M has crossed the edge that leads to it from the vertex before it on the route.
     pub is_crossed: bool,
+    /// How far off the way it is walked on the robot faces, rad.
+    pub facing: f64,
     /// Vertices of its tree that were added near it, and samples drawn about it.
     pub crowd: u32,
 }
 
 impl Vertex {
     pub(super) fn root(station: Station, pair: Option<Pair>) -> Self {
-        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_crossed: false, crowd: 0 }
+        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_crossed: false, facing: 0.0, crowd: 0 }
     }
 }
 
@@ -209,7 +211,7 @@ impl Growth {
         let fits = self.route.vertices.capacity() - 1;
         while self.route.vertices.len() < fits && at.distance(&goal) > STRAIGHT_END {
             self.route.vertices.push(Vertex::root(at, None));
-            at = at.toward(&goal, self.spacing, false);
+            at = at.toward(&goal, self.spacing, 0.0);
             at.position.z += (goal.position.z - at.position.z) * (self.spacing / at.way_to(&goal).length().max(self.spacing));
         }
         self.route.vertices.push(Vertex::root(goal, None));
@@ -313,7 +315,7 @@ impl Growth {
     fn first_try(&self) -> Activity {
         let goal = self.ends[1].station;
         let tip = nearest(&self.trees[0], |station| station.distance(&goal));
-        self.join(0, tip, 0)
+        self.join((0, tip), 0, 0.0)
     }
 
     fn grow_on_what_is_crossed(&mut self) {
@@ -324,15 +326,20 @@ impl Growth {
         }
     }
 
-    /// Grows `tree` from its vertex `tip` toward vertex `met` of the other tree.
-    fn join(&self, tree: usize, tip: u32, met: u32) -> Activity {
+    /// Grows a tree from one of its vertices toward vertex `met` of the other tree.
+    fn join(&self, (tree, tip): (usize, u32), met: u32, facing: f64) -> Activity {
         let target = self.trees[1 - tree][met as usize].station;
-        let extension = self.extension(tree, target, true);
+        let extension = self.extension(tree, target, facing, true);
         Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Meets(met) }
     }
 
-    fn extension(&self, tree: usize, target: Station, joins: bool) -> Extension {
-        Extension { target, backward: tree == 1, joins, relaxed: self.relaxed, spacing: self.spacing }
+    fn extension(&self, tree: usize, target: Station, facing: f64, joins: bool) -> Extension {
+        Extension { target, backward: tree == 1, facing, joins, relaxed: self.relaxed, spacing: self.spacing }
+    }
+
+    /// Whether the robot may also step sideways: where half of the samples found no other way.
+    fn sidles(&self) -> bool {
+        2 * self.samples >= samples_max(&self.bounds, self.relaxed)
     }
 
     fn next_query(&mut self) -> u64 {
@@ -347,9 +354,10 @@ impl Growth {
         }
         let mut random = Random::new(seed, Stream::Possibility, u64::from(self.samples) << 1 | u64::from(self.relaxed), self.generation);
         let tree = (self.samples % 2) as usize;
-        let (tip, target) = draw(&mut self.trees[tree], tree == 1, self.samples / 2, &self.bounds, &mut random);
+        let sidles = self.sidles();
+        let (tip, target, facing) = draw(&mut self.trees[tree], (tree == 1, sidles), self.samples / 2, &self.bounds, &mut random);
         self.samples += 1;
-        let extension = self.extension(tree, target, false);
+        let extension = self.extension(tree, target, facing, false);
         self.activity = Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Sample };
     }
 
@@ -367,8 +375,8 @@ impl Growth {
     fn extended(&mut self, branch: (usize, u32, u32), extension: Extension, ending: Ending, step: Step, context: &Context<'_>) {
         let (tree, tip, added) = branch;
         match step {
-            Step::Grown(stance) if self.is_given_up(&stance.station) => self.stopped(tree, tip, added, ending),
-            Step::Grown(stance) => match self.add(tree, tip, &stance) {
+            Step::Grown(stance) if self.is_given_up(&stance.station) => self.stopped((tree, tip, added), extension.facing, ending),
+            Step::Grown(stance) => match self.add((tree, tip), extension.facing, &stance) {
                 Some(tip) if added < EXTENSION_MAX => {
                     self.label_edge(tree, tip, context);
                     self.activity = Activity::Extending { tree, tip, added: added + 1, extension, ending };
@@ -378,19 +386,29 @@ impl Growth {
             },
             Step::Arrived => match ending {
                 Ending::Meets(met) => self.met(tree, tip, met),
-                Ending::Sample => self.stopped(tree, tip, added, ending),
+                Ending::Sample => self.stopped((tree, tip, added), extension.facing, ending),
             },
-            Step::Blocked => self.stopped(tree, tip, added, ending),
+            Step::Blocked => self.stopped((tree, tip, added), extension.facing, ending),
         }
     }
 
-    /// A branch came to its end; if it grew toward a sample, or was the first try, the other tree reaches out for its tip.
-    fn stopped(&mut self, tree: usize, tip: u32, added: u32, ending: Ending) {
+    /// A branch came to its end; if it grew toward a sample, or was the first try, the other tree reaches out for its tip. If that
+    /// has reached out already, facing ahead, it tries once more sideways.
+    fn stopped(&mut self, (tree, tip, added): (usize, u32, u32), facing: f64, ending: Ending) {
+        if let Ending::Meets(met) = ending
+            && facing == 0.0
+            && self.sidles()
+        {
+            let side = SIDES[self.samples as usize / 2 % SIDES.len()];
+            self.activity = self.join((tree, tip), met, side);
+            return;
+        }
         let reaches_out = added > 0 && (matches!(ending, Ending::Sample) || self.samples == 0 && tree == 0);
         self.activity = if reaches_out {
-            let at = self.trees[tree][tip as usize].station;
+            let Vertex { station: at, facing, .. } = self.trees[tree][tip as usize];
             let near = nearest(&self.trees[1 - tree], |station| station.distance(&at));
-            self.join(1 - tree, near, tip)
+            let is_alike = self.trees[1 - tree][near as usize].facing == facing;
+            self.join((1 - tree, near), tip, if is_alike { facing } else { 0.0 })
         } else {
             Activity::Sampling
         };
@@ -425,11 +443,11 @@ impl Growth {
         Progress::Route
     }
 
-    fn add(&mut self, tree: usize, parent: u32, stance: &Stance) -> Option<u32> {
+    fn add(&mut self, (tree, parent): (usize, u32), facing: f64, stance: &Stance) -> Option<u32> {
         if self.trees[tree].len() == self.trees[tree].capacity() {
             return None;
         }
-        let mut vertex = Vertex { placements: self.keep(stance)?, parent, ..Vertex::root(stance.station, stance.pair) };
+        let mut vertex = Vertex { placements: self.keep(stance)?, parent, facing, ..Vertex::root(stance.station, stance.pair) };
         join_crowd(&mut self.trees[tree], &mut vertex);
         self.trees[tree].push(vertex);
         Some((self.trees[tree].len() - 1) as u32)
@@ -470,14 +488,14 @@ impl Growth {
     }
 
     fn shortcut(&self, branch: &Branch) -> Extension {
-        self.extension(0, self.route.vertices[branch.to].station, true)
+        self.extension(0, self.route.vertices[branch.to].station, 0.0, true)
     }
 
     fn straightened(&mut self, tried: u32, mut branch: Branch, step: Step) {
         let grown = self.trees[0].len() - branch.first as usize;
         let is_shorter = grown + 1 < branch.to - branch.from;
         self.activity = match step {
-            Step::Grown(stance) if is_shorter && !self.is_given_up(&stance.station) && self.add(0, 0, &stance).is_some() => {
+            Step::Grown(stance) if is_shorter && !self.is_given_up(&stance.station) && self.add((0, 0), 0.0, &stance).is_some() => {
                 branch.tip = self.trees[0][self.trees[0].len() - 1];
                 Activity::Straightening { tried, branch: Some(branch) }
             }

@@ -3,7 +3,7 @@
 //! Stations drawn anywhere find their way around in a room. Of a course that is many times as long as it is wide they hit the few
 //! metres where a tree may grow ever less often; the other draws go there at once, however long it is.
 
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 use surefoot_shared_types::spatial::rotation_about;
@@ -14,7 +14,7 @@ use crate::collision::bvh::Aabb;
 use crate::random::Random;
 
 /// Samples drawn while the demands are high, and after they are relaxed, for each [`SAMPLED_LENGTH`] of the place.
-const SAMPLES_MAX: [u32; 2] = [192, 384];
+const SAMPLES_MAX: [u32; 2] = [384, 384];
 /// How long a place is that so many samples are enough for, m.
 const SAMPLED_LENGTH: f64 = 10.0;
 /// How far beyond the box around both ends the root is sampled, at least, m, and as a share of their distance.
@@ -29,6 +29,8 @@ const AHEAD: [f64; 2] = [0.5, 1.5];
 const AHEAD_TURN_MAX: f64 = 1.0;
 /// How far above or below it, m.
 const AHEAD_RISE_MAX: f64 = 0.4;
+/// How far off their way robots face that step sideways, rad.
+pub(super) const SIDES: [f64; 2] = [FRAC_PI_2, -FRAC_PI_2];
 /// Vertices this near (in the metric of Gamma_P, m) crowd each other.
 const CROWD_RADIUS: f64 = 0.5;
 
@@ -46,29 +48,33 @@ pub(super) fn samples_max(bounds: &Aabb, relaxed: bool) -> u32 {
     (f64::from(SAMPLES_MAX[usize::from(relaxed)]) * (length / SAMPLED_LENGTH).max(1.0)) as u32
 }
 
-/// Sample number `count` of a tree: the vertex that grows, and toward where. A tree that grows `backward` from the goal is walked
-/// toward its root, so that its vertices face away from where it grows.
-pub(super) fn draw(tree: &mut [Vertex], backward: bool, count: u32, bounds: &Aabb, random: &mut Random) -> (u32, Station) {
-    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, bounds, random) } else { ahead(tree, backward, bounds, random) }
+/// A branch to be grown: the vertex it grows from, toward where, and how far off its way the robot faces, rad.
+type Drawn = (u32, Station, f64);
+
+/// Sample number `count` of a tree. A tree that grows `backward` from the goal is walked toward its root, so that its vertices face
+/// away from where it grows. The robot faces where it walks, unless it `sidles` besides.
+pub(super) fn draw(tree: &mut [Vertex], (backward, sidles): (bool, bool), count: u32, bounds: &Aabb, random: &mut Random) -> Drawn {
+    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, bounds, random) } else { ahead(tree, (backward, sidles), bounds, random) }
 }
 
 /// A station anywhere, and the vertex nearest to it.
-fn anywhere(tree: &[Vertex], bounds: &Aabb, random: &mut Random) -> (u32, Station) {
+fn anywhere(tree: &[Vertex], bounds: &Aabb, random: &mut Random) -> Drawn {
     let position = DVec3::from_array(std::array::from_fn(|axis| random.uniform(bounds.min[axis], bounds.max[axis])));
     let target = Station { position, yaw: random.uniform(-PI, PI) };
-    (nearest(tree, |station| station.place_distance_squared(position)), target)
+    (nearest(tree, |station| station.place_distance_squared(position)), target, 0.0)
 }
 
 /// Of the latest vertices the one that is the least crowded, of several the last, and a station ahead of it.
-fn ahead(tree: &mut [Vertex], backward: bool, bounds: &Aabb, random: &mut Random) -> (u32, Station) {
+fn ahead(tree: &mut [Vertex], (backward, sidles): (bool, bool), bounds: &Aabb, random: &mut Random) -> Drawn {
     let inside = tree.iter().enumerate().rev().take(RECENT).filter(|(_, vertex)| bounds.contains(vertex.station.position));
     let tip = inside.min_by_key(|(_, vertex)| vertex.crowd).map_or(0, |(index, _)| index);
     tree[tip].crowd += 1;
-    let at = tree[tip].station;
-    let yaw = at.yaw + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
+    let Vertex { station: at, facing: faced, .. } = tree[tip];
+    let yaw = at.yaw - faced + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
     let distance = random.uniform(AHEAD[0], AHEAD[1]) * if backward { -1.0 } else { 1.0 };
     let way = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
-    (tip as u32, Station { position: at.position + rotation_about(DVec3::Z, yaw) * way, yaw })
+    let facing = if sidles { [0.0, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
+    (tip as u32, Station { position: at.position + rotation_about(DVec3::Z, yaw) * way, yaw: yaw + facing }, facing)
 }
 
 /// The vertex whose station is the least in some distance.
@@ -110,8 +116,8 @@ mod tests {
         let mut tree = vec![vertex(0.0)];
         for count in 0..samples {
             let mut random = Random::new(1, Stream::Possibility, u64::from(count), 0);
-            let (tip, target) = ahead(&mut tree, false, &BOUNDS, &mut random);
-            let mut added = Vertex::root(tree[tip as usize].station.toward(&target, 0.25, false), None);
+            let (tip, target, _) = ahead(&mut tree, (false, false), &BOUNDS, &mut random);
+            let mut added = Vertex::root(tree[tip as usize].station.toward(&target, 0.25, 0.0), None);
             join_crowd(&mut tree, &mut added);
             tree.push(added);
         }
@@ -130,7 +136,7 @@ mod tests {
         let mut tree = [vertex(0.0), vertex(5.0), vertex(9.0)];
         (tree[0].crowd, tree[2].crowd) = (2, 2);
         for backward in [false, true] {
-            let (tip, target) = ahead(&mut tree, backward, &BOUNDS, &mut random);
+            let (tip, target, _) = ahead(&mut tree, (backward, false), &BOUNDS, &mut random);
             assert_eq!((tip, target.position.x < 5.0), (1, backward), "{target:?}");
         }
         assert_eq!(tree[1].crowd, 2, "what was tried counts as crowded");

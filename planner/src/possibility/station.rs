@@ -67,13 +67,12 @@ impl Station {
         (other.position - self.position).truncate()
     }
 
-    /// The next station on the way to `target`, at most `stride` metres on. The robot faces where it walks: toward the
-    /// target, or away from it where the way will be walked `backward`, from the target to here.
-    pub fn toward(&self, target: &Self, stride: f64, backward: bool) -> Self {
+    /// The next station on the way to `target`, at most `stride` metres on. The robot faces `facing` radians off the direction to
+    /// the target: 0 where it walks there, pi where the way will be walked from the target to here.
+    pub fn toward(&self, target: &Self, stride: f64, facing: f64) -> Self {
         let way = self.way_to(target);
         let length = way.length();
-        let ahead = if backward { -way } else { way };
-        let heading = if length < FACING_DISTANCE_MIN { target.yaw } else { libm::atan2(ahead.y, ahead.x) };
+        let heading = if length < FACING_DISTANCE_MIN { target.yaw } else { libm::atan2(way.y, way.x) + facing };
         let turn = wrap_angle(heading - self.yaw);
         let walks = length > 0.2 * stride && (turn.abs() <= WALKING_DEVIATION_MAX || length < FACING_DISTANCE_MIN);
         let turn_max = if walks { TURN_WALKING_MAX } else { TURN_IN_PLACE_MAX };
@@ -85,6 +84,7 @@ impl Station {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::{FRAC_PI_2, PI};
 
     fn station(x: f64, y: f64, yaw: f64) -> Station {
         Station { position: DVec3::new(x, y, 0.0), yaw }
@@ -92,11 +92,11 @@ mod tests {
 
     #[test]
     fn the_way_to_a_target_ends_at_it() {
-        for (yaw, backward) in [(0.0, false), (2.5, false), (-1.0, true)] {
+        for (yaw, facing) in [(0.0, 0.0), (2.5, 0.0), (-1.0, PI), (0.3, FRAC_PI_2)] {
             let target = station(3.0, 1.0, 0.4);
             let mut at = station(0.0, 0.0, yaw);
             for _ in 0..60 {
-                at = at.toward(&target, 0.25, backward);
+                at = at.toward(&target, 0.25, facing);
             }
             assert!(at.distance(&target) < 0.06, "{at:?}");
         }
@@ -105,13 +105,19 @@ mod tests {
     #[test]
     fn a_way_that_will_be_walked_from_its_end_is_faced_backward() {
         let (goal, target) = (station(0.0, 0.0, 0.0), station(-3.0, 0.0, 0.0));
-        let walked = goal.toward(&target, 0.25, true);
+        let walked = goal.toward(&target, 0.25, PI);
         assert!(walked.yaw.abs() < 1e-12 && walked.position.x < -0.2);
     }
 
     #[test]
+    fn a_robot_that_faces_aside_steps_sideways() {
+        let beside = station(0.0, 0.0, 0.0).toward(&station(0.0, 3.0, 0.0), 0.25, -FRAC_PI_2);
+        assert!(beside.yaw.abs() < 1e-12 && (beside.position.y - 0.25).abs() < 1e-12, "{beside:?}");
+    }
+
+    #[test]
     fn it_turns_before_it_walks_off_sideways() {
-        let turned = station(0.0, 0.0, 0.0).toward(&station(0.0, 3.0, 0.0), 0.25, false);
+        let turned = station(0.0, 0.0, 0.0).toward(&station(0.0, 3.0, 0.0), 0.25, 0.0);
         assert_eq!(turned.position, DVec3::ZERO);
         assert!((turned.yaw - TURN_IN_PLACE_MAX).abs() < 1e-12);
     }

@@ -1,10 +1,12 @@
 //! What the planner does where a segment cannot be completed.
 
+use surefoot_shared_types::config::Scenario;
+
 use super::{Phase, Planner, Purpose};
 use crate::motion::graph::{ArenaFull, TransitionId};
 use crate::motion::mode_costs::ModeId;
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::possibility::Station;
+use crate::possibility::{Growth, Station};
 use crate::seeding::{Seeding, VARIATIONS_MAX};
 use crate::trouble::{Remedy, detour_about, most_laboured, nearest_station, place_of};
 
@@ -38,7 +40,12 @@ impl Planner {
             }
             Some(Remedy::Sample) => self.sample_near_trouble(),
             Some(Remedy::Detour) => Ok(self.look_for_detour(nearest_station(route, place.position), place)),
-            Some(Remedy::Reroute) => Ok(self.look_for_another_route(place)),
+            Some(Remedy::Reroute) => {
+                for index in (0..sequence.len()).filter(unsolved) {
+                    give_up(&mut self.growth, &self.scenario, place_of(&self.roadmap.graph, sequence[index]));
+                }
+                Ok(self.look_for_another_route(place))
+            }
         }
     }
 
@@ -82,7 +89,7 @@ impl Planner {
     /// Sends stage P to look for a way around a place where stage M gets no farther.
     fn look_for_detour(&mut self, station: usize, place: Station) -> Phase {
         let Some(between) = detour_about(self.cuts.stations(), station) else { return self.look_for_another_route(place) };
-        self.give_up(place);
+        give_up(&mut self.growth, &self.scenario, place);
         self.growth.begin_detour(between);
         self.stations_before = Some(self.growth.route().stations());
         Phase::Route
@@ -90,17 +97,10 @@ impl Planner {
 
     /// Sends stage P to look for a route that avoids a place where stage M gets no farther.
     fn look_for_another_route(&mut self, place: Station) -> Phase {
-        self.give_up(place);
+        give_up(&mut self.growth, &self.scenario, place);
         self.growth.begin_again();
         self.stations_before = None;
         Phase::Route
-    }
-
-    fn give_up(&mut self, place: Station) {
-        let ends = [self.scenario.start, self.scenario.goal].map(|mark| Station::on(&mark));
-        if ends.iter().all(|end| end.distance(&place) > END_RADIUS) {
-            self.growth.give_up(place);
-        }
     }
 
     /// Samples placements about those of the sequence's transitions that have no configuration yet, and about those of the mode at
@@ -135,5 +135,12 @@ impl Planner {
             || graph.transitions()[id as usize].is_found()
             || seeding.vary(id, name, graph, &mut self.scratch[0])?;
         Ok(if is_done { Phase::Vary { index: index + 1, tried: 0, end } } else { Phase::Vary { index, tried: tried + 1, end } })
+    }
+}
+
+fn give_up(growth: &mut Growth, scenario: &Scenario, place: Station) {
+    let ends = [scenario.start, scenario.goal].map(|mark| Station::on(&mark));
+    if ends.iter().all(|end| end.distance(&place) > END_RADIUS) {
+        growth.give_up(place);
     }
 }
