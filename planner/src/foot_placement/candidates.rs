@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
 
@@ -62,6 +62,7 @@ pub(super) struct Candidate {
 /// The sole in a plane frame, turned by `turn` about its own origin.
 struct TurnedSole {
     turn: f64,
+    rotation: DQuat,
     outline: heapless::Vec<DVec2, 16>,
 }
 
@@ -69,7 +70,7 @@ impl TurnedSole {
     fn new(polygon: &[DVec2], turn: f64) -> Self {
         let (sin, cos) = libm::sincos(turn);
         let outline = polygon.iter().take(16).map(|p| DVec2::new(cos, sin).rotate(*p)).collect();
-        Self { turn, outline }
+        Self { turn, rotation: rotation_about(DVec3::Z, turn), outline }
     }
 
     fn extent(&self, direction: DVec2) -> [f64; 2] {
@@ -103,12 +104,13 @@ impl Surfaces {
     fn list_planes(&self, scratch: &mut Scratch, request: &Request) {
         scratch.planes.clear();
         let mut rounds: heapless::Vec<Round, TANGENT_ROUNDS_MAX> = heapless::Vec::new();
+        let ideal = (request.ideal.translation, yaw_of(request.ideal.rotation));
         for i in 0..scratch.features.len() {
             match self.element(scratch.features[i].1) {
-                Element::Face(face, vertices) => self.add_plane(scratch, request, face.normal, vertices[0]),
+                Element::Face(face, vertices) => self.add_plane(scratch, ideal, face.normal, vertices[0]),
                 Element::Round(round) => {
                     if let Some(normal) = round.side_normal(DVec3::Z) {
-                        self.add_plane(scratch, request, normal, round.a + normal * round.radius);
+                        self.add_plane(scratch, ideal, normal, round.a + normal * round.radius);
                     }
                     let _ignored_beyond_the_nearest = rounds.push(*round);
                 }
@@ -117,27 +119,27 @@ impl Surfaces {
         for (i, one) in rounds.iter().enumerate() {
             for other in &rounds[..i] {
                 if let Some(normal) = common_tangent(one, other) {
-                    self.add_plane(scratch, request, normal, one.a + normal * one.radius);
+                    self.add_plane(scratch, ideal, normal, one.a + normal * one.radius);
                 }
             }
         }
     }
 
-    /// Adds a plane unless it is too steep or known already.
-    fn add_plane(&self, scratch: &mut Scratch, request: &Request, normal: DVec3, point: DVec3) {
+    /// Adds a plane near the ideal position and heading unless it is too steep or known already.
+    fn add_plane(&self, scratch: &mut Scratch, (ideal, yaw): (DVec3, f64), normal: DVec3, point: DVec3) {
         if !self.is_flat_enough(normal) {
             return;
         }
-        let below = request.ideal.translation.truncate() - point.truncate();
+        let below = ideal.truncate() - point.truncate();
         let height = point.z - normal.truncate().dot(below) / normal.z;
-        let origin = request.ideal.translation.truncate().extend(height);
+        let origin = ideal.truncate().extend(height);
         let tolerance = self.config.plane_distance_max;
         let is_same = |p: &Plane| {
             let apart = (point - p.world_from_plane.translation).dot(p.normal).abs();
             p.normal.dot(normal) >= self.aligned_cos && apart <= tolerance && (p.world_from_plane.translation.z - height).abs() <= tolerance
         };
         if !scratch.planes.iter().any(is_same) {
-            let world_from_plane = pose_on_plane(origin, normal, yaw_of(request.ideal.rotation));
+            let world_from_plane = pose_on_plane(origin, normal, yaw);
             scratch.planes.push(Plane { world_from_plane, normal });
         }
     }
@@ -211,7 +213,7 @@ impl Lister<'_, '_> {
 
     /// Adds the sole turned and then shifted, if within the request's reach.
     fn add(&mut self, sole: &TurnedSole, shift: DVec2, extra_cost: f64) {
-        let plane_from_sole = Pose::from_parts(shift.extend(0.0), rotation_about(DVec3::Z, sole.turn));
+        let plane_from_sole = Pose::from_parts(shift.extend(0.0), sole.rotation);
         let world_from_sole = self.plane.world_from_plane * plane_from_sole;
         if self.request.reaches(&world_from_sole) {
             let distance = (world_from_sole.translation - self.request.ideal.translation).length();

@@ -197,7 +197,8 @@ impl Surfaces {
             (aside * aside + above * above).sqrt()
         };
         let (mut from, mut to) = (0.0, 1.0);
-        for _ in 0..AXIS_SEARCH_STEPS {
+        let steps = if a == b { 0 } else { AXIS_SEARCH_STEPS };
+        for _ in 0..steps {
             let (third, two_thirds) = (from + (to - from) / 3.0, to - (to - from) / 3.0);
             if distance(third) <= distance(two_thirds) { to = two_thirds } else { from = third }
         }
