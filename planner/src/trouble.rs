@@ -109,6 +109,11 @@ impl Focus {
         self.is_wanted.extend((0..stations).map(is_wanted));
     }
 
+    /// Wants none of so many stations.
+    pub fn none(&mut self, stations: usize) {
+        self.only(stations, |_| false);
+    }
+
     /// Wants the stations about one besides.
     pub fn add(&mut self, station: usize) {
         let last = (station + WINDOW + 1).min(self.is_wanted.len());

@@ -7,9 +7,9 @@ use super::station::Station;
 use crate::foot_placement::Scratch;
 use crate::kinematics::Leg;
 
-/// Strides that are tried, as multiples of the station spacing: farther ones lead across gaps.
+/// Strides that are tried, as multiples of the station spacing, and how far each also leads aside, m: farther ones lead across gaps.
 const STRIDES: [(f64, f64); 3] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0)];
-/// The same side-stepping, with how far each also leads aside, m: what is passed sideways leaves little room before and behind.
+/// The same for side steps: what is passed sideways leaves little room before and behind.
 const SIDE_STRIDES: [(f64, f64); 7] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
 /// The share of a stride by which a station must come nearer to the target.
 const PROGRESS_MIN: f64 = 0.25;

@@ -32,7 +32,7 @@ impl Planner {
         match remedy {
             None => Ok(self.try_another(worst)),
             Some(Remedy::Sweep) => {
-                self.focus.only(route.stations(), |_| false);
+                self.focus.none(route.stations());
                 for index in (0..sequence.len()).filter(unsolved) {
                     self.focus.add(nearest_station(route, place_of(&self.roadmap.graph, sequence[index]).position));
                 }
@@ -70,7 +70,7 @@ impl Planner {
         let route = self.growth.route();
         match self.trouble.no_sequence() {
             Remedy::Sweep | Remedy::Sample => {
-                self.focus.only(route.stations(), |_| false);
+                self.focus.none(route.stations());
                 frontiers.into_iter().for_each(|station| self.focus.add(station));
                 Phase::Seed { next: 0 }
             }
