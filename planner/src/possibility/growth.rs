@@ -15,8 +15,10 @@ use crate::random::{Random, Stream};
 
 /// Stations added by one extension.
 const EXTENSION_MAX: u32 = 96;
-/// Shortcuts that are tried on a route of up to [`SHORTCUT_SPAN_MAX`] stations, each by one extension; on a longer one more.
+/// Shortcuts that are tried on a route of up to [`SHORTCUT_SPAN_MAX`] stations, each by one extension.
 const SHORTCUTS_MAX: usize = 12;
+/// The same on a longer route, for each [`SHORTCUT_SPAN_MAX`] of its stations: it has turned more often than it need.
+const LONG_SHORTCUTS_MAX: usize = 36;
 /// Shortcuts span at most this many stations, on a longer route half as many: about as far on average as where its end limits them.
 const SHORTCUT_SPAN_MAX: usize = 96;
 /// Shortcuts span at least this many stations.
@@ -475,13 +477,17 @@ impl Growth {
 
     fn next_shortcut(&mut self, seed: u64, tried: u32) {
         let stations = self.route.vertices.len();
-        if tried as usize >= SHORTCUTS_MAX * stations.div_ceil(SHORTCUT_SPAN_MAX) || stations <= SHORTCUT_SPAN_MIN {
+        let (span_max, tries_max) = if stations > SHORTCUT_SPAN_MAX {
+            (SHORTCUT_SPAN_MAX / 2, LONG_SHORTCUTS_MAX * stations.div_ceil(SHORTCUT_SPAN_MAX))
+        } else {
+            (SHORTCUT_SPAN_MAX, SHORTCUTS_MAX)
+        };
+        if tried as usize >= tries_max || stations <= SHORTCUT_SPAN_MIN {
             self.activity = Activity::Over(Progress::Route);
             return;
         }
         let mut random = Random::new(seed, Stream::Possibility, u64::from(tried) | 1 << 40, self.generation);
         let from = random.below(stations - SHORTCUT_SPAN_MIN);
-        let span_max = if stations > SHORTCUT_SPAN_MAX { SHORTCUT_SPAN_MAX / 2 } else { SHORTCUT_SPAN_MAX };
         let to = from + SHORTCUT_SPAN_MIN + random.below((stations - from).min(span_max) - SHORTCUT_SPAN_MIN);
         let (first, tip) = (self.trees[0].len() as u32, self.route.vertices[from]);
         self.activity = Activity::Straightening { tried: tried + 1, branch: Some(Branch { from, to, first, tip }) };
