@@ -5,7 +5,7 @@ use surefoot_shared_types::config::Mark;
 use super::extension::{Extension, Step, Tip};
 use super::label::Label;
 use super::route::Route;
-use super::sampling::{SIDES, bounds_around, draw, join_crowd, nearest, samples_max};
+use super::sampling::{SIDES, bounds_around, draw, is_short, join_crowd, nearest, samples_max};
 use super::stance::{Context, Pair, Placed, Stance};
 use super::station::Station;
 use crate::arena::reserve;
@@ -339,9 +339,11 @@ impl Growth {
         Extension { target, backward: tree == 1, facing, joins, relaxed: self.relaxed, spacing: self.spacing }
     }
 
-    /// Whether the robot may also step sideways: where half of the samples found no other way.
+    /// Whether the robot may also step sideways: where half of the samples found no other way. On a long course only once stage M has
+    /// given a route up: it relaxes its demands before, since there are more places that arms brush against than slits.
     fn sidles(&self) -> bool {
-        2 * self.samples >= samples_max(&self.bounds, self.relaxed)
+        let is_late = 2 * self.samples >= samples_max(&self.bounds, self.relaxed);
+        is_late && (self.generation > 0 || is_short(&self.bounds))
     }
 
     fn next_query(&mut self) -> u64 {

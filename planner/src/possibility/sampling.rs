@@ -17,6 +17,8 @@ use crate::random::Random;
 const SAMPLES_MAX: [u32; 2] = [384, 384];
 /// How long a place is that so many samples are enough for, m.
 const SAMPLED_LENGTH: f64 = 10.0;
+/// How long a short place may be, m.
+const SHORT_LENGTH_MAX: f64 = 12.0;
 /// How far beyond the box around both ends the root is sampled, at least, m, and as a share of their distance.
 const REACH: (f64, f64) = (2.5, 0.5);
 /// One of so many samples of a tree lies anywhere; the others lie ahead of a vertex.
@@ -44,8 +46,16 @@ pub(super) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
 
 /// How many samples are enough in a place.
 pub(super) fn samples_max(bounds: &Aabb, relaxed: bool) -> u32 {
-    let length = (bounds.max - bounds.min).truncate().length();
-    (f64::from(SAMPLES_MAX[usize::from(relaxed)]) * (length / SAMPLED_LENGTH).max(1.0)) as u32
+    (f64::from(SAMPLES_MAX[usize::from(relaxed)]) * (length(bounds) / SAMPLED_LENGTH).max(1.0)) as u32
+}
+
+/// Whether a place is so short that one passage decides whether there is a way.
+pub(super) fn is_short(bounds: &Aabb) -> bool {
+    length(bounds) <= SHORT_LENGTH_MAX
+}
+
+fn length(bounds: &Aabb) -> f64 {
+    (bounds.max - bounds.min).truncate().length()
 }
 
 /// A branch to be grown: the vertex it grows from, toward where, and how far off its way the robot faces, rad.
