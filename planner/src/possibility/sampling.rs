@@ -157,6 +157,6 @@ mod tests {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
         let mut tree = [vertex(0.0), vertex(70.0)];
         tree[0].crowd = 9;
-        assert_eq!(ahead(&mut tree, false, &BOUNDS, &mut random).0, 0);
+        assert_eq!(ahead(&mut tree, (false, false), &BOUNDS, &mut random).0, 0);
     }
 }
