@@ -109,15 +109,13 @@ impl Focus {
         self.is_wanted.extend((0..stations).map(is_wanted));
     }
 
-    /// Wants none of so many stations.
-    pub fn none(&mut self, stations: usize) {
+    /// Wants, of so many stations, those about some.
+    pub fn only_about(&mut self, stations: usize, some: impl Iterator<Item = usize>) {
         self.only(stations, |_| false);
-    }
-
-    /// Wants the stations about one besides.
-    pub fn add(&mut self, station: usize) {
-        let last = (station + WINDOW + 1).min(self.is_wanted.len());
-        self.is_wanted[station.saturating_sub(WINDOW)..last].fill(true);
+        for station in some {
+            let last = (station + WINDOW + 1).min(stations);
+            self.is_wanted[station.saturating_sub(WINDOW)..last].fill(true);
+        }
     }
 
     /// Whether a station is wanted.

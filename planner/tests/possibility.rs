@@ -99,6 +99,8 @@ fn a_wall_is_walked_around_with_every_station_where_the_robot_has_room() {
         let (compiled, progress, _) = walled(seed);
         assert_eq!(progress, Progress::Route);
         let stations = compiled.stations();
+        let context = compiled.site.context(seed);
+        assert!(stations.iter().all(|station| context.has_room(station, true)), "seed {seed}: {stations:?}");
         for face in [1.95, 2.05] {
             let crossing = stations.windows(2).find(|pair| pair[0].position.x <= face && pair[1].position.x > face).unwrap();
             let (from, to) = (crossing[0].position, crossing[1].position);

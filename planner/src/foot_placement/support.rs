@@ -197,6 +197,7 @@ impl Surfaces {
             (aside * aside + above * above).sqrt()
         };
         let (mut from, mut to) = (0.0, 1.0);
+        // The axis of a ball is a point.
         let steps = if a == b { 0 } else { AXIS_SEARCH_STEPS };
         for _ in 0..steps {
             let (third, two_thirds) = (from + (to - from) / 3.0, to - (to - from) / 3.0);

@@ -8,9 +8,9 @@ use crate::foot_placement::Scratch;
 use crate::kinematics::Leg;
 
 /// Strides that are tried, as multiples of the station spacing, and how far each also leads aside, m: farther ones lead across gaps.
-const STRIDES: [(f64, f64); 3] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0)];
-/// The same for side steps: what is passed sideways leaves little room before and behind.
-const SIDE_STRIDES: [(f64, f64); 7] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
+const STRIDES: [(f64, f64); 7] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
+/// How many of them are tried where the robot faces its way: what is passed sideways leaves little room before and behind.
+const STRIDES_AHEAD: usize = 3;
 /// The share of a stride by which a station must come nearer to the target.
 const PROGRESS_MIN: f64 = 0.25;
 /// Within this many station spacings of the target the branch may join it.
@@ -67,7 +67,7 @@ impl Extension {
         if self.arrives(context, tip) {
             return Step::Arrived;
         }
-        let strides = if self.facing == 0.0 { &STRIDES[..] } else { &SIDE_STRIDES };
+        let strides = if self.facing == 0.0 { &STRIDES[..STRIDES_AHEAD] } else { &STRIDES };
         for (index, &(stride, aside)) in strides.iter().enumerate() {
             let wished = self.wished(tip, stride, aside);
             let turns_in_place = wished.position == tip.position;

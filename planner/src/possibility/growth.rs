@@ -342,7 +342,7 @@ impl Growth {
     /// Whether the robot may also step sideways: where half of the samples found no other way. On a long course only once stage M has
     /// given a route up: it relaxes its demands before, since there are more places that arms brush against than slits.
     fn sidles(&self) -> bool {
-        let is_late = 2 * self.samples >= samples_max(&self.bounds, self.relaxed);
+        let is_late = 2 * self.samples >= samples_max(&self.bounds);
         is_late && (self.generation > 0 || is_short(&self.bounds))
     }
 
@@ -352,7 +352,7 @@ impl Growth {
     }
 
     fn sample(&mut self, seed: u64) {
-        if self.samples == samples_max(&self.bounds, self.relaxed) {
+        if self.samples == samples_max(&self.bounds) {
             self.relax();
             return;
         }
@@ -379,7 +379,7 @@ impl Growth {
     fn extended(&mut self, branch: (usize, u32, u32), extension: Extension, ending: Ending, step: Step, context: &Context<'_>) {
         let (tree, tip, added) = branch;
         match step {
-            Step::Grown(stance) if self.is_given_up(&stance.station) => self.stopped((tree, tip, added), extension.facing, ending),
+            Step::Grown(stance) if self.is_given_up(&stance.station) => self.stopped(branch, extension.facing, ending),
             Step::Grown(stance) => match self.add((tree, tip), extension.facing, &stance) {
                 Some(tip) if added < EXTENSION_MAX => {
                     self.label_edge(tree, tip, context);
@@ -390,9 +390,9 @@ impl Growth {
             },
             Step::Arrived => match ending {
                 Ending::Meets(met) => self.met(tree, tip, met),
-                Ending::Sample => self.stopped((tree, tip, added), extension.facing, ending),
+                Ending::Sample => self.stopped(branch, extension.facing, ending),
             },
-            Step::Blocked => self.stopped((tree, tip, added), extension.facing, ending),
+            Step::Blocked => self.stopped(branch, extension.facing, ending),
         }
     }
 

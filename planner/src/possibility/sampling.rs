@@ -13,8 +13,8 @@ use super::station::Station;
 use crate::collision::bvh::Aabb;
 use crate::random::Random;
 
-/// Samples drawn while the demands are high, and after they are relaxed, for each [`SAMPLED_LENGTH`] of the place.
-const SAMPLES_MAX: [u32; 2] = [384, 384];
+/// Samples drawn while the demands are high, and as many after they are relaxed, for each [`SAMPLED_LENGTH`] of the place.
+const SAMPLES_MAX: f64 = 384.0;
 /// How long a place is that so many samples are enough for, m.
 const SAMPLED_LENGTH: f64 = 10.0;
 /// How long a short place may be, m.
@@ -45,8 +45,8 @@ pub(super) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
 }
 
 /// How many samples are enough in a place.
-pub(super) fn samples_max(bounds: &Aabb, relaxed: bool) -> u32 {
-    (f64::from(SAMPLES_MAX[usize::from(relaxed)]) * (length(bounds) / SAMPLED_LENGTH).max(1.0)) as u32
+pub(super) fn samples_max(bounds: &Aabb) -> u32 {
+    (SAMPLES_MAX * (length(bounds) / SAMPLED_LENGTH).max(1.0)) as u32
 }
 
 /// Whether a place is so short that one passage decides whether there is a way.
@@ -62,7 +62,7 @@ fn length(bounds: &Aabb) -> f64 {
 type Drawn = (u32, Station, f64);
 
 /// Sample number `count` of a tree. A tree that grows `backward` from the goal is walked toward its root, so that its vertices face
-/// away from where it grows. The robot faces where it walks, unless it `sidles` besides.
+/// away from where it grows. It faces as at the vertex it grows from, unless it `sidles` besides.
 pub(super) fn draw(tree: &mut [Vertex], (backward, sidles): (bool, bool), count: u32, bounds: &Aabb, random: &mut Random) -> Drawn {
     if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, bounds, random) } else { ahead(tree, (backward, sidles), bounds, random) }
 }

@@ -32,10 +32,8 @@ impl Planner {
         match remedy {
             None => Ok(self.try_another(worst)),
             Some(Remedy::Sweep) => {
-                self.focus.none(route.stations());
-                for index in (0..sequence.len()).filter(unsolved) {
-                    self.focus.add(nearest_station(route, place_of(&self.roadmap.graph, sequence[index]).position));
-                }
+                let nearest = |index: usize| nearest_station(route, place_of(&self.roadmap.graph, sequence[index]).position);
+                self.focus.only_about(route.stations(), (0..sequence.len()).filter(unsolved).map(nearest));
                 Ok(Phase::Seed { next: 0 })
             }
             Some(Remedy::Sample) => self.sample_near_trouble(),
@@ -70,8 +68,7 @@ impl Planner {
         let route = self.growth.route();
         match self.trouble.no_sequence() {
             Remedy::Sweep | Remedy::Sample => {
-                self.focus.none(route.stations());
-                frontiers.into_iter().for_each(|station| self.focus.add(station));
+                self.focus.only_about(route.stations(), frontiers.into_iter());
                 Phase::Seed { next: 0 }
             }
             Remedy::Detour => self.look_for_detour(self.frontier, route.station(self.frontier)),
