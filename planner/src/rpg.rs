@@ -21,10 +21,12 @@
 //!
 //! A sequence that cannot be completed has become dearer, so the next one is another; where the sequences grow too dear or
 //! there is none, more placements are sampled, and stage P looks for another route. All routes' placements stand in one
-//! graph, so that each sequence may use any of them. A sequence that is complete is shortened [Grey 4.4.6]. Segment after segment is completed; the last one completes the plan.
+//! graph, so that each sequence may use any of them. A sequence that is complete is shortened [Grey 4.4.6]. Several segments are
+//! planned side by side (`rpg/lanes.rs`); once all are complete, so is the plan.
 
 mod connect;
 mod cycle;
+mod lanes;
 mod polish;
 mod primitive_stretches;
 mod remedies;
@@ -61,11 +63,11 @@ use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::{Seeding, is_step};
 use crate::stage::Stage;
 use crate::timing::Timing;
-use crate::trouble::{Focus, Trouble};
+use crate::trouble::Focus;
+use lanes::Lanes;
 use polish::Polish;
 use primitive_stretches::{Primitives, pair_on};
 use segments::Cuts;
-use shorten::Shortening;
 
 /// Why a planner cannot be made for these inputs.
 #[derive(Debug, thiserror::Error)]
@@ -103,8 +105,8 @@ enum Phase {
     Vary { index: usize, tried: usize, end: usize },
     Primitive,
     Sequence { purpose: Purpose, begun: bool },
-    Sample { next: usize, failed: bool },
-    Move { next: usize, failed: bool },
+    Sample,
+    Move,
     Weigh { next: usize },
     Polish(Goal),
     Assemble { next: usize },
@@ -115,12 +117,7 @@ enum Phase {
 impl Phase {
     /// Whether the phase counts its own units of work; a piece of any other is one unit.
     fn counts(&self) -> bool {
-        matches!(self, Self::Judge | Self::Sequence { .. } | Self::Sample { .. } | Self::Move { .. } | Self::Polish(_))
-    }
-
-    /// The search for the cheapest sequence, before its first piece.
-    const fn seek(purpose: Purpose) -> Self {
-        Self::Sequence { purpose, begun: false }
+        matches!(self, Self::Judge | Self::Sequence { .. } | Self::Sample | Self::Move | Self::Polish(_))
     }
 
     fn stage(&self) -> Stage {
@@ -130,8 +127,8 @@ impl Phase {
             Self::Seed { .. } | Self::Vary { .. } => Stage::Seed,
             Self::Connect { .. } | Self::Judge => Stage::Connect,
             Self::Sequence { .. } => Stage::Sequence,
-            Self::Sample { .. } => Stage::Sample,
-            Self::Primitive | Self::Move { .. } => Stage::Move,
+            Self::Sample => Stage::Sample,
+            Self::Primitive | Self::Move => Stage::Move,
             Self::Weigh { .. } | Self::Polish(_) => Stage::Polish,
             Self::Assemble { .. } | Self::Seal => Stage::Assemble,
             Self::Over(_) => Stage::Over,
@@ -150,6 +147,8 @@ pub struct Tally {
     pub sequences: u64,
     /// Guide routes followed.
     pub routes: u64,
+    /// Most segments of a route that shared a round.
+    pub segments_at_once: u64,
     /// Sweeps of foot placements along guide routes.
     pub sweeps: u64,
     /// Transitions with a configuration.
@@ -181,29 +180,22 @@ pub struct Planner {
     scratch: [Scratch; 2],
     torso: Torso,
     growth: Growth,
-    /// Sweeps along the route that is followed now.
-    route_sweeps: usize,
     scenario: Scenario,
     search: SequenceSearch,
-    /// What the last sequence was sought for.
-    purpose: Purpose,
-    /// The farthest station that walks from the start reached where none led to the goal.
-    frontier: usize,
     chunks: ChunkBuilder,
     phase: Phase,
     standing: Option<Standing>,
     cuts: Cuts,
-    shortening: Shortening,
+    lanes: Lanes,
     polish: Polish,
     /// The station of the route that is nearest to each placement.
     nearest_stations: Vec<u32>,
     /// How many stations the route had before the detour that is being sought.
     stations_before: Option<usize>,
-    /// The segments completed so far: transitions and the nodes of boundaries.
+    /// The walk from start to goal: transitions and the nodes of boundaries.
     walk: Vec<TransitionId>,
     tally: Tally,
     digest: Digest,
-    trouble: Trouble,
     focus: Focus,
     primitives: Primitives,
 }
@@ -250,23 +242,19 @@ impl Planner {
             scratch,
             torso,
             growth,
-            route_sweeps: 0,
             scenario: scenario.clone(),
             search: SequenceSearch::new(config.footholds_max as usize, config.transitions_max as usize),
-            purpose: Purpose::Find,
-            frontier: 0,
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance, Timing::new(model)),
             phase: Phase::Ends,
             standing: None,
-            cuts: Cuts::new(),
-            shortening: Shortening::new(config),
+            cuts: Cuts::new(config.configurations_max as usize),
+            lanes: Lanes::new(config),
             polish: Polish::new(config.configurations_max as usize),
             nearest_stations: reserve(config.footholds_max as usize),
             stations_before: None,
             walk: reserve(config.configurations_max as usize),
             tally: Tally::default(),
             digest: Digest::default(),
-            trouble: Trouble::default(),
             focus: Focus::new(2 * stations_max),
             primitives: Primitives::default(),
         })
@@ -366,7 +354,7 @@ impl Planner {
             ("possibility", self.growth.bytes()),
             ("roadmap", self.roadmap.bytes()),
             ("rounds", self.round.bytes()),
-            ("sequence", self.search.bytes()),
+            ("sequence", self.search.bytes() + self.lanes.bytes() + self.cuts.bytes()),
             ("chunks", self.chunks.bytes()),
             ("collision", self.shared.constraints.collision.bytes()),
             ("surfaces", self.surfaces.heap_bytes()),
@@ -383,12 +371,12 @@ impl Planner {
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
-            Phase::Judge => Ok(self.judge(budget)),
+            Phase::Judge => self.judge(budget),
             Phase::Vary { index, tried, end } => self.vary(index, tried, end),
             Phase::Primitive => self.take_primitives(),
             Phase::Sequence { purpose, begun } => self.find_sequence(purpose, begun, budget),
-            Phase::Sample { next, failed } => self.sample(next, failed, budget),
-            Phase::Move { next, failed } => self.plan_motions(next, failed, budget),
+            Phase::Sample => self.sample(budget),
+            Phase::Move => self.plan_motions(budget),
             Phase::Weigh { next } => Ok(self.weigh(next)),
             Phase::Polish(goal) => self.polish(goal, budget),
             Phase::Assemble { next } => self.assemble(next),
@@ -469,7 +457,6 @@ impl Planner {
         self.tally.routes += 1;
         self.tally.route_edges = self.growth.route().labelled();
         self.primitives.begin_route();
-        self.route_sweeps = 0;
         self.nearest_stations.clear();
         self.cut_anew_or_shift(stations)
     }
@@ -478,22 +465,22 @@ impl Planner {
         let route = self.growth.route();
         if next == 2 * route.stations() {
             self.tally.sweeps += 1;
-            self.route_sweeps += 1;
+            self.lanes.current_mut().sweeps += 1;
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         let (graph, scratch) = (&mut self.roadmap.graph, &mut self.scratch[0]);
-        let (station, limb) = (next / 2, next % 2);
+        let (station, limb, sweeps) = (next / 2, next % 2, self.lanes.current().sweeps);
         if !self.focus.wants(station) {
             return Ok(Phase::Seed { next: next + 1 });
         }
         let known = self.growth.placements(station);
-        if self.route_sweeps == 0 && !known.is_empty() {
+        if sweeps == 0 && !known.is_empty() {
             for placed in known.iter().filter(|placed| placed.limb == limb) {
                 seeding.reuse(placed, route.is_stood_on(station, placed), graph, scratch)?;
             }
         } else {
-            seeding.sweep_station(route, (station, limb), (self.route_sweeps, self.tally.sweeps), graph, scratch)?;
+            seeding.sweep_station(route, (station, limb), (sweeps, self.tally.sweeps), graph, scratch)?;
         }
         Ok(Phase::Seed { next: next + 1 })
     }

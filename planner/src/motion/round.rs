@@ -1,8 +1,9 @@
 //! Rounds of searches side by side.
 //!
 //! A round hands one search to each of its slots, advances all of them by a unit of work at a time, as far as a budget
-//! allows, and once all have ended merges the results in order. The partition depends on nothing but the sequence, and no
+//! allows, and once all have ended merges the results in order. The partition depends on nothing but the sequences, and no
 //! search sees what another of its round found, so neither the number of threads nor the size of budgets can matter.
+//! Segments that are planned side by side share a round, each in a lane of its own.
 
 use rayon::prelude::*;
 
@@ -15,6 +16,8 @@ use crate::motion::single_mode::{Problem, Search};
 use crate::motion::workspace::Workspace;
 use crate::random::{Random, Stream};
 
+/// Segments that are planned side by side.
+pub const LANES_MAX: usize = 4;
 /// Searches that run side by side in one round.
 const SLOTS: usize = 16;
 /// Most waypoints of one single-mode motion.
@@ -25,10 +28,10 @@ const SHORTCUT_WORK: u64 = 2;
 /// What a round did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct RoundTally {
-    /// Where the next round goes on in the sequence.
-    pub next: usize,
-    /// Searches that failed.
-    pub failures: u32,
+    /// Lanes that had searches in it.
+    pub lanes: u64,
+    /// Searches that failed, by lane.
+    pub failures: [u32; LANES_MAX],
     /// Searches that found something.
     pub found: u32,
     /// What was turned down.
@@ -41,12 +44,13 @@ pub struct Round {
     slots: Vec<Slot>,
     /// How many of the slots have a search.
     count: usize,
-    next: usize,
     is_running: bool,
 }
 
 #[derive(Debug)]
 struct Slot {
+    /// Whose search it is.
+    lane: usize,
     task: Task,
     workspace: Workspace,
     /// Where the trees of the workspace belong.
@@ -67,8 +71,9 @@ enum Task {
 impl Default for Round {
     /// Slots with empty workspaces.
     fn default() -> Self {
-        let slot = |_| Slot { task: Task::Idle, workspace: Workspace::new(TRACK_MAX, TREE_NODES_MAX), lent: [None; 2], allowed: 0 };
-        Self { slots: (0..SLOTS).map(slot).collect(), count: 0, next: 0, is_running: false }
+        let slot =
+            |_| Slot { lane: 0, task: Task::Idle, workspace: Workspace::new(TRACK_MAX, TREE_NODES_MAX), lent: [None; 2], allowed: 0 };
+        Self { slots: (0..SLOTS).map(slot).collect(), count: 0, is_running: false }
     }
 }
 
@@ -78,58 +83,73 @@ impl Round {
         self.is_running
     }
 
-    /// Begins to sample configurations for the next transitions of the sequence that have none, from `next` on.
-    pub fn begin_sampling(&mut self, roadmap: &Roadmap, segment: Segment<'_>, next: usize) {
-        self.begin(next);
-        for &id in &segment.sequence[next..] {
-            let is_begun = |slot: &Slot| matches!(&slot.task, Task::Sample(sampling) if sampling.id == id);
-            let is_wanted = !roadmap.graph.transitions()[id as usize].is_found() && !self.slots[..self.count].iter().any(is_begun);
-            if is_wanted && !self.give(Task::Sample(Sampling::new(&roadmap.graph, id))) {
-                break;
-            }
-            self.next += 1;
-        }
+    /// Begins a round that has no search yet.
+    pub fn begin(&mut self) {
+        (self.count, self.is_running) = (0, true);
     }
 
-    /// Begins to plan the next motions of the segment that are missing, from hop `next` on (hop 0 leads from the boundary before
-    /// it to the first transition, the last one from the last transition to the boundary after it).
-    pub fn begin_motions(&mut self, shared: &Shared, roadmap: &mut Roadmap, segment: Segment<'_>, next: usize) {
-        self.begin(next);
-        for hop in (next..=segment.sequence.len()).map(|index| segment.hop(index)) {
-            let record = roadmap.edges.get(hop.from, hop.to);
-            if record.motion.is_none() {
-                let problem = Problem {
-                    mode: roadmap.mode(hop),
-                    from: roadmap.state(hop.from),
-                    to: roadmap.state(hop.to),
-                    random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
-                    failures: record.failures,
-                };
-                let lifted = roadmap.lifted(hop);
-                let search = Search::new(problem, lifted.map(|known| known.map(|(state, _)| state)));
-                if !self.give(Task::Move { hop, search, found: None }) {
-                    break;
-                }
-                let slot = &mut self.slots[self.count - 1];
-                for (waypoints, known) in slot.workspace.lifts.iter_mut().zip(lifted) {
-                    waypoints.extend_from_slice(known.map_or(&[], |(_, way)| way));
-                }
-                slot.borrow_trees(roadmap, hop);
+    /// Adds searches for configurations of the transitions of a lane's sequence that have none, from `next` on. Answers where the
+    /// lane's next round goes on: where the slots are used up, or another lane is at the same transition.
+    pub fn add_sampling(&mut self, lane: usize, roadmap: &Roadmap, segment: Segment<'_>, next: usize) -> usize {
+        for (index, &id) in segment.sequence.iter().enumerate().skip(next) {
+            if roadmap.graph.transitions()[id as usize].is_found() {
+                continue;
             }
-            self.next += 1;
+            match self.lane_of(|task| matches!(task, Task::Sample(sampling) if sampling.id == id)) {
+                Some(other) if other != lane => return index,
+                Some(_) => {}
+                None if self.give(lane, Task::Sample(Sampling::new(&roadmap.graph, id))) => {}
+                None => return index,
+            }
         }
+        segment.sequence.len()
+    }
+
+    /// Adds searches for the motions of a lane's segment that are missing, from hop `next` on (hop 0 leads from the boundary before
+    /// it to the first transition, the last one from the last transition to the boundary after it). Answers where the lane's next
+    /// round goes on, like [`Round::add_sampling`].
+    pub fn add_motions(&mut self, lane: usize, shared: &Shared, roadmap: &mut Roadmap, segment: Segment<'_>, next: usize) -> usize {
+        for index in next..=segment.sequence.len() {
+            let hop = segment.hop(index);
+            let record = roadmap.edges.get(hop.from, hop.to);
+            if record.motion.is_some() {
+                continue;
+            }
+            let others = self.lane_of(|task| matches!(task, Task::Move { hop: begun, .. } if *begun == hop));
+            if others.is_some_and(|other| other != lane) {
+                return index;
+            }
+            let problem = Problem {
+                mode: roadmap.mode(hop),
+                from: roadmap.state(hop.from),
+                to: roadmap.state(hop.to),
+                random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
+                failures: record.failures,
+            };
+            let lifted = roadmap.lifted(hop);
+            let search = Search::new(problem, lifted.map(|known| known.map(|(state, _)| state)));
+            if !self.give(lane, Task::Move { hop, search, found: None }) {
+                return index;
+            }
+            let slot = &mut self.slots[self.count - 1];
+            for (waypoints, known) in slot.workspace.lifts.iter_mut().zip(lifted) {
+                waypoints.extend_from_slice(known.map_or(&[], |(_, way)| way));
+            }
+            slot.borrow_trees(roadmap, hop);
+        }
+        segment.sequence.len() + 1
     }
 
     /// Begins to shorten the next motions, which may spend `work_max` units together.
     pub fn begin_shortcuts(&mut self, shared: &Shared, roadmap: &Roadmap, hops: impl Iterator<Item = Hop>, (goal, work_max): (Goal, u64)) {
-        self.begin(0);
+        self.begin();
         let mut left = work_max;
         for hop in hops.take(SLOTS) {
             let Some(track) = roadmap.motion(hop).filter(|track| track.len() < TRACK_MAX) else { continue };
             let work = left.min(SHORTCUT_WORK * track.len() as u64);
             let random = Random::new(shared.seed, Stream::Shortcut, u64::from(hop.from) << 32 | u64::from(hop.to), 0);
             let shortcutting = Shortcutting::new(goal, roadmap.mode(hop), random, work);
-            if work == 0 || !self.give(Task::Shorten { hop, shortcutting }) {
+            if work == 0 || !self.give(0, Task::Shorten { hop, shortcutting }) {
                 break;
             }
             left -= work;
@@ -168,14 +188,15 @@ impl Round {
     /// # Errors
     /// An arena is full.
     pub fn merge(&mut self, roadmap: &mut Roadmap) -> Result<RoundTally, ArenaFull> {
-        let mut tally = RoundTally { next: self.next, ..RoundTally::default() };
+        let has_search = |lane: &usize| self.slots[..self.count].iter().any(|slot| slot.lane == *lane);
+        let mut tally = RoundTally { lanes: (0..LANES_MAX).filter(has_search).count() as u64, ..RoundTally::default() };
         for slot in &mut self.slots[..self.count] {
             slot.return_trees(roadmap);
             let found = slot.merge(roadmap)?;
             if found {
                 tally.found += 1
             } else {
-                tally.failures += 1
+                tally.failures[slot.lane] += 1
             }
             for (total, count) in tally.rejections.iter_mut().zip(&mut slot.workspace.rejections) {
                 *total += std::mem::take(count);
@@ -191,14 +212,15 @@ impl Round {
         self.slots.iter().map(|slot| size_of::<Slot>() + slot.workspace.bytes()).sum()
     }
 
-    fn begin(&mut self, next: usize) {
-        (self.count, self.next, self.is_running) = (0, next, true);
+    /// The lane of the first search of this round that is such a one.
+    fn lane_of(&self, is_such: impl Fn(&Task) -> bool) -> Option<usize> {
+        self.slots[..self.count].iter().find(|slot| is_such(&slot.task)).map(|slot| slot.lane)
     }
 
-    /// Gives a slot a search; `false` where all have one.
-    fn give(&mut self, task: Task) -> bool {
+    /// Gives a slot a lane's search; `false` where all have one.
+    fn give(&mut self, lane: usize, task: Task) -> bool {
         let Some(slot) = self.slots.get_mut(self.count) else { return false };
-        slot.task = task;
+        (slot.lane, slot.task) = (lane, task);
         slot.workspace.clear();
         self.count += 1;
         true

@@ -22,7 +22,7 @@ impl Planner {
     }
 
     /// Judges how likely the next transitions are, each with its twin one unit of work.
-    pub(super) fn judge(&mut self, budget: u64) -> Phase {
+    pub(super) fn judge(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         let graph = &mut self.roadmap.graph;
         let longest = budget.min(JUDGED_AT_ONCE as u64) as usize;
         let next: heapless::Vec<TransitionId, JUDGED_AT_ONCE> = std::iter::from_fn(|| graph.next_to_judge()).take(longest).collect();
@@ -45,7 +45,7 @@ impl Planner {
             graph.record_failures(Graph::twin(id), twin_count);
         }
         self.tally.work += next.len() as u64;
-        Phase::Judge
+        Ok(Phase::Judge)
     }
 
     /// An upper bound of the distance between two soles in a step, m: one leg's reach, and the hips apart.

@@ -16,23 +16,28 @@
 
 use surefoot_shared_types::message::SupportMode;
 
+use super::lanes::{Lane, Turn};
 use super::{Boundary, Phase, Planner, boundary_node};
 use crate::motion::graph::{ArenaFull, TransitionId};
-use crate::motion::round::RoundTally;
+use crate::motion::round::{LANES_MAX, RoundTally};
 use crate::motion::sequence::{Purpose, Query};
 
 /// Transitions that a start on one foot leads to at the most; the others are reached through these.
 const STARTS_MAX: usize = 256;
 
 impl Planner {
-    /// Looks for the cheapest sequence.
+    /// Looks for the cheapest sequence of the current lane.
     pub(super) fn find_sequence(&mut self, purpose: Purpose, begun: bool, budget: u64) -> Result<Phase, ArenaFull> {
-        let [from, to] = match (self.cuts.boundaries(), purpose) {
+        let lane = self.lanes.current();
+        let [from, to] = match (self.cuts.boundaries(lane.segment), purpose) {
             ([start, goal], Purpose::Return) => [goal, start],
             (ends, _) => ends,
         };
-        if !begun && purpose == Purpose::Join {
-            self.roadmap.costs.spread(&self.roadmap.graph, [from, to].map(boundary_node));
+        match purpose {
+            _ if begun => {}
+            Purpose::Join => self.roadmap.costs.spread(&self.roadmap.graph, [from, to].map(boundary_node)),
+            Purpose::Shorten => self.search.use_only(&self.roadmap.graph, &lane.best),
+            Purpose::Find | Purpose::Return => {}
         }
         let query = Query {
             graph: &self.roadmap.graph,
@@ -40,7 +45,7 @@ impl Planner {
             modes: &self.roadmap.costs,
             purpose,
             stations: &self.nearest_stations,
-            range: self.cuts.window(),
+            range: self.cuts.window(lane.segment),
             ends: [from, to].map(boundary_node),
             starts: &self.start_transitions(from),
             goal: self.roadmap.boundary(to).footholds,
@@ -54,22 +59,29 @@ impl Planner {
             return Ok(Phase::Sequence { purpose, begun: true });
         }
         self.tally.work += 1;
-        self.purpose = purpose;
-        self.after_sequence_search()
+        self.lanes.current_mut().purpose = purpose;
+        self.after_sequence_search(purpose)
     }
 
-    fn after_sequence_search(&mut self) -> Result<Phase, ArenaFull> {
+    fn after_sequence_search(&mut self, purpose: Purpose) -> Result<Phase, ArenaFull> {
         let has_found = self.search.has_found();
-        match self.purpose {
+        match purpose {
             Purpose::Find => {
                 self.tally.sequences += 1;
-                Ok(if has_found { Phase::Sample { next: 0, failed: false } } else { self.after_no_sequence() })
+                if has_found { self.take_sequence(Turn::Sample { next: 0, failed: false })? } else { self.after_no_sequence() }
             }
-            Purpose::Return => Ok(self.between_frontiers()),
-            Purpose::Join if has_found => Ok(Phase::Move { next: 0, failed: false }),
-            Purpose::Join => self.after_failure(),
-            Purpose::Shorten => self.take_shorter(has_found),
+            Purpose::Return => return Ok(self.between_frontiers()),
+            Purpose::Join if has_found => self.take_sequence(Turn::Move { next: 0, failed: false })?,
+            Purpose::Join => self.take_turn(Turn::Fail),
+            Purpose::Shorten => self.take_shorter()?,
         }
+        self.next_turn()
+    }
+
+    /// Makes the sequence that was found the one that the current lane completes, beginning with a turn.
+    pub(super) fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
+        self.take_turn(turn);
+        self.lanes.current_mut().take(self.search.sequence())
     }
 
     /// The transitions that a boundary leads to: on both feet those between its two placements, on one foot all that this one
@@ -84,44 +96,73 @@ impl Planner {
         }
     }
 
-    /// Samples configurations for the transitions of the sequence.
-    pub(super) fn sample(&mut self, next: usize, failed: bool, budget: u64) -> Result<Phase, ArenaFull> {
-        let segment = self.cuts.segment(self.search.sequence());
+    /// Samples configurations for the transitions of all sequences that need some.
+    pub(super) fn sample(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
-            self.round.begin_sampling(&self.roadmap, segment, next);
+            self.round.begin();
+            for (index, lane) in self.lanes.all_mut().iter_mut().enumerate() {
+                if let Turn::Sample { next, failed } = lane.turn {
+                    let next = self.round.add_sampling(index, &self.roadmap, self.cuts.segment(lane), next);
+                    lane.turn = Turn::Sample { next, failed };
+                }
+            }
         }
-        let done_at = segment.sequence.len();
-        let Some((round, failed)) = self.advance_round(failed, budget)? else { return Ok(Phase::Sample { next, failed }) };
+        let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Sample) };
         self.tally.transitions_found += u64::from(round.found);
-        match (failed, self.purpose) {
-            _ if round.next < done_at => Ok(Phase::Sample { next: round.next, failed }),
-            (false, _) => Ok(Phase::Move { next: 0, failed: false }),
-            (true, Purpose::Shorten) => self.shorten(),
-            (true, Purpose::Find | Purpose::Return | Purpose::Join) => self.after_failure(),
+        for index in 0..LANES_MAX {
+            self.lanes.go_to(index);
+            self.after_sampling(round.failures[index] > 0)?;
         }
+        self.next_turn()
     }
 
-    /// Plans the motions along the sequence.
-    pub(super) fn plan_motions(&mut self, next: usize, failed: bool, budget: u64) -> Result<Phase, ArenaFull> {
-        let segment = self.cuts.segment(self.search.sequence());
+    /// The current lane's turn after a round in which, perhaps, one of its searches `has_failed`.
+    fn after_sampling(&mut self, has_failed: bool) -> Result<(), ArenaFull> {
+        let Lane { turn: Turn::Sample { next, failed }, ref sequence, purpose, .. } = *self.lanes.current() else { return Ok(()) };
+        match (failed || has_failed, purpose) {
+            (failed, _) if next < sequence.len() => self.take_turn(Turn::Sample { next, failed }),
+            (false, _) => self.take_turn(Turn::Move { next: 0, failed: false }),
+            (true, Purpose::Shorten) => self.shorten()?,
+            (true, Purpose::Find | Purpose::Return | Purpose::Join) => self.take_turn(Turn::Fail),
+        }
+        Ok(())
+    }
+
+    /// Plans the motions along all sequences whose transitions are found.
+    pub(super) fn plan_motions(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
-            self.round.begin_motions(&self.shared, &mut self.roadmap, segment, next);
+            self.round.begin();
+            for (index, lane) in self.lanes.all_mut().iter_mut().enumerate() {
+                if let Turn::Move { next, failed } = lane.turn {
+                    let next = self.round.add_motions(index, &self.shared, &mut self.roadmap, self.cuts.segment(lane), next);
+                    lane.turn = Turn::Move { next, failed };
+                }
+            }
         }
-        let done_at = segment.sequence.len() + 1;
-        let Some((round, failed)) = self.advance_round(failed, budget)? else { return Ok(Phase::Move { next, failed }) };
+        let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Move) };
         self.tally.motions_found += u64::from(round.found);
-        match (failed, self.purpose) {
-            _ if round.next < done_at => Ok(Phase::Move { next: round.next, failed }),
-            (false, _) => self.shorten_or_complete(),
-            (true, Purpose::Find) => Ok(Phase::seek(Purpose::Join)),
-            (true, Purpose::Return | Purpose::Join) => self.after_failure(),
-            (true, Purpose::Shorten) => self.shorten(),
+        for index in 0..LANES_MAX {
+            self.lanes.go_to(index);
+            self.after_moving(round.failures[index] > 0)?;
         }
+        self.next_turn()
     }
 
-    /// Advances the round as far as a budget allows; answers what it did, and whether any of its searches or, as `failed` says, an
-    /// earlier one has failed, once all have ended.
-    pub(super) fn advance_round(&mut self, failed: bool, budget: u64) -> Result<Option<(RoundTally, bool)>, ArenaFull> {
+    /// The same after a round of motions.
+    fn after_moving(&mut self, has_failed: bool) -> Result<(), ArenaFull> {
+        let Lane { turn: Turn::Move { next, failed }, ref sequence, purpose, .. } = *self.lanes.current() else { return Ok(()) };
+        match (failed || has_failed, purpose) {
+            (failed, _) if next <= sequence.len() => self.take_turn(Turn::Move { next, failed }),
+            (false, _) => self.shorten_or_complete()?,
+            (true, Purpose::Find) => self.take_turn(Turn::Seek(Purpose::Join)),
+            (true, Purpose::Return | Purpose::Join) => self.take_turn(Turn::Fail),
+            (true, Purpose::Shorten) => self.shorten()?,
+        }
+        Ok(())
+    }
+
+    /// Advances the round as far as a budget allows; answers what it did once all its searches have ended.
+    pub(super) fn advance_round(&mut self, budget: u64) -> Result<Option<RoundTally>, ArenaFull> {
         let spent = self.round.advance(&self.shared, &self.roadmap, budget);
         self.tally.work += spent;
         if spent == budget {
@@ -129,10 +170,10 @@ impl Planner {
         }
         self.tally.work += 1;
         let round = self.round.merge(&mut self.roadmap)?;
+        self.tally.segments_at_once = self.tally.segments_at_once.max(round.lanes);
         for (total, count) in self.tally.rejections.iter_mut().zip(round.rejections) {
             *total += count;
         }
-        let failed = failed || round.failures > 0;
-        Ok(Some((round, failed)))
+        Ok(Some(round))
     }
 }

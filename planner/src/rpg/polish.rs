@@ -81,7 +81,7 @@ impl Planner {
             self.round.begin_shortcuts(&self.shared, &self.roadmap, hops, (goal, work));
         }
         let is_last = self.round.is_empty();
-        let has_ended = self.advance_round(false, budget)?.is_some();
+        let has_ended = self.advance_round(budget)?.is_some();
         Ok(match goal {
             Goal::Shortcuts if has_ended && is_last => Phase::Polish(Goal::Corners),
             Goal::Corners if has_ended && is_last => Phase::Assemble { next: 0 },

@@ -13,7 +13,6 @@ use crate::ends::End;
 use crate::motion::graph::{ArenaFull, Graph, TransitionId};
 use crate::motion::primitive::Emission;
 use crate::motion::roadmap::Hop;
-use crate::motion::sequence::Purpose;
 use crate::possibility::{Label, Pair, Placed, Route};
 use crate::prepare::is_whole;
 
@@ -124,8 +123,8 @@ fn leads(route: &Route, station: usize) -> Option<[bool; 2]> {
 
 impl Planner {
     /// Where to go on once all placements are connected: to the primitives of a new route, else to the search.
-    pub(super) fn after_connecting(&self) -> Phase {
-        if self.primitives.walker.is_some() { Phase::Primitive } else { Phase::seek(Purpose::Find) }
+    pub(super) fn after_connecting(&mut self) -> Result<Phase, ArenaFull> {
+        if self.primitives.walker.is_some() { Ok(Phase::Primitive) } else { self.next_turn() }
     }
 
     /// Emits the next waypoint of the motions along the route's possible edges, or begins the next motion.
@@ -142,7 +141,7 @@ impl Planner {
     fn begin_motion(&mut self) -> Result<Phase, ArenaFull> {
         let Some([from, to]) = self.primitives.walker.as_mut().and_then(|walker| walker.next(self.growth.route())) else {
             self.primitives.walker = None;
-            return Ok(Phase::seek(Purpose::Find));
+            return self.next_turn();
         };
         let [Some(from), Some(to)] = [self.transition_on(from)?, self.transition_on(to)?] else { return Ok(Phase::Primitive) };
         if self.roadmap.edges.get(from, to).motion.is_some() {

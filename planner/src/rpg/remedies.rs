@@ -2,10 +2,12 @@
 
 use surefoot_shared_types::config::Scenario;
 
-use super::{Phase, Planner, Purpose};
+use super::lanes::{Lane, Turn};
+use super::{Phase, Planner};
 use crate::motion::graph::{ArenaFull, TransitionId};
 use crate::motion::mode_costs::ModeId;
 use crate::motion::sampling::ATTEMPTS_MAX;
+use crate::motion::sequence::Purpose;
 use crate::possibility::{Growth, Station};
 use crate::seeding::{Seeding, VARIATIONS_MAX};
 use crate::trouble::{Remedy, detour_about, most_laboured, nearest_station, place_of};
@@ -19,18 +21,20 @@ const VARIED_AT: std::ops::Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX +
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
     pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        let segment = self.cuts.segment(self.search.sequence());
-        let sequence = segment.sequence;
+        self.take_turn(Turn::Seek(Purpose::Find));
+        let lane = self.lanes.current_mut();
         let cost = |id: &TransitionId| self.roadmap.graph.transitions()[*id as usize].cost();
-        let dearest = sequence.iter().map(cost).fold(0.0, f64::max);
-        let remedy = self.trouble.sequence_failed(dearest);
+        let dearest = lane.sequence.iter().map(cost).fold(0.0, f64::max);
+        let remedy = lane.trouble.sequence_failed(dearest);
+        let segment = self.cuts.segment(lane);
+        let sequence = segment.sequence;
         let unsolved = |index: &usize| self.roadmap.is_unsolved(segment, *index);
         let attempts = |index: &usize| self.roadmap.graph.transitions()[sequence[*index] as usize].attempts;
         let worst = (0..sequence.len()).filter(unsolved).max_by_key(attempts).unwrap_or(0);
         let place = place_of(&self.roadmap.graph, sequence[worst]);
         let route = self.growth.route();
         match remedy {
-            None => Ok(self.try_another(worst)),
+            None => self.try_another(worst),
             Some(Remedy::Sweep) => {
                 let nearest = |index: usize| nearest_station(route, place_of(&self.roadmap.graph, sequence[index]).position);
                 self.focus.only_about(route.stations(), (0..sequence.len()).filter(unsolved).map(nearest));
@@ -48,44 +52,49 @@ impl Planner {
     }
 
     /// Goes on to the next sequence; varies the transition at an index of this one before, if it is time.
-    fn try_another(&self, index: usize) -> Phase {
-        let transition = self.search.sequence().get(index).map(|&id| &self.roadmap.graph.transitions()[id as usize]);
+    fn try_another(&mut self, index: usize) -> Result<Phase, ArenaFull> {
+        let transition = self.lanes.current().sequence.get(index).map(|&id| &self.roadmap.graph.transitions()[id as usize]);
         if transition.is_some_and(|transition| !transition.is_found() && VARIED_AT.contains(&transition.attempts)) {
-            return Phase::Vary { index, tried: 0, end: index + 1 };
+            return Ok(Phase::Vary { index, tried: 0, end: index + 1 });
         }
-        Phase::seek(Purpose::Find)
+        self.next_turn()
     }
 
     /// Where no sequence leads to the goal, notes how far walks lead from the start, and asks how far they lead from the goal.
-    pub(super) fn after_no_sequence(&mut self) -> Phase {
-        self.frontier = self.entered_stations().max().unwrap_or(self.cuts.stations()[0]);
-        Phase::seek(Purpose::Return)
+    pub(super) fn after_no_sequence(&mut self) {
+        let [first, _] = self.cuts.stations(self.lanes.current().segment);
+        self.lanes.current_mut().frontier = self.entered_stations().max().unwrap_or(first);
+        self.take_turn(Turn::Seek(Purpose::Return));
     }
 
     /// What to do between what the start reaches and what the goal reaches: sample more placements at both edges [Grey 4.4.4].
     pub(super) fn between_frontiers(&mut self) -> Phase {
-        let frontiers = [self.frontier, self.entered_stations().min().unwrap_or(self.cuts.stations()[1])];
+        self.take_turn(Turn::Seek(Purpose::Find));
+        let Lane { segment, frontier, .. } = *self.lanes.current();
+        let [_, last] = self.cuts.stations(segment);
+        let frontiers = [frontier, self.entered_stations().min().unwrap_or(last)];
         let route = self.growth.route();
-        match self.trouble.no_sequence() {
+        match self.lanes.current_mut().trouble.no_sequence() {
             Remedy::Sweep | Remedy::Sample => {
                 self.focus.only_about(route.stations(), frontiers.into_iter());
                 Phase::Seed { next: 0 }
             }
-            Remedy::Detour => self.look_for_detour(self.frontier, route.station(self.frontier)),
-            Remedy::Reroute => self.look_for_another_route(route.station(self.frontier)),
+            Remedy::Detour => self.look_for_detour(frontier, route.station(frontier)),
+            Remedy::Reroute => self.look_for_another_route(route.station(frontier)),
         }
     }
 
     /// The stations of the segment near which the last search entered a stance.
     fn entered_stations(&self) -> impl Iterator<Item = usize> + '_ {
-        let [first, last] = self.cuts.stations();
+        let [first, last] = self.cuts.stations(self.lanes.current().segment);
         let stations = self.search.entered().iter().map(|&id| self.nearest_stations[id as usize] as usize);
         stations.filter(move |station| (first..=last).contains(station))
     }
 
     /// Sends stage P to look for a way around a place where stage M gets no farther.
     fn look_for_detour(&mut self, station: usize, place: Station) -> Phase {
-        let Some(between) = detour_about(self.cuts.stations(), station) else { return self.look_for_another_route(place) };
+        let stations = self.cuts.stations(self.lanes.current().segment);
+        let Some(between) = detour_about(stations, station) else { return self.look_for_another_route(place) };
         give_up(&mut self.growth, &self.scenario, place);
         self.growth.begin_detour(between);
         self.stations_before = Some(self.growth.route().stations());
@@ -104,8 +113,9 @@ impl Planner {
     /// which the search has laboured most [Grey 4.4.4].
     fn sample_near_trouble(&mut self) -> Result<Phase, ArenaFull> {
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        let most = most_laboured(&self.roadmap.graph, &self.roadmap.costs, self.search.sequence());
-        for &id in self.search.sequence() {
+        let sequence = &self.lanes.current().sequence;
+        let most = most_laboured(&self.roadmap.graph, &self.roadmap.costs, sequence);
+        for &id in sequence {
             let transition = &self.roadmap.graph.transitions()[id as usize];
             if transition.is_found() && most.is_none_or(|mode| !ModeId::of(&self.roadmap.graph, id).contains(&mode)) {
                 continue;
@@ -117,13 +127,13 @@ impl Planner {
                 seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch[0])?;
             }
         }
-        Ok(Phase::Vary { index: 0, tried: 0, end: self.search.sequence().len() })
+        Ok(Phase::Vary { index: 0, tried: 0, end: sequence.len() })
     }
 
     /// Varies the transition at an index of the sequence, unless it has a configuration: both its placements at a time, since a step at
     /// the edge of the robot's reach is found where either of them would have to be just right for the other.
     pub(super) fn vary(&mut self, index: usize, tried: usize, end: usize) -> Result<Phase, ArenaFull> {
-        let Some(&id) = self.search.sequence()[..end].get(index) else {
+        let Some(&id) = self.lanes.current().sequence[..end].get(index) else {
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         };
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };

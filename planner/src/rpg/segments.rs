@@ -5,13 +5,14 @@
 
 use surefoot_shared_types::message::SupportMode;
 
-use super::{Boundary, GOAL, Phase, Planner, Purpose, START, boundary_node};
+use super::lanes::Lane;
+use super::{Boundary, GOAL, Phase, Planner, START, boundary_node};
 use crate::arena::reserve;
 use crate::ends::{foothold_at, stand};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
 use crate::motion::roadmap::Segment;
 use crate::possibility::Placed;
-use crate::trouble::{Trouble, nearest_station};
+use crate::trouble::nearest_station;
 
 /// Stations of a segment, more where the robot cannot stand there.
 const SEGMENT_STATIONS: usize = 36;
@@ -27,62 +28,88 @@ const ASIDE_MAX: f64 = 1e-3;
 struct Cut {
     boundary: usize,
     station: usize,
+    /// The walk from here to the next cut once it is complete: first and count in the arena.
+    walk: Option<(usize, usize)>,
 }
 
-/// The cuts of the route that is followed, start and goal included, and which segment is being planned.
+/// The cuts of the route that is followed, start and goal included, and the walks between them that are complete.
 #[derive(Debug)]
 pub struct Cuts {
     cuts: Vec<Cut>,
-    current: usize,
+    walks: Vec<TransitionId>,
 }
 
 impl Cuts {
-    /// None yet.
-    pub fn new() -> Self {
-        Self { cuts: reserve(BOUNDARIES_MAX), current: 0 }
+    /// None yet, and room for walks of so many transitions.
+    pub fn new(transitions_max: usize) -> Self {
+        Self { cuts: reserve(BOUNDARIES_MAX), walks: reserve(transitions_max) }
     }
 
-    /// The boundaries of the segment that is being planned.
-    pub fn boundaries(&self) -> [usize; 2] {
-        [0, 1].map(|side| self.cuts[self.current + side].boundary)
+    /// How many segments there are.
+    pub fn segments(&self) -> usize {
+        self.cuts.len() - 1
     }
 
-    /// The first and the last station of the segment that is being planned.
-    pub fn stations(&self) -> [usize; 2] {
-        [0, 1].map(|side| self.cuts[self.current + side].station)
+    /// The boundaries of a segment.
+    pub fn boundaries(&self, segment: usize) -> [usize; 2] {
+        [segment, segment + 1].map(|cut| self.cuts[cut].boundary)
     }
 
-    /// The stations near which the segment that is being planned may step.
-    pub fn window(&self) -> [u32; 2] {
-        let [first, last] = self.stations();
+    /// The first and the last station of a segment.
+    pub fn stations(&self, segment: usize) -> [usize; 2] {
+        [segment, segment + 1].map(|cut| self.cuts[cut].station)
+    }
+
+    /// The stations near which a segment may step.
+    pub fn window(&self, segment: usize) -> [u32; 2] {
+        let [first, last] = self.stations(segment);
         [first.saturating_sub(MARGIN_STATIONS) as u32, (last + MARGIN_STATIONS) as u32]
     }
 
-    /// The segment that is being planned, along a sequence.
-    pub fn segment<'a>(&self, sequence: &'a [TransitionId]) -> Segment<'a> {
-        Segment { sequence, ends: self.boundaries().map(boundary_node) }
+    /// What a lane plans: its segment, along its sequence.
+    pub fn segment<'a>(&self, lane: &'a Lane) -> Segment<'a> {
+        Segment { sequence: &lane.sequence, ends: self.boundaries(lane.segment).map(boundary_node) }
+    }
+
+    /// Keeps the walk of a segment.
+    ///
+    /// # Errors
+    /// It does not fit.
+    pub fn complete(&mut self, segment: usize, walk: &[TransitionId]) -> Result<(), ArenaFull> {
+        if self.walks.len() + walk.len() > self.walks.capacity() {
+            return Err(ArenaFull::Configurations);
+        }
+        self.cuts[segment].walk = Some((self.walks.len(), walk.len()));
+        self.walks.extend_from_slice(walk);
+        Ok(())
+    }
+
+    /// How far walks that are complete lead from the start, as a station; `None` where the first is not.
+    pub fn crossed(&self) -> Option<usize> {
+        let complete = self.cuts.iter().take_while(|cut| cut.walk.is_some()).count();
+        (complete > 0).then(|| self.cuts[complete].station)
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.cuts.capacity() * size_of::<Cut>() + self.walks.capacity() * size_of::<TransitionId>()
     }
 
     fn begin(&mut self) {
-        self.current = 0;
+        self.walks.clear();
         self.cuts.clear();
-        self.cuts.push(Cut { boundary: START, station: 0 });
+        self.push(START, 0);
     }
 
     fn push(&mut self, boundary: usize, station: usize) {
-        self.cuts.push(Cut { boundary, station });
+        self.cuts.push(Cut { boundary, station, walk: None });
     }
 
-    /// The segment that is being planned has got longer by so many stations.
-    fn shift(&mut self, more: usize, fewer: usize) {
-        for cut in &mut self.cuts[self.current + 1..] {
+    /// A segment has got longer by so many stations.
+    fn shift(&mut self, segment: usize, more: usize, fewer: usize) {
+        for cut in &mut self.cuts[segment + 1..] {
             cut.station = cut.station + more - fewer;
         }
-    }
-
-    fn next(&mut self) -> bool {
-        self.current += 1;
-        self.current + 1 < self.cuts.len()
     }
 }
 
@@ -91,12 +118,11 @@ impl Planner {
     pub(super) fn cut_anew_or_shift(&mut self, stations: usize) -> Phase {
         match self.stations_before.take() {
             Some(before) => {
-                self.cuts.shift(stations, before);
+                self.cuts.shift(self.lanes.current().segment, stations, before);
+                self.lanes.current_mut().sweeps = 0;
                 Phase::Seed { next: 0 }
             }
             None => {
-                self.walk.clear();
-                self.walk.push(boundary_node(START));
                 self.cuts.begin();
                 Phase::Cut { station: SEGMENT_STATIONS }
             }
@@ -108,6 +134,7 @@ impl Planner {
         let stations = self.growth.route().stations();
         if station + SEGMENT_STATIONS / 2 >= stations || self.cuts.cuts.len() + 1 >= BOUNDARIES_MAX {
             self.cuts.push(GOAL, stations - 1);
+            self.lanes.begin_route(self.cuts.segments());
             return Ok(Phase::Seed { next: 0 });
         }
         let Some(boundary) = self.stand_at(station)? else { return Ok(Phase::Cut { station: station + 1 }) };
@@ -150,17 +177,20 @@ impl Planner {
         Ok(Some(Boundary { footholds, state, support: SupportMode::Double }))
     }
 
-    /// Adds the segment to the walk and goes on to the next, or to the end.
-    pub(super) fn complete_segment(&mut self) -> Result<Phase, ArenaFull> {
-        let [_, to] = self.cuts.boundaries();
-        if self.walk.len() + self.search.sequence().len() + 1 > self.walk.capacity() {
-            return Err(ArenaFull::Configurations);
+    /// Puts the walks of all segments together.
+    ///
+    /// # Errors
+    /// The walk is too long.
+    pub(super) fn join_segments(&mut self) -> Result<(), ArenaFull> {
+        self.walk.clear();
+        for cut in &self.cuts.cuts {
+            let (first, count) = cut.walk.unwrap_or_default();
+            if self.walk.len() + count + 1 > self.walk.capacity() {
+                return Err(ArenaFull::Configurations);
+            }
+            self.walk.push(boundary_node(cut.boundary));
+            self.walk.extend_from_slice(&self.cuts.walks[first..first + count]);
         }
-        self.walk.extend_from_slice(self.search.sequence());
-        self.walk.push(boundary_node(to));
-        self.growth.note_crossed(self.cuts.stations()[1]);
-        self.trouble = Trouble::default();
-        self.route_sweeps = 1;
-        if self.cuts.next() { Ok(Phase::seek(Purpose::Find)) } else { Ok(self.polish_or_assemble()) }
+        Ok(())
     }
 }
