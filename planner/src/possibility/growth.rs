@@ -5,7 +5,7 @@ use surefoot_shared_types::config::Mark;
 use super::extension::{Extension, Step, Tip};
 use super::label::Label;
 use super::route::Route;
-use super::sampling::{SIDES, bounds_around, draw, is_short, join_crowd, nearest, samples_max};
+use super::sampling::{SIDES, Wish, bounds_around, draw, is_short, join_crowd, nearest, samples_max};
 use super::stance::{Context, Pair, Placed, Stance};
 use super::station::Station;
 use crate::arena::reserve;
@@ -358,8 +358,9 @@ impl Growth {
         }
         let mut random = Random::new(seed, Stream::Possibility, u64::from(self.samples) << 1 | u64::from(self.relaxed), self.generation);
         let tree = (self.samples % 2) as usize;
-        let sidles = self.sidles();
-        let (tip, target, facing) = draw(&mut self.trees[tree], (tree == 1, sidles), self.samples / 2, &self.bounds, &mut random);
+        let toward = self.trees[1 - tree][0].station.position;
+        let wish = Wish { bounds: &self.bounds, toward, backward: tree == 1, sidles: self.sidles() };
+        let (tip, target, facing) = draw(&mut self.trees[tree], &wish, self.samples / 2, &mut random);
         self.samples += 1;
         let extension = self.extension(tree, target, facing, false);
         self.activity = Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Sample };

@@ -25,6 +25,8 @@ const REACH: (f64, f64) = (2.5, 0.5);
 const ANYWHERE_EVERY: u32 = 4;
 /// Only so many of the latest vertices count: where a tree has been, it need not be looked for ways on.
 const RECENT: usize = 192;
+/// On a long course, what a metre from where the other tree began counts as crowd: ways on are sought at the front before others.
+const CROWD_PER_METRE: f64 = 2.0;
 /// How far ahead of the vertex, m.
 const AHEAD: [f64; 2] = [0.5, 1.5];
 /// How far off its heading, rad.
@@ -58,13 +60,25 @@ fn length(bounds: &Aabb) -> f64 {
     (bounds.max - bounds.min).truncate().length()
 }
 
+/// How a tree is to grow.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wish<'a> {
+    /// Where stations are drawn.
+    pub bounds: &'a Aabb,
+    /// Where the other tree began.
+    pub toward: DVec3,
+    /// Whether it grows from the goal: it is walked toward its root, so that its vertices face away from where it grows.
+    pub backward: bool,
+    /// Whether the robot may face aside of its way.
+    pub sidles: bool,
+}
+
 /// A branch to be grown: the vertex it grows from, toward where, and how far off its way the robot faces, rad.
 type Drawn = (u32, Station, f64);
 
-/// Sample number `count` of a tree. A tree that grows `backward` from the goal is walked toward its root, so that its vertices face
-/// away from where it grows. It faces as at the vertex it grows from, unless it `sidles` besides.
-pub(super) fn draw(tree: &mut [Vertex], (backward, sidles): (bool, bool), count: u32, bounds: &Aabb, random: &mut Random) -> Drawn {
-    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, bounds, random) } else { ahead(tree, (backward, sidles), bounds, random) }
+/// Sample number `count` of a tree. The robot faces as at the vertex it grows from, unless it sidles besides.
+pub(super) fn draw(tree: &mut [Vertex], wish: &Wish<'_>, count: u32, random: &mut Random) -> Drawn {
+    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, wish.bounds, random) } else { ahead(tree, wish, random) }
 }
 
 /// A station anywhere, and the vertex nearest to it.
@@ -75,15 +89,17 @@ fn anywhere(tree: &[Vertex], bounds: &Aabb, random: &mut Random) -> Drawn {
 }
 
 /// Of the latest vertices the one that is the least crowded, of several the last, and a station ahead of it.
-fn ahead(tree: &mut [Vertex], (backward, sidles): (bool, bool), bounds: &Aabb, random: &mut Random) -> Drawn {
-    let inside = tree.iter().enumerate().rev().take(RECENT).filter(|(_, vertex)| bounds.contains(vertex.station.position));
-    let tip = inside.min_by_key(|(_, vertex)| vertex.crowd).map_or(0, |(index, _)| index);
+fn ahead(tree: &mut [Vertex], wish: &Wish<'_>, random: &mut Random) -> Drawn {
+    let per_metre = if is_short(wish.bounds) { 0.0 } else { CROWD_PER_METRE };
+    let crowd = |vertex: &Vertex| f64::from(vertex.crowd) + per_metre * libm::sqrt(vertex.station.place_distance_squared(wish.toward));
+    let inside = tree.iter().enumerate().rev().take(RECENT).filter(|(_, vertex)| wish.bounds.contains(vertex.station.position));
+    let tip = inside.min_by(|(_, a), (_, b)| crowd(a).total_cmp(&crowd(b))).map_or(0, |(index, _)| index);
     tree[tip].crowd += 1;
     let Vertex { station: at, facing: faced, .. } = tree[tip];
     let yaw = at.yaw - faced + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
-    let distance = random.uniform(AHEAD[0], AHEAD[1]) * if backward { -1.0 } else { 1.0 };
+    let distance = random.uniform(AHEAD[0], AHEAD[1]) * if wish.backward { -1.0 } else { 1.0 };
     let way = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
-    let facing = if sidles { [0.0, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
+    let facing = if wish.sidles { [0.0, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
     (tip as u32, Station { position: at.position + rotation_about(DVec3::Z, yaw) * way, yaw: yaw + facing }, facing)
 }
 
@@ -117,6 +133,13 @@ mod tests {
 
     const BOUNDS: Aabb = Aabb { min: DVec3::new(-1.0, -2.0, -1.0), max: DVec3::new(60.0, 2.0, 1.0) };
 
+    /// A course along which crowds alone decide.
+    const WIDE: Aabb = Aabb { min: DVec3::new(-1.0, -2.0, -1.0), max: DVec3::new(10.0, 2.0, 1.0) };
+
+    fn wish(bounds: &Aabb) -> Wish<'_> {
+        Wish { bounds, toward: bounds.max, backward: false, sidles: false }
+    }
+
     fn vertex(x: f64) -> Vertex {
         Vertex::root(Station { position: DVec3::new(x, 0.0, 0.0), yaw: 0.0 }, None)
     }
@@ -126,7 +149,7 @@ mod tests {
         let mut tree = vec![vertex(0.0)];
         for count in 0..samples {
             let mut random = Random::new(1, Stream::Possibility, u64::from(count), 0);
-            let (tip, target, _) = ahead(&mut tree, (false, false), &BOUNDS, &mut random);
+            let (tip, target, _) = ahead(&mut tree, &wish(&BOUNDS), &mut random);
             let mut added = Vertex::root(tree[tip as usize].station.toward(&target, 0.25, 0.0), None);
             join_crowd(&mut tree, &mut added);
             tree.push(added);
@@ -146,7 +169,7 @@ mod tests {
         let mut tree = [vertex(0.0), vertex(5.0), vertex(9.0)];
         (tree[0].crowd, tree[2].crowd) = (2, 2);
         for backward in [false, true] {
-            let (tip, target, _) = ahead(&mut tree, (backward, false), &BOUNDS, &mut random);
+            let (tip, target, _) = ahead(&mut tree, &Wish { backward, ..wish(&WIDE) }, &mut random);
             assert_eq!((tip, target.position.x < 5.0), (1, backward), "{target:?}");
         }
         assert_eq!(tree[1].crowd, 2, "what was tried counts as crowded");
@@ -157,6 +180,14 @@ mod tests {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
         let mut tree = [vertex(0.0), vertex(70.0)];
         tree[0].crowd = 9;
-        assert_eq!(ahead(&mut tree, (false, false), &BOUNDS, &mut random).0, 0);
+        assert_eq!(ahead(&mut tree, &wish(&BOUNDS), &mut random).0, 0);
+    }
+
+    #[test]
+    fn a_long_course_is_tried_at_the_front_until_that_is_crowded() {
+        let mut random = Random::new(1, Stream::Possibility, 0, 0);
+        let mut tree = [vertex(0.0), vertex(20.0), vertex(5.0)];
+        let tips: Vec<u32> = (0..60).map(|_| ahead(&mut tree, &wish(&BOUNDS), &mut random).0).collect();
+        assert!(tips[..25].iter().all(|&tip| tip == 1) && tips.contains(&2), "{tips:?}");
     }
 }
