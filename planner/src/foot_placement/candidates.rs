@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
 
 use super::polygon::area_and_centroid;
@@ -59,20 +60,14 @@ pub(super) struct Candidate {
     pub world_from_sole: Pose,
 }
 
-/// The sole in a plane frame, turned by `turn` about its own origin.
+/// The sole in a plane frame, turned by `turn` about its own origin; wherever it lies there, it heads where the request lets it.
 struct TurnedSole {
     turn: f64,
     rotation: DQuat,
-    outline: heapless::Vec<DVec2, 16>,
+    outline: heapless::Vec<DVec2, POLYGON_VERTICES_MAX>,
 }
 
 impl TurnedSole {
-    fn new(polygon: &[DVec2], turn: f64) -> Self {
-        let (sin, cos) = libm::sincos(turn);
-        let outline = polygon.iter().take(16).map(|p| DVec2::new(cos, sin).rotate(*p)).collect();
-        Self { turn, rotation: rotation_about(DVec3::Z, turn), outline }
-    }
-
     fn extent(&self, direction: DVec2) -> [f64; 2] {
         extent(self.outline.iter().copied(), direction)
     }
@@ -207,15 +202,20 @@ struct Lister<'a, 'r> {
 }
 
 impl Lister<'_, '_> {
-    fn sole(&self, turn: f64) -> TurnedSole {
-        TurnedSole::new(self.request.sole_polygon, turn)
+    /// The sole turned; `None` where the request lets no sole head there.
+    fn sole(&self, turn: f64) -> Option<TurnedSole> {
+        let rotation = rotation_about(DVec3::Z, turn);
+        let (sin, cos) = libm::sincos(turn);
+        let outline = || self.request.sole_polygon.iter().take(POLYGON_VERTICES_MAX).map(|p| DVec2::new(cos, sin).rotate(*p)).collect();
+        let heads = self.request.heads(self.plane.world_from_plane.rotation * rotation);
+        heads.then(|| TurnedSole { turn, rotation, outline: outline() })
     }
 
     /// Adds the sole turned and then shifted, if within the request's reach.
     fn add(&mut self, sole: &TurnedSole, shift: DVec2, extra_cost: f64) {
         let plane_from_sole = Pose::from_parts(shift.extend(0.0), sole.rotation);
         let world_from_sole = self.plane.world_from_plane * plane_from_sole;
-        if self.request.reaches(&world_from_sole) {
+        if self.request.is_near(world_from_sole.translation) {
             let distance = (world_from_sole.translation - self.request.ideal.translation).length();
             let cost = distance + TURN_COST * sole.turn.abs() + extra_cost;
             self.scratch.candidates.push(Candidate { cost, world_from_sole });
@@ -224,8 +224,9 @@ impl Lister<'_, '_> {
 
     /// The ideal itself.
     fn ideal(&mut self) {
-        let sole = self.sole(0.0);
-        self.add(&sole, DVec2::ZERO, 0.0);
+        if let Some(sole) = self.sole(0.0) {
+            self.add(&sole, DVec2::ZERO, 0.0);
+        }
     }
 
     /// The ideal moved onto each feature, as it is and turned along the feature's sides.
@@ -233,20 +234,19 @@ impl Lister<'_, '_> {
         for i in 0..self.scratch.footprints.len().min(SINGLES_MAX) {
             let across = self.scratch.footprints[i].across;
             let [aligned, other] = aligned_turns(across);
-            for turn in [0.0, aligned, other] {
-                self.single(i, turn);
+            for sole in [0.0, aligned, other].into_iter().filter_map(|turn| self.sole(turn)).collect::<heapless::Vec<_, 3>>() {
+                self.single(i, &sole);
             }
         }
     }
 
-    fn single(&mut self, feature: usize, turn: f64) {
-        let sole = self.sole(turn);
+    fn single(&mut self, feature: usize, sole: &TurnedSole) {
         let footprint = &self.scratch.footprints[feature];
         let whole = EDGE_MARGINS.iter().find_map(|&margin| shift_onto(&footprint.outline, &sole.outline, margin));
         if let Some(shift) = whole {
-            self.add(&sole, shift, 0.0);
+            self.add(sole, shift, 0.0);
             for share in [0.5, 0.75] {
-                self.add(&sole, shift * share, PARTIAL_COST);
+                self.add(sole, shift * share, PARTIAL_COST);
             }
             return;
         }
@@ -255,7 +255,7 @@ impl Lister<'_, '_> {
         let options = [across, along].map(|d| shifts_over(footprint.extent(d), sole.extent(d)));
         for &over in &options[0] {
             for &lengthwise in &options[1] {
-                self.add(&sole, across * over + along * lengthwise, PARTIAL_COST);
+                self.add(sole, across * over + along * lengthwise, PARTIAL_COST);
             }
         }
     }
@@ -297,7 +297,7 @@ impl Lister<'_, '_> {
     }
 
     fn across_pair(&mut self, outer: [f64; 2], lengthwise: [f64; 2], across: DVec2, turn: f64) {
-        let sole = self.sole(turn);
+        let Some(sole) = self.sole(turn) else { return };
         let along = across.perp();
         let (reach, length) = (sole.extent(across), sole.extent(along));
         let share = (outer[1] - outer[0]) / (reach[1] - reach[0]);

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
@@ -117,11 +117,18 @@ pub struct Tally {
 impl Request<'_> {
     /// Whether a pose of the sole is within reach of the ideal.
     pub(super) fn reaches(&self, world_from_sole: &Pose) -> bool {
-        let moved = world_from_sole.translation - self.ideal.translation;
-        let turned = || wrap_angle(yaw_of(world_from_sole.rotation) - yaw_of(self.ideal.rotation));
-        moved.truncate().length() <= self.reach_xy + 1e-9
-            && (self.reach_z[0] - 1e-9..=self.reach_z[1] + 1e-9).contains(&moved.z)
-            && turned().abs() <= self.yaw_spread + 1e-9
+        self.is_near(world_from_sole.translation) && self.heads(world_from_sole.rotation)
+    }
+
+    /// Whether a position of the sole is near enough to the ideal one.
+    pub(super) fn is_near(&self, position: DVec3) -> bool {
+        let moved = position - self.ideal.translation;
+        moved.truncate().length() <= self.reach_xy + 1e-9 && (self.reach_z[0] - 1e-9..=self.reach_z[1] + 1e-9).contains(&moved.z)
+    }
+
+    /// Whether a rotation of the sole heads near enough to where the ideal one does.
+    pub(super) fn heads(&self, world_from_sole: DQuat) -> bool {
+        wrap_angle(yaw_of(world_from_sole) - yaw_of(self.ideal.rotation)).abs() <= self.yaw_spread + 1e-9
     }
 
     /// The largest distance of the sole's outline from its frame's origin, m.
