@@ -47,19 +47,19 @@ pub fn recheck(constraints: &Constraints, chunks: &[PlanChunk]) -> Result<Rechec
 }
 
 fn recheck_chunk(constraints: &Constraints, mode: &Mode, waypoints: &[Waypoint], done: &mut Recheck) -> Result<(), (usize, Rejection)> {
-    let mut before: Option<(Configuration, Snapshot)> = None;
-    let mut scratch = Snapshot::default();
+    let mut before: Option<Configuration> = None;
+    let (mut snapshots, mut scratch) = <([Snapshot; 2], Snapshot)>::default();
     for (index, waypoint) in waypoints.iter().enumerate() {
         let configuration = configuration_of(waypoint);
-        let snapshot = constraints.body.snapshot(&configuration);
+        let [here, last] = [index % 2, 1 - index % 2];
+        constraints.body.snapshot_into(&configuration, &mut snapshots[here]);
         done.waypoints += 1;
-        either_way(mode, |feet| constraints.check(mode, &snapshot, feet)).map_err(|why| (index, why))?;
-        if let Some((from, from_snapshot)) = &before {
-            let bound = constraints.collision.motion_bound(from_snapshot, &snapshot);
-            let between = |feet| constraints.check_between(mode, [from, &configuration], bound, feet, &mut scratch);
+        either_way(mode, |feet| constraints.check(mode, &snapshots[here], feet)).map_err(|why| (index, why))?;
+        if let Some(from) = before.replace(configuration) {
+            let bound = constraints.collision.motion_bound(&snapshots[last], &snapshots[here]);
+            let between = |feet| constraints.check_between(mode, [&from, &configuration], bound, feet, &mut scratch);
             done.between += either_way(mode, between).map_err(|why| (index, why))?;
         }
-        before = Some((configuration, snapshot));
     }
     Ok(())
 }

@@ -137,7 +137,8 @@ fn track_over(constraints: &Constraints, mode: &Mode, states: &[State]) -> Vec<C
     let mut track = vec![states[0].configuration];
     for pair in states.windows(2) {
         let stretch = Stretch { from: pair[0], to: pair[1], exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
-        let mut follower = Follower::new(constraints, &stretch);
+        let mut follower = Follower::default();
+        follower.begin(constraints, &stretch);
         loop {
             let progress = follower.advance(constraints, mode).unwrap();
             if progress != Progress::Nearer {

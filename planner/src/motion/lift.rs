@@ -19,13 +19,12 @@ pub struct Lift {
     from: State,
     tried: usize,
     lifted: State,
-    follower: Option<Follower>,
 }
 
 impl Lift {
     /// Begins with the foot on its placement.
     pub fn new(from: &State) -> Self {
-        Self { from: *from, tried: 0, lifted: *from, follower: None }
+        Self { from: *from, tried: 0, lifted: *from }
     }
 
     /// Spends one unit of work; answers the state with the foot lifted once that is reached: `waypoints` then holds the way there.
@@ -36,27 +35,38 @@ impl Lift {
         &mut self,
         constraints: &Constraints,
         mode: &Mode,
+        follower: &mut Follower,
         waypoints: &mut Vec<Configuration>,
     ) -> Result<Option<State>, Rejection> {
-        match self.attempt(constraints, mode, waypoints) {
-            Ok(is_lifted) => Ok(is_lifted.then_some(self.lifted)),
+        match self.attempt(constraints, mode, follower, waypoints) {
+            Ok(false) => Ok(None),
+            Ok(true) => {
+                follower.stop();
+                Ok(Some(self.lifted))
+            }
             Err(why) => {
-                self.follower = None;
+                follower.stop();
                 self.tried += 1;
                 if self.tried < HEIGHTS.len() { Ok(None) } else { Err(why) }
             }
         }
     }
 
-    fn attempt(&mut self, constraints: &Constraints, mode: &Mode, waypoints: &mut Vec<Configuration>) -> Result<bool, Rejection> {
-        let Some(follower) = &mut self.follower else {
+    fn attempt(
+        &mut self,
+        constraints: &Constraints,
+        mode: &Mode,
+        follower: &mut Follower,
+        waypoints: &mut Vec<Configuration>,
+    ) -> Result<bool, Rejection> {
+        if !follower.is_under_way() {
             waypoints.clear();
             self.lifted = lifted(constraints, mode, &self.from, HEIGHTS[self.tried])?;
             let stretch =
                 Stretch { from: self.from, to: self.lifted, exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Leaving };
-            self.follower = Some(Follower::new(constraints, &stretch));
+            follower.begin(constraints, &stretch);
             return Ok(false);
-        };
+        }
         let progress = follower.advance(constraints, mode)?;
         if progress != Progress::Nearer {
             push(waypoints, follower.here().configuration)?;

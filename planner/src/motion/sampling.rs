@@ -63,7 +63,7 @@ impl Sampling {
         let advanced = match &mut self.lift {
             None => self.draw(constraints, seed, graph),
             Some((configuration, lift)) => lift
-                .advance(constraints, &self.mode, &mut workspace.lifts[0])
+                .advance(constraints, &self.mode, &mut workspace.follower, &mut workspace.lifts[0])
                 .map(|lifted| self.found = lifted.map(|lifted| Found { configuration: *configuration, lifted })),
         };
         if let Err(rejection) = advanced {

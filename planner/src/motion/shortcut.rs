@@ -10,7 +10,7 @@ use crate::body::Configuration;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::swing::Travel;
-use crate::motion::track::{Follower, Progress, State, Stretch};
+use crate::motion::track::{Progress, State, Stretch};
 use crate::motion::tree::METRES_PER_RADIAN;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::Random;
@@ -93,7 +93,6 @@ enum Aim {
 struct Joint {
     aim: Aim,
     ends: [usize; 2],
-    follower: Follower,
     length: f64,
     length_max: f64,
 }
@@ -171,7 +170,8 @@ impl Shortcutting {
         let state = |index: usize| state_of(constraints, &self.mode, &workspace.track[index]);
         let stretch = Stretch { from: state(from), to: state(to), exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
         workspace.shortcut.clear();
-        Stage::Join(Joint { aim, ends, follower: Follower::new(constraints, &stretch), length: 0.0, length_max })
+        workspace.follower.begin(constraints, &stretch);
+        Stage::Join(Joint { aim, ends, length: 0.0, length_max })
     }
 
     fn after_success(&mut self, aim: Aim, joined: [usize; 2], removed: usize) -> Stage {
@@ -201,13 +201,13 @@ impl Joint {
     /// # Errors
     /// What stops it: [`Rejection::Discontinuous`] where it would be no shorter.
     fn advance(&mut self, constraints: &Constraints, mode: &Mode, workspace: &mut Workspace) -> Result<Option<usize>, Rejection> {
-        let before = self.follower.here().configuration;
-        let progress = self.follower.advance(constraints, mode)?;
+        let before = workspace.follower.here().configuration;
+        let progress = workspace.follower.advance(constraints, mode)?;
         if progress == Progress::Nearer {
             return Ok(None);
         }
         let [from, to] = self.ends;
-        let here = self.follower.here().configuration;
+        let here = workspace.follower.here().configuration;
         self.length += distance(&before, &here);
         let is_longer = self.length + distance(&here, &workspace.track[to]) > self.length_max;
         if is_longer || workspace.shortcut.len() == to - from {

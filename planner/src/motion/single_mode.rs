@@ -40,7 +40,6 @@ pub struct Search {
     ends: [State; 2],
     is_lifted: [bool; 2],
     stage: Stage,
-    follower: Option<Follower>,
 }
 
 #[derive(Debug, Clone)]
@@ -60,7 +59,7 @@ impl Search {
         let ends = [lifted[0].unwrap_or(problem.from), lifted[1].unwrap_or(problem.to)];
         let is_lifted = lifted.map(|known| known.is_some() || problem.mode.swing().is_none());
         let stage = stage_after(&problem, is_lifted);
-        Self { problem, ends, is_lifted, stage, follower: None }
+        Self { problem, ends, is_lifted, stage }
     }
 
     /// Spends one unit of work. At the end answers whether the motion was found: then `workspace.track` holds the waypoints
@@ -87,10 +86,10 @@ impl Search {
     fn advance_stage(&mut self, constraints: &Constraints, workspace: &mut Workspace) -> Result<bool, Rejection> {
         match &mut self.stage {
             &mut Stage::Travel { shape, probed } => Ok(self.travel(constraints, shape, probed, workspace)),
-            Stage::Grow(growing) => growing.advance(constraints, &self.problem, &self.ends, &mut self.follower, workspace),
+            Stage::Grow(growing) => growing.advance(constraints, &self.problem, &self.ends, workspace),
             Stage::Lift { end, lift } => {
-                let end = *end;
-                if let Some(lifted) = lift.advance(constraints, &self.problem.mode, &mut workspace.lifts[end])? {
+                let (end, Workspace { follower, lifts, .. }) = (*end, workspace);
+                if let Some(lifted) = lift.advance(constraints, &self.problem.mode, follower, &mut lifts[end])? {
                     self.ends[end] = lifted;
                     self.is_lifted[end] = true;
                     self.stage = stage_after(&self.problem, self.is_lifted);
@@ -103,29 +102,31 @@ impl Search {
     /// Probes a shape, then follows it; answers whether it led to the end.
     fn travel(&mut self, constraints: &Constraints, shape: usize, probed: u32, workspace: &mut Workspace) -> bool {
         let shapes = shapes(&self.problem.mode);
-        let Some(follower) = &mut self.follower else {
+        if !workspace.follower.is_under_way() {
             workspace.track.clear();
             let [from, to] = self.ends;
             let stretch = Stretch { from, to, exact: true, travel: shapes[shape], swing_foot: FootState::Free };
-            self.follower = Some(Follower::new(constraints, &stretch));
+            workspace.follower.begin(constraints, &stretch);
             return false;
-        };
+        }
         let tried = if probed < PROBES {
-            probe(constraints, &self.problem.mode, follower, probed)
+            probe(constraints, &self.problem.mode, &mut workspace.follower, probed)
         } else {
-            follow(constraints, &self.problem.mode, follower, workspace)
+            follow(constraints, &self.problem.mode, workspace)
         };
         match tried {
             Ok(Tried::Arrived) => return true,
             Ok(Tried::Going) => return false,
             Ok(Tried::Holds) => {
                 self.stage = Stage::Travel { shape, probed: probed + 1 };
-                self.follower = self.follower.take().filter(|_| probed + 1 < PROBES);
+                if probed + 1 == PROBES {
+                    workspace.follower.stop();
+                }
                 return false;
             }
             Err(why) => workspace.count(why),
         }
-        self.follower = None;
+        workspace.follower.stop();
         let next = shape + 1;
         self.stage = if next < shapes.len() { Stage::Travel { shape: next, probed: 0 } } else { Stage::Grow(Growing::new(&self.problem)) };
         false
@@ -192,10 +193,10 @@ fn probe(constraints: &Constraints, mode: &Mode, follower: &mut Follower, probed
     follower.probe(constraints, mode, at).map(|()| Tried::Holds)
 }
 
-fn follow(constraints: &Constraints, mode: &Mode, follower: &mut Follower, workspace: &mut Workspace) -> Result<Tried, Rejection> {
-    let progress = follower.advance(constraints, mode)?;
+fn follow(constraints: &Constraints, mode: &Mode, workspace: &mut Workspace) -> Result<Tried, Rejection> {
+    let progress = workspace.follower.advance(constraints, mode)?;
     if progress != Progress::Nearer {
-        push(&mut workspace.track, follower.here().configuration)?;
+        push(&mut workspace.track, workspace.follower.here().configuration)?;
     }
     Ok(if progress == Progress::Arrived { Tried::Arrived } else { Tried::Going })
 }

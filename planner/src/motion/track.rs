@@ -4,6 +4,7 @@
 
 use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::limits::JOINTS_MAX;
 use surefoot_shared_types::spatial::{interpolate, rotation_about, rotation_from_scaled_axis, yaw_of};
 
 use crate::body::Configuration;
@@ -20,6 +21,14 @@ pub struct State {
     pub configuration: Configuration,
     /// Both soles in the world.
     pub world_from_soles: [Pose; 2],
+}
+
+impl Default for State {
+    /// At the origin: for memory that is not in use.
+    fn default() -> Self {
+        let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
+        Self { configuration, world_from_soles: [Pose::IDENTITY; 2] }
+    }
 }
 
 /// Root shifts a waypoint may take to bring the centre of mass back.
@@ -54,6 +63,14 @@ pub struct Stretch {
     pub swing_foot: FootState,
 }
 
+impl Default for Stretch {
+    /// From the origin to there: for memory that is not in use.
+    fn default() -> Self {
+        let [from, to] = [State::default(); 2];
+        Self { from, to, exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Free }
+    }
+}
+
 /// What one trial along a stretch came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
@@ -65,39 +82,45 @@ pub enum Progress {
     Arrived,
 }
 
-/// Follows a stretch from its beginning, one trial at a time, each of which costs one unit of work.
-#[derive(Debug, Clone)]
+/// Follows a stretch from its beginning, one trial at a time, each of which costs one unit of work; then another, in the same memory.
+#[derive(Debug, Clone, Default)]
 pub struct Follower {
+    is_under_way: bool,
     stretch: Stretch,
     /// The share of the stretch behind it.
     at: f64,
     /// The share that it tries to go next.
     step: f64,
     here: State,
-    here_snapshot: Snapshot,
-    /// Written anew by each trial.
-    next_snapshot: Snapshot,
+    /// Of [`Follower::here`], at the place `current`, and of the trial, which is written anew each time.
+    snapshots: [Snapshot; 2],
+    current: usize,
     between_snapshot: Snapshot,
     /// The centre of mass at both ends, world, m.
     com_ends: [DVec3; 2],
 }
 
 impl Follower {
-    /// At the beginning of a stretch.
-    pub fn new(constraints: &Constraints, stretch: &Stretch) -> Self {
-        let here_snapshot = constraints.body.snapshot(&stretch.from.configuration);
-        let next_snapshot = constraints.body.snapshot(&stretch.to.configuration);
-        let com_ends = [here_snapshot.com, next_snapshot.com];
-        Self {
-            stretch: *stretch,
-            at: 0.0,
-            step: first_step(stretch),
-            here: stretch.from,
-            here_snapshot,
-            next_snapshot,
-            between_snapshot: Snapshot::default(),
-            com_ends,
+    /// Stands at the beginning of a stretch.
+    pub fn begin(&mut self, constraints: &Constraints, stretch: &Stretch) {
+        self.current = 0;
+        for (snapshot, end) in self.snapshots.iter_mut().zip([&stretch.from, &stretch.to]) {
+            constraints.body.snapshot_into(&end.configuration, snapshot);
         }
+        self.com_ends = [self.snapshots[0].com, self.snapshots[1].com];
+        (self.stretch, self.here) = (*stretch, stretch.from);
+        (self.at, self.step) = (0.0, first_step(stretch));
+        self.is_under_way = true;
+    }
+
+    /// Leaves its stretch.
+    pub fn stop(&mut self) {
+        self.is_under_way = false;
+    }
+
+    /// Whether it has begun with a stretch and not been stopped since.
+    pub fn is_under_way(&self) -> bool {
+        self.is_under_way
     }
 
     /// The waypoint that was reached last; every waypoint and every motion between two is checked.
@@ -112,8 +135,9 @@ impl Follower {
     /// What does not hold there.
     pub fn probe(&mut self, constraints: &Constraints, mode: &Mode, at: f64) -> Result<(), Rejection> {
         let feet = foot_states(mode, self.stretch.swing_foot);
-        self.here = place(constraints, mode, &self.stretch, &self.here, at, &self.com_ends, &mut self.next_snapshot)?;
-        constraints.check(mode, &self.next_snapshot, feet)
+        let next_snapshot = &mut self.snapshots[1 - self.current];
+        self.here = place(constraints, mode, &self.stretch, &self.here, at, &self.com_ends, next_snapshot)?;
+        constraints.check(mode, next_snapshot, feet)
     }
 
     /// Tries the next waypoint.
@@ -123,7 +147,8 @@ impl Follower {
     pub fn advance(&mut self, constraints: &Constraints, mode: &Mode) -> Result<Progress, Rejection> {
         let feet = foot_states(mode, self.stretch.swing_foot);
         let next_at = (self.at + self.step).min(1.0);
-        let next = place(constraints, mode, &self.stretch, &self.here, next_at, &self.com_ends, &mut self.next_snapshot);
+        let trial = 1 - self.current;
+        let next = place(constraints, mode, &self.stretch, &self.here, next_at, &self.com_ends, &mut self.snapshots[trial]);
         let (used, bound) = next.as_ref().map_or((2.0, f64::INFINITY), |state| self.use_of_step(constraints, state));
         self.step *= (STEP_AIM / used.max(1e-3)).clamp(0.25, 2.0);
         let state = match next {
@@ -131,11 +156,10 @@ impl Follower {
             _ if self.step >= STEP_MIN => return Ok(Progress::Nearer),
             next => return Err(next.err().unwrap_or(Rejection::Discontinuous)),
         };
-        constraints.check(mode, &self.next_snapshot, feet)?;
+        constraints.check(mode, &self.snapshots[trial], feet)?;
         let ends = [&self.here.configuration, &state.configuration];
         constraints.check_between(mode, ends, bound, feet, &mut self.between_snapshot)?;
-        std::mem::swap(&mut self.here_snapshot, &mut self.next_snapshot);
-        (self.here, self.at) = (state, next_at);
+        (self.here, self.at, self.current) = (state, next_at, trial);
         self.step = self.step.min(1.0 - self.at).max(STEP_MIN);
         Ok(if self.at < 1.0 { Progress::Waypoint } else { Progress::Arrived })
     }
@@ -145,7 +169,7 @@ impl Follower {
         let joints = self.here.configuration.q.iter().zip(&next.configuration.q);
         let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
         let config = &constraints.config;
-        let bound = constraints.collision.motion_bound(&self.here_snapshot, &self.next_snapshot);
+        let bound = constraints.collision.motion_bound(&self.snapshots[self.current], &self.snapshots[1 - self.current]);
         let used = (joint_step / config.waypoint_joint_step).max(bound / (WAYPOINT_COLLISION_STEPS * config.collision_step));
         (used, bound)
     }

@@ -9,7 +9,7 @@ use crate::collision::FootState;
 use crate::constraint::{Constraints, Rejection};
 use crate::motion::single_mode::Problem;
 use crate::motion::swing::Travel;
-use crate::motion::track::{Follower, Progress, State, Stretch};
+use crate::motion::track::{Progress, State, Stretch};
 use crate::motion::trees::TreeNode;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
@@ -82,69 +82,68 @@ impl Growing {
         constraints: &Constraints,
         problem: &Problem,
         ends: &[State; 2],
-        follower: &mut Option<Follower>,
         workspace: &mut Workspace,
     ) -> Result<bool, Rejection> {
-        let Some(at) = follower else {
+        if !workspace.follower.is_under_way() {
             plant(ends, workspace);
             if workspace.trees.iter().any(|tree| tree.len() == tree.capacity()) {
                 return Err(Rejection::Discontinuous);
             }
-            *follower = Some(self.choose(constraints, problem, ends, workspace));
+            self.choose(constraints, problem, ends, workspace);
             return Ok(false);
-        };
-        let progress = at.advance(constraints, &problem.mode);
+        }
+        let progress = workspace.follower.advance(constraints, &problem.mode);
         let grown = progress.and_then(|progress| match progress {
             Progress::Nearer => Ok(progress),
-            _ => self.add(at.here(), workspace).map(|()| progress),
+            _ => self.add(workspace).map(|()| progress),
         });
         match (self.aim, grown) {
             (_, Ok(Progress::Nearer)) => Ok(false),
             (Aim::Tip(tip), Ok(Progress::Arrived)) => self.collect(tip, workspace).map(|()| true),
             (Aim::Tip(_), Ok(_)) => Ok(false),
-            (Aim::Tip(_), Err(why)) => self.next_sample(why, follower, workspace),
+            (Aim::Tip(_), Err(why)) => self.next_sample(why, workspace),
             (_, Ok(Progress::Waypoint)) if self.added < EXTENSION_MAX => Ok(false),
-            (_, Err(why)) if self.added == 0 => self.next_sample(why, follower, workspace),
+            (_, Err(why)) if self.added == 0 => self.next_sample(why, workspace),
             _ => {
-                *follower = Some(self.turn_to_tip(constraints, problem, workspace));
+                self.turn_to_tip(constraints, problem, workspace);
                 Ok(false)
             }
         }
     }
 
-    fn choose(&mut self, constraints: &Constraints, problem: &Problem, ends: &[State; 2], workspace: &Workspace) -> Follower {
+    fn choose(&mut self, constraints: &Constraints, problem: &Problem, ends: &[State; 2], workspace: &mut Workspace) {
         self.side = (self.sample % 2) as usize;
         let target = draw(constraints, problem, ends, &mut self.random);
-        self.aim_at(constraints, problem, &target, Aim::Sample, workspace)
+        self.aim_at(constraints, problem, &target, Aim::Sample, workspace);
     }
 
-    fn turn_to_tip(&mut self, constraints: &Constraints, problem: &Problem, workspace: &Workspace) -> Follower {
+    fn turn_to_tip(&mut self, constraints: &Constraints, problem: &Problem, workspace: &mut Workspace) {
         let tip = self.parent;
         let target = workspace.trees[self.side][tip as usize].state;
         self.side = 1 - self.side;
-        self.aim_at(constraints, problem, &target, Aim::Tip(tip), workspace)
+        self.aim_at(constraints, problem, &target, Aim::Tip(tip), workspace);
     }
 
-    fn aim_at(&mut self, constraints: &Constraints, problem: &Problem, target: &State, aim: Aim, workspace: &Workspace) -> Follower {
+    fn aim_at(&mut self, constraints: &Constraints, problem: &Problem, target: &State, aim: Aim, workspace: &mut Workspace) {
         let tree = &workspace.trees[self.side];
         let near = nearest(tree, problem, target);
         (self.aim, self.parent, self.added) = (aim, near as u32, 0);
         let exact = matches!(aim, Aim::Tip(_));
         let stretch = Stretch { from: tree[near].state, to: *target, exact, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
-        Follower::new(constraints, &stretch)
+        workspace.follower.begin(constraints, &stretch);
     }
 
-    fn add(&mut self, state: &State, workspace: &mut Workspace) -> Result<(), Rejection> {
+    fn add(&mut self, workspace: &mut Workspace) -> Result<(), Rejection> {
         let tree = &mut workspace.trees[self.side];
-        push(tree, TreeNode { state: *state, parent: self.parent })?;
+        push(tree, TreeNode { state: *workspace.follower.here(), parent: self.parent })?;
         self.parent = (tree.len() - 1) as u32;
         self.added += 1;
         Ok(())
     }
 
-    fn next_sample(&mut self, why: Rejection, follower: &mut Option<Follower>, workspace: &mut Workspace) -> Result<bool, Rejection> {
+    fn next_sample(&mut self, why: Rejection, workspace: &mut Workspace) -> Result<bool, Rejection> {
         workspace.count(why);
-        *follower = None;
+        workspace.follower.stop();
         self.aim = Aim::Choose;
         self.sample += 1;
         if self.sample < self.samples_max { Ok(false) } else { Err(why) }

@@ -3,6 +3,7 @@
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::constraint::Rejection;
+use crate::motion::track::Follower;
 use crate::motion::trees::{Tree, TreeNode, new_tree};
 
 /// Most waypoints that lift a foot off its placement or set it down.
@@ -19,6 +20,8 @@ pub struct Workspace {
     pub lifts: [Vec<Configuration>; 2],
     /// A shortcut of the track: waypoints after the one where it begins.
     pub shortcut: Vec<Configuration>,
+    /// What follows the stretch that is being tried.
+    pub follower: Follower,
     /// The trees of both ends.
     pub trees: [Tree; 2],
     /// How often each condition turned something down.
@@ -32,6 +35,7 @@ impl Workspace {
             track: reserve(track_max),
             lifts: [0, 1].map(|_| reserve(LIFT_MAX)),
             shortcut: reserve(SHORTCUT_MAX),
+            follower: Follower::default(),
             trees: [0, 1].map(|_| new_tree(tree_nodes_max)),
             rejections: [0; Rejection::COUNT],
         }
@@ -41,6 +45,7 @@ impl Workspace {
     pub fn clear(&mut self) {
         self.track.clear();
         self.lifts.iter_mut().for_each(Vec::clear);
+        self.follower.stop();
         self.trees.iter_mut().for_each(Vec::clear);
     }
 
