@@ -44,3 +44,20 @@ fn neither_threads_nor_steps_change_a_walk_of_segments() {
         assert_eq!((planner.digest(), planner.tally()), (alone.digest(), alone.tally()), "{threads} threads, steps of {step}");
     }
 }
+
+/// A course of two segments, of which one is solved on the second route alone.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "takes minutes where the build is not optimised")]
+fn neither_threads_nor_steps_change_a_walk_on_another_route() {
+    let case = Case::shipped("gauntlet_1").with_seed(6);
+    let walk = |threads, step| {
+        let mut planner = case.planner(threads);
+        assert_eq!(run(&mut planner, step), Outcome::Found);
+        (planner.digest(), planner.tally())
+    };
+    let alone = walk(1, u64::MAX);
+    assert!(alone.1.routes > 1 && alone.1.segments_at_once > 1, "{:?}", alone.1);
+    for (threads, step) in [(2, 1), (2, 20_000), (4, 777)] {
+        assert_eq!(walk(threads, step), alone, "{threads} threads, steps of {step}");
+    }
+}

@@ -143,12 +143,6 @@ impl SequenceSearch {
         &self.entered
     }
 
-    /// Makes a sequence the one found last, as if the search had found it.
-    pub fn restore(&mut self, sequence: &[TransitionId]) {
-        self.sequence.clear();
-        self.sequence.extend_from_slice(sequence);
-    }
-
     /// Sets the placements that a search for a shorter walk may use: those of a sequence.
     pub fn use_only(&mut self, graph: &Graph, sequence: &[TransitionId]) {
         self.stances.iter_mut().for_each(|stance| stance.is_used = false);

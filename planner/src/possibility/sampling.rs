@@ -88,7 +88,8 @@ fn anywhere(tree: &[Vertex], bounds: &Aabb, random: &mut Random) -> Drawn {
     (nearest(tree, |station| station.place_distance_squared(position)), target, 0.0)
 }
 
-/// Of the latest vertices the one that is the least crowded, of several the last, and a station ahead of it.
+/// Of the latest vertices the one that is the least crowded, of several the last, and a station ahead of it; on a long course what lies
+/// behind the front counts as crowded.
 fn ahead(tree: &mut [Vertex], wish: &Wish<'_>, random: &mut Random) -> Drawn {
     let per_metre = if is_short(wish.bounds) { 0.0 } else { CROWD_PER_METRE };
     let crowd = |vertex: &Vertex| f64::from(vertex.crowd) + per_metre * libm::sqrt(vertex.station.place_distance_squared(wish.toward));

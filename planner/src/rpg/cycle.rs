@@ -70,7 +70,7 @@ impl Planner {
                 self.tally.sequences += 1;
                 if has_found { self.take_sequence(Turn::Sample { next: 0, failed: false })? } else { self.after_no_sequence() }
             }
-            Purpose::Return => return Ok(self.between_frontiers()),
+            Purpose::Return => return self.between_frontiers(),
             Purpose::Join if has_found => self.take_sequence(Turn::Move { next: 0, failed: false })?,
             Purpose::Join => self.take_turn(Turn::Fail),
             Purpose::Shorten => self.take_shorter()?,
@@ -79,7 +79,7 @@ impl Planner {
     }
 
     /// Makes the sequence that was found the one that the current lane completes, beginning with a turn.
-    pub(super) fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
+    fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
         self.take_turn(turn);
         self.lanes.current_mut().take(self.search.sequence())
     }
@@ -100,7 +100,8 @@ impl Planner {
     pub(super) fn sample(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             self.round.begin();
-            for (index, lane) in self.lanes.all_mut().iter_mut().enumerate() {
+            let last = self.lanes.last_segment();
+            for (index, lane) in self.lanes.all_mut().iter_mut().enumerate().filter(|(_, lane)| lane.segment <= last) {
                 if let Turn::Sample { next, failed } = lane.turn {
                     let next = self.round.add_sampling(index, &self.roadmap, self.cuts.segment(lane), next);
                     lane.turn = Turn::Sample { next, failed };
@@ -132,7 +133,8 @@ impl Planner {
     pub(super) fn plan_motions(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             self.round.begin();
-            for (index, lane) in self.lanes.all_mut().iter_mut().enumerate() {
+            let last = self.lanes.last_segment();
+            for (index, lane) in self.lanes.all_mut().iter_mut().enumerate().filter(|(_, lane)| lane.segment <= last) {
                 if let Turn::Move { next, failed } = lane.turn {
                     let next = self.round.add_motions(index, &self.shared, &mut self.roadmap, self.cuts.segment(lane), next);
                     lane.turn = Turn::Move { next, failed };

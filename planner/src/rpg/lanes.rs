@@ -25,6 +25,8 @@ pub enum Turn {
     Move { next: usize, failed: bool },
     /// It has a sequence that cannot be completed.
     Fail,
+    /// Its segment cannot be walked: another route is to be found, once the segments before it are complete.
+    Leave,
 }
 
 /// A segment that is being planned.
@@ -148,8 +150,16 @@ impl Lanes {
         self.next_segment += 1;
     }
 
+    /// The first segment that is to be left, if any; those beyond wait.
+    pub fn last_segment(&self) -> usize {
+        let left = self.lanes.iter().filter(|lane| lane.turn == Turn::Leave);
+        left.map(|lane| lane.segment).min().unwrap_or(usize::MAX)
+    }
+
+    /// The first lane whose turn is such a one, unless it waits.
     fn find(&self, is_such: impl Fn(Turn) -> bool) -> Option<usize> {
-        self.lanes.iter().position(|lane| is_such(lane.turn))
+        let last = self.last_segment();
+        self.lanes.iter().position(|lane| lane.segment <= last && is_such(lane.turn))
     }
 
     /// Bytes reserved.
@@ -160,7 +170,7 @@ impl Lanes {
 
 impl Planner {
     /// What comes next: lanes that fail or look for a sequence go before those that sample, and these before those that move, so that
-    /// a round serves as many lanes as it can.
+    /// a round serves as many lanes as it can; and all before another route is looked for, which keeps what they have crossed.
     pub(super) fn next_turn(&mut self) -> Result<Phase, ArenaFull> {
         if let Some(lane) = self.lanes.find(|turn| matches!(turn, Turn::Fail | Turn::Seek(_))) {
             self.lanes.go_to(lane);
@@ -174,6 +184,10 @@ impl Planner {
         }
         if self.lanes.find(|turn| matches!(turn, Turn::Move { .. })).is_some() {
             return Ok(Phase::Move);
+        }
+        if let Some(lane) = self.lanes.find(|turn| turn == Turn::Leave) {
+            self.lanes.go_to(lane);
+            return Ok(self.begin_another_route());
         }
         self.join_segments()?;
         Ok(self.polish_or_assemble())

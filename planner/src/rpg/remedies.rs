@@ -41,12 +41,12 @@ impl Planner {
                 Ok(Phase::Seed { next: 0 })
             }
             Some(Remedy::Sample) => self.sample_near_trouble(),
-            Some(Remedy::Detour) => Ok(self.look_for_detour(nearest_station(route, place.position), place)),
+            Some(Remedy::Detour) => self.look_for_detour(nearest_station(route, place.position), place),
             Some(Remedy::Reroute) => {
                 for index in (0..sequence.len()).filter(unsolved) {
                     give_up(&mut self.growth, &self.scenario, place_of(&self.roadmap.graph, sequence[index]));
                 }
-                Ok(self.look_for_another_route(place))
+                self.look_for_another_route(place)
             }
         }
     }
@@ -68,7 +68,7 @@ impl Planner {
     }
 
     /// What to do between what the start reaches and what the goal reaches: sample more placements at both edges [Grey 4.4.4].
-    pub(super) fn between_frontiers(&mut self) -> Phase {
+    pub(super) fn between_frontiers(&mut self) -> Result<Phase, ArenaFull> {
         self.take_turn(Turn::Seek(Purpose::Find));
         let Lane { segment, frontier, .. } = *self.lanes.current();
         let [_, last] = self.cuts.stations(segment);
@@ -77,7 +77,7 @@ impl Planner {
         match self.lanes.current_mut().trouble.no_sequence() {
             Remedy::Sweep | Remedy::Sample => {
                 self.focus.only_about(route.stations(), frontiers.into_iter());
-                Phase::Seed { next: 0 }
+                Ok(Phase::Seed { next: 0 })
             }
             Remedy::Detour => self.look_for_detour(frontier, route.station(frontier)),
             Remedy::Reroute => self.look_for_another_route(route.station(frontier)),
@@ -92,18 +92,25 @@ impl Planner {
     }
 
     /// Sends stage P to look for a way around a place where stage M gets no farther.
-    fn look_for_detour(&mut self, station: usize, place: Station) -> Phase {
+    fn look_for_detour(&mut self, station: usize, place: Station) -> Result<Phase, ArenaFull> {
         let stations = self.cuts.stations(self.lanes.current().segment);
         let Some(between) = detour_about(stations, station) else { return self.look_for_another_route(place) };
         give_up(&mut self.growth, &self.scenario, place);
         self.growth.begin_detour(between);
         self.stations_before = Some(self.growth.route().stations());
-        Phase::Route
+        Ok(Phase::Route)
     }
 
-    /// Sends stage P to look for a route that avoids a place where stage M gets no farther.
-    fn look_for_another_route(&mut self, place: Station) -> Phase {
+    /// Gives up a place where stage M gets no farther, and with it the route.
+    fn look_for_another_route(&mut self, place: Station) -> Result<Phase, ArenaFull> {
         give_up(&mut self.growth, &self.scenario, place);
+        self.take_turn(Turn::Leave);
+        self.next_turn()
+    }
+
+    /// Sends stage P to look for another route.
+    pub(super) fn begin_another_route(&mut self) -> Phase {
+        self.take_turn(Turn::Seek(Purpose::Find));
         self.growth.begin_again();
         self.stations_before = None;
         Phase::Route

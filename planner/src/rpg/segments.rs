@@ -1,7 +1,6 @@
 //! Cutting the route into segments that share their end states, and putting them together: Phi_M and Omega_M [Grey 3.2].
 //!
-//! Between two segments the robot stands on both feet. So what a segment costs depends on its own length alone, and trouble
-//! in one disturbs no other.
+//! Between two segments the robot stands on both feet. So what a segment costs depends on its own length alone.
 
 use surefoot_shared_types::message::SupportMode;
 
@@ -105,10 +104,10 @@ impl Cuts {
         self.cuts.push(Cut { boundary, station, walk: None });
     }
 
-    /// A segment has got longer by so many stations.
-    fn shift(&mut self, segment: usize, more: usize, fewer: usize) {
+    /// A detour in a segment has changed how many stations the route has.
+    fn shift(&mut self, segment: usize, before: usize, now: usize) {
         for cut in &mut self.cuts[segment + 1..] {
-            cut.station = cut.station + more - fewer;
+            cut.station = cut.station + now - before;
         }
     }
 }
@@ -118,7 +117,7 @@ impl Planner {
     pub(super) fn cut_anew_or_shift(&mut self, stations: usize) -> Phase {
         match self.stations_before.take() {
             Some(before) => {
-                self.cuts.shift(self.lanes.current().segment, stations, before);
+                self.cuts.shift(self.lanes.current().segment, before, stations);
                 self.lanes.current_mut().sweeps = 0;
                 Phase::Seed { next: 0 }
             }
