@@ -55,7 +55,7 @@ use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesErro
 use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
 use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
 use crate::motion::round::Round;
-use crate::motion::sequence::{Purpose, SequenceSearch};
+use crate::motion::sequence::SequenceSearch;
 use crate::motion::shortcut::Goal;
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Labelled, Progress, Torso};
@@ -104,7 +104,7 @@ enum Phase {
     Judge,
     Vary { index: usize, tried: usize, end: usize },
     Primitive,
-    Sequence { purpose: Purpose, begun: bool },
+    Sequence { begun: bool },
     Sample,
     Move,
     Weigh { next: usize },
@@ -374,7 +374,7 @@ impl Planner {
             Phase::Judge => self.judge(budget),
             Phase::Vary { index, tried, end } => self.vary(index, tried, end),
             Phase::Primitive => self.take_primitives(),
-            Phase::Sequence { purpose, begun } => self.find_sequence(purpose, begun, budget),
+            Phase::Sequence { begun } => self.find_sequence(begun, budget),
             Phase::Sample => self.sample(budget),
             Phase::Move => self.plan_motions(budget),
             Phase::Weigh { next } => Ok(self.weigh(next)),

@@ -231,11 +231,11 @@ impl Lister<'_, '_> {
 
     /// The ideal moved onto each feature, as it is and turned along the feature's sides.
     fn singles(&mut self) {
+        let as_it_is = self.sole(0.0);
         for i in 0..self.scratch.footprints.len().min(SINGLES_MAX) {
-            let across = self.scratch.footprints[i].across;
-            let [aligned, other] = aligned_turns(across);
-            for sole in [0.0, aligned, other].into_iter().filter_map(|turn| self.sole(turn)).collect::<heapless::Vec<_, 3>>() {
-                self.single(i, &sole);
+            let [aligned, other] = aligned_turns(self.scratch.footprints[i].across).map(|turn| self.sole(turn));
+            for sole in [&as_it_is, &aligned, &other].into_iter().flatten() {
+                self.single(i, sole);
             }
         }
     }

@@ -69,7 +69,6 @@ pub struct Shortcutting {
 }
 
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
 enum Stage {
     /// Finding out what may change.
     Begin,

@@ -62,7 +62,7 @@ fn length(bounds: &Aabb) -> f64 {
 
 /// How a tree is to grow.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wish<'a> {
+pub(super) struct Course<'a> {
     /// Where stations are drawn.
     pub bounds: &'a Aabb,
     /// Where the other tree began.
@@ -77,8 +77,8 @@ pub(super) struct Wish<'a> {
 type Drawn = (u32, Station, f64);
 
 /// Sample number `count` of a tree. The robot faces as at the vertex it grows from, unless it sidles besides.
-pub(super) fn draw(tree: &mut [Vertex], wish: &Wish<'_>, count: u32, random: &mut Random) -> Drawn {
-    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, wish.bounds, random) } else { ahead(tree, wish, random) }
+pub(super) fn draw(tree: &mut [Vertex], course: &Course<'_>, count: u32, random: &mut Random) -> Drawn {
+    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, course.bounds, random) } else { ahead(tree, course, random) }
 }
 
 /// A station anywhere, and the vertex nearest to it.
@@ -90,17 +90,17 @@ fn anywhere(tree: &[Vertex], bounds: &Aabb, random: &mut Random) -> Drawn {
 
 /// Of the latest vertices the one that is the least crowded, of several the last, and a station ahead of it; on a long course what lies
 /// behind the front counts as crowded.
-fn ahead(tree: &mut [Vertex], wish: &Wish<'_>, random: &mut Random) -> Drawn {
-    let per_metre = if is_short(wish.bounds) { 0.0 } else { CROWD_PER_METRE };
-    let crowd = |vertex: &Vertex| f64::from(vertex.crowd) + per_metre * libm::sqrt(vertex.station.place_distance_squared(wish.toward));
-    let inside = tree.iter().enumerate().rev().take(RECENT).filter(|(_, vertex)| wish.bounds.contains(vertex.station.position));
+fn ahead(tree: &mut [Vertex], course: &Course<'_>, random: &mut Random) -> Drawn {
+    let per_metre = if is_short(course.bounds) { 0.0 } else { CROWD_PER_METRE };
+    let crowd = |vertex: &Vertex| f64::from(vertex.crowd) + per_metre * libm::sqrt(vertex.station.place_distance_squared(course.toward));
+    let inside = tree.iter().enumerate().rev().take(RECENT).filter(|(_, vertex)| course.bounds.contains(vertex.station.position));
     let tip = inside.min_by(|(_, a), (_, b)| crowd(a).total_cmp(&crowd(b))).map_or(0, |(index, _)| index);
     tree[tip].crowd += 1;
     let Vertex { station: at, facing: faced, .. } = tree[tip];
     let yaw = at.yaw - faced + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
-    let distance = random.uniform(AHEAD[0], AHEAD[1]) * if wish.backward { -1.0 } else { 1.0 };
+    let distance = random.uniform(AHEAD[0], AHEAD[1]) * if course.backward { -1.0 } else { 1.0 };
     let way = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
-    let facing = if wish.sidles { [0.0, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
+    let facing = if course.sidles { [0.0, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
     (tip as u32, Station { position: at.position + rotation_about(DVec3::Z, yaw) * way, yaw: yaw + facing }, facing)
 }
 
@@ -137,8 +137,8 @@ mod tests {
     /// A course along which crowds alone decide.
     const WIDE: Aabb = Aabb { min: DVec3::new(-1.0, -2.0, -1.0), max: DVec3::new(10.0, 2.0, 1.0) };
 
-    fn wish(bounds: &Aabb) -> Wish<'_> {
-        Wish { bounds, toward: bounds.max, backward: false, sidles: false }
+    fn course(bounds: &Aabb) -> Course<'_> {
+        Course { bounds, toward: bounds.max, backward: false, sidles: false }
     }
 
     fn vertex(x: f64) -> Vertex {
@@ -150,7 +150,7 @@ mod tests {
         let mut tree = vec![vertex(0.0)];
         for count in 0..samples {
             let mut random = Random::new(1, Stream::Possibility, u64::from(count), 0);
-            let (tip, target, _) = ahead(&mut tree, &wish(&BOUNDS), &mut random);
+            let (tip, target, _) = ahead(&mut tree, &course(&BOUNDS), &mut random);
             let mut added = Vertex::root(tree[tip as usize].station.toward(&target, 0.25, 0.0), None);
             join_crowd(&mut tree, &mut added);
             tree.push(added);
@@ -170,7 +170,7 @@ mod tests {
         let mut tree = [vertex(0.0), vertex(5.0), vertex(9.0)];
         (tree[0].crowd, tree[2].crowd) = (2, 2);
         for backward in [false, true] {
-            let (tip, target, _) = ahead(&mut tree, &Wish { backward, ..wish(&WIDE) }, &mut random);
+            let (tip, target, _) = ahead(&mut tree, &Course { backward, ..course(&WIDE) }, &mut random);
             assert_eq!((tip, target.position.x < 5.0), (1, backward), "{target:?}");
         }
         assert_eq!(tree[1].crowd, 2, "what was tried counts as crowded");
@@ -181,14 +181,14 @@ mod tests {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
         let mut tree = [vertex(0.0), vertex(70.0)];
         tree[0].crowd = 9;
-        assert_eq!(ahead(&mut tree, &wish(&BOUNDS), &mut random).0, 0);
+        assert_eq!(ahead(&mut tree, &course(&BOUNDS), &mut random).0, 0);
     }
 
     #[test]
     fn a_long_course_is_tried_at_the_front_until_that_is_crowded() {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
         let mut tree = [vertex(0.0), vertex(20.0), vertex(5.0)];
-        let tips: Vec<u32> = (0..60).map(|_| ahead(&mut tree, &wish(&BOUNDS), &mut random).0).collect();
+        let tips: Vec<u32> = (0..60).map(|_| ahead(&mut tree, &course(&BOUNDS), &mut random).0).collect();
         assert!(tips[..25].iter().all(|&tip| tip == 1) && tips.contains(&2), "{tips:?}");
     }
 }

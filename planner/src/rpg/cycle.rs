@@ -27,8 +27,9 @@ const STARTS_MAX: usize = 256;
 
 impl Planner {
     /// Looks for the cheapest sequence of the current lane.
-    pub(super) fn find_sequence(&mut self, purpose: Purpose, begun: bool, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(super) fn find_sequence(&mut self, begun: bool, budget: u64) -> Result<Phase, ArenaFull> {
         let lane = self.lanes.current();
+        let purpose = lane.purpose;
         let [from, to] = match (self.cuts.boundaries(lane.segment), purpose) {
             ([start, goal], Purpose::Return) => [goal, start],
             (ends, _) => ends,
@@ -56,10 +57,9 @@ impl Planner {
         let spent = self.search.advance(&query, budget);
         self.tally.work += spent;
         if spent == budget {
-            return Ok(Phase::Sequence { purpose, begun: true });
+            return Ok(Phase::Sequence { begun: true });
         }
         self.tally.work += 1;
-        self.lanes.current_mut().purpose = purpose;
         self.after_sequence_search(purpose)
     }
 
@@ -79,7 +79,7 @@ impl Planner {
     }
 
     /// Makes the sequence that was found the one that the current lane completes, beginning with a turn.
-    fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
+    pub(super) fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
         self.take_turn(turn);
         self.lanes.current_mut().take(self.search.sequence())
     }
@@ -100,8 +100,7 @@ impl Planner {
     pub(super) fn sample(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             self.round.begin();
-            let last = self.lanes.last_segment();
-            for (index, lane) in self.lanes.all_mut().iter_mut().enumerate().filter(|(_, lane)| lane.segment <= last) {
+            for (index, lane) in self.lanes.going() {
                 if let Turn::Sample { next, failed } = lane.turn {
                     let next = self.round.add_sampling(index, &self.roadmap, self.cuts.segment(lane), next);
                     lane.turn = Turn::Sample { next, failed };
@@ -133,8 +132,7 @@ impl Planner {
     pub(super) fn plan_motions(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             self.round.begin();
-            let last = self.lanes.last_segment();
-            for (index, lane) in self.lanes.all_mut().iter_mut().enumerate().filter(|(_, lane)| lane.segment <= last) {
+            for (index, lane) in self.lanes.going() {
                 if let Turn::Move { next, failed } = lane.turn {
                     let next = self.round.add_motions(index, &self.shared, &mut self.roadmap, self.cuts.segment(lane), next);
                     lane.turn = Turn::Move { next, failed };
@@ -156,7 +154,7 @@ impl Planner {
         match (failed || has_failed, purpose) {
             (failed, _) if next <= sequence.len() => self.take_turn(Turn::Move { next, failed }),
             (false, _) => self.shorten_or_complete()?,
-            (true, Purpose::Find) => self.take_turn(Turn::Seek(Purpose::Join)),
+            (true, Purpose::Find) => self.seek(Purpose::Join),
             (true, Purpose::Return | Purpose::Join) => self.take_turn(Turn::Fail),
             (true, Purpose::Shorten) => self.shorten()?,
         }

@@ -18,7 +18,7 @@ pub enum Turn {
     /// Nothing: there is no segment left for it.
     Rest,
     /// It looks for a sequence.
-    Seek(Purpose),
+    Seek,
     /// It samples its transitions from `next` on; some before have `failed`.
     Sample { next: usize, failed: bool },
     /// It plans its motions from hop `next` on; some before have `failed`.
@@ -38,7 +38,7 @@ pub struct Lane {
     pub turn: Turn,
     /// The sequence that is being completed.
     pub sequence: Vec<TransitionId>,
-    /// What it was sought for.
+    /// What a sequence is sought for, or was.
     pub purpose: Purpose,
     /// The farthest station that walks from the segment's start reached where none led to its end.
     pub frontier: usize,
@@ -83,7 +83,7 @@ impl Lane {
 
     /// Begins with a segment of which all stations have been swept.
     fn begin(&mut self, segment: usize) {
-        (self.segment, self.turn) = (segment, Turn::Seek(Purpose::Find));
+        (self.segment, self.turn, self.purpose) = (segment, Turn::Seek, Purpose::Find);
         (self.trouble, self.sweeps) = (Trouble::default(), 1);
     }
 }
@@ -113,9 +113,10 @@ impl Lanes {
         &mut self.lanes[self.current]
     }
 
-    /// All of them.
-    pub fn all_mut(&mut self) -> &mut [Lane; LANES_MAX] {
-        &mut self.lanes
+    /// Those that do not wait, by their index.
+    pub fn going(&mut self) -> impl Iterator<Item = (usize, &mut Lane)> {
+        let last = self.last_segment();
+        self.lanes.iter_mut().enumerate().filter(move |(_, lane)| lane.segment <= last)
     }
 
     /// Gives a lane the turn.
@@ -151,7 +152,7 @@ impl Lanes {
     }
 
     /// The first segment that is to be left, if any; those beyond wait.
-    pub fn last_segment(&self) -> usize {
+    fn last_segment(&self) -> usize {
         let left = self.lanes.iter().filter(|lane| lane.turn == Turn::Leave);
         left.map(|lane| lane.segment).min().unwrap_or(usize::MAX)
     }
@@ -172,10 +173,10 @@ impl Planner {
     /// What comes next: lanes that fail or look for a sequence go before those that sample, and these before those that move, so that
     /// a round serves as many lanes as it can; and all before another route is looked for, which keeps what they have crossed.
     pub(super) fn next_turn(&mut self) -> Result<Phase, ArenaFull> {
-        if let Some(lane) = self.lanes.find(|turn| matches!(turn, Turn::Fail | Turn::Seek(_))) {
+        if let Some(lane) = self.lanes.find(|turn| matches!(turn, Turn::Fail | Turn::Seek)) {
             self.lanes.go_to(lane);
             return match self.lanes.current().turn {
-                Turn::Seek(purpose) => Ok(Phase::Sequence { purpose, begun: false }),
+                Turn::Seek => Ok(Phase::Sequence { begun: false }),
                 _ => self.after_failure(),
             };
         }
@@ -196,6 +197,12 @@ impl Planner {
     /// Gives the current lane its next turn.
     pub(super) fn take_turn(&mut self, turn: Turn) {
         self.lanes.current_mut().turn = turn;
+    }
+
+    /// Lets the current lane look for a sequence.
+    pub(super) fn seek(&mut self, purpose: Purpose) {
+        self.lanes.current_mut().purpose = purpose;
+        self.take_turn(Turn::Seek);
     }
 
     /// Keeps the current lane's sequence as the walk of its segment, and goes on with another segment.

@@ -21,7 +21,7 @@ const VARIED_AT: std::ops::Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX +
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
     pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        self.take_turn(Turn::Seek(Purpose::Find));
+        self.seek(Purpose::Find);
         let lane = self.lanes.current_mut();
         let cost = |id: &TransitionId| self.roadmap.graph.transitions()[*id as usize].cost();
         let dearest = lane.sequence.iter().map(cost).fold(0.0, f64::max);
@@ -64,12 +64,12 @@ impl Planner {
     pub(super) fn after_no_sequence(&mut self) {
         let [first, _] = self.cuts.stations(self.lanes.current().segment);
         self.lanes.current_mut().frontier = self.entered_stations().max().unwrap_or(first);
-        self.take_turn(Turn::Seek(Purpose::Return));
+        self.seek(Purpose::Return);
     }
 
     /// What to do between what the start reaches and what the goal reaches: sample more placements at both edges [Grey 4.4.4].
     pub(super) fn between_frontiers(&mut self) -> Result<Phase, ArenaFull> {
-        self.take_turn(Turn::Seek(Purpose::Find));
+        self.seek(Purpose::Find);
         let Lane { segment, frontier, .. } = *self.lanes.current();
         let [_, last] = self.cuts.stations(segment);
         let frontiers = [frontier, self.entered_stations().min().unwrap_or(last)];
@@ -110,7 +110,7 @@ impl Planner {
 
     /// Sends stage P to look for another route.
     pub(super) fn begin_another_route(&mut self) -> Phase {
-        self.take_turn(Turn::Seek(Purpose::Find));
+        self.seek(Purpose::Find);
         self.growth.begin_again();
         self.stations_before = None;
         Phase::Route

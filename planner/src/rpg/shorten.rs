@@ -18,7 +18,7 @@ impl Planner {
     /// Looks for the cheapest sequence over the placements in use, if attempts are left.
     pub(super) fn shorten(&mut self) -> Result<(), ArenaFull> {
         if self.lanes.current().shortenings < self.shared.constraints.config.shorten_rounds_max {
-            self.take_turn(Turn::Seek(Purpose::Shorten));
+            self.seek(Purpose::Shorten);
             return Ok(());
         }
         self.keep_best()
@@ -26,14 +26,12 @@ impl Planner {
 
     /// Tries the sequence that was found if it is shorter than the best.
     pub(super) fn take_shorter(&mut self) -> Result<(), ArenaFull> {
-        let (found, lane) = (self.search.sequence(), self.lanes.current_mut());
-        if !self.search.has_found() || found.len() >= lane.best.len() {
+        let lane = self.lanes.current_mut();
+        if !self.search.has_found() || self.search.sequence().len() >= lane.best.len() {
             return self.keep_best();
         }
         lane.shortenings += 1;
-        lane.take(found)?;
-        lane.turn = Turn::Sample { next: 0, failed: false };
-        Ok(())
+        self.take_sequence(Turn::Sample { next: 0, failed: false })
     }
 
     fn keep_best(&mut self) -> Result<(), ArenaFull> {
