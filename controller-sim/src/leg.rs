@@ -1,5 +1,5 @@
-//! How a leg reaches a sole that is a little elsewhere than its configuration puts it: Newton's method on the joints between root
-//! and foot, damped where the leg is nearly straight.
+//! How a leg reaches a sole that is a little elsewhere than its configuration puts it: Newton's method on the joints that carry its
+//! foot and no other, damped where the leg is nearly straight.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -19,7 +19,7 @@ const DAMPING: f64 = 1e-9;
 /// Moves the joints of one leg until its sole is at `world_from_sole`. False if it is not reached; joint limits are the caller's
 /// to check.
 pub fn reach(model: &RobotModel, configuration: &mut Configuration, limb: LimbIndex, world_from_sole: &Pose) -> bool {
-    let chain = model.chain(model.feet[limb].link);
+    let chain = model.leg(limb);
     for _ in 0..STEPS_MAX {
         let posture = Posture::new(model, configuration);
         let sole = posture.world_from_sole(model, limb);

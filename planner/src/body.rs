@@ -6,6 +6,8 @@ use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
 use surefoot_shared_types::robot::RobotModel;
 
+use crate::ankle::AnkleHold;
+use crate::carriage::Carriage;
 use crate::collision::ball::{BodyBall, body_balls};
 use crate::kinematics::leg::LegError;
 use crate::kinematics::{Leg, Tree};
@@ -61,19 +63,23 @@ pub struct Body {
     pub links_from_soles: [Pose; 2],
     /// Each sole's outline in its own frame.
     pub sole_polygons: [Vec<DVec2>; 2],
+    /// Where each sole can carry the robot's weight for its ankle.
+    pub ankles: [AnkleHold; 2],
+    /// How the robot carries itself on each foot.
+    pub carriages: [Carriage; 2],
     /// The standing posture's joint positions.
     pub standing_q: [f64; JOINTS_MAX],
     /// Where the centre of mass is then, in the root's frame, m.
     pub standing_com: DVec3,
     /// How much of each leg's reach the standing posture uses, 0 to 1, the larger of the two.
     pub standing_reach_share: f64,
-    /// The joints that are free in every mode: all that belong to no leg, with their limits.
+    /// The joints that are free in every mode: all that carry no foot, with their limits.
     pub free_joints: Vec<FreeJoint>,
     /// Joints in use.
     pub joints_len: usize,
 }
 
-/// A joint of no leg.
+/// A joint that carries no foot.
 #[derive(Debug, Clone, Copy)]
 pub struct FreeJoint {
     /// Index into `q`.
@@ -96,17 +102,22 @@ impl Body {
         }
         let margin = config.joint_margin;
         let legs = [Leg::new(model, 0, margin)?, Leg::new(model, 1, margin)?];
-        let in_a_leg = |index: usize| legs.iter().any(|leg| leg.joints().iter().any(|joint| joint.index == index));
-        let free = model.joints.iter().enumerate().filter(|(index, _)| !in_a_leg(*index));
+        let carry_feet: Vec<usize> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
+        let free = model.joints.iter().enumerate().filter(|(index, _)| !carry_feet.contains(index));
         let free_joints = free.map(|(index, joint)| FreeJoint { index, lower: joint.lower + margin, upper: joint.upper - margin });
         let mut standing_q = [0.0; JOINTS_MAX];
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
         let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
+        let statics = Statics::new(model, config.effort_share);
+        let efforts = statics.usable_efforts();
+        let ankle = |limb: usize| AnkleHold::new(&legs[limb], &standing_q, |joint| efforts[joint], statics.mass());
         let tree = Tree::new(model);
         let mut body = Self {
             balls: body_balls(model, &tree),
             tree,
-            statics: Statics::new(model, config.effort_share),
+            ankles: [ankle(0), ankle(1)],
+            carriages: [Carriage::standing(standing_q); 2],
+            statics,
             foot_links: [left.link, right.link],
             links_from_soles: [left.link_from_sole, right.link_from_sole],
             sole_polygons: [left.polygon.clone(), right.polygon.clone()],
@@ -118,6 +129,7 @@ impl Body {
             standing_reach_share,
         };
         body.standing_com = body.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: standing_q }).com;
+        body.carriages = [0, 1].map(|limb| Carriage::derive(&body, limb));
         Ok(body)
     }
 

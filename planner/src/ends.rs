@@ -12,8 +12,8 @@ use crate::constraint::{Constraints, Rejection};
 use crate::foot_placement::{FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
 use crate::motion::foothold::{Foothold, double_mode};
 use crate::motion::track::State;
-use crate::motion::transition::{Posture, settle};
 use crate::outcome::EndFault;
+use crate::posture::{Posture, settle};
 
 /// Shares of the standing posture's reach that are tried for standing.
 const REACH_SHARES: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
@@ -95,7 +95,7 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
     let footholds = [left, right].map(|contact| {
         let polygon = &contact.polygon[..(contact.polygon_len as usize).min(contact.polygon.len())];
         let support = polygon.iter().map(|vertex| DVec2::from_array(*vertex)).collect();
-        Foothold::new(contact.limb as usize, contact.world_from_sole(), support)
+        Foothold::of(&constraints.body, contact.limb as usize, contact.world_from_sole(), support)
     });
     let configuration = Configuration { world_from_root: standing.waypoint.world_from_root(), q: standing.waypoint.q };
     let snapshot = constraints.body.snapshot(&configuration);
@@ -134,7 +134,7 @@ pub fn foothold_at(
     if constraints.collision.foot_hit(limb, world_from_sole, FootState::Stance).is_some() {
         return Err(EndFault::FootCollides { limb });
     }
-    Ok(Foothold::new(limb, *world_from_sole, support.polygon))
+    Ok(Foothold::of(&constraints.body, limb, *world_from_sole, support.polygon))
 }
 
 /// A standing configuration over two placements, the centre of mass between both feet.

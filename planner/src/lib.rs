@@ -2,8 +2,10 @@
 //!
 //! [`rpg`] shows the whole search; read it first.
 
+pub mod ankle;
 pub mod arena;
 pub mod body;
+pub mod carriage;
 pub mod channel;
 pub mod chunking;
 pub mod collision;
@@ -15,6 +17,7 @@ pub mod kinematics;
 pub mod motion;
 pub mod outcome;
 pub mod possibility;
+pub mod posture;
 pub mod prepare;
 pub mod random;
 pub mod recheck;

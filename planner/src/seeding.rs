@@ -71,7 +71,7 @@ impl Seeding<'_> {
     pub fn reuse(&self, placed: &Placed, exactly: bool, graph: &mut Graph, scratch: &mut Scratch) -> Result<(), ArenaFull> {
         let sole_polygon = &self.constraints.body.sole_polygons[placed.limb];
         let Ok(support) = self.surfaces.support(scratch, sole_polygon, &placed.world_from_sole) else { return Ok(()) };
-        let foothold = Foothold::new(placed.limb, placed.world_from_sole, support.polygon);
+        let foothold = Foothold::of(&self.constraints.body, placed.limb, placed.world_from_sole, support.polygon);
         let known = if exactly { graph.identical(foothold.limb, &foothold.world_from_sole) } else { graph.same(&foothold) };
         if known.is_none() {
             graph.add_foothold(foothold)?;
@@ -156,7 +156,7 @@ impl Seeding<'_> {
         let world_from_sole = foothold.world_from_sole * Pose::from_parts(moved, turned);
         let support = self.surfaces.support(scratch, &self.constraints.body.sole_polygons[foothold.limb], &world_from_sole).ok()?;
         let is_free = self.constraints.collision.foot_hit(foothold.limb, &world_from_sole, FootState::Leaving).is_none();
-        is_free.then(|| Foothold::new(foothold.limb, world_from_sole, support.polygon))
+        is_free.then(|| Foothold::of(&self.constraints.body, foothold.limb, world_from_sole, support.polygon))
     }
 
     #[allow(clippy::too_many_arguments, reason = "one call site's arguments in three layers; a struct would only rename them")]
@@ -173,7 +173,7 @@ impl Seeding<'_> {
         let query = FootQuery { limb, ideal: *ideal, reach_z: REACH_Z, seed: self.seed, name, effort, kept_max };
         let mut ending = Ok(());
         query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
-            let foothold = Foothold::new(limb, placement.world_from_sole, placement.support.polygon);
+            let foothold = Foothold::of(&self.constraints.body, limb, placement.world_from_sole, placement.support.polygon);
             if graph.same(&foothold).is_some() {
                 return ControlFlow::Continue(false);
             }
@@ -235,7 +235,7 @@ pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> u32 
 pub fn is_step(constraints: &Constraints, step: [&Placed; 2]) -> bool {
     let [from, to] = step.map(|placed| {
         let sole = constraints.body.sole_polygons[placed.limb].iter().copied().collect();
-        Foothold::new(placed.limb, placed.world_from_sole, sole)
+        Foothold::of(&constraints.body, placed.limb, placed.world_from_sole, sole)
     });
     let reaches = |stance, other| is_reached(constraints, &single_mode(stance), TransitionPair { stance, other });
     reaches(&from, &to) && reaches(&to, &from)

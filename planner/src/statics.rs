@@ -83,6 +83,20 @@ impl Statics {
         self.mass
     }
 
+    /// The torque (N m) or force (N) of each joint that may be used.
+    pub fn usable_efforts(&self) -> [f64; JOINTS_MAX] {
+        let mut efforts = [0.0; JOINTS_MAX];
+        self.held.iter().chain(&self.moving).for_each(|joint| efforts[joint.joint] = joint.effort);
+        efforts
+    }
+
+    /// The mass (kg) that hangs on each joint, seen from the root.
+    pub fn carried_masses(&self) -> [f64; JOINTS_MAX] {
+        let mut masses = [0.0; JOINTS_MAX];
+        self.held.iter().chain(&self.moving).for_each(|joint| masses[joint.joint] = joint.mass);
+        masses
+    }
+
     /// The levers of the held joints where the held nodes are placed so in the root's frame.
     pub fn hold(&self, root_from_nodes: &[DAffine3], levers: &mut Levers) {
         let moments = self.subtree_moments(0, self.held_len, root_from_nodes);

@@ -14,7 +14,7 @@ use surefoot_planner::outcome::{Bound, EndFault};
 use surefoot_planner::{Outcome, PlannerError, Status};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::config::{Mark, PlannerConfig};
-use surefoot_shared_types::robot::Link;
+use surefoot_shared_types::robot::{Foot, Link};
 
 const STEP: u64 = 20_000;
 
@@ -202,7 +202,7 @@ fn robots_that_are_no_bipeds_are_refused() {
     let mut stiff = flat_walk();
     let hinges: Vec<_> = (0..5).map(|_| hinge([0.0, 0.0, -0.1], [0.0, 1.0, 0.0], [-1.0, 1.0])).collect();
     stiff.model = chain_robot(&hinges, [0.0; 3]);
-    stiff.model.feet.push(stiff.model.feet[0].clone());
+    stiff.model.feet.push(Foot { link: 0, ..stiff.model.feet[0].clone() });
     assert!(matches!(refusal(&stiff), PlannerError::Body(BodyError::Leg(LegError::JointCount { joints: 5, .. }))));
 }
 

@@ -1,4 +1,5 @@
-//! One leg: the joints from the root to a foot, and which joint positions put its sole where it shall be.
+//! One leg: the joints that carry a foot and no other, and which joint positions put its sole where it shall be. A joint that carries
+//! both feet, as a waist does between a root in the trunk and the hips, belongs to no leg: it is held as the robot stands.
 
 use glam::DVec3;
 use heapless::Vec as BoundedVec;
@@ -18,7 +19,7 @@ pub type LegPositions = BoundedVec<f64, LEG_JOINTS_MAX>;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LegError {
     /// Fewer than six or more than [`LEG_JOINTS_MAX`] joints.
-    #[error("the leg to foot '{foot}' has {joints} moving joints; 6 to {LEG_JOINTS_MAX} are needed to place a sole freely")]
+    #[error("the leg to foot '{foot}' has {joints} moving joints of its own; 6 to {LEG_JOINTS_MAX} are needed to place a sole freely")]
     JointCount {
         /// The foot's name.
         foot: String,
@@ -27,7 +28,7 @@ pub enum LegError {
     },
 }
 
-/// A joint of a leg with the robot at position zero, in the root's frame.
+/// A joint of a leg with the leg at position zero, in the root's frame.
 #[derive(Debug, Clone, Copy)]
 pub struct LegJoint {
     /// Index into `q`.
@@ -69,11 +70,11 @@ impl Leg {
     /// The leg has too few or too many joints.
     pub fn new(model: &RobotModel, limb: LimbIndex, joint_margin: f64) -> Result<Self, LegError> {
         let foot = &model.feet[limb];
-        let chain = model.chain(foot.link);
+        let chain = model.leg(limb);
         if !(6..=LEG_JOINTS_MAX).contains(&chain.len()) {
             return Err(LegError::JointCount { foot: foot.name.clone(), joints: chain.len() });
         }
-        let zero = zero_poses(model);
+        let zero = zero_poses(model, &chain);
         let joints: BoundedVec<_, LEG_JOINTS_MAX> = chain.iter().map(|&index| leg_joint(model, &zero, index, joint_margin)).collect();
         let zero_root_from_sole = zero[foot.link] * foot.link_from_sole;
         let solver = match ClosedForm::recognise(&joints, &zero_root_from_sole) {
@@ -126,6 +127,15 @@ impl Leg {
         true
     }
 
+    /// The leg's joints, each with the motion of what carries it: takes its point and axis to where they are, in the root's frame.
+    pub fn axes(&self, q: &[f64]) -> impl Iterator<Item = (&LegJoint, Pose)> {
+        self.joints.iter().scan(Pose::IDENTITY, move |motion, joint| {
+            let before = *motion;
+            *motion = before * joint.motion(q[joint.index]);
+            Some((joint, before))
+        })
+    }
+
     /// The sole's pose in the root's frame.
     pub fn root_from_sole(&self, q: &[f64]) -> Pose {
         let motion = self.joints.iter().fold(Pose::IDENTITY, |motion, joint| motion * joint.motion(q[joint.index]));
@@ -164,8 +174,11 @@ fn leg_joint(model: &RobotModel, zero: &[Pose], index: JointIndex, margin: f64) 
     }
 }
 
-fn zero_poses(model: &RobotModel) -> Vec<Pose> {
+/// All links in the root's frame, the joints of a leg at zero, all others as the robot stands.
+fn zero_poses(model: &RobotModel, leg: &[JointIndex]) -> Vec<Pose> {
     let mut poses = vec![Pose::IDENTITY; model.links.len()];
-    super::Kinematics::new(model).forward(&Pose::IDENTITY, &vec![0.0; model.joints.len()], &mut poses);
+    let q: Vec<f64> =
+        model.standing_q.iter().enumerate().map(|(joint, &standing)| if leg.contains(&joint) { 0.0 } else { standing }).collect();
+    super::Kinematics::new(model).forward(&Pose::IDENTITY, &q, &mut poses);
     poses
 }

@@ -6,6 +6,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::SupportMode;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
+use crate::body::Body;
 use crate::constraint::Mode;
 use crate::region::Region;
 
@@ -18,14 +19,19 @@ pub struct Foothold {
     pub world_from_sole: Pose,
     /// The supported part of the sole, in the sole frame.
     pub support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
-    /// The supported part of the sole in world x and y.
+    /// The supported part of the sole in world x and y, or that of it which the ankle can hold.
     pub region: Region,
 }
 
 impl Foothold {
     /// A placement with its support polygon (sole frame).
     pub fn new(limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
-        let region = Region::hull(support.iter().map(|v| (world_from_sole * v.extend(0.0)).truncate()));
+        Self { limb, world_from_sole, region: seen_from_above(&world_from_sole, &support), support }
+    }
+
+    /// The placement of a robot's foot with its support polygon (sole frame), of which counts what the ankle can hold.
+    pub fn of(body: &Body, limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
+        let region = seen_from_above(&world_from_sole, &body.ankles[limb].clip(&support));
         Self { limb, world_from_sole, support, region }
     }
 
@@ -33,6 +39,11 @@ impl Foothold {
     pub fn distance(&self, other: &Self) -> f64 {
         self.world_from_sole.translation.distance(other.world_from_sole.translation)
     }
+}
+
+/// A polygon of the sole frame in world x and y.
+fn seen_from_above(world_from_sole: &Pose, polygon: &[DVec2]) -> Region {
+    Region::hull(polygon.iter().map(|vertex| (*world_from_sole * vertex.extend(0.0)).truncate()))
 }
 
 /// The mode in which `stance` alone carries the robot.

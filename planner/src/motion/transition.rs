@@ -1,41 +1,22 @@
 //! Transition configurations: both feet on their placements, all weight on one of them [Grey 4.4.2].
 //!
-//! The root's pose is the only unknown beside the free joints: its rotation and height are chosen, its place follows from
-//! putting the centre of mass where it shall be (a few fixed-point shifts), the legs follow by inverse kinematics. The
-//! first attempts are primitive configurations, then their neighbourhood, then uniform samples [Grey 4.4.5].
+//! The root's pose is the only unknown beside the free joints: its rotation and height are chosen, the rest follows ([`settle_into`]).
+//! The first attempts are primitive configurations, then their neighbourhood, then uniform samples [Grey 4.4.5].
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy, wrap_angle, yaw_of};
 
 use crate::body::{Body, Configuration};
+use crate::carriage::Carriage;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::foothold::{Foothold, double_mode};
 use crate::motion::primitive::stand::side_of;
+use crate::posture::{COM_TOLERANCE, Posture, settle_into};
 use crate::random::{Random, Stream};
 use crate::region::Region;
 use crate::snapshot::Snapshot;
-
-/// Fixed-point shifts of the root that bring the centre of mass over its target.
-const COM_SHIFTS_MAX: usize = 8;
-/// How much further the root is shifted than the centre of mass shall go, since the legs come along only half the way.
-const LEGS_LAG: f64 = 1.15;
-/// How near the centre of mass must come to its target, m.
-const COM_TOLERANCE: f64 = 5e-4;
-/// The share of a leg's reach that samples may use: beyond it the knee is all but straight.
-const REACH_SHARE_MAX: f64 = 0.995;
-
-/// A wished-for posture of the root over a pair of soles.
-#[derive(Debug, Clone, Copy)]
-pub struct Posture {
-    /// The root's rotation in the world.
-    pub world_from_root: DQuat,
-    /// The largest share of its reach that either leg may use.
-    pub reach_share: f64,
-    /// Where the centre of mass shall be, world x and y, m.
-    pub com: DVec2,
-}
 
 /// The primitive postures: share of the standing reach beyond which to bend, pitch (rad), roll toward the stance foot
 /// (rad), and how far the centre of mass stands from the support's centroid toward the other foot (share of what the
@@ -118,48 +99,6 @@ fn reach(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>, attem
     settle_into(body, &world_from_soles(pair), &posture, free, snapshot).is_ok()
 }
 
-/// Puts the robot over its soles in the wished-for posture: the root shifts until the centre of mass is where it shall be.
-///
-/// # Errors
-/// The legs do not reach, or the shifts do not converge.
-pub fn settle(
-    body: &Body,
-    world_from_soles: &[Pose; 2],
-    posture: &Posture,
-    start_q: [f64; surefoot_shared_types::message::limits::JOINTS_MAX],
-) -> Result<(Configuration, Snapshot), Rejection> {
-    let mut snapshot = Snapshot::default();
-    let configuration = settle_into(body, world_from_soles, posture, start_q, &mut snapshot)?;
-    Ok((configuration, snapshot))
-}
-
-/// The same, the snapshot written over another one.
-fn settle_into(
-    body: &Body,
-    world_from_soles: &[Pose; 2],
-    posture: &Posture,
-    start_q: FreeJoints,
-    snapshot: &mut Snapshot,
-) -> Result<Configuration, Rejection> {
-    let begin = posture.com - (posture.world_from_root * body.standing_com).truncate();
-    let mut configuration = Configuration { world_from_root: Pose::from_parts(begin.extend(0.0), posture.world_from_root), q: start_q };
-    let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
-    for _ in 0..COM_SHIFTS_MAX {
-        let height = body.root_height(&configuration.world_from_root, world_from_soles, shares);
-        configuration.world_from_root.translation.z = height.ok_or(Rejection::Unreachable)?;
-        if !body.place_soles(&mut configuration, world_from_soles) {
-            return Err(Rejection::Unreachable);
-        }
-        body.snapshot_into(&configuration, snapshot);
-        let error = posture.com - snapshot.com.truncate();
-        if error.length() < COM_TOLERANCE {
-            return Ok(configuration);
-        }
-        configuration.world_from_root.translation += (LEGS_LAG * error).extend(0.0);
-    }
-    Err(Rejection::Balance)
-}
-
 /// The soles of a pair by limb.
 pub fn world_from_soles(pair: TransitionPair<'_>) -> [Pose; 2] {
     let mut soles = [pair.other.world_from_sole; 2];
@@ -174,7 +113,7 @@ fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, a
     let heading = mean_yaw(pair.stance.world_from_sole.rotation, pair.other.world_from_sole.rotation);
     let (share, pitch, roll, lean) = PRIMITIVES[(attempt % primitives) as usize];
     let side = side_of(pair.stance.limb);
-    let mut free = body.standing_q;
+    let Carriage { rotation: [carried_roll, carried_pitch], q: mut free, .. } = body.carriages[pair.stance.limb];
     let uniform = attempt >= primitives + NEIGHBOURHOOD_ATTEMPTS;
     let spread = match attempt {
         _ if uniform => 1.0,
@@ -182,8 +121,8 @@ fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, a
         _ => 0.0,
     };
     let mut jitter = |half: f64| spread * draws.uniform(-half, half);
-    let rotation =
-        rotation_about(DVec3::Z, heading + jitter(0.6)) * rotation_from_rpy(-side * roll + jitter(0.25), pitch + jitter(0.3), 0.0);
+    let rotation = rotation_about(DVec3::Z, heading + jitter(0.6))
+        * rotation_from_rpy(carried_roll - side * roll + jitter(0.25), carried_pitch + pitch + jitter(0.3), 0.0);
     let share = (share + jitter(0.15)) * body.standing_reach_share;
     let lean = (lean + jitter(0.6)).clamp(-0.5, 1.0);
     if uniform {

@@ -173,6 +173,15 @@ impl RobotModel {
         joints.reverse();
         joints
     }
+
+    /// The moving joints that carry one foot and no other, root first: those of its leg.
+    pub fn leg(&self, limb: LimbIndex) -> Vec<JointIndex> {
+        let mut joints = self.chain(self.feet[limb].link);
+        let others = self.feet.iter().enumerate().filter(|(other, _)| *other != limb);
+        let carry_others: Vec<JointIndex> = others.flat_map(|(_, foot)| self.chain(foot.link)).collect();
+        joints.retain(|joint| !carry_others.contains(joint));
+        joints
+    }
 }
 
 const _: () = assert!(JOINTS_MAX >= 32 && POLYGON_VERTICES_MAX >= 4);

@@ -17,7 +17,8 @@ use crate::body::{Body, Configuration};
 use crate::constraint::Rejection;
 use crate::motion::foothold::Foothold;
 use crate::motion::track::State;
-use crate::motion::transition::{Posture, mean_yaw, settle};
+use crate::motion::transition::mean_yaw;
+use crate::posture::{Posture, settle};
 
 /// Stretches of a place.
 pub const STRETCHES: usize = 4;

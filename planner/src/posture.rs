@@ -1,0 +1,75 @@
+//! The robot put over its soles: its root's rotation and height are wished for, its place follows from putting the centre of mass where
+//! it shall be (a few fixed-point shifts), the legs follow by inverse kinematics.
+
+use glam::{DQuat, DVec2};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::limits::JOINTS_MAX;
+
+use crate::body::{Body, Configuration};
+use crate::constraint::Rejection;
+use crate::snapshot::Snapshot;
+
+/// Fixed-point shifts of the root that bring the centre of mass over its target.
+const COM_SHIFTS_MAX: usize = 8;
+/// How much further the root is shifted than the centre of mass shall go, since the legs come along only half the way.
+const LEGS_LAG: f64 = 1.15;
+/// How near the centre of mass must come to its target, m.
+pub const COM_TOLERANCE: f64 = 5e-4;
+/// The share of a leg's reach that samples may use: beyond it the knee is all but straight.
+const REACH_SHARE_MAX: f64 = 0.995;
+
+/// A wished-for posture of the root over a pair of soles.
+#[derive(Debug, Clone, Copy)]
+pub struct Posture {
+    /// The root's rotation in the world.
+    pub world_from_root: DQuat,
+    /// The largest share of its reach that either leg may use.
+    pub reach_share: f64,
+    /// Where the centre of mass shall be, world x and y, m.
+    pub com: DVec2,
+}
+
+/// Puts the robot over its soles in the wished-for posture: the root shifts until the centre of mass is where it shall be.
+///
+/// # Errors
+/// The legs do not reach, or the shifts do not converge.
+pub fn settle(
+    body: &Body,
+    world_from_soles: &[Pose; 2],
+    posture: &Posture,
+    start_q: [f64; JOINTS_MAX],
+) -> Result<(Configuration, Snapshot), Rejection> {
+    let mut snapshot = Snapshot::default();
+    let configuration = settle_into(body, world_from_soles, posture, start_q, &mut snapshot)?;
+    Ok((configuration, snapshot))
+}
+
+/// The same, the snapshot written over another one.
+///
+/// # Errors
+/// As above.
+pub fn settle_into(
+    body: &Body,
+    world_from_soles: &[Pose; 2],
+    posture: &Posture,
+    start_q: [f64; JOINTS_MAX],
+    snapshot: &mut Snapshot,
+) -> Result<Configuration, Rejection> {
+    let begin = posture.com - (posture.world_from_root * body.standing_com).truncate();
+    let mut configuration = Configuration { world_from_root: Pose::from_parts(begin.extend(0.0), posture.world_from_root), q: start_q };
+    let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
+    for _ in 0..COM_SHIFTS_MAX {
+        let height = body.root_height(&configuration.world_from_root, world_from_soles, shares);
+        configuration.world_from_root.translation.z = height.ok_or(Rejection::Unreachable)?;
+        if !body.place_soles(&mut configuration, world_from_soles) {
+            return Err(Rejection::Unreachable);
+        }
+        body.snapshot_into(&configuration, snapshot);
+        let error = posture.com - snapshot.com.truncate();
+        if error.length() < COM_TOLERANCE {
+            return Ok(configuration);
+        }
+        configuration.world_from_root.translation += (LEGS_LAG * error).extend(0.0);
+    }
+    Err(Rejection::Balance)
+}

@@ -1,0 +1,101 @@
+//! Robots that are unlike the shipped one: weak ankles, weak hips, a waist between the root and the legs.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
+mod common;
+
+use common::{Case, hubo, run};
+use glam::{DVec2, DVec3};
+use surefoot_planner::Outcome;
+use surefoot_planner::body::{Body, Configuration};
+use surefoot_planner::statics::FootLoad;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::robot::{Attachment, Joint, Link, RobotModel};
+
+fn body(model: &RobotModel) -> Body {
+    Body::new(model, &PlannerConfig::default()).unwrap()
+}
+
+/// The Hubo whose joints of a kind have another effort, N m.
+fn with_effort(kind: &str, effort: f64) -> RobotModel {
+    let mut model = hubo();
+    model.joints.iter_mut().filter(|joint| joint.name.ends_with(kind)).for_each(|joint| joint.effort = effort);
+    model.digest = Digest::of(&[kind.as_bytes(), &effort.to_le_bytes()]);
+    model
+}
+
+/// The Hubo whose legs hang on a link of their own, which turns below the root.
+fn with_waist() -> RobotModel {
+    let mut model = hubo();
+    let waist = model.joints.len();
+    for link in &mut model.links[1..] {
+        let attachment = link.parent.as_mut().unwrap();
+        let is_hip = attachment.joint.is_some_and(|joint| model.joints[joint].name.ends_with("hip_yaw"));
+        attachment.parent = if attachment.parent > 0 || is_hip { attachment.parent + 1 } else { 0 };
+    }
+    model.joints.iter_mut().for_each(|joint| joint.child += 1);
+    model.feet.iter_mut().for_each(|foot| foot.link += 1);
+    let parent = Some(Attachment { parent: 0, parent_from_joint: Pose::IDENTITY, joint: Some(waist) });
+    let hips = Link { name: "hips".into(), parent, shapes: Vec::new(), mass: 0.5, ..model.links[0].clone() };
+    model.links.insert(1, hips);
+    model.joints.push(Joint { name: "waist".into(), axis: DVec3::Z, child: 1, ..model.joints[0].clone() });
+    model.standing_q.push(0.0);
+    model.digest = Digest::of(&[b"waist"]);
+    model
+}
+
+fn finds_a_walk(model: RobotModel) -> bool {
+    let case = Case { model, ..Case::shipped("flat_walk") };
+    run(&mut case.planner(2), 10_000) == Outcome::Found
+}
+
+#[test]
+fn a_weak_ankle_holds_the_weight_near_its_axis_alone() {
+    let strong = body(&hubo());
+    assert_eq!(strong.ankles[0].clip(&strong.sole_polygons[0]).as_slice(), strong.sole_polygons[0]);
+    let weak = body(&with_effort("ankle_pitch", 40.0));
+    let held = weak.ankles[0].clip(&weak.sole_polygons[0]);
+    let toe = held.iter().fold(f64::NEG_INFINITY, |most, corner| most.max(corner.x));
+    let snapshot = weak.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: weak.standing_q });
+    let effort_use = |x: f64| {
+        let point = (weak.world_from_sole(&snapshot, 0) * DVec3::new(x, 0.0, 0.0)).truncate();
+        weak.statics.effort_use(&snapshot, &[FootLoad { share: 1.0, point }, FootLoad { share: 0.0, point: DVec2::ZERO }])
+    };
+    assert!(toe < 0.13 && effort_use(toe) < 1.05 && effort_use(toe + 0.01) > 1.05, "{toe} {} {}", effort_use(toe), effort_use(toe + 0.01));
+}
+
+#[test]
+fn a_robot_with_weak_ankles_walks() {
+    assert!(finds_a_walk(with_effort("ankle_pitch", 25.0)));
+}
+
+#[test]
+fn a_robot_leans_over_a_weak_hip_and_no_other() {
+    assert_eq!(body(&hubo()).carriages.map(|carriage| carriage.rotation), [[0.0; 2]; 2]);
+    let needed = body(&hubo()).carriages[0].effort_use;
+    let hip = hubo().joints.iter().find(|joint| joint.name == "left_hip_roll").unwrap().effort;
+    let model = with_effort("hip_roll", 0.85 * needed * hip);
+    let [left, right] = body(&model).carriages;
+    assert!(left.effort_use < 1.0 && right.effort_use < 1.0, "{} {}", left.effort_use, right.effort_use);
+    // A turn about x to the left is negative.
+    assert!(left.rotation[0] < 0.0 && right.rotation[0] > 0.0, "{:?} {:?}", left.rotation, right.rotation);
+    assert!(finds_a_walk(model));
+}
+
+#[test]
+fn a_joint_that_carries_both_legs_is_held() {
+    let model = with_waist();
+    let body = body(&model);
+    let waist = model.joints.len() - 1;
+    assert!(body.legs.iter().all(|leg| leg.joints().iter().all(|joint| joint.index != waist)));
+    let soles = [0.12, -0.09].map(|y| Pose::from_translation(DVec3::new(y, y, 0.0)));
+    let height = -0.97 * body.legs[0].root_from_sole(&body.standing_q).translation.z;
+    let mut configuration = Configuration { world_from_root: Pose::from_translation(DVec3::Z * height), q: body.standing_q };
+    assert!(body.place_soles(&mut configuration, &soles));
+    let snapshot = body.snapshot(&configuration);
+    let missed = [0, 1].map(|limb| body.world_from_sole(&snapshot, limb).translation.distance(soles[limb].translation));
+    assert!(missed.iter().all(|missed| *missed < 1e-8), "{missed:?}");
+    assert!(finds_a_walk(model));
+}
