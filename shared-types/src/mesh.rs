@@ -1,5 +1,7 @@
 //! Triangle meshes from STL, OBJ and COLLADA files.
 
+mod collada;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +10,7 @@ use glam::DVec3;
 use crate::digest::Digest;
 use crate::hull::hull_points;
 use crate::shape::MeshSource;
-use crate::source::{NUMBER_MAX, absolute, check_xml_depth, read_bytes};
+use crate::source::{NUMBER_MAX, absolute, read_bytes};
 use crate::{Shape, source};
 
 /// Largest mesh file, bytes.
@@ -81,18 +83,10 @@ impl MeshStore {
 }
 
 fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, String> {
-    check_collada(path, bytes)?;
-    let no_side_files = |_: &Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
-    let parse = || mesh_loader::Loader::default().load_from_slice_with_reader(bytes, path, no_side_files);
-    // mesh-loader 0.1.13 indexes out of bounds on some damaged COLLADA files; it holds no state that a panic could harm.
-    let scene = std::panic::catch_unwind(parse)
-        .map_err(|_| "cannot be parsed: it is damaged".to_owned())?
-        .map_err(|error| format!("cannot be parsed: {error}"))?;
     let mut welder = Welder::default();
-    for part in &scene.meshes {
-        for face in &part.faces {
-            welder.push(&part.vertices, *face)?;
-        }
+    match path.extension().and_then(std::ffi::OsStr::to_str) {
+        Some("stl" | "STL" | "obj" | "OBJ") => read_stl_or_obj(path, bytes, &mut welder)?,
+        _ => collada::read(bytes, &mut welder)?,
     }
     if welder.mesh.triangles.is_empty() {
         return Err("holds no triangles".into());
@@ -100,16 +94,20 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, String> {
     Ok(welder.mesh)
 }
 
-/// The COLLADA reader recurses, and leaves `up_axis` alone, so only z-up files mean what they say.
-fn check_collada(path: &Path, bytes: &[u8]) -> Result<(), String> {
-    let extension = path.extension().and_then(std::ffi::OsStr::to_str);
-    if matches!(extension, Some("stl" | "STL" | "obj" | "OBJ")) {
-        return Ok(());
-    }
-    let text = std::str::from_utf8(bytes).map_err(|_| "is not STL, OBJ or COLLADA by its name, nor text".to_owned())?;
-    check_xml_depth(text).map_err(|(_, message)| message)?;
-    if text.contains("<up_axis>Y_UP") || text.contains("<up_axis>X_UP") {
-        return Err("is not z-up; export it again with z up".into());
+fn read_stl_or_obj(path: &Path, bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
+    let no_side_files = |_: &Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
+    // mesh-loader 0.1.13 reads STL and OBJ with checked accesses throughout: no damage makes it panic.
+    let scene = mesh_loader::Loader::default()
+        .load_from_slice_with_reader(bytes, path, no_side_files)
+        .map_err(|error| format!("cannot be parsed: {error}"))?;
+    for part in &scene.meshes {
+        for face in &part.faces {
+            let [a, b, c] = face.map(|index| {
+                let vertex = part.vertices.get(index as usize);
+                vertex.ok_or_else(|| format!("has a triangle with vertex {index} of {}", part.vertices.len()))
+            });
+            welder.push([*a?, *b?, *c?].map(|vertex| DVec3::from_array(vertex.map(f64::from))))?;
+        }
     }
     Ok(())
 }
@@ -117,28 +115,26 @@ fn check_collada(path: &Path, bytes: &[u8]) -> Result<(), String> {
 /// Joins vertices at the same place, which STL files repeat for every triangle.
 #[derive(Default)]
 struct Welder {
-    index: BTreeMap<[u32; 3], u32>,
+    index: BTreeMap<[u64; 3], u32>,
     mesh: RawMesh,
 }
 
 impl Welder {
-    fn push(&mut self, vertices: &[[f32; 3]], face: [u32; 3]) -> Result<(), String> {
-        let mut triangle = [0; 3];
-        for (corner, index) in triangle.iter_mut().zip(face) {
-            let vertex = vertices.get(index as usize).ok_or_else(|| format!("has a triangle with vertex {index} of {}", vertices.len()))?;
-            if vertex.iter().any(|coordinate| !coordinate.is_finite()) {
-                return Err(format!("has a vertex that is not finite: {vertex:?}"));
-            }
-            *corner = self.weld(vertex.map(|coordinate| coordinate + 0.0));
+    fn push(&mut self, corners: [DVec3; 3]) -> Result<(), String> {
+        if let Some(vertex) = corners.iter().find(|vertex| !vertex.is_finite()) {
+            return Err(format!("has a vertex that is not finite: {vertex}"));
         }
+        let triangle = corners.map(|vertex| self.weld(vertex));
         self.mesh.triangles.push(triangle);
         Ok(())
     }
 
-    fn weld(&mut self, vertex: [f32; 3]) -> u32 {
+    fn weld(&mut self, vertex: DVec3) -> u32 {
+        // The sum turns -0 into 0.
+        let vertex = vertex + DVec3::ZERO;
         let next = self.mesh.vertices.len() as u32;
-        *self.index.entry(vertex.map(f32::to_bits)).or_insert_with(|| {
-            self.mesh.vertices.push(DVec3::from_array(vertex.map(f64::from)));
+        *self.index.entry(vertex.to_array().map(f64::to_bits)).or_insert_with(|| {
+            self.mesh.vertices.push(vertex);
             next
         })
     }

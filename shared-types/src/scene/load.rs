@@ -22,7 +22,7 @@ const MU_MAX: f64 = 10.0;
 /// and radians, identity by default) and exactly one geometry: `box = { half_extents }`, `sphere = { radius }`,
 /// `cylinder = { radius, length }` (along z, full length), `capsule = { radius, length }` (length of the cylindrical part),
 /// `convex = { points }` or `convex = { path, scale }`, `mesh = { path, scale }`. Paths are relative to the file; STL, OBJ and
-/// z-up COLLADA are understood.
+/// COLLADA are understood; `<up_axis>` does not count.
 ///
 /// # Errors
 /// When the file cannot be read or anything in it is out of order: the first such thing, with its line.

@@ -1,0 +1,188 @@
+//! The triangles of COLLADA files: geometries, placed by the nodes of a scene.
+
+mod geometry;
+
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+use glam::{DAffine3, DMat3, DVec3};
+use roxmltree::{Document, Node};
+
+use self::geometry::{Triangle, geometry_triangles};
+use super::Welder;
+use crate::source::{check_positive, check_xml_depth};
+use crate::spatial::rotation_about;
+
+/// Most children of a scene's nodes, counted at each instance: nodes that instantiate each other would have no end.
+const SCENE_ELEMENTS_MAX: usize = 1_000_000;
+/// Most triangles of a scene; instances multiply those of the file. The largest STL file holds fewer.
+const TRIANGLES_MAX: usize = 1 << 25;
+/// Characters of the file that a complaint repeats at most.
+const QUOTED_MAX: usize = 24;
+
+/// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does not count: ROS takes
+/// coordinates as they stand, and its robots rely on that.
+pub(super) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
+    let text = std::str::from_utf8(bytes).map_err(|_| "is not STL, OBJ or COLLADA by its name, nor text".to_owned())?;
+    check_xml_depth(text).map_err(|(_, message)| message)?;
+    let document = Document::parse(text).map_err(|error| format!("cannot be parsed as COLLADA: {error}"))?;
+    let root = document.root_element();
+    if !root.has_tag_name("COLLADA") {
+        return Err(format!("is not COLLADA: its root is <{}>", root.tag_name().name()));
+    }
+    let mesh_from_scene = DAffine3::from_scale(DVec3::splat(metres_per_unit(root)?));
+    let mut reader = Reader { ids: Ids::below(root), geometries: BTreeMap::new(), welder };
+    if let Some(scene) = reader.scene(root)? {
+        return reader.walk(scene, mesh_from_scene);
+    }
+    root.descendants()
+        .filter(|node| node.has_tag_name("geometry"))
+        .try_for_each(|geometry| place(&geometry_triangles(geometry)?, &mesh_from_scene, reader.welder))
+}
+
+/// The elements below one that others refer to, by tag and id. Of several with the same id the first counts.
+struct Ids<'a, 'input>(BTreeMap<(&'a str, &'a str), Node<'a, 'input>>);
+
+impl<'a, 'input> Ids<'a, 'input> {
+    fn below(scope: Node<'a, 'input>) -> Self {
+        let mut ids = BTreeMap::new();
+        for node in scope.descendants() {
+            if let Some(id) = node.attribute("id") {
+                ids.entry((node.tag_name().name(), id)).or_insert(node);
+            }
+        }
+        Self(ids)
+    }
+
+    /// The `<tag>` that an attribute of `from` refers to.
+    fn find(&self, from: Node, attribute: &str, tag: &str) -> Result<Node<'a, 'input>, String> {
+        let url = from.attribute(attribute).unwrap_or_default();
+        let found = url.strip_prefix('#').and_then(|id| self.0.get(&(tag, id)));
+        found.copied().ok_or_else(|| damaged(from, format!("refers to the <{tag}> '{}', which is not there", quoted(url))))
+    }
+}
+
+struct Reader<'a, 'input, 'w> {
+    ids: Ids<'a, 'input>,
+    /// The geometries read so far, by id.
+    geometries: BTreeMap<&'a str, Vec<Triangle>>,
+    welder: &'w mut Welder,
+}
+
+impl<'a, 'input> Reader<'a, 'input, '_> {
+    fn scene(&self, root: Node<'a, 'input>) -> Result<Option<Node<'a, 'input>>, String> {
+        match child(root, "scene").and_then(|scene| child(scene, "instance_visual_scene")) {
+            Some(instance) => self.ids.find(instance, "url", "visual_scene").map(Some),
+            None => Ok(root.descendants().find(|node| node.has_tag_name("visual_scene"))),
+        }
+    }
+
+    /// Places all geometries below a scene, in the order of the document.
+    fn walk(&mut self, scene: Node<'a, 'input>, mesh_from_scene: DAffine3) -> Result<(), String> {
+        let mut ahead = vec![(scene, mesh_from_scene)];
+        let mut elements = 0;
+        while let Some((node, mesh_from_parent)) = ahead.pop() {
+            let mesh_from_node = mesh_from_parent * parent_from_node(node)?;
+            let siblings = ahead.len();
+            for part in node.children() {
+                elements += 1;
+                if elements > SCENE_ELEMENTS_MAX {
+                    return Err(format!("has a scene of more than {SCENE_ELEMENTS_MAX} elements; its <node>s may instantiate each other"));
+                }
+                match part.tag_name().name() {
+                    "node" => ahead.push((part, mesh_from_node)),
+                    "instance_node" => ahead.push((self.ids.find(part, "url", "node")?, mesh_from_node)),
+                    "instance_geometry" => self.place_instance(part, &mesh_from_node)?,
+                    "instance_controller" => return Err("is deformed by an <instance_controller>; export it without skin or morph".into()),
+                    _ => {}
+                }
+            }
+            ahead[siblings..].reverse();
+        }
+        Ok(())
+    }
+
+    fn place_instance(&mut self, instance: Node, mesh_from_node: &DAffine3) -> Result<(), String> {
+        let geometry = self.ids.find(instance, "url", "geometry")?;
+        let id = geometry.attribute("id").unwrap_or_default();
+        if !self.geometries.contains_key(id) {
+            self.geometries.insert(id, geometry_triangles(geometry)?);
+        }
+        place(&self.geometries[id], mesh_from_node, self.welder)
+    }
+}
+
+/// Adds triangles at their place. A mirroring one keeps their normals outward.
+fn place(triangles: &[Triangle], mesh_from_node: &DAffine3, welder: &mut Welder) -> Result<(), String> {
+    if welder.mesh.triangles.len() + triangles.len() > TRIANGLES_MAX {
+        return Err(format!("has more than {TRIANGLES_MAX} triangles; export it coarser"));
+    }
+    let is_mirrored = mesh_from_node.matrix3.determinant() < 0.0;
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(|vertex| mesh_from_node.transform_point3(vertex));
+        welder.push(if is_mirrored { [a, c, b] } else { [a, b, c] })?;
+    }
+    Ok(())
+}
+
+fn metres_per_unit(root: Node) -> Result<f64, String> {
+    let text = child(root, "asset").and_then(|asset| child(asset, "unit")).and_then(|unit| unit.attribute("meter"));
+    let Some(text) = text else { return Ok(1.0) };
+    let metres = text.trim().parse().map_err(|_| format!("has the unit meter=\"{}\", which is not a number", quoted(text)))?;
+    check_positive("has a unit whose meter", &[metres])?;
+    Ok(metres)
+}
+
+/// A node's transforms, of which the first to stand in the document is the outermost.
+fn parent_from_node(node: Node) -> Result<DAffine3, String> {
+    node.children().try_fold(DAffine3::IDENTITY, |parent_from_here, element| Ok(parent_from_here * transform(element)?))
+}
+
+fn transform(element: Node) -> Result<DAffine3, String> {
+    match element.tag_name().name() {
+        "matrix" => {
+            let [xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, last @ ..] = exactly::<16>(element)?;
+            if last != [0.0, 0.0, 0.0, 1.0] {
+                return Err(damaged(element, format!("ends in {last:?}; [0, 0, 0, 1] belongs there")));
+            }
+            let linear = DMat3::from_cols_array(&[xx, yx, zx, xy, yy, zy, xz, yz, zz]);
+            Ok(DAffine3::from_mat3_translation(linear, DVec3::new(x, y, z)))
+        }
+        "translate" => Ok(DAffine3::from_translation(DVec3::from_array(exactly(element)?))),
+        "rotate" => {
+            let [x, y, z, degrees] = exactly(element)?;
+            let axis = DVec3::new(x, y, z).try_normalize().ok_or_else(|| damaged(element, "has no axis".into()))?;
+            Ok(DAffine3::from_quat(rotation_about(axis, degrees.to_radians())))
+        }
+        "scale" => Ok(DAffine3::from_scale(DVec3::from_array(exactly(element)?))),
+        tag @ ("lookat" | "skew") => Err(format!("places a part by <{tag}>; export it with matrices")),
+        _ => Ok(DAffine3::IDENTITY),
+    }
+}
+
+fn children<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> impl Iterator<Item = Node<'a, 'input>> {
+    node.children().filter(move |child| child.has_tag_name(tag))
+}
+
+fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
+    children(node, tag).next()
+}
+
+/// The numbers that stand in an element.
+fn numbers<T: FromStr>(element: Node) -> Result<Vec<T>, String> {
+    let texts = element.children().filter(Node::is_text).filter_map(|text| text.text());
+    let complain = |word: &str| damaged(element, format!("holds '{}' for a number", quoted(word)));
+    texts.flat_map(str::split_ascii_whitespace).map(|word| word.parse().map_err(|_| complain(word))).collect()
+}
+
+fn exactly<const N: usize>(element: Node) -> Result<[f64; N], String> {
+    numbers(element)?.try_into().map_err(|numbers: Vec<f64>| damaged(element, format!("holds {} numbers instead of {N}", numbers.len())))
+}
+
+fn damaged(element: Node, complaint: String) -> String {
+    format!("is damaged: a <{}> {complaint}; export it again", element.tag_name().name())
+}
+
+fn quoted(text: &str) -> String {
+    text.chars().take(QUOTED_MAX).collect()
+}
