@@ -9,6 +9,7 @@ use crate::message::limits::JOINTS_MAX;
 use crate::plan_file::RobotBlock;
 use crate::source::absolute;
 
+use super::hulls::misleading_hulls;
 use super::joints::{JointRole, check_names, joint_role, parent_from_joint};
 use super::links::{build_link, check_moving_masses};
 use super::robot_file::{read_robot_file, spec_from_block};
@@ -22,7 +23,7 @@ use super::{Attachment, Foot, Joint, Link, LockedJoint, RobotModel};
 ///
 /// The file names the `urdf` (relative to it) and the two `[[feet]]` (`name` "left" or "right", `link`, `sole_xyz` in m and
 /// `sole_rpy` in rad in the link frame, `polygon` in m in the sole frame), and optionally the `root` link it expects,
-/// `exact_meshes` (links whose collision meshes are kept; all others become convex hulls), and the tables `[standing]` (joint
+/// `exact_meshes` (links whose collision meshes are kept; others become convex hulls, unless these alone would overlap), and the tables `[standing]` (joint
 /// positions; joints not listed stand as near to 0 as their limits allow), `[locked]` (joints held still) and `[effort_limits]`
 /// (N m or N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
 ///
@@ -34,7 +35,7 @@ pub fn load_robot(robot_toml: &Path) -> Result<RobotModel, InputError> {
 
 /// Builds the robot that a plan file names. Its URDF is relative to `base_dir`; errors in the block name `plan_path`.
 ///
-/// The standing posture is as near to 0 as the limits allow, and all meshes become convex hulls: a plan says neither.
+/// The standing posture is as near to 0 as the limits allow, and no mesh is kept on demand: a plan says neither.
 ///
 /// # Errors
 /// As [`load_robot`].
@@ -51,7 +52,8 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let tree = sort_links(&urdf)?;
     check_root(&urdf, &tree, spec)?;
     let mut meshes = MeshStore::default();
-    let (links, joints) = build_bodies(&urdf, &tree, spec, &mut meshes)?;
+    let (mut links, joints) = build_bodies(&urdf, &tree, spec, &mut meshes)?;
+    keep_surfaces(&urdf, &tree, (&mut links, &joints.moving), &mut meshes);
     check_moving_masses(&urdf, &tree, &links)?;
     let feet = build_feet(spec, &links)?;
     Ok(RobotModel {
@@ -64,6 +66,16 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
         locked_joints: joints.locked,
         digest: Digest::of(&[urdf.source.text.as_bytes(), &spec.bytes, &meshes.digest().0]),
     })
+}
+
+/// Gives links their exact meshes whose hulls would hide collisions.
+fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], (links, joints): (&mut [Link], &[Joint]), meshes: &mut MeshStore) {
+    let mut exact = |at: usize| build_link(urdf, tree[at].urdf_link, true, meshes).ok();
+    for at in misleading_hulls(links, joints, &mut exact) {
+        if let Some(link) = exact(at) {
+            links[at].shapes = link.shapes;
+        }
+    }
 }
 
 fn check_root(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec) -> Result<(), InputError> {

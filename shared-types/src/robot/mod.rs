@@ -2,6 +2,7 @@
 //!
 //! The model is plain data. Each process compiles it into what its own algorithms need.
 
+mod hulls;
 mod joints;
 mod links;
 pub mod load;
@@ -78,7 +79,7 @@ pub struct Attachment {
 pub struct LinkShape {
     /// The shape's frame in the link's.
     pub link_from_shape: Pose,
-    /// The shape. A mesh arrives here as its convex hull unless the robot file asks for the exact surface.
+    /// The shape. A mesh arrives here as its convex hull, unless the robot file asks for the exact surface or the hull would hide collisions.
     pub shape: Shape,
 }
 

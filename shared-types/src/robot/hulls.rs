@@ -1,0 +1,191 @@
+//! Which links keep their meshes as they are, though nobody asked for it: those whose convex hulls overlap where the meshes do not.
+//! Links that overlap in nearly every posture, or at position 0 near each other, count as covers that may touch; if only their hulls
+//! did so, real collisions between them would go unseen.
+
+use glam::DVec3;
+use parry3d_f64::bounding_volume::BoundingVolume;
+use parry3d_f64::query::intersection_test;
+use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, SharedShape, TriMesh};
+
+use super::{Joint, JointKind, Link, LinkIndex, LinkShape};
+use crate::spatial::rotation_about;
+use crate::{Pose, Shape};
+
+/// Links at most this many moving joints apart may touch in any case.
+const NEIGHBOURS_MAX: usize = 1;
+/// Links of more triangles stay hulls: each distance to them would cost too much.
+const TRIANGLES_MAX: usize = 3_000;
+/// Looser than any rounding when boxes around shapes are compared, m.
+const SLACK: f64 = 1e-6;
+
+/// A collision shape at its place.
+struct Placed {
+    world_from_shape: Pose,
+    shape: SharedShape,
+}
+
+/// The links whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their limits allow. `exact`
+/// makes a link's shapes with its meshes as they are; where it fails, hulls stay.
+pub(super) fn misleading_hulls(links: &[Link], joints: &[Joint], mut exact: impl FnMut(LinkIndex) -> Option<Link>) -> Vec<LinkIndex> {
+    let poses = neutral_poses(links, joints);
+    let place = |link: &Link, at: LinkIndex| -> Vec<Placed> {
+        let placed = |part: &LinkShape| Some(Placed { world_from_shape: poses[at] * part.link_from_shape, shape: solid(&part.shape)? });
+        link.shapes.iter().filter_map(placed).collect()
+    };
+    let hulls: Vec<Vec<Placed>> = links.iter().enumerate().map(|(at, link)| place(link, at)).collect();
+    let has_hull = |at: LinkIndex| links[at].shapes.iter().any(|part| matches!(part.shape, Shape::ConvexHull { .. }));
+    let mut surfaces: Vec<Option<Vec<Placed>>> = links.iter().map(|_| None).collect();
+    let mut misleading = vec![];
+    for (a, b) in (0..links.len()).flat_map(|a| (a + 1..links.len()).map(move |b| (a, b))) {
+        let is_in_doubt = has_hull(a) || has_hull(b);
+        if !is_in_doubt || joints_between(links, a, b) <= NEIGHBOURS_MAX || !overlap(&hulls[a], &hulls[b]) {
+            continue;
+        }
+        for at in [a, b] {
+            surfaces[at].get_or_insert_with(|| exact(at).filter(is_light).map_or_else(Vec::new, |link| place(&link, at)));
+        }
+        let [first, second] = [a, b].map(|at| surfaces[at].as_deref().unwrap_or_default());
+        if !first.is_empty() && !second.is_empty() && !overlap(first, second) {
+            misleading.extend([a, b].into_iter().filter(|at| has_hull(*at)));
+        }
+    }
+    misleading.sort_unstable();
+    misleading.dedup();
+    misleading
+}
+
+fn is_light(link: &Link) -> bool {
+    let triangles = |part: &LinkShape| if let Shape::Mesh { triangles, .. } = &part.shape { triangles.len() } else { 0 };
+    link.shapes.iter().map(triangles).sum::<usize>() <= TRIANGLES_MAX
+}
+
+fn overlap(first: &[Placed], second: &[Placed]) -> bool {
+    first.iter().any(|a| {
+        let bounds = a.shape.compute_aabb(&a.world_from_shape).loosened(SLACK);
+        second.iter().any(|b| {
+            let is_near = bounds.intersects(&b.shape.compute_aabb(&b.world_from_shape));
+            is_near && intersection_test(&a.world_from_shape, &*a.shape, &b.world_from_shape, &*b.shape).is_ok_and(|test| test.intersecting)
+        })
+    })
+}
+
+/// The shape for the tests here; nothing for what they cannot take.
+fn solid(shape: &Shape) -> Option<SharedShape> {
+    Some(match shape {
+        Shape::Box { half_extents } => SharedShape::new(Cuboid::new(*half_extents)),
+        Shape::Sphere { radius } => SharedShape::new(Ball::new(*radius)),
+        // Parry's cylinders stand along y.
+        Shape::Cylinder { radius, half_length } => {
+            let (vertices, _) = Cylinder::new(*half_length, *radius).to_trimesh(32);
+            let turned: Vec<DVec3> = vertices.iter().map(|vertex| DVec3::new(vertex.x, vertex.z, vertex.y)).collect();
+            SharedShape::new(ConvexPolyhedron::from_convex_hull(&turned)?)
+        }
+        Shape::Capsule { radius, half_length } => {
+            SharedShape::new(Capsule::new(DVec3::NEG_Z * *half_length, DVec3::Z * *half_length, *radius))
+        }
+        Shape::ConvexHull { points } => SharedShape::new(ConvexPolyhedron::from_convex_hull(points)?),
+        Shape::Mesh { vertices, triangles, .. } => SharedShape::new(TriMesh::new(vertices.clone(), triangles.clone()).ok()?),
+    })
+}
+
+/// All links in the root's frame, every joint as near to 0 as its limits allow.
+fn neutral_poses(links: &[Link], joints: &[Joint]) -> Vec<Pose> {
+    let mut poses: Vec<Pose> = Vec::with_capacity(links.len());
+    for link in links {
+        poses.push(match &link.parent {
+            None => Pose::IDENTITY,
+            Some(at) => poses[at.parent] * at.parent_from_joint * at.joint.map_or(Pose::IDENTITY, |joint| neutral_motion(&joints[joint])),
+        });
+    }
+    poses
+}
+
+fn neutral_motion(joint: &Joint) -> Pose {
+    let position = 0.0_f64.clamp(joint.lower, joint.upper);
+    match joint.kind {
+        JointKind::Revolute => Pose::from_rotation(rotation_about(joint.axis, position)),
+        JointKind::Prismatic => Pose::from_translation(joint.axis * position),
+    }
+}
+
+/// The moving joints on the way from one link to another.
+fn joints_between(links: &[Link], a: LinkIndex, b: LinkIndex) -> usize {
+    let (mut at, mut count) = ([a, b], 0);
+    while at[0] != at[1] {
+        // Parents stand before their children, so the later of two links is not an ancestor of the other.
+        let later = usize::from(at[1] > at[0]);
+        let Some(attachment) = &links[at[later]].parent else { break };
+        count += usize::from(attachment.joint.is_some());
+        at[later] = attachment.parent;
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+    use crate::shape::MeshSource;
+
+    /// Corners of a trough along y, 2 wide inside and 1 high, with walls 0.1 thick, from z = 0 upward.
+    fn trough() -> (Vec<DVec3>, Vec<[u32; 3]>) {
+        let outline = [[-1.1, 0.0], [1.1, 0.0], [1.1, 1.0], [1.0, 1.0], [1.0, 0.1], [-1.0, 0.1], [-1.0, 1.0], [-1.1, 1.0]];
+        let ring = |y: f64| outline.map(|[x, z]| DVec3::new(x, y, z));
+        let vertices = [ring(-1.0), ring(1.0)].concat();
+        let sides = (0..8_u32).flat_map(|at| {
+            let next = (at + 1) % 8;
+            [[at, next, at + 8], [next, next + 8, at + 8]]
+        });
+        (vertices, sides.collect())
+    }
+
+    fn link(parent: Option<LinkIndex>, shape: Option<Shape>) -> Link {
+        let attachment = |parent| super::super::Attachment { parent, parent_from_joint: Pose::IDENTITY, joint: Some(parent) };
+        let shapes = shape.map(|shape| LinkShape { link_from_shape: Pose::IDENTITY, shape });
+        Link {
+            name: String::new(),
+            parent: parent.map(attachment),
+            mass: 1.0,
+            com: DVec3::ZERO,
+            inertia: DMat3::IDENTITY,
+            shapes: shapes.into_iter().collect(),
+        }
+    }
+
+    fn joint(child: LinkIndex) -> Joint {
+        let (kind, axis, limits) = (JointKind::Revolute, DVec3::Z, [-1.0, 1.0]);
+        Joint { name: String::new(), kind, axis, child, lower: limits[0], upper: limits[1], effort: 1.0, velocity: 1.0, acceleration: 1.0 }
+    }
+
+    /// A trough, a link without shapes and a ball of a radius in the middle of the trough, joined one after another.
+    fn misleading_around(radius: f64) -> Vec<LinkIndex> {
+        let (vertices, triangles) = trough();
+        let hull = Shape::ConvexHull { points: vertices.clone() };
+        let mut ball = link(Some(1), Some(Shape::Sphere { radius }));
+        ball.shapes[0].link_from_shape = Pose::from_translation(DVec3::new(0.0, 0.0, 0.55));
+        let links = [link(None, Some(hull)), link(Some(0), None), ball.clone()];
+        let source = MeshSource { path: "trough.obj".into(), scale: DVec3::ONE };
+        let mesh = Shape::Mesh { vertices, triangles, source };
+        let exact = |at: LinkIndex| Some(if at == 0 { link(None, Some(mesh.clone())) } else { ball.clone() });
+        misleading_hulls(&links, &[joint(1), joint(2)], exact)
+    }
+
+    #[test]
+    fn a_hull_that_swallows_what_its_mesh_leaves_free_is_misleading() {
+        assert_eq!(misleading_around(0.3), [0]);
+    }
+
+    #[test]
+    fn a_hull_is_right_where_the_mesh_overlaps_too() {
+        assert!(misleading_around(0.5).is_empty());
+    }
+
+    #[test]
+    fn a_fixed_link_adds_no_joint_to_the_way() {
+        let mut links = [link(None, None), link(Some(0), None), link(Some(1), None), link(Some(0), None)];
+        assert_eq!([joints_between(&links, 0, 2), joints_between(&links, 3, 2), joints_between(&links, 1, 1)], [2, 3, 0]);
+        links[2].parent.as_mut().unwrap().joint = None;
+        assert_eq!(joints_between(&links, 3, 2), 2);
+    }
+}
