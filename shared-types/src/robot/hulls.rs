@@ -3,7 +3,7 @@
 //! did so, real collisions between them would go unseen.
 
 use glam::DVec3;
-use parry3d_f64::bounding_volume::BoundingVolume;
+use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::query::intersection_test;
 use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, SharedShape, TriMesh};
 
@@ -22,31 +22,20 @@ const SLACK: f64 = 1e-6;
 struct Placed {
     world_from_shape: Pose,
     shape: SharedShape,
+    bounds: Aabb,
 }
 
-/// The links whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their limits allow. `exact`
-/// makes a link's shapes with its meshes as they are; where it fails, hulls stay.
-pub(super) fn misleading_hulls(links: &[Link], joints: &[Joint], mut exact: impl FnMut(LinkIndex) -> Option<Link>) -> Vec<LinkIndex> {
-    let poses = neutral_poses(links, joints);
-    let place = |link: &Link, at: LinkIndex| -> Vec<Placed> {
-        let placed = |part: &LinkShape| Some(Placed { world_from_shape: poses[at] * part.link_from_shape, shape: solid(&part.shape)? });
-        link.shapes.iter().filter_map(placed).collect()
-    };
-    let hulls: Vec<Vec<Placed>> = links.iter().enumerate().map(|(at, link)| place(link, at)).collect();
+/// The links whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their limits allow; of two such
+/// links one, the one of fewer triangles, where that is enough. `exact` makes a link's shapes with its meshes as they are; where it
+/// fails, hulls stay.
+pub(super) fn misleading_hulls(links: &[Link], joints: &[Joint], exact: impl FnMut(LinkIndex) -> Option<Link>) -> Vec<LinkIndex> {
+    let mut survey = Survey::new(links, joints, exact);
     let has_hull = |at: LinkIndex| links[at].shapes.iter().any(|part| matches!(part.shape, Shape::ConvexHull { .. }));
-    let mut surfaces: Vec<Option<Vec<Placed>>> = links.iter().map(|_| None).collect();
     let mut misleading = vec![];
     for (a, b) in (0..links.len()).flat_map(|a| (a + 1..links.len()).map(move |b| (a, b))) {
-        let is_in_doubt = has_hull(a) || has_hull(b);
-        if !is_in_doubt || joints_between(links, a, b) <= NEIGHBOURS_MAX || !overlap(&hulls[a], &hulls[b]) {
-            continue;
-        }
-        for at in [a, b] {
-            surfaces[at].get_or_insert_with(|| exact(at).filter(is_light).map_or_else(Vec::new, |link| place(&link, at)));
-        }
-        let [first, second] = [a, b].map(|at| surfaces[at].as_deref().unwrap_or_default());
-        if !first.is_empty() && !second.is_empty() && !overlap(first, second) {
-            misleading.extend([a, b].into_iter().filter(|at| has_hull(*at)));
+        let hulls: Vec<LinkIndex> = [a, b].into_iter().filter(|at| has_hull(*at)).collect();
+        if !hulls.is_empty() && joints_between(links, a, b) > NEIGHBOURS_MAX && survey.overlap([a, b], &[]) {
+            misleading.extend(survey.parting([a, b], hulls));
         }
     }
     misleading.sort_unstable();
@@ -54,19 +43,73 @@ pub(super) fn misleading_hulls(links: &[Link], joints: &[Joint], mut exact: impl
     misleading
 }
 
-fn is_light(link: &Link) -> bool {
-    let triangles = |part: &LinkShape| if let Shape::Mesh { triangles, .. } = &part.shape { triangles.len() } else { 0 };
-    link.shapes.iter().map(triangles).sum::<usize>() <= TRIANGLES_MAX
+/// All links where they are with their joints at 0: as hulls, and as they are once that was asked for.
+struct Survey<F> {
+    poses: Vec<Pose>,
+    hulls: Vec<Vec<Placed>>,
+    surfaces: Vec<Option<Surface>>,
+    exact: F,
 }
 
-fn overlap(first: &[Placed], second: &[Placed]) -> bool {
-    first.iter().any(|a| {
-        let bounds = a.shape.compute_aabb(&a.world_from_shape).loosened(SLACK);
-        second.iter().any(|b| {
-            let is_near = bounds.intersects(&b.shape.compute_aabb(&b.world_from_shape));
-            is_near && intersection_test(&a.world_from_shape, &*a.shape, &b.world_from_shape, &*b.shape).is_ok_and(|test| test.intersecting)
+/// A link as it is; without shapes where it is too heavy or cannot be made.
+#[derive(Default)]
+struct Surface {
+    triangles: usize,
+    shapes: Vec<Placed>,
+}
+
+impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
+    fn new(links: &[Link], joints: &[Joint], exact: F) -> Self {
+        let poses = neutral_poses(links, joints);
+        let hulls = links.iter().zip(&poses).map(|(link, pose)| placed(link, pose)).collect();
+        Self { poses, hulls, surfaces: links.iter().map(|_| None).collect(), exact }
+    }
+
+    /// Whether two links overlap if those of `exact` are taken as they are.
+    fn overlap(&self, pair: [LinkIndex; 2], exact: &[LinkIndex]) -> bool {
+        let shapes =
+            |at: LinkIndex| self.surfaces[at].as_ref().filter(|_| exact.contains(&at)).map_or(&self.hulls[at], |surface| &surface.shapes);
+        let [first, second] = pair.map(shapes);
+        first.iter().any(|a| second.iter().any(|b| a.meets(b)))
+    }
+
+    /// The fewest of two links' hulls that have to give way for the two not to overlap; none where that does not help.
+    fn parting(&mut self, pair: [LinkIndex; 2], mut hulls: Vec<LinkIndex>) -> Vec<LinkIndex> {
+        hulls.retain(|&at| !self.surface(at).shapes.is_empty());
+        hulls.sort_by_key(|&at| self.surface(at).triangles);
+        let singles = hulls.iter().map(|&at| vec![at]);
+        let choices: Vec<Vec<LinkIndex>> = singles.chain([hulls.clone()]).filter(|choice| !choice.is_empty()).collect();
+        choices.into_iter().find(|choice| !self.overlap(pair, choice)).unwrap_or_default()
+    }
+
+    fn surface(&mut self, at: LinkIndex) -> &Surface {
+        let Self { poses, surfaces, exact, .. } = self;
+        surfaces[at].get_or_insert_with(|| {
+            let light = exact(at).map(|link| (triangles_of(&link), link)).filter(|(triangles, _)| *triangles <= TRIANGLES_MAX);
+            light.map_or_else(Surface::default, |(triangles, link)| Surface { triangles, shapes: placed(&link, &poses[at]) })
         })
-    })
+    }
+}
+
+fn triangles_of(link: &Link) -> usize {
+    let triangles = |part: &LinkShape| if let Shape::Mesh { triangles, .. } = &part.shape { triangles.len() } else { 0 };
+    link.shapes.iter().map(triangles).sum()
+}
+
+fn placed(link: &Link, world_from_link: &Pose) -> Vec<Placed> {
+    let place = |part: &LinkShape| {
+        let (world_from_shape, shape) = (*world_from_link * part.link_from_shape, solid(&part.shape)?);
+        let bounds = shape.compute_aabb(&world_from_shape).loosened(SLACK);
+        Some(Placed { world_from_shape, shape, bounds })
+    };
+    link.shapes.iter().filter_map(place).collect()
+}
+
+impl Placed {
+    fn meets(&self, other: &Self) -> bool {
+        let test = || intersection_test(&self.world_from_shape, &*self.shape, &other.world_from_shape, &*other.shape);
+        self.bounds.intersects(&other.bounds) && test().is_ok_and(|test| test.intersecting)
+    }
 }
 
 /// The shape for the tests here; nothing for what they cannot take.
