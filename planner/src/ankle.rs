@@ -33,8 +33,9 @@ struct HalfPlane {
 }
 
 impl AnkleHold {
-    /// Of a leg in the standing posture. `efforts` gives each joint's usable torque (N m), `mass` is the robot's (kg).
-    pub fn new(leg: &Leg, standing_q: &[f64], efforts: impl Fn(usize) -> f64, mass: f64) -> Self {
+    /// Of a leg in the standing posture. `efforts` gives each joint's usable torque (N m), `mass` is the robot's (kg); `margin` (m) is what
+    /// the centre of mass keeps from the border of a region, so that the region may be that much larger.
+    pub fn new(leg: &Leg, standing_q: &[f64], efforts: impl Fn(usize) -> f64, mass: f64, margin: f64) -> Self {
         let sole_from_root = leg.root_from_sole(standing_q).inverse();
         let ankle = leg.axes(standing_q).skip(leg.joints().len().saturating_sub(ANKLE_JOINTS));
         let mut half_planes = BoundedVec::new();
@@ -43,7 +44,7 @@ impl AnkleHold {
             let (axis, point) = (motion.rotation * joint.axis, motion * joint.point);
             // The torque of a vertical force of 1 N at p is `arm . (p - point)`.
             let arm = DVec2::new(-axis.y, axis.x);
-            let most = efforts(joint.index) / (mass * GRAVITY);
+            let most = efforts(joint.index) / (mass * GRAVITY) + margin * arm.length();
             let middle = arm.dot(point.truncate());
             half_planes.extend([(arm, most + middle), (-arm, most - middle)].map(|(normal, offset)| HalfPlane { normal, offset }));
         }
