@@ -3,16 +3,18 @@
 
 use glam::DVec2;
 use heapless::Vec as BoundedVec;
+use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::robot::JointKind;
 use surefoot_shared_types::scene::GRAVITY;
 
+use crate::foot_placement::polygon::area_and_centroid;
 use crate::kinematics::Leg;
+use crate::statics::Statics;
 
 /// The last joints of a leg that count as its ankle.
 const ANKLE_JOINTS: usize = 2;
-/// Vertices of a polygon that [`AnkleHold::clip`] keeps; a clip adds one for each of four half planes.
-const CLIPPED_MAX: usize = 24;
-
+/// Each half plane adds a vertex at most.
+const CLIPPED_MAX: usize = POLYGON_VERTICES_MAX + 2 * ANKLE_JOINTS;
 /// A smaller share of a polygon stands for nothing that an ankle can hold.
 const HELD_SHARE_MIN: f64 = 0.02;
 
@@ -20,7 +22,7 @@ const HELD_SHARE_MIN: f64 = 0.02;
 type Clipped = BoundedVec<DVec2, CLIPPED_MAX>;
 
 /// Half planes of a level sole's frame, outside of which a joint of the ankle would need more than its usable effort.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct AnkleHold {
     half_planes: BoundedVec<HalfPlane, { 2 * ANKLE_JOINTS }>,
 }
@@ -33,9 +35,9 @@ struct HalfPlane {
 }
 
 impl AnkleHold {
-    /// Of a leg in the standing posture. `efforts` gives each joint's usable torque (N m), `mass` is the robot's (kg); `margin` (m) is what
-    /// the centre of mass keeps from the border of a region, so that the region may be that much larger.
-    pub fn new(leg: &Leg, standing_q: &[f64], efforts: impl Fn(usize) -> f64, mass: f64, margin: f64) -> Self {
+    /// Of a leg in the standing posture. `margin` (m) is what the centre of mass keeps from the border of a region, so that the region may
+    /// be that much larger.
+    pub fn new(leg: &Leg, standing_q: &[f64], statics: &Statics, margin: f64) -> Self {
         let sole_from_root = leg.root_from_sole(standing_q).inverse();
         let ankle = leg.axes(standing_q).skip(leg.joints().len().saturating_sub(ANKLE_JOINTS));
         let mut half_planes = BoundedVec::new();
@@ -44,7 +46,7 @@ impl AnkleHold {
             let (axis, point) = (motion.rotation * joint.axis, motion * joint.point);
             // The torque of a vertical force of 1 N at p is `arm . (p - point)`.
             let arm = DVec2::new(-axis.y, axis.x);
-            let most = efforts(joint.index) / (mass * GRAVITY) + margin * arm.length();
+            let most = statics.usable_effort(joint.index) / (statics.mass() * GRAVITY) + margin * arm.length();
             let middle = arm.dot(point.truncate());
             half_planes.extend([(arm, most + middle), (-arm, most - middle)].map(|(normal, offset)| HalfPlane { normal, offset }));
         }
@@ -53,9 +55,9 @@ impl AnkleHold {
 
     /// The part of a polygon (sole frame) that the ankle can hold; all of it where that is next to nothing, which torques tell then.
     pub fn clip(&self, polygon: &[DVec2]) -> Clipped {
-        let whole: Clipped = polygon.iter().copied().take(CLIPPED_MAX - 2 * ANKLE_JOINTS).collect();
+        let whole: Clipped = polygon.iter().copied().take(POLYGON_VERTICES_MAX).collect();
         let held = self.half_planes.iter().fold(whole.clone(), |held, half_plane| half_plane.clip(&held));
-        if area(&held) < HELD_SHARE_MIN * area(&whole) { whole } else { held }
+        if area_and_centroid(&held).0 < HELD_SHARE_MIN * area_and_centroid(&whole).0 { whole } else { held }
     }
 }
 
@@ -76,9 +78,4 @@ impl HalfPlane {
         }
         kept
     }
-}
-
-fn area(polygon: &[DVec2]) -> f64 {
-    let Some((first, rest)) = polygon.split_first() else { return 0.0 };
-    rest.windows(2).map(|pair| 0.5 * (pair[0] - *first).perp_dot(pair[1] - *first)).sum()
 }

@@ -109,8 +109,7 @@ impl Body {
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
         let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
         let statics = Statics::new(model, config.effort_share);
-        let efforts = statics.usable_efforts();
-        let ankle = |limb: usize| AnkleHold::new(&legs[limb], &standing_q, |joint| efforts[joint], statics.mass(), config.com_margin);
+        let ankle = |limb: usize| AnkleHold::new(&legs[limb], &standing_q, &statics, config.com_margin);
         let tree = Tree::new(model);
         let mut body = Self {
             balls: body_balls(model, &tree),

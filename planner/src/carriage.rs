@@ -73,9 +73,8 @@ impl<'a> Place<'a> {
     fn new(body: &'a Body, limb: usize) -> Self {
         let soles = [0, 1].map(|limb| body.legs[limb].root_from_sole(&body.standing_q));
         let held = body.ankles[limb].clip(&body.sole_polygons[limb]);
-        let com = Region::hull(held.iter().map(|corner| (soles[limb] * corner.extend(0.0)).truncate())).centroid();
-        let masses = body.statics.carried_masses();
-        let carries_trunk = |joint: &&FreeJoint| masses[joint.index] >= TRUNK_SHARE * body.statics.mass();
+        let com = Region::seen_from_above(&soles[limb], &held).centroid();
+        let carries_trunk = |joint: &&FreeJoint| body.statics.carried_mass(joint.index) >= TRUNK_SHARE * body.statics.mass();
         let trunk = body.free_joints.iter().filter(carries_trunk).collect();
         Self { body, limb, soles, com, trunk }
     }

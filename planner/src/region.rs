@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use heapless::Vec as BoundedVec;
+use surefoot_shared_types::Pose;
 
 /// Most vertices of a region: two support polygons of 16 vertices.
 pub const REGION_VERTICES_MAX: usize = 32;
@@ -54,6 +55,11 @@ impl Region {
         let sides = edges(&vertices).map(|(a, b)| Side::new(a, b)).collect();
         let centroid = centroid(&vertices);
         Self { vertices, sides, centroid }
+    }
+
+    /// A polygon of a sole's frame as seen from above.
+    pub fn seen_from_above(world_from_sole: &Pose, polygon: &[DVec2]) -> Self {
+        Self::hull(polygon.iter().map(|vertex| (*world_from_sole * vertex.extend(0.0)).truncate()))
     }
 
     /// The vertices, counter-clockwise.

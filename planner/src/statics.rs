@@ -3,7 +3,7 @@
 
 use glam::{DAffine3, DVec2, DVec3};
 use surefoot_shared_types::message::limits::JOINTS_MAX;
-use surefoot_shared_types::robot::{JointKind, RobotModel};
+use surefoot_shared_types::robot::{JointIndex, JointKind, RobotModel};
 use surefoot_shared_types::scene::GRAVITY;
 
 use crate::kinematics::tree::{NODES_MAX, Tree};
@@ -83,18 +83,18 @@ impl Statics {
         self.mass
     }
 
-    /// The torque (N m) or force (N) of each joint that may be used.
-    pub fn usable_efforts(&self) -> [f64; JOINTS_MAX] {
-        let mut efforts = [0.0; JOINTS_MAX];
-        self.held.iter().chain(&self.moving).for_each(|joint| efforts[joint.joint] = joint.effort);
-        efforts
+    /// The torque (N m) or force (N) of a joint that may be used.
+    pub fn usable_effort(&self, joint: JointIndex) -> f64 {
+        self.joint(joint).map_or(0.0, |joint| joint.effort)
     }
 
-    /// The mass (kg) that hangs on each joint, seen from the root.
-    pub fn carried_masses(&self) -> [f64; JOINTS_MAX] {
-        let mut masses = [0.0; JOINTS_MAX];
-        self.held.iter().chain(&self.moving).for_each(|joint| masses[joint.joint] = joint.mass);
-        masses
+    /// The mass that hangs on a joint, seen from the root, kg.
+    pub fn carried_mass(&self, joint: JointIndex) -> f64 {
+        self.joint(joint).map_or(0.0, |joint| joint.mass)
+    }
+
+    fn joint(&self, index: JointIndex) -> Option<&StaticJoint> {
+        self.held.iter().chain(&self.moving).find(|joint| joint.joint == index)
     }
 
     /// The levers of the held joints where the held nodes are placed so in the root's frame.

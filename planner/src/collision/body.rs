@@ -126,10 +126,3 @@ fn foot_of(model: &RobotModel, tree: &Tree, node: usize) -> Option<FootBody> {
     let node_from_sole = tree.of_link(foot.link).1 * foot.link_from_sole;
     Some(FootBody { limb, sole_from_node: node_from_sole.inverse(), node_normal: node_from_sole.rotation * DVec3::Z })
 }
-
-/// How many moving joints lie on the way from one link to another.
-pub fn joints_between(model: &RobotModel, a: usize, b: usize) -> usize {
-    let (chain_a, chain_b) = (model.chain(a), model.chain(b));
-    let shared = chain_a.iter().zip(&chain_b).take_while(|(a, b)| a == b).count();
-    chain_a.len() + chain_b.len() - 2 * shared
-}

@@ -2,10 +2,10 @@
 
 use glam::DAffine3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::{RobotModel, joints_between};
 
 use super::ball::{Centers, LANES};
-use super::body::{Body, Part, joints_between};
+use super::body::{Body, Part};
 use super::gap::Gap;
 use super::kernels::{exceeds, segment_segment_distance_squared};
 use super::narrow::{is_within, separation};
@@ -71,7 +71,7 @@ impl SelfPairs {
         let mut places = vec![0; bodies.len() * stride];
         for (a, body_a) in bodies.iter().enumerate() {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
-                let joints = joints_between(model, body_a.link, body_b.link);
+                let joints = joints_between(&model.links, [body_a.link, body_b.link]);
                 let hits = if joints > 1 { survey.hits(body_a, body_b) } else { SAMPLES };
                 let touches_at_zero = joints <= NEIGHBOR_JOINTS_MAX && touch(body_a, body_b, &survey.zero);
                 if joints <= 1 || hits >= ALWAYS || touches_at_zero {

@@ -15,7 +15,7 @@ mod candidates;
 mod config;
 mod merge;
 mod nests;
-mod polygon;
+pub(crate) mod polygon;
 mod propose;
 mod regions;
 mod sampling;

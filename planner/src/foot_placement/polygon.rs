@@ -96,7 +96,7 @@ pub(super) fn simplify(hull: &mut Vec<DVec2>, vertices_max: usize) {
 }
 
 /// The area and the centroid of a convex polygon; `(0, first vertex or origin)` without an interior.
-pub(super) fn area_and_centroid(polygon: &[DVec2]) -> (f64, DVec2) {
+pub(crate) fn area_and_centroid(polygon: &[DVec2]) -> (f64, DVec2) {
     let Some(&origin) = polygon.first() else { return (0.0, DVec2::ZERO) };
     let (mut doubled, mut moment) = (0.0, DVec2::ZERO);
     for (a, b) in edges(polygon) {

@@ -26,12 +26,12 @@ pub struct Foothold {
 impl Foothold {
     /// A placement with its support polygon (sole frame).
     pub fn new(limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
-        Self { limb, world_from_sole, region: seen_from_above(&world_from_sole, &support), support }
+        Self { limb, world_from_sole, region: Region::seen_from_above(&world_from_sole, &support), support }
     }
 
     /// The placement of a robot's foot with its support polygon (sole frame), of which counts what the ankle can hold.
     pub fn of(body: &Body, limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
-        let region = seen_from_above(&world_from_sole, &body.ankles[limb].clip(&support));
+        let region = Region::seen_from_above(&world_from_sole, &body.ankles[limb].clip(&support));
         Self { limb, world_from_sole, support, region }
     }
 
@@ -39,11 +39,6 @@ impl Foothold {
     pub fn distance(&self, other: &Self) -> f64 {
         self.world_from_sole.translation.distance(other.world_from_sole.translation)
     }
-}
-
-/// A polygon of the sole frame in world x and y.
-fn seen_from_above(world_from_sole: &Pose, polygon: &[DVec2]) -> Region {
-    Region::hull(polygon.iter().map(|vertex| (*world_from_sole * vertex.extend(0.0)).truncate()))
 }
 
 /// The mode in which `stance` alone carries the robot.

@@ -7,7 +7,7 @@ use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::query::intersection_test;
 use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, SharedShape, TriMesh};
 
-use super::{Joint, JointKind, Link, LinkIndex, LinkShape};
+use super::{Joint, JointKind, Link, LinkIndex, LinkShape, joints_between};
 use crate::spatial::rotation_about;
 use crate::{Pose, Shape};
 
@@ -25,22 +25,26 @@ struct Placed {
     bounds: Aabb,
 }
 
-/// The links whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their limits allow; of two such
+/// The links, with their exact shapes, whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their limits allow; of two such
 /// links one, the one of fewer triangles, where that is enough. `exact` makes a link's shapes with its meshes as they are; where it
 /// fails, hulls stay.
-pub(super) fn misleading_hulls(links: &[Link], joints: &[Joint], exact: impl FnMut(LinkIndex) -> Option<Link>) -> Vec<LinkIndex> {
+pub(super) fn misleading_hulls(
+    links: &[Link],
+    joints: &[Joint],
+    exact: impl FnMut(LinkIndex) -> Option<Link>,
+) -> Vec<(LinkIndex, Vec<LinkShape>)> {
     let mut survey = Survey::new(links, joints, exact);
     let has_hull = |at: LinkIndex| links[at].shapes.iter().any(|part| matches!(part.shape, Shape::ConvexHull { .. }));
     let mut misleading = vec![];
     for (a, b) in (0..links.len()).flat_map(|a| (a + 1..links.len()).map(move |b| (a, b))) {
         let hulls: Vec<LinkIndex> = [a, b].into_iter().filter(|at| has_hull(*at)).collect();
-        if !hulls.is_empty() && joints_between(links, a, b) > NEIGHBOURS_MAX && survey.overlap([a, b], &[]) {
+        if !hulls.is_empty() && joints_between(links, [a, b]) > NEIGHBOURS_MAX && survey.overlap([a, b], &[]) {
             misleading.extend(survey.parting([a, b], hulls));
         }
     }
     misleading.sort_unstable();
     misleading.dedup();
-    misleading
+    misleading.into_iter().filter_map(|at| Some((at, survey.surfaces[at].take()?.parts))).collect()
 }
 
 /// All links where they are with their joints at 0: as hulls, and as they are once that was asked for.
@@ -55,6 +59,7 @@ struct Survey<F> {
 #[derive(Default)]
 struct Surface {
     triangles: usize,
+    parts: Vec<LinkShape>,
     shapes: Vec<Placed>,
 }
 
@@ -86,7 +91,10 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
         let Self { poses, surfaces, exact, .. } = self;
         surfaces[at].get_or_insert_with(|| {
             let light = exact(at).map(|link| (triangles_of(&link), link)).filter(|(triangles, _)| *triangles <= TRIANGLES_MAX);
-            light.map_or_else(Surface::default, |(triangles, link)| Surface { triangles, shapes: placed(&link, &poses[at]) })
+            light.map_or_else(Surface::default, |(triangles, link)| {
+                let shapes = placed(&link, &poses[at]);
+                Surface { triangles, parts: link.shapes, shapes }
+            })
         })
     }
 }
@@ -151,19 +159,6 @@ fn neutral_motion(joint: &Joint) -> Pose {
     }
 }
 
-/// The moving joints on the way from one link to another.
-fn joints_between(links: &[Link], a: LinkIndex, b: LinkIndex) -> usize {
-    let (mut at, mut count) = ([a, b], 0);
-    while at[0] != at[1] {
-        // Parents stand before their children, so the later of two links is not an ancestor of the other.
-        let later = usize::from(at[1] > at[0]);
-        let Some(attachment) = &links[at[later]].parent else { break };
-        count += usize::from(attachment.joint.is_some());
-        at[later] = attachment.parent;
-    }
-    count
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DMat3;
@@ -211,7 +206,7 @@ mod tests {
         let source = MeshSource { path: "trough.obj".into(), scale: DVec3::ONE };
         let mesh = Shape::Mesh { vertices, triangles, source };
         let exact = |at: LinkIndex| Some(if at == 0 { link(None, Some(mesh.clone())) } else { ball.clone() });
-        misleading_hulls(&links, &[joint(1), joint(2)], exact)
+        misleading_hulls(&links, &[joint(1), joint(2)], exact).into_iter().map(|(at, _)| at).collect()
     }
 
     #[test]
@@ -227,8 +222,8 @@ mod tests {
     #[test]
     fn a_fixed_link_adds_no_joint_to_the_way() {
         let mut links = [link(None, None), link(Some(0), None), link(Some(1), None), link(Some(0), None)];
-        assert_eq!([joints_between(&links, 0, 2), joints_between(&links, 3, 2), joints_between(&links, 1, 1)], [2, 3, 0]);
+        assert_eq!([joints_between(&links, [0, 2]), joints_between(&links, [3, 2]), joints_between(&links, [1, 1])], [2, 3, 0]);
         links[2].parent.as_mut().unwrap().joint = None;
-        assert_eq!(joints_between(&links, 3, 2), 2);
+        assert_eq!(joints_between(&links, [3, 2]), 2);
     }
 }

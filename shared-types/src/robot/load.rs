@@ -23,9 +23,9 @@ use super::{Attachment, Foot, Joint, Link, LockedJoint, RobotModel};
 ///
 /// The file names the `urdf` (relative to it) and the two `[[feet]]` (`name` "left" or "right", `link`, `sole_xyz` in m and
 /// `sole_rpy` in rad in the link frame, `polygon` in m in the sole frame), and optionally the `root` link it expects,
-/// `exact_meshes` (links whose collision meshes are kept; others become convex hulls, unless these alone would overlap), and the tables `[standing]` (joint
-/// positions; joints not listed stand as near to 0 as their limits allow), `[locked]` (joints held still) and `[effort_limits]`
-/// (N m or N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
+/// `exact_meshes` (links whose collision meshes are kept; others become convex hulls, unless these alone would overlap), and the
+/// tables `[standing]` (joint positions; joints not listed stand as near to 0 as their limits allow), `[locked]` (joints held still)
+/// and `[effort_limits]` (N m or N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
 ///
 /// # Errors
 /// The first thing in the file, the URDF or a mesh that is out of order, with its file, line and element.
@@ -70,11 +70,9 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
 
 /// Gives links their exact meshes whose hulls would hide collisions.
 fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], (links, joints): (&mut [Link], &[Joint]), meshes: &mut MeshStore) {
-    let mut exact = |at: usize| build_link(urdf, tree[at].urdf_link, true, meshes).ok();
-    for at in misleading_hulls(links, joints, &mut exact) {
-        if let Some(link) = exact(at) {
-            links[at].shapes = link.shapes;
-        }
+    let exact = |at: usize| build_link(urdf, tree[at].urdf_link, true, meshes).ok();
+    for (at, shapes) in misleading_hulls(links, joints, exact) {
+        links[at].shapes = shapes;
     }
 }
 

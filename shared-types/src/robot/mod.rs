@@ -79,7 +79,8 @@ pub struct Attachment {
 pub struct LinkShape {
     /// The shape's frame in the link's.
     pub link_from_shape: Pose,
-    /// The shape. A mesh arrives here as its convex hull, unless the robot file asks for the exact surface or the hull would hide collisions.
+    /// The shape. A mesh arrives here as its convex hull, unless the robot file asks for the exact surface or the hull would hide
+    /// collisions.
     pub shape: Shape,
 }
 
@@ -183,6 +184,19 @@ impl RobotModel {
         joints.retain(|joint| !carry_others.contains(joint));
         joints
     }
+}
+
+/// The moving joints on the way from one link to another.
+pub fn joints_between(links: &[Link], pair: [LinkIndex; 2]) -> usize {
+    let (mut at, mut count) = (pair, 0);
+    while at[0] != at[1] {
+        // Parents stand before their children, so the later of two links is not an ancestor of the other.
+        let later = usize::from(at[1] > at[0]);
+        let Some(attachment) = &links[at[later]].parent else { break };
+        count += usize::from(attachment.joint.is_some());
+        at[later] = attachment.parent;
+    }
+    count
 }
 
 const _: () = assert!(JOINTS_MAX >= 32 && POLYGON_VERTICES_MAX >= 4);
