@@ -162,6 +162,12 @@ impl Body {
         self.legs.iter().zip(world_from_soles).all(|(leg, sole)| leg.solve(&(root_from_world * *sole), &mut configuration.q))
     }
 
+    /// The same, but only where [`Leg::solve_near`] finds a way: for samples, many of which have none.
+    pub fn place_soles_near(&self, configuration: &mut Configuration, world_from_soles: &[Pose; 2]) -> bool {
+        let root_from_world = configuration.world_from_root.inverse();
+        self.legs.iter().zip(world_from_soles).all(|(leg, sole)| leg.solve_near(&(root_from_world * *sole), &mut configuration.q))
+    }
+
     /// The greatest root height (m) at which, seen from `root`'s place and rotation, each hip is at most its share of
     /// reach away from its ankle; `None` where a foot is too far to the side.
     pub fn root_height(&self, root: &Pose, world_from_soles: &[Pose; 2], reach_shares: [f64; 2]) -> Option<f64> {

@@ -19,6 +19,7 @@ pub mod outcome;
 pub mod possibility;
 pub mod posture;
 pub mod prepare;
+pub mod projection;
 pub mod random;
 pub mod recheck;
 pub mod region;

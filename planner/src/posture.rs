@@ -12,7 +12,7 @@ use crate::snapshot::Snapshot;
 /// Fixed-point shifts of the root that bring the centre of mass over its target.
 const COM_SHIFTS_MAX: usize = 8;
 /// How much further the root is shifted than the centre of mass shall go, since the legs come along only half the way.
-const LEGS_LAG: f64 = 1.15;
+pub(crate) const LEGS_LAG: f64 = 1.15;
 /// How near the centre of mass must come to its target, m.
 pub const COM_TOLERANCE: f64 = 5e-4;
 /// The share of a leg's reach that samples may use: beyond it the knee is all but straight.
@@ -55,13 +55,11 @@ pub fn settle_into(
     start_q: [f64; JOINTS_MAX],
     snapshot: &mut Snapshot,
 ) -> Result<Configuration, Rejection> {
-    let begin = posture.com - (posture.world_from_root * body.standing_com).truncate();
-    let mut configuration = Configuration { world_from_root: Pose::from_parts(begin.extend(0.0), posture.world_from_root), q: start_q };
-    let shares = [posture.reach_share.min(REACH_SHARE_MAX); 2];
+    let mut configuration = root_over(body, posture, start_q);
     for _ in 0..COM_SHIFTS_MAX {
-        let height = body.root_height(&configuration.world_from_root, world_from_soles, shares);
+        let height = height_over(body, &configuration.world_from_root, world_from_soles, posture);
         configuration.world_from_root.translation.z = height.ok_or(Rejection::Unreachable)?;
-        if !body.place_soles(&mut configuration, world_from_soles) {
+        if !body.place_soles_near(&mut configuration, world_from_soles) {
             return Err(Rejection::Unreachable);
         }
         body.snapshot_into(&configuration, snapshot);
@@ -72,4 +70,26 @@ pub fn settle_into(
         configuration.world_from_root.translation += (LEGS_LAG * error).extend(0.0);
     }
     Err(Rejection::Balance)
+}
+
+/// The root put where the wished-for posture has it, whether or not the legs reach from there; the legs are left as they are.
+pub fn unsettled(body: &Body, world_from_soles: &[Pose; 2], posture: &Posture, start_q: [f64; JOINTS_MAX]) -> Configuration {
+    let mut configuration = root_over(body, posture, start_q);
+    let standing = || {
+        let heights = [0, 1].map(|limb| world_from_soles[limb].translation.z - body.legs[limb].root_from_sole(&start_q).translation.z);
+        0.5 * (heights[0] + heights[1])
+    };
+    let height = height_over(body, &configuration.world_from_root, world_from_soles, posture);
+    configuration.world_from_root.translation.z = height.unwrap_or_else(standing);
+    configuration
+}
+
+/// The root turned as wished for, over the place where the centre of mass shall be; its height is 0.
+fn root_over(body: &Body, posture: &Posture, q: [f64; JOINTS_MAX]) -> Configuration {
+    let place = posture.com - (posture.world_from_root * body.standing_com).truncate();
+    Configuration { world_from_root: Pose::from_parts(place.extend(0.0), posture.world_from_root), q }
+}
+
+fn height_over(body: &Body, root: &Pose, world_from_soles: &[Pose; 2], posture: &Posture) -> Option<f64> {
+    body.root_height(root, world_from_soles, [posture.reach_share.min(REACH_SHARE_MAX); 2])
 }

@@ -4,6 +4,7 @@
 mod arc;
 pub mod closed_form;
 pub mod forward;
+pub mod least_norm;
 pub mod leg;
 pub mod newton;
 pub mod tree;

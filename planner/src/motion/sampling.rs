@@ -12,7 +12,7 @@ use crate::motion::track::State;
 use crate::motion::transition::{self, TransitionPair, world_from_soles};
 use crate::motion::workspace::Workspace;
 
-/// Attempts at one transition in one round.
+/// Attempts at one transition in one round, each as often as it counts.
 pub const ATTEMPTS_MAX: u32 = 24;
 
 /// A configuration for a transition, and the same with the touched foot lifted.
@@ -45,7 +45,7 @@ impl Sampling {
 
     /// Whether it has found a configuration or made all its attempts.
     pub fn has_ended(&self) -> bool {
-        self.found.is_some() || self.failed() == ATTEMPTS_MAX
+        self.found.is_some() || self.failed() >= ATTEMPTS_MAX
     }
 
     /// Attempts that failed.
@@ -68,7 +68,7 @@ impl Sampling {
         };
         if let Err(rejection) = advanced {
             self.lift = None;
-            self.attempt += 1;
+            self.attempt += transition::counts(&constraints.body, self.attempt);
             workspace.count(rejection);
         }
     }

@@ -228,7 +228,7 @@ fn place(
         let root = &mut state.configuration.world_from_root;
         let highest = body.root_height(root, &state.world_from_soles, [REACH_SHARE_MAX; 2]).ok_or(Rejection::Unreachable)?;
         root.translation.z = course.translation.z.min(highest);
-        if !body.place_soles(&mut state.configuration, &state.world_from_soles) {
+        if !body.place_soles_near(&mut state.configuration, &state.world_from_soles) {
             return Err(Rejection::Unreachable);
         }
         body.snapshot_into(&state.configuration, snapshot);

@@ -11,9 +11,11 @@ use crate::body::{Body, Configuration};
 use crate::carriage::Carriage;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
+use crate::kinematics::Leg;
 use crate::motion::foothold::{Foothold, double_mode};
 use crate::motion::primitive::stand::side_of;
-use crate::posture::{COM_TOLERANCE, Posture, settle_into};
+use crate::posture::{COM_TOLERANCE, Posture, settle_into, unsettled};
+use crate::projection::{Ground, project};
 use crate::random::{Random, Stream};
 use crate::region::Region;
 use crate::snapshot::Snapshot;
@@ -39,6 +41,10 @@ const PRIMITIVES: [(f64, f64, f64, f64); 12] = [
 pub const REACHING: [u64; 4] = [5, 11, 8, 10];
 /// Attempts in the neighbourhood of the primitives, before uniform ones.
 const NEIGHBOURHOOD_ATTEMPTS: u64 = 24;
+/// Attempts from here on are projections, where the legs have no closed form.
+const PROJECTED_FROM: u64 = 24;
+/// As many attempts a projection counts for.
+const PROJECTION_COUNTS: u32 = 5;
 
 /// A transition: all weight on `stance`, `other` in touch.
 #[derive(Debug, Clone, Copy)]
@@ -67,11 +73,28 @@ pub fn sample(
     let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), attempt, &mut draws);
     let soles = world_from_soles(pair);
     let mut snapshot = Snapshot::default();
-    let configuration = settle_into(body, &soles, &posture, free, &mut snapshot)?;
+    let configuration = if is_projected(body, attempt) {
+        let ground = Ground { world_from_soles: &soles, region: &mode.region, com_margin: constraints.com_margin(mode) };
+        let begin = unsettled(body, &soles, &posture, free);
+        project(body, &ground, &begin, &mut snapshot).ok_or(Rejection::Unreachable)?
+    } else {
+        settle_into(body, &soles, &posture, free, &mut snapshot)?
+    };
     constraints.check(mode, &snapshot, [FootState::Stance; 2])?;
     // It also ends the double support, which may be wished to be deeper inside its larger region.
     let is_deep = constraints.is_balanced(&double_mode(pair.stance, pair.other), &snapshot);
     is_deep.then_some(configuration).ok_or(Rejection::Balance)
+}
+
+/// As many attempts this one counts for in S(T): a projection takes as long as several samples, and tells more.
+pub fn counts(body: &Body, attempt: u32) -> u32 {
+    if is_projected(body, u64::from(attempt)) { PROJECTION_COUNTS } else { 1 }
+}
+
+/// Whether an attempt is a projection: once samples have failed, and only where the legs have no closed form. With one, samples
+/// cost so little that as many of them as a projection takes find more.
+fn is_projected(body: &Body, attempt: u64) -> bool {
+    attempt >= PROJECTED_FROM && !body.legs.iter().all(Leg::is_closed_form)
 }
 
 /// Whether one of a few primitive postures brings both soles to their placements, the centre of mass where the stance can carry it
