@@ -149,9 +149,20 @@ fn instance_names_are_checked() {
 fn the_doctor_finds_this_machine_fit() {
     let said = run(&["doctor", &scenario("ibeam_hallway")]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    for expected in ["shared memory", "cores", "open files", "locked memory", "64 chunks delivered", "bytes of arenas"] {
+    for expected in
+        ["shared memory", "cores", "open files", "locked memory", "64 chunks delivered", "bytes of arenas", "good     robot: 'hubo' on "]
+    {
         assert!(said.out.contains(expected), "'{expected}' is not in: {}", said.out);
     }
+}
+
+#[test]
+fn the_doctor_says_which_joint_is_too_weak_for_one_foot() {
+    let room = Room::new("seed = 1", "seed = 1\n[planner]\neffort_share = 0.1\n");
+    let said = run(&["doctor", &room.path("scenario.toml")]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let advice = said.out.lines().find(|line| line.starts_with("advice   robot: 'hubo'")).unwrap();
+    assert!(advice.contains(" alone needs ") && advice.contains("planner.effort_share is 0.1"), "{advice}");
 }
 
 #[test]

@@ -28,7 +28,7 @@ const LANDINGS_MAX: u64 = 4;
 pub enum Walked {
     /// Walked, in this way, with these worst margins.
     As(Box<PlanChunk>, Margins),
-    /// A foot was set down [`LANDINGS_MAX`] times near this contact, and nothing carried it.
+    /// A foot was set down `LANDINGS_MAX` times near this contact, and nothing carried it.
     NothingCarries(Box<Contact>),
     /// As the feet stand, the motion does not pass a check; one line says which.
     DoesNotFit(String),

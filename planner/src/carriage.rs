@@ -5,6 +5,7 @@
 use glam::DVec2;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
+use surefoot_shared_types::robot::JointIndex;
 use surefoot_shared_types::spatial::rotation_from_rpy;
 
 use crate::body::{Body, FreeJoint};
@@ -35,12 +36,14 @@ pub struct Carriage {
     /// The largest share of its usable effort that a joint needs, on level ground and with the feet as they stand; infinite where
     /// that is not reached.
     pub effort_use: f64,
+    /// That joint.
+    pub most_strained: Option<JointIndex>,
 }
 
 impl Carriage {
     /// As in the standing posture, not weighed yet.
     pub fn standing(standing_q: [f64; JOINTS_MAX]) -> Self {
-        Self { rotation: [0.0; 2], q: standing_q, effort_use: f64::INFINITY }
+        Self { rotation: [0.0; 2], q: standing_q, effort_use: f64::INFINITY, most_strained: None }
     }
 
     /// The posture over one foot: the standing one where that is easy, or else the easiest to which a descent from there leads.
@@ -106,7 +109,9 @@ impl<'a> Place<'a> {
         let posture = Posture { world_from_root, reach_share: body.standing_reach_share, com: self.com };
         if let Ok((_, snapshot)) = settle(body, &self.soles, &posture, carriage.q) {
             let load = |limb: usize| FootLoad { share: if limb == self.limb { 1.0 } else { 0.0 }, point: self.com };
-            carriage.effort_use = body.statics.effort_use(&snapshot, &[load(0), load(1)]);
+            let loads = [load(0), load(1)];
+            carriage.effort_use = body.statics.effort_use(&snapshot, &loads);
+            carriage.most_strained = body.statics.most_strained(&snapshot, &loads);
         }
         carriage
     }

@@ -114,6 +114,18 @@ impl Statics {
         most
     }
 
+    /// The joint of which gravity asks the largest share of its usable effort then.
+    pub fn most_strained(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> Option<JointIndex> {
+        let (mut most, mut strained) = (0.0, None);
+        self.each_torque(snapshot, loads, |joint, torque| {
+            let share = torque.abs() / joint.effort;
+            if share > most {
+                (most, strained) = (share, Some(joint.joint));
+            }
+        });
+        strained
+    }
+
     /// The torque (N m) or force (N) that each joint must hold, in joint order.
     pub fn torques(&self, snapshot: &Snapshot, loads: &[FootLoad; 2], torques: &mut [f64; JOINTS_MAX]) {
         self.each_torque(snapshot, loads, |joint, torque| torques[joint.joint] = torque);

@@ -163,7 +163,7 @@ impl SequenceSearch {
         }
     }
 
-    /// Spends at most so many units of work, of [`SWINGS_PER_UNIT`] swings each; answers how many it spent. The same query as at
+    /// Spends at most so many units of work, of `SWINGS_PER_UNIT` swings each; answers how many it spent. The same query as at
     /// the beginning. Once less is spent than allowed, the search has ended, see [`SequenceSearch::has_found`].
     pub fn advance(&mut self, query: &Query<'_>, budget: u64) -> u64 {
         for spent in 0..budget {
