@@ -115,37 +115,31 @@ impl Leg {
     /// Writes the leg's part of `q` so that the sole stands at `root_from_sole`, choosing among the solutions within the
     /// limits the one nearest to what `q` holds. Leaves `q` alone and answers `false` where there is none.
     pub fn solve(&self, root_from_sole: &Pose, q: &mut [f64]) -> bool {
-        let near = self.positions(q);
-        let found = match &self.solver {
-            Solver::ClosedForm(closed_form) => closed_form.solve(&self.joints, root_from_sole, &near),
-            Solver::Newton(newton) => newton.solve(&self.joints, root_from_sole, &near),
-        };
-        self.take(q, found)
+        self.solve_by(root_from_sole, q, Newton::solve)
     }
 
     /// The same, but where there is no closed form only a solution to which the iteration leads from what `q` holds or from the
     /// standing posture.
     pub fn solve_near(&self, root_from_sole: &Pose, q: &mut [f64]) -> bool {
-        match &self.solver {
-            Solver::ClosedForm(_) => self.solve(root_from_sole, q),
-            Solver::Newton(newton) => {
-                let near = self.positions(q);
-                self.take(q, newton.solve_near(&self.joints, root_from_sole, &near))
-            }
-        }
+        self.solve_by(root_from_sole, q, Newton::solve_near)
     }
 
-    /// The leg's part of `q`.
-    fn positions(&self, q: &[f64]) -> LegPositions {
-        self.joints.iter().map(|joint| q[joint.index]).collect()
-    }
-
-    /// Writes the leg's part of `q`, if it was found.
-    fn take(&self, q: &mut [f64], found: Option<LegPositions>) -> bool {
-        for (joint, position) in self.joints.iter().zip(found.iter().flatten()) {
-            q[joint.index] = *position;
+    fn solve_by(
+        &self,
+        root_from_sole: &Pose,
+        q: &mut [f64],
+        iterate: impl Fn(&Newton, &[LegJoint], &Pose, &LegPositions) -> Option<LegPositions>,
+    ) -> bool {
+        let near: LegPositions = self.joints.iter().map(|joint| q[joint.index]).collect();
+        let found = match &self.solver {
+            Solver::ClosedForm(closed_form) => closed_form.solve(&self.joints, root_from_sole, &near),
+            Solver::Newton(newton) => iterate(newton, &self.joints, root_from_sole, &near),
+        };
+        let Some(found) = found else { return false };
+        for (joint, position) in self.joints.iter().zip(found) {
+            q[joint.index] = position;
         }
-        found.is_some()
+        true
     }
 
     /// The leg's joints, each with the motion of what carries it: takes its point and axis to where they are, in the root's frame.
