@@ -188,6 +188,47 @@ fn with_stiff_ankles() -> RobotModel {
     model
 }
 
+/// The Hubo as if all its boxes were hulls.
+fn of_hulls() -> RobotModel {
+    let mut model = hubo();
+    for placed in model.links.iter_mut().flat_map(|link| &mut link.shapes) {
+        if let Shape::Box { half_extents } = placed.shape {
+            let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = |corner: usize| half_extents * DVec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2));
+            placed.shape = Shape::ConvexHull { points: (0..8).map(corner).collect() };
+        }
+    }
+    model.digest = Digest::of(&[b"hulls", &model.digest.0]);
+    model
+}
+
+/// The same robot as if its URDF named the legs before all else that hangs on the root.
+fn with_legs_first(model: &RobotModel) -> RobotModel {
+    let legs: Vec<usize> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).map(|joint| model.joints[joint].child).collect();
+    let mut order: Vec<usize> = (0..model.links.len()).collect();
+    order.sort_by_key(|link| (*link > 0, !legs.contains(link)));
+    let now = |link: usize| order.iter().position(|&before| before == link).unwrap();
+    let mut turned = model.clone();
+    turned.links = order.iter().map(|&link| model.links[link].clone()).collect();
+    turned.links.iter_mut().filter_map(|link| link.parent.as_mut()).for_each(|at| at.parent = now(at.parent));
+    turned.joints.iter_mut().for_each(|joint| joint.child = now(joint.child));
+    turned.feet.iter_mut().for_each(|foot| foot.link = now(foot.link));
+    turned.digest = Digest::of(&[b"legs first", &model.digest.0]);
+    turned
+}
+
+#[test]
+fn the_order_of_links_does_not_matter() {
+    let before = of_hulls();
+    let turned = with_legs_first(&before);
+    assert!(before.links.iter().zip(&turned.links).any(|(a, b)| a.name != b.name));
+    let [before, turned] = [&before, &turned].map(|model| preparation_for(model, &PlannerConfig::default()));
+    assert!(before.range(0).extent().is_some());
+    assert_eq!(before.gait(), turned.gait());
+    assert_eq!(before.expanded(), turned.expanded());
+    assert_eq!([0, 1].map(|stance| before.range(stance).extent()), [0, 1].map(|stance| turned.range(stance).extent()));
+}
+
 #[test]
 fn a_robot_with_stiff_ankles_has_a_range_of_steps_on_a_floor_too() {
     let model = with_stiff_ankles();

@@ -188,11 +188,13 @@ impl CollisionModel {
         boxes.fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// The bounding box of every collision shape: its link, its frame in the link's, the box in its frame.
-    pub fn part_bounds(&self) -> impl Iterator<Item = (usize, Pose, Aabb)> + '_ {
+    /// The bounding box of every collision shape: its link and which of the link's shapes it is, its frame in the link's, the box in
+    /// its frame. Not in the order of the links.
+    pub fn part_bounds(&self) -> impl Iterator<Item = ([usize; 2], Pose, Aabb)> + '_ {
         self.bodies.iter().flat_map(|body| {
             let link_from_node = body.node_from_link.inverse();
-            body.parts.iter().map(move |part| (body.link, link_from_node * part.node_from_part, part.bounds))
+            let parts = body.parts.iter().enumerate();
+            parts.map(move |(index, part)| ([body.link, index], link_from_node * part.node_from_part, part.bounds))
         })
     }
 

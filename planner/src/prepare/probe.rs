@@ -8,7 +8,7 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::robot::{LinkShape, RobotModel};
+use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::spatial::rotation_about;
 
@@ -66,10 +66,10 @@ impl Probe {
         let world = World { mu: 1.0, shapes: vec![], digest: Digest::default() };
         let collision = CollisionModel::new(model, &world, strict.clearance)?;
         let owner = |link: usize| owner_of(model, &body, &collision, link);
-        let shapes = model.links.iter().flat_map(|link| &link.shapes);
-        let cut =
-            |((link, frame, bounds), placed): ((usize, Pose, Aabb), &LinkShape)| slices(link, owner(link), frame, &placed.shape, &bounds);
-        let slices = collision.part_bounds().zip(shapes).flat_map(cut).collect();
+        let cut = |([link, index], frame, bounds): ([usize; 2], Pose, Aabb)| {
+            slices(link, owner(link), frame, &model.links[link].shapes[index].shape, &bounds)
+        };
+        let slices = collision.part_bounds().flat_map(cut).collect();
         Ok(Self { constraints: Constraints { body, collision, config: strict }, slices })
     }
 
