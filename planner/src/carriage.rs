@@ -109,9 +109,8 @@ impl<'a> Place<'a> {
         let posture = Posture { world_from_root, reach_share: body.standing_reach_share, com: self.com };
         if let Ok((_, snapshot)) = settle(body, &self.soles, &posture, carriage.q) {
             let load = |limb: usize| FootLoad { share: if limb == self.limb { 1.0 } else { 0.0 }, point: self.com };
-            let loads = [load(0), load(1)];
-            carriage.effort_use = body.statics.effort_use(&snapshot, &loads);
-            carriage.most_strained = body.statics.most_strained(&snapshot, &loads);
+            let most = body.statics.most_strained(&snapshot, &[load(0), load(1)]);
+            (carriage.effort_use, carriage.most_strained) = (most.map_or(0.0, |(_, share)| share), most.map(|(joint, _)| joint));
         }
         carriage
     }

@@ -51,6 +51,7 @@ use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::{Constraints, Rejection, StartBalance};
 use crate::ends::{foothold_at, stand_as, stand_on, supported_anew};
+use crate::foot_placement::polygon::area_and_centroid;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
 use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
@@ -523,11 +524,7 @@ fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, Plann
 
 /// Foot placement with the bounds that this robot's soles and the world's friction allow.
 fn placement_config(body: &Body, world: &World, config: &PlannerConfig) -> FootPlacementConfig {
-    let area = |polygon: &Vec<glam::DVec2>| {
-        let next = polygon.iter().cycle().skip(1);
-        0.5 * polygon.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
-    };
-    let smallest = body.sole_polygons.iter().map(area).fold(f64::INFINITY, f64::min);
+    let smallest = body.sole_polygons.iter().map(|polygon| area_and_centroid(polygon).0).fold(f64::INFINITY, f64::min);
     let standard = FootPlacementConfig::default();
     let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
     FootPlacementConfig {

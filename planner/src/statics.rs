@@ -114,16 +114,16 @@ impl Statics {
         most
     }
 
-    /// The joint of which gravity asks the largest share of its usable effort then.
-    pub fn most_strained(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> Option<JointIndex> {
-        let (mut most, mut strained) = (0.0, None);
+    /// The joint of which gravity asks the largest share of its usable effort then, and that share, if it asks anything of any.
+    pub fn most_strained(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> Option<(JointIndex, f64)> {
+        let mut most: Option<(JointIndex, f64)> = None;
         self.each_torque(snapshot, loads, |joint, torque| {
             let share = torque.abs() / joint.effort;
-            if share > most {
-                (most, strained) = (share, Some(joint.joint));
+            if share > most.map_or(0.0, |(_, most)| most) {
+                most = Some((joint.joint, share));
             }
         });
-        strained
+        most
     }
 
     /// The torque (N m) or force (N) that each joint must hold, in joint order.

@@ -29,20 +29,18 @@ pub fn least_norm<const ROWS: usize, const UNKNOWNS: usize>(
     let mut left = *error;
     for _ in 0..ROUNDS_MAX {
         let mut normal = [[0.0; ROWS]; ROWS];
-        for (unknown, _) in unknowns.iter().zip(&is_stopped).filter(|(_, stopped)| !**stopped) {
+        for (unknown, _) in unknowns.iter().zip(&is_stopped).filter(|(_, is_stopped)| !**is_stopped) {
             add_outer(&mut normal, unknown);
         }
         let multipliers = solve_symmetric(normal, left)?;
         let mut stops = false;
-        for (index, unknown) in unknowns.iter().enumerate().filter(|(index, _)| !is_stopped[*index]) {
-            let wished = unknown.ease * dot(&unknown.effect, &multipliers);
-            step[index] = wished.clamp(unknown.room[0], unknown.room[1]);
-        }
-        for (index, unknown) in unknowns.iter().enumerate() {
-            let is_at_limit = step[index] == unknown.room[0] || step[index] == unknown.room[1];
-            if is_at_limit && !is_stopped[index] {
-                (is_stopped[index], stops) = (true, true);
-                left.iter_mut().zip(&unknown.effect).for_each(|(row, effect)| *row -= effect * step[index]);
+        let moving = unknowns.iter().zip(&mut step).zip(&mut is_stopped).filter(|(_, is_stopped)| !**is_stopped);
+        for ((Unknown { effect, ease, room: [lowest, highest] }, step), is_stopped) in moving {
+            *step = (ease * dot(effect, &multipliers)).clamp(*lowest, *highest);
+            *is_stopped = *step == *lowest || *step == *highest;
+            if *is_stopped {
+                stops = true;
+                left.iter_mut().zip(effect).for_each(|(row, effect)| *row -= effect * *step);
             }
         }
         if !stops {

@@ -93,20 +93,25 @@ impl Newton {
 
     /// A solution within the limits: from `near`, else from the standing posture, else from known postures.
     pub fn solve(&self, joints: &[LegJoint], root_from_sole: &Pose, near: &LegPositions) -> Option<LegPositions> {
+        if !self.is_long_enough(joints, root_from_sole) {
+            return None;
+        }
         let found = |at: usize| self.descend(joints, root_from_sole, &self.postures[at].positions);
         let known = || self.nearest_postures(root_from_sole).into_iter().find_map(found);
-        self.solve_near(joints, root_from_sole, near).or_else(|| self.is_near_enough(joints, root_from_sole).then(known).flatten())
+        self.solve_near(joints, root_from_sole, near).or_else(known)
     }
 
     /// The same without the known postures: for samples, most of which have no solution.
     pub fn solve_near(&self, joints: &[LegJoint], root_from_sole: &Pose, near: &LegPositions) -> Option<LegPositions> {
+        if !self.is_long_enough(joints, root_from_sole) {
+            return None;
+        }
         let standing = (near != &self.standing).then_some(&self.standing);
-        let mut starts = std::iter::once(near).chain(standing).take_while(|_| self.is_near_enough(joints, root_from_sole));
-        starts.find_map(|start| self.descend(joints, root_from_sole, start))
+        std::iter::once(near).chain(standing).find_map(|start| self.descend(joints, root_from_sole, start))
     }
 
-    /// Whether the leg is long enough.
-    fn is_near_enough(&self, joints: &[LegJoint], root_from_sole: &Pose) -> bool {
+    /// Whether the ankle may be where the sole has it.
+    fn is_long_enough(&self, joints: &[LegJoint], root_from_sole: &Pose) -> bool {
         (*root_from_sole * self.sole_from_ankle).distance(joints[0].point) <= self.reach
     }
 

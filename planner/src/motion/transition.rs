@@ -70,11 +70,12 @@ pub fn sample(
     let (seed, object) = random;
     let mut draws = Random::new(seed, Stream::Transition, object, attempt);
     let body = &constraints.body;
-    let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), attempt, &mut draws);
+    let com_margin = constraints.com_margin(mode);
+    let (posture, free) = choose(body, mode, pair, com_margin, attempt, &mut draws);
     let soles = world_from_soles(pair);
     let mut snapshot = Snapshot::default();
     let configuration = if is_projected(body, attempt) {
-        let ground = Ground { world_from_soles: &soles, region: &mode.region, com_margin: constraints.com_margin(mode) };
+        let ground = Ground { world_from_soles: &soles, region: &mode.region, com_margin };
         let begin = unsettled(body, &soles, &posture, free);
         project(body, &ground, &begin, &mut snapshot).ok_or(Rejection::Unreachable)?
     } else {
