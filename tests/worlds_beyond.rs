@@ -176,6 +176,27 @@ fn pass_under_is_lower_than_the_robot() {
 }
 
 #[test]
+fn rough_ground_has_hardly_two_triangles_in_one_plane() {
+    let world = world("rough_ground");
+    let Shape::Mesh { vertices, triangles, .. } = &shape(&world, "ground").shape else { panic!("not a mesh") };
+    let is_level_end = |v: &DVec3| !(0.5..=4.5).contains(&v.x);
+    assert!(vertices.iter().filter(|v| is_level_end(v)).all(|v| v.z == 0.0));
+    let heights = vertices.iter().map(|v| v.z);
+    let (lowest, highest) = heights.fold((0f64, 0f64), |(low, high), z| (low.min(z), high.max(z)));
+    assert!(lowest < -0.1 && highest > 0.1, "from {lowest} to {highest}");
+    let corners = |triangle: &[u32; 3]| triangle.map(|index| vertices[index as usize]);
+    let normal = |triangle: &[u32; 3]| {
+        let [a, b, c] = corners(triangle);
+        (b - a).cross(c - a).normalize()
+    };
+    let is_rough = |pair: &&[[u32; 3]]| pair.iter().flat_map(corners).all(|v| (1.0..=4.0).contains(&v.x));
+    let halves = || triangles.as_chunks::<2>().0.iter().map(|pair| &pair[..]).filter(is_rough);
+    let bent = halves().filter(|pair| normal(&pair[0]).dot(normal(&pair[1])) < libm::cos(0.2f64.to_radians()));
+    assert!(10 * bent.count() > 9 * halves().count(), "the two halves of a square");
+    assert!(triangles.iter().all(|triangle| normal(triangle).z > libm::cos(25f64.to_radians())), "friction holds everywhere");
+}
+
+#[test]
 fn no_way_slope_is_beyond_friction() {
     let world = world("no_way_slope");
     let slope = shape(&world, "slope");

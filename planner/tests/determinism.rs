@@ -18,7 +18,7 @@ use surefoot_shared_types::digest::Digest;
 
 const GOLDEN: &str = "tests/data/golden_digests.txt";
 /// Searched in every build.
-const QUICK: [&str; 10] = [
+const QUICK: [&str; 11] = [
     "beam",
     "checkers",
     "cinder_blocks",
@@ -26,6 +26,7 @@ const QUICK: [&str; 10] = [
     "ibeam_gap",
     "ibeam_hallway",
     "monkey_bars",
+    "rough_ground",
     "stairs",
     "stairs_bauzil",
     "stepping_stones",

@@ -102,6 +102,7 @@ fn geometry_alone_finds_placements_on_every_feature() {
         ("spiral", spiral(), [[0.2, 0.5, 0.45], [0.45, 0.75, 0.65]]),
         ("block edge", vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])], [[-0.15, -0.4, -0.1], [0.1, 0.4, 0.1]]),
         ("flat mesh", vec![mesh(4.0, 20, |_, _| 0.0)], [[-1.5, -1.5, -0.1], [1.5, 1.5, 0.1]]),
+        ("hills", vec![mesh(4.0, 80, |x, y| 0.1 * libm::sin(2.0 * x + y))], [[-1.5, -1.5, -0.1], [1.5, 1.5, 0.1]]),
     ];
     for (name, shapes, region) in features {
         let surfaces = surfaces(shapes);
@@ -120,6 +121,29 @@ fn parallel_bars_are_found_at_every_span() {
         println!("span {percent} %: geometry {geometric:.3}, Algorithm 1 alone {sampled:.3}");
         assert!(geometric >= 0.95, "{percent} %: {geometric}");
     }
+}
+
+#[test]
+fn on_rough_ground_soles_are_set_down_where_they_are_wished_for() {
+    let height = |x: f64, y: f64| 0.06 * libm::sin(3.0 * x) * libm::cos(2.0 * y) + 0.001 * libm::sin(40.0 * x + 27.0 * y);
+    let (size, n) = (4.0, 40);
+    let (rough, polygon) = (surfaces(vec![mesh(size, n, height)]), sole());
+    let side = |i: u32| size * (f64::from(i) / f64::from(n) - 0.5);
+    let corners = || (0..=n).flat_map(|i| (0..=n).map(move |j| (side(i), side(j)))).map(|(x, y)| DVec3::new(x, y, height(x, y)));
+    let mut random = Random::new(6, Stream::Preparation, 0, 0);
+    let mut at_the_ideal = 0;
+    for _ in 0..100 {
+        let [x, y, yaw] = [1.7, 1.7, 3.0].map(|most| random.uniform(-most, most));
+        let wish = Request { effort: GEOMETRY_ONLY, ..request(&polygon, turned(x, y, height(x, y), yaw)) };
+        let [placement] = &first(&rough, &wish, 1)[..] else { continue };
+        let pose = placement.world_from_sole;
+        let moved = (pose.translation - wish.ideal.translation).truncate().length();
+        at_the_ideal += u32::from(moved < 1e-9);
+        let in_sole = corners().map(|corner| pose.inverse_transform_point(corner));
+        let highest = in_sole.filter(|p| (-0.09..0.13).contains(&p.x) && p.y.abs() < 0.07).map(|p| p.z).fold(f64::MIN, f64::max);
+        assert!(highest < 1e-3, "a corner of the ground is {highest} above the sole");
+    }
+    assert!(at_the_ideal >= 90, "{at_the_ideal} of 100");
 }
 
 #[test]

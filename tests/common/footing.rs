@@ -1,4 +1,4 @@
-//! What a sole finds under it: level box tops of a world and the area over which a sole's contact points spread.
+//! What a sole finds under it: level tops of a world's boxes and meshes and the area over which a sole's contact points spread.
 
 use std::path::{Path, PathBuf};
 
@@ -52,7 +52,15 @@ pub fn bounds(shape: &WorldShape) -> (DVec3, DVec3) {
     (pose.translation - half_extents(shape), pose.translation + half_extents(shape))
 }
 
-/// A level top face: its height and its counter-clockwise outline seen from above.
+/// The level faces of a box or a mesh: the height and the counter-clockwise outline of each, seen from above.
+fn level_faces(shape: &WorldShape) -> Vec<(f64, Vec<DVec2>)> {
+    let Shape::Mesh { vertices, triangles, .. } = &shape.shape else { return top_face(shape).into_iter().collect() };
+    let corners = triangles.iter().map(|triangle| triangle.map(|index| shape.world_from_shape * vertices[index as usize]));
+    let level = corners.filter(|[a, b, c]| a.z == b.z && a.z == c.z && (*b - *a).cross(*c - *a).z > 0.0);
+    level.map(|corners| (corners[0].z, corners.map(DVec3::truncate).to_vec())).collect()
+}
+
+/// The level top of a box: its height and its counter-clockwise outline seen from above.
 pub fn top_face(shape: &WorldShape) -> Option<(f64, Vec<DVec2>)> {
     let Shape::Box { half_extents: half } = shape.shape else { return None };
     let pose = &shape.world_from_shape;
@@ -72,7 +80,7 @@ pub fn sole_at(position: DVec3, yaw: f64) -> Pose {
 /// The points at which a level sole rests on level box tops: the corners of each clipped face.
 pub fn contacts(world: &World, world_from_sole: &Pose) -> Vec<DVec2> {
     let sole: Vec<DVec2> = SOLE.iter().map(|point| (*world_from_sole * point.extend(0.0)).truncate()).collect();
-    let tops = world.shapes.iter().filter_map(top_face);
+    let tops = world.shapes.iter().flat_map(level_faces);
     let near = tops.filter(|(height, _)| (height - world_from_sole.translation.z).abs() <= CONTACT_GAP);
     near.flat_map(|(_, outline)| clip(&sole, &outline)).collect()
 }
@@ -85,7 +93,7 @@ pub fn support_area(world: &World, world_from_sole: &Pose) -> f64 {
 /// Whether the sole's outline lies wholly on level tops at its height, on one face or several side by side.
 pub fn rests_wholly(world: &World, world_from_sole: &Pose) -> bool {
     let sole: Vec<DVec2> = SOLE.iter().map(|point| (*world_from_sole * point.extend(0.0)).truncate()).collect();
-    let tops = world.shapes.iter().filter_map(top_face);
+    let tops = world.shapes.iter().flat_map(level_faces);
     let near = tops.filter(|(height, _)| (height - world_from_sole.translation.z).abs() <= CONTACT_GAP);
     let covered: f64 = near.map(|(_, outline)| area(&clip(&sole, &outline))).sum();
     covered >= area(&sole) - 1e-9

@@ -85,6 +85,9 @@ impl Surfaces {
         scratch.candidates.clear();
         self.list_planes(scratch, request);
         for i in 0..scratch.planes.len() {
+            if scratch.candidates.is_full() {
+                break;
+            }
             let plane = scratch.planes[i];
             self.list_footprints(scratch, &plane);
             let mut lister = Lister { scratch, request, plane };
@@ -131,7 +134,9 @@ impl Surfaces {
         let tolerance = self.config.plane_distance_max;
         let is_same = |p: &Plane| {
             let apart = (point - p.world_from_plane.translation).dot(p.normal).abs();
-            p.normal.dot(normal) >= self.aligned_cos && apart <= tolerance && (p.world_from_plane.translation.z - height).abs() <= tolerance
+            p.normal.dot(normal) >= self.coplanar_cos
+                && apart <= tolerance
+                && (p.world_from_plane.translation.z - height).abs() <= tolerance
         };
         if !scratch.planes.iter().any(is_same) {
             let world_from_plane = pose_on_plane(origin, normal, yaw);
@@ -149,12 +154,12 @@ impl Surfaces {
             match self.element(scratch.features[i].1) {
                 Element::Face(face, vertices) => {
                     let is_in_plane = |&v: &DVec3| (v - plane.world_from_plane.translation).dot(plane.normal).abs() <= tolerance;
-                    if face.normal.dot(plane.normal) >= self.aligned_cos && vertices.iter().any(is_in_plane) {
+                    if face.normal.dot(plane.normal) >= self.coplanar_cos && vertices.iter().any(is_in_plane) {
                         outline.extend(vertices.iter().map(|&v| in_plane(v).truncate()));
                     }
                 }
                 Element::Round(round) => {
-                    let normal = round.side_normal(plane.normal).filter(|n| n.dot(plane.normal) >= self.aligned_cos);
+                    let normal = round.side_normal(plane.normal).filter(|n| n.dot(plane.normal) >= self.coplanar_cos);
                     let top = normal.map(|n| [round.a, round.b].map(|end| in_plane(end + n * round.radius)));
                     let top = top.filter(|ends| ends.iter().all(|p| p.z.abs() <= tolerance));
                     outline.extend(top.iter().flatten().map(|p| p.truncate()));
@@ -297,6 +302,9 @@ impl Lister<'_, '_> {
     }
 
     fn across_pair(&mut self, outer: [f64; 2], lengthwise: [f64; 2], across: DVec2, turn: f64) {
+        if self.scratch.candidates.is_full() {
+            return;
+        }
         let Some(sole) = self.sole(turn) else { return };
         let along = across.perp();
         let (reach, length) = (sole.extent(across), sole.extent(along));

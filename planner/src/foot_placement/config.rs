@@ -20,6 +20,8 @@ pub struct FootPlacementConfig {
     pub contact_width_min: f64,
     /// How far a carrying surface's normal may be from the sole's, rad (the judge allows 5 degrees).
     pub normal_tilt_max: f64,
+    /// How far the normals of features that are proposed on together may be apart, rad.
+    pub plane_tilt_max: f64,
     /// How far a carrying surface stays inside the friction cone, rad.
     pub friction_margin: f64,
     /// Thickness of the plate above the sole in which nothing may be, m (the thesis's thin rectangle, 4.2.2).
@@ -50,6 +52,8 @@ pub struct FootPlacementConfig {
     pub candidates_max: usize,
     /// Most intersection points of one request.
     pub intersection_points_max: usize,
+    /// Most points of the ground under a sole that is set down; what is beyond is not seen then, and refused later.
+    pub ground_points_max: usize,
 }
 
 impl Default for FootPlacementConfig {
@@ -61,7 +65,8 @@ impl Default for FootPlacementConfig {
             centroid_edge_distance_min: 0.02,
             plane_distance_max: 1e-3,
             contact_width_min: 0.011,
-            normal_tilt_max: degree,
+            normal_tilt_max: 4.0 * degree,
+            plane_tilt_max: degree,
             friction_margin: degree,
             plate_height: 0.02,
             sample_attempts_max: 40,
@@ -77,6 +82,7 @@ impl Default for FootPlacementConfig {
             planes_max: 32,
             candidates_max: 1_024,
             intersection_points_max: 1_024,
+            ground_points_max: 4_096,
         }
     }
 }
@@ -96,6 +102,7 @@ impl FootPlacementConfig {
             ("plane_distance_max", self.plane_distance_max, 1e-6, 0.01),
             ("contact_width_min", self.contact_width_min, 0.0, 0.05),
             ("normal_tilt_max", self.normal_tilt_max, 1e-6, 0.1),
+            ("plane_tilt_max", self.plane_tilt_max, 1e-6, 0.1),
             ("friction_margin", self.friction_margin, 0.0, 0.5),
             ("plate_height", self.plate_height, 2.0 * self.plane_distance_max, 0.2),
             ("point_spacing", self.point_spacing, 1e-3, 1.0),
@@ -113,6 +120,7 @@ impl FootPlacementConfig {
             ("planes_max", self.planes_max, 1, 1 << 16),
             ("candidates_max", self.candidates_max, 1, 1 << 20),
             ("intersection_points_max", self.intersection_points_max, 3, 1 << 20),
+            ("ground_points_max", self.ground_points_max, 3, 1 << 20),
         ];
         for (field, value, lower, upper) in reals {
             if !(lower..=upper).contains(&value) {

@@ -213,6 +213,7 @@ impl Proposal<'_, '_> {
     fn run(&mut self) -> ControlFlow<()> {
         self.surfaces.gather(self.scratch, self.request);
         self.tally.features = self.scratch.features.len() as u32;
+        self.propose_settled()?;
         self.surfaces.list_candidates(self.scratch, self.request);
         self.propose_geometric()?;
         self.propose_varied()?;

@@ -39,6 +39,8 @@ pub struct Scratch {
     /// Candidates that carry less than was asked for at first, by index.
     pub(super) deferred: Bounded<u32>,
     pub(super) intersection_points: Bounded<DVec3>,
+    /// The ground under a sole that is set down, in the sole frame.
+    pub(super) ground: Bounded<DVec3>,
 }
 
 impl Scratch {
@@ -55,6 +57,7 @@ impl Scratch {
             candidates: Bounded::new(config.candidates_max),
             deferred: Bounded::new(config.candidates_max),
             intersection_points: Bounded::new(config.intersection_points_max),
+            ground: Bounded::new(config.ground_points_max),
         }
     }
 
@@ -69,6 +72,7 @@ impl Scratch {
             + self.candidates.heap_bytes()
             + self.deferred.heap_bytes()
             + self.intersection_points.heap_bytes()
+            + self.ground.heap_bytes()
     }
 
     /// How often anything was left out because its list was full, since this scratch was made.
@@ -79,6 +83,7 @@ impl Scratch {
             + self.footprints.dropped
             + self.candidates.dropped
             + self.intersection_points.dropped
+            + self.ground.dropped
     }
 }
 

@@ -27,7 +27,7 @@ pub(super) struct Demand {
 }
 
 /// A sole held at a pose.
-struct HeldSole<'a> {
+pub(super) struct HeldSole<'a> {
     outline: &'a [DVec2],
     world_from_sole: &'a Pose,
     /// The rotation part of `sole_from_world`.
@@ -37,13 +37,20 @@ struct HeldSole<'a> {
     braced: bool,
 }
 
-impl HeldSole<'_> {
-    fn in_sole(&self, point: DVec3) -> DVec3 {
+impl<'a> HeldSole<'a> {
+    /// A sole that only surfaces within the friction cone carry.
+    pub(super) fn new(outline: &'a [DVec2], world_from_sole: &'a Pose) -> Self {
+        let rotation = DMat3::from_quat(world_from_sole.rotation);
+        Self { outline, world_from_sole, sole_from_world: rotation.transpose(), normal: rotation.z_axis, braced: false }
+    }
+
+    /// A point of the world in the sole frame.
+    pub(super) fn in_sole(&self, point: DVec3) -> DVec3 {
         self.sole_from_world * (point - self.world_from_sole.translation)
     }
 
     /// The box in the world around the outline between two heights above the sole plane.
-    fn region(&self, lowest: f64, highest: f64) -> Aabb {
+    pub(super) fn region(&self, lowest: f64, highest: f64) -> Aabb {
         let corner = |p: &DVec2, z: f64| *self.world_from_sole * p.extend(z);
         let corners = self.outline.iter().flat_map(|p| [corner(p, lowest), corner(p, highest)]);
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -90,9 +97,7 @@ impl Surfaces {
         if !is_sole(sole_polygon) || !world_from_sole.is_finite() {
             return Err(NoSupport::InvalidSole);
         }
-        let rotation = DMat3::from_quat(world_from_sole.rotation);
-        let (sole_from_world, normal) = (rotation.transpose(), rotation.z_axis);
-        let sole = HeldSole { outline: sole_polygon, world_from_sole, sole_from_world, normal, braced: demand.braced };
+        let sole = HeldSole { braced: demand.braced, ..HeldSole::new(sole_polygon, world_from_sole) };
         if !sole.braced && !self.is_flat_enough(sole.normal) {
             return Err(NoSupport::TooSteep);
         }
@@ -142,7 +147,7 @@ impl Surfaces {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| self.config.plate_height - p.z);
             buffer.polygon.iter().filter(|p| p.z > obstructs_above).for_each(|p| findings.intrude(*p));
         }
-        if alignment >= self.aligned_cos && (sole.braced || self.is_flat_enough(face.normal)) {
+        if alignment >= self.carrying_cos && (sole.braced || self.is_flat_enough(face.normal)) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
             if !face.of_mesh && width(&buffer.polygon) < self.config.contact_width_min {
@@ -172,7 +177,7 @@ impl Surfaces {
             }
         }
         let Some(side_normal) = round.side_normal(sole.normal) else { return };
-        if side_normal.dot(sole.normal) < self.aligned_cos || !self.is_flat_enough(side_normal) {
+        if side_normal.dot(sole.normal) < self.carrying_cos || !self.is_flat_enough(side_normal) {
             return;
         }
         let offset = sole.sole_from_world * side_normal * round.radius;

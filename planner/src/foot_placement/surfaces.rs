@@ -82,7 +82,9 @@ pub struct Surfaces {
     /// The cosine of the steepest tilt of a carrying surface.
     pub(super) steepest_cos: f64,
     /// The cosine of the largest angle between the normals of a sole and of what carries it.
-    pub(super) aligned_cos: f64,
+    pub(super) carrying_cos: f64,
+    /// The cosine of the largest angle between the normals of features of one plane.
+    pub(super) coplanar_cos: f64,
 }
 
 impl Surfaces {
@@ -94,7 +96,7 @@ impl Surfaces {
         config.validate()?;
         let parts = build::parts_of(world)?;
         let steepest = (libm::atan(world.mu) - config.friction_margin).max(0.0);
-        let aligned_cos = libm::cos(config.normal_tilt_max);
+        let [carrying_cos, coplanar_cos] = [config.normal_tilt_max, config.plane_tilt_max].map(libm::cos);
         let mut surfaces = Self {
             config,
             faces: parts.faces,
@@ -102,7 +104,8 @@ impl Surfaces {
             rounds: parts.rounds,
             bvh: Bvh::new(),
             steepest_cos: libm::cos(steepest) - 1e-12,
-            aligned_cos,
+            carrying_cos,
+            coplanar_cos,
         };
         let boxes: Vec<Aabb> = (0..surfaces.element_count()).map(|id| surfaces.element_box(id)).collect();
         surfaces.bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);

@@ -1,0 +1,165 @@
+//! Soles set down on rough ground: as a rigid foot on a mesh, each comes to rest on three points, above which its middle is.
+
+use std::ops::ControlFlow;
+
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::spatial::yaw_of;
+
+use super::candidates::centre_of;
+use super::polygon::{clip_to_outline, cross};
+use super::pose_on_plane;
+use super::propose::{Proposal, Request, Source};
+use super::scratch::Scratch;
+use super::support::HeldSole;
+use super::surfaces::{Element, Surfaces};
+
+/// Where soles are set down: from the ideal in its heading, m.
+const SPOTS: [DVec2; 13] = [
+    DVec2::ZERO,
+    DVec2::new(0.05, 0.0),
+    DVec2::new(-0.05, 0.0),
+    DVec2::new(0.0, 0.05),
+    DVec2::new(0.0, -0.05),
+    DVec2::new(0.08, 0.08),
+    DVec2::new(0.08, -0.08),
+    DVec2::new(-0.08, 0.08),
+    DVec2::new(-0.08, -0.08),
+    DVec2::new(0.15, 0.0),
+    DVec2::new(-0.15, 0.0),
+    DVec2::new(0.0, 0.15),
+    DVec2::new(0.0, -0.15),
+];
+/// Times that a sole is set down at a spot: as it tilts, its outline comes to lie over other ground.
+const SETTLINGS: usize = 3;
+/// Times that the triangle below a sole climbs at the most.
+const CLIMBS_MAX: usize = 48;
+/// How far a point may be above the plane of rest, m.
+const REST_SLACK: f64 = 1e-6;
+/// The corners of the first triangle, below all ground and around every sole, m.
+const BELOW: [DVec3; 3] = [DVec3::new(-20.0, -10.0, -100.0), DVec3::new(20.0, -10.0, -100.0), DVec3::new(0.0, 20.0, -100.0)];
+
+impl Proposal<'_, '_> {
+    /// Soles set down near the ideal, where the ground is a mesh: elsewhere the geometry says more.
+    pub(super) fn propose_settled(&mut self) -> ControlFlow<()> {
+        let is_mesh = |&(_, id): &(f64, u32)| matches!(self.surfaces.element(id), Element::Face(face, _) if face.of_mesh);
+        if !self.scratch.features.iter().any(is_mesh) {
+            return ControlFlow::Continue(());
+        }
+        for spot in SPOTS.iter().take(self.request.effort.geometric_max as usize) {
+            if let Some(pose) = self.surfaces.settle(self.scratch, self.request, *spot)
+                && self.request.reaches(&pose)
+            {
+                self.examine(pose, Source::Geometric, self.demand(0.0))?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl Surfaces {
+    /// Where the sole comes to rest when it is set down at a spot, heading for the ideal yaw; `None` where nothing holds its middle, or
+    /// only what is too steep.
+    fn settle(&self, scratch: &mut Scratch, request: &Request, spot: DVec2) -> Option<Pose> {
+        let yaw = yaw_of(request.ideal.rotation);
+        let (sin, cos) = libm::sincos(yaw);
+        let position = request.ideal.translation + DVec2::new(cos, sin).rotate(spot).extend(0.0);
+        let mut pose = pose_on_plane(position, DVec3::Z, yaw);
+        let mut heights = request.reach_z;
+        for _ in 0..SETTLINGS {
+            self.gather_ground(scratch, request.sole_polygon, &pose, heights);
+            let [a, b, c] = resting_triangle(&scratch.ground, centre_of(request.sole_polygon))?.map(|point| pose * point);
+            let normal = (b - a).cross(c - a).normalize();
+            if !self.is_flat_enough(normal) {
+                return None;
+            }
+            let height = a.z - normal.truncate().dot(position.truncate() - a.truncate()) / normal.z;
+            pose = pose_on_plane(position.truncate().extend(height), normal, yaw);
+            heights = [-self.config.plate_height, self.config.plate_height];
+        }
+        Some(pose)
+    }
+
+    /// Fills `scratch.ground` with the corners of what lies under the sole, between two heights from it, in the sole frame.
+    fn gather_ground(&self, scratch: &mut Scratch, outline: &[DVec2], world_from_sole: &Pose, [lowest, highest]: [f64; 2]) {
+        scratch.ground.clear();
+        let sole = HeldSole::new(outline, world_from_sole);
+        let region = sole.region(lowest, highest);
+        for id in self.elements_in(&region).take(self.config.support_elements_max) {
+            let Element::Face(face, vertices) = self.element(id) else { continue };
+            if face.normal.z <= 0.0 {
+                continue;
+            }
+            scratch.clip.polygon.clear();
+            scratch.clip.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
+            clip_to_outline(&mut scratch.clip, outline, 0.0);
+            scratch.clip.polygon.iter().for_each(|&point| scratch.ground.push(point));
+        }
+    }
+}
+
+/// The three of some points over which a plane rests that is above `middle`, and below none of them: the triangle under `middle` climbs
+/// to the point that stands highest above it until there is none.
+fn resting_triangle(points: &[DVec3], middle: DVec2) -> Option<[DVec3; 3]> {
+    let mut triangle = BELOW;
+    for _ in 0..CLIMBS_MAX {
+        let above = |p: &DVec3| p.z - height_over(&triangle, p.truncate());
+        let highest = points.iter().max_by(|a, b| above(a).total_cmp(&above(b)))?;
+        if above(highest) <= REST_SLACK {
+            return triangle.iter().all(|corner| !BELOW.contains(corner)).then_some(triangle);
+        }
+        triangle = climbed(&triangle, *highest, middle)?;
+    }
+    None
+}
+
+/// The triangle with a point in place of the corner without which it is still below `middle`.
+fn climbed(triangle: &[DVec3; 3], point: DVec3, middle: DVec2) -> Option<[DVec3; 3]> {
+    let replaced = [0, 1, 2].map(|corner| {
+        let mut climbed = *triangle;
+        climbed[corner] = point;
+        climbed
+    });
+    let depth = |triangle: &[DVec3; 3]| {
+        let [a, b, c] = triangle.map(|corner| corner.truncate());
+        let area = cross(a, b, c);
+        if area > AREA_MIN { cross(a, b, middle).min(cross(b, c, middle)).min(cross(c, a, middle)) / area } else { f64::NEG_INFINITY }
+    };
+    let best = replaced.into_iter().max_by(|a, b| depth(a).total_cmp(&depth(b)))?;
+    (depth(&best) >= -1e-9).then_some(best)
+}
+
+/// Twice the area of the smallest triangle that a sole rests on, m2.
+const AREA_MIN: f64 = 1e-8;
+
+/// The height of a triangle's plane over a point of its frame's xy plane.
+fn height_over([a, b, c]: &[DVec3; 3], at: DVec2) -> f64 {
+    let normal = (*b - *a).cross(*c - *a);
+    a.z - normal.truncate().dot(at - a.truncate()) / normal.z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::{Random, Stream};
+
+    #[test]
+    fn a_sole_rests_on_three_points_around_its_middle_and_under_none() {
+        let mut random = Random::new(1, Stream::FootPlacement, 0, 0);
+        for _ in 0..200 {
+            let points: Vec<DVec3> = (0..60).map(|_| DVec3::from_array([0.1, 0.1, 0.02].map(|side| random.uniform(-side, side)))).collect();
+            let Some(triangle) = resting_triangle(&points, DVec2::ZERO) else { continue };
+            assert!(points.iter().all(|p| p.z - height_over(&triangle, p.truncate()) <= REST_SLACK));
+            let [a, b, c] = triangle.map(|corner| corner.truncate());
+            let sides = [cross(a, b, DVec2::ZERO), cross(b, c, DVec2::ZERO), cross(c, a, DVec2::ZERO)];
+            assert!(sides.iter().all(|side| *side >= -1e-9), "{sides:?}");
+        }
+    }
+
+    #[test]
+    fn a_middle_with_ground_on_one_side_only_has_no_rest() {
+        let points = [DVec3::new(0.1, 0.0, 0.0), DVec3::new(0.2, 0.1, 0.0), DVec3::new(0.2, -0.1, 0.1), DVec3::new(0.3, 0.0, 0.0)];
+        assert_eq!(resting_triangle(&points, DVec2::ZERO), None);
+        assert_eq!(resting_triangle(&[], DVec2::ZERO), None);
+    }
+}
