@@ -89,6 +89,7 @@ fn geometry_alone_finds_placements_on_every_feature() {
         shapes[1].1.translation.z += 0.05;
         shapes
     };
+    let uneven_pipes: Vec<_> = (0..13).map(|i| pipe(0.12 * f64::from(i), 0.006 * libm::sin(2.0 * f64::from(i)))).collect();
     let features = [
         ("floor", vec![floor()], [[-2.0, -2.0, -0.1], [2.0, 2.0, 0.1]]),
         ("ramp", ramp(0.9 * libm::atan(MU)), [[-0.3, -0.5, -0.1], [0.3, 0.5, 0.1]]),
@@ -102,6 +103,7 @@ fn geometry_alone_finds_placements_on_every_feature() {
         ("spiral", spiral(), [[0.2, 0.5, 0.45], [0.45, 0.75, 0.65]]),
         ("block edge", vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])], [[-0.15, -0.4, -0.1], [0.1, 0.4, 0.1]]),
         ("flat mesh", vec![mesh(4.0, 20, |_, _| 0.0)], [[-1.5, -1.5, -0.1], [1.5, 1.5, 0.1]]),
+        ("uneven pipes", uneven_pipes, [[0.2, -0.3, -0.1], [1.2, 0.3, 0.1]]),
         ("hills", vec![mesh(4.0, 80, |x, y| 0.1 * libm::sin(2.0 * x + y))], [[-1.5, -1.5, -0.1], [1.5, 1.5, 0.1]]),
     ];
     for (name, shapes, region) in features {

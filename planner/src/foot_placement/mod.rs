@@ -2,8 +2,8 @@
 //!
 //! [`Surfaces`] is compiled once from a world: every planar face (coplanar triangles merged), every line and cap of
 //! a round shape, and a bounding volume hierarchy over them. [`Surfaces::support`] says exactly what carries a sole
-//! at a pose; [`Surfaces::propose`] finds poses that carry: set down on rough meshes, read off other geometry, and by the thesis's
-//! Algorithm 1 after;
+//! at a pose; [`Surfaces::propose`] finds poses that carry: set down where the ground is rough, read off the geometry elsewhere, and
+//! by the thesis's Algorithm 1 after;
 //! [`Surfaces::propose_nests`] finds those that only a second face holds.
 //! Both work in a [`Scratch`] of the caller and never touch the heap.
 //!

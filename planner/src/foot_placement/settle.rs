@@ -1,4 +1,4 @@
-//! Soles set down on rough ground: as a rigid foot on a mesh, each comes to rest on three points, above which its middle is.
+//! Soles set down on rough ground: as a rigid foot does, each comes to rest on three points, above which its middle is.
 
 use std::ops::ControlFlow;
 
@@ -40,12 +40,14 @@ const REST_SLACK: f64 = 1e-6;
 const BELOW: [DVec3; 3] = [DVec3::new(-20.0, -10.0, -100.0), DVec3::new(20.0, -10.0, -100.0), DVec3::new(0.0, 20.0, -100.0)];
 
 impl Proposal<'_, '_> {
-    /// Soles set down near the ideal, where the ground is a mesh: elsewhere the geometry says more.
-    pub(super) fn propose_settled(&mut self) -> ControlFlow<()> {
+    /// Whether some of the ground near the ideal is a mesh.
+    pub(super) fn is_on_mesh(&self) -> bool {
         let is_mesh = |&(_, id): &(f64, u32)| matches!(self.surfaces.element(id), Element::Face(face, _) if face.of_mesh);
-        if !self.scratch.features.iter().any(is_mesh) {
-            return ControlFlow::Continue(());
-        }
+        self.scratch.features.iter().any(is_mesh)
+    }
+
+    /// Soles set down near the ideal.
+    pub(super) fn propose_settled(&mut self) -> ControlFlow<()> {
         for spot in SPOTS.iter().take(self.request.effort.geometric_max as usize) {
             if let Some(pose) = self.surfaces.settle(self.scratch, self.request, *spot)
                 && self.request.reaches(&pose)
@@ -86,12 +88,18 @@ impl Surfaces {
         let sole = HeldSole::new(outline, world_from_sole);
         let region = sole.region(lowest, highest);
         for id in self.elements_in(&region).take(self.config.support_elements_max) {
-            let Element::Face(face, vertices) = self.element(id) else { continue };
-            if face.normal.z <= 0.0 {
-                continue;
-            }
             scratch.clip.polygon.clear();
-            scratch.clip.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
+            match self.element(id) {
+                Element::Face(face, vertices) if face.normal.z > 0.0 => {
+                    scratch.clip.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
+                }
+                Element::Face(..) => {}
+                Element::Round(round) => {
+                    let normal = round.side_normal(world_from_sole.rotation * DVec3::Z);
+                    let top = normal.map(|normal| [round.a, round.b].map(|end| sole.in_sole(end + normal * round.radius)));
+                    scratch.clip.polygon.extend(top.iter().flatten());
+                }
+            }
             clip_to_outline(&mut scratch.clip, outline, 0.0);
             scratch.clip.polygon.iter().for_each(|&point| scratch.ground.push(point));
         }

@@ -112,6 +112,12 @@ pub fn spiral() -> Vec<(Shape, Pose)> {
     (0..6).map(slab).collect()
 }
 
+/// A pipe of radius 0.08 across the x axis, its top at (`x`, 0, `height`).
+pub fn pipe(x: f64, height: f64) -> (Shape, Pose) {
+    let across = rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
+    (Shape::Cylinder { radius: 0.08, half_length: 0.8 }, Pose::from_parts(DVec3::new(x, 0.0, height - 0.08), across))
+}
+
 /// A square `size` wide at z = 0 around the origin, of `n` by `n` squares of two triangles, open below.
 pub fn mesh(size: f64, n: u32, height: impl Fn(f64, f64) -> f64) -> (Shape, Pose) {
     let coordinate = |i: u32| size * (f64::from(i) / f64::from(n) - 0.5);
