@@ -10,6 +10,7 @@
 //! Connect   transitions between neighbouring placements  [Grey 4.4.2]
 //! Judge     how likely these are                         [Grey 4.4.2]
 //! Primitive what pi_S gives along possible edges         [Grey 3.2, 4.4.5]
+//! Emit      its motions, side by side
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
 //! Sample    configurations for its transitions           [Grey 4.4.2]
 //! Move      motions within its modes                     [Grey 4.4.3]
@@ -67,7 +68,7 @@ use crate::timing::Timing;
 use crate::trouble::Focus;
 use lanes::Lanes;
 use polish::Polish;
-use primitive_stretches::{Primitives, pair_on};
+use primitive_stretches::{Walker, pair_on};
 use segments::Cuts;
 
 /// Why a planner cannot be made for these inputs.
@@ -105,6 +106,7 @@ enum Phase {
     Judge,
     Vary { index: usize, tried: usize, end: usize },
     Primitive,
+    Emit,
     Sequence { begun: bool },
     Sample,
     Move,
@@ -118,7 +120,7 @@ enum Phase {
 impl Phase {
     /// Whether the phase counts its own units of work; a piece of any other is one unit.
     fn counts(&self) -> bool {
-        matches!(self, Self::Judge | Self::Sequence { .. } | Self::Sample | Self::Move | Self::Polish(_))
+        matches!(self, Self::Judge | Self::Emit | Self::Sequence { .. } | Self::Sample | Self::Move | Self::Polish(_))
     }
 
     fn stage(&self) -> Stage {
@@ -129,7 +131,7 @@ impl Phase {
             Self::Connect { .. } | Self::Judge => Stage::Connect,
             Self::Sequence { .. } => Stage::Sequence,
             Self::Sample => Stage::Sample,
-            Self::Primitive | Self::Move => Stage::Move,
+            Self::Primitive | Self::Emit | Self::Move => Stage::Move,
             Self::Weigh { .. } | Self::Polish(_) => Stage::Polish,
             Self::Assemble { .. } | Self::Seal => Stage::Assemble,
             Self::Over(_) => Stage::Over,
@@ -198,7 +200,8 @@ pub struct Planner {
     tally: Tally,
     digest: Digest,
     focus: Focus,
-    primitives: Primitives,
+    /// The robot on its way along the possible edges of a new route.
+    walker: Option<Walker>,
 }
 
 impl Planner {
@@ -257,7 +260,7 @@ impl Planner {
             tally: Tally::default(),
             digest: Digest::default(),
             focus: Focus::new(2 * stations_max),
-            primitives: Primitives::default(),
+            walker: None,
         })
     }
 
@@ -350,7 +353,7 @@ impl Planner {
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 9] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 8] {
         [
             ("possibility", self.growth.bytes()),
             ("roadmap", self.roadmap.bytes()),
@@ -359,7 +362,6 @@ impl Planner {
             ("chunks", self.chunks.bytes()),
             ("collision", self.shared.constraints.collision.bytes()),
             ("surfaces", self.surfaces.heap_bytes()),
-            ("primitives", self.primitives.bytes()),
             ("polish", self.polish.bytes()),
         ]
     }
@@ -374,7 +376,8 @@ impl Planner {
             Phase::Connect { next } => self.connect(next),
             Phase::Judge => self.judge(budget),
             Phase::Vary { index, tried, end } => self.vary(index, tried, end),
-            Phase::Primitive => self.take_primitives(),
+            Phase::Primitive => self.begin_primitive(),
+            Phase::Emit => self.emit_primitives(budget),
             Phase::Sequence { begun } => self.find_sequence(begun, budget),
             Phase::Sample => self.sample(budget),
             Phase::Move => self.plan_motions(budget),
@@ -457,7 +460,7 @@ impl Planner {
         self.focus.only(stations, |station| is_whole || is_detour(station));
         self.tally.routes += 1;
         self.tally.route_edges = self.growth.route().labelled();
-        self.primitives.begin_route();
+        self.walker = Some(Walker::default());
         self.nearest_stations.clear();
         self.cut_anew_or_shift(stations)
     }

@@ -140,12 +140,20 @@ impl Roadmap {
         self.record_found(sampling.id, found.configuration, lift)
     }
 
-    /// Notes a configuration that was not sampled; how its foot is lifted is not known.
+    /// Notes a motion that pi_S gave between two primitive configurations, unless one of its transitions has another configuration
+    /// already.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_configuration(&mut self, id: TransitionId, state: &State) -> Result<(), ArenaFull> {
-        self.record_found(id, state.configuration, LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) })
+    pub fn record_primitive(&mut self, hop: Hop, ends: &[State; 2], track: &[Configuration]) -> Result<(), ArenaFull> {
+        for (id, state) in [hop.from, hop.to].into_iter().zip(ends) {
+            match self.graph.configuration(id) {
+                Some(known) if known != &state.configuration => return Ok(()),
+                Some(_) => {}
+                None => self.record_found(id, state.configuration, LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) })?,
+            }
+        }
+        self.record_motion(hop, track)
     }
 
     fn record_found(&mut self, id: TransitionId, configuration: Configuration, lift: LiftRecord) -> Result<(), ArenaFull> {

@@ -9,11 +9,12 @@ use rayon::prelude::*;
 
 use crate::constraint::Rejection;
 use crate::motion::graph::{ArenaFull, Graph};
+use crate::motion::primitive::Emission;
 use crate::motion::roadmap::{Hop, Roadmap, Segment, Shared, TREE_NODES_MAX};
 use crate::motion::sampling::Sampling;
 use crate::motion::shortcut::{Goal, Shortcutting};
 use crate::motion::single_mode::{Problem, Search};
-use crate::motion::workspace::Workspace;
+use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 
 /// Segments that are planned side by side.
@@ -66,6 +67,7 @@ enum Task {
     Sample(Sampling),
     Move { hop: Hop, search: Search, found: Option<bool> },
     Shorten { hop: Hop, shortcutting: Shortcutting },
+    Emit { hop: Hop, emission: Emission, has_failed: bool },
 }
 
 impl Default for Round {
@@ -140,6 +142,11 @@ impl Round {
         segment.sequence.len() + 1
     }
 
+    /// Adds a motion that pi_S gives. There must be room for it, see [`Round::is_full`].
+    pub fn add_primitive(&mut self, hop: Hop, emission: Emission) {
+        self.give(0, Task::Emit { hop, emission, has_failed: false });
+    }
+
     /// Begins to shorten the next motions, which may spend `work_max` units together.
     pub fn begin_shortcuts(&mut self, shared: &Shared, roadmap: &Roadmap, hops: impl Iterator<Item = Hop>, (goal, work_max): (Goal, u64)) {
         self.begin();
@@ -162,6 +169,11 @@ impl Round {
     /// Whether the round has no search at all.
     pub fn is_empty(&self) -> bool {
         self.count == 0
+    }
+
+    /// Whether all slots have a search.
+    pub fn is_full(&self) -> bool {
+        self.count == self.slots.len()
     }
 
     /// Spends at most so many units of work; answers how many it spent. Less than allowed means that all searches have ended.
@@ -244,6 +256,7 @@ impl Slot {
             Task::Sample(sampling) => sampling.has_ended(),
             Task::Move { found, .. } => found.is_some(),
             Task::Shorten { shortcutting, .. } => shortcutting.has_ended(),
+            Task::Emit { emission, has_failed, .. } => *has_failed || emission.is_over(),
         }
     }
 
@@ -265,6 +278,13 @@ impl Slot {
                 *found = search.advance(&shared.constraints, &mut self.workspace).map(|ended| ended.is_ok());
             }
             Task::Shorten { shortcutting, .. } => shortcutting.advance(&shared.constraints, &mut self.workspace),
+            Task::Emit { emission, has_failed, .. } => {
+                *has_failed = match emission.advance(&shared.constraints) {
+                    Ok(None) => false,
+                    Ok(Some((state, _))) => push(&mut self.workspace.track, state.configuration).is_err(),
+                    Err(_) => true,
+                }
+            }
         }
     }
 
@@ -297,6 +317,11 @@ impl Slot {
             }
             Task::Shorten { hop, .. } => {
                 roadmap.shorten_motion(*hop, &self.workspace.track)?;
+                Ok(true)
+            }
+            Task::Emit { has_failed: true, .. } => Ok(false),
+            Task::Emit { hop, emission, .. } => {
+                roadmap.record_primitive(*hop, emission.ends(), &self.workspace.track)?;
                 Ok(true)
             }
             Task::Move { hop, search, .. } => {

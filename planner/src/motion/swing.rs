@@ -47,7 +47,7 @@ pub enum Path {
 
 /// What is tried with one foot in the air, in this order: the humble first, then whatever succeeded most often where those before
 /// it did not.
-pub const SWINGS: [Travel; 21] = [
+pub const SWINGS: [Travel; 23] = [
     hump(0.02, 0.0),
     hump(0.06, 0.0),
     over(0.02, 0.0),
@@ -58,6 +58,8 @@ pub const SWINGS: [Travel; 21] = [
     standing_up(hump(0.14, 0.16)),
     hump(0.14, 0.16),
     over(0.08, 0.0),
+    standing_up(over(0.1, 0.1)),
+    around(0.3, 0.1),
     standing_up(around(0.15, 0.25)),
     standing_up(around(0.06, 0.15)),
     standing_up(around(0.02, 0.3)),

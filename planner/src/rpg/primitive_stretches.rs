@@ -7,8 +7,8 @@
 use surefoot_shared_types::message::SupportMode;
 
 use super::{Phase, Planner};
-use crate::arena::reserve;
-use crate::body::{Body, Configuration};
+use crate::body::Body;
+use crate::constraint::Rejection;
 use crate::ends::End;
 use crate::motion::graph::{ArenaFull, Graph, TransitionId};
 use crate::motion::primitive::Emission;
@@ -16,41 +16,12 @@ use crate::motion::roadmap::Hop;
 use crate::possibility::{Label, Pair, Placed, Route};
 use crate::prepare::is_whole;
 
-/// Most waypoints of one primitive.
-const WAYPOINTS_MAX: usize = 512;
-
-/// Where pi_S is along the route, and what it emits into, allocated once.
-#[derive(Debug)]
-pub struct Primitives {
-    walker: Option<Walker>,
-    emitted: Option<(Hop, Emission)>,
-    track: Vec<Configuration>,
-}
-
-impl Default for Primitives {
-    fn default() -> Self {
-        Self { walker: None, emitted: None, track: reserve(WAYPOINTS_MAX) }
-    }
-}
-
-impl Primitives {
-    /// There is another route.
-    pub fn begin_route(&mut self) {
-        (self.walker, self.emitted) = (Some(Walker::default()), None);
-    }
-
-    /// Bytes reserved.
-    pub fn bytes(&self) -> usize {
-        self.track.capacity() * size_of::<Configuration>()
-    }
-}
-
 /// A transition on two placements: the foot that carries, the foot that touches.
 type Node = [Placed; 2];
 
 /// The robot on its way along the route's possible edges.
 #[derive(Debug, Clone, Copy, Default)]
-struct Walker {
+pub struct Walker {
     /// The station of the foot that stepped last.
     station: usize,
     /// The transition it is at, the foot that may step next touching; none between stretches.
@@ -124,58 +95,47 @@ fn leads(route: &Route, station: usize) -> Option<[bool; 2]> {
 impl Planner {
     /// Where to go on once all placements are connected: to the primitives of a new route, else to the search.
     pub(super) fn after_connecting(&mut self) -> Result<Phase, ArenaFull> {
-        if self.primitives.walker.is_some() { Ok(Phase::Primitive) } else { self.next_turn() }
+        if self.walker.is_some() { Ok(Phase::Primitive) } else { self.next_turn() }
     }
 
-    /// Emits the next waypoint of the motions along the route's possible edges, or begins the next motion.
-    pub(super) fn take_primitives(&mut self) -> Result<Phase, ArenaFull> {
-        match self.primitives.emitted.take() {
-            Some((hop, emission)) if emission.is_over() => self.merge_motion(hop, &emission)?,
-            Some((hop, emission)) => self.emit(hop, emission),
-            None => return self.begin_motion(),
+    /// Begins the next motion along the route's possible edges, unless Gamma_M has it. Once a round is full or there is no more, all that
+    /// have begun are emitted side by side.
+    pub(super) fn begin_primitive(&mut self) -> Result<Phase, ArenaFull> {
+        if !self.round.is_running() {
+            self.round.begin();
         }
-        Ok(Phase::Primitive)
-    }
-
-    /// Begins the next motion, unless Gamma_M has it.
-    fn begin_motion(&mut self) -> Result<Phase, ArenaFull> {
-        let Some([from, to]) = self.primitives.walker.as_mut().and_then(|walker| walker.next(self.growth.route())) else {
-            self.primitives.walker = None;
-            return self.next_turn();
+        let Some([from, to]) = self.walker.as_mut().and_then(|walker| walker.next(self.growth.route())) else {
+            self.walker = None;
+            return Ok(Phase::Emit);
         };
-        let [Some(from), Some(to)] = [self.transition_on(from)?, self.transition_on(to)?] else { return Ok(Phase::Primitive) };
-        if self.roadmap.edges.get(from, to).motion.is_some() {
-            return Ok(Phase::Primitive);
+        if let [Some(from), Some(to)] = [self.transition_on(from)?, self.transition_on(to)?]
+            && self.roadmap.edges.get(from, to).motion.is_none()
+        {
+            match self.primitive(Hop { from, to }) {
+                Ok(emission) => self.round.add_primitive(Hop { from, to }, emission),
+                Err(_) => self.tally.primitives_failed += 1,
+            }
         }
+        Ok(if self.round.is_full() { Phase::Emit } else { Phase::Primitive })
+    }
+
+    /// The shift or the swing between two transitions.
+    fn primitive(&self, hop: Hop) -> Result<Emission, Rejection> {
         let (graph, constraints, gait) = (&self.roadmap.graph, &self.shared.constraints, self.preparation.gait());
-        let (stance, touched) = graph.pair(from);
-        let begun = if to == Graph::twin(from) {
+        let (stance, touched) = graph.pair(hop.from);
+        if hop.to == Graph::twin(hop.from) {
             Emission::shift(constraints, gait, [stance, touched])
         } else {
-            Emission::swing(constraints, gait, stance, [touched, graph.pair(to).1])
-        };
-        self.primitives.track.clear();
-        self.tally.primitives_failed += u64::from(begun.is_err());
-        self.primitives.emitted = begun.ok().map(|emission| (Hop { from, to }, emission));
-        Ok(Phase::Primitive)
+            Emission::swing(constraints, gait, stance, [touched, graph.pair(hop.to).1])
+        }
     }
 
-    /// Emits a waypoint. A motion that fails, which it never does where C_S holds, is left to pi_N.
-    fn emit(&mut self, hop: Hop, mut emission: Emission) {
-        let track = &mut self.primitives.track;
-        let fits = match emission.advance(&self.shared.constraints) {
-            Ok(None) => true,
-            Ok(Some((state, _))) if track.len() < WAYPOINTS_MAX => {
-                track.push(state.configuration);
-                true
-            }
-            _ => false,
-        };
-        if fits {
-            self.primitives.emitted = Some((hop, emission));
-        } else {
-            self.tally.primitives_failed += 1;
-        }
+    /// Emits the motions of a round. One that fails, which it never does where C_S holds, is left to pi_N.
+    pub(super) fn emit_primitives(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
+        let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Emit) };
+        self.tally.primitives += u64::from(round.found);
+        self.tally.primitives_failed += u64::from(round.failures[0]);
+        if self.walker.is_some() { Ok(Phase::Primitive) } else { self.next_turn() }
     }
 
     /// The transition on two placements, added if the graph does not have it; `None` where it has not both placements.
@@ -186,20 +146,6 @@ impl Planner {
             graph.connect(stance, other)?;
         }
         Ok(graph.find(stance, other))
-    }
-
-    /// Puts a motion into Gamma_M, unless one of its transitions has another configuration already.
-    fn merge_motion(&mut self, hop: Hop, emission: &Emission) -> Result<(), ArenaFull> {
-        for (id, state) in [hop.from, hop.to].into_iter().zip(emission.ends()) {
-            match self.roadmap.graph.configuration(id) {
-                Some(known) if known != &state.configuration => return Ok(()),
-                Some(_) => {}
-                None => self.roadmap.record_configuration(id, state)?,
-            }
-        }
-        self.roadmap.record_motion(hop, &self.primitives.track)?;
-        self.tally.primitives += 1;
-        Ok(())
     }
 }
 
