@@ -189,6 +189,17 @@ fn each_reason_is_given() {
 }
 
 #[test]
+fn a_mesh_that_faces_down_is_told_from_an_obstacle() {
+    let (mut ground, pose) = mesh(2.0, 4, |_, _| 0.0);
+    assert!(support(&surfaces(vec![(ground.clone(), pose)]), &at(0.1, 0.0, 0.0)).is_ok());
+    let Shape::Mesh { triangles, .. } = &mut ground else { panic!("not a mesh") };
+    triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    let inside_out = surfaces(vec![(ground.clone(), pose)]);
+    assert_eq!(support(&inside_out, &at(0.1, 0.0, 0.0)), Err(NoSupport::FacesDown));
+    assert!(support(&surfaces(vec![(ground, pose), floor()]), &at(1.5, 0.0, 0.0)).is_ok());
+}
+
+#[test]
 fn hostile_soles_worlds_and_parameters_are_refused() {
     let scene = surfaces(vec![floor()]);
     let mut scratch = Scratch::new(scene.config());

@@ -3,7 +3,7 @@
 import math
 import random
 
-from worlds.writing import number, shape, world
+from worlds.writing import grid_file, shape, world
 
 SEED = 1
 CELL, CELLS_ALONG, CELLS_ACROSS = 0.10, 66, 20
@@ -27,17 +27,12 @@ def height(rng, x, y):
 
 def rough_ground_file():
     rng = random.Random(SEED)
-    lines = ["# Written by tools/make_worlds.py."]
-    for i in range(CELLS_ALONG + 1):
-        for j in range(CELLS_ACROSS + 1):
-            x, y = FIRST + CELL * i, CELL * (j - CELLS_ACROSS / 2)
-            lines.append("v " + " ".join(number(round(v, 4) + 0.0) for v in (x, y, height(rng, x, y))))
-    for i in range(CELLS_ALONG):
-        for j in range(CELLS_ACROSS):
-            a = 1 + i * (CELLS_ACROSS + 1) + j
-            b, c, d = a + CELLS_ACROSS + 1, a + CELLS_ACROSS + 2, a + 1
-            lines += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
-    return "\n".join(lines) + "\n"
+
+    def corner(i, j):
+        x, y = FIRST + CELL * i, CELL * (j - CELLS_ACROSS / 2)
+        return x, y, round(height(rng, x, y), 4)
+
+    return grid_file(CELLS_ALONG, CELLS_ACROSS, corner)
 
 
 def rough_ground():

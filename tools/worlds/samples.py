@@ -3,7 +3,7 @@
 import math
 import random
 
-from worlds.writing import MU, bar, block, box, number, shape, vector, world
+from worlds.writing import MU, bar, block, box, grid_file, shape, vector, world
 
 SEED = 1
 FRICTION_ANGLE = math.atan(MU)
@@ -51,19 +51,13 @@ CELLS, CELL, ROUGHNESS = 24, 0.10, 0.05
 
 
 def rubble_mesh_file():
-    """A triangulated square 2.4 wide with random heights, as OBJ."""
+    """A square 2.4 wide with random heights."""
     rng = random.Random(SEED)
-    lines = ["# Written by tools/make_worlds.py."]
-    for i in range(CELLS + 1):
-        for j in range(CELLS + 1):
-            place = (CELL * (i - CELLS / 2), CELL * (j - CELLS / 2), rng.uniform(-ROUGHNESS, 0.0))
-            lines.append("v " + " ".join(number(v + 0.0) for v in place))
-    for i in range(CELLS):
-        for j in range(CELLS):
-            a = 1 + i * (CELLS + 1) + j
-            b, c, d = a + CELLS + 1, a + CELLS + 2, a + 1
-            lines += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
-    return "\n".join(lines) + "\n"
+
+    def corner(i, j):
+        return CELL * (i - CELLS / 2), CELL * (j - CELLS / 2), rng.uniform(-ROUGHNESS, 0.0)
+
+    return grid_file(CELLS, CELLS, corner)
 
 
 def feature(comment, *shapes):

@@ -63,6 +63,20 @@ def floor(name, x_from, x_to, half_width, top=0.0):
     return box(name, centre, ((x_to - x_from) / 2, half_width, FLOOR_HALF_THICKNESS))
 
 
+def grid_file(cells_along, cells_across, corner):
+    """A triangulated grid as OBJ; `corner(i, j)` is where one of its corners lies."""
+    lines = ["# Written by tools/make_worlds.py."]
+    for i in range(cells_along + 1):
+        for j in range(cells_across + 1):
+            lines.append("v " + " ".join(number(v + 0.0) for v in corner(i, j)))
+    for i in range(cells_along):
+        for j in range(cells_across):
+            a = 1 + i * (cells_across + 1) + j
+            b, c, d = a + cells_across + 1, a + cells_across + 2, a + 1
+            lines += [f"f {a} {b} {c}", f"f {a} {c} {d}"]
+    return "\n".join(lines) + "\n"
+
+
 def world(comment, shapes):
     lines = ["# " + line for line in comment] + ["# Written by tools/make_worlds.py.", f"mu = {number(MU)}"]
     for entry in shapes:

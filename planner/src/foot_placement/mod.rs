@@ -56,6 +56,8 @@ pub enum NoSupport {
     NothingBelow,
     /// A surface stands above the sole plane within the outline.
     Penetrates,
+    /// The surface in the sole's plane faces down.
+    FacesDown,
     /// The contacts span too small an area.
     AreaTooSmall,
     /// The centroid of the support polygon is too near to its edge.
@@ -66,11 +68,12 @@ pub enum NoSupport {
 
 impl NoSupport {
     /// Every reason, in the order of [`Tally::refused`].
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::InvalidSole,
         Self::TooSteep,
         Self::NothingBelow,
         Self::Penetrates,
+        Self::FacesDown,
         Self::AreaTooSmall,
         Self::CentroidNearEdge,
         Self::TooManyElements,
@@ -83,6 +86,7 @@ impl NoSupport {
             Self::TooSteep => "it is too steep for the friction",
             Self::NothingBelow => "there is nothing to stand on",
             Self::Penetrates => "something stands in the sole's place",
+            Self::FacesDown => "the ground there faces down (do its triangles wind clockwise, seen from above?)",
             Self::AreaTooSmall => "too little of the sole is carried",
             Self::CentroidNearEdge => "what carries it is too narrow",
             Self::TooManyElements => "the mesh there is too fine for planner bounds",

@@ -80,7 +80,7 @@ impl Proposal<'_, '_> {
             }
             match self.examine(pose, Source::Sampled, demand)? {
                 Examined::Found => return ControlFlow::Continue(TripletEnd::Found),
-                Examined::Refused(NoSupport::Penetrates) => {
+                Examined::Refused(NoSupport::Penetrates | NoSupport::FacesDown) => {
                     if let Some(point) = self.scratch.intrusion {
                         let closest =
                             (0..3).min_by(|&i, &j| triplet[i].distance_squared(point).total_cmp(&triplet[j].distance_squared(point)));

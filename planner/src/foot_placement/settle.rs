@@ -36,6 +36,8 @@ const SETTLINGS: usize = 3;
 const CLIMBS_MAX: usize = 48;
 /// How far a point may be above the plane of rest, m.
 const REST_SLACK: f64 = 1e-6;
+/// Twice the area of the smallest triangle that a sole rests on, m2.
+const AREA_MIN: f64 = 1e-8;
 /// The corners of the first triangle, below all ground and around every sole, m.
 const BELOW: [DVec3; 3] = [DVec3::new(-20.0, -10.0, -100.0), DVec3::new(20.0, -10.0, -100.0), DVec3::new(0.0, 20.0, -100.0)];
 
@@ -136,9 +138,6 @@ fn climbed(triangle: &[DVec3; 3], point: DVec3, middle: DVec2) -> Option<[DVec3;
     let best = replaced.into_iter().max_by(|a, b| depth(a).total_cmp(&depth(b)))?;
     (depth(&best) >= -1e-9).then_some(best)
 }
-
-/// Twice the area of the smallest triangle that a sole rests on, m2.
-const AREA_MIN: f64 = 1e-8;
 
 /// The height of a triangle's plane over a point of its frame's xy plane.
 fn height_over([a, b, c]: &[DVec3; 3], at: DVec2) -> f64 {

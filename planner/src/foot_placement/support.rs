@@ -64,6 +64,8 @@ impl<'a> HeldSole<'a> {
 struct Findings {
     /// The highest point, in the sole frame, of a surface that stands in the outline.
     intrusion: Option<DVec3>,
+    /// Whether a surface in the sole plane faces down.
+    faces_down: bool,
 }
 
 impl Findings {
@@ -104,7 +106,8 @@ impl Surfaces {
         let findings = self.examine(scratch, &sole)?;
         if let Some(point) = findings.intrusion {
             scratch.intrusion = Some(*world_from_sole * point);
-            return Err(NoSupport::Penetrates);
+            let is_inside_out = findings.faces_down && scratch.contact_points.is_empty();
+            return Err(if is_inside_out { NoSupport::FacesDown } else { NoSupport::Penetrates });
         }
         if scratch.contact_points.is_empty() {
             return Err(NoSupport::NothingBelow);
@@ -141,6 +144,7 @@ impl Surfaces {
         clip_to_outline(buffer, sole.outline, 0.0);
         let alignment = face.normal.dot(sole.normal);
         let (lowest, highest) = height_range(&buffer.polygon);
+        findings.faces_down |= alignment <= -self.carrying_cos && lowest.abs() <= tolerance;
         let obstructs_above = if alignment < -0.5 { -COVER_DEPTH } else { tolerance };
         if highest > obstructs_above && lowest < self.config.plate_height {
             clip_to_outline(buffer, sole.outline, OUTLINE_INSET);
