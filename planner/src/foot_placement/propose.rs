@@ -213,14 +213,13 @@ impl Proposal<'_, '_> {
     fn run(&mut self) -> ControlFlow<()> {
         self.surfaces.gather(self.scratch, self.request);
         self.tally.features = self.scratch.features.len() as u32;
-        // Faces of a mesh say little one by one; those of other shapes are meant to be stood on.
-        let is_on_mesh = self.is_on_mesh();
-        if is_on_mesh {
+        let is_rough = self.is_rough();
+        if is_rough {
             self.propose_settled()?;
         }
         self.surfaces.list_candidates(self.scratch, self.request);
         self.propose_geometric()?;
-        if !is_on_mesh && self.tally.found == [0; Source::COUNT] {
+        if !is_rough && self.tally.found == [0; Source::COUNT] {
             self.propose_settled()?;
         }
         self.propose_varied()?;

@@ -7,12 +7,12 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::yaw_of;
 
 use super::candidates::centre_of;
-use super::polygon::{clip_to_outline, cross};
-use super::pose_on_plane;
-use super::propose::{Proposal, Request, Source};
+use super::polygon::{area_and_centroid, clip_to_outline, cross};
+use super::propose::{Examined, Proposal, Request, Source};
 use super::scratch::Scratch;
-use super::support::HeldSole;
-use super::surfaces::{Element, Surfaces};
+use super::support::{Demand, HeldSole};
+use super::surfaces::{Element, Face, Surfaces};
+use super::{NoSupport, pose_on_plane};
 
 /// Where soles are set down: from the ideal in its heading, m.
 const SPOTS: [DVec2; 13] = [
@@ -30,6 +30,10 @@ const SPOTS: [DVec2; 13] = [
     DVec2::new(0.0, 0.15),
     DVec2::new(0.0, -0.15),
 ];
+/// The nearest faces whose planes are looked at for room.
+const PLANES_TRIED_MAX: usize = 6;
+/// The share of the sole's area that a wide support has.
+const WIDE_SHARE: f64 = 0.6;
 /// Times that a sole is set down at a spot: as it tilts, its outline comes to lie over other ground.
 const SETTLINGS: usize = 3;
 /// Times that the triangle below a sole climbs at the most.
@@ -42,26 +46,47 @@ const AREA_MIN: f64 = 1e-8;
 const BELOW: [DVec3; 3] = [DVec3::new(-20.0, -10.0, -100.0), DVec3::new(20.0, -10.0, -100.0), DVec3::new(0.0, 20.0, -100.0)];
 
 impl Proposal<'_, '_> {
-    /// Whether some of the ground near the ideal is a mesh.
-    pub(super) fn is_on_mesh(&self) -> bool {
-        let is_mesh = |&(_, id): &(f64, u32)| matches!(self.surfaces.element(id), Element::Face(face, _) if face.of_mesh);
-        self.scratch.features.iter().any(is_mesh)
+    /// Whether the ground near the ideal is a mesh without a plane there that the sole has room in.
+    pub(super) fn is_rough(&self) -> bool {
+        let sole_area = area_and_centroid(self.request.sole_polygon).0;
+        let mesh_face = |&(_, id): &(f64, u32)| match self.surfaces.element(id) {
+            Element::Face(face, vertices) if face.of_mesh => Some((face, vertices)),
+            Element::Face(..) | Element::Round(_) => None,
+        };
+        let features = &self.scratch.features;
+        let has_room = |(plane, _): (&Face, &[DVec3])| {
+            let coplanar = features.iter().filter_map(mesh_face).filter(|(face, _)| self.surfaces.are_coplanar(plane, face));
+            coplanar.map(|(_, vertices)| area_of(vertices)).sum::<f64>() >= sole_area
+        };
+        features.iter().all(|feature| mesh_face(feature).is_some())
+            && !features.iter().take(PLANES_TRIED_MAX).filter_map(mesh_face).any(has_room)
     }
 
-    /// Soles set down near the ideal.
+    /// Soles set down near the ideal that are carried widely, then those that are carried at all.
     pub(super) fn propose_settled(&mut self) -> ControlFlow<()> {
+        let enough = self.demand(0.0);
+        let wide = WIDE_SHARE * area_and_centroid(self.request.sole_polygon).0;
+        let demand = Demand { area_min: enough.area_min.max(wide), ..enough };
+        let mut others: heapless::Vec<Pose, { SPOTS.len() }> = heapless::Vec::new();
         for spot in SPOTS.iter().take(self.request.effort.geometric_max as usize) {
-            if let Some(pose) = self.surfaces.settle(self.scratch, self.request, *spot)
-                && self.request.reaches(&pose)
-            {
-                self.examine(pose, Source::Geometric, self.demand(0.0))?;
+            let Some(pose) = self.surfaces.settle(self.scratch, self.request, *spot) else { continue };
+            if self.request.reaches(&pose) && self.examine(pose, Source::Geometric, demand)? == Examined::Refused(NoSupport::AreaTooSmall) {
+                others.extend([pose]);
             }
+        }
+        for pose in others {
+            self.examine(pose, Source::Geometric, enough)?;
         }
         ControlFlow::Continue(())
     }
 }
 
 impl Surfaces {
+    /// Whether two faces lie in one plane.
+    fn are_coplanar(&self, one: &Face, other: &Face) -> bool {
+        one.normal.dot(other.normal) >= self.coplanar_cos && (one.offset - other.offset).abs() <= self.config.plane_distance_max
+    }
+
     /// Where the sole comes to rest when it is set down at a spot, heading for the ideal yaw; `None` where nothing holds its middle, or
     /// only what is too steep.
     fn settle(&self, scratch: &mut Scratch, request: &Request, spot: DVec2) -> Option<Pose> {
@@ -106,6 +131,11 @@ impl Surfaces {
             scratch.clip.polygon.iter().for_each(|&point| scratch.ground.push(point));
         }
     }
+}
+
+/// The area of a face, m2.
+fn area_of(vertices: &[DVec3]) -> f64 {
+    0.5 * vertices.windows(2).map(|pair| (pair[0] - vertices[0]).cross(pair[1] - vertices[0])).sum::<DVec3>().length()
 }
 
 /// The three of some points over which a plane rests that is above `middle`, and below none of them: the triangle under `middle` climbs
