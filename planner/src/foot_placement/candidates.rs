@@ -160,7 +160,7 @@ impl Surfaces {
                 }
                 Element::Round(round) => {
                     let normal = round.side_normal(plane.normal).filter(|n| n.dot(plane.normal) >= self.coplanar_cos);
-                    let top = normal.map(|n| [round.a, round.b].map(|end| in_plane(end + n * round.radius)));
+                    let top = normal.map(|n| round.line_facing(n).map(in_plane));
                     let top = top.filter(|ends| ends.iter().all(|p| p.z.abs() <= tolerance));
                     outline.extend(top.iter().flatten().map(|p| p.truncate()));
                 }

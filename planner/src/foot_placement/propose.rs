@@ -7,6 +7,7 @@ use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
 
+use super::polygon::area_and_centroid;
 use super::scratch::Scratch;
 use super::support::Demand;
 use super::surfaces::Surfaces;
@@ -129,6 +130,11 @@ impl Request<'_> {
     /// Whether a rotation of the sole heads near enough to where the ideal one does.
     pub(super) fn heads(&self, world_from_sole: DQuat) -> bool {
         wrap_angle(yaw_of(world_from_sole) - yaw_of(self.ideal.rotation)).abs() <= self.yaw_spread + 1e-9
+    }
+
+    /// The sole's area, m2.
+    pub(super) fn sole_area(&self) -> f64 {
+        area_and_centroid(self.sole_polygon).0
     }
 
     /// The largest distance of the sole's outline from its frame's origin, m.

@@ -167,8 +167,7 @@ impl Proposal<'_, '_> {
         match self.surfaces.element(id) {
             Element::Face(_, vertices) => buffer.polygon.extend(vertices.iter().copied()),
             Element::Round(round) => {
-                let top = round.side_normal(DVec3::Z).unwrap_or(DVec3::Z) * round.radius;
-                buffer.polygon.extend([round.a + top, round.b + top]);
+                buffer.polygon.extend(round.line_facing(round.side_normal(DVec3::Z).unwrap_or(DVec3::Z)));
             }
         }
         for axis in 0..3 {

@@ -7,7 +7,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::yaw_of;
 
 use super::candidates::centre_of;
-use super::polygon::{area_and_centroid, clip_to_outline, cross};
+use super::polygon::{clip_to_outline, cross};
 use super::propose::{Examined, Proposal, Request, Source};
 use super::scratch::Scratch;
 use super::support::{Demand, HeldSole};
@@ -48,7 +48,7 @@ const BELOW: [DVec3; 3] = [DVec3::new(-20.0, -10.0, -100.0), DVec3::new(20.0, -1
 impl Proposal<'_, '_> {
     /// Whether the ground near the ideal is a mesh without a plane there that the sole has room in.
     pub(super) fn is_rough(&self) -> bool {
-        let sole_area = area_and_centroid(self.request.sole_polygon).0;
+        let sole_area = self.request.sole_area();
         let mesh_face = |&(_, id): &(f64, u32)| match self.surfaces.element(id) {
             Element::Face(face, vertices) if face.of_mesh => Some((face, vertices)),
             Element::Face(..) | Element::Round(_) => None,
@@ -65,7 +65,7 @@ impl Proposal<'_, '_> {
     /// Soles set down near the ideal that are carried widely, then those that are carried at all.
     pub(super) fn propose_settled(&mut self) -> ControlFlow<()> {
         let enough = self.demand(0.0);
-        let wide = WIDE_SHARE * area_and_centroid(self.request.sole_polygon).0;
+        let wide = WIDE_SHARE * self.request.sole_area();
         let demand = Demand { area_min: enough.area_min.max(wide), ..enough };
         let mut others: heapless::Vec<Pose, { SPOTS.len() }> = heapless::Vec::new();
         for spot in SPOTS.iter().take(self.request.effort.geometric_max as usize) {
@@ -94,10 +94,11 @@ impl Surfaces {
         let (sin, cos) = libm::sincos(yaw);
         let position = request.ideal.translation + DVec2::new(cos, sin).rotate(spot).extend(0.0);
         let mut pose = pose_on_plane(position, DVec3::Z, yaw);
+        let middle = centre_of(request.sole_polygon);
         let mut heights = request.reach_z;
         for _ in 0..SETTLINGS {
             self.gather_ground(scratch, request.sole_polygon, &pose, heights);
-            let [a, b, c] = resting_triangle(&scratch.ground, centre_of(request.sole_polygon))?.map(|point| pose * point);
+            let [a, b, c] = resting_triangle(&scratch.ground, middle)?.map(|point| pose * point);
             let normal = (b - a).cross(c - a).normalize();
             if !self.is_flat_enough(normal) {
                 return None;
@@ -123,8 +124,8 @@ impl Surfaces {
                 Element::Face(..) => {}
                 Element::Round(round) => {
                     let normal = round.side_normal(world_from_sole.rotation * DVec3::Z);
-                    let top = normal.map(|normal| [round.a, round.b].map(|end| sole.in_sole(end + normal * round.radius)));
-                    scratch.clip.polygon.extend(top.iter().flatten());
+                    let line = normal.map(|normal| round.line_facing(normal));
+                    scratch.clip.polygon.extend(line.into_iter().flatten().map(|end| sole.in_sole(end)));
                 }
             }
             clip_to_outline(&mut scratch.clip, outline, 0.0);

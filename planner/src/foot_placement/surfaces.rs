@@ -53,6 +53,11 @@ impl Round {
         (self.b - self.a).try_normalize()
     }
 
+    /// The line of the side where this is its unit normal, from end to end.
+    pub fn line_facing(&self, side_normal: DVec3) -> [DVec3; 2] {
+        [self.a, self.b].map(|end| end + side_normal * self.radius)
+    }
+
     /// The unit normal of the side nearest to `normal`, or `None` where the axis is along it.
     pub fn side_normal(&self, normal: DVec3) -> Option<DVec3> {
         match self.direction() {
