@@ -11,22 +11,28 @@ use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
 use crate::motion::foothold::{Foothold, single_mode};
-use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
+use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
+use crate::motion::primitive::stand::side_of;
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{REACHING, TransitionPair, is_reached, postures_that_hold, sample};
+use crate::motion::transition::{REACHING, TransitionPair, are_crossed, is_reached, postures_that_hold, sample};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
 /// Attempts that a primitive posture counts for that does not hold on both placements of a transition.
-const DOUBT: u32 = 3;
+const POSTURE_COUNTS: u32 = 3;
+/// Attempts that a transition is expected to take besides where none holds: [`ATTEMPTS_MAX`] of them find one in fifteen.
+const UNLIKELY: u32 = 120;
+/// Attempts that a transition with crossed feet counts for besides: few swings find a way to it.
+const CROSSED: u32 = 3;
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.6, 0.6];
 /// Placements kept of one query where the ideal itself does not carry.
 const KEPT_MAX: usize = 6;
 /// Placements kept of one query of a later sweep.
 const KEPT_LATER_MAX: usize = 3;
-/// The stance widths of the first sweeps, as factors of the marks': a robot with bulky legs walks and turns wider.
-const WIDENINGS: [f64; 2] = [1.0, 1.5];
+/// How the feet stand in the first sweeps: the stance width, as a factor of the marks', and how far the toes are turned out, rad. A robot
+/// with bulky legs walks and turns wider, and a knee that bends deep in front of a riser needs to point past it.
+const STANCES: [(f64, f64); 2] = [(1.0, 0.0), (1.5, 0.5)];
 /// How far the ideals of later sweeps stray, m and rad.
 const LATER_SPREAD: (f64, f64) = (0.2, 0.4);
 /// Neighbours that a placement is connected to at the most.
@@ -94,11 +100,12 @@ impl Seeding<'_> {
     ) -> Result<(), ArenaFull> {
         let (station, limb) = place;
         let object = (station * 2 + limb) as u64;
-        let widening = WIDENINGS.get(sweep).copied();
-        let ideal = route.world_from_ideal_sole(station, limb, widening.unwrap_or(1.0));
-        if widening.is_none() {
-            return self.sample_about(&ideal, limb, (object, name), graph, scratch);
-        }
+        let Some(&(widening, toes_out)) = STANCES.get(sweep) else {
+            return self.sample_about(&route.world_from_ideal_sole(station, limb, 1.0), limb, (object, name), graph, scratch);
+        };
+        let straight = route.world_from_ideal_sole(station, limb, widening);
+        let turn = rotation_about(DVec3::Z, side_of(limb) * toes_out);
+        let ideal = Pose::from_parts(straight.translation, straight.rotation * turn);
         let before = graph.footholds().len();
         self.query(&ideal, limb, (object, name), FIRST_EFFORT, KEPT_MAX, graph, scratch)?;
         if graph.footholds().len() == before {
@@ -220,14 +227,16 @@ impl Seeding<'_> {
     }
 }
 
-/// As how often sampled in vain a transition may begin: the fewer primitive postures hold on both its placements, the lower its
-/// priority [Grey 4.4.2, figure 4.14].
-pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> u32 {
+/// What a transition begins with: the fewer primitive postures hold on both its placements, the lower its priority
+/// [Grey 4.4.2, figure 4.14].
+pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> Prior {
     let (stance, other) = graph.pair(id);
-    match postures_that_hold(constraints, &single_mode(stance), TransitionPair { stance, other }) {
-        0 => ATTEMPTS_MAX,
-        held => DOUBT * (REACHING.len() - held) as u32,
-    }
+    let pair = TransitionPair { stance, other };
+    let (attempts, doubt) = match postures_that_hold(constraints, &single_mode(stance), pair) {
+        0 => (ATTEMPTS_MAX, UNLIKELY),
+        held => (POSTURE_COUNTS * (REACHING.len() - held) as u32, 0),
+    };
+    Prior { attempts, doubt: doubt + if are_crossed(pair) { CROSSED } else { 0 } }
 }
 
 /// Whether the robot, standing on the first placement, reaches the second one, and then stands on that with the first still

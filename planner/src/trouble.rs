@@ -16,10 +16,10 @@ use crate::possibility::{Route, Station};
 /// Failed sequences after which more placements are sampled, at first and at the most.
 const PATIENCE: [u32; 2] = [24, 192];
 /// What a transition of the cheapest sequence may cost before more placements are sampled, at first and at the most, m3: one
-/// that no posture reaches, some 0.7 m long, is beyond the first from its beginning.
-const ACCEPTABLE_COST: [f64; 2] = [8.0, 24.0];
+/// on which no posture holds, 0.3 m long, is beyond the first from its beginning.
+const ACCEPTABLE_COST: [f64; 2] = [3.2, 9.6];
 /// Sequences that are tried however dear they are.
-const DEAR_SEQUENCES: u32 = 8;
+const DEAR_SEQUENCES: u32 = 2;
 /// Stations on either side of a trouble that get more placements.
 const WINDOW: usize = 2;
 /// Stations on either side of a trouble that a detour replaces.

@@ -64,6 +64,8 @@ pub struct Transition {
     /// Q(T): the configuration that was found, as its place in the graph's arena.
     configuration: Option<u32>,
     next_of_stance: Option<TransitionId>,
+    /// Attempts that its cost counts besides, as [`Prior::doubt`].
+    doubt: u32,
     /// Whether a motion to it from another transition on the same stance has failed.
     is_doubtful: bool,
     /// Whether the motion to it from its twin has failed.
@@ -77,9 +79,9 @@ impl Transition {
         if self.is_found() { 0.0 } else { self.effort() }
     }
 
-    /// S(T) D^3(T), m^3.
+    /// S(T) D^3(T), m^3, where S(T) also counts the attempts that it is expected to take.
     pub fn effort(&self) -> f64 {
-        f64::from(self.attempts) * self.cubed_distance()
+        f64::from(self.attempts + self.doubt) * self.cubed_distance()
     }
 
     /// D^3(T), m^3.
@@ -91,6 +93,15 @@ impl Transition {
     pub fn is_found(&self) -> bool {
         self.configuration.is_some()
     }
+}
+
+/// What a transition begins with before it is sampled, by how likely it looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Prior {
+    /// Failed attempts that S(T) begins with: sampling goes on after them.
+    pub attempts: u32,
+    /// Attempts that its cost counts besides.
+    pub doubt: u32,
 }
 
 /// The arenas of the graph, allocated once.
@@ -142,6 +153,13 @@ impl Graph {
     /// The place of a transition's configuration in the arena: how many were found before.
     pub fn configuration_place(&self, id: TransitionId) -> Option<usize> {
         self.transitions[id as usize].configuration.map(|place| place as usize)
+    }
+
+    /// Notes how likely a transition looks.
+    pub fn record_prior(&mut self, id: TransitionId, prior: Prior) {
+        let transition = &mut self.transitions[id as usize];
+        transition.attempts += prior.attempts;
+        transition.doubt = prior.doubt;
     }
 
     /// Notes failed attempts to sample a transition.
@@ -268,6 +286,7 @@ impl Graph {
                 attempts: 1,
                 configuration: None,
                 next_of_stance,
+                doubt: 0,
                 is_doubtful: false,
                 is_doubtful_from_twin: false,
                 next_doubtful: None,

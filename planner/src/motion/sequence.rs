@@ -7,8 +7,8 @@ use crate::motion::heap::IndexHeap;
 use crate::motion::mode_costs::ModeCosts;
 
 /// The penalty p for each failed single-mode search between two transitions: no less than the cost of a transition
-/// that was never tried and is as long as a step can be [Grey 4.4.2].
-pub const SINGLE_MODE_PENALTY: f64 = 1.0;
+/// that was never tried and is as long as a step usually is, however unlikely it looks [Grey 4.4.2].
+pub const SINGLE_MODE_PENALTY: f64 = 4.0;
 
 /// What a search looks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

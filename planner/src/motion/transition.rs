@@ -123,6 +123,13 @@ fn reach(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>, attem
     settle_into(body, &world_from_soles(pair), &posture, free, snapshot).is_ok()
 }
 
+/// Whether the left foot stands to the right of the other, as the robot faces.
+pub fn are_crossed(pair: TransitionPair<'_>) -> bool {
+    let [left, right] = world_from_soles(pair);
+    let leftward = rotation_about(DVec3::Z, mean_yaw(left.rotation, right.rotation)) * DVec3::Y;
+    (left.translation - right.translation).dot(leftward) < 0.0
+}
+
 /// The soles of a pair by limb.
 pub fn world_from_soles(pair: TransitionPair<'_>) -> [Pose; 2] {
     let mut soles = [pair.other.world_from_sole; 2];

@@ -14,9 +14,9 @@ use crate::motion::trees::TreeNode;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 
-/// Samples drawn in the first search between two states, in the second one, and in each later one; the trees are kept for the
-/// next one. Few at first: most that is found at all is found soon, and another sequence may be easier.
-const SAMPLES_MAX: [u32; 3] = [24, 64, 128];
+/// Samples drawn in the first search between two states, and in each later one; the trees are kept for the next one. Few at first: most
+/// that is found at all is found soon, and another sequence may be easier.
+const SAMPLES_MAX: [u32; 2] = [36, 64];
 /// Waypoints added by one extension toward a sample.
 const EXTENSION_MAX: u32 = 24;
 /// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Phase, Planner};
-use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
+use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::seeding::{Seeding, judge};
 
 /// Transitions that are judged side by side.
@@ -30,19 +30,19 @@ impl Planner {
             self.tally.work += 1;
             return self.after_connecting();
         }
-        let mut in_vain = [[0; 2]; JUDGED_AT_ONCE];
+        let mut priors = [[Prior::default(); 2]; JUDGED_AT_ONCE];
         let constraints = &self.shared.constraints;
-        let judge_both = |(&id, counts): (&TransitionId, &mut [u32; 2])| {
-            *counts = [id, Graph::twin(id)].map(|id| judge(constraints, id, graph));
+        let judge_both = |(&id, priors): (&TransitionId, &mut [Prior; 2])| {
+            *priors = [id, Graph::twin(id)].map(|id| judge(constraints, id, graph));
         };
         if self.shared.parallel {
-            next.par_iter().zip(&mut in_vain).with_max_len(1).for_each(judge_both);
+            next.par_iter().zip(&mut priors).with_max_len(1).for_each(judge_both);
         } else {
-            next.iter().zip(&mut in_vain).for_each(judge_both);
+            next.iter().zip(&mut priors).for_each(judge_both);
         }
-        for (&id, [count, twin_count]) in next.iter().zip(in_vain) {
-            graph.record_failures(id, count);
-            graph.record_failures(Graph::twin(id), twin_count);
+        for (&id, [prior, twin_prior]) in next.iter().zip(priors) {
+            graph.record_prior(id, prior);
+            graph.record_prior(Graph::twin(id), twin_prior);
         }
         self.tally.work += next.len() as u64;
         Ok(Phase::Judge)
