@@ -8,10 +8,10 @@
 //! Cut       into segments that share their end states    [Grey 3.2]
 //! Seed      foot placements along the guide route        [Grey 4.4.4]
 //! Connect   transitions between neighbouring placements  [Grey 4.4.2]
-//! Judge     how likely these are                         [Grey 4.4.2]
 //! Primitive what pi_S gives along possible edges         [Grey 3.2, 4.4.5]
 //! Emit      its motions, side by side
 //! Sequence  the cheapest sequence of transitions         [Grey 4.4.2]
+//! Judge     how likely those are that it holds           [Grey 4.4.2]
 //! Sample    configurations for its transitions           [Grey 4.4.2]
 //! Move      motions within its modes                     [Grey 4.4.3]
 //! Weigh     which motions are crooked                    [Grey 4.4.6]
@@ -374,7 +374,7 @@ impl Planner {
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
-            Phase::Judge => self.judge(budget),
+            Phase::Judge => Ok(self.judge(budget)),
             Phase::Vary { index, tried, end } => self.vary(index, tried, end),
             Phase::Primitive => self.begin_primitive(),
             Phase::Emit => self.emit_primitives(budget),

@@ -20,8 +20,6 @@ use crate::random::{Random, Stream};
 
 /// Attempts that a primitive posture counts for that does not hold on both placements of a transition.
 const POSTURE_COUNTS: u32 = 3;
-/// Attempts that a transition is expected to take besides where none holds: [`ATTEMPTS_MAX`] of them find one in fifteen.
-const UNLIKELY: u32 = 120;
 /// Attempts that a transition with crossed feet counts for besides: few swings find a way to it.
 const CROSSED: u32 = 3;
 /// How far below and above the ideal a placement may be, m.
@@ -233,7 +231,7 @@ pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> Prio
     let (stance, other) = graph.pair(id);
     let pair = TransitionPair { stance, other };
     let (attempts, doubt) = match postures_that_hold(constraints, &single_mode(stance), pair) {
-        0 => (ATTEMPTS_MAX, UNLIKELY),
+        0 => (ATTEMPTS_MAX, Prior::UNLIKELY),
         held => (POSTURE_COUNTS * (REACHING.len() - held) as u32, 0),
     };
     Prior { attempts, doubt: doubt + if are_crossed(pair) { CROSSED } else { 0 } }

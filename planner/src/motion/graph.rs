@@ -66,6 +66,8 @@ pub struct Transition {
     next_of_stance: Option<TransitionId>,
     /// Attempts that its cost counts besides, as [`Prior::doubt`].
     doubt: u32,
+    /// Whether it has been said how likely it is.
+    is_judged: bool,
     /// Whether a motion to it from another transition on the same stance has failed.
     is_doubtful: bool,
     /// Whether the motion to it from its twin has failed.
@@ -104,6 +106,11 @@ pub struct Prior {
     pub doubt: u32,
 }
 
+impl Prior {
+    /// Attempts that a transition is expected to take besides where no primitive posture holds on it: 24 of them find one in fifteen.
+    pub const UNLIKELY: u32 = 120;
+}
+
 /// The arenas of the graph, allocated once.
 #[derive(Debug)]
 pub struct Graph {
@@ -113,7 +120,6 @@ pub struct Graph {
     transitions: Vec<Transition>,
     configurations: Vec<Configuration>,
     connected: FootholdId,
-    judged: TransitionId,
 }
 
 /// Two placements of one foot closer than this are one, m.
@@ -131,7 +137,6 @@ impl Graph {
             transitions: reserve(transitions_max),
             configurations: reserve(configurations_max),
             connected: 0,
-            judged: 0,
         }
     }
 
@@ -160,6 +165,7 @@ impl Graph {
         let transition = &mut self.transitions[id as usize];
         transition.attempts += prior.attempts;
         transition.doubt = prior.doubt;
+        transition.is_judged = true;
     }
 
     /// Notes failed attempts to sample a transition.
@@ -287,6 +293,7 @@ impl Graph {
                 configuration: None,
                 next_of_stance,
                 doubt: 0,
+                is_judged: false,
                 is_doubtful: false,
                 is_doubtful_from_twin: false,
                 next_doubtful: None,
@@ -305,14 +312,16 @@ impl Graph {
         self.connected = foothold + 1;
     }
 
-    /// The next transition of which, like of its twin, it is not known yet whether it is likely; `None` when all are judged.
-    pub fn next_to_judge(&mut self) -> Option<TransitionId> {
-        let next = self.judged;
-        if next as usize == self.transitions.len() {
-            return None;
-        }
-        self.judged += 2;
-        Some(next)
+    /// Whether it has not been said yet how likely a transition without a configuration is.
+    pub fn is_unjudged(&self, id: TransitionId) -> bool {
+        let transition = &self.transitions[id as usize];
+        !transition.is_judged && !transition.is_found()
+    }
+
+    /// Whether a transition without a configuration has been judged to be unlikely.
+    pub fn is_unlikely(&self, id: TransitionId) -> bool {
+        let transition = &self.transitions[id as usize];
+        transition.doubt >= Prior::UNLIKELY && !transition.is_found()
     }
 
     /// Bytes reserved.

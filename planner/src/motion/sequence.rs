@@ -303,6 +303,8 @@ mod tests {
     use crate::body::Configuration;
     use crate::motion::edges::EdgeRecord;
     use crate::motion::foothold::Foothold;
+    use crate::motion::graph::Prior;
+    use crate::random::{Random, Stream};
     use glam::{DQuat, DVec3};
     use surefoot_shared_types::Pose;
     use surefoot_shared_types::message::limits::JOINTS_MAX;
@@ -399,6 +401,24 @@ mod tests {
             let mut entered = search.entered().to_vec();
             entered.sort_unstable();
             assert!(!search.has_found() && entered == side.collect::<Vec<FootholdId>>(), "{purpose:?}: {entered:?}");
+        }
+    }
+
+    #[test]
+    fn judging_what_the_cheapest_sequences_hold_finds_the_cheapest_of_all() {
+        let places: Vec<f64> = (0..12).map(|index| 0.1 * f64::from(index)).collect();
+        for seed in 0..40 {
+            let prior =
+                |id: TransitionId| Prior { attempts: 0, doubt: Random::new(seed, Stream::Transition, id.into(), 0).below(9) as u32 };
+            let (mut all, mut some) = (Line::new(&places, 0.45), Line::new(&places, 0.45));
+            let ids = 0..all.graph.transitions().len() as TransitionId;
+            ids.clone().for_each(|id| all.graph.record_prior(id, prior(id)));
+            let mut judged = 0;
+            while let Some(id) = some.cheapest().0.into_iter().find(|&id| some.graph.is_unjudged(id)) {
+                some.graph.record_prior(id, prior(id));
+                judged += 1;
+            }
+            assert!((some.cheapest().1 - all.cheapest().1).abs() < 1e-12 && judged < ids.len(), "{judged} of {} judged", ids.len());
         }
     }
 

@@ -13,7 +13,7 @@ impl Planner {
     /// Connects the next placement with its neighbours; once all are, counts it to the nearest station.
     pub(super) fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
         if next as usize == self.roadmap.graph.footholds().len() {
-            return Ok(if self.locate_next() { Phase::Connect { next } } else { Phase::Judge });
+            return if self.locate_next() { Ok(Phase::Connect { next }) } else { self.after_connecting() };
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         seeding.connect(next, self.step_max(), &mut self.roadmap.graph)?;
@@ -21,17 +21,16 @@ impl Planner {
         Ok(Phase::Connect { next: next + 1 })
     }
 
-    /// Judges how likely the next transitions are, each with its twin one unit of work.
-    pub(super) fn judge(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
-        let graph = &mut self.roadmap.graph;
-        let longest = budget.min(JUDGED_AT_ONCE as u64) as usize;
-        let next: heapless::Vec<TransitionId, JUDGED_AT_ONCE> = std::iter::from_fn(|| graph.next_to_judge()).take(longest).collect();
+    /// Judges how likely the next transitions are, each with its twin one unit of work; then looks for a sequence again. What is not
+    /// judged yet costs as little as it can, so the cheapest sequence is the cheapest of all once all that it holds is judged.
+    pub(super) fn judge(&mut self, budget: u64) -> Phase {
+        let next = self.next_to_judge(budget.min(JUDGED_AT_ONCE as u64) as usize);
         if next.is_empty() {
             self.tally.work += 1;
-            return self.after_connecting();
+            return Phase::Sequence { begun: false };
         }
         let mut priors = [[Prior::default(); 2]; JUDGED_AT_ONCE];
-        let constraints = &self.shared.constraints;
+        let (constraints, graph) = (&self.shared.constraints, &mut self.roadmap.graph);
         let judge_both = |(&id, priors): (&TransitionId, &mut [Prior; 2])| {
             *priors = [id, Graph::twin(id)].map(|id| judge(constraints, id, graph));
         };
@@ -45,7 +44,22 @@ impl Planner {
             graph.record_prior(Graph::twin(id), twin_prior);
         }
         self.tally.work += next.len() as u64;
-        Ok(Phase::Judge)
+        Phase::Judge
+    }
+
+    /// The next transitions to judge, at most so many, one of each pair of twins: those of the sequence found last, then all on the
+    /// placements of those that turn out to be unlikely, since the next sequence would only go through the next of these.
+    fn next_to_judge(&self, at_most: usize) -> heapless::Vec<TransitionId, JUDGED_AT_ONCE> {
+        let (graph, sequence) = (&self.roadmap.graph, self.search.sequence());
+        let unlikely = sequence.iter().filter(|&&id| graph.is_unlikely(id)).flat_map(|&id| [id, Graph::twin(id)]);
+        let neighbours = unlikely.flat_map(|id| graph.from_stance(graph.transitions()[id as usize].stance));
+        let mut next = heapless::Vec::new();
+        for id in sequence.iter().copied().chain(neighbours).filter(|&id| graph.is_unjudged(id)).map(|id| id.min(Graph::twin(id))) {
+            if !next.contains(&id) && (next.len() == at_most || next.push(id).is_err()) {
+                break;
+            }
+        }
+        next
     }
 
     /// An upper bound of the distance between two soles in a step, m: one leg's reach, and the hips apart.

@@ -65,7 +65,9 @@ impl Planner {
 
     fn after_sequence_search(&mut self, purpose: Purpose) -> Result<Phase, ArenaFull> {
         let has_found = self.search.has_found();
+        let is_unjudged = |id: &TransitionId| self.roadmap.graph.is_unjudged(*id);
         match purpose {
+            Purpose::Find | Purpose::Shorten if has_found && self.search.sequence().iter().any(is_unjudged) => return Ok(Phase::Judge),
             Purpose::Find => {
                 self.tally.sequences += 1;
                 if has_found { self.take_sequence(Turn::Sample { next: 0, failed: false })? } else { self.after_no_sequence() }
