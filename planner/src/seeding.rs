@@ -14,11 +14,11 @@ use crate::motion::foothold::{Foothold, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::motion::primitive::stand::side_of;
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{REACHING, TransitionPair, are_crossed, is_reached, postures_that_hold, sample};
+use crate::motion::transition::{TransitionPair, are_crossed, is_reached, posture_that_holds, sample};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
-/// Attempts that a primitive posture counts for that does not hold on both placements of a transition.
+/// Attempts that a primitive posture counts for that does not hold on both placements of a transition, where a later one does.
 const POSTURE_COUNTS: u32 = 3;
 /// Attempts that a transition with crossed feet counts for besides: few swings find a way to it.
 const CROSSED: u32 = 3;
@@ -225,14 +225,14 @@ impl Seeding<'_> {
     }
 }
 
-/// What a transition begins with: the fewer primitive postures hold on both its placements, the lower its priority
+/// What a transition begins with: the more primitive postures do not hold on both its placements, the lower its priority
 /// [Grey 4.4.2, figure 4.14].
 pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> Prior {
     let (stance, other) = graph.pair(id);
     let pair = TransitionPair { stance, other };
-    let (attempts, doubt) = match postures_that_hold(constraints, &single_mode(stance), pair) {
-        0 => (ATTEMPTS_MAX, Prior::UNLIKELY),
-        held => (POSTURE_COUNTS * (REACHING.len() - held) as u32, 0),
+    let (attempts, doubt) = match posture_that_holds(constraints, &single_mode(stance), pair) {
+        Some(failed) => (POSTURE_COUNTS * failed as u32, 0),
+        None => (ATTEMPTS_MAX, Prior::UNLIKELY),
     };
     Prior { attempts, doubt: doubt + if are_crossed(pair) { CROSSED } else { 0 } }
 }

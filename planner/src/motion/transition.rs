@@ -106,14 +106,14 @@ pub fn is_reached(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'
     REACHING.into_iter().any(|attempt| reach(constraints, mode, pair, attempt, &mut snapshot))
 }
 
-/// How many of the same postures, which are [`REACHING`], also hold: balanced, within limits, free of the world, the legs apart
+/// The first of the same postures, which are [`REACHING`], that also holds: balanced, within limits, free of the world, the legs apart
 /// [Grey figure 4.14].
-pub fn postures_that_hold(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> usize {
+pub fn posture_that_holds(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> Option<usize> {
     let mut snapshot = Snapshot::default();
-    let mut holds = |attempt: &u64| {
-        reach(constraints, mode, pair, *attempt, &mut snapshot) && constraints.check(mode, &snapshot, [FootState::Stance; 2]).is_ok()
+    let mut holds = |attempt: u64| {
+        reach(constraints, mode, pair, attempt, &mut snapshot) && constraints.check(mode, &snapshot, [FootState::Stance; 2]).is_ok()
     };
-    REACHING.iter().filter(|attempt| holds(attempt)).count()
+    REACHING.into_iter().position(&mut holds)
 }
 
 fn reach(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>, attempt: u64, snapshot: &mut Snapshot) -> bool {
