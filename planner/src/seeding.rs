@@ -230,11 +230,11 @@ impl Seeding<'_> {
 pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> Prior {
     let (stance, other) = graph.pair(id);
     let pair = TransitionPair { stance, other };
-    let (attempts, doubt) = match posture_that_holds(constraints, &single_mode(stance), pair) {
+    let (attempts, surcharge) = match posture_that_holds(constraints, &single_mode(stance), pair) {
         Some(failed) => (POSTURE_COUNTS * failed as u32, 0),
         None => (ATTEMPTS_MAX, Prior::UNLIKELY),
     };
-    Prior { attempts, doubt: doubt + if are_crossed(pair) { CROSSED } else { 0 } }
+    Prior { attempts, surcharge: surcharge + if are_crossed(pair) { CROSSED } else { 0 } }
 }
 
 /// Whether the robot, standing on the first placement, reaches the second one, and then stands on that with the first still

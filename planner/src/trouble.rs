@@ -2,7 +2,7 @@
 //!
 //! New placements bring new cheap sequences that distract from old ones. So they are added only once the cheapest sequence has a
 //! transition that costs more than is acceptable, or many sequences have failed, ever more rarely, and only near the trouble:
-//! first with the feet wider apart, then at random, then along a detour, then along another route.
+//! first with the feet wider apart and the toes turned out, then at random, then along a detour, then along another route.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -28,7 +28,7 @@ const DETOUR_WINDOW: usize = 4;
 /// The ways out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Remedy {
-    /// Sweep the stations about what is not found once more, the feet wider apart.
+    /// Sweep the stations about what is not found once more, the feet wider apart and the toes turned out.
     Sweep,
     /// Sample placements at random about the transitions that cannot be found.
     Sample,

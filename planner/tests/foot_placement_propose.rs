@@ -146,8 +146,7 @@ fn on_rough_ground_soles_are_set_down_near_where_they_are_wished_for() {
     }
     assert!(distances.len() >= 98, "found for {} of 100", distances.len());
     let near = |most: f64| distances.iter().filter(|distance| **distance <= most).count();
-    println!("at the ideal {}, within 0.16 m {}", near(1e-9), near(0.16));
-    assert!(near(1e-9) >= 60 && near(0.16) == 100);
+    assert!(near(1e-9) >= 60 && near(0.16) == 100, "{} at the ideal, {} within 0.16 m", near(1e-9), near(0.16));
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn what_no_posture_reaches_is_dear_and_not_forbidden() {
     assert!(stand.is_reached(&near) && !stand.is_reached(&far));
     let (near, far) = (stand.judged(&near), stand.judged(&far));
     assert_eq!(near, Prior::default());
-    assert!(far.attempts == ATTEMPTS_MAX && far.doubt > ATTEMPTS_MAX, "its cost counts more attempts than were spared: {far:?}");
+    assert!(far.attempts == ATTEMPTS_MAX && far.surcharge > ATTEMPTS_MAX, "its cost counts more attempts than were spared: {far:?}");
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn crossed_feet_are_less_likely_than_the_same_step_uncrossed() {
     let width = stand.end.footholds[0].distance(&stand.end.footholds[1]);
     let [uncrossed, crossed] = [0.97, 1.03].map(|share| stand.judged(&stand.right(DVec3::new(0.3, share * width, 0.0))));
     assert_eq!(uncrossed.attempts, crossed.attempts, "the postures do not mind a few millimetres");
-    assert!(crossed.doubt > uncrossed.doubt);
+    assert!(crossed.surcharge > uncrossed.surcharge);
 }
 
 #[test]
@@ -105,6 +105,8 @@ fn legs_that_cross_are_as_dear_as_what_is_out_of_reach() {
     assert_eq!(posture_that_holds(&stand.constraints, &mode, pair), None, "the right foot is left of the left one");
     let side_by_side = TransitionPair { stance, other: &stand.end.footholds[1] };
     assert_eq!(posture_that_holds(&stand.constraints, &mode, side_by_side), Some(0));
+    let holds = |attempt: u64| sample(&stand.constraints, &mode, side_by_side, (1, 0), attempt).is_ok();
+    assert!(REACHING.into_iter().all(holds), "and so do the others");
 }
 
 #[test]

@@ -9,6 +9,7 @@ use surefoot_shared_types::{Pose, Shape};
 
 use super::SurfacesError;
 use super::merge::merge_coplanar;
+use super::polygon::spanned;
 use super::surfaces::{FACE_VERTICES_MAX, Face, Round, RoundEnds};
 
 /// How far the flat sides that stand for a cylinder may be inside it, m.
@@ -106,8 +107,7 @@ impl Parts {
 
     /// Adds a convex polygon; one without an area is left out.
     fn add_face(&mut self, corners: &[DVec3], of_mesh: bool) {
-        let spanned = corners.windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0])).sum::<DVec3>();
-        let Some(normal) = spanned.try_normalize() else { return };
+        let Some(normal) = spanned(corners).try_normalize() else { return };
         let offset = corners.iter().map(|&p| normal.dot(p)).sum::<f64>() / corners.len() as f64;
         self.faces.push(Face { normal, offset, first: self.vertices.len() as u32, count: corners.len() as u32, of_mesh });
         self.vertices.extend_from_slice(corners);

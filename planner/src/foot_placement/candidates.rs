@@ -108,7 +108,7 @@ impl Surfaces {
                 Element::Face(face, vertices) => self.add_plane(scratch, ideal, face.normal, vertices[0]),
                 Element::Round(round) => {
                     if let Some(normal) = round.side_normal(DVec3::Z) {
-                        self.add_plane(scratch, ideal, normal, round.a + normal * round.radius);
+                        self.add_plane(scratch, ideal, normal, round.line_facing(normal)[0]);
                     }
                     let _ignored_beyond_the_nearest = rounds.push(*round);
                 }
@@ -117,7 +117,7 @@ impl Surfaces {
         for (i, one) in rounds.iter().enumerate() {
             for other in &rounds[..i] {
                 if let Some(normal) = common_tangent(one, other) {
-                    self.add_plane(scratch, ideal, normal, one.a + normal * one.radius);
+                    self.add_plane(scratch, ideal, normal, one.line_facing(normal)[0]);
                 }
             }
         }

@@ -56,6 +56,11 @@ pub(super) fn cross(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
+/// The vector area of a flat convex polygon, twice: along its normal.
+pub(super) fn spanned(corners: &[DVec3]) -> DVec3 {
+    corners.windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0])).sum()
+}
+
 /// Sorts `points` and writes their convex hull, counter-clockwise, to `hull`.
 /// `hull` does not grow if it has room for `points.len() + 8`.
 pub(super) fn convex_hull(points: &mut [DVec2], hull: &mut Vec<DVec2>) {

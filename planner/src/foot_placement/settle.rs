@@ -7,7 +7,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::yaw_of;
 
 use super::candidates::centre_of;
-use super::polygon::{clip_to_outline, cross};
+use super::polygon::{clip_to_outline, cross, spanned};
 use super::propose::{Examined, Proposal, Request, Source};
 use super::scratch::Scratch;
 use super::support::{Demand, HeldSole};
@@ -56,7 +56,7 @@ impl Proposal<'_, '_> {
         let features = &self.scratch.features;
         let has_room = |(plane, _): (&Face, &[DVec3])| {
             let coplanar = features.iter().filter_map(mesh_face).filter(|(face, _)| self.surfaces.are_coplanar(plane, face));
-            coplanar.map(|(_, vertices)| area_of(vertices)).sum::<f64>() >= sole_area
+            coplanar.map(|(_, vertices)| 0.5 * spanned(vertices).length()).sum::<f64>() >= sole_area
         };
         features.iter().all(|feature| mesh_face(feature).is_some())
             && !features.iter().take(PLANES_TRIED_MAX).filter_map(mesh_face).any(has_room)
@@ -132,11 +132,6 @@ impl Surfaces {
             scratch.clip.polygon.iter().for_each(|&point| scratch.ground.push(point));
         }
     }
-}
-
-/// The area of a face, m2.
-fn area_of(vertices: &[DVec3]) -> f64 {
-    0.5 * vertices.windows(2).map(|pair| (pair[0] - vertices[0]).cross(pair[1] - vertices[0])).sum::<DVec3>().length()
 }
 
 /// The three of some points over which a plane rests that is above `middle`, and below none of them: the triangle under `middle` climbs

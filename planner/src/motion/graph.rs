@@ -64,10 +64,8 @@ pub struct Transition {
     /// Q(T): the configuration that was found, as its place in the graph's arena.
     configuration: Option<u32>,
     next_of_stance: Option<TransitionId>,
-    /// Attempts that its cost counts besides, as [`Prior::doubt`].
-    doubt: u32,
-    /// Whether it has been said how likely it is.
-    is_judged: bool,
+    /// [`Prior::surcharge`], once it has been judged.
+    surcharge: Option<u32>,
     /// Whether a motion to it from another transition on the same stance has failed.
     is_doubtful: bool,
     /// Whether the motion to it from its twin has failed.
@@ -83,7 +81,7 @@ impl Transition {
 
     /// S(T) D^3(T), m^3, where S(T) also counts the attempts that it is expected to take.
     pub fn effort(&self) -> f64 {
-        f64::from(self.attempts + self.doubt) * self.cubed_distance()
+        f64::from(self.attempts + self.surcharge.unwrap_or(0)) * self.cubed_distance()
     }
 
     /// D^3(T), m^3.
@@ -103,7 +101,7 @@ pub struct Prior {
     /// Failed attempts that S(T) begins with: sampling goes on after them.
     pub attempts: u32,
     /// Attempts that its cost counts besides.
-    pub doubt: u32,
+    pub surcharge: u32,
 }
 
 impl Prior {
@@ -164,8 +162,7 @@ impl Graph {
     pub fn record_prior(&mut self, id: TransitionId, prior: Prior) {
         let transition = &mut self.transitions[id as usize];
         transition.attempts += prior.attempts;
-        transition.doubt = prior.doubt;
-        transition.is_judged = true;
+        transition.surcharge = Some(prior.surcharge);
     }
 
     /// Notes failed attempts to sample a transition.
@@ -292,8 +289,7 @@ impl Graph {
                 attempts: 1,
                 configuration: None,
                 next_of_stance,
-                doubt: 0,
-                is_judged: false,
+                surcharge: None,
                 is_doubtful: false,
                 is_doubtful_from_twin: false,
                 next_doubtful: None,
@@ -315,13 +311,13 @@ impl Graph {
     /// Whether it has not been said yet how likely a transition without a configuration is.
     pub fn is_unjudged(&self, id: TransitionId) -> bool {
         let transition = &self.transitions[id as usize];
-        !transition.is_judged && !transition.is_found()
+        transition.surcharge.is_none() && !transition.is_found()
     }
 
     /// Whether a transition without a configuration has been judged to be unlikely.
     pub fn is_unlikely(&self, id: TransitionId) -> bool {
         let transition = &self.transitions[id as usize];
-        transition.doubt >= Prior::UNLIKELY && !transition.is_found()
+        transition.surcharge >= Some(Prior::UNLIKELY) && !transition.is_found()
     }
 
     /// Bytes reserved.

@@ -409,7 +409,7 @@ mod tests {
         let places: Vec<f64> = (0..12).map(|index| 0.1 * f64::from(index)).collect();
         for seed in 0..40 {
             let prior =
-                |id: TransitionId| Prior { attempts: 0, doubt: Random::new(seed, Stream::Transition, id.into(), 0).below(9) as u32 };
+                |id: TransitionId| Prior { attempts: 0, surcharge: Random::new(seed, Stream::Transition, id.into(), 0).below(9) as u32 };
             let (mut all, mut some) = (Line::new(&places, 0.45), Line::new(&places, 0.45));
             let ids = 0..all.graph.transitions().len() as TransitionId;
             ids.clone().for_each(|id| all.graph.record_prior(id, prior(id)));

@@ -24,7 +24,7 @@ impl Planner {
     /// Judges how likely the next transitions are, each with its twin one unit of work; then looks for a sequence again. What is not
     /// judged yet costs as little as it can, so the cheapest sequence is the cheapest of all once all that it holds is judged.
     pub(super) fn judge(&mut self, budget: u64) -> Phase {
-        let next = self.next_to_judge(budget.min(JUDGED_AT_ONCE as u64) as usize);
+        let next = self.next_to_judge(budget);
         if next.is_empty() {
             self.tally.work += 1;
             return Phase::Sequence { begun: false };
@@ -47,15 +47,15 @@ impl Planner {
         Phase::Judge
     }
 
-    /// The next transitions to judge, at most so many, one of each pair of twins: those of the sequence found last, then all on the
+    /// The next transitions to judge, as many as a budget allows, one of each pair of twins: those of the sequence found last, then all on the
     /// placements of those that turn out to be unlikely, since the next sequence would only go through the next of these.
-    fn next_to_judge(&self, at_most: usize) -> heapless::Vec<TransitionId, JUDGED_AT_ONCE> {
+    fn next_to_judge(&self, budget: u64) -> heapless::Vec<TransitionId, JUDGED_AT_ONCE> {
         let (graph, sequence) = (&self.roadmap.graph, self.search.sequence());
         let unlikely = sequence.iter().filter(|&&id| graph.is_unlikely(id)).flat_map(|&id| [id, Graph::twin(id)]);
         let neighbours = unlikely.flat_map(|id| graph.from_stance(graph.transitions()[id as usize].stance));
         let mut next = heapless::Vec::new();
         for id in sequence.iter().copied().chain(neighbours).filter(|&id| graph.is_unjudged(id)).map(|id| id.min(Graph::twin(id))) {
-            if !next.contains(&id) && (next.len() == at_most || next.push(id).is_err()) {
+            if !next.contains(&id) && (next.len() as u64 == budget || next.push(id).is_err()) {
                 break;
             }
         }
