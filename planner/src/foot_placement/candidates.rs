@@ -1,25 +1,24 @@
 //! Placements read off the geometry: on the planes near the ideal, wholly on a face, or across a pair of features.
 
+use std::cmp::Ordering;
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
-use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
+use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
 
+use super::planes::Plane;
 use super::polygon::area_and_centroid;
-use super::pose_on_plane;
 use super::propose::Request;
-use super::regions::{extent, narrowest_direction, shift_onto, shift_to_centre, shift_within};
+use super::regions::{extent, shift_onto, shift_to_centre, shift_within};
 use super::scratch::Scratch;
-use super::surfaces::{Element, FACE_VERTICES_MAX, Round, Surfaces};
+use super::surfaces::Surfaces;
 
 /// Most features of one plane that are proposed on one by one.
 const SINGLES_MAX: usize = 12;
 /// Most features of one plane that are paired.
 const PAIRED_MAX: usize = 8;
-/// Most round features whose common tangent planes are tried.
-const TANGENT_ROUNDS_MAX: usize = 8;
 /// How far inside a face's edges a sole is put: comfortably first, then just so, m.
 const EDGE_MARGINS: [f64; 2] = [0.01, 1e-3];
 /// Outer spans of a pair, as shares of the sole's extent across it, that a sole may bridge.
@@ -33,24 +32,6 @@ const TURN_COST: f64 = 0.2;
 /// What resting only partly costs in the order of candidates, m.
 const PARTIAL_COST: f64 = 0.05;
 
-/// A plane that a sole may lie in.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Plane {
-    /// Origin straight above or below the ideal position, z its normal, x the ideal heading.
-    pub world_from_plane: Pose,
-    /// The normal in the world.
-    pub normal: DVec3,
-}
-
-/// A feature seen in a plane.
-#[derive(Debug, Clone)]
-pub(super) struct Footprint {
-    /// A face's outline, a line's two ends, or a point; in the plane frame.
-    outline: heapless::Vec<DVec2, FACE_VERTICES_MAX>,
-    /// The unit direction across its narrow side.
-    across: DVec2,
-}
-
 /// A placement to examine.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
@@ -59,6 +40,35 @@ pub(super) struct Candidate {
     /// The placement.
     pub world_from_sole: Pose,
 }
+
+impl Candidate {
+    /// Any fixed order among candidates of equal cost.
+    fn rank(&self) -> f64 {
+        let p = self.world_from_sole.translation;
+        p.x + 3.0 * p.y + 7.0 * p.z + 11.0 * self.world_from_sole.rotation.z
+    }
+}
+
+impl Ord for Candidate {
+    /// The better is the greater, so that a heap gives it first.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.cost.total_cmp(&self.cost).then_with(|| other.rank().total_cmp(&self.rank()))
+    }
+}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Candidate {}
 
 /// The sole in a plane frame, turned by `turn` about its own origin; wherever it lies there, it heads where the request lets it.
 struct TurnedSole {
@@ -73,130 +83,37 @@ impl TurnedSole {
     }
 }
 
-impl Footprint {
-    fn extent(&self, direction: DVec2) -> [f64; 2] {
-        extent(self.outline.iter().copied(), direction)
-    }
-}
-
 impl Surfaces {
-    /// Fills `scratch.candidates` for a request whose features are gathered, best first.
-    pub(super) fn list_candidates(&self, scratch: &mut Scratch, request: &Request) {
+    /// Begins to list candidates for a request whose features are gathered: the ideal on every plane.
+    pub(super) fn begin_candidates(&self, scratch: &mut Scratch, request: &Request) {
         scratch.candidates.clear();
+        scratch.waiting.clear();
         self.list_planes(scratch, request);
+        scratch.planes.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance));
+        scratch.planes_listed = 0;
         for i in 0..scratch.planes.len() {
-            if scratch.candidates.is_full() {
-                break;
-            }
             let plane = scratch.planes[i];
+            Lister { scratch, request, plane }.ideal();
+        }
+    }
+
+    /// Adds the next best candidate to `scratch.candidates`; answers whether there was one. What else lies in a plane than the ideal is
+    /// listed only once it may be next: most requests are content with the first few.
+    pub(super) fn next_candidate(&self, scratch: &mut Scratch, request: &Request) -> bool {
+        while let Some(&plane) = scratch.planes.get(scratch.planes_listed)
+            && !scratch.waiting.is_full()
+            && scratch.waiting.peek().is_none_or(|next| plane.distance < next.cost)
+        {
+            scratch.planes_listed += 1;
             self.list_footprints(scratch, &plane);
             let mut lister = Lister { scratch, request, plane };
-            lister.ideal();
             lister.singles();
             lister.pairs();
         }
-        scratch.candidates.sort_unstable_by(|a, b| a.cost.total_cmp(&b.cost).then_with(|| order_of(a).total_cmp(&order_of(b))));
+        let next = scratch.waiting.pop();
+        next.iter().for_each(|candidate| scratch.candidates.push(*candidate));
+        next.is_some()
     }
-
-    /// The planes of the gathered features, nearest first, then those tangent to two round features.
-    fn list_planes(&self, scratch: &mut Scratch, request: &Request) {
-        scratch.planes.clear();
-        let mut rounds: heapless::Vec<Round, TANGENT_ROUNDS_MAX> = heapless::Vec::new();
-        let ideal = (request.ideal.translation, yaw_of(request.ideal.rotation));
-        for i in 0..scratch.features.len() {
-            match self.element(scratch.features[i].1) {
-                Element::Face(face, vertices) => self.add_plane(scratch, ideal, face.normal, vertices[0]),
-                Element::Round(round) => {
-                    if let Some(normal) = round.side_normal(DVec3::Z) {
-                        self.add_plane(scratch, ideal, normal, round.line_facing(normal)[0]);
-                    }
-                    let _ignored_beyond_the_nearest = rounds.push(*round);
-                }
-            }
-        }
-        for (i, one) in rounds.iter().enumerate() {
-            for other in &rounds[..i] {
-                if let Some(normal) = common_tangent(one, other) {
-                    self.add_plane(scratch, ideal, normal, one.line_facing(normal)[0]);
-                }
-            }
-        }
-    }
-
-    /// Adds a plane near the ideal position and heading unless it is too steep or known already.
-    fn add_plane(&self, scratch: &mut Scratch, (ideal, yaw): (DVec3, f64), normal: DVec3, point: DVec3) {
-        if !self.is_flat_enough(normal) {
-            return;
-        }
-        let below = ideal.truncate() - point.truncate();
-        let height = point.z - normal.truncate().dot(below) / normal.z;
-        let origin = ideal.truncate().extend(height);
-        let tolerance = self.config.plane_distance_max;
-        let is_same = |p: &Plane| {
-            let apart = (point - p.world_from_plane.translation).dot(p.normal).abs();
-            p.normal.dot(normal) >= self.coplanar_cos
-                && apart <= tolerance
-                && (p.world_from_plane.translation.z - height).abs() <= tolerance
-        };
-        if !scratch.planes.iter().any(is_same) {
-            let world_from_plane = pose_on_plane(origin, normal, yaw);
-            scratch.planes.push(Plane { world_from_plane, normal });
-        }
-    }
-
-    /// The gathered features that lie in a plane, as seen in it, nearest first.
-    fn list_footprints(&self, scratch: &mut Scratch, plane: &Plane) {
-        scratch.footprints.clear();
-        let tolerance = self.config.plane_distance_max;
-        let in_plane = |p: DVec3| plane.world_from_plane.inverse_transform_point(p);
-        for i in 0..scratch.features.len() {
-            let mut outline = heapless::Vec::new();
-            match self.element(scratch.features[i].1) {
-                Element::Face(face, vertices) => {
-                    let is_in_plane = |&v: &DVec3| (v - plane.world_from_plane.translation).dot(plane.normal).abs() <= tolerance;
-                    if face.normal.dot(plane.normal) >= self.coplanar_cos && vertices.iter().any(is_in_plane) {
-                        outline.extend(vertices.iter().map(|&v| in_plane(v).truncate()));
-                    }
-                }
-                Element::Round(round) => {
-                    let normal = round.side_normal(plane.normal).filter(|n| n.dot(plane.normal) >= self.coplanar_cos);
-                    let top = normal.map(|n| round.line_facing(n).map(in_plane));
-                    let top = top.filter(|ends| ends.iter().all(|p| p.z.abs() <= tolerance));
-                    outline.extend(top.iter().flatten().map(|p| p.truncate()));
-                }
-            }
-            if !outline.is_empty() {
-                let across = narrowest_direction(&outline).unwrap_or(DVec2::X);
-                scratch.footprints.push(Footprint { outline, across });
-            }
-        }
-    }
-}
-
-/// Any fixed order among candidates of equal cost.
-fn order_of(candidate: &Candidate) -> f64 {
-    let p = candidate.world_from_sole.translation;
-    p.x + 3.0 * p.y + 7.0 * p.z + 11.0 * candidate.world_from_sole.rotation.z
-}
-
-/// The upward normal of the plane that touches two parallel round sides, or two balls, from above.
-fn common_tangent(one: &Round, other: &Round) -> Option<DVec3> {
-    let along = match (one.direction(), other.direction()) {
-        (Some(d), Some(e)) if d.dot(e).abs() > 0.9998 => d,
-        (None, None) => (other.a - one.a).cross(DVec3::Z).try_normalize()?,
-        _ => return None,
-    };
-    let between = other.a - one.a;
-    let between = between - along * between.dot(along);
-    let distance = between.length();
-    let lean = (one.radius - other.radius) / distance;
-    if distance < 1e-6 || lean.abs() >= 1.0 {
-        return None;
-    }
-    let direction = between / distance;
-    let side = along.cross(direction);
-    let side = if side.z < 0.0 { -side } else { side };
-    Some(direction * lean + side * (1.0 - lean * lean).sqrt())
 }
 
 /// Lists the candidates of one plane.
@@ -218,12 +135,11 @@ impl Lister<'_, '_> {
 
     /// Adds the sole turned and then shifted, if within the request's reach.
     fn add(&mut self, sole: &TurnedSole, shift: DVec2, extra_cost: f64) {
-        let plane_from_sole = Pose::from_parts(shift.extend(0.0), sole.rotation);
-        let world_from_sole = self.plane.world_from_plane * plane_from_sole;
-        if self.request.is_near(world_from_sole.translation) {
-            let distance = (world_from_sole.translation - self.request.ideal.translation).length();
-            let cost = distance + TURN_COST * sole.turn.abs() + extra_cost;
-            self.scratch.candidates.push(Candidate { cost, world_from_sole });
+        let position = self.plane.world_from_plane * shift.extend(0.0);
+        if self.request.is_near(position) {
+            let world_from_sole = Pose::from_parts(position, self.plane.world_from_plane.rotation * sole.rotation);
+            let cost = (position - self.request.ideal.translation).length() + TURN_COST * sole.turn.abs() + extra_cost;
+            self.scratch.waiting.push(Candidate { cost, world_from_sole });
         }
     }
 
@@ -293,6 +209,9 @@ impl Lister<'_, '_> {
             return;
         }
         let outer = [a[0].min(b[0]), a[1].max(b[1])];
+        if outer[1] - outer[0] > SPAN_SHARES[1] * 2.0 * self.request.sole_radius() {
+            return;
+        }
         for aligned in aligned_turns(across) {
             for skew in TURNS_ACROSS {
                 self.across_pair(outer, lengthwise, across, wrap_angle(aligned + skew));
@@ -302,7 +221,7 @@ impl Lister<'_, '_> {
     }
 
     fn across_pair(&mut self, outer: [f64; 2], lengthwise: [f64; 2], across: DVec2, turn: f64) {
-        if self.scratch.candidates.is_full() {
+        if self.scratch.waiting.is_full() {
             return;
         }
         let Some(sole) = self.sole(turn) else { return };
@@ -313,15 +232,15 @@ impl Lister<'_, '_> {
             return;
         }
         let centred = shift_to_centre(outer, reach);
-        let nearest = shift_within(reach, outer, 0.0).map_or(centred, |outer_into_sole| -outer_into_sole);
+        let nearest = shift_within(reach, outer, 0.0).map(|outer_into_sole| -outer_into_sole);
         let lengthwise_at = |wish: f64| {
             let moved = [length[0] + wish, length[1] + wish];
             wish + shift_within(lengthwise, moved, EDGE_MARGINS[1]).unwrap_or_else(|| shift_to_centre(lengthwise, moved))
         };
         let start = lengthwise_at(0.0);
-        for over in [centred, nearest] {
-            for shift in SHIFTS_ALONG {
-                self.add(&sole, across * over + along * lengthwise_at(start + shift), 0.0);
+        for shift in SHIFTS_ALONG.map(|shift| along * lengthwise_at(start + shift)) {
+            for over in [Some(centred), nearest].into_iter().flatten() {
+                self.add(&sole, across * over + shift, 0.0);
             }
         }
     }
@@ -350,4 +269,62 @@ fn shifts_over(face: [f64; 2], sole: [f64; 2]) -> heapless::Vec<f64, 3> {
 /// The centre of a sole polygon in the sole frame.
 pub(super) fn centre_of(sole_polygon: &[DVec2]) -> DVec2 {
     area_and_centroid(sole_polygon).1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foot_placement::{Effort, FootPlacementConfig};
+    use glam::DVec3;
+    use surefoot_shared_types::Shape;
+    use surefoot_shared_types::scene::{World, WorldShape};
+
+    /// Five steps, each 0.12 m above the one before, and three bars beside them.
+    fn steps_and_bars() -> Surfaces {
+        let block = |index: usize, half_extents: [f64; 3], place: [f64; 3]| WorldShape {
+            name: format!("block {index}"),
+            world_from_shape: Pose::from_translation(DVec3::from(place)),
+            shape: Shape::Box { half_extents: DVec3::from(half_extents) },
+        };
+        let steps = (0..5).map(|i| block(i, [0.15, 0.4, 0.06], [0.3 * i as f64, 0.0, 0.12 * i as f64]));
+        let bars = (0..3).map(|i| block(5 + i, [0.02, 0.5, 0.02], [0.14 * i as f64, 0.9, 0.3]));
+        let world = World { mu: 0.6, shapes: steps.chain(bars).collect(), digest: Default::default() };
+        Surfaces::new(&world, FootPlacementConfig::default()).unwrap()
+    }
+
+    fn costs(surfaces: &Surfaces, scratch: &mut Scratch, request: &Request) -> Vec<f64> {
+        while surfaces.next_candidate(scratch, request) {}
+        scratch.candidates.iter().map(|candidate| candidate.cost).collect()
+    }
+
+    #[test]
+    fn planes_listed_when_they_are_due_give_what_all_at_once_give() {
+        let surfaces = steps_and_bars();
+        let mut scratch = Scratch::new(surfaces.config());
+        let sole_polygon = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(|(x, y)| DVec2::new(x, y));
+        for i in 0..24 {
+            let ideal = Pose::from_translation(DVec3::new(0.07 * i as f64, 0.05 * i as f64, 0.03 * i as f64));
+            let request = Request {
+                sole_polygon: &sole_polygon,
+                ideal,
+                reach_xy: 0.35,
+                reach_z: [-0.5, 0.5],
+                yaw_spread: 0.8,
+                seed: 1,
+                object: 0,
+                attempt: 0,
+                effort: Effort::default(),
+                is_free: &|_| true,
+            };
+            surfaces.gather(&mut scratch, &request);
+            surfaces.begin_candidates(&mut scratch, &request);
+            let when_due = costs(&surfaces, &mut scratch, &request);
+            assert!(when_due.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9), "best first");
+            surfaces.begin_candidates(&mut scratch, &request);
+            (0..scratch.planes.len()).for_each(|plane| scratch.planes[plane].distance = 0.0);
+            let at_once = costs(&surfaces, &mut scratch, &request);
+            assert!(when_due.iter().zip(&at_once).all(|(one, other)| (one - other).abs() < 1e-9) && when_due.len() == at_once.len());
+            assert_eq!(scratch.dropped(), 0);
+        }
+    }
 }

@@ -16,6 +16,7 @@ mod candidates;
 mod config;
 mod merge;
 mod nests;
+mod planes;
 pub(crate) mod polygon;
 mod propose;
 mod regions;

@@ -1,11 +1,12 @@
 //! Placements near an ideal one: geometry first, then small variations of it, then Algorithm 1.
 
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use glam::{DQuat, DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
+use surefoot_shared_types::spatial::rotation_about;
 
 use super::polygon::area_and_centroid;
 use super::scratch::Scratch;
@@ -129,7 +130,8 @@ impl Request<'_> {
 
     /// Whether a rotation of the sole heads near enough to where the ideal one does.
     pub(super) fn heads(&self, world_from_sole: DQuat) -> bool {
-        wrap_angle(yaw_of(world_from_sole) - yaw_of(self.ideal.rotation)).abs() <= self.yaw_spread + 1e-9
+        let [heading, ideal] = [world_from_sole, self.ideal.rotation].map(|rotation| (rotation * DVec3::X).truncate());
+        heading.dot(ideal) >= (libm::cos(self.yaw_spread.clamp(0.0, PI)) - 1e-9) * heading.length() * ideal.length()
     }
 
     /// The sole's area, m2.
@@ -138,7 +140,7 @@ impl Request<'_> {
     }
 
     /// The largest distance of the sole's outline from its frame's origin, m.
-    fn sole_radius(&self) -> f64 {
+    pub(super) fn sole_radius(&self) -> f64 {
         self.sole_polygon.iter().map(|p| p.length()).fold(0.0, f64::max)
     }
 
@@ -175,7 +177,7 @@ impl Surfaces {
     }
 
     /// Lists the nearest features within reach that may carry, nearest first.
-    fn gather(&self, scratch: &mut Scratch, request: &Request) {
+    pub(super) fn gather(&self, scratch: &mut Scratch, request: &Request) {
         for step in (0..GATHERING_STEPS).rev() {
             scratch.features.clear();
             self.gather_in(scratch, request, &request.region(1.0 / f64::from(1 << step)));
@@ -223,7 +225,7 @@ impl Proposal<'_, '_> {
         if is_rough {
             self.propose_settled()?;
         }
-        self.surfaces.list_candidates(self.scratch, self.request);
+        self.surfaces.begin_candidates(self.scratch, self.request);
         self.propose_geometric()?;
         if !is_rough && self.tally.found == [0; Source::COUNT] {
             self.propose_settled()?;
@@ -237,18 +239,15 @@ impl Proposal<'_, '_> {
         self.scratch.deferred.clear();
         let demand = self.demand(1.0);
         let mut count = 0;
-        for i in 0..self.scratch.candidates.len() {
-            if count >= self.request.effort.geometric_max {
-                break;
-            }
-            if self.is_repeated(i) {
+        while count < self.request.effort.geometric_max && self.surfaces.next_candidate(self.scratch, self.request) {
+            let last = self.scratch.candidates.len() - 1;
+            if self.is_repeated(last) {
                 continue;
             }
             count += 1;
-            let pose = self.scratch.candidates[i].world_from_sole;
-            let examined = self.examine(pose, Source::Geometric, demand)?;
+            let examined = self.examine(self.scratch.candidates[last].world_from_sole, Source::Geometric, demand)?;
             if examined == Examined::Refused(NoSupport::AreaTooSmall) && demand.area_min > self.demand(0.0).area_min {
-                self.scratch.deferred.push(i as u32);
+                self.scratch.deferred.push(last as u32);
             }
         }
         for i in 0..self.scratch.deferred.len() {

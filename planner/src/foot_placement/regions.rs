@@ -37,7 +37,11 @@ pub(super) fn shift_onto(face: &[DVec2], sole: &[DVec2], margin: f64) -> Option<
     let mut planes: heapless::Vec<HalfPlane, SIDES_MAX> = heapless::Vec::new();
     for (a, b) in edges(face) {
         let normal = inward_normal(a, b);
-        let [lowest, _] = extent(sole.iter().copied(), normal);
+        let [lowest, highest] = extent(sole.iter().copied(), normal);
+        let width = extent(face.iter().copied(), normal)[1] - normal.dot(a);
+        if highest - lowest > width - margin {
+            return None;
+        }
         planes.push(HalfPlane { normal, offset: normal.dot(a) + margin - lowest }).ok()?;
     }
     nearest_to_origin(&planes)

@@ -1,9 +1,12 @@
 //! The memory that queries work in, allocated once.
 
+use std::collections::BinaryHeap;
+
 use glam::{DVec2, DVec3};
 
 use super::FootPlacementConfig;
-use super::candidates::{Candidate, Footprint, Plane};
+use super::candidates::Candidate;
+use super::planes::{Footprint, Plane};
 use super::surfaces::FACE_VERTICES_MAX;
 
 /// Most vertices of a face being clipped: its own plus one for every clip plane.
@@ -34,8 +37,13 @@ pub struct Scratch {
     pub(super) intrusion: Option<DVec3>,
     pub(super) features: Bounded<(f64, u32)>,
     pub(super) planes: Bounded<Plane>,
+    /// The planes of which the candidates are listed.
+    pub(super) planes_listed: usize,
     pub(super) footprints: Bounded<Footprint>,
+    /// Candidates, best first, as far as they were asked for.
     pub(super) candidates: Bounded<Candidate>,
+    /// Those that are listed and come after.
+    pub(super) waiting: BoundedHeap<Candidate>,
     /// Candidates that carry less than was asked for at first, by index.
     pub(super) deferred: Bounded<u32>,
     pub(super) intersection_points: Bounded<DVec3>,
@@ -53,8 +61,10 @@ impl Scratch {
             intrusion: None,
             features: Bounded::new(GATHERING_ROOM * config.features_max),
             planes: Bounded::new(config.planes_max),
+            planes_listed: 0,
             footprints: Bounded::new(config.features_max),
             candidates: Bounded::new(config.candidates_max),
+            waiting: BoundedHeap::new(config.candidates_max),
             deferred: Bounded::new(config.candidates_max),
             intersection_points: Bounded::new(config.intersection_points_max),
             ground: Bounded::new(config.ground_points_max),
@@ -70,6 +80,7 @@ impl Scratch {
             + self.planes.heap_bytes()
             + self.footprints.heap_bytes()
             + self.candidates.heap_bytes()
+            + self.waiting.heap_bytes()
             + self.deferred.heap_bytes()
             + self.intersection_points.heap_bytes()
             + self.ground.heap_bytes()
@@ -82,6 +93,7 @@ impl Scratch {
             + self.planes.dropped
             + self.footprints.dropped
             + self.candidates.dropped
+            + self.waiting.dropped
             + self.intersection_points.dropped
             + self.ground.dropped
     }
@@ -143,5 +155,53 @@ impl<T> std::ops::Deref for Bounded<T> {
 impl<T> std::ops::DerefMut for Bounded<T> {
     fn deref_mut(&mut self) -> &mut [T] {
         &mut self.items
+    }
+}
+
+/// A heap that never grows beyond its first capacity, like [`Bounded`].
+#[derive(Debug)]
+pub(super) struct BoundedHeap<T> {
+    items: BinaryHeap<T>,
+    count_max: usize,
+    /// How many items were dropped so far.
+    pub dropped: u64,
+}
+
+impl<T: Ord> BoundedHeap<T> {
+    fn new(count_max: usize) -> Self {
+        Self { items: BinaryHeap::with_capacity(count_max), count_max, dropped: 0 }
+    }
+
+    /// Adds an item, or counts it as dropped.
+    pub fn push(&mut self, item: T) {
+        if self.is_full() {
+            self.dropped += 1;
+        } else {
+            self.items.push(item);
+        }
+    }
+
+    /// Whether the next push drops.
+    pub fn is_full(&self) -> bool {
+        self.items.len() == self.count_max
+    }
+
+    /// The greatest item.
+    pub fn peek(&self) -> Option<&T> {
+        self.items.peek()
+    }
+
+    /// Takes the greatest item.
+    pub fn pop(&mut self) -> Option<T> {
+        self.items.pop()
+    }
+
+    /// Forgets the items.
+    pub fn clear(&mut self) {
+        self.items.clear();
+    }
+
+    fn heap_bytes(&self) -> usize {
+        self.items.capacity() * size_of::<T>()
     }
 }

@@ -138,14 +138,15 @@ impl Surfaces {
         buffer.polygon.clear();
         buffer.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
         let (lowest, highest) = height_range(&buffer.polygon);
-        if highest < -tolerance || lowest > self.config.plate_height {
+        let alignment = face.normal.dot(sole.normal);
+        let obstructs_above = if alignment < -0.5 { -COVER_DEPTH } else { tolerance };
+        let is_level = alignment.abs() >= self.carrying_cos;
+        if highest < -tolerance || lowest > self.config.plate_height || !is_level && highest <= obstructs_above {
             return;
         }
         clip_to_outline(buffer, sole.outline, 0.0);
-        let alignment = face.normal.dot(sole.normal);
         let (lowest, highest) = height_range(&buffer.polygon);
         findings.faces_down |= alignment <= -self.carrying_cos && lowest.abs() <= tolerance;
-        let obstructs_above = if alignment < -0.5 { -COVER_DEPTH } else { tolerance };
         if highest > obstructs_above && lowest < self.config.plate_height {
             clip_to_outline(buffer, sole.outline, OUTLINE_INSET);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| self.config.plate_height - p.z);

@@ -94,6 +94,11 @@ impl Extension {
         Step::Blocked
     }
 
+    /// How many stations a branch still needs where nothing is in its way.
+    pub fn stations_left(&self, tip: &Station) -> usize {
+        libm::ceil(tip.way_to(&self.target).length() / self.spacing - JOINING_SPACINGS).max(0.0) as usize
+    }
+
     /// A stride on from the tip, and aside of the way there.
     fn wished(&self, tip: &Station, stride: f64, aside: f64) -> Station {
         let facing = if self.backward { PI + self.facing } else { self.facing };

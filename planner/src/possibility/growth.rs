@@ -283,6 +283,9 @@ impl Growth {
                 self.extended((tree, tip, added), extension, ending, step, context);
             }
             Activity::Straightening { tried, branch: None } => self.next_shortcut(context.seed, tried),
+            Activity::Straightening { tried, branch: Some(branch) } if !self.may_be_shorter(&branch) => {
+                self.activity = Activity::Straightening { tried, branch: None };
+            }
             Activity::Straightening { tried, branch: Some(branch) } => {
                 let extension = self.shortcut(&branch);
                 let name = self.next_query();
@@ -500,15 +503,19 @@ impl Growth {
         self.extension(0, self.route.vertices[branch.to].station, 0.0, true)
     }
 
-    fn straightened(&mut self, tried: u32, mut branch: Branch, step: Step) {
+    /// Whether a branch may end with fewer stations than the route has there.
+    fn may_be_shorter(&self, branch: &Branch) -> bool {
         let grown = self.trees[0].len() - branch.first as usize;
-        let is_shorter = grown + 1 < branch.to - branch.from;
+        grown + self.shortcut(branch).stations_left(&branch.tip.station) + 1 < branch.to - branch.from
+    }
+
+    fn straightened(&mut self, tried: u32, mut branch: Branch, step: Step) {
         self.activity = match step {
-            Step::Grown(stance) if is_shorter && !self.is_given_up(&stance.station) && self.add((0, 0), 0.0, &stance).is_some() => {
+            Step::Grown(stance) if !self.is_given_up(&stance.station) && self.add((0, 0), 0.0, &stance).is_some() => {
                 branch.tip = self.trees[0][self.trees[0].len() - 1];
                 Activity::Straightening { tried, branch: Some(branch) }
             }
-            Step::Arrived if is_shorter => {
+            Step::Arrived => {
                 self.splice(&branch);
                 Activity::Straightening { tried, branch: None }
             }
