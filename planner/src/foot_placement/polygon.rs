@@ -1,6 +1,7 @@
 //! Convex polygons: clipping, hulls, areas. Counter-clockwise throughout.
 
 use glam::{DVec2, DVec3};
+use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
 use super::scratch::{CLIP_VERTICES_MAX, ClipBuffer};
 
@@ -30,11 +31,29 @@ fn push(points: &mut Vec<DVec3>, point: DVec3) {
     }
 }
 
-/// Clips a polygon given in the sole frame to the vertical prism over `outline`, moved inwards by `inset`.
-pub(super) fn clip_to_outline(buffer: &mut ClipBuffer, outline: &[DVec2], inset: f64) {
-    for (a, b) in edges(outline) {
+/// The points with `normal . p >= offset`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct HalfPlane {
+    pub normal: DVec2,
+    pub offset: f64,
+}
+
+/// The half-planes of which a convex polygon is the intersection.
+pub(super) type Sides = heapless::Vec<HalfPlane, POLYGON_VERTICES_MAX>;
+
+/// The sides of a polygon of at most `POLYGON_VERTICES_MAX` vertices.
+pub(super) fn sides_of(outline: &[DVec2]) -> Sides {
+    let side = |(a, b)| {
         let normal = inward_normal(a, b);
-        let offset = normal.dot(a) + inset;
+        HalfPlane { normal, offset: normal.dot(a) }
+    };
+    edges(outline).take(POLYGON_VERTICES_MAX).map(side).collect()
+}
+
+/// Clips a polygon given in the sole frame to the vertical prism over an outline, moved inwards by `inset`.
+pub(super) fn clip_to_sides(buffer: &mut ClipBuffer, sides: &[HalfPlane], inset: f64) {
+    for HalfPlane { normal, offset } in sides {
+        let offset = offset + inset;
         if buffer.polygon.iter().any(|p| normal.dot(p.truncate()) < offset) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| normal.dot(p.truncate()) - offset);
         }

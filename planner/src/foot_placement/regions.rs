@@ -2,19 +2,12 @@
 
 use glam::DVec2;
 
-use super::polygon::{edges, inward_normal};
+use super::polygon::{HalfPlane, edges, inward_normal};
 
 /// How far a point may be outside a half-plane and still count as in it, m.
 const FEASIBLE_SLACK: f64 = 1e-9;
 /// Most sides of a face for which the nearest whole placement is searched exactly.
 const SIDES_MAX: usize = 24;
-
-/// `normal . p >= offset`.
-#[derive(Debug, Clone, Copy)]
-struct HalfPlane {
-    normal: DVec2,
-    offset: f64,
-}
 
 /// The extent of points along a direction.
 pub(super) fn extent(points: impl Iterator<Item = DVec2>, direction: DVec2) -> [f64; 2] {

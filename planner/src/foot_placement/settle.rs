@@ -7,7 +7,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::yaw_of;
 
 use super::candidates::centre_of;
-use super::polygon::{clip_to_outline, cross, spanned};
+use super::polygon::{clip_to_sides, cross, spanned};
 use super::propose::{Examined, Proposal, Request, Source};
 use super::scratch::Scratch;
 use super::support::{Demand, HeldSole};
@@ -128,7 +128,7 @@ impl Surfaces {
                     scratch.clip.polygon.extend(line.into_iter().flatten().map(|end| sole.in_sole(end)));
                 }
             }
-            clip_to_outline(&mut scratch.clip, outline, 0.0);
+            clip_to_sides(&mut scratch.clip, &sole.sides, 0.0);
             scratch.clip.polygon.iter().for_each(|&point| scratch.ground.push(point));
         }
     }
@@ -139,9 +139,9 @@ impl Surfaces {
 fn resting_triangle(points: &[DVec3], middle: DVec2) -> Option<[DVec3; 3]> {
     let mut triangle = BELOW;
     for _ in 0..CLIMBS_MAX {
-        let above = |p: &DVec3| p.z - height_over(&triangle, p.truncate());
-        let highest = points.iter().max_by(|a, b| above(a).total_cmp(&above(b)))?;
-        if above(highest) <= REST_SLACK {
+        let above = height_above(triangle);
+        let (height, highest) = points.iter().map(|p| (above(p), p)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        if height <= REST_SLACK {
             return triangle.iter().all(|corner| !BELOW.contains(corner)).then_some(triangle);
         }
         triangle = climbed(&triangle, *highest, middle)?;
@@ -165,10 +165,11 @@ fn climbed(triangle: &[DVec3; 3], point: DVec3, middle: DVec2) -> Option<[DVec3;
     (depth(&best) >= -1e-9).then_some(best)
 }
 
-/// The height of a triangle's plane over a point of its frame's xy plane.
-fn height_over([a, b, c]: &[DVec3; 3], at: DVec2) -> f64 {
-    let normal = (*b - *a).cross(*c - *a);
-    a.z - normal.truncate().dot(at - a.truncate()) / normal.z
+/// How high a point is above a triangle's plane, along z, as a function of the point.
+fn height_above([a, b, c]: [DVec3; 3]) -> impl Fn(&DVec3) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let slope = normal.truncate() / normal.z;
+    move |p| p.z - a.z + slope.dot((p - a).truncate())
 }
 
 #[cfg(test)]
@@ -182,7 +183,7 @@ mod tests {
         for _ in 0..200 {
             let points: Vec<DVec3> = (0..60).map(|_| DVec3::from_array([0.1, 0.1, 0.02].map(|side| random.uniform(-side, side)))).collect();
             let Some(triangle) = resting_triangle(&points, DVec2::ZERO) else { continue };
-            assert!(points.iter().all(|p| p.z - height_over(&triangle, p.truncate()) <= REST_SLACK));
+            assert!(points.iter().all(|p| height_above(triangle)(p) <= REST_SLACK));
             let [a, b, c] = triangle.map(|corner| corner.truncate());
             let sides = [cross(a, b, DVec2::ZERO), cross(b, c, DVec2::ZERO), cross(c, a, DVec2::ZERO)];
             assert!(sides.iter().all(|side| *side >= -1e-9), "{sides:?}");

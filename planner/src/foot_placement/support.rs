@@ -5,7 +5,9 @@ use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
-use super::polygon::{area_and_centroid, clip, clip_to_outline, convex_hull, cross, distance_to, edges, inner_distance, simplify, width};
+use super::polygon::{
+    Sides, area_and_centroid, clip, clip_to_sides, convex_hull, cross, distance_to, edges, inner_distance, sides_of, simplify, width,
+};
 use super::scratch::{Bounded, Scratch};
 use super::surfaces::{Element, Face, Round, RoundEnds, Surfaces};
 use super::{NoSupport, Support};
@@ -29,6 +31,10 @@ pub(super) struct Demand {
 /// A sole held at a pose.
 pub(super) struct HeldSole<'a> {
     outline: &'a [DVec2],
+    /// The outline's sides.
+    pub(super) sides: Sides,
+    /// The corners of the box around the outline.
+    bounds: [DVec2; 2],
     world_from_sole: &'a Pose,
     /// The rotation part of `sole_from_world`.
     sole_from_world: DMat3,
@@ -41,7 +47,16 @@ impl<'a> HeldSole<'a> {
     /// A sole that only surfaces within the friction cone carry.
     pub(super) fn new(outline: &'a [DVec2], world_from_sole: &'a Pose) -> Self {
         let rotation = DMat3::from_quat(world_from_sole.rotation);
-        Self { outline, world_from_sole, sole_from_world: rotation.transpose(), normal: rotation.z_axis, braced: false }
+        let (lower, upper) = extents(outline.iter().map(|p| p.extend(0.0)));
+        Self {
+            outline,
+            sides: sides_of(outline),
+            bounds: [lower.truncate(), upper.truncate()],
+            world_from_sole,
+            sole_from_world: rotation.transpose(),
+            normal: rotation.z_axis,
+            braced: false,
+        }
     }
 
     /// A point of the world in the sole frame.
@@ -53,9 +68,14 @@ impl<'a> HeldSole<'a> {
     pub(super) fn region(&self, lowest: f64, highest: f64) -> Aabb {
         let corner = |p: &DVec2, z: f64| *self.world_from_sole * p.extend(z);
         let corners = self.outline.iter().flat_map(|p| [corner(p, lowest), corner(p, highest)]);
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (lower, upper) = corners.fold(start, |(lower, upper), v| (lower.min(v), upper.max(v)));
+        let (lower, upper) = extents(corners);
         Aabb::new(lower, upper)
+    }
+
+    /// Whether a box in the sole frame is beside the outline.
+    fn is_beside(&self, lower: DVec3, upper: DVec3) -> bool {
+        let [left, right] = self.bounds;
+        upper.truncate().cmplt(left).any() || lower.truncate().cmpgt(right).any()
     }
 }
 
@@ -137,18 +157,19 @@ impl Surfaces {
         let buffer = &mut scratch.clip;
         buffer.polygon.clear();
         buffer.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
-        let (lowest, highest) = height_range(&buffer.polygon);
+        let (lower, upper) = extents(buffer.polygon.iter().copied());
         let alignment = face.normal.dot(sole.normal);
         let obstructs_above = if alignment < -0.5 { -COVER_DEPTH } else { tolerance };
         let is_level = alignment.abs() >= self.carrying_cos;
-        if highest < -tolerance || lowest > self.config.plate_height || !is_level && highest <= obstructs_above {
+        let is_apart = upper.z < -tolerance || lower.z > self.config.plate_height || sole.is_beside(lower, upper);
+        if is_apart || !is_level && upper.z <= obstructs_above {
             return;
         }
-        clip_to_outline(buffer, sole.outline, 0.0);
-        let (lowest, highest) = height_range(&buffer.polygon);
+        clip_to_sides(buffer, &sole.sides, 0.0);
+        let (DVec3 { z: lowest, .. }, DVec3 { z: highest, .. }) = extents(buffer.polygon.iter().copied());
         findings.faces_down |= alignment <= -self.carrying_cos && lowest.abs() <= tolerance;
         if highest > obstructs_above && lowest < self.config.plate_height {
-            clip_to_outline(buffer, sole.outline, OUTLINE_INSET);
+            clip_to_sides(buffer, &sole.sides, OUTLINE_INSET);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| self.config.plate_height - p.z);
             buffer.polygon.iter().filter(|p| p.z > obstructs_above).for_each(|p| findings.intrude(*p));
         }
@@ -189,7 +210,7 @@ impl Surfaces {
         let buffer = &mut scratch.clip;
         buffer.polygon.clear();
         buffer.polygon.extend([a + offset, b + offset]);
-        clip_to_outline(buffer, sole.outline, 0.0);
+        clip_to_sides(buffer, &sole.sides, 0.0);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
         for i in 0..scratch.clip.polygon.len() {
@@ -244,9 +265,9 @@ fn is_sole(polygon: &[DVec2]) -> bool {
         && edges(polygon).map(|(a, b)| a.perp_dot(b)).sum::<f64>() > 0.0
 }
 
-/// The lowest and the highest of some points; an empty range (infinity, minus infinity) of none.
-fn height_range(points: &[DVec3]) -> (f64, f64) {
-    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p.z), high.max(p.z)))
+/// The box around some points; an empty one (infinity, minus infinity) around none.
+fn extents(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lower, upper), p| (lower.min(p), upper.max(p)))
 }
 
 /// Keeps a contact point; a full list is first reduced to its hull, which loses nothing.
