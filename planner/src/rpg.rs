@@ -200,6 +200,8 @@ pub struct Planner {
     tally: Tally,
     digest: Digest,
     focus: Focus,
+    /// Whether placements are connected that are farther apart than primitive postures reach.
+    stretches: bool,
     /// The robot on its way along the possible edges of a new route.
     walker: Option<Walker>,
 }
@@ -260,6 +262,7 @@ impl Planner {
             tally: Tally::default(),
             digest: Digest::default(),
             focus: Focus::new(2 * stations_max),
+            stretches: false,
             walker: None,
         })
     }

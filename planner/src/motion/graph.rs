@@ -305,7 +305,7 @@ impl Graph {
 
     /// Notes that all placements up to this one are connected.
     pub fn mark_connected(&mut self, foothold: FootholdId) {
-        self.connected = foothold + 1;
+        self.connected = self.connected.max(foothold + 1);
     }
 
     /// Whether it has not been said yet how likely a transition without a configuration is.

@@ -62,15 +62,14 @@ impl Probe {
             effort_share: config.effort_share * EFFORT_SHARE,
             ..config.clone()
         };
-        let body = Body::new(model, &strict)?;
-        let world = World { mu: 1.0, shapes: vec![], digest: Digest::default() };
-        let collision = CollisionModel::new(model, &world, strict.clearance)?;
-        let owner = |link: usize| owner_of(model, &body, &collision, link);
+        let constraints = in_empty_world(model, strict)?;
+        let Constraints { body, collision, .. } = &constraints;
+        let owner = |link: usize| owner_of(model, body, collision, link);
         let cut = |([link, index], frame, bounds): ([usize; 2], Pose, Aabb)| {
             slices(link, owner(link), frame, &model.links[link].shapes[index].shape, &bounds)
         };
         let slices = collision.part_bounds().flat_map(cut).collect();
-        Ok(Self { constraints: Constraints { body, collision, config: strict }, slices })
+        Ok(Self { constraints, slices })
     }
 
     /// The robot.
@@ -174,6 +173,17 @@ impl Probe {
         mode.region.margin(snapshot.com.truncate()) >= self.constraints.com_margin(mode) + BALANCE_SLACK
             && self.constraints.check(mode, snapshot, feet).is_ok()
     }
+}
+
+/// A robot's constraints where nothing is in its way.
+///
+/// # Errors
+/// The robot is none that the planner can move.
+pub fn in_empty_world(model: &RobotModel, config: PlannerConfig) -> Result<Constraints, BuildError> {
+    let body = Body::new(model, &config)?;
+    let world = World { mu: 1.0, shapes: vec![], digest: Digest::default() };
+    let collision = CollisionModel::new(model, &world, config.clearance)?;
+    Ok(Constraints { body, collision, config })
 }
 
 /// Joints of a leg whose positions follow from its sole: with more of them a neutral configuration is not unique.

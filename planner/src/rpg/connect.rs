@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Phase, Planner};
+use crate::motion::foothold::Foothold;
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::seeding::{Seeding, judge};
 
@@ -16,9 +17,20 @@ impl Planner {
             return if self.locate_next() { Ok(Phase::Connect { next }) } else { self.after_connecting() };
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        seeding.connect(next, self.step_max(), &mut self.roadmap.graph)?;
+        let steps = self.preparation.longest_steps();
+        let touches = |a: &Foothold, b: &Foothold| steps.may_touch(a.limb, &a.world_from_sole, &b.world_from_sole);
+        let (stretches, was_connected) = (self.stretches, next < self.roadmap.graph.connected());
+        let may_step = |a: &Foothold, b: &Foothold| if touches(a, b) && touches(b, a) { !was_connected } else { stretches };
+        seeding.connect(next, steps.reach(), &may_step, &mut self.roadmap.graph)?;
         self.roadmap.graph.mark_connected(next);
         Ok(Phase::Connect { next: next + 1 })
+    }
+
+    /// Connects placements, too, that are farther apart than primitive postures reach: they burden the search, so only where the others
+    /// lead nowhere.
+    pub(super) fn stretch(&mut self) -> Phase {
+        self.stretches = true;
+        Phase::Connect { next: 0 }
     }
 
     /// Judges how likely the next transitions are, each with its twin one unit of work; then looks for a sequence again. What is not
@@ -60,11 +72,5 @@ impl Planner {
             }
         }
         next
-    }
-
-    /// An upper bound of the distance between two soles in a step, m: one leg's reach, and the hips apart.
-    fn step_max(&self) -> f64 {
-        let [left, right] = &self.shared.constraints.body.legs;
-        left.reach().max(right.reach()) + left.hip().distance(right.hip())
     }
 }

@@ -80,6 +80,7 @@ impl Planner {
                 Ok(Phase::Seed { next: 0 })
             }
             Remedy::Detour => self.look_for_detour(frontier, route.station(frontier)),
+            Remedy::Reroute if !self.stretches => Ok(self.stretch()),
             Remedy::Reroute => self.look_for_another_route(route.station(frontier)),
         }
     }

@@ -1,0 +1,79 @@
+//! The longest steps: hardly any pair of soles on which the robot can stand on one and touch the other is left out.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
+
+mod common;
+
+use common::{hubo, preparation_for};
+use glam::{DQuat, DVec3};
+use surefoot_planner::body::Body;
+use surefoot_planner::collision::CollisionModel;
+use surefoot_planner::constraint::Constraints;
+use surefoot_planner::motion::foothold::{Foothold, single_mode};
+use surefoot_planner::motion::transition::{TransitionPair, sample};
+use surefoot_planner::random::{Random, Stream};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::scene::World;
+use surefoot_shared_types::spatial::rotation_about;
+
+/// Attempts at each pair: primitive postures, their neighbourhood, then uniform samples.
+const ATTEMPTS: u64 = 60;
+
+/// A level sole's heading, or that of one inclined by up to 0.2 rad.
+fn rotation(random: &mut Random, turn: f64) -> DQuat {
+    let axis = DVec3::new(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0).normalize();
+    let heading = rotation_about(DVec3::Z, turn);
+    if random.below(2) == 0 { heading } else { rotation_about(axis, random.uniform(0.0, 0.2)) * heading }
+}
+
+/// Of the pairs on which sampling finds a configuration: how many there are, and how many count as too far apart.
+fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
+    let config = PlannerConfig::default();
+    let steps = preparation_for(model, &config).longest_steps();
+    let world = World { mu: 0.6, shapes: vec![], digest: Default::default() };
+    let body = Body::new(model, &config).unwrap();
+    let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
+    let constraints = Constraints { body, collision, config };
+    let (mut found, mut left_out) = (0, 0);
+    for index in 0..pairs {
+        let mut random = Random::new(5, Stream::Preparation, 7, index);
+        let limb = random.below(2);
+        let foothold = |limb: usize, pose: Pose| {
+            let sole = constraints.body.sole_polygons[limb].iter().copied().collect();
+            Foothold::of(&constraints.body, limb, pose, sole)
+        };
+        let offset = DVec3::from_array([0.8, 0.8, 0.5].map(|side| random.uniform(-side, side)));
+        let stance = foothold(limb, Pose::from_parts(DVec3::ZERO, rotation(&mut random, 0.0)));
+        let turn = random.uniform(-0.8, 0.8);
+        let other = foothold(1 - limb, Pose::from_parts(offset, rotation(&mut random, turn)));
+        let pair = TransitionPair { stance: &stance, other: &other };
+        let mode = single_mode(&stance);
+        if (0..ATTEMPTS).any(|attempt| sample(&constraints, &mode, pair, (1, index), attempt).is_ok()) {
+            found += 1;
+            left_out += u64::from(!steps.may_touch(limb, &stance.world_from_sole, &other.world_from_sole));
+        }
+    }
+    (found, left_out)
+}
+
+#[test]
+fn hardly_a_step_that_sampling_finds_is_left_out() {
+    let (found, left_out) = left_out(&hubo(), 4_000);
+    assert!(found > 300 && left_out * 100 <= found, "{left_out} of {found}");
+}
+
+#[test]
+fn soles_out_of_reach_are_left_out() {
+    let model = hubo();
+    let steps = preparation_for(&model, &PlannerConfig::default()).longest_steps();
+    let at = |x: f64, y: f64, z: f64| Pose::from_translation(DVec3::new(x, y, z));
+    assert!(steps.may_touch(0, &Pose::IDENTITY, &at(0.2, -0.2, 0.0)) && steps.may_touch(1, &Pose::IDENTITY, &at(0.0, 0.2, 0.15)));
+    for far in [at(steps.reach(), 0.0, 0.0), at(-0.9, -0.2, 0.0), at(0.0, 0.6, 0.0), at(0.2, 0.0, -0.8), at(f64::NAN, 0.0, 0.0)] {
+        assert!(!steps.may_touch(0, &Pose::IDENTITY, &far), "{far:?}");
+    }
+    let turned = Pose::from_parts(DVec3::ZERO, rotation_about(DVec3::Z, std::f64::consts::FRAC_PI_2));
+    let behind = at(-0.6, 0.0, 0.0);
+    assert!(steps.may_touch(0, &Pose::IDENTITY, &behind) && !steps.may_touch(0, &turned, &behind), "beyond the other leg");
+}
