@@ -43,15 +43,13 @@ pub struct LongestSteps {
 impl LongestSteps {
     /// Works them out for a robot.
     pub fn of(constraints: &Constraints) -> Self {
+        let toward = |index: usize| {
+            let (stance, climb, bearing) = (index / (CLIMBS * BEARINGS), index / BEARINGS % CLIMBS, index % BEARINGS);
+            longest_toward(constraints, stance, direction(climb, bearing))
+        };
+        let lengths: Vec<f64> = (0..2 * CLIMBS * BEARINGS).into_par_iter().map(toward).collect();
         let mut longest = [[[0.0; BEARINGS]; CLIMBS]; 2];
-        let places = longest.iter_mut().enumerate().flat_map(|(stance, climbs)| {
-            let rows = climbs.iter_mut().enumerate();
-            rows.flat_map(move |(climb, bearings)| {
-                bearings.iter_mut().enumerate().map(move |(bearing, at)| (stance, direction(climb, bearing), at))
-            })
-        });
-        let places: Vec<_> = places.collect();
-        places.into_par_iter().for_each(|(stance, direction, at)| *at = longest_toward(constraints, stance, direction));
+        longest.as_flattened_mut().as_flattened_mut().copy_from_slice(&lengths);
         Self { longest, reach: reach(&constraints.body) }
     }
 
@@ -93,8 +91,8 @@ fn direction(climb: usize, bearing: usize) -> DVec3 {
 fn longest_toward(constraints: &Constraints, stance: usize, direction: DVec3) -> f64 {
     let is_step = |length: f64| TURNS.iter().any(|&turn| is_step(constraints, stance, direction * length, turn));
     let from_top = |top: f64, step: f64| {
-        let lengths = (0..(top / step) as usize).map(|count| top - step * count as f64);
-        lengths.into_iter().find(|&length| is_step(length)).unwrap_or(0.0)
+        let mut lengths = (0..(top / step) as usize).map(|count| top - step * count as f64);
+        lengths.find(|&length| is_step(length)).unwrap_or(0.0)
     };
     let coarse = from_top(reach(&constraints.body), STEPS[0]);
     from_top(coarse + STEPS[0], STEPS[1])
