@@ -189,7 +189,7 @@ impl Proposal<'_, '_> {
 
     fn examine_nest(&mut self, valley: &Valley, world_from_sole: Pose) -> ControlFlow<()> {
         self.tally.examined[Source::Nested as usize] += 1;
-        let demand = Demand { braced: true, ..self.demand(0.0) };
+        let demand = Demand { braced: true, any_intrusion: false, ..self.demand(0.0) };
         match self.surfaces.support_of(self.scratch, self.request.sole_polygon, &world_from_sole, demand) {
             Err(reason) => self.tally.refused[reason as usize] += 1,
             Ok(support) if !valley.holds(&world_from_sole, &support, libm::acos(self.surfaces.steepest_cos)) => {

@@ -261,7 +261,7 @@ impl Proposal<'_, '_> {
     pub(super) fn demand(&self, share: f64) -> Demand {
         let config = &self.surfaces.config;
         let area_min = config.support_area_min * (1.0 + (config.support_area_inflation - 1.0) * share);
-        Demand { area_min, braced: false }
+        Demand { area_min, braced: false, any_intrusion: true }
     }
 
     /// Whether a candidate is like one just before it; costs are sorted, so that is where its like are.

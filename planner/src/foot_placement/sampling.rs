@@ -48,7 +48,7 @@ impl Proposal<'_, '_> {
         for attempt in 0..config.sample_attempts_max {
             let target = self.sample_target(attempt);
             let relaxed = f64::from(attempt) / (RELAXING_SHARE * f64::from(config.sample_attempts_max));
-            let demand = self.demand((1.0 - relaxed).max(0.0));
+            let demand = Demand { any_intrusion: false, ..self.demand((1.0 - relaxed).max(0.0)) };
             let neighbors = nearest(&self.scratch.intersection_points, target, config.neighbors);
             if neighbors.len() < 3 {
                 break;

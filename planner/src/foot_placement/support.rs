@@ -26,6 +26,8 @@ pub(super) struct Demand {
     pub area_min: f64,
     /// Whether surfaces steeper than friction holds carry too: something else keeps the foot from sliding.
     pub braced: bool,
+    /// Whether any surface that stands in the outline is enough to refuse the sole; else it is the highest that is remembered.
+    pub any_intrusion: bool,
 }
 
 /// A sole held at a pose.
@@ -103,7 +105,7 @@ impl Surfaces {
     /// # Errors
     /// Why there is none. `scratch` then remembers what stood in the way.
     pub fn support(&self, scratch: &mut Scratch, sole_polygon: &[DVec2], world_from_sole: &Pose) -> Result<Support, NoSupport> {
-        let demand = Demand { area_min: self.config.support_area_min, braced: false };
+        let demand = Demand { area_min: self.config.support_area_min, braced: false, any_intrusion: false };
         self.support_of(scratch, sole_polygon, world_from_sole, demand)
     }
 
@@ -123,7 +125,7 @@ impl Surfaces {
         if !sole.braced && !self.is_flat_enough(sole.normal) {
             return Err(NoSupport::TooSteep);
         }
-        let findings = self.examine(scratch, &sole)?;
+        let findings = self.examine(scratch, &sole, demand.any_intrusion)?;
         if let Some(point) = findings.intrusion {
             scratch.intrusion = Some(*world_from_sole * point);
             let is_inside_out = findings.faces_down && scratch.contact_points.is_empty();
@@ -135,8 +137,8 @@ impl Surfaces {
         self.judge_contacts(scratch, demand.area_min)
     }
 
-    /// Collects contact points and intrusions.
-    fn examine(&self, scratch: &mut Scratch, sole: &HeldSole) -> Result<Findings, NoSupport> {
+    /// Collects contact points and intrusions, or just one of these.
+    fn examine(&self, scratch: &mut Scratch, sole: &HeldSole, any_intrusion: bool) -> Result<Findings, NoSupport> {
         scratch.contact_points.clear();
         let mut findings = Findings::default();
         let region = sole.region(-self.config.plane_distance_max, self.config.plate_height);
@@ -147,6 +149,9 @@ impl Surfaces {
             match self.element(id) {
                 Element::Face(face, vertices) => self.examine_face(scratch, sole, &mut findings, face, vertices),
                 Element::Round(round) => self.examine_round(scratch, sole, &mut findings, round),
+            }
+            if any_intrusion && findings.intrusion.is_some() {
+                break;
             }
         }
         Ok(findings)
