@@ -41,7 +41,7 @@ use rayon::ThreadPool;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::message::{PlanChunk, Standing};
+use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::spatial::wrap_angle;
@@ -419,6 +419,9 @@ impl Planner {
                 }
             }
             self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support })?;
+            // Who begins or ends on feet that are farther apart than primitive postures reach must step off or onto them.
+            let soles = [0, 1].map(|limb| &end.footholds[limb].world_from_sole);
+            self.stretches |= end.support == SupportMode::Double && !self.preparation.longest_steps().may_step(soles);
         }
         let body = &self.shared.constraints.body;
         let com = body.snapshot(&start.state.configuration).com.truncate();

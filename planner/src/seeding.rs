@@ -188,8 +188,8 @@ impl Seeding<'_> {
         ending
     }
 
-    /// Connects a placement with the earlier ones of the other foot that are no farther than `reach` (m) and that it may form a step
-    /// with.
+    /// Connects a placement with the earlier ones of the other foot that are no farther than `reach` (m), where it is due and the feet
+    /// do not meet.
     ///
     /// # Errors
     /// The transition arena is full.
@@ -197,14 +197,14 @@ impl Seeding<'_> {
         &self,
         foothold: FootholdId,
         reach: f64,
-        may_step: &dyn Fn(&Foothold, &Foothold) -> bool,
+        is_due: &dyn Fn(&Foothold, &Foothold) -> bool,
         graph: &mut Graph,
     ) -> Result<(), ArenaFull> {
         let mut neighbours: heapless::Vec<Neighbour, NEIGHBOURS_MAX> = heapless::Vec::new();
         let here = &graph.footholds()[foothold as usize];
         for (index, other) in graph.footholds()[..foothold as usize].iter().enumerate() {
             let distance = here.distance(other);
-            if other.limb == here.limb || distance > reach || !may_step(here, other) {
+            if other.limb == here.limb || distance > reach || !is_due(here, other) {
                 continue;
             }
             let offset = other.world_from_sole.translation - here.world_from_sole.translation;

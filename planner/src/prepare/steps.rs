@@ -65,6 +65,11 @@ impl LongestSteps {
         offset.length() <= SLACK * longest
     }
 
+    /// Whether primitive postures may stand on either sole, left or right, and touch with the other.
+    pub fn may_step(&self, [left, right]: [&Pose; 2]) -> bool {
+        self.may_touch(0, left, right) && self.may_touch(1, right, left)
+    }
+
     /// How far apart soles may be at all, m.
     pub fn reach(&self) -> f64 {
         self.reach

@@ -18,10 +18,12 @@ impl Planner {
         }
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
         let steps = self.preparation.longest_steps();
-        let touches = |a: &Foothold, b: &Foothold| steps.may_touch(a.limb, &a.world_from_sole, &b.world_from_sole);
         let (stretches, was_connected) = (self.stretches, next < self.roadmap.graph.connected());
-        let may_step = |a: &Foothold, b: &Foothold| if touches(a, b) && touches(b, a) { !was_connected } else { stretches };
-        seeding.connect(next, steps.reach(), &may_step, &mut self.roadmap.graph)?;
+        let is_due = |a: &Foothold, b: &Foothold| {
+            let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
+            if steps.may_step([&left.world_from_sole, &right.world_from_sole]) { !was_connected } else { stretches }
+        };
+        seeding.connect(next, steps.reach(), &is_due, &mut self.roadmap.graph)?;
         self.roadmap.graph.mark_connected(next);
         Ok(Phase::Connect { next: next + 1 })
     }
