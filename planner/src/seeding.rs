@@ -10,11 +10,11 @@ use crate::collision::FootState;
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
-use crate::motion::foothold::{Foothold, single_mode};
+use crate::motion::foothold::{Foothold, left_and_right, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::motion::primitive::stand::side_of;
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{TransitionPair, are_crossed, is_reached, posture_that_holds, sample};
+use crate::motion::transition::{TransitionPair, are_crossed, is_reached, posture_that_holds, reaches, sample};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
@@ -226,8 +226,7 @@ impl Seeding<'_> {
 
     /// Whether the two feet would intersect on these placements: such a transition can not exist [Grey 4.4.2].
     fn feet_meet(&self, graph: &Graph, a: FootholdId, b: FootholdId) -> bool {
-        let [a, b] = [a, b].map(|id| &graph.footholds()[id as usize]);
-        let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
+        let [left, right] = left_and_right(&graph.footholds()[a as usize], &graph.footholds()[b as usize]);
         self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole])
     }
 }
@@ -247,10 +246,6 @@ pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> Prio
 /// Whether the robot, standing on the first placement, reaches the second one, and then stands on that with the first still
 /// touched, by inverse kinematics [Grey 4.4.2].
 pub fn is_step(constraints: &Constraints, step: [&Placed; 2]) -> bool {
-    let [from, to] = step.map(|placed| {
-        let sole = constraints.body.sole_polygons[placed.limb].iter().copied().collect();
-        Foothold::of(&constraints.body, placed.limb, placed.world_from_sole, sole)
-    });
-    let reaches = |stance, other| is_reached(constraints, &single_mode(stance), TransitionPair { stance, other });
-    reaches(&from, &to) && reaches(&to, &from)
+    let [from, to] = step.map(|placed| Foothold::whole(&constraints.body, placed.limb, placed.world_from_sole));
+    reaches(constraints, &from, &to) && reaches(constraints, &to, &from)
 }

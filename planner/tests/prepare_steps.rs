@@ -40,10 +40,7 @@ fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
     for index in 0..pairs {
         let mut random = Random::new(5, Stream::Preparation, 7, index);
         let limb = random.below(2);
-        let foothold = |limb: usize, pose: Pose| {
-            let sole = constraints.body.sole_polygons[limb].iter().copied().collect();
-            Foothold::of(&constraints.body, limb, pose, sole)
-        };
+        let foothold = |limb: usize, pose: Pose| Foothold::whole(&constraints.body, limb, pose);
         let offset = DVec3::from_array([0.8, 0.8, 0.5].map(|side| random.uniform(-side, side)));
         let stance = foothold(limb, Pose::from_parts(DVec3::ZERO, rotation(&mut random, 0.0)));
         let turn = random.uniform(-0.8, 0.8);

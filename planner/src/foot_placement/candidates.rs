@@ -184,6 +184,7 @@ impl Lister<'_, '_> {
     /// The sole across each pair of neighbouring parallel features.
     fn pairs(&mut self) {
         let count = self.scratch.footprints.len().min(PAIRED_MAX);
+        let span_max = SPAN_SHARES[1] * 2.0 * self.request.sole_radius();
         for i in 0..count {
             for j in 0..i {
                 let (one, other) = (&self.scratch.footprints[i], &self.scratch.footprints[j]);
@@ -191,14 +192,14 @@ impl Lister<'_, '_> {
                 if across.dot(other.across).abs() < 0.985 && across.perp_dot(other.across).abs() < 0.985 {
                     continue;
                 }
-                self.pair(i, j, across);
-                self.pair(i, j, across.perp());
+                self.pair(i, j, across, span_max);
+                self.pair(i, j, across.perp(), span_max);
             }
         }
     }
 
-    /// The sole across features `i` and `j`, which lie apart along `across`.
-    fn pair(&mut self, i: usize, j: usize, across: DVec2) {
+    /// The sole across features `i` and `j`, which lie apart along `across`, unless they span more than any sole could.
+    fn pair(&mut self, i: usize, j: usize, across: DVec2, span_max: f64) {
         let (one, other) = (&self.scratch.footprints[i], &self.scratch.footprints[j]);
         let [a, b] = [one.extent(across), other.extent(across)];
         let along = across.perp();
@@ -209,7 +210,7 @@ impl Lister<'_, '_> {
             return;
         }
         let outer = [a[0].min(b[0]), a[1].max(b[1])];
-        if outer[1] - outer[0] > SPAN_SHARES[1] * 2.0 * self.request.sole_radius() {
+        if outer[1] - outer[0] > span_max {
             return;
         }
         for aligned in aligned_turns(across) {

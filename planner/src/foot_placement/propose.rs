@@ -190,7 +190,7 @@ impl Surfaces {
     fn gather_in(&self, scratch: &mut Scratch, request: &Request, region: &Aabb) {
         for (count, id) in self.elements_in(region).enumerate() {
             if count >= self.config.support_elements_max {
-                scratch.features.dropped += 1;
+                scratch.features.room.dropped += 1;
                 break;
             }
             if !self.may_carry(id) {

@@ -88,46 +88,64 @@ impl Scratch {
 
     /// How often anything was left out because its list was full, since this scratch was made.
     pub fn dropped(&self) -> u64 {
-        self.contact_points.dropped
-            + self.features.dropped
-            + self.planes.dropped
-            + self.footprints.dropped
-            + self.candidates.dropped
-            + self.waiting.dropped
-            + self.intersection_points.dropped
-            + self.ground.dropped
+        self.contact_points.room.dropped
+            + self.features.room.dropped
+            + self.planes.room.dropped
+            + self.footprints.room.dropped
+            + self.candidates.room.dropped
+            + self.waiting.room.dropped
+            + self.intersection_points.room.dropped
+            + self.ground.room.dropped
     }
 }
 
 /// How many times `features_max` are held while the nearest are being picked.
 const GATHERING_ROOM: usize = 4;
 
-/// A list that never grows beyond its first capacity: what does not fit is counted and dropped.
+/// How much a list may hold, and what it had no room for.
 #[derive(Debug)]
-pub(super) struct Bounded<T> {
-    items: Vec<T>,
+pub(super) struct Room {
     count_max: usize,
     /// How many items were dropped so far.
     pub dropped: u64,
 }
 
+impl Room {
+    fn new(count_max: usize) -> Self {
+        Self { count_max, dropped: 0 }
+    }
+
+    /// Whether one more goes to so many; if not, it counts as dropped.
+    fn admits(&mut self, count: usize) -> bool {
+        let fits = count < self.count_max;
+        self.dropped += u64::from(!fits);
+        fits
+    }
+}
+
+/// A list that never grows beyond its first capacity: what does not fit is counted and dropped.
+#[derive(Debug)]
+pub(super) struct Bounded<T> {
+    items: Vec<T>,
+    /// How much it may hold.
+    pub room: Room,
+}
+
 impl<T> Bounded<T> {
     fn new(count_max: usize) -> Self {
-        Self { items: Vec::with_capacity(count_max), count_max, dropped: 0 }
+        Self { items: Vec::with_capacity(count_max), room: Room::new(count_max) }
     }
 
     /// Adds an item, or counts it as dropped.
     pub fn push(&mut self, item: T) {
-        if self.is_full() {
-            self.dropped += 1;
-        } else {
+        if self.room.admits(self.items.len()) {
             self.items.push(item);
         }
     }
 
     /// Whether the next push drops.
     pub fn is_full(&self) -> bool {
-        self.items.len() == self.count_max
+        self.items.len() == self.room.count_max
     }
 
     /// Forgets the items from this index on.
@@ -162,28 +180,24 @@ impl<T> std::ops::DerefMut for Bounded<T> {
 #[derive(Debug)]
 pub(super) struct BoundedHeap<T> {
     items: BinaryHeap<T>,
-    count_max: usize,
-    /// How many items were dropped so far.
-    pub dropped: u64,
+    room: Room,
 }
 
 impl<T: Ord> BoundedHeap<T> {
     fn new(count_max: usize) -> Self {
-        Self { items: BinaryHeap::with_capacity(count_max), count_max, dropped: 0 }
+        Self { items: BinaryHeap::with_capacity(count_max), room: Room::new(count_max) }
     }
 
     /// Adds an item, or counts it as dropped.
     pub fn push(&mut self, item: T) {
-        if self.is_full() {
-            self.dropped += 1;
-        } else {
+        if self.room.admits(self.items.len()) {
             self.items.push(item);
         }
     }
 
     /// Whether the next push drops.
     pub fn is_full(&self) -> bool {
-        self.items.len() == self.count_max
+        self.items.len() == self.room.count_max
     }
 
     /// The greatest item.

@@ -11,6 +11,7 @@ use super::polygon::{
 use super::scratch::{Bounded, Scratch};
 use super::surfaces::{Element, Face, Round, RoundEnds, Surfaces};
 use super::{NoSupport, Support};
+use crate::collision::bvh;
 
 /// A surface that only touches the outline does not stand in it: how far inside it must be, m.
 const OUTLINE_INSET: f64 = 1e-4;
@@ -35,8 +36,6 @@ pub(super) struct HeldSole<'a> {
     outline: &'a [DVec2],
     /// The outline's sides.
     pub(super) sides: Sides,
-    /// The corners of the box around the outline.
-    bounds: [DVec2; 2],
     world_from_sole: &'a Pose,
     /// The rotation part of `sole_from_world`.
     sole_from_world: DMat3,
@@ -49,11 +48,9 @@ impl<'a> HeldSole<'a> {
     /// A sole that only surfaces within the friction cone carry.
     pub(super) fn new(outline: &'a [DVec2], world_from_sole: &'a Pose) -> Self {
         let rotation = DMat3::from_quat(world_from_sole.rotation);
-        let (lower, upper) = extents(outline.iter().map(|p| p.extend(0.0)));
         Self {
             outline,
             sides: sides_of(outline),
-            bounds: [lower.truncate(), upper.truncate()],
             world_from_sole,
             sole_from_world: rotation.transpose(),
             normal: rotation.z_axis,
@@ -70,14 +67,13 @@ impl<'a> HeldSole<'a> {
     pub(super) fn region(&self, lowest: f64, highest: f64) -> Aabb {
         let corner = |p: &DVec2, z: f64| *self.world_from_sole * p.extend(z);
         let corners = self.outline.iter().flat_map(|p| [corner(p, lowest), corner(p, highest)]);
-        let (lower, upper) = extents(corners);
-        Aabb::new(lower, upper)
+        let around = bvh::Aabb::of_points(corners);
+        Aabb::new(around.min, around.max)
     }
 
-    /// Whether a box in the sole frame is beside the outline.
-    fn is_beside(&self, lower: DVec3, upper: DVec3) -> bool {
-        let [left, right] = self.bounds;
-        upper.truncate().cmplt(left).any() || lower.truncate().cmpgt(right).any()
+    /// The box in the sole frame around the outline between two heights above the sole plane.
+    fn plate(&self, lowest: f64, highest: f64) -> bvh::Aabb {
+        bvh::Aabb::of_points(self.outline.iter().flat_map(|p| [p.extend(lowest), p.extend(highest)]))
     }
 }
 
@@ -141,13 +137,14 @@ impl Surfaces {
     fn examine(&self, scratch: &mut Scratch, sole: &HeldSole, any_intrusion: bool) -> Result<Findings, NoSupport> {
         scratch.contact_points.clear();
         let mut findings = Findings::default();
-        let region = sole.region(-self.config.plane_distance_max, self.config.plate_height);
+        let heights = [-self.config.plane_distance_max, self.config.plate_height];
+        let (region, plate) = (sole.region(heights[0], heights[1]), sole.plate(heights[0], heights[1]));
         for (count, id) in self.elements_in(&region).enumerate() {
             if count >= self.config.support_elements_max {
                 return Err(NoSupport::TooManyElements);
             }
             match self.element(id) {
-                Element::Face(face, vertices) => self.examine_face(scratch, sole, &mut findings, face, vertices),
+                Element::Face(face, vertices) => self.examine_face(scratch, (sole, &plate), &mut findings, face, vertices),
                 Element::Round(round) => self.examine_round(scratch, sole, &mut findings, round),
             }
             if any_intrusion && findings.intrusion.is_some() {
@@ -157,21 +154,28 @@ impl Surfaces {
         Ok(findings)
     }
 
-    fn examine_face(&self, scratch: &mut Scratch, sole: &HeldSole, findings: &mut Findings, face: &Face, vertices: &[DVec3]) {
+    fn examine_face(
+        &self,
+        scratch: &mut Scratch,
+        (sole, plate): (&HeldSole, &bvh::Aabb),
+        findings: &mut Findings,
+        face: &Face,
+        vertices: &[DVec3],
+    ) {
         let tolerance = self.config.plane_distance_max;
         let buffer = &mut scratch.clip;
         buffer.polygon.clear();
         buffer.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
-        let (lower, upper) = extents(buffer.polygon.iter().copied());
+        let around = bvh::Aabb::of_points(buffer.polygon.iter().copied());
         let alignment = face.normal.dot(sole.normal);
         let obstructs_above = if alignment < -0.5 { -COVER_DEPTH } else { tolerance };
         let is_level = alignment.abs() >= self.carrying_cos;
-        let is_apart = upper.z < -tolerance || lower.z > self.config.plate_height || sole.is_beside(lower, upper);
-        if is_apart || !is_level && upper.z <= obstructs_above {
+        if !plate.overlaps(&around) || !is_level && around.max.z <= obstructs_above {
             return;
         }
         clip_to_sides(buffer, &sole.sides, 0.0);
-        let (DVec3 { z: lowest, .. }, DVec3 { z: highest, .. }) = extents(buffer.polygon.iter().copied());
+        let clipped = bvh::Aabb::of_points(buffer.polygon.iter().copied());
+        let (lowest, highest) = (clipped.min.z, clipped.max.z);
         findings.faces_down |= alignment <= -self.carrying_cos && lowest.abs() <= tolerance;
         if highest > obstructs_above && lowest < self.config.plate_height {
             clip_to_sides(buffer, &sole.sides, OUTLINE_INSET);
@@ -268,11 +272,6 @@ fn is_sole(polygon: &[DVec2]) -> bool {
         && polygon.iter().all(|p| p.is_finite())
         && (0..n).all(turns_left)
         && edges(polygon).map(|(a, b)| a.perp_dot(b)).sum::<f64>() > 0.0
-}
-
-/// The box around some points; an empty one (infinity, minus infinity) around none.
-fn extents(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
-    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lower, upper), p| (lower.min(p), upper.max(p)))
 }
 
 /// Keeps a contact point; a full list is first reduced to its hull, which loses nothing.

@@ -186,11 +186,7 @@ impl Surfaces {
 
     fn element_box(&self, id: u32) -> Aabb {
         match self.element(id) {
-            Element::Face(_, vertices) => {
-                let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-                let (lower, upper) = vertices.iter().fold(start, |(lower, upper), &v| (lower.min(v), upper.max(v)));
-                Aabb::new(lower, upper)
-            }
+            Element::Face(_, vertices) => Aabb::from_points_ref(vertices),
             Element::Round(round) => {
                 let reach = DVec3::splat(round.radius);
                 Aabb::new(round.a.min(round.b) - reach, round.a.max(round.b) + reach)

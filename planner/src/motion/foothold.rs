@@ -35,10 +35,20 @@ impl Foothold {
         Self { limb, world_from_sole, support, region }
     }
 
+    /// The placement of a robot's foot with all of its sole carried.
+    pub fn whole(body: &Body, limb: usize, world_from_sole: Pose) -> Self {
+        Self::of(body, limb, world_from_sole, body.sole_polygons[limb].iter().copied().collect())
+    }
+
     /// The distance between two placements' sole frames, D(T) of the transition between them [Grey 4.4.2], m.
     pub fn distance(&self, other: &Self) -> f64 {
         self.world_from_sole.translation.distance(other.world_from_sole.translation)
     }
+}
+
+/// Two placements of different feet, the left one first.
+pub fn left_and_right<'a>(a: &'a Foothold, b: &'a Foothold) -> [&'a Foothold; 2] {
+    if a.limb == 0 { [a, b] } else { [b, a] }
 }
 
 /// The mode in which `stance` alone carries the robot.
@@ -52,7 +62,7 @@ pub fn single_mode(stance: &Foothold) -> Mode {
 
 /// The mode in which both feet carry the robot; the placements may come in either order.
 pub fn double_mode(a: &Foothold, b: &Foothold) -> Mode {
-    let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
+    let [left, right] = left_and_right(a, b);
     let vertices = left.region.vertices().iter().chain(right.region.vertices()).copied();
     let region = Region::hull(vertices);
     Mode {

@@ -12,7 +12,7 @@ use crate::carriage::Carriage;
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::kinematics::Leg;
-use crate::motion::foothold::{Foothold, double_mode};
+use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::primitive::stand::side_of;
 use crate::posture::{COM_TOLERANCE, Posture, settle_into, unsettled};
 use crate::projection::{Ground, project};
@@ -105,6 +105,11 @@ fn is_projected(body: &Body, attempt: u64) -> bool {
 pub fn is_reached(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
     let mut snapshot = Snapshot::default();
     REACHING.into_iter().any(|attempt| reach(constraints, mode, pair, attempt, &mut snapshot))
+}
+
+/// Whether the robot, standing on one placement, reaches another one in one of these postures.
+pub fn reaches(constraints: &Constraints, stance: &Foothold, other: &Foothold) -> bool {
+    is_reached(constraints, &single_mode(stance), TransitionPair { stance, other })
 }
 
 /// The first of the same postures, which are [`REACHING`], that also holds: balanced, within limits, free of the world, the legs apart

@@ -116,8 +116,7 @@ impl Probe {
         let rotations = inclinations(&stands, gait.tilt, vertex);
         let footholds = [0, 1].map(|limb| {
             let leg = &self.body().legs[limb];
-            let polygon = self.body().sole_polygons[limb].iter().copied().collect();
-            Foothold::of(self.body(), limb, stands[limb].sole(leg, rotations[limb]), polygon)
+            Foothold::whole(self.body(), limb, stands[limb].sole(leg, rotations[limb]))
         });
         let mut fitting = self.no_room();
         let held = self.place_holds(gait, stance, &footholds, &stands, &mut fitting)

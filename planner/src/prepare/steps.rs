@@ -14,8 +14,8 @@ use surefoot_shared_types::spatial::{rotation_about, yaw_of};
 
 use crate::body::Body;
 use crate::constraint::Constraints;
-use crate::motion::foothold::{Foothold, single_mode};
-use crate::motion::transition::{TransitionPair, is_reached};
+use crate::motion::foothold::Foothold;
+use crate::motion::transition::reaches;
 
 /// Directions around the stance that are tried.
 const BEARINGS: usize = 16;
@@ -87,12 +87,14 @@ fn about(place: f64) -> [usize; 2] {
     [place as usize, place as usize + 1]
 }
 
+/// A direction that is tried.
 fn direction(climb: usize, bearing: usize) -> DVec3 {
     let (sin, cos) = libm::sincos(TAU * bearing as f64 / BEARINGS as f64);
     let (up, along) = libm::sincos(CLIMB_MAX * (2.0 * climb as f64 / (CLIMBS - 1) as f64 - 1.0));
     DVec3::new(along * cos, along * sin, up)
 }
 
+/// The longest step in a direction, m.
 fn longest_toward(constraints: &Constraints, stance: usize, direction: DVec3) -> f64 {
     let is_step = |length: f64| TURNS.iter().any(|&turn| is_step(constraints, stance, direction * length, turn));
     let from_top = |top: f64, step: f64| {
@@ -111,11 +113,6 @@ fn reach(body: &Body) -> f64 {
 
 /// Whether the robot, standing on one level sole, touches with the other one at an offset, turned.
 fn is_step(constraints: &Constraints, stance: usize, offset: DVec3, turn: f64) -> bool {
-    let foothold = |limb: usize, world_from_sole: Pose| {
-        let sole = constraints.body.sole_polygons[limb].iter().copied().collect();
-        Foothold::of(&constraints.body, limb, world_from_sole, sole)
-    };
-    let other = foothold(1 - stance, Pose::from_parts(offset, rotation_about(DVec3::Z, turn)));
-    let stance = foothold(stance, Pose::IDENTITY);
-    is_reached(constraints, &single_mode(&stance), TransitionPair { stance: &stance, other: &other })
+    let other = Foothold::whole(&constraints.body, 1 - stance, Pose::from_parts(offset, rotation_about(DVec3::Z, turn)));
+    reaches(constraints, &Foothold::whole(&constraints.body, stance, Pose::IDENTITY), &other)
 }

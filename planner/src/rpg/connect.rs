@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{Phase, Planner};
-use crate::motion::foothold::Foothold;
+use crate::motion::foothold::{Foothold, left_and_right};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::seeding::{Seeding, judge};
 
@@ -20,8 +20,8 @@ impl Planner {
         let steps = self.preparation.longest_steps();
         let (stretches, was_connected) = (self.stretches, next < self.roadmap.graph.connected());
         let is_due = |a: &Foothold, b: &Foothold| {
-            let [left, right] = if a.limb == 0 { [a, b] } else { [b, a] };
-            if steps.may_step([&left.world_from_sole, &right.world_from_sole]) { !was_connected } else { stretches }
+            let soles = left_and_right(a, b).map(|foothold| &foothold.world_from_sole);
+            if steps.may_step(soles) { !was_connected } else { stretches }
         };
         seeding.connect(next, steps.reach(), &is_due, &mut self.roadmap.graph)?;
         self.roadmap.graph.mark_connected(next);
