@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use surefoot_shared_types::NUMBER_MAX;
 
 use crate::affinity::default_threads;
 use crate::commands::bench::arguments::BenchArguments;
@@ -137,7 +138,7 @@ pub struct RequestArguments {
     #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = prints, requires = "goal")]
     pub start: Option<Prints>,
     /// How far apart the feet shall stand, m
-    #[arg(long, value_name = "M", default_value_t = 0.2)]
+    #[arg(long, value_name = "M", default_value_t = 0.2, allow_hyphen_values = true, value_parser = positive)]
     pub feet_apart: f64,
     /// Give up what is planned or walked now
     #[arg(long)]
@@ -165,11 +166,16 @@ pub struct Prints {
 fn prints(text: &str) -> Result<Prints, String> {
     let numbers: Vec<f64> = text
         .split(',')
-        .map(|part| part.trim().parse().ok().filter(|number: &f64| number.is_finite()))
+        .map(|part| part.trim().parse().ok().filter(|number: &f64| number.abs() <= NUMBER_MAX))
         .collect::<Option<_>>()
-        .ok_or("four finite numbers with commas between them are needed")?;
+        .ok_or_else(|| format!("four numbers of at most {NUMBER_MAX:e} with commas between them are needed"))?;
     let [x, y, z, yaw] = numbers[..] else { return Err(format!("{} numbers, four are needed: x,y,z,yaw", numbers.len())) };
     Ok(Prints { position: [x, y, z], yaw })
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && *number <= NUMBER_MAX);
+    number.ok_or_else(|| format!("a positive number of at most {NUMBER_MAX:e} is needed"))
 }
 
 /// `surefoot monitor`.
@@ -182,7 +188,7 @@ pub struct MonitorArguments {
     #[arg(long)]
     pub json: bool,
     /// Stop after so many seconds
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = positive)]
     pub seconds: Option<f64>,
 }
 

@@ -41,8 +41,13 @@ pub enum Failure {
     #[error(transparent)]
     Input(#[from] InputError),
     /// The robot cannot be prepared.
-    #[error(transparent)]
-    Robot(#[from] BuildError),
+    #[error("{}: {source}", urdf.display())]
+    Robot {
+        /// Its URDF.
+        urdf: PathBuf,
+        /// Why.
+        source: BuildError,
+    },
     /// What was just prepared does not hold together.
     #[error("the preparation {0}; please report this with the robot's files")]
     Preparation(String),
@@ -61,6 +66,17 @@ pub enum Failure {
     /// The controller's corrections are none of this world.
     #[error("{0}; use the same scenario for the planner and the controller")]
     Correction(#[from] CorrectionError),
+    /// Standard output takes no more.
+    #[error("the result cannot be printed: standard output cannot be written to")]
+    Unprinted,
+    /// The controller walks the last plan or epoch that can be numbered.
+    #[error("the controller walks plan {plan_id}, epoch {epoch}, and no number is left for the next; start the controller anew")]
+    LastName {
+        /// Its plan.
+        plan_id: u64,
+        /// Its epoch.
+        epoch: u64,
+    },
     /// What was asked for cannot be done.
     #[error("{0}")]
     Usage(String),

@@ -1,5 +1,7 @@
 //! What the planner and the controller process tell: one JSON object a line on stdout.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 use surefoot_controller_sim::channel::Refusal as RefusedChunk;
 use surefoot_planner::Outcome;
@@ -97,6 +99,8 @@ pub struct Planned {
     pub work: u64,
     /// Sequences tried.
     pub sequences: u64,
+    /// What is known of why there is no plan, where there is none.
+    pub diagnosis: Option<Box<Diagnosis>>,
     /// Edges of the guide route.
     pub route_edges: u64,
     /// Edges of the guide route that are possible: primitives lead along.
@@ -113,6 +117,28 @@ pub struct Planned {
     pub chunks: u64,
 }
 
+/// Why a search found no plan, as far as it knows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// Whether stage P found no guide route, so that the straight way was tried.
+    pub is_unguided: bool,
+    /// Guide routes followed in vain.
+    pub routes: u64,
+    /// Where most sequences failed.
+    pub hindrance: Option<Hindrance>,
+    /// Configurations and motions that were turned down, by reason.
+    pub rejections: BTreeMap<String, u64>,
+}
+
+/// A place where a search did not get on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Hindrance {
+    /// Between the feet, in the world, m.
+    pub xyz: [f64; 3],
+    /// Sequences that failed there.
+    pub failures: u64,
+}
+
 /// The kinds of ends of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -121,8 +147,10 @@ pub enum PlanEnd {
     Found,
     /// A bound.
     NoPlan,
-    /// A start or goal where the robot cannot stand.
-    BadInput,
+    /// A start where the robot cannot stand.
+    StartInvalid,
+    /// A goal where the robot cannot stand.
+    GoalInvalid,
 }
 
 impl From<&Outcome> for PlanEnd {
@@ -130,7 +158,8 @@ impl From<&Outcome> for PlanEnd {
         match outcome {
             Outcome::Found => Self::Found,
             Outcome::BudgetExhausted(_) | Outcome::ArenaFull(_) => Self::NoPlan,
-            Outcome::StartInvalid(_) | Outcome::GoalInvalid(_) => Self::BadInput,
+            Outcome::StartInvalid(_) => Self::StartInvalid,
+            Outcome::GoalInvalid(_) => Self::GoalInvalid,
         }
     }
 }

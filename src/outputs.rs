@@ -16,12 +16,25 @@ use crate::picture::{PictureScene, check_extension, render};
 /// Checks that every file asked for can be written, so that a long run need not fail at its end.
 ///
 /// # Errors
-/// When a folder is missing or cannot be written to, a name is a folder's, or a picture's extension is unknown.
+/// When a folder is missing or cannot be written to, a name is a folder's, a device's or a link's, two names are one, or a picture's
+/// extension is unknown.
 pub fn check(outputs: &OutputArguments) -> Result<(), Failure> {
     if let Some(picture) = &outputs.picture {
         check_extension(picture)?;
     }
-    [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().try_for_each(|path| check_place(path))
+    let paths: Vec<&PathBuf> = [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().collect();
+    paths.iter().try_for_each(|path| check_place(path))?;
+    check_apart(&paths)
+}
+
+/// Complains about two paths of one file, of which the later would replace the earlier.
+fn check_apart(paths: &[&PathBuf]) -> Result<(), Failure> {
+    let place = |path: &Path| (folder_of(path).canonicalize().ok(), path.file_name().map(std::ffi::OsStr::to_owned));
+    let is_repeated = |index: &usize| paths[..*index].iter().any(|before| place(before) == place(paths[*index]));
+    match (0..paths.len()).find(is_repeated) {
+        Some(index) => Err(unwritable(paths[index], "two outputs have this name; give each its own")),
+        None => Ok(()),
+    }
 }
 
 /// Draws a plan.
@@ -75,6 +88,9 @@ fn check_place(path: &Path) -> Result<(), Failure> {
     }
     if !folder_of(path).is_dir() {
         return Err(unwritable(path, "its folder does not exist; create it first"));
+    }
+    if std::fs::symlink_metadata(path).is_ok_and(|there| !there.is_file()) {
+        return Err(unwritable(path, "what has this name is no ordinary file; choose another name"));
     }
     temporary_beside(path).map(drop).map_err(|error| unwritable(path, &format!("{error}; choose another folder")))
 }

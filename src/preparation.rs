@@ -97,12 +97,11 @@ fn warn(reason: &str) {
     terminal::remark(&format!("warning: the robot's preparation cannot be kept, so the next run makes it again: {reason}"));
 }
 
-/// What the cache holds for `key`. A file that is damaged counts as none; it will be replaced.
+/// What the cache holds for `key`, mapped for good. A file that is damaged counts as none; it will be replaced.
 fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
     let file = File::open(path).ok()?;
     // SAFETY: files of the cache are never changed in place, only replaced as a whole.
     let map = unsafe { Mmap::map(&file) }.ok()?;
-    Preparation::from_bytes(&map, key).ok()?;
     let bytes: &'static [u8] = Box::leak(Box::new(map));
     let preparation = Preparation::from_bytes(bytes, key).ok()?;
     Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()), bytes })
@@ -112,7 +111,7 @@ fn build(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Vec<
     let bar = if quiet || !terminal::is_watched() { ProgressBar::hidden() } else { new_bar() };
     let built = prepare::build(model, config, &|share| bar.set_position((BAR_STEPS * share) as u64));
     bar.finish_and_clear();
-    Ok(built?)
+    built.map_err(|source| Failure::Robot { urdf: model.urdf_path.clone(), source })
 }
 
 fn new_bar() -> ProgressBar {

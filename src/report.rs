@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::failure::{Ending, Failure};
 use crate::inputs::Inputs;
-use crate::line::{Delivered, DeliveryEnd, Judged, Line, PlanEnd, Planned, Refusal};
+use crate::line::{Delivered, DeliveryEnd, Diagnosis, Judged, Line, PlanEnd, Planned, Refusal};
 use crate::margins::WorstMargins;
 use crate::signals;
 
@@ -38,6 +38,8 @@ pub struct Report {
     pub work: u64,
     /// Sequences tried.
     pub sequences: u64,
+    /// What is known of why there is no plan, where a bound ended the search.
+    pub diagnosis: Option<Box<Diagnosis>>,
     /// Edges of the guide route.
     pub route_edges: u64,
     /// Edges of the guide route that are possible, so that primitives lead along.
@@ -154,7 +156,7 @@ impl Report {
             (Some(PlanEnd::Found), None | Some(DeliveryEnd::Accepted)) => Ok(Ending::Done),
             (Some(PlanEnd::Found), Some(DeliveryEnd::Refused)) => Ok(Ending::Refused),
             (Some(PlanEnd::Found), Some(DeliveryEnd::Superseded | DeliveryEnd::ControllerLost)) => Err(Failure::ControllerLost),
-            (Some(PlanEnd::BadInput), _) => Err(Failure::Ends(self.description.clone())),
+            (Some(PlanEnd::StartInvalid | PlanEnd::GoalInvalid), _) => Err(Failure::Ends(self.description.clone())),
             _ => Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
         }
     }
@@ -168,6 +170,7 @@ impl Report {
         self.plan_seconds = Some(planned.plan_seconds);
         self.work = planned.work;
         self.sequences = planned.sequences;
+        self.diagnosis = planned.diagnosis.clone();
         self.route_edges = planned.route_edges;
         self.route_edges_possible = planned.route_edges_possible;
         self.primitives = planned.primitives;
@@ -230,6 +233,7 @@ mod tests {
             plan_seconds: 1.0,
             work: 2,
             sequences: 1,
+            diagnosis: None,
             route_edges: 8,
             route_edges_possible: 6,
             primitives: 20,
@@ -280,7 +284,8 @@ mod tests {
             (PlanEnd::Found, Some(DeliveryEnd::Refused), 4),
             (PlanEnd::Found, Some(DeliveryEnd::ControllerLost), 2),
             (PlanEnd::NoPlan, None, 3),
-            (PlanEnd::BadInput, None, 2),
+            (PlanEnd::StartInvalid, None, 2),
+            (PlanEnd::GoalInvalid, None, 2),
         ];
         for (end, delivery, code) in cases {
             let mut report = Report::default();

@@ -1,11 +1,23 @@
 //! Words to the person at the terminal. Results go to stdout, complaints to stderr; nobody listening is no error.
 
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether a result could not be printed.
+static LOST: AtomicBool = AtomicBool::new(false);
 
 /// Prints a result.
 pub fn say(text: &str) {
     let mut out = std::io::stdout().lock();
-    let _ = writeln!(out, "{text}").and_then(|()| out.flush());
+    let said = writeln!(out, "{text}").and_then(|()| out.flush());
+    if said.is_err_and(|error| error.kind() != ErrorKind::BrokenPipe) {
+        LOST.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Whether a result was lost although somebody listens: its file's disk is full, say.
+pub fn has_lost() -> bool {
+    LOST.load(Ordering::Relaxed)
 }
 
 /// Prints a remark beside the result.

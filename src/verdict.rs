@@ -1,16 +1,18 @@
 //! What a person reads in the end.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::line::DeliveryEnd;
+use crate::line::{DeliveryEnd, Diagnosis, Hindrance, PlanEnd, Planned};
 use crate::report::Report;
+
+/// Reasons that are told of what a search turned down.
+const REASONS_TOLD: usize = 3;
 
 /// The verdict on a run, several lines without a line break at the end.
 pub fn text(report: &Report) -> String {
     let mut text = format!("{}, {}, seed {}: {}", report.scenario, report.robot, report.seed, headline(report));
-    let mut line = |name: &str, content: String| {
-        let _ = write!(text, "\n  {name:<8} {content}");
-    };
+    let mut line = |name: &str, content: String| add(&mut text, name, &content);
     if report.has_plan() {
         line("plan", format!("{} steps, {} waypoints", report.steps, report.waypoints));
     }
@@ -20,6 +22,7 @@ pub fn text(report: &Report) -> String {
             format!("{} edges, {} of them possible; {} primitives", report.route_edges, report.route_edges_possible, report.primitives),
         );
     }
+    explain(report.diagnosis.as_deref(), &mut line);
     line("search", search(report));
     if let Some(digest) = &report.digest {
         line("digest", digest.clone());
@@ -43,6 +46,33 @@ pub fn text(report: &Report) -> String {
     text
 }
 
+/// What became of one search, several lines without a line break at the end.
+pub fn of_search(name: &str, planned: &Planned) -> String {
+    let mut text = format!("{name}: {}", planned.description);
+    if planned.end == PlanEnd::Found {
+        add(&mut text, "plan", &format!("{} steps, {} waypoints, {} chunks", planned.steps, planned.waypoints, planned.chunks));
+    }
+    explain(planned.diagnosis.as_deref(), &mut |name, content| add(&mut text, name, &content));
+    add(&mut text, "search", &format!("{:.3} s, {} work units", planned.plan_seconds, planned.work));
+    text
+}
+
+fn add(text: &mut String, name: &str, content: &str) {
+    let _ = write!(text, "\n  {name:<8} {content}");
+}
+
+/// What is known of why there is no plan.
+fn explain(diagnosis: Option<&Diagnosis>, line: &mut dyn FnMut(&str, String)) {
+    let Some(diagnosis) = diagnosis else { return };
+    line("routes", routes(diagnosis));
+    if let Some(hindrance) = &diagnosis.hindrance {
+        line("stuck", stuck(hindrance));
+    }
+    if !diagnosis.rejections.is_empty() {
+        line("rejected", rejected(&diagnosis.rejections));
+    }
+}
+
 fn headline(report: &Report) -> String {
     let found = report.description();
     match report.delivery() {
@@ -53,6 +83,27 @@ fn headline(report: &Report) -> String {
         Some(DeliveryEnd::ControllerLost) => format!("{found}, but no controller answers"),
         Some(DeliveryEnd::Stopped) => format!("{found}, delivery stopped"),
     }
+}
+
+fn routes(diagnosis: &Diagnosis) -> String {
+    if diagnosis.is_unguided {
+        return "none leads to the goal: somewhere on the way there is no room, or no ground; the straight way was tried".to_owned();
+    }
+    format!("{} followed in vain", diagnosis.routes)
+}
+
+fn stuck(Hindrance { xyz: [x, y, z], failures }: &Hindrance) -> String {
+    format!("most often near x {x:.2}, y {y:.2}, z {z:.2} m: {failures} sequences failed there")
+}
+
+/// The commonest reasons, as shares of all.
+fn rejected(rejections: &BTreeMap<String, u64>) -> String {
+    let total: u64 = rejections.values().sum();
+    let mut reasons: Vec<_> = rejections.iter().collect();
+    reasons.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+    let share = |count: u64| 100.0 * count as f64 / total as f64;
+    let told = reasons.iter().take(REASONS_TOLD).map(|(reason, count)| format!("{reason} {:.0} %", share(**count)));
+    told.collect::<Vec<String>>().join(", ")
 }
 
 fn search(report: &Report) -> String {

@@ -8,6 +8,7 @@ mod command;
 
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use command::{Said, assert_nothing_left, run, scenario};
 use surefoot_shared_types::config::load::load_scenario;
@@ -98,6 +99,21 @@ fn broken_scenarios_are_named_with_their_line() {
 }
 
 #[test]
+fn two_outputs_of_one_name_are_refused() {
+    let room = Room::new("seed = 1", "seed = 1");
+    let (scenario, file, same) = (room.path("scenario.toml"), room.path("out"), room.path("./out"));
+    assert_bad_input(&run(&["plan", &scenario, "--export", &file, "--json", &same, "--quiet"]), "two outputs");
+}
+
+#[test]
+fn a_result_that_cannot_be_printed_is_no_success() {
+    let full = fs::File::create("/dev/full").unwrap();
+    let said = Command::new(env!("CARGO_BIN_EXE_surefoot")).arg("doctor").stdout(full).output().unwrap();
+    assert_eq!(said.status.code(), Some(2), "{}", String::from_utf8_lossy(&said.stderr));
+    assert!(String::from_utf8_lossy(&said.stderr).contains("standard output"));
+}
+
+#[test]
 fn outputs_that_cannot_be_written_are_refused_before_anything_is_planned() {
     let room = Room::new("seed = 1", "seed = 1");
     let before = room.files();
@@ -106,6 +122,7 @@ fn outputs_that_cannot_be_written_are_refused_before_anything_is_planned() {
         ("--export", room.path("missing/plan.json"), "missing"),
         ("--json", room.path("missing/report.json"), "missing"),
         ("--json", room.path("."), "folder"),
+        ("--json", "/dev/null".into(), "no ordinary file"),
         ("--picture", room.path("missing/walk.png"), "missing"),
         ("--picture", room.path("walk.gif"), ".apng"),
         ("--picture", room.path("walk"), ".png"),

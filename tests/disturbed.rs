@@ -77,9 +77,9 @@ fn walk_plan(
     for chunk in chunks {
         let mut chunk = PlanChunk { target_instance: INSTANCE, session: 1, ..*chunk };
         chunk.seal();
-        walker.admit(&chunk).unwrap_or_else(|violation| panic!("chunk {}: {violation}", chunk.sequence));
+        walker.admit(&chunk, &mut || {}).unwrap_or_else(|violation| panic!("chunk {}: {violation}", chunk.sequence));
         let landing = walker.landing(&chunk).map(|contact| leg_joints(model, contact.limb as usize));
-        let Walked::As(real, _) = disturbance.walk(walker, &chunk) else {
+        let Walked::As(real, _) = disturbance.walk(walker, &chunk, &mut || {}) else {
             walker.hold();
             course.replans += 1;
             return;

@@ -113,11 +113,31 @@ fn no_way_ends_at_a_bound_that_is_named() {
         let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
         let bound = report["bound"].as_str().unwrap_or_else(|| panic!("{name}: no bound in {report}"));
         assert!(said.out.contains(&format!("planner.{bound}")), "{name}: '{bound}' is not in: {}", said.out);
+        let failures = report["diagnosis"]["hindrance"]["failures"].as_u64();
+        assert!(failures > Some(0) && said.out.contains("\n  stuck "), "{name}: where it got stuck is not in {report}: {}", said.out);
         assert!(!plan.exists() && !picture.exists(), "{name}: a plan where there is none");
         assert_eq!(count(&report["chunks"]["sent"]), 0);
         assert_eq!(said.err, "", "{name}: quiet is quiet");
         assert_nothing_left(said.pid);
     }
+}
+
+#[test]
+fn where_a_wall_stands_across_a_search_is_stuck_before_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let json = folder.path().join("report.json");
+    let said = run(&["plan", &scenario("no_way_wall"), "--quiet", "--json", json.to_str().unwrap()]);
+    assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+    let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+    let diagnosis = &report["diagnosis"];
+    let x = diagnosis["hindrance"]["xyz"][0].as_f64().unwrap();
+    assert!((2.6..=3.4).contains(&x), "the wall stands at x = 3: {diagnosis}");
+    let most = diagnosis["rejections"].as_object().unwrap().iter().max_by_key(|(_, count)| count.as_u64()).unwrap();
+    assert_eq!(most.0, "collision", "{diagnosis}");
+    let found = run(&["plan", &scenario("flat_walk"), "--quiet", "--json", json.to_str().unwrap()]);
+    assert!(found.code == 0 && !found.out.contains("stuck"), "{}", found.out);
+    let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
+    assert!(report["diagnosis"].is_null(), "{report}");
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Another user of the machine can neither read, nor write, nor stop, nor enter a running pair.
 //!
-//! Needs root, to become somebody else; says so and skips otherwise.
+//! Needs root, to become somebody else; says so and skips otherwise, or fails where `SUREFOOT_REQUIRE_ALL` is set.
 
 #![allow(clippy::print_stdout, reason = "a test says what it found")]
 #![allow(clippy::unwrap_used, reason = "a test ends where a system call does not do its part")]
 
+#[path = "common/absent.rs"]
+mod absent;
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
 mod command;
@@ -25,7 +27,7 @@ fn is_root() -> bool {
     // SAFETY: geteuid has no preconditions and cannot fail.
     let root = unsafe { libc::geteuid() } == 0;
     if !root {
-        println!("not root: skipped");
+        absent::skip("not root");
     }
     root
 }

@@ -98,6 +98,7 @@ fn plan() -> PlanFile {
             feet: BTreeMap::new(),
             locked_joints: BTreeMap::new(),
             effort_limits: BTreeMap::new(),
+            acceleration_limits: BTreeMap::new(),
             effort_scale: None,
         },
         scene: SceneBlock { mu: 0.6, shapes: Vec::new() },

@@ -1,9 +1,11 @@
-//! The Python listener hears a running walk. Skipped where the `iceoryx2` package is missing; `SUREFOOT_PYTHON` names another
-//! interpreter, such as that of an environment which has it.
+//! The Python listener hears a running walk. Skipped where the `iceoryx2` package is missing, or fails there if
+//! `SUREFOOT_REQUIRE_ALL` is set; `SUREFOOT_PYTHON` names another interpreter, such as that of an environment which has it.
 
 #![allow(clippy::print_stdout, reason = "a test says what it skips")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
+#[path = "common/absent.rs"]
+mod absent;
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
 mod command;
@@ -15,13 +17,15 @@ use command::{finish, scenario, surefoot};
 use surefoot_shared_types::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 
+/// Chunks that a listener may miss: who falls eight behind on a busy machine does, and nobody waits for it.
+const MISSED_MAX: usize = 8;
+
 #[test]
-fn a_python_program_hears_every_chunk_and_the_robot() {
+fn a_python_program_hears_the_chunks_and_the_robot() {
     let python = std::env::var("SUREFOOT_PYTHON").unwrap_or_else(|_| "python3".into());
     let imports = Command::new(&python).args(["-c", "import iceoryx2"]).stderr(Stdio::null()).status();
     if !imports.is_ok_and(|status| status.success()) {
-        println!("skipped: {python} has no iceoryx2 package; pip install iceoryx2==0.10.0, or set SUREFOOT_PYTHON");
-        return;
+        return absent::skip(&format!("{python} has no iceoryx2 package; pip install iceoryx2==0.10.0, or set SUREFOOT_PYTHON"));
     }
     let name = format!("test-python-{}", std::process::id());
     let instance = Instance::create(&name).unwrap();
@@ -41,9 +45,10 @@ fn a_python_program_hears_every_chunk_and_the_robot() {
     let mut rest = String::new();
     out.read_to_string(&mut rest).unwrap();
     assert!(listener.wait().unwrap().success());
-    let heard: Vec<&str> = rest.lines().filter(|line| line.starts_with("chunk ")).collect();
+    let number = |line: &str| line.strip_prefix("chunk ")?.split_once(" of plan 1, epoch 0: ")?.0.parse::<usize>().ok();
+    let heard: Vec<usize> = rest.lines().filter_map(number).collect();
     let accepted: usize = control.out.split(" chunks walked").next().unwrap().trim().rsplit(' ').next().unwrap().parse().unwrap();
-    assert_eq!(heard.len(), accepted, "{rest}");
-    assert!(heard.iter().enumerate().all(|(index, line)| line.starts_with(&format!("chunk {index} of plan 1, epoch 0: "))), "{rest}");
+    assert!(heard.is_sorted_by(|a, b| a < b) && heard.last().is_some_and(|last| *last < accepted), "{rest}");
+    assert!(heard.len() + MISSED_MAX >= accepted, "{} of {accepted} heard: {rest}", heard.len());
     assert!(rest.lines().any(|line| line.starts_with("robot at 5.00 s: centre of mass ")), "{rest}");
 }

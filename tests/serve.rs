@@ -35,7 +35,8 @@ impl Pair {
         run(&[&["request", "--instance", &self.name], wish].concat())
     }
 
-    fn end(self) {
+    /// Ends both; answers what the planner said.
+    fn end(self) -> String {
         for child in [&self.plan, &self.control] {
             assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
         }
@@ -43,6 +44,7 @@ impl Pair {
         assert_eq!((plan.code, control.code), (143, 0), "{}{}", plan.err, control.err);
         let left = Instance::attach(&self.name).err().map(|error| error.to_string());
         assert!(left.is_some_and(|error| error.contains("does not exist")), "the instance lives on");
+        plan.out
     }
 }
 
@@ -58,7 +60,9 @@ fn clients_ask_for_one_walk_after_the_other_and_a_monitor_hears_them() {
     let said = pair.request(&["--replan", "--seed", "5"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let said = pair.request(&["--goal", "1.5,0,4,0"]);
-    assert_eq!(said.code, 2, "a goal in the air: {}{}", said.out, said.err);
+    assert!(said.code == 2 && said.out.starts_with("goal_invalid"), "a goal in the air: {}{}", said.out, said.err);
+    let said = pair.request(&["--start", "1.5,0,4,0", "--goal", "1.5,0,0,0"]);
+    assert!(said.code == 2 && said.out.starts_with("start_invalid"), "a start in the air: {}{}", said.out, said.err);
     let said = pair.request(&["--cancel"]);
     assert_eq!((said.code, said.out.starts_with("cancelled")), (0, true), "{}{}", said.out, said.err);
     assert!(Command::new("kill").args(["-INT", &monitor.id().to_string()]).status().unwrap().success());
@@ -67,7 +71,10 @@ fn clients_ask_for_one_walk_after_the_other_and_a_monitor_hears_them() {
     let count = |event: &str| events.iter().filter(|line| line["event"] == event).count();
     assert_eq!((count("planner"), count("controller"), count("refused")), (1, 1, 0), "{}", heard.out);
     assert!(count("finished") >= 3 && count("plan") >= 3 && count("summary") >= 1 && count("request") >= 6, "{}", heard.out);
-    pair.end();
+    let planner_said = pair.end();
+    for word in ["plan 1.0: accepted", "the goal is invalid", "the start is invalid", "there is nothing to stand on"] {
+        assert!(planner_said.contains(word), "'{word}' is not in: {planner_said}");
+    }
 }
 
 #[test]

@@ -119,6 +119,8 @@ struct Mouth {
     stock: Stock<Feedback>,
     words: u64,
     spoke_at: Instant,
+    /// When it answered last: heartbeats wake nobody.
+    answered_at: Instant,
     lateness: Option<Lateness>,
 }
 
@@ -311,7 +313,7 @@ impl Mouth {
         let publisher = link.feedback.publisher_builder().max_loaned_samples(WORD_POOL).create();
         let publisher = publisher.map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
         link.instance.reserve_segments()?;
-        Ok(Self { stock: Stock::new(publisher, WORD_POOL, STOCK)?, words: 0, spoke_at: now(), lateness: None })
+        Ok(Self { stock: Stock::new(publisher, WORD_POOL, STOCK)?, words: 0, spoke_at: now(), answered_at: now(), lateness: None })
     }
 
     /// Whether it is time for a heartbeat.
@@ -321,8 +323,9 @@ impl Mouth {
 
     /// Says a word, and wakes a planner that has waited for it.
     fn answer(&mut self, word: Feedback, may_sleep: bool, bell: &Bell) -> Result<(), ChannelError> {
-        let may_sleep = may_sleep || self.spoke_at.elapsed() >= AWAKE_FOR;
+        let may_sleep = may_sleep || self.answered_at.elapsed() >= AWAKE_FOR;
         self.send(word)?;
+        self.answered_at = self.spoke_at;
         if may_sleep {
             bell.ring();
         }

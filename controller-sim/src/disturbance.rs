@@ -50,8 +50,8 @@ impl Disturbance {
         Self { seed, planned_from_real: [Pose::IDENTITY; 2], late: 0.0 }
     }
 
-    /// Walks a chunk that `walker` has admitted, as the feet really stand.
-    pub fn walk(&mut self, walker: &mut Walker, chunk: &PlanChunk) -> Walked {
+    /// Walks a chunk that `walker` has admitted, as the feet really stand. `alive` is called now and then meanwhile.
+    pub fn walk(&mut self, walker: &mut Walker, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Walked {
         if chunk.sequence == 0 {
             // A plan begins where the robot really stands.
             (self.planned_from_real, self.late) = ([Pose::IDENTITY; 2], 0.0);
@@ -64,7 +64,7 @@ impl Disturbance {
             if let Some(landing) = &landing {
                 feet[landing.limb as usize] = self.misplaced(chunk, attempt);
             }
-            match walk_really(walker, chunk, landing.as_ref(), &feet, self.late) {
+            match walk_really(walker, chunk, landing.as_ref(), (&feet, self.late), alive) {
                 Ok((real, margins)) => {
                     walker.walk_as(chunk, &real, &margins);
                     self.planned_from_real = after(chunk, feet);
@@ -101,17 +101,17 @@ fn walk_really(
     walker: &mut Walker,
     chunk: &PlanChunk,
     landing: Option<&Contact>,
-    feet: &[Pose; 2],
-    late: f64,
+    (feet, late): (&[Pose; 2], f64),
+    alive: &mut dyn FnMut(),
 ) -> Result<(PlanChunk, Margins), String> {
     let mut real = really(walker.checker(), chunk, feet)?;
     slow_down(walker.checker(), &mut real, late);
     let mode = SupportMode::from_wire(chunk.mode).ok_or("no mode")?;
     if landing.is_some() {
-        check_slide(walker, &real)?;
+        check_slide(walker, &real, alive)?;
     }
     let segment = Segment { mode, contacts: real.contacts(), waypoints: real.waypoints() };
-    let margins = walker.check(&segment).map_err(|violation| violation.to_string())?;
+    let margins = walker.check(&segment, alive).map_err(|violation| violation.to_string())?;
     Ok((real, margins))
 }
 
@@ -130,11 +130,11 @@ fn end_of(chunk: &PlanChunk) -> f64 {
 }
 
 /// Whether the landing foot may slide from its planned place to where it comes to rest.
-fn check_slide(walker: &mut Walker, real: &PlanChunk) -> Result<(), String> {
+fn check_slide(walker: &mut Walker, real: &PlanChunk, alive: &mut dyn FnMut()) -> Result<(), String> {
     let Some(Standing { waypoint, mode, contacts }) = walker.really_standing().cloned() else { return Ok(()) };
     let end = Waypoint { time: waypoint.time + 1.0, ..real.waypoints()[0] };
     let slide = Segment { mode, contacts: &contacts, waypoints: &[waypoint, end] };
-    walker.check(&slide).map(drop).map_err(|violation| violation.to_string())
+    walker.check(&slide, alive).map(drop).map_err(|violation| violation.to_string())
 }
 
 /// The chunk with its feet where they really are.

@@ -102,20 +102,20 @@ impl Walker {
     /// Admits a chunk, checks it, and walks it: the worst margins of the chunk, or why it is refused. Tested in the order
     /// CRC, form, instance, robot, world, configuration, sequence, stream, continuity, physics.
     pub fn admit_and_walk(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
-        let margins = self.admit(chunk)?;
+        let margins = self.admit(chunk, &mut || {})?;
         self.walk(chunk, &margins);
         Ok(margins)
     }
 
-    /// As [`Self::admit_and_walk`], but the robot does not move.
-    pub fn admit(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
+    /// As [`Self::admit_and_walk`], but the robot does not move. `alive` is called now and then meanwhile.
+    pub fn admit(&mut self, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Result<Margins, Violation> {
         let mode = check_message(chunk, &self.identity, self.checker.model().joints.len())?;
         let starts_plan = self.starts_plan(chunk);
         self.check_sequence(chunk, starts_plan)?;
         self.check_stream(chunk, starts_plan)?;
         self.check_continuity(chunk, mode, starts_plan)?;
         let segment = Segment { mode, contacts: chunk.contacts(), waypoints: chunk.waypoints() };
-        self.checker.check_segment(&segment)
+        self.checker.check_segment(&segment, alive)
     }
 
     /// The contact of an admitted chunk that the robot does not stand on yet.
@@ -126,9 +126,9 @@ impl Walker {
         chunk.contacts().iter().find(|contact| is_double && !stands(contact))
     }
 
-    /// The physical checks of a motion that is not the plan's.
-    pub fn check(&mut self, segment: &Segment) -> Result<Margins, Violation> {
-        self.checker.check_segment(segment)
+    /// The physical checks of a motion that is not the plan's. `alive` is called now and then meanwhile.
+    pub fn check(&mut self, segment: &Segment, alive: &mut dyn FnMut()) -> Result<Margins, Violation> {
+        self.checker.check_segment(segment, alive)
     }
 
     /// The robot has walked an admitted chunk with its feet elsewhere than planned, as `real` says.

@@ -1,4 +1,5 @@
-//! The judge's example plans, where they exist: the good ones pass, the bad ones fail for the right reason.
+//! The judge's example plans, where they exist: the good ones pass, the bad ones fail for the right reason. A clone has none, so
+//! `SUREFOOT_REQUIRE_ALL` does not ask for them.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a panic fails the test; what is skipped is said")]
 

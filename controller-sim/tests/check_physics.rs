@@ -23,7 +23,7 @@ fn judge(robot: RobotModel, world: World, contacts: &[Contact], waypoints: &[Way
         _ => SupportMode::Double,
     };
     let mut checker = Checker::new(robot, world, CheckerConfig::default()).unwrap();
-    checker.check_segment(&Segment { mode, contacts, waypoints })
+    checker.check_segment(&Segment { mode, contacts, waypoints }, &mut || {})
 }
 
 fn refused(result: Result<Margins, Violation>, check: Check, words: &str) -> Violation {
@@ -176,6 +176,19 @@ fn a_weak_joint_is_named() {
     assert!((margins.torque - (1.0 - 1.6 * GRAVITY / 15.8)).abs() < 1e-4, "{margins:?}");
 }
 
+#[test]
+fn a_joint_that_is_weak_between_two_waypoints_is_named() {
+    let level = std::f64::consts::FRAC_PI_2;
+    let past_level = |effort: f64| {
+        let mut weak = robot();
+        weak.joints[SHOULDER].effort = effort;
+        judge(weak, world(vec![]), &both_feet(), &swing((0.1 - level, 0.0), (-0.1 - level, 0.0), 2))
+    };
+    let needed = 1.6 * GRAVITY;
+    refused(past_level(needed * 0.5 * (1.0 + libm::cos(0.1))), Check::Torque, "shoulder");
+    assert!(past_level(1.01 * needed).is_ok());
+}
+
 /// The robot whose elbow is locked at half a radian and may need `effort`.
 fn robot_with_locked_elbow(effort: f64) -> RobotModel {
     let mut robot = robot();
@@ -287,6 +300,45 @@ fn check_all_names_every_violated_check() {
     let found: Vec<Check> = report.violations.iter().map(|violation| violation.check).collect();
     assert_eq!(found, [Check::Torque]);
     assert!(report.margins.balance.is_finite() && report.margins.torque == f64::INFINITY);
+}
+
+#[test]
+fn what_is_not_a_number_passes_no_check() {
+    let standing = |spoil: fn(&mut Waypoint)| {
+        let mut waypoint = waypoint(0.0, 0.0, 0.0);
+        spoil(&mut waypoint);
+        judge(robot(), world(vec![]), &both_feet(), &[waypoint])
+    };
+    refused(standing(|waypoint| waypoint.q[SHOULDER] = f64::NAN), Check::Limits, "shoulder");
+    refused(standing(|waypoint| waypoint.root_position[2] = f64::NAN), Check::Contact, "left sole");
+    refused(standing(|waypoint| waypoint.root_rotation = [f64::NAN; 4]), Check::Contact, "left sole");
+    let mut swing = swing((0.0, 0.0), (0.1, 0.0), 3);
+    swing[1].time = f64::NAN;
+    refused(judge(robot(), world(vec![]), &both_feet(), &swing), Check::Spacing, "time");
+    let mut contacts = both_feet();
+    contacts[1].position[0] = f64::NAN;
+    refused(judge(robot(), world(vec![]), &contacts, &[waypoint(0.0, 0.0, 0.0)]), Check::Contact, "right sole");
+}
+
+#[test]
+fn links_whose_place_is_not_a_number_collide() {
+    let mut lost = waypoint(0.0, 0.0, 0.0);
+    lost.q[SHOULDER] = f64::NAN;
+    let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
+    let report = checker.check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &[lost] });
+    let checks: Vec<Check> = report.violations.iter().map(|violation| violation.check).collect();
+    assert!(checks.contains(&Check::Collision) && checks.contains(&Check::SelfCollision), "{:?}", report.violations);
+}
+
+#[test]
+fn a_check_gives_a_sign_of_life_at_every_waypoint() {
+    let waypoints = swing((0.0, 0.0), (0.3, 0.0), 8);
+    let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
+    let mut signs = 0;
+    let segment = Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &waypoints };
+    checker.check_segment(&segment, &mut || signs += 1).unwrap();
+    // Torque, collision and self-collision.
+    assert!(signs >= 3 * waypoints.len(), "{signs}");
 }
 
 #[test]

@@ -9,7 +9,7 @@ use surefoot_shared_types::robot::RobotModel;
 use crate::ankle::AnkleHold;
 use crate::carriage::Carriage;
 use crate::collision::ball::{BodyBall, body_balls};
-use crate::kinematics::leg::LegError;
+use crate::kinematics::leg::{LegError, limits_within};
 use crate::kinematics::{Leg, Tree};
 use crate::snapshot::Snapshot;
 use crate::statics::Statics;
@@ -104,7 +104,10 @@ impl Body {
         let legs = [Leg::new(model, 0, margin)?, Leg::new(model, 1, margin)?];
         let carry_feet: Vec<usize> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
         let free = model.joints.iter().enumerate().filter(|(index, _)| !carry_feet.contains(index));
-        let free_joints = free.map(|(index, joint)| FreeJoint { index, lower: joint.lower + margin, upper: joint.upper - margin });
+        let free_joints = free.map(|(index, joint)| {
+            let [lower, upper] = limits_within(joint, margin);
+            FreeJoint { index, lower, upper }
+        });
         let mut standing_q = [0.0; JOINTS_MAX];
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
         let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);

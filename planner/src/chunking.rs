@@ -28,6 +28,7 @@ pub struct Provenance {
 #[derive(Debug)]
 pub struct ChunkBuilder {
     chunks: Vec<PlanChunk>,
+    waypoints_max: u64,
     provenance: Provenance,
     timing: Timing,
     plan_id: u64,
@@ -46,6 +47,7 @@ impl ChunkBuilder {
         let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 16;
         Self {
             chunks: reserve(chunks_max),
+            waypoints_max: waypoints_max as u64,
             provenance,
             timing,
             plan_id: 1,
@@ -88,10 +90,10 @@ impl ChunkBuilder {
         first: &Configuration,
         track: &[Configuration],
     ) -> Result<(), ArenaFull> {
-        if self.waypoints == 0 {
-            self.waypoints = 1;
+        self.waypoints = self.waypoints.max(1) + track.len() as u64;
+        if self.waypoints > self.waypoints_max {
+            return Err(ArenaFull::Waypoints);
         }
-        self.waypoints += track.len() as u64;
         let mut from = *first;
         for piece in track.chunks(CHUNK_WAYPOINTS_MAX - 1) {
             self.push_chunk(support, stance, &from, piece)?;

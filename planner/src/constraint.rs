@@ -5,6 +5,7 @@
 use glam::DVec2;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::config::planner::{FOOT_DRIFT_MAX, FOOT_TURN_MAX};
 use surefoot_shared_types::message::SupportMode;
 use surefoot_shared_types::spatial::interpolate;
 
@@ -76,11 +77,7 @@ const START_EASE: f64 = 4e-3;
 impl Mode {
     /// Whether a foot stands still in this mode.
     pub fn stands(&self, limb: usize) -> bool {
-        match self.support {
-            SupportMode::Left => limb == 0,
-            SupportMode::Right => limb == 1,
-            SupportMode::Double => true,
-        }
+        self.support.carries(limb)
     }
 
     /// The foot that swings, if one does.
@@ -89,10 +86,6 @@ impl Mode {
     }
 }
 
-/// A stance foot may be this far from its place between two waypoints, m; half of what the checker tolerates.
-const FOOT_DRIFT_MAX: f64 = 1.0e-3;
-/// A stance foot may be turned this far between two waypoints, rad; half of what the checker tolerates.
-const FOOT_TURN_MAX: f64 = 1.7e-3;
 /// Shares of the weight on the right foot that are tried for double support, after the one that follows the centre of mass.
 const LOAD_SHARES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
 

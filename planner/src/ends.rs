@@ -1,5 +1,7 @@
 //! Whether and how the robot stands at the start and at the goal.
 
+use std::ops::ControlFlow;
+
 use glam::DVec2;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::Mark;
@@ -9,7 +11,8 @@ use surefoot_shared_types::scene::World;
 use crate::body::{Body, Configuration};
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Rejection};
-use crate::foot_placement::{FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
+use crate::foot_placement::{Effort, FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
+use crate::foot_query::FootQuery;
 use crate::motion::foothold::{Foothold, double_mode};
 use crate::motion::track::State;
 use crate::outcome::EndFault;
@@ -29,14 +32,21 @@ pub struct End {
     pub support: SupportMode,
 }
 
-/// Stands the robot on a mark exactly.
+/// How far below and above its print a sole may find the ground, m.
+const GROUND_REACH_Z: [f64; 2] = [-0.1, 0.1];
+/// How far aside of its print a sole may come to rest, m.
+const ASIDE_MAX: f64 = 0.03;
+/// How hard ground near a print is looked for.
+const GROUND_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
+
+/// Stands the robot on a mark: exactly where the ground is level there, and else as the ground near it takes each sole.
 ///
 /// # Errors
 /// Why it cannot stand there.
 pub fn stand_on(constraints: &Constraints, surfaces: &Surfaces, scratch: &mut Scratch, mark: &Mark) -> Result<End, EndFault> {
     let prints = mark.world_from_soles();
-    let left = foothold_at(constraints, surfaces, scratch, 0, &prints[0])?;
-    let right = foothold_at(constraints, surfaces, scratch, 1, &prints[1])?;
+    let left = foothold_near(constraints, surfaces, scratch, 0, &prints[0])?;
+    let right = foothold_near(constraints, surfaces, scratch, 1, &prints[1])?;
     let footholds = [left, right];
     let state = stand(constraints, &footholds, mark.yaw).map_err(EndFault::NoPosture)?;
     Ok(End { footholds, state, support: SupportMode::Double })
@@ -65,7 +75,7 @@ pub(crate) fn supported_anew(body: &Body, world: &World, standing: &Standing) ->
     let mode = SupportMode::from_wire(standing.mode);
     for contact in &mut standing.contacts[..standing.contacts_len as usize] {
         let limb = contact.limb as usize;
-        if mode.is_some_and(|mode| carries(mode, limb)) {
+        if mode.is_some_and(|mode| mode.carries(limb)) {
             let support = surfaces.support(&mut scratch, &body.sole_polygons[limb], &contact.world_from_sole());
             set_polygon(contact, support.as_ref().map_or(&[], |support| &support.polygon));
         }
@@ -88,7 +98,7 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
     let support = SupportMode::from_wire(standing.mode).ok_or(EndFault::UnknownStance)?;
     let [Some(left), Some(right)] = [0, 1].map(|limb| standing.contact_of(limb)) else { return Err(EndFault::UnknownStance) };
     for (limb, contact) in [left, right].into_iter().enumerate() {
-        if carries(support, limb) && contact.polygon_len < 3 {
+        if support.carries(limb) && contact.polygon_len < 3 {
             return Err(EndFault::Unsupported { limb, reason: NoSupport::NothingBelow });
         }
     }
@@ -99,7 +109,7 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
     });
     let configuration = Configuration { world_from_root: standing.waypoint.world_from_root(), q: standing.waypoint.q };
     let snapshot = constraints.body.snapshot(&configuration);
-    let world_from_soles = [0, 1].map(|limb| match carries(support, limb) {
+    let world_from_soles = [0, 1].map(|limb| match support.carries(limb) {
         false => constraints.body.world_from_sole(&snapshot, limb),
         true => footholds[limb].world_from_sole,
     });
@@ -109,12 +119,30 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
 impl End {
     /// Whether a foot carries the robot.
     pub fn stands(&self, limb: usize) -> bool {
-        carries(self.support, limb)
+        self.support.carries(limb)
     }
 }
 
-fn carries(support: SupportMode, limb: usize) -> bool {
-    !matches!((support, limb), (SupportMode::Left, 1) | (SupportMode::Right, 0))
+/// The placement of a foot at a pose, or where that is not carried the nearest one that the ground offers.
+fn foothold_near(
+    constraints: &Constraints,
+    surfaces: &Surfaces,
+    scratch: &mut Scratch,
+    limb: usize,
+    print: &Pose,
+) -> Result<Foothold, EndFault> {
+    let exact = foothold_at(constraints, surfaces, scratch, limb, print);
+    let Err(EndFault::Unsupported { .. }) = exact else { return exact };
+    let query =
+        FootQuery { limb, ideal: *print, reach_z: GROUND_REACH_Z, seed: 0, name: (limb as u64, 0), effort: GROUND_EFFORT, kept_max: 1 };
+    let mut nearest = None;
+    query.run((constraints, surfaces), scratch, &mut |placement| {
+        let aside = (placement.world_from_sole.translation - print.translation).truncate().length();
+        let is_near = aside <= ASIDE_MAX;
+        nearest = is_near.then_some(placement.world_from_sole).or(nearest);
+        ControlFlow::Continue(is_near)
+    });
+    nearest.map_or(exact, |pose| foothold_at(constraints, surfaces, scratch, limb, &pose))
 }
 
 /// The placement of a foot exactly at a pose.

@@ -109,7 +109,8 @@ impl ArenaFull {
         match self {
             Self::Footholds => "footholds_max",
             Self::Transitions => "transitions_max",
-            Self::Boundaries | Self::Configurations | Self::Edges => "configurations_max",
+            Self::Stations => "stations_max",
+            Self::Configurations | Self::Edges => "configurations_max",
             Self::Waypoints => "waypoints_max",
         }
     }

@@ -17,6 +17,7 @@
 //! Weigh     which motions are crooked                    [Grey 4.4.6]
 //! Polish    shortcuts and corners within the modes       [Grey 4.4.6]
 //! Assemble  chunks out of the motions
+//! Scatter   more placements about a step that is not found   [Grey 4.4.4]
 //! Vary      the placements of a step that is not found   [Grey 4.4.4]
 //! ```
 //!
@@ -27,7 +28,9 @@
 
 mod connect;
 mod cycle;
+mod hindrances;
 mod lanes;
+mod phase;
 mod polish;
 mod primitive_stretches;
 mod remedies;
@@ -50,26 +53,30 @@ use crate::arena::reserve;
 use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
-use crate::constraint::{Constraints, Rejection, StartBalance};
+use crate::constraint::{Constraints, StartBalance};
 use crate::ends::{foothold_at, stand_as, stand_on, supported_anew};
 use crate::foot_placement::polygon::area_and_centroid;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
-use crate::motion::graph::{ArenaFull, FootholdId, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
+use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
 use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
 use crate::motion::round::Round;
 use crate::motion::sequence::SequenceSearch;
-use crate::motion::shortcut::Goal;
 use crate::outcome::{Bound, Outcome, Status};
-use crate::possibility::{Context, Growth, Labelled, Progress, Torso};
+use crate::possibility::{Context, Growth, Progress, Torso};
 use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::{Seeding, is_step};
 use crate::stage::Stage;
 use crate::timing::Timing;
 use crate::trouble::Focus;
+use hindrances::Hindrances;
 use lanes::Lanes;
+use phase::Phase;
 use polish::Polish;
 use primitive_stretches::{Walker, pair_on};
 use segments::Cuts;
+
+pub use hindrances::Hindrance;
+pub use phase::Tally;
 
 /// Why a planner cannot be made for these inputs.
 #[derive(Debug, thiserror::Error)]
@@ -94,80 +101,6 @@ pub enum PlannerError {
         /// What the system says.
         reason: String,
     },
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Phase {
-    Ends,
-    Route,
-    Cut { station: usize },
-    Seed { next: usize },
-    Connect { next: FootholdId },
-    Vary { index: usize, tried: usize, end: usize },
-    Primitive,
-    Emit,
-    Sequence { begun: bool },
-    Judge,
-    Sample,
-    Move,
-    Weigh { next: usize },
-    Polish(Goal),
-    Assemble { next: usize },
-    Seal,
-    Over(Outcome),
-}
-
-impl Phase {
-    /// Whether the phase counts its own units of work; a piece of any other is one unit.
-    fn counts(&self) -> bool {
-        matches!(self, Self::Judge | Self::Emit | Self::Sequence { .. } | Self::Sample | Self::Move | Self::Polish(_))
-    }
-
-    fn stage(&self) -> Stage {
-        match self {
-            Self::Ends => Stage::Ends,
-            Self::Route | Self::Cut { .. } => Stage::Route,
-            Self::Seed { .. } | Self::Vary { .. } => Stage::Seed,
-            Self::Connect { .. } | Self::Judge => Stage::Connect,
-            Self::Sequence { .. } => Stage::Sequence,
-            Self::Sample => Stage::Sample,
-            Self::Primitive | Self::Emit | Self::Move => Stage::Move,
-            Self::Weigh { .. } | Self::Polish(_) => Stage::Polish,
-            Self::Assemble { .. } | Self::Seal => Stage::Assemble,
-            Self::Over(_) => Stage::Over,
-        }
-    }
-}
-
-/// What a search has done so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Tally {
-    /// Work units spent.
-    pub work: u64,
-    /// The same by [`Stage`].
-    pub work_by_stage: [u64; Stage::COUNT],
-    /// Sequences tried.
-    pub sequences: u64,
-    /// Guide routes followed.
-    pub routes: u64,
-    /// Most segments of a route that shared a round.
-    pub segments_at_once: u64,
-    /// Sweeps of foot placements along guide routes.
-    pub sweeps: u64,
-    /// Transitions with a configuration.
-    pub transitions_found: u64,
-    /// Motions found.
-    pub motions_found: u64,
-    /// Motions that pi_S gave.
-    pub primitives: u64,
-    /// Motions that pi_S could not give although C_S holds; always 0.
-    pub primitives_failed: u64,
-    /// Edges of the guide route followed last.
-    pub route_edges: Labelled,
-    /// Edges of the trees of stage P.
-    pub tree_edges: Labelled,
-    /// What was turned down, by [`Rejection`].
-    pub rejections: [u64; Rejection::COUNT],
 }
 
 /// A planner for one robot, world and scenario. All memory is allocated by [`Planner::new`].
@@ -198,6 +131,7 @@ pub struct Planner {
     /// The walk from start to goal: transitions and the nodes of boundaries.
     walk: Vec<TransitionId>,
     tally: Tally,
+    hindrances: Hindrances,
     digest: Digest,
     focus: Focus,
     /// Whether placements are connected that are farther apart than primitive postures reach.
@@ -260,6 +194,7 @@ impl Planner {
             stations_before: None,
             walk: reserve(config.configurations_max as usize),
             tally: Tally::default(),
+            hindrances: Hindrances::default(),
             digest: Digest::default(),
             focus: Focus::new(2 * stations_max),
             stretches: false,
@@ -292,15 +227,40 @@ impl Planner {
 
     /// Advances the search by at most `work` units, or to its end.
     pub fn step(&mut self, work: u64) -> Status {
+        self.step_while(work, &|| true)
+    }
+
+    /// The same, but no farther once `goes_on`, asked now and then, says no: for a signal that asks for the end. When it does so
+    /// has no influence on the plan.
+    pub fn step_while(&mut self, work: u64, goes_on: &(dyn Fn() -> bool + Sync)) -> Status {
+        let until = self.tally.work.saturating_add(work);
+        self.in_pool(|planner| {
+            loop {
+                let status = planner.step_inside((until - planner.tally.work).min(WORK_PER_LOOK), None);
+                if status != Status::Working || planner.tally.work >= until || !goes_on() {
+                    return status;
+                }
+            }
+        })
+    }
+
+    /// The same, but no farther than to the end of the stage that the search is in: for whoever times stages.
+    pub fn step_stage(&mut self, work: u64) -> Status {
+        let stage = self.phase.stage();
+        self.in_pool(|planner| planner.step_inside(work, Some(stage)))
+    }
+
+    fn in_pool(&mut self, advance: impl FnOnce(&mut Self) -> Status + Send) -> Status {
         match self.pool.clone() {
-            Some(pool) => pool.install(|| self.step_inside(work)),
-            None => self.step_inside(work),
+            Some(pool) => pool.install(|| advance(self)),
+            None => advance(self),
         }
     }
 
-    fn step_inside(&mut self, work: u64) -> Status {
+    /// Advances by at most `work` units, and no farther than to the end of a stage.
+    fn step_inside(&mut self, work: u64, only: Option<Stage>) -> Status {
         let until = self.tally.work.saturating_add(work).min(self.shared.constraints.config.work_max);
-        while self.tally.work < until {
+        while self.tally.work < until && only.is_none_or(|stage| stage == self.phase.stage()) {
             if let Phase::Over(outcome) = self.phase {
                 return Status::Done(outcome);
             }
@@ -324,7 +284,11 @@ impl Planner {
 
     /// The plan's chunks, once found; complete but for who receives them.
     pub fn chunks(&self) -> &[PlanChunk] {
-        self.chunks.chunks()
+        if self.has_found() { self.chunks.chunks() } else { &[] }
+    }
+
+    fn has_found(&self) -> bool {
+        self.phase == Phase::Over(Outcome::Found)
     }
 
     /// The digest of the chunk stream, once found.
@@ -337,6 +301,11 @@ impl Planner {
         self.tally
     }
 
+    /// Where the search failed most often to get on, if it did.
+    pub fn hindrance(&self) -> Option<Hindrance> {
+        self.hindrances.worst()
+    }
+
     /// The robot, the world and the conditions of every configuration.
     pub fn constraints(&self) -> &Constraints {
         &self.shared.constraints
@@ -344,27 +313,30 @@ impl Planner {
 
     /// Waypoints of the plan, once found.
     pub fn waypoints(&self) -> u64 {
-        self.chunks.waypoints()
+        if self.has_found() { self.chunks.waypoints() } else { 0 }
     }
 
     /// Steps of the plan, once found: how often a foot is lifted and set down.
     pub fn steps(&self) -> u64 {
-        let walk = if self.phase == Phase::Over(Outcome::Found) { self.walk.as_slice() } else { &[] };
+        let walk = if self.has_found() { self.walk.as_slice() } else { &[] };
         let is_boundary = |node: TransitionId| boundary_of(node).is_some();
         let is_swing = |pair: &&[TransitionId]| !is_boundary(pair[0]) && !is_boundary(pair[1]) && pair[1] != Graph::twin(pair[0]);
         walk.windows(2).filter(is_swing).count() as u64
     }
 
     /// Bytes of all arenas by name.
-    pub fn arena_bytes(&self) -> [(&'static str, usize); 8] {
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 9] {
+        let walk = self.walk.capacity() * size_of::<TransitionId>() + self.nearest_stations.capacity() * size_of::<u32>();
+        let sequence = self.search.bytes() + self.lanes.bytes() + self.cuts.bytes() + self.focus.bytes() + walk;
         [
             ("possibility", self.growth.bytes()),
             ("roadmap", self.roadmap.bytes()),
             ("rounds", self.round.bytes()),
-            ("sequence", self.search.bytes() + self.lanes.bytes() + self.cuts.bytes()),
+            ("sequence", sequence),
             ("chunks", self.chunks.bytes()),
             ("collision", self.shared.constraints.collision.bytes()),
             ("surfaces", self.surfaces.heap_bytes()),
+            ("foot placement", self.scratch.iter().map(Scratch::heap_bytes).sum()),
             ("polish", self.polish.bytes()),
         ]
     }
@@ -373,12 +345,13 @@ impl Planner {
     fn advance(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         match self.phase {
             Phase::Ends => self.stand_on_ends(),
-            Phase::Route => Ok(self.find_route()),
+            Phase::Route => self.find_route(),
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
             Phase::Judge => Ok(self.judge(budget)),
-            Phase::Vary { index, tried, end } => self.vary(index, tried, end),
+            Phase::Scatter { index } => self.scatter(index),
+            Phase::Vary { index, tried, end } => self.vary(index, tried, end, budget),
             Phase::Primitive => self.begin_primitive(),
             Phase::Emit => self.emit_primitives(budget),
             Phase::Sequence { begun } => self.find_sequence(begun, budget),
@@ -418,7 +391,7 @@ impl Planner {
                     footholds[limb] = self.roadmap.graph.identical_or_new(foothold)?;
                 }
             }
-            self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support })?;
+            self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support });
             // Who begins or ends on feet that are farther apart than primitive postures reach must step off or onto them.
             let soles = [0, 1].map(|limb| &end.footholds[limb].world_from_sole);
             self.stretches |= end.support == SupportMode::Double && !self.preparation.longest_steps().may_step(soles);
@@ -438,7 +411,7 @@ impl Planner {
             && wrap_angle(goal.yaw - start.yaw).abs() <= *goal_yaw_tolerance
     }
 
-    fn find_route(&mut self) -> Phase {
+    fn find_route(&mut self) -> Result<Phase, ArenaFull> {
         let context = Context {
             constraints: &self.shared.constraints,
             surfaces: &self.surfaces,
@@ -452,12 +425,17 @@ impl Planner {
         let progress = self.growth.advance(&context, &mut self.scratch);
         self.tally.tree_edges = self.growth.labelled();
         match progress {
-            Progress::Growing => return Phase::Route,
+            Progress::Growing => return Ok(Phase::Route),
             Progress::Route => {}
-            Progress::Exhausted if self.tally.routes == 0 => self.growth.go_straight(),
-            Progress::Exhausted => {
+            Progress::Full if self.tally.routes == 0 => return Err(ArenaFull::Stations),
+            Progress::Exhausted if self.tally.routes == 0 => {
+                self.tally.is_unguided = true;
+                self.growth.go_straight();
+            }
+            Progress::Exhausted | Progress::Full => {
                 self.stations_before = None;
-                return Phase::Connect { next: self.roadmap.graph.connected() };
+                self.growth.forgive();
+                return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
             }
         }
         let is_detour = |station: usize| !self.growth.placements(station).is_empty();
@@ -468,7 +446,7 @@ impl Planner {
         self.tally.route_edges = self.growth.route().labelled();
         self.walker = Some(Walker::default());
         self.nearest_stations.clear();
-        self.cut_anew_or_shift(stations)
+        Ok(self.cut_anew_or_shift(stations))
     }
 
     fn seed(&mut self, next: usize) -> Result<Phase, ArenaFull> {
@@ -545,6 +523,8 @@ fn placement_config(body: &Body, world: &World, config: &PlannerConfig) -> FootP
     }
 }
 
+/// Work units between two looks at whether a step shall go on.
+const WORK_PER_LOOK: u64 = 4_096;
 /// Sides of the pyramid that a checker may put inside the friction cone: vertical forces must lie in it too.
 const FRICTION_SIDES: f64 = 8.0;
 /// The share of a small sole that must be carried where `support_area_min` would ask for more.

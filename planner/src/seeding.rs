@@ -8,13 +8,14 @@ use surefoot_shared_types::spatial::rotation_about;
 
 use crate::collision::FootState;
 use crate::constraint::Constraints;
+use crate::foot_placement::polygon::area_and_centroid;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::FootQuery;
 use crate::motion::foothold::{Foothold, left_and_right, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::motion::primitive::stand::side_of;
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{TransitionPair, are_crossed, is_reached, posture_that_holds, reaches, sample};
+use crate::motion::transition::{TransitionPair, any_posture_holds, are_crossed, is_reached, posture_that_holds, reaches};
 use crate::possibility::{Placed, Route};
 use crate::random::{Random, Stream};
 
@@ -22,6 +23,11 @@ use crate::random::{Random, Stream};
 const POSTURE_COUNTS: u32 = 3;
 /// Attempts that a transition with crossed feet counts for besides: few swings find a way to it.
 const CROSSED: u32 = 3;
+/// Attempts that a transition counts for besides for each of its placements that carries only little of the sole: a robot that is not
+/// quite where it should be slides off there [Grey 4.1.2].
+const SCANT: u32 = 8;
+/// The share of a sole that is not little.
+const SCANT_SHARE: f64 = 0.6;
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.6, 0.6];
 /// Placements kept of one query where the ideal itself does not carry.
@@ -132,25 +138,17 @@ impl Seeding<'_> {
         self.query(&ideal, limb, name, LATER_EFFORT, KEPT_LATER_MAX, graph, scratch)
     }
 
-    /// Draws both placements of a transition anew near where they are, each in its plane, and adds them if the robot reaches one from
-    /// the other and some configuration holds there. Whether it did.
-    ///
-    /// # Errors
-    /// The placement arena is full.
-    pub fn vary(&self, id: TransitionId, name: (u64, u64), graph: &mut Graph, scratch: &mut Scratch) -> Result<bool, ArenaFull> {
+    /// Both placements of a transition drawn anew near where they are, each in its plane, if the robot reaches one from the other and
+    /// some primitive posture holds there.
+    pub fn variation(&self, id: TransitionId, name: (u64, u64), graph: &Graph, scratch: &mut Scratch) -> Option<[Foothold; 2]> {
         let mut random = Random::new(self.seed, Stream::FootPlacement, u64::from(id) << 8 | name.0 | 1 << 42, name.1);
         let (stance, other) = graph.pair(id);
         let [stance, other] = [stance, other].map(|foothold| self.varied(foothold, &mut random, scratch));
-        let Some((stance, other)) = stance.zip(other) else { return Ok(false) };
+        let (stance, other) = stance.zip(other)?;
         let pair = TransitionPair { stance: &stance, other: &other };
         let mode = single_mode(&stance);
-        let holds = |attempt| sample(self.constraints, &mode, pair, (self.seed, u64::from(id)), attempt).is_ok();
-        if !is_reached(self.constraints, &mode, pair) || !(0..u64::from(ATTEMPTS_MAX)).any(holds) {
-            return Ok(false);
-        }
-        graph.add_foothold(stance)?;
-        graph.add_foothold(other)?;
-        Ok(true)
+        let is_possible = is_reached(self.constraints, &mode, pair) && any_posture_holds(self.constraints, &mode, pair);
+        is_possible.then_some([stance, other])
     }
 
     /// A placement moved and turned at random in its plane, if it is carried and free there.
@@ -233,14 +231,23 @@ impl Seeding<'_> {
 
 /// What a transition begins with: the more primitive postures do not hold on both its placements, the lower its priority
 /// [Grey 4.4.2, figure 4.14].
-pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph) -> Prior {
+/// Scant support counts against it too, unless `may_be_scant`.
+pub fn judge(constraints: &Constraints, id: TransitionId, graph: &Graph, may_be_scant: bool) -> Prior {
     let (stance, other) = graph.pair(id);
     let pair = TransitionPair { stance, other };
     let (attempts, surcharge) = match posture_that_holds(constraints, &single_mode(stance), pair) {
         Some(failed) => (POSTURE_COUNTS * failed as u32, 0),
         None => (ATTEMPTS_MAX, Prior::UNLIKELY),
     };
-    Prior { attempts, surcharge: surcharge + if are_crossed(pair) { CROSSED } else { 0 } }
+    let crossed = if are_crossed(pair) { CROSSED } else { 0 };
+    let scant = [stance, other].into_iter().filter(|foothold| !may_be_scant && is_scant(constraints, foothold)).count() as u32;
+    Prior { attempts, surcharge: surcharge + crossed + SCANT * scant }
+}
+
+fn is_scant(constraints: &Constraints, foothold: &Foothold) -> bool {
+    let [carried, all] =
+        [&foothold.support[..], &constraints.body.sole_polygons[foothold.limb]].map(|outline| area_and_centroid(outline).0);
+    carried < SCANT_SHARE * all
 }
 
 /// Whether the robot, standing on the first placement, reaches the second one, and then stands on that with the first still

@@ -73,15 +73,8 @@ impl Trouble {
         Some(self.next_remedy())
     }
 
-    /// What to do where no sequence leads to the goal.
-    pub fn no_sequence(&mut self) -> Remedy {
-        match self.next_remedy() {
-            Remedy::Sample => Remedy::Sweep,
-            remedy => remedy,
-        }
-    }
-
-    fn next_remedy(&mut self) -> Remedy {
+    /// The next way out, where patience is at its end or no sequence leads to the goal.
+    pub fn next_remedy(&mut self) -> Remedy {
         let remedy = REMEDIES[self.remedies];
         self.remedies += 1;
         if self.remedies == REMEDIES.len() {

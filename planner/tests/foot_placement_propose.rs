@@ -191,6 +191,16 @@ fn placements_that_carry_much_come_before_those_that_carry_enough() {
 }
 
 #[test]
+fn bars_that_fit_into_the_sole_are_not_at_its_very_edge() {
+    let polygon = sole();
+    let request = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(-0.01, 0.0, 0.0)) };
+    let x = first(&surfaces(round_bars(2)), &request, 1)[0].world_from_sole.translation.x;
+    let (heel, toe) = (x - 0.09, x + 0.13);
+    assert!(heel <= -0.01 + 1e-9 && toe >= 0.17 - 1e-9, "the bars stand at 0 and 0.16, the sole from {heel} to {toe}");
+    assert!(toe < 0.175, "and near where it was wished for: {toe}");
+}
+
+#[test]
 fn bars_too_far_apart_give_nothing() {
     let bars = surfaces(square_bars(1.6));
     assert_eq!(rate(&bars, [[-0.1, -0.2, -0.05], [0.1, 0.2, 0.05]], Effort::default(), 0.3), 0.0);

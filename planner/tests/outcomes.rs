@@ -4,6 +4,7 @@
 
 mod common;
 
+use bytemuck::Zeroable;
 use common::{Case, chain_robot, hinge, run};
 use surefoot_planner::body::{BodyError, LINKS_MAX};
 use surefoot_planner::constraint::Rejection;
@@ -14,6 +15,7 @@ use surefoot_planner::outcome::{Bound, EndFault};
 use surefoot_planner::{Outcome, PlannerError, Status};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::config::{Mark, PlannerConfig};
+use surefoot_shared_types::message::{Contact, Standing, SupportMode, Waypoint};
 use surefoot_shared_types::robot::{Foot, Link};
 
 const STEP: u64 = 20_000;
@@ -58,11 +60,12 @@ fn the_budget_ends_a_search_with_the_first_piece_that_uses_it_up() {
 #[test]
 fn every_arena_that_is_full_is_named() {
     type Shrink = fn(&mut PlannerConfig);
-    let cases: [(Shrink, ArenaFull); 4] = [
+    let cases: [(Shrink, ArenaFull); 5] = [
         (|planner| planner.footholds_max = 3, ArenaFull::Footholds),
         (|planner| planner.footholds_max = 20, ArenaFull::Footholds),
         (|planner| planner.transitions_max = 4, ArenaFull::Transitions),
         (|planner| planner.waypoints_max = 64, ArenaFull::Waypoints),
+        (|planner| planner.stations_max = 2, ArenaFull::Stations),
     ];
     let parameters = serde_json::to_value(PlannerConfig::default()).unwrap();
     for (shrink, full) in cases {
@@ -72,6 +75,28 @@ fn every_arena_that_is_full_is_named() {
         assert!(outcome.describe().contains(bound), "{}", outcome.describe());
         assert!(parameters.get(bound).is_some(), "planner.{bound} is no parameter that could be raised");
     }
+}
+
+#[test]
+fn a_plan_has_as_many_waypoints_as_it_may_and_no_more() {
+    let mut planner = flat_walk().planner(1);
+    assert_eq!(run(&mut planner, STEP), Outcome::Found);
+    let waypoints = planner.waypoints() as u32;
+    let with_room_for = |waypoints_max| outcome_of(&flat_walk().configured(|planner| planner.waypoints_max = waypoints_max));
+    assert_eq!(with_room_for(waypoints), Outcome::Found);
+    assert_eq!(with_room_for(waypoints - 1), Outcome::ArenaFull(ArenaFull::Waypoints));
+}
+
+#[test]
+fn soles_find_the_ground_near_their_prints() {
+    let mut case = flat_walk();
+    let left = case.scenario.start.world_from_soles()[0].translation;
+    case.world.shapes.clear();
+    let case = case.with_box([5.0, 0.0, -0.23], [6.0, 1.0, 0.25]).with_box([left.x, left.y, 0.0], [0.2, 0.08, 0.07]);
+    let mut planner = case.planner(1);
+    assert_eq!(run(&mut planner, STEP), Outcome::Found);
+    let heights = planner.chunks()[0].contacts().iter().map(|contact| contact.position[2]).collect::<Vec<_>>();
+    assert!((heights[0] - 0.07).abs() < 1e-3 && (heights[1] - 0.02).abs() < 1e-3, "{heights:?}");
 }
 
 type Spoil = fn(Case, &Mark) -> Case;
@@ -150,6 +175,16 @@ fn a_start_in_the_air_is_unsupported() {
     case.scenario.start.position.z = 0.4;
     let fault = EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow };
     assert_eq!(outcome_of(&case), Outcome::StartInvalid(fault));
+}
+
+#[test]
+fn standing_on_a_limb_that_no_biped_has_is_no_stance() {
+    let case = flat_walk();
+    let contact = |limb| Contact { limb, rotation: [0.0, 0.0, 0.0, 1.0], ..Contact::zeroed() };
+    let standing = Standing::zeroed().after(SupportMode::Double as u32, &[contact(0), contact(7)], &Waypoint::zeroed());
+    let mut planner = case.planner(1);
+    planner.begin_at(&case.world, &standing).unwrap();
+    assert_eq!(run(&mut planner, STEP), Outcome::StartInvalid(EndFault::UnknownStance));
 }
 
 #[test]

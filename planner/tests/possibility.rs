@@ -198,7 +198,7 @@ fn a_route_keeps_away_from_where_stage_m_gave_up() {
     compiled.grow(1);
     let stations = compiled.stations();
     let given_up = stations[stations.len() / 2];
-    compiled.growth.give_up(given_up);
+    compiled.growth.give_up(given_up, 0.25);
     compiled.growth.begin_again();
     assert_eq!(compiled.grow(1).0, Progress::Route);
     assert!(compiled.stations().iter().all(|station| station.distance(&given_up) > 0.2));
@@ -209,7 +209,7 @@ fn a_detour_changes_the_stations_between_its_ends_and_no_others() {
     let mut compiled = Compiled::new(Case::shipped("flat_walk"));
     compiled.grow(1);
     let before = compiled.stations();
-    compiled.growth.give_up(before[14]);
+    compiled.growth.give_up(before[14], 0.25);
     compiled.growth.begin_detour([10, 18]);
     assert_eq!(compiled.grow(1).0, Progress::Route);
     let after = compiled.stations();
@@ -219,9 +219,9 @@ fn a_detour_changes_the_stations_between_its_ends_and_no_others() {
 }
 
 #[test]
-fn an_island_out_of_reach_exhausts_the_samples() {
+fn an_island_out_of_reach_fills_the_trees() {
     let mut compiled = Compiled::new(Case::shipped("no_way_island"));
-    assert_eq!(compiled.grow(1).0, Progress::Exhausted);
+    assert_eq!(compiled.grow(1).0, Progress::Full);
 }
 
 #[test]
@@ -262,7 +262,7 @@ fn what_stage_m_has_crossed_is_possible_and_used_again() {
     let reached = indeterminate + 3;
     compiled.growth.note_crossed(reached);
     assert_eq!(compiled.growth.route().label(indeterminate), Label::Crossed);
-    compiled.growth.give_up(before[reached + 5]);
+    compiled.growth.give_up(before[reached + 5], 0.25);
     compiled.growth.begin_again();
     assert_eq!(compiled.grow(1).0, Progress::Route);
     let after = compiled.stations();

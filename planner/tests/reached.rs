@@ -5,7 +5,7 @@
 mod common;
 
 use common::Case;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use surefoot_planner::body::Body;
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::{Constraints, Rejection};
@@ -53,10 +53,15 @@ impl Stand {
 
     /// What the transition begins with that has the left foot as stance.
     fn judged(&self, other: &Foothold) -> Prior {
+        self.judged_where(other, false)
+    }
+
+    /// The same, where scant support `may_be_scant`.
+    fn judged_where(&self, other: &Foothold, may_be_scant: bool) -> Prior {
         let mut graph = Graph::new(2, 2, 1);
         let [left, right] = [&self.end.footholds[0], other].map(|foothold| graph.add_foothold(foothold.clone()).unwrap());
         graph.connect(left, right).unwrap();
-        judge(&self.constraints, graph.find(left, right).unwrap(), &graph)
+        judge(&self.constraints, graph.find(left, right).unwrap(), &graph, may_be_scant)
     }
 }
 
@@ -80,6 +85,17 @@ fn crossed_feet_are_less_likely_than_the_same_step_uncrossed() {
 }
 
 #[test]
+fn a_placement_that_carries_half_of_a_sole_is_dearer_until_that_may_be() {
+    let stand = stand();
+    let whole = stand.right(DVec3::new(0.2, 0.0, 0.0));
+    let half =
+        Foothold::new(1, whole.world_from_sole, whole.support.iter().map(|corner| DVec2::new(corner.x.max(0.02), corner.y)).collect());
+    assert_eq!(stand.judged(&whole).surcharge, 0);
+    assert!(stand.judged(&half).surcharge > 0);
+    assert_eq!(stand.judged_where(&half, true).surcharge, 0);
+}
+
+#[test]
 fn a_step_too_long_is_varied_until_it_is_reached() {
     let mut stand = stand();
     let (left, far) = (stand.end.footholds[0].clone(), stand.right(DVec3::new(0.8, 0.0, 0.0)));
@@ -88,9 +104,8 @@ fn a_step_too_long_is_varied_until_it_is_reached() {
     let [a, b] = [left, far].map(|foothold| graph.add_foothold(foothold).unwrap());
     graph.connect(a, b).unwrap();
     let seeding = Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, seed: 1 };
-    let mut vary = |tried| seeding.vary(0, (tried as u64, 0), &mut graph, &mut stand.scratch).unwrap();
-    assert!((0..VARIATIONS_MAX).any(&mut vary));
-    let [stance, other] = [2, 3].map(|id| &graph.footholds()[id]);
+    let mut vary = |tried| seeding.variation(0, (tried as u64, 0), &graph, &mut stand.scratch);
+    let [stance, other] = &(0..VARIATIONS_MAX).find_map(&mut vary).unwrap();
     assert!(is_reached(&stand.constraints, &single_mode(stance), TransitionPair { stance, other }));
     assert!(stance.distance(&graph.footholds()[0]) < 0.3 && other.distance(&graph.footholds()[1]) < 0.3, "near where they were");
 }

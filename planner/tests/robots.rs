@@ -46,6 +46,16 @@ fn with_waist() -> RobotModel {
     model
 }
 
+/// The Hubo of which joints of a kind hardly move.
+fn with_narrow(kind: &str) -> RobotModel {
+    let mut model = hubo();
+    for (joint, standing) in model.joints.iter_mut().zip(&model.standing_q).filter(|(joint, _)| joint.name.ends_with(kind)) {
+        (joint.lower, joint.upper) = (standing - 1e-3, standing + 2e-3);
+    }
+    model.digest = Digest::of(&[kind.as_bytes(), b"narrow"]);
+    model
+}
+
 fn finds_a_walk(model: RobotModel) -> bool {
     let case = Case { model, ..Case::shipped("flat_walk") };
     run(&mut case.planner(2), 10_000) == Outcome::Found
@@ -98,4 +108,14 @@ fn a_joint_that_carries_both_legs_is_held() {
     let missed = [0, 1].map(|limb| body.world_from_sole(&snapshot, limb).translation.distance(soles[limb].translation));
     assert!(missed.iter().all(|missed| *missed < 1e-8), "{missed:?}");
     assert!(finds_a_walk(model));
+}
+
+#[test]
+fn a_joint_narrower_than_its_margins_is_no_fault() {
+    assert!(finds_a_walk(with_narrow("shoulder_roll")));
+    let model = with_narrow("hip_pitch");
+    let narrow = body(&model);
+    let joint = narrow.legs[0].joints().iter().find(|joint| model.joints[joint.index].name.ends_with("hip_pitch")).unwrap();
+    let middle = model.joints[joint.index].lower.midpoint(model.joints[joint.index].upper);
+    assert_eq!([joint.lower, joint.upper], [middle; 2]);
 }

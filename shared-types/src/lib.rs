@@ -20,4 +20,5 @@ pub mod spatial;
 
 pub use error::InputError;
 pub use shape::Shape;
+pub use source::NUMBER_MAX;
 pub use spatial::Pose;

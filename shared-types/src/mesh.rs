@@ -17,6 +17,8 @@ use crate::{Shape, source};
 const MESH_BYTES_MAX: u64 = 1 << 30;
 /// Triangles of less than twice this area (m2, squared) are dropped.
 const DOUBLE_AREA_SQUARED_MIN: f64 = 1e-24;
+/// The coarsest grid of vertices that is still exact enough, m. STL and OBJ files are read in single precision.
+const GRID_MAX: f64 = 5e-4;
 
 /// Meshes by file, each read once, with the digests of all of them in the order of first use.
 #[derive(Debug, Default)]
@@ -64,10 +66,17 @@ impl MeshStore {
         }
         let mesh = self.load(path)?;
         let vertices: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
-        match vertices.iter().find(|vertex| vertex.abs().max_element() > NUMBER_MAX) {
-            Some(vertex) => Err(format!("mesh {} has a vertex at {vertex}, beyond {NUMBER_MAX:e}", path.display())),
-            None => Ok((vertices, mesh.triangles.clone())),
+        let farthest = vertices.iter().map(|vertex| vertex.abs().max_element()).fold(0.0, f64::max);
+        if farthest > NUMBER_MAX {
+            return Err(format!("mesh {} has a vertex at {farthest}, beyond {NUMBER_MAX:e}", path.display()));
         }
+        if !is_collada(path) && farthest * f64::from(f32::EPSILON) > GRID_MAX {
+            return Err(format!(
+                "mesh {} reaches {farthest} m from its origin, where single precision is too coarse; move it there and give the shape a pose",
+                path.display()
+            ));
+        }
+        Ok((vertices, mesh.triangles.clone()))
     }
 
     fn load(&mut self, path: &Path) -> Result<&RawMesh, String> {
@@ -84,14 +93,19 @@ impl MeshStore {
 
 fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, String> {
     let mut welder = Welder::default();
-    match path.extension().and_then(std::ffi::OsStr::to_str) {
-        Some("stl" | "STL" | "obj" | "OBJ") => read_stl_or_obj(path, bytes, &mut welder)?,
-        _ => collada::read(bytes, &mut welder)?,
+    if is_collada(path) {
+        collada::read(bytes, &mut welder)?;
+    } else {
+        read_stl_or_obj(path, bytes, &mut welder)?;
     }
     if welder.mesh.triangles.is_empty() {
         return Err("holds no triangles".into());
     }
     Ok(welder.mesh)
+}
+
+fn is_collada(path: &Path) -> bool {
+    !matches!(path.extension().and_then(std::ffi::OsStr::to_str), Some("stl" | "STL" | "obj" | "OBJ"))
 }
 
 fn read_stl_or_obj(path: &Path, bytes: &[u8], welder: &mut Welder) -> Result<(), String> {

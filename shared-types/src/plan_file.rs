@@ -55,6 +55,9 @@ pub struct RobotBlock {
     /// Tighter effort limits by joint name, N m.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub effort_limits: BTreeMap<String, f64>,
+    /// Acceleration limits by joint name where they differ from the default, rad/s2 or m/s2.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub acceleration_limits: BTreeMap<String, f64>,
     /// A factor on all effort limits, at most 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effort_scale: Option<f64>,

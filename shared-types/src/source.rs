@@ -10,7 +10,7 @@ use crate::InputError;
 /// Largest robot, world, scenario or URDF file, bytes.
 pub(crate) const TEXT_BYTES_MAX: u64 = 64 << 20;
 /// Largest magnitude of any number in a file, in its own unit.
-pub(crate) const NUMBER_MAX: f64 = 1e6;
+pub const NUMBER_MAX: f64 = 1e6;
 
 /// Deepest nesting of XML elements.
 const XML_DEPTH_MAX: usize = 64;

@@ -79,6 +79,17 @@ fn triangles_without_area_are_dropped() {
     assert!(load_as(&folder.path(""), "t.obj").unwrap_err().to_string().contains("no triangle of any area"));
 }
 
+#[test]
+fn what_single_precision_would_bend_is_refused() {
+    let folder = Folder::new();
+    for (x, is_taken) in [(4_000, true), (400_000, false)] {
+        folder.write("t.obj", format!("v {x}.3 0 0\nv {x}.4 0 0\nv {x}.3 1 0\nf 1 2 3\n").as_bytes());
+        let loaded = load_as(&folder.path(""), "t.obj");
+        assert_eq!(loaded.is_ok(), is_taken, "at {x} m");
+        assert!(loaded.err().is_none_or(|error| error.to_string().contains("single precision")));
+    }
+}
+
 /// A `<geometry>` of these positions. All of them use the same ids for what is inside.
 fn geometry(id: &str, positions: &str, primitive: &str) -> String {
     let numbers = positions.split_whitespace().count();

@@ -4,6 +4,9 @@
 #![allow(clippy::print_stdout, reason = "a test says what it skips")]
 #![allow(clippy::unwrap_used, reason = "a test ends where a mirror cannot be read")]
 
+#[path = "../../tests/common/absent.rs"]
+mod absent;
+
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -188,7 +191,7 @@ fn the_python_mirror_is_what_ctypes_makes_of_it() {
     assert_committed("surefoot_messages.py", &python());
     let said = match Command::new("python3").arg("-B").arg(file("surefoot_messages.py")).output() {
         Ok(said) => said,
-        Err(error) => return println!("no python3 here: skipped ({error})"),
+        Err(error) => return absent::skip(&format!("no python3 ({error})")),
     };
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
     let mut expected = String::new();

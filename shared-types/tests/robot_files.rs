@@ -65,6 +65,37 @@ fn an_unlocked_robot_has_its_joint_back() {
     assert_eq!(unlocked.standing_q[1], 0.5);
 }
 
+/// A hand between two walls, of which only the hull meets it, two joints from them.
+const HAND: &str = r#"<link name="imu"/>
+  <link name="arm"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+  <link name="hand">
+    <inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+    <collision><origin xyz="0 0 1.1"/><geometry><sphere radius="0.03"/></geometry></collision>
+  </link>
+  <joint name="shoulder" type="revolute">
+    <parent link="pelvis"/><child link="arm"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9" velocity="5"/>
+  </joint>
+  <joint name="wrist" type="revolute">
+    <parent link="arm"/><child link="hand"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="9" velocity="5"/>
+  </joint>"#;
+const WALLS_OBJ: &str = "v -0.1 -0.1 1\nv -0.1 0.1 1\nv -0.1 0.1 1.2\nv -0.1 -0.1 1.2\nv 0.1 -0.1 1\nv 0.1 0.1 1\nv 0.1 0.1 1.2\n\
+v 0.1 -0.1 1.2\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n";
+
+#[test]
+fn a_hull_that_hides_collisions_gives_way_whichever_joints_are_locked() {
+    let folder = Folder::new();
+    let walls = "<sphere radius=\"0.1\"/></geometry></collision>";
+    assert!(URDF.contains(walls));
+    let with_walls = format!("{walls}<collision><geometry><mesh filename=\"meshes/walls.obj\"/></geometry></collision>");
+    folder.write("stilts.urdf", URDF.replacen(walls, &with_walls, 1).replacen("<link name=\"imu\"/>", HAND, 1).as_bytes());
+    folder.write("meshes/walls.obj", WALLS_OBJ.as_bytes());
+    for locked in ["", "\n[locked]\nshoulder = 0.4\n"] {
+        folder.write("robot.toml", format!("{ROBOT}{locked}").as_bytes());
+        let robot = load(&folder.path("")).unwrap();
+        assert!(matches!(robot.links[0].shapes[1].shape, Shape::Mesh { .. }), "locked: '{locked}'");
+    }
+}
+
 #[test]
 fn what_other_programs_add_to_a_urdf_is_passed_over() {
     let folder = Folder::new();

@@ -162,7 +162,15 @@ fn broken_scenarios_are_refused() {
         Spoiling { from: "com_margin = 0.001", to: "com_margin = 0.02", complaint: &["planner.com_margin", "above checker.com_margin"] },
         Spoiling { from: work, to: "collision_step = 0.02", complaint: &["planner.clearance", "half of planner.collision_step"] },
         Spoiling { from: "com_margin = 0.001", to: "penetration_max = -1", complaint: &["checker.penetration_max"] },
-        Spoiling { from: "com_margin = 0.001", to: "foot_position_max = 0", complaint: &["checker.foot_position_max"] },
+        Spoiling { from: work, to: "collision_step = 1e-7", complaint: &["planner.collision_step", "between"] },
+        Spoiling { from: work, to: "waypoint_joint_step = 1e-12", complaint: &["planner.waypoint_joint_step", "between"] },
+        Spoiling { from: work, to: "station_spacing = 1e-9", complaint: &["planner.station_spacing", "between"] },
+        Spoiling { from: work, to: "joint_margin = 5", complaint: &["scenario.toml:13", "planner.joint_margin", "between"] },
+        Spoiling { from: "com_margin = 0.001", to: "foot_position_max = 0", complaint: &["scenario.toml:17", "checker.foot_position_max"] },
+        Spoiling { from: "com_margin = 0.001", to: "foot_position_max = 1e-9", complaint: &["checker.foot_position_max", "the planner"] },
+        Spoiling { from: "com_margin = 0.001", to: "foot_rotation_max = 1e-9", complaint: &["checker.foot_rotation_max", "the planner"] },
+        Spoiling { from: "com_margin = 0.001", to: "contact_gap_max = 1e-9", complaint: &["checker.contact_gap_max", "the planner"] },
+        Spoiling { from: "com_margin = 0.001", to: "contact_tilt_max = 1e-9", complaint: &["checker.contact_tilt_max", "the planner"] },
     ];
     check_spoilings("scenario.toml", SCENARIO, &cases, scenario);
 }

@@ -41,6 +41,10 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Doctor(arguments) => doctor::run(arguments),
     };
     match result {
+        Ok(_) if terminal::has_lost() => {
+            terminal::complain(&Failure::Unprinted);
+            Failure::Unprinted.code()
+        }
         Ok(ending) => ending.code(),
         Err(failure) => {
             explain(&failure, arguments.reports_lines());

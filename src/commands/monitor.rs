@@ -59,10 +59,6 @@ pub fn run(arguments: &MonitorArguments) -> Result<Ending, Failure> {
         if heard {
             heard_at = now;
         }
-        if now - summed_up_at >= SUMMARY_SECONDS {
-            say(&tally.summary(now, now - summed_up_at));
-            summed_up_at = now;
-        }
         let over = observer.speakers() == 0 || now - heard_at > SILENCE_SECONDS_MAX;
         if (over && tally.has_heard()) || arguments.seconds.is_some_and(|seconds| now >= seconds) {
             say(&tally.summary(now, now - summed_up_at));
@@ -71,6 +67,10 @@ pub fn run(arguments: &MonitorArguments) -> Result<Ending, Failure> {
         if let Some(signal) = signals::raised() {
             say(&tally.summary(now, now - summed_up_at));
             return Err(Failure::Interrupted(signal));
+        }
+        if now - summed_up_at >= SUMMARY_SECONDS {
+            say(&tally.summary(now, now - summed_up_at));
+            summed_up_at = now;
         }
         std::thread::sleep(LOOK_EVERY);
     }

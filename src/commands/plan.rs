@@ -108,7 +108,7 @@ impl Run<'_> {
         let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
         self.tell(&Line::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
         let mut planned = search::run(&mut planner, task.scenario.planner.work_max, &mut |line| self.tell(line))?;
-        if task.standing.is_some() && planned.end == PlanEnd::BadInput {
+        if task.standing.is_some() && matches!(planned.end, PlanEnd::StartInvalid | PlanEnd::GoalInvalid) {
             // The scenario's marks were good enough for the first plan: there is no way on from here.
             planned.end = PlanEnd::NoPlan;
         }

@@ -98,6 +98,8 @@ fn ending(status: &PlanStatus, request: &PlanRequest) -> Result<Ending, Failure>
         Some(RequestState::Refused) => Ok(Ending::Refused),
         Some(RequestState::ControllerLost) => Err(Failure::ControllerLost),
         Some(RequestState::Cancelled) => Err(Failure::Usage("somebody asked for something else meanwhile".into())),
-        _ => Err(Failure::Usage("the robot cannot stand at the start or at the goal that was asked for".into())),
+        Some(RequestState::StartInvalid) => Err(Failure::Usage("the robot cannot stand at the start; the planner says why".into())),
+        Some(RequestState::GoalInvalid) => Err(Failure::Usage("the robot cannot stand at the goal; the planner says why".into())),
+        _ => Err(Failure::Usage("the request makes no sense, or it is not known where the robot stands".into())),
     }
 }

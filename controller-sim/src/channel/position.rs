@@ -222,6 +222,7 @@ impl Position {
         self.next = 0;
         self.finished = false;
         self.refusal = None;
+        self.margins = Margins::UNMEASURED;
     }
 
     fn place(&mut self, chunk: &PlanChunk) -> Admission {

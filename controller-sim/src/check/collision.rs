@@ -12,6 +12,7 @@ use super::levers::Levers;
 use super::motion::Sample;
 use super::sweep::{Pair, Partner, Sweep};
 use super::{Case, Violation};
+use crate::bound::within;
 use crate::geometry::body::{Body, Placed};
 use crate::geometry::separation::{is_inside_mesh, separation};
 use crate::geometry::solid::Solid;
@@ -49,29 +50,49 @@ impl Collisions {
     }
 
     /// The smallest distance of the robot to the world, m, at most [`DISTANCE_CAP`]. Feet, which touch the world at the ends
-    /// of every step, are checked but not measured.
-    pub fn check_world(&mut self, model: &RobotModel, config: &CheckerConfig, case: &Case) -> Result<f64, Violation> {
+    /// of every step, are checked but not measured. `alive` is called at every sample and waypoint.
+    pub fn check_world(
+        &mut self,
+        model: &RobotModel,
+        config: &CheckerConfig,
+        case: &Case,
+        alive: &mut dyn FnMut(),
+    ) -> Result<f64, Violation> {
         let stance: Vec<LinkIndex> = case.contacts.iter().map(|contact| model.feet[contact.limb as usize].link).collect();
         for sample in &case.motion.samples {
+            alive();
             self.check_stance(config, &stance, sample)?;
             self.check_inside(sample)?;
         }
         let moving = |pair: &Pair| !self.robot[pair.body].link.is_some_and(|link| stance.contains(&link));
         let (mut swept, resting): (Vec<Pair>, Vec<Pair>) = std::mem::take(&mut self.world_pairs).into_iter().partition(moving);
-        let found = self.sweep(model, config, case, Check::Collision, &mut swept);
+        let found = self.sweep(model, config, case, (Check::Collision, &mut swept), alive);
         self.world_pairs = swept.into_iter().chain(resting).collect();
         found
     }
 
-    /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`].
-    pub fn check_self(&mut self, model: &RobotModel, config: &CheckerConfig, case: &Case) -> Result<f64, Violation> {
+    /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`]. `alive` is called at every waypoint.
+    pub fn check_self(
+        &mut self,
+        model: &RobotModel,
+        config: &CheckerConfig,
+        case: &Case,
+        alive: &mut dyn FnMut(),
+    ) -> Result<f64, Violation> {
         let mut pairs = std::mem::take(&mut self.self_pairs);
-        let found = self.sweep(model, config, case, Check::SelfCollision, &mut pairs);
+        let found = self.sweep(model, config, case, (Check::SelfCollision, &mut pairs), alive);
         self.self_pairs = pairs;
         found
     }
 
-    fn sweep(&self, model: &RobotModel, config: &CheckerConfig, case: &Case, check: Check, pairs: &mut [Pair]) -> Result<f64, Violation> {
+    fn sweep(
+        &self,
+        model: &RobotModel,
+        config: &CheckerConfig,
+        case: &Case,
+        (check, pairs): (Check, &mut [Pair]),
+        alive: &mut dyn FnMut(),
+    ) -> Result<f64, Violation> {
         let penetration_max = config.penetration_max;
         let mut sweep = Sweep {
             model,
@@ -84,7 +105,7 @@ impl Collisions {
             penetration_max,
             worst: DISTANCE_CAP,
         };
-        sweep.run(&case.motion.configurations)?;
+        sweep.run(&case.motion.configurations, alive)?;
         Ok(sweep.worst)
     }
 
@@ -96,7 +117,7 @@ impl Collisions {
             let placed = Placed::new(body, &sample.posture.world_from_link[link]);
             for (other, there) in self.world.iter().zip(&self.world_placed) {
                 let found = separation((&body.solid, &placed), (&other.solid, there), -glam::DVec3::Z, deepest);
-                if found.distance < deepest {
+                if !within(deepest, found.distance) {
                     return Err(overlap(Check::Collision, sample.waypoint, (body, other), found.distance, config.contact_gap_max));
                 }
             }
@@ -108,7 +129,7 @@ impl Collisions {
     fn check_inside(&self, sample: &Sample) -> Result<(), Violation> {
         for (mesh_body, mesh_placed) in self.world.iter().zip(&self.world_placed) {
             let Solid::Mesh(mesh) = &mesh_body.solid else { continue };
-            for body in self.robot.iter().filter(|_| sample.is_waypoint) {
+            for body in self.robot.iter().filter(|_| sample.is_waypoint()) {
                 let Some(link) = body.link else { continue };
                 let placed = Placed::new(body, &sample.posture.world_from_link[link]);
                 let centre = placed.world_from_solid * body.local_bounds.centre();

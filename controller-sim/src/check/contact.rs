@@ -8,6 +8,7 @@ use surefoot_shared_types::spatial::rotation_distance;
 use super::motion::Sample;
 use super::support::SoleSupport;
 use super::{Case, Violation};
+use crate::bound::within;
 
 /// What remains of the position tolerance of the stance soles, m.
 pub fn check_contact(model: &RobotModel, config: &CheckerConfig, case: &Case) -> Result<f64, Violation> {
@@ -25,11 +26,11 @@ pub fn check_contact(model: &RobotModel, config: &CheckerConfig, case: &Case) ->
 
 fn check_support(foot: &str, config: &CheckerConfig, support: &SoleSupport) -> Result<(), Violation> {
     let bad = |detail| Err(Violation::new(Check::Contact, 0, detail));
-    if support.deepest > config.contact_gap_max {
+    if !within(support.deepest, config.contact_gap_max) {
         let (depth, limit) = (1e3 * support.deepest, 1e3 * config.contact_gap_max);
         return bad(format!("the {foot} sole stands {depth:.2} mm deep in the world, limit {limit:.2} mm"));
     }
-    if support.area < config.support_area_min {
+    if !within(config.support_area_min, support.area) {
         let (area, limit) = (1e4 * support.area, 1e4 * config.support_area_min);
         return bad(format!("the {foot} sole is supported over {area:.2} cm2 only, at least {limit:.2} cm2 are needed"));
     }
@@ -43,12 +44,12 @@ fn pose_margin(model: &RobotModel, config: &CheckerConfig, contact: &Contact, sa
     let actual = sample.posture.world_from_sole(model, limb);
     let bad = |detail| Err(Violation::new(Check::Contact, sample.waypoint, detail));
     let distance = declared.translation.distance(actual.translation);
-    if distance > config.foot_position_max {
+    if !within(distance, config.foot_position_max) {
         let limit = 1e3 * config.foot_position_max;
         return bad(format!("the {foot} sole is {:.3} mm from its declared place, limit {limit:.3} mm", 1e3 * distance));
     }
     let turn = rotation_distance(declared.rotation.normalize(), actual.rotation);
-    if turn > config.foot_rotation_max {
+    if !within(turn, config.foot_rotation_max) {
         let (turn, limit) = (turn.to_degrees(), config.foot_rotation_max.to_degrees());
         return bad(format!("the {foot} sole is turned {turn:.3} deg from its declared pose, limit {limit:.3} deg"));
     }

@@ -8,7 +8,7 @@ use surefoot_shared_types::robot::{Joint, RobotModel};
 
 use super::motion::Change;
 use super::{Case, Segment, Violation};
-use crate::bound::within;
+use crate::bound::{below, within};
 use crate::kinematics::Configuration;
 
 /// Rounding allowed at a limit, rad or m.
@@ -28,7 +28,7 @@ pub fn check_spacing(model: &RobotModel, config: &CheckerConfig, segment: &Segme
     }
     let mut changes = Vec::new();
     for (index, pair) in segment.waypoints.windows(2).enumerate() {
-        if pair[1].time <= pair[0].time {
+        if !below(pair[0].time, pair[1].time) {
             return bad(index, format!("time goes from {} s to {} s; it must increase", pair[0].time, pair[1].time));
         }
         let [a, b] = [&pair[0], &pair[1]].map(|waypoint| Configuration::of_waypoint(waypoint, model.joints.len()));
@@ -64,7 +64,7 @@ pub fn check_limits(model: &RobotModel, case: &Case) -> Result<f64, Violation> {
     for (waypoint, configuration) in case.motion.configurations.iter().enumerate() {
         for (joint, &position) in model.joints.iter().zip(&configuration.q) {
             let margin = (position - joint.lower).min(joint.upper - position);
-            if margin < -ROUNDING {
+            if !within(-ROUNDING, margin) {
                 let detail = format!("joint {} at {position:.5}, limits {} to {}", joint.name, joint.lower, joint.upper);
                 return Err(Violation::new(Check::Limits, waypoint, detail));
             }

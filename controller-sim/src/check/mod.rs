@@ -194,14 +194,16 @@ impl Checker {
         &self.world
     }
 
-    /// The worst margins of a segment, or the first violation in the order of [`PHYSICAL`].
-    pub fn check_segment(&mut self, segment: &Segment) -> Result<Margins, Violation> {
+    /// The worst margins of a segment, or the first violation in the order of [`PHYSICAL`]. `alive` is called now and then
+    /// meanwhile.
+    pub fn check_segment(&mut self, segment: &Segment, alive: &mut dyn FnMut()) -> Result<Margins, Violation> {
         let mut margins = Margins::UNMEASURED;
         let spacing = limits::check_spacing(&self.model, &self.config, segment)?;
         check_acceleration(&self.model, segment.waypoints)?;
         let case = self.prepare(segment, spacing);
         for check in &OF_CASES {
-            record(&mut margins, *check, self.run(*check, &case)?);
+            alive();
+            record(&mut margins, *check, self.run(*check, &case, alive)?);
         }
         Ok(margins)
     }
@@ -218,7 +220,7 @@ impl Checker {
                 }
                 let case = self.prepare(segment, spacing);
                 for check in &OF_CASES {
-                    match self.run(*check, &case) {
+                    match self.run(*check, &case, &mut || {}) {
                         Ok(margin) => record(&mut report.margins, *check, margin),
                         Err(violation) => report.violations.push(violation),
                     }
@@ -258,14 +260,14 @@ impl Checker {
         Case { contacts, supports, motion: Motion::new(&self.model, segment.waypoints, spacing) }
     }
 
-    fn run(&mut self, check: Check, case: &Case) -> Result<f64, Violation> {
+    fn run(&mut self, check: Check, case: &Case, alive: &mut dyn FnMut()) -> Result<f64, Violation> {
         match check {
             Check::Limits => limits::check_limits(&self.model, case),
             Check::Contact => contact::check_contact(&self.model, &self.config, case),
             Check::Balance => balance::check_balance(&self.model, &self.config, &mut self.equilibrium, case),
-            Check::Torque => torque::check_torque(&self.unlocked, &self.config, &mut self.equilibrium, case),
-            Check::Collision => self.collisions.check_world(&self.model, &self.config, case),
-            Check::SelfCollision => self.collisions.check_self(&self.model, &self.config, case),
+            Check::Torque => torque::check_torque(&self.unlocked, &self.config, &mut self.equilibrium, case, alive),
+            Check::Collision => self.collisions.check_world(&self.model, &self.config, case, alive),
+            Check::SelfCollision => self.collisions.check_self(&self.model, &self.config, case, alive),
             _ => Ok(f64::INFINITY),
         }
     }

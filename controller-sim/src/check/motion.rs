@@ -19,8 +19,15 @@ pub struct Sample {
     pub posture: Posture,
     /// The centre of mass in the world.
     pub centre_of_mass: DVec3,
+    /// How many samples after its waypoint; 0 is the waypoint itself.
+    pub piece: usize,
+}
+
+impl Sample {
     /// Whether it is a waypoint itself.
-    pub is_waypoint: bool,
+    pub fn is_waypoint(&self) -> bool {
+        self.piece == 0
+    }
 }
 
 /// How far a motion from one configuration to another turns and moves things.
@@ -71,7 +78,7 @@ impl Motion {
                 };
                 let posture = Posture::new(model, &configuration);
                 let centre_of_mass = posture.centre_of_mass(model);
-                samples.push(Sample { waypoint: index, posture, centre_of_mass, is_waypoint: piece == 0 });
+                samples.push(Sample { waypoint: index, posture, centre_of_mass, piece });
             }
         }
         Self { configurations, samples }

@@ -10,6 +10,7 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
 use super::CheckerError;
+use crate::bound::within;
 use crate::geometry::body::{Body, Placed};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::polygon;
@@ -207,7 +208,7 @@ pub fn check_soles(model: &RobotModel, bodies: &[Body], tolerance: f64) -> Resul
                 separation((&body.solid, &on_link), (&vertex, &placed), DVec3::Z, 1.0).distance.abs()
             });
             let nearest = off.fold(f64::INFINITY, f64::min);
-            if nearest > tolerance {
+            if !within(nearest, tolerance) {
                 let millimetres = (1e3 * nearest).min(1e6).ceil() as u64;
                 return Err(CheckerError::SoleOffFoot { foot: foot.name.clone(), millimetres });
             }

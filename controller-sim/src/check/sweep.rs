@@ -13,8 +13,9 @@ use super::Violation;
 use super::collision::overlap;
 use super::levers::Levers;
 use super::motion::Change;
+use crate::bound::{below, within};
 use crate::geometry::body::{Body, Placed};
-use crate::geometry::separation::separation;
+use crate::geometry::separation::{body_separation, separation};
 use crate::kinematics::{Configuration, Posture};
 
 /// Motions up to this length (m) are judged by their ends alone.
@@ -36,7 +37,7 @@ pub struct Pair {
     pub body: usize,
     /// What it may meet.
     pub partner: Partner,
-    /// Whether its distance counts as a margin.
+    /// Whether its distance counts as a margin; that of a foot and the world, on which it comes to stand, does not.
     measured: bool,
     /// The direction that last told the two apart.
     hint: Option<DVec3>,
@@ -87,10 +88,11 @@ struct Interval<'a> {
 }
 
 impl Sweep<'_> {
-    /// Checks a whole motion.
-    pub fn run(&mut self, configurations: &[Configuration]) -> Result<(), Violation> {
+    /// Checks a whole motion. `alive` is called at every waypoint.
+    pub fn run(&mut self, configurations: &[Configuration], alive: &mut dyn FnMut()) -> Result<(), Violation> {
         let mut before: Option<Scene> = None;
         for (waypoint, end) in configurations.iter().enumerate() {
+            alive();
             let scene = self.place(end);
             // A single waypoint is an interval without motion.
             let (previous, start) = match (&before, waypoint.checked_sub(1)) {
@@ -99,8 +101,7 @@ impl Sweep<'_> {
             };
             if before.is_some() || configurations.len() == 1 {
                 let interval = Interval { waypoint: waypoint.saturating_sub(1), start, end, from: 0.0, to: 1.0 };
-                let change = Change::between(start, end);
-                let ways: Vec<f64> = self.pairs.iter().map(|pair| self.way(pair, &change)).collect();
+                let ways = self.ways(&interval, &Change::between(start, end))?;
                 let all: Vec<usize> = (0..self.pairs.len()).collect();
                 self.clear(&interval, (previous, &scene), &ways, &all)?;
             }
@@ -113,6 +114,15 @@ impl Sweep<'_> {
         let posture = Posture::new(self.model, configuration);
         let placed = |body: &Body| Placed::new(body, &body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]));
         Scene { robot: self.robot.iter().map(placed).collect() }
+    }
+
+    /// The motion of each pair; each finite, so that halving it ends.
+    fn ways(&self, interval: &Interval, change: &Change) -> Result<Vec<f64>, Violation> {
+        let ways: Vec<f64> = self.pairs.iter().map(|pair| self.way(pair, change)).collect();
+        match ways.iter().find(|way| !below(**way, f64::INFINITY)) {
+            Some(way) => Err(Violation::new(self.check, interval.waypoint, format!("a link moves by {way} m to the next waypoint"))),
+            None => Ok(ways),
+        }
     }
 
     fn way(&self, pair: &Pair, change: &Change) -> f64 {
@@ -130,7 +140,7 @@ impl Sweep<'_> {
             let at_start = self.distance(interval.waypoint, ends.0, pair, way)?;
             let at_end = self.distance(interval.waypoint, ends.1, pair, way)?;
             let lowest = 0.5 * (at_start + at_end - way);
-            if lowest < -self.penetration_max && way > RESOLUTION {
+            if !within(-self.penetration_max, lowest) && !within(way, RESOLUTION) {
                 in_doubt.push(pair);
             }
         }
@@ -153,8 +163,9 @@ impl Sweep<'_> {
         };
         let enough = if pair.measured { way.max(self.worst) } else { way };
         let hint = pair.hint.unwrap_or_else(|| (there.bounds.centre() - placed.bounds.centre()).normalize_or(DVec3::X));
+        let separation = if pair.measured { body_separation } else { separation };
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
-        if found.distance < -self.penetration_max {
+        if !within(-self.penetration_max, found.distance) {
             return Err(overlap(self.check, waypoint, (body, other), found.distance, self.penetration_max));
         }
         if pair.measured {

@@ -17,12 +17,22 @@ use crate::kinematics::{Posture, along_axis};
 
 /// Rounding allowed at a limit, as a share of it.
 const ROUNDING: f64 = 1e-6;
+/// Between waypoints every so many samples are checked: no joint turns by more than 0.05 rad from one to the next.
+const SAMPLES_APART: usize = 5;
 
-/// The share of a joint's effort limit that stays unused at the worst waypoint.
-pub fn check_torque(model: &RobotModel, config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> Result<f64, Violation> {
+/// The share of a joint's effort limit that stays unused at the worst waypoint, or between two that are far apart. `alive` is called at
+/// each.
+pub fn check_torque(
+    model: &RobotModel,
+    config: &CheckerConfig,
+    equilibrium: &mut Equilibrium,
+    case: &Case,
+    alive: &mut dyn FnMut(),
+) -> Result<f64, Violation> {
     let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
     let mut worst = f64::INFINITY;
-    for sample in case.motion.samples.iter().filter(|sample| sample.is_waypoint) {
+    for sample in case.motion.samples.iter().filter(|sample| sample.piece.is_multiple_of(SAMPLES_APART)) {
+        alive();
         let bad = |detail| Err(Violation::new(Check::Torque, sample.waypoint, detail));
         let Some(torques) = statics.torques(sample, config.effort_share + ROUNDING) else {
             return bad("no contact forces in equilibrium".to_owned());
@@ -48,7 +58,7 @@ pub fn even_torque_reserve(model: &RobotModel, equilibrium: &Equilibrium, case: 
         let shares = model.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort);
         1.0 - shares.fold(0.0, f64::max)
     };
-    case.motion.samples.iter().filter(|sample| sample.is_waypoint).map(reserve).fold(f64::INFINITY, f64::min)
+    case.motion.samples.iter().filter(|sample| sample.is_waypoint()).map(reserve).fold(f64::INFINITY, f64::min)
 }
 
 fn stance_of(case: &Case) -> Vec<usize> {

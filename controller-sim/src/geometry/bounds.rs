@@ -38,6 +38,11 @@ impl Bounds {
         Self { low: self.low - margin, high: self.high + margin }
     }
 
+    /// How deep two boxes that overlap are in each other, m: the least way along an axis that parts them.
+    pub fn overlap(&self, other: &Self) -> f64 {
+        (self.high.min(other.high) - self.low.max(other.low)).min_element()
+    }
+
     /// The distance between two boxes, m; 0 where they overlap.
     pub fn gap(&self, other: &Self) -> f64 {
         (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length()

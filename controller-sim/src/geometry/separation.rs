@@ -52,6 +52,16 @@ pub fn separation(a: (&Solid, &Placed), b: (&Solid, &Placed), hint: DVec3, enoug
     }
 }
 
+/// The same for bodies that do not stand on each other: two meshes of which triangles cross count as deep as the boxes around them
+/// overlap, a translation that surely parts them. Small triangles are soon parted, however deep the bodies are in each other.
+pub fn body_separation(a: (&Solid, &Placed), b: (&Solid, &Placed), hint: DVec3, enough: f64) -> Separation {
+    let found = separation(a, b, hint, enough);
+    match (a.0, b.0) {
+        (Solid::Mesh(_), Solid::Mesh(_)) if found.distance < 0.0 => Separation { distance: -a.1.bounds.overlap(&b.1.bounds), ..found },
+        _ => found,
+    }
+}
+
 /// Whether a point lies inside a closed mesh: whether most of three rays from it first meet the back of a triangle.
 pub fn is_inside_mesh(mesh: &TriMesh, world_from_mesh: &Pose, point: DVec3) -> bool {
     let origin = world_from_mesh.inverse() * point;
@@ -104,7 +114,7 @@ fn convex_separation(a: PlacedConvex, b: PlacedConvex, hint: DVec3, enough: f64)
     match proposed_direction(a, b) {
         Proposal::Apart(direction) => hinted.better(along(a, b, direction)),
         Proposal::Overlapping(direction) => {
-            axis_directions(a.1, b.1).into_iter().chain([direction]).fold(hinted, |best, axis| best.better(along(a, b, axis)))
+            parting_directions(a, b).into_iter().chain([direction]).fold(hinted, |best, axis| best.better(along(a, b, axis)))
         }
     }
 }
@@ -140,12 +150,28 @@ fn proposed_direction(a: PlacedConvex, b: PlacedConvex) -> Proposal {
 /// Below this distance (m) closest points do not tell a direction well.
 const TOUCHING_MAX: f64 = 1e-6;
 
-/// Both frames' axes and their cross products, both ways: what parts boxes, and what is left when EPA fails.
-fn axis_directions(a: &Pose, b: &Pose) -> Vec<DVec3> {
-    let first = DVec3::AXES.map(|axis| a.rotation * axis);
-    let second = DVec3::AXES.map(|axis| b.rotation * axis);
-    let crosses = first.into_iter().flat_map(|x| second.into_iter().filter_map(move |y| x.cross(y).try_normalize()));
-    first.into_iter().chain(second).chain(crosses).flat_map(|axis| [axis, -axis]).collect()
+/// Both solids' faces and the cross products of their edges, both ways: what parts boxes and triangles, and what is left where EPA fails.
+fn parting_directions(a: PlacedConvex, b: PlacedConvex) -> Vec<DVec3> {
+    let edges = [a, b].map(|(convex, pose)| edges(&convex.core).map(|edge| pose.rotation * edge));
+    let crosses = edges[0].into_iter().flat_map(|x| edges[1].into_iter().filter_map(move |y| x.cross(y).try_normalize()));
+    let faces = [a, b].into_iter().flat_map(|(convex, pose)| faces(&convex.core).into_iter().map(|normal| pose.rotation * normal));
+    faces.chain(crosses).flat_map(|axis| [axis, -axis]).collect()
+}
+
+/// Directions of a core's edges; of one without, the axes.
+fn edges(core: &Core) -> [DVec3; 3] {
+    match core {
+        Core::Triangle([a, b, c]) => [b - a, c - b, a - c].map(DVec3::normalize_or_zero),
+        Core::Box(_) | Core::Segment(_) | Core::Cylinder { .. } | Core::Points(_) => DVec3::AXES,
+    }
+}
+
+/// Normals of a core's faces, for a triangle also of its edges in its plane; of one without, the axes.
+fn faces(core: &Core) -> Vec<DVec3> {
+    let Core::Triangle([a, b, c]) = core else { return DVec3::AXES.to_vec() };
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    let beside = edges(core).map(|edge| edge.cross(normal));
+    [normal, beside[0], beside[1], beside[2]].into_iter().filter_map(DVec3::try_normalize).collect()
 }
 
 #[cfg(test)]
@@ -235,12 +261,45 @@ mod tests {
             let (small, flat) = (cube(0.2), Shape::Box { half_extents: DVec3::new(0.3, 0.2, 0.02) });
             let found = measure(&small, a, &flat, b);
             let cores = [Core::Box(DVec3::splat(0.2)), Core::Box(DVec3::new(0.3, 0.2, 0.02))].map(|core| Convex { core, radius: 0.0 });
-            let axes = axis_directions(&a, &b).into_iter().map(|axis| along((&cores[0], &a), (&cores[1], &b), axis).distance);
+            let axes = parting_directions((&cores[0], &a), (&cores[1], &b))
+                .into_iter()
+                .map(|axis| along((&cores[0], &a), (&cores[1], &b), axis).distance);
             let by_axes = axes.fold(f64::NEG_INFINITY, f64::max);
             assert!(found >= by_axes - 1e-9, "a direction proposed by GJK is worse than an axis");
             if by_axes < 0.0 {
                 assert!((found - by_axes).abs() < 1e-7, "{found} {by_axes}");
             }
         }
+    }
+
+    #[test]
+    fn a_flat_sole_on_a_slanted_triangle_is_not_deep_in_it() {
+        let corners = [DVec3::new(-0.3, -0.2, -0.05), DVec3::new(0.4, -0.1, 0.02), DVec3::new(0.1, 0.5, 0.0)];
+        let source = MeshSource { path: "ramp.stl".into(), scale: DVec3::ONE };
+        let ramp = Shape::Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]], source };
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let sole = Shape::Box { half_extents: DVec3::new(0.1, 0.05, 0.02) };
+        for turn in [0.0, 0.4, 1.1, 2.3] {
+            for depth in [0.001, 0.004] {
+                let rotation = glam::DQuat::from_rotation_arc(DVec3::Z, normal) * rotation_from_rpy(0.0, 0.0, turn);
+                let pose = Pose::from_parts(middle + normal * (0.02 - depth), rotation);
+                let found = measure(&sole, pose, &ramp, at(0., 0., 0.));
+                assert!((found + depth).abs() < 1e-9, "turned by {turn}: {found} in place of {depth}");
+            }
+        }
+    }
+
+    #[test]
+    fn finely_meshed_bodies_in_each_other_are_deep() {
+        let (cube, pose) = (cube_mesh(0.5), at(0.1, 0.2, 0.7));
+        let place = |pose: Pose| {
+            let solid = Solid::new(&cube).unwrap();
+            let bounds = solid.local_bounds().moved(&pose);
+            (solid, Placed { world_from_solid: pose, bounds })
+        };
+        let ((first, placed), (second, other)) = (place(at(0., 0., 0.)), place(pose));
+        let found = body_separation((&first, &placed), (&second, &other), DVec3::Z, 0.1);
+        assert!((found.distance + 0.3).abs() < 1e-9, "{found:?}");
     }
 }

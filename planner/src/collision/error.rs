@@ -29,7 +29,7 @@ pub enum CollisionError {
         /// What it must be.
         requirement: &'static str,
     },
-    /// More links with collision shapes than the checker's fixed workspace holds.
+    /// More links with collision shapes than a check's fixed workspace holds.
     #[error("{count} links have collision shapes, {max} are supported; merge links that do not move against each other")]
     TooManyBodies {
         /// How many there are.

@@ -103,8 +103,8 @@ impl CollisionModel {
         Ok(Self { bodies, pairs, world: WorldShapes::new(world)?, clearance, shunned: heapless::Vec::new() })
     }
 
-    /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None` where everything keeps its clearance, subject to
-    /// what the `feet` (one state per foot) do.
+    /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None` where everything keeps its clearance,
+    /// subject to what the `feet` (one state per foot) do.
     pub fn hit(&self, snapshot: &Snapshot, feet: &[FootState]) -> Option<Hit> {
         self.world_hit(snapshot, feet).or_else(|| self.self_hit(snapshot))
     }

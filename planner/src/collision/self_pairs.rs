@@ -28,7 +28,8 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Whether two bodies whose balls are known to be near come within the pair's clearance of each other; their nodes' frames are given in any common one.
+    /// Whether two bodies whose balls are known to be near come within the pair's clearance of each other; their nodes' frames are given
+    /// in any common one.
     pub fn is_hit(&self, a: (&Body, &DAffine3), b: (&Body, &DAffine3)) -> bool {
         let are_apart = self.standing_gap.is_some_and(|gap| gap.is_wider(a.1, (&b.0.parts[0], b.1), self.clearance));
         !are_apart && parts_within(a, b, self.clearance)

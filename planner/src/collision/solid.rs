@@ -1,4 +1,4 @@
-//! Shapes as the checker sees them: a convex core with a radius around it, or a surface of triangles.
+//! Shapes as collision checks see them: a convex core with a radius around it, or a surface of triangles.
 
 use glam::DVec3;
 use parry3d_f64::shape::SupportMap;

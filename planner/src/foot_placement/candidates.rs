@@ -233,7 +233,8 @@ impl Lister<'_, '_> {
             return;
         }
         let centred = shift_to_centre(outer, reach);
-        let nearest = shift_within(reach, outer, 0.0).map(|outer_into_sole| -outer_into_sole);
+        let into_sole = [EDGE_MARGINS[0], EDGE_MARGINS[1], 0.0].iter().find_map(|&margin| shift_within(reach, outer, margin));
+        let nearest = into_sole.map(|shift| -shift);
         let lengthwise_at = |wish: f64| {
             let moved = [length[0] + wish, length[1] + wish];
             wish + shift_within(lengthwise, moved, EDGE_MARGINS[1]).unwrap_or_else(|| shift_to_centre(lengthwise, moved))

@@ -1,5 +1,7 @@
 //! The parameters of foot placement: what counts as support, and the bounds of the search for it.
 
+use surefoot_shared_types::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX};
+
 use super::SurfacesError;
 
 /// What counts as support, and the bounds of the search for it. All lengths in metres, angles in radians.
@@ -12,13 +14,13 @@ pub struct FootPlacementConfig {
     pub support_area_inflation: f64,
     /// The smallest distance from the support polygon's centroid to its nearest edge, m [Grey 4.1.2].
     pub centroid_edge_distance_min: f64,
-    /// How far a surface may be from the sole's plane and still carry it, m (the judge allows 3 mm).
+    /// How far a surface may be from the sole's plane and still carry it, m.
     pub plane_distance_max: f64,
     /// The smallest width of a carrying piece of a face under the sole, m: a corner or edge touched by less carries nothing
     /// that a real foot could rely on, and may fall between the samples of a checker's 5 mm grid (ours). Pieces of meshes are exempt: others
     /// may continue them.
     pub contact_width_min: f64,
-    /// How far a carrying surface's normal may be from the sole's, rad (the judge allows 5 degrees).
+    /// How far a carrying surface's normal may be from the sole's, rad.
     pub normal_tilt_max: f64,
     /// How far the normals of features that are proposed on together may be apart, rad.
     pub plane_tilt_max: f64,
@@ -63,9 +65,9 @@ impl Default for FootPlacementConfig {
             support_area_min: 0.008,
             support_area_inflation: 2.0,
             centroid_edge_distance_min: 0.02,
-            plane_distance_max: 1e-3,
+            plane_distance_max: CONTACT_GAP_MAX,
             contact_width_min: 0.011,
-            normal_tilt_max: 4.0 * degree,
+            normal_tilt_max: CONTACT_TILT_MAX,
             plane_tilt_max: degree,
             friction_margin: degree,
             plate_height: 0.02,

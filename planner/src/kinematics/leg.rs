@@ -4,7 +4,7 @@
 use glam::DVec3;
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::{JointIndex, JointKind, LimbIndex, RobotModel};
+use surefoot_shared_types::robot::{Joint, JointIndex, JointKind, LimbIndex, RobotModel};
 
 use super::closed_form::ClosedForm;
 use super::newton::Newton;
@@ -179,14 +179,14 @@ impl LegJoint {
 fn leg_joint(model: &RobotModel, zero: &[Pose], index: JointIndex, margin: f64) -> LegJoint {
     let joint = &model.joints[index];
     let world_from_joint = zero[joint.child];
-    LegJoint {
-        index,
-        kind: joint.kind,
-        point: world_from_joint.translation,
-        axis: world_from_joint.rotation * joint.axis,
-        lower: joint.lower + margin,
-        upper: joint.upper - margin,
-    }
+    let [lower, upper] = limits_within(joint, margin);
+    LegJoint { index, kind: joint.kind, point: world_from_joint.translation, axis: world_from_joint.rotation * joint.axis, lower, upper }
+}
+
+/// A joint's limits with a margin on either side; the middle of them where there is no room for that.
+pub fn limits_within(joint: &Joint, margin: f64) -> [f64; 2] {
+    let middle = joint.lower.midpoint(joint.upper);
+    [(joint.lower + margin).min(middle), (joint.upper - margin).max(middle)]
 }
 
 /// All links in the root's frame, the joints of a leg at zero, all others as the robot stands.

@@ -36,8 +36,8 @@ pub fn boundary_of(node: TransitionId) -> Option<usize> {
 /// Which arena of the graph is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ArenaFull {
-    /// More segments than [`BOUNDARIES_MAX`] allows for.
-    Boundaries,
+    /// `stations_max`.
+    Stations,
     /// `footholds_max`.
     Footholds,
     /// `transitions_max`.

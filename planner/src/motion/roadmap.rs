@@ -263,16 +263,16 @@ impl Roadmap {
         self.start_balance = Some(balance);
     }
 
-    /// Adds a boundary; answers its index.
-    ///
-    /// # Errors
-    /// There are too many.
-    pub fn add_boundary(&mut self, boundary: Boundary) -> Result<usize, ArenaFull> {
-        if self.boundaries.len() == BOUNDARIES_MAX {
-            return Err(ArenaFull::Boundaries);
-        }
+    /// Whether there is room for no more boundaries.
+    pub fn is_full_of_boundaries(&self) -> bool {
+        self.boundaries.len() == BOUNDARIES_MAX
+    }
+
+    /// Adds a boundary, for which there must be room; answers its index.
+    pub fn add_boundary(&mut self, boundary: Boundary) -> usize {
+        assert!(!self.is_full_of_boundaries(), "no room for a boundary");
         self.boundaries.push(boundary);
-        Ok(self.boundaries.len() - 1)
+        self.boundaries.len() - 1
     }
 
     /// One of the boundaries.

@@ -122,6 +122,11 @@ pub fn posture_that_holds(constraints: &Constraints, mode: &Mode, pair: Transiti
     REACHING.into_iter().position(&mut holds)
 }
 
+/// Whether any primitive posture is a configuration of a transition.
+pub fn any_posture_holds(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
+    (0..PRIMITIVES.len() as u64).any(|attempt| sample(constraints, mode, pair, (0, 0), attempt).is_ok())
+}
+
 fn reach(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>, attempt: u64, snapshot: &mut Snapshot) -> bool {
     let body = &constraints.body;
     let mut draws = Random::new(0, Stream::Transition, 0, 0);

@@ -1,5 +1,7 @@
 //! Gamma_P: two trees that grow toward each other, a station at a time [Grey 3, 4.3].
 
+mod straighten;
+
 use surefoot_shared_types::config::Mark;
 
 use super::extension::{Extension, Step, Tip};
@@ -15,21 +17,18 @@ use crate::random::{Random, Stream};
 
 /// Stations added by one extension.
 const EXTENSION_MAX: u32 = 96;
-/// Shortcuts that are tried on a route of up to [`SHORTCUT_SPAN_MAX`] stations, each by one extension.
-const SHORTCUTS_MAX: usize = 12;
-/// The same on a longer route, for each [`SHORTCUT_SPAN_MAX`] of its stations: it has turned more often than it need.
-const LONG_SHORTCUTS_MAX: usize = 36;
-/// Shortcuts span at most this many stations, on a longer route half as many: about as far on average as where its end limits them.
-const SHORTCUT_SPAN_MAX: usize = 96;
-/// Shortcuts span at least this many stations.
-const SHORTCUT_SPAN_MIN: usize = 3;
 /// Places where stage M gave up that are remembered.
 const GIVEN_UP_MAX: usize = 64;
-/// A new route keeps this far (in the metric of Gamma_P, m) from places where stage M gave up.
-const GIVEN_UP_RADIUS: f64 = 0.25;
 
 /// The straight way ends this near to the goal, in the metric of Gamma_P, m.
 const STRAIGHT_END: f64 = 0.02;
+
+/// A place where stage M gave up.
+#[derive(Debug, Clone, Copy)]
+struct GivenUp {
+    place: Station,
+    radius: f64,
+}
 
 /// What an advance of the growth came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,8 +37,10 @@ pub enum Progress {
     Growing,
     /// There is a guide route.
     Route,
-    /// No route was found with all samples spent or the arena full.
+    /// No route was found with all samples spent.
     Exhausted,
+    /// No route was found before the arena was full.
+    Full,
 }
 
 /// A station of a tree.
@@ -130,7 +131,7 @@ pub struct Growth {
     /// The route of which a detour replaces the stations between these two.
     whole: Vec<Vertex>,
     detour: Option<[usize; 2]>,
-    given_up: heapless::Deque<Station, GIVEN_UP_MAX>,
+    given_up: heapless::Deque<GivenUp, GIVEN_UP_MAX>,
     samples: u32,
     relaxed: bool,
     /// How often the growth began anew; names random streams.
@@ -220,12 +221,17 @@ impl Growth {
         self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
     }
 
-    /// Takes a place where stage M gave up for possible no longer.
-    pub fn give_up(&mut self, place: Station) {
+    /// Takes a place where stage M gave up, and what is within a radius of it (m, in the metric of Gamma_P), for possible no longer.
+    pub fn give_up(&mut self, place: Station, radius: f64) {
         if self.given_up.is_full() {
             self.given_up.pop_front();
         }
-        let _full = self.given_up.push_back(place);
+        let _full = self.given_up.push_back(GivenUp { place, radius });
+    }
+
+    /// Takes all places for possible again.
+    pub fn forgive(&mut self) {
+        self.given_up.clear();
     }
 
     /// Begins anew, for a route from start to goal that is another in all.
@@ -304,16 +310,21 @@ impl Growth {
     fn begin(&mut self, ends: [Vertex; 2]) {
         self.ends = ends;
         self.bounds = bounds_around(ends.map(|end| end.station.position), &self.world);
-        self.placements.clear();
-        self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
         self.samples = 0;
         self.relaxed = false;
+        self.plant();
+        self.activity = self.first_try();
+    }
+
+    /// Leaves of the trees their roots, and what is crossed.
+    fn plant(&mut self) {
+        self.placements.clear();
+        self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
         for (tree, &end) in self.trees.iter_mut().zip(&self.ends) {
             tree.clear();
             tree.push(Vertex { parent: 0, ..end });
         }
         self.grow_on_what_is_crossed();
-        self.activity = self.first_try();
     }
 
     /// Straight to the goal, from the vertex that is nearest to it.
@@ -380,6 +391,16 @@ impl Growth {
         self.activity = self.first_try();
     }
 
+    /// There is no room for more stations: what demands less may need fewer, so it begins anew with that; what demands least is over.
+    fn overflow(&mut self) {
+        if self.relaxed {
+            self.activity = Activity::Over(Progress::Full);
+            return;
+        }
+        self.plant();
+        self.relax();
+    }
+
     fn extended(&mut self, branch: (usize, u32, u32), extension: Extension, ending: Ending, step: Step, context: &Context<'_>) {
         let (tree, tip, added) = branch;
         match step {
@@ -390,7 +411,7 @@ impl Growth {
                     self.activity = Activity::Extending { tree, tip, added: added + 1, extension, ending };
                 }
                 Some(_) => self.activity = Activity::Sampling,
-                None => self.activity = Activity::Over(Progress::Exhausted),
+                None => self.overflow(),
             },
             Step::Arrived => match ending {
                 Ending::Meets(met) => self.met(tree, tip, met),
@@ -423,7 +444,7 @@ impl Growth {
     }
 
     fn is_given_up(&self, station: &Station) -> bool {
-        self.given_up.iter().any(|known| known.distance(station) < GIVEN_UP_RADIUS)
+        self.given_up.iter().any(|known| known.place.distance(station) < known.radius)
     }
 
     fn label_edge(&mut self, tree: usize, tip: u32, context: &Context<'_>) {
@@ -481,48 +502,6 @@ impl Growth {
         self.activity = if is_straight { Activity::Over(Progress::Route) } else { Activity::Straightening { tried: 0, branch: None } };
     }
 
-    fn next_shortcut(&mut self, seed: u64, tried: u32) {
-        let stations = self.route.vertices.len();
-        let (span_max, tries_max) = if stations > SHORTCUT_SPAN_MAX {
-            (SHORTCUT_SPAN_MAX / 2, LONG_SHORTCUTS_MAX * stations.div_ceil(SHORTCUT_SPAN_MAX))
-        } else {
-            (SHORTCUT_SPAN_MAX, SHORTCUTS_MAX)
-        };
-        if tried as usize >= tries_max || stations <= SHORTCUT_SPAN_MIN {
-            self.activity = Activity::Over(Progress::Route);
-            return;
-        }
-        let mut random = Random::new(seed, Stream::Possibility, u64::from(tried) | 1 << 40, self.generation);
-        let from = random.below(stations - SHORTCUT_SPAN_MIN);
-        let to = from + SHORTCUT_SPAN_MIN + random.below((stations - from).min(span_max) - SHORTCUT_SPAN_MIN);
-        let (first, tip) = (self.trees[0].len() as u32, self.route.vertices[from]);
-        self.activity = Activity::Straightening { tried: tried + 1, branch: Some(Branch { from, to, first, tip }) };
-    }
-
-    fn shortcut(&self, branch: &Branch) -> Extension {
-        self.extension(0, self.route.vertices[branch.to].station, 0.0, true)
-    }
-
-    /// Whether a branch may end with fewer stations than the route has there.
-    fn may_be_shorter(&self, branch: &Branch) -> bool {
-        let grown = self.trees[0].len() - branch.first as usize;
-        grown + self.shortcut(branch).stations_left(&branch.tip.station) + 1 < branch.to - branch.from
-    }
-
-    fn straightened(&mut self, tried: u32, mut branch: Branch, step: Step) {
-        self.activity = match step {
-            Step::Grown(stance) if !self.is_given_up(&stance.station) && self.add((0, 0), 0.0, &stance).is_some() => {
-                branch.tip = self.trees[0][self.trees[0].len() - 1];
-                Activity::Straightening { tried, branch: Some(branch) }
-            }
-            Step::Arrived => {
-                self.splice(&branch);
-                Activity::Straightening { tried, branch: None }
-            }
-            _ => Activity::Straightening { tried, branch: None },
-        };
-    }
-
     /// Puts the route just found in place of the stations between two of the whole one, if that fits.
     fn insert_detour(&mut self, first: usize, last: usize) {
         if self.whole.len() + self.route.vertices.len() > self.spare.capacity() {
@@ -533,17 +512,6 @@ impl Growth {
         self.spare.extend_from_slice(&self.whole[..first]);
         self.spare.extend_from_slice(&self.route.vertices);
         self.spare.extend_from_slice(&self.whole[last + 1..]);
-        std::mem::swap(&mut self.spare, &mut self.route.vertices);
-    }
-
-    /// Puts a branch of the first tree in place of the stations between its ends.
-    fn splice(&mut self, branch: &Branch) {
-        self.spare.clear();
-        self.spare.extend_from_slice(&self.route.vertices[..=branch.from]);
-        self.spare.extend_from_slice(&self.trees[0][branch.first as usize..]);
-        let joined = self.spare.len();
-        self.spare.extend_from_slice(&self.route.vertices[branch.to..]);
-        self.spare[joined].is_crossed = false;
         std::mem::swap(&mut self.spare, &mut self.route.vertices);
     }
 }

@@ -44,9 +44,10 @@ impl Planner {
             return Phase::Sequence { begun: false };
         }
         let mut priors = [[Prior::default(); 2]; JUDGED_AT_ONCE];
+        let may_be_scant = self.tally.routes > 1 || self.tally.sweeps > 1;
         let (constraints, graph) = (&self.shared.constraints, &mut self.roadmap.graph);
         let judge_both = |(&id, priors): (&TransitionId, &mut [Prior; 2])| {
-            *priors = [id, Graph::twin(id)].map(|id| judge(constraints, id, graph));
+            *priors = [id, Graph::twin(id)].map(|id| judge(constraints, id, graph, may_be_scant));
         };
         if self.shared.parallel {
             next.par_iter().zip(&mut priors).with_max_len(1).for_each(judge_both);
@@ -61,8 +62,8 @@ impl Planner {
         Phase::Judge
     }
 
-    /// The next transitions to judge, as many as a budget allows, one of each pair of twins: those of the sequence found last, then all on the
-    /// placements of those that turn out to be unlikely, since the next sequence would only go through the next of these.
+    /// The next transitions to judge, as many as a budget allows, one of each pair of twins: those of the sequence found last, then all
+    /// on the placements of those that turn out to be unlikely, since the next sequence would only go through the next of these.
     fn next_to_judge(&self, budget: u64) -> heapless::Vec<TransitionId, JUDGED_AT_ONCE> {
         let (graph, sequence) = (&self.roadmap.graph, self.search.sequence());
         let unlikely = sequence.iter().filter(|&&id| graph.is_unlikely(id)).flat_map(|&id| [id, Graph::twin(id)]);

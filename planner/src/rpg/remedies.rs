@@ -1,9 +1,13 @@
 //! What the planner does where a segment cannot be completed.
 
+use std::ops::Range;
+
 use surefoot_shared_types::config::Scenario;
 
 use super::lanes::{Lane, Turn};
 use super::{Phase, Planner};
+use crate::foot_placement::Scratch;
+use crate::motion::foothold::Foothold;
 use crate::motion::graph::{ArenaFull, TransitionId};
 use crate::motion::mode_costs::ModeId;
 use crate::motion::sampling::ATTEMPTS_MAX;
@@ -14,9 +18,15 @@ use crate::trouble::{Remedy, detour_about, most_laboured, nearest_station, place
 
 /// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
 const END_RADIUS: f64 = 0.6;
+/// A new route keeps this far (m, in the metric of Gamma_P) from a place that is given up.
+const GIVEN_UP_RADIUS: f64 = 0.25;
+/// The same after many routes in vain: what is nearer has much the same steps.
+const LATE_GIVEN_UP_RADIUS: f64 = 0.6;
+/// That many routes, detours included.
+const MANY_ROUTES: u64 = 5;
 /// S(T) at which the placements of a transition are varied, once: after its second round of attempts in vain, or the first where no
 /// primitive posture holds on it.
-const VARIED_AT: std::ops::Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
+const VARIED_AT: Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
 
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more placements near the trouble.
@@ -32,6 +42,7 @@ impl Planner {
         let attempts = |index: &usize| self.roadmap.graph.transitions()[sequence[*index] as usize].attempts;
         let worst = (0..sequence.len()).filter(unsolved).max_by_key(attempts).unwrap_or(0);
         let place = place_of(&self.roadmap.graph, sequence[worst]);
+        self.hindrances.note(place);
         let route = self.growth.route();
         match remedy {
             None => self.try_another(worst),
@@ -40,11 +51,12 @@ impl Planner {
                 self.focus.only_about(route.stations(), (0..sequence.len()).filter(unsolved).map(nearest));
                 Ok(Phase::Seed { next: 0 })
             }
-            Some(Remedy::Sample) => self.sample_near_trouble(),
+            Some(Remedy::Sample) => Ok(Phase::Scatter { index: 0 }),
             Some(Remedy::Detour) => self.look_for_detour(nearest_station(route, place.position), place),
             Some(Remedy::Reroute) => {
+                let radius = reroute_radius(self.tally.routes);
                 for index in (0..sequence.len()).filter(unsolved) {
-                    give_up(&mut self.growth, &self.scenario, place_of(&self.roadmap.graph, sequence[index]));
+                    give_up(&mut self.growth, &self.scenario, place_of(&self.roadmap.graph, sequence[index]), radius);
                 }
                 self.look_for_another_route(place)
             }
@@ -74,7 +86,8 @@ impl Planner {
         let [_, last] = self.cuts.stations(segment);
         let frontiers = [frontier, self.entered_stations().min().unwrap_or(last)];
         let route = self.growth.route();
-        match self.lanes.current_mut().trouble.no_sequence() {
+        self.hindrances.note(route.station(frontier));
+        match self.lanes.current_mut().trouble.next_remedy() {
             Remedy::Sweep | Remedy::Sample => {
                 self.focus.only_about(route.stations(), frontiers.into_iter());
                 Ok(Phase::Seed { next: 0 })
@@ -96,7 +109,7 @@ impl Planner {
     fn look_for_detour(&mut self, station: usize, place: Station) -> Result<Phase, ArenaFull> {
         let stations = self.cuts.stations(self.lanes.current().segment);
         let Some(between) = detour_about(stations, station) else { return self.look_for_another_route(place) };
-        give_up(&mut self.growth, &self.scenario, place);
+        give_up(&mut self.growth, &self.scenario, place, GIVEN_UP_RADIUS);
         self.growth.begin_detour(between);
         self.stations_before = Some(self.growth.route().stations());
         Ok(Phase::Route)
@@ -104,7 +117,7 @@ impl Planner {
 
     /// Gives up a place where stage M gets no farther, and with it the route.
     fn look_for_another_route(&mut self, place: Station) -> Result<Phase, ArenaFull> {
-        give_up(&mut self.growth, &self.scenario, place);
+        give_up(&mut self.growth, &self.scenario, place, reroute_radius(self.tally.routes));
         self.take_turn(Turn::Leave);
         self.next_turn()
     }
@@ -117,45 +130,78 @@ impl Planner {
         Phase::Route
     }
 
-    /// Samples placements about those of the sequence's transitions that have no configuration yet, and about those of the mode at
-    /// which the search has laboured most [Grey 4.4.4].
-    fn sample_near_trouble(&mut self) -> Result<Phase, ArenaFull> {
-        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+    /// Samples placements about those of the transition at an index of the sequence, where it has no configuration yet or belongs to the
+    /// mode at which the search has laboured most [Grey 4.4.4]. Both placements are moved and turned alike, so that the step stays about
+    /// what it is.
+    pub(super) fn scatter(&mut self, index: usize) -> Result<Phase, ArenaFull> {
         let sequence = &self.lanes.current().sequence;
-        let most = most_laboured(&self.roadmap.graph, &self.roadmap.costs, sequence);
-        for &id in sequence {
-            let transition = &self.roadmap.graph.transitions()[id as usize];
-            if transition.is_found() && most.is_none_or(|mode| !ModeId::of(&self.roadmap.graph, id).contains(&mode)) {
-                continue;
-            }
-            for foothold in [transition.stance, transition.other] {
-                let placement = &self.roadmap.graph.footholds()[foothold as usize];
+        let Some(&id) = sequence.get(index) else { return Ok(Phase::Vary { index: 0, tried: 0, end: sequence.len() }) };
+        let graph = &mut self.roadmap.graph;
+        let transition = &graph.transitions()[id as usize];
+        let (is_found, footholds) = (transition.is_found(), [transition.stance, transition.other]);
+        let is_most_laboured = |mode| ModeId::of(graph, id).contains(&mode);
+        if !is_found || most_laboured(graph, &self.roadmap.costs, sequence).is_some_and(is_most_laboured) {
+            let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+            for foothold in footholds {
+                let placement = &graph.footholds()[foothold as usize];
                 let (limb, pose) = (placement.limb, placement.world_from_sole);
                 let name = (u64::from(id) | 1 << 41, self.tally.sequences);
-                seeding.sample_about(&pose, limb, name, &mut self.roadmap.graph, &mut self.scratch[0])?;
+                seeding.sample_about(&pose, limb, name, graph, &mut self.scratch[0])?;
             }
         }
-        Ok(Phase::Vary { index: 0, tried: 0, end: sequence.len() })
+        Ok(Phase::Scatter { index: index + 1 })
     }
 
     /// Varies the transition at an index of the sequence, unless it has a configuration: both its placements at a time, since a step at
     /// the edge of the robot's reach is found where either of them would have to be just right for the other.
-    pub(super) fn vary(&mut self, index: usize, tried: usize, end: usize) -> Result<Phase, ArenaFull> {
+    pub(super) fn vary(&mut self, index: usize, tried: usize, end: usize, budget: u64) -> Result<Phase, ArenaFull> {
         let Some(&id) = self.lanes.current().sequence[..end].get(index) else {
+            self.tally.work += 1;
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         };
+        let next = Phase::Vary { index: index + 1, tried: 0, end };
+        if tried == VARIATIONS_MAX || self.roadmap.graph.transitions()[id as usize].is_found() {
+            self.tally.work += 1;
+            return Ok(next);
+        }
+        let tries = tried..VARIATIONS_MAX.min(tried.saturating_add(usize::try_from(budget).unwrap_or(usize::MAX)));
+        let drawn = self.first_variation(id, tries.clone());
+        let drawn_last = drawn.as_ref().map_or(tries.end, |(last, _)| last + 1);
+        self.tally.work += (drawn_last - tried) as u64;
+        let Some((_, footholds)) = drawn else { return Ok(Phase::Vary { index, tried: drawn_last, end }) };
+        for foothold in footholds {
+            self.roadmap.graph.add_foothold(foothold)?;
+        }
+        Ok(next)
+    }
+
+    /// The first of several variations of a transition that is possible, and which. Where there are threads, one looks through the first
+    /// half of them and another one through the rest.
+    fn first_variation(&mut self, id: TransitionId, tries: Range<usize>) -> Option<(usize, [Foothold; 2])> {
         let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
-        let (graph, name) = (&mut self.roadmap.graph, (tried as u64, self.tally.sequences));
-        let is_done = tried == VARIATIONS_MAX
-            || graph.transitions()[id as usize].is_found()
-            || seeding.vary(id, name, graph, &mut self.scratch[0])?;
-        Ok(if is_done { Phase::Vary { index: index + 1, tried: 0, end } } else { Phase::Vary { index, tried: tried + 1, end } })
+        let (graph, sequences) = (&self.roadmap.graph, self.tally.sequences);
+        let first_of = |mut tries: Range<usize>, scratch: &mut Scratch| {
+            tries.find_map(|tried| Some((tried, seeding.variation(id, (tried as u64, sequences), graph, scratch)?)))
+        };
+        let [scratch, other_scratch] = &mut self.scratch;
+        if !self.shared.parallel {
+            return first_of(tries, scratch);
+        }
+        let middle = tries.start.midpoint(tries.end);
+        let (first, second) = rayon::join(|| first_of(tries.start..middle, scratch), || first_of(middle..tries.end, other_scratch));
+        first.or(second)
     }
 }
 
-fn give_up(growth: &mut Growth, scenario: &Scenario, place: Station) {
+/// How far another route keeps away from what was given up after so many routes.
+fn reroute_radius(routes: u64) -> f64 {
+    if routes < MANY_ROUTES { GIVEN_UP_RADIUS } else { LATE_GIVEN_UP_RADIUS }
+}
+
+/// Gives up a place and what is within a radius of it, unless it is so near to an end that every route passes there.
+fn give_up(growth: &mut Growth, scenario: &Scenario, place: Station, radius: f64) {
     let ends = [scenario.start, scenario.goal].map(|mark| Station::on(&mark));
     if ends.iter().all(|end| end.distance(&place) > END_RADIUS) {
-        growth.give_up(place);
+        growth.give_up(place, radius);
     }
 }

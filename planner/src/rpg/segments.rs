@@ -131,13 +131,13 @@ impl Planner {
     /// Cuts the route at a station if the robot can stand there, and goes on to the next.
     pub(super) fn cut(&mut self, station: usize) -> Result<Phase, ArenaFull> {
         let stations = self.growth.route().stations();
-        if station + SEGMENT_STATIONS / 2 >= stations || self.cuts.cuts.len() + 1 >= BOUNDARIES_MAX {
+        if station + SEGMENT_STATIONS / 2 >= stations || self.roadmap.is_full_of_boundaries() {
             self.cuts.push(GOAL, stations - 1);
             self.lanes.begin_route(self.cuts.segments());
             return Ok(Phase::Seed { next: 0 });
         }
         let Some(boundary) = self.stand_at(station)? else { return Ok(Phase::Cut { station: station + 1 }) };
-        let boundary = self.roadmap.add_boundary(boundary)?;
+        let boundary = self.roadmap.add_boundary(boundary);
         self.cuts.push(boundary, station);
         Ok(Phase::Cut { station: station + SEGMENT_STATIONS })
     }

@@ -62,8 +62,13 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     let source = Source::read(path, TEXT_BYTES_MAX)?;
     let raw: RawScenario = source.parse_toml()?;
     let (start_place, goal_place) = (source.place(raw.start.span().start), source.place(raw.goal.span().start));
-    let table = raw.planner.as_ref().map(Spanned::span).or(raw.checker.as_ref().map(Spanned::span));
-    let config_place = source.place(table.map_or(0, |span| span.start));
+    let spans = [raw.planner.as_ref().map(Spanned::span), raw.checker.as_ref().map(Spanned::span)];
+    let [planner_span, checker_span] = &spans;
+    let config_place = |field: &str| {
+        let of_its_table = if field.starts_with("checker.") { checker_span } else { planner_span };
+        let table = of_its_table.as_ref().or(planner_span.as_ref()).or(checker_span.as_ref());
+        source.place(table.map_or(0, |span| span.start))
+    };
     let (start, goal) = (raw.start.into_inner(), raw.goal.into_inner());
     let planner = raw.planner.map(Spanned::into_inner).unwrap_or_default();
     let checker = raw.checker.map(Spanned::into_inner).unwrap_or_default();
@@ -72,7 +77,7 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
         .and_then(|mark| check_positive("position_tolerance", &[goal.position_tolerance]).map(|()| mark))
         .and_then(|mark| check_positive("yaw_tolerance", &[goal.yaw_tolerance]).map(|()| mark))
         .map_err(|message| goal_place.error("[goal]", message))?;
-    check_relations(&planner, &checker).map_err(|(field, message)| config_place.error(field, message))?;
+    check_relations(&planner, &checker).map_err(|(field, message)| config_place(&field).error(field, message))?;
     let base_dir = path.parent().unwrap_or(Path::new(""));
     let scenario = Scenario {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),

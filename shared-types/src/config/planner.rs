@@ -1,5 +1,14 @@
 //! The parameters of the planner and of the checker, with the relations that must hold between them.
 
+/// A stance foot may be this far from its place between two waypoints of a plan, m.
+pub const FOOT_DRIFT_MAX: f64 = 1.0e-3;
+/// A stance foot may be turned this far between two waypoints of a plan, rad.
+pub const FOOT_TURN_MAX: f64 = 1.7e-3;
+/// A surface carries a planned sole within this distance of its plane, m.
+pub const CONTACT_GAP_MAX: f64 = 1e-3;
+/// A surface carries a planned sole within this tilt of its normal, rad.
+pub const CONTACT_TILT_MAX: f64 = 4.0 * std::f64::consts::PI / 180.0;
+
 /// Everything that bounds or shapes the search. Deserialised from a scenario's `[planner]` table, each field optional.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -15,7 +24,7 @@ pub struct PlannerConfig {
     pub transitions_max: u32,
     /// Most transitions for which a configuration is found; four times as many motions between them can be on record.
     pub configurations_max: u32,
-    /// Most waypoints of a plan.
+    /// Most waypoints of a plan, those shared by two chunks counted once.
     pub waypoints_max: u32,
     /// Sequences tried to shorten a segment once it is complete; 0 leaves walks as they were found.
     pub shorten_rounds_max: u32,

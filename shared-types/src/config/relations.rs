@@ -2,10 +2,17 @@
 
 use crate::source::NUMBER_MAX;
 
+use super::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX, FOOT_DRIFT_MAX, FOOT_TURN_MAX};
 use super::{CheckerConfig, PlannerConfig};
 
-/// Most entries of any arena that a scenario may ask for.
-const COUNT_MAX: u32 = 1 << 24;
+/// The shortest steps that a scenario may ask for, rad or m: shorter ones keep a machine busy for nothing.
+const STEP_MIN: f64 = 1e-3;
+/// The smallest support area that a scenario may ask for, m2.
+const AREA_MIN: f64 = 1e-6;
+/// The smallest distance between stations that a scenario may ask for, m.
+const SPACING_MIN: f64 = 0.02;
+/// The widest margin of joints that a scenario may ask for, rad or m.
+const JOINT_MARGIN_MAX: f64 = 0.5;
 
 /// A parameter's name and what is wrong with it.
 type Complaint = (String, String);
@@ -14,33 +21,35 @@ type Complaint = (String, String);
 pub(super) fn check_relations(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(), Complaint> {
     check_planner(planner)?;
     check_checker(checker)?;
-    check_margins(planner, checker)
+    check_margins(planner, checker)?;
+    check_tolerances(checker)
 }
 
 fn check_planner(planner: &PlannerConfig) -> Result<(), Complaint> {
     if planner.work_max == 0 {
         return complain("planner.work_max", "is 0; it must be positive");
     }
-    for (field, count) in [
-        ("planner.stations_max", planner.stations_max),
-        ("planner.footholds_max", planner.footholds_max),
-        ("planner.transitions_max", planner.transitions_max),
-        ("planner.configurations_max", planner.configurations_max),
-        ("planner.waypoints_max", planner.waypoints_max),
+    // Each arena fits into a few GiB.
+    for (field, count, most) in [
+        ("planner.stations_max", planner.stations_max, 1 << 18),
+        ("planner.footholds_max", planner.footholds_max, 1 << 20),
+        ("planner.transitions_max", planner.transitions_max, 1 << 24),
+        ("planner.configurations_max", planner.configurations_max, 1 << 20),
+        ("planner.waypoints_max", planner.waypoints_max, 1 << 21),
     ] {
-        if !(2..=COUNT_MAX).contains(&count) {
-            return complain(field, format!("is {count}; it must lie between 2 and {COUNT_MAX}"));
+        if !(2..=most).contains(&count) {
+            return complain(field, format!("is {count}; it must lie between 2 and {most}"));
         }
     }
     not_negative("planner.polish_share", planner.polish_share)?;
     positive("planner.clearance", planner.clearance)?;
     share("planner.effort_share", planner.effort_share)?;
-    not_negative("planner.joint_margin", planner.joint_margin)?;
+    between("planner.joint_margin", planner.joint_margin, 0.0, JOINT_MARGIN_MAX)?;
     not_negative("planner.com_margin", planner.com_margin)?;
-    positive("planner.waypoint_joint_step", planner.waypoint_joint_step)?;
-    positive("planner.collision_step", planner.collision_step)?;
-    positive("planner.support_area_min", planner.support_area_min)?;
-    positive("planner.station_spacing", planner.station_spacing)
+    between("planner.waypoint_joint_step", planner.waypoint_joint_step, STEP_MIN, NUMBER_MAX)?;
+    between("planner.collision_step", planner.collision_step, STEP_MIN, NUMBER_MAX)?;
+    between("planner.support_area_min", planner.support_area_min, AREA_MIN, NUMBER_MAX)?;
+    between("planner.station_spacing", planner.station_spacing, SPACING_MIN, NUMBER_MAX)
 }
 
 fn check_checker(checker: &CheckerConfig) -> Result<(), Complaint> {
@@ -80,6 +89,21 @@ fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(),
     Ok(())
 }
 
+/// The checker tolerates more than what the planner itself keeps to.
+fn check_tolerances(checker: &CheckerConfig) -> Result<(), Complaint> {
+    for (field, value, kept) in [
+        ("checker.foot_position_max", checker.foot_position_max, FOOT_DRIFT_MAX),
+        ("checker.foot_rotation_max", checker.foot_rotation_max, FOOT_TURN_MAX),
+        ("checker.contact_gap_max", checker.contact_gap_max, CONTACT_GAP_MAX),
+        ("checker.contact_tilt_max", checker.contact_tilt_max, CONTACT_TILT_MAX),
+    ] {
+        if value <= kept {
+            return complain(field, format!("is {value}; it must be above {kept}, which the planner keeps to"));
+        }
+    }
+    Ok(())
+}
+
 fn above(field: &str, planner: f64, checker: f64) -> Result<(), Complaint> {
     if planner > checker {
         return Ok(());
@@ -92,6 +116,13 @@ fn positive(field: &str, value: f64) -> Result<(), Complaint> {
         return Ok(());
     }
     complain(field, format!("is {value}; it must be positive and finite"))
+}
+
+fn between(field: &str, value: f64, least: f64, most: f64) -> Result<(), Complaint> {
+    if (least..=most).contains(&value) {
+        return Ok(());
+    }
+    complain(field, format!("is {value}; it must lie between {least} and {most}"))
 }
 
 fn not_negative(field: &str, value: f64) -> Result<(), Complaint> {

@@ -16,27 +16,36 @@ pub(super) fn default_base() -> Result<PathBuf, InstanceError> {
     let folder = format!("surefoot-{}", effective_uid());
     let base = Path::new(SHARED_MEMORY).join(&folder);
     match ensure_private(&base) {
-        Ok(()) => Ok(base),
+        Ok(_) => Ok(base),
         Err(InstanceError::Io { .. }) => Ok(std::env::temp_dir().join(folder)),
         Err(squatted) => Err(squatted),
     }
 }
 
-/// Creates a folder with mode 0700, or checks that it is ours alone.
-pub(super) fn ensure_private(path: &Path) -> Result<(), InstanceError> {
+/// Creates a folder with mode 0700, or checks that it is ours alone. False if it was there and somebody removed it meanwhile.
+pub(super) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
     match DirBuilder::new().mode(0o700).create(path) {
-        Ok(()) => Ok(()),
-        Err(error) if error.kind() == ErrorKind::AlreadyExists => check_private(path),
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => is_ours(path),
         Err(error) => Err(io_error(path, error)),
     }
 }
 
+/// As [`ensure_private`] for a folder in the base; false also if somebody removed the base meanwhile.
+pub(super) fn ensure_private_root(root: &Path) -> Result<bool, InstanceError> {
+    unless_missing(ensure_private(root))
+}
+
 /// Whether `path` exists; an error if it is not a folder of this user that nobody else may enter.
 pub(super) fn is_ours(path: &Path) -> Result<bool, InstanceError> {
-    match check_private(path) {
-        Ok(()) => Ok(true),
+    unless_missing(check_private(path).map(|()| true))
+}
+
+/// False where something is not there.
+fn unless_missing(found: Result<bool, InstanceError>) -> Result<bool, InstanceError> {
+    match found {
         Err(InstanceError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(error),
+        found => found,
     }
 }
 
@@ -95,13 +104,18 @@ pub(super) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
     Ok(())
 }
 
-/// Removes the root, and the base folder if it was the last one in it.
+/// Removes the root, and the base folder if it was the last one in it. The lock goes last: whoever finds none makes one of its
+/// own, and then the root stays.
 pub(super) fn remove_root(root: &Path) -> Result<(), InstanceError> {
-    unless_gone(fs::remove_dir_all(root), root)?;
-    if let Some(base) = root.parent() {
-        // Fails while other instances live there, as it should.
-        let _ = fs::remove_dir(base);
+    empty_except_lock(root)?;
+    let lock = root.join(LOCK_FILE);
+    unless_gone(fs::remove_file(&lock), &lock)?;
+    match fs::remove_dir(root) {
+        Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => return Ok(()),
+        removed => unless_gone(removed, root)?,
     }
+    // Fails while other instances live there, as it should.
+    let _ = root.parent().map(fs::remove_dir);
     Ok(())
 }
 

@@ -30,8 +30,8 @@ pub(super) fn is_held(root: &Path) -> Result<bool, InstanceError> {
 /// The lock, held together with others, unless nobody has finished creating `root`, or somebody is removing it.
 pub(super) fn among_others(root: &Path) -> Result<Option<File>, InstanceError> {
     let Some(file) = open(root, false)? else { return Ok(None) };
-    let is_ready = file.metadata().is_ok_and(|metadata| metadata.len() > 0);
-    Ok((is_ready && granted(file.try_lock_shared(), root)? && still_there(&file, root)).then_some(file))
+    let is_ready = |file: &File| file.metadata().is_ok_and(|metadata| metadata.len() > 0);
+    Ok((granted(file.try_lock_shared(), root)? && is_ready(&file) && still_there(&file, root)).then_some(file))
 }
 
 /// Marks `root` as one that others may enter. `alone` is its lock.

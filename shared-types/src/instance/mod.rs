@@ -126,10 +126,9 @@ impl Instance {
     pub fn create_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let place = Place::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
-            directory::ensure_private(base)?;
-            directory::ensure_private(&place.root)?;
+            let is_there = directory::ensure_private(base)? && directory::ensure_private_root(&place.root)?;
             directory::refuse_foreign_segments(&place.prefix)?;
-            if let Some(lock) = lock::alone(&place.root)? {
+            if is_there && let Some(lock) = lock::alone(&place.root)? {
                 lock::admit_nobody(&lock, &place.root)?;
                 directory::empty_except_lock(&place.root)?;
                 directory::remove_segments(&place.prefix)?;

@@ -170,3 +170,57 @@ fn an_instance_can_be_created_while_others_try_to_attach() {
         assert!(created.iter().all(|created| *created), "{created:?}");
     });
 }
+
+/// Enters and leaves `rounds` times; what went wrong.
+fn come_and_go(base: &Path, name: &str, rounds: usize) -> Vec<String> {
+    (0..rounds).filter_map(|_| Instance::create_in(base, name).err()).map(|error| error.to_string()).collect()
+}
+
+#[test]
+fn the_last_one_out_of_another_instance_is_in_nobodys_way() {
+    let base = base();
+    let inner = base.path().join("mine");
+    let over = std::sync::atomic::AtomicBool::new(false);
+    let is_over = || over.load(std::sync::atomic::Ordering::Relaxed);
+    std::thread::scope(|scope| {
+        let cleaner = scope.spawn(|| {
+            let mut failed = Vec::new();
+            while !is_over() {
+                failed.extend(Instance::clean_dead_in(&inner).err().map(|error| error.to_string()));
+            }
+            failed
+        });
+        let walks = ["left", "right"].map(|name| scope.spawn(|| come_and_go(&inner, name, 2000)));
+        let failed: Vec<String> = walks.into_iter().flat_map(|walk| walk.join().unwrap()).collect();
+        over.store(true, std::sync::atomic::Ordering::Relaxed);
+        assert!(failed.is_empty(), "{failed:?}");
+        assert_eq!(cleaner.join().unwrap(), Vec::<String>::new());
+    });
+    assert!(!inner.exists());
+}
+
+#[test]
+fn nobody_enters_what_is_not_ready() {
+    let base = base();
+    let root = base.path().join("a");
+    directory::ensure_private(&root).unwrap();
+    assert!(lock::alone(&root).unwrap().is_some());
+    let over = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            for _ in 0..20_000 {
+                for mark in [lock::admit_others, lock::admit_nobody] {
+                    if let Some(file) = lock::alone(&root).unwrap() {
+                        mark(&file, &root).unwrap();
+                    }
+                }
+            }
+            over.store(true, std::sync::atomic::Ordering::Relaxed);
+        });
+        while !over.load(std::sync::atomic::Ordering::Relaxed) {
+            if let Some(file) = lock::among_others(&root).unwrap() {
+                assert_ne!(file.metadata().unwrap().len(), 0, "entered before it was ready");
+            }
+        }
+    });
+}

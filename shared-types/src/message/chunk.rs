@@ -85,6 +85,15 @@ impl SupportMode {
     pub fn word(self) -> &'static str {
         ["left", "right", "double"][self as usize]
     }
+
+    /// Whether a limb carries the robot; none but 0, left, and 1, right, ever does.
+    pub fn carries(self, limb: usize) -> bool {
+        match self {
+            Self::Left => limb == 0,
+            Self::Right => limb == 1,
+            Self::Double => limb < 2,
+        }
+    }
 }
 
 /// A piece of a plan within one mode. Its first waypoint repeats the last one of the chunk before. Every waypoint is
@@ -202,6 +211,14 @@ impl PlanChunk {
     }
 }
 
+/// How far a rotation's length may be from 1.
+const UNIT_ERROR_MAX: f64 = 1e-6;
+
+/// Whether a quaternion x, y, z, w is a rotation.
+pub(super) fn is_rotation(quaternion: [f64; 4]) -> bool {
+    (glam::DQuat::from_array(quaternion).length() - 1.0).abs() <= UNIT_ERROR_MAX
+}
+
 fn pose_from_parts(position: [f64; 3], rotation: [f64; 4]) -> Pose {
     Pose::from_parts(position.into(), glam::DQuat::from_array(rotation))
 }
@@ -217,6 +234,13 @@ mod tests {
         bytemuck::bytes_of_mut(&mut *chunk).iter_mut().enumerate().for_each(|(at, byte)| *byte = (at % 251) as u8);
         chunk.seal();
         chunk
+    }
+
+    #[test]
+    fn only_two_limbs_ever_carry() {
+        let carriers = |mode: SupportMode| (0..9).filter(|&limb| mode.carries(limb)).collect::<Vec<_>>();
+        let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
+        assert_eq!(modes.map(carriers), [vec![0], vec![1], vec![0, 1]]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
+use super::chunk::is_rotation;
 use super::layout::layout;
 use crate::Pose;
 
@@ -99,7 +100,6 @@ impl Correction {
     /// Whether its numbers can be those of a difference.
     pub fn is_well_formed(&self) -> bool {
         let bounded = |values: &[f64]| values.iter().all(|value| value.abs() <= COORDINATE_MAX);
-        let unit = (glam::DQuat::from_array(self.rotation).length() - 1.0).abs() <= 1e-6;
         let sides = self.half_extents;
         let sized = match self.known_kind() {
             Some(CorrectionKind::Extra) => sides.iter().all(|side| *side > 0.0),
@@ -107,7 +107,7 @@ impl Correction {
             Some(CorrectionKind::Moved | CorrectionKind::Missing) => self.shape != NO_SHAPE,
             None => false,
         };
-        sized && unit && bounded(&self.position) && bounded(&sides)
+        sized && is_rotation(self.rotation) && bounded(&self.position) && bounded(&sides)
     }
 
     fn new(kind: CorrectionKind, shape: u32, pose: &Pose, half_extents: [f64; 3]) -> Self {

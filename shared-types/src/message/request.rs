@@ -87,10 +87,14 @@ pub enum RequestState {
     Refused = 5,
     /// Given up because a client asked for it.
     Cancelled = 6,
-    /// The robot cannot stand at the start or at the goal, or the request makes no sense.
+    /// The request makes no sense, or it is not known where the robot stands.
     Invalid = 7,
     /// No controller answers.
     ControllerLost = 8,
+    /// The robot cannot stand at the start; the planner process says why.
+    StartInvalid = 9,
+    /// The robot cannot stand at the goal; the planner process says why.
+    GoalInvalid = 10,
 }
 
 /// The planner's latest word about requests.
@@ -167,7 +171,7 @@ impl RequestKind {
 
 impl RequestState {
     /// All states, in wire order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Idle,
         Self::Planning,
         Self::Delivering,
@@ -177,6 +181,22 @@ impl RequestState {
         Self::Cancelled,
         Self::Invalid,
         Self::ControllerLost,
+        Self::StartInvalid,
+        Self::GoalInvalid,
+    ];
+    /// Their names in reports, in wire order.
+    const WORDS: [&'static str; 11] = [
+        "idle",
+        "planning",
+        "delivering",
+        "accepted",
+        "no_plan",
+        "refused",
+        "cancelled",
+        "invalid",
+        "controller_lost",
+        "start_invalid",
+        "goal_invalid",
     ];
 
     /// The state with this wire value, if there is one.
@@ -186,7 +206,7 @@ impl RequestState {
 
     /// Its name in reports.
     pub fn word(self) -> &'static str {
-        ["idle", "planning", "delivering", "accepted", "no_plan", "refused", "cancelled", "invalid", "controller_lost"][self as usize]
+        Self::WORDS[self as usize]
     }
 
     /// Whether nothing more becomes of the request.
@@ -285,7 +305,8 @@ mod tests {
             assert_eq!((status.known_state(), sealed(status).known_state()), (None, Some(state)));
             assert!(!state.word().is_empty());
         }
-        assert_eq!(RequestState::from_wire(9), None);
+        let last = RequestState::ALL.iter().map(|state| *state as u32).max();
+        assert_eq!(last.and_then(|last| RequestState::from_wire(last + 1)), None);
         assert!(RequestState::Accepted.is_final() && !RequestState::Delivering.is_final());
     }
 }

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::chunk::{Contact, SupportMode, Waypoint};
+use super::chunk::{Contact, SupportMode, Waypoint, is_rotation};
 use super::layout::layout;
 use super::limits::{CONTACTS_MAX, POLYGON_VERTICES_MAX};
 use crate::config::Mark;
@@ -69,18 +69,24 @@ impl Standing {
         next
     }
 
-    /// Whether counts, modes and numbers can be those of a standing robot.
+    /// Whether counts, modes, limbs and numbers can be those of a standing robot.
     pub fn is_well_formed(&self) -> bool {
-        let is_finite = |contact: &Contact| {
-            contact.polygon_len as usize <= POLYGON_VERTICES_MAX
-                && contact.position.iter().chain(&contact.rotation).chain(contact.polygon.as_flattened()).all(|x| x.is_finite())
-        };
         let numbers = self.waypoint.root_position.iter().chain(&self.waypoint.root_rotation).chain(&self.waypoint.q);
         self.contacts_len as usize <= CONTACTS_MAX
             && SupportMode::from_wire(self.mode).is_some()
             && self.waypoint.time.is_finite()
             && numbers.into_iter().all(|x| x.is_finite())
-            && self.contacts().iter().all(is_finite)
+            && (!self.is_known() || is_rotation(self.waypoint.root_rotation))
+            && self.contacts().iter().all(|contact| self.is_well_formed_contact(contact))
+    }
+
+    fn is_well_formed_contact(&self, contact: &Contact) -> bool {
+        let namesakes = self.contacts().iter().filter(|other| other.limb == contact.limb).count();
+        SupportMode::Double.carries(contact.limb as usize)
+            && namesakes == 1
+            && contact.polygon_len as usize <= POLYGON_VERTICES_MAX
+            && is_rotation(contact.rotation)
+            && contact.position.iter().chain(contact.polygon.as_flattened()).all(|x| x.is_finite())
     }
 }
 
@@ -88,17 +94,44 @@ impl Standing {
 mod tests {
     use super::*;
 
+    const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+    fn contact(limb: u32, x: f64) -> Contact {
+        Contact { limb, position: [x, 0.0, 0.0], rotation: UPRIGHT, ..Contact::zeroed() }
+    }
+
+    fn at(time: f64) -> Waypoint {
+        Waypoint { time, root_rotation: UPRIGHT, ..Waypoint::zeroed() }
+    }
+
     #[test]
     fn a_lifted_foot_is_remembered_where_it_stood_last() {
-        let contact = |limb: u32, x: f64| Contact { limb, position: [x, 0.0, 0.0], ..Contact::zeroed() };
         let standing = Standing::zeroed();
         assert!(!standing.is_known());
-        let both = standing.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.2)], &Waypoint::zeroed());
-        let lifted = both.after(SupportMode::Left as u32, &[contact(0, 0.1)], &Waypoint { time: 2.0, ..Waypoint::zeroed() });
+        let both = standing.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.2)], &at(0.0));
+        let lifted = both.after(SupportMode::Left as u32, &[contact(0, 0.1)], &at(2.0));
         assert_eq!((lifted.mode, lifted.contacts_len, lifted.waypoint.time), (SupportMode::Left as u32, 2, 2.0));
         assert_eq!(lifted.contact_of(1).unwrap().position[0], 0.2);
-        let landed = lifted.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.5)], &Waypoint::zeroed());
+        let landed = lifted.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.5)], &at(0.0));
         assert_eq!((landed.contacts_len, landed.contact_of(1).unwrap().position[0]), (2, 0.5));
         assert!(landed.is_well_formed() && landed.contact_of(2).is_none());
+    }
+
+    #[test]
+    fn limbs_that_no_biped_has_and_rotations_that_are_none_are_told_apart() {
+        let good = Standing::zeroed().after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.2)], &at(1.0));
+        assert!(good.is_well_formed() && Standing::zeroed().is_well_formed());
+        let with = |second: Contact| Standing { contacts: [good.contacts[0], second, good.contacts[2], good.contacts[3]], ..good };
+        let bad = [
+            with(contact(2, 0.2)),
+            with(contact(u32::MAX, 0.2)),
+            with(contact(0, 0.2)),
+            with(Contact { rotation: [0.0; 4], ..contact(1, 0.2) }),
+            with(Contact { rotation: [0.0, 0.0, f64::NAN, 1.0], ..contact(1, 0.2) }),
+            with(Contact { rotation: [0.0, 0.1, 0.0, 1.0], ..contact(1, 0.2) }),
+            with(Contact { polygon_len: POLYGON_VERTICES_MAX as u32 + 1, ..contact(1, 0.2) }),
+            Standing { waypoint: Waypoint { root_rotation: [0.0; 4], ..good.waypoint }, ..good },
+        ];
+        assert!(bad.iter().all(|standing| !standing.is_well_formed()));
     }
 }

@@ -39,6 +39,9 @@ fn check_robot(robot: &RobotBlock) -> Result<(), String> {
     for (name, effort) in &robot.effort_limits {
         check_positive(&format!("effort_limits '{name}'"), &[*effort])?;
     }
+    for (name, limit) in &robot.acceleration_limits {
+        check_positive(&format!("acceleration_limits '{name}'"), &[*limit])?;
+    }
     check_positive("effort_scale", &[robot.effort_scale.unwrap_or(1.0)])
 }
 

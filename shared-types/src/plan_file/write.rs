@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::config::{Mark, Scenario};
 use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
-use crate::robot::{Foot, RobotModel};
+use crate::robot::{ACCELERATION_DEFAULT, Foot, RobotModel};
 use crate::scene::{World, WorldShape};
 use crate::shape::MeshSource;
 use crate::source::relative_to;
@@ -38,7 +38,7 @@ pub fn plan_from_chunks(robot: &RobotModel, world: &World, scenario: &Scenario, 
         joint_names: robot.joints.iter().map(|joint| joint.name.clone()).collect(),
         waypoints,
         phases,
-        start: end_block(robot, &scenario.start, START_TOLERANCE),
+        start: start_block(robot, scenario, chunks),
         goal: end_block(robot, &scenario.goal, scenario.goal_position_tolerance),
     }
 }
@@ -106,6 +106,7 @@ fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
         feet: robot.feet.iter().map(|foot| (foot.name.clone(), foot_block(foot, robot))).collect(),
         locked_joints: robot.locked_joints.iter().map(|locked| (locked.joint.name.clone(), locked.position)).collect(),
         effort_limits: effort_limits(robot),
+        acceleration_limits: acceleration_limits(robot),
         effort_scale: None,
     }
 }
@@ -114,6 +115,11 @@ fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
 fn effort_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
     let joints = robot.joints.iter().chain(robot.locked_joints.iter().map(|locked| &locked.joint));
     joints.filter(|joint| joint.effort.is_finite()).map(|joint| (joint.name.clone(), joint.effort)).collect()
+}
+
+fn acceleration_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
+    let stated = robot.joints.iter().filter(|joint| joint.acceleration != ACCELERATION_DEFAULT);
+    stated.map(|joint| (joint.name.clone(), joint.acceleration)).collect()
 }
 
 fn foot_block(foot: &Foot, robot: &RobotModel) -> FootBlock {
@@ -138,6 +144,16 @@ fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
         }
     };
     SceneShapeBlock { name: shape.name.clone(), pose: pose_block(&shape.world_from_shape), shape: block }
+}
+
+/// Where the plan's first chunk has the robot stand: on a slope the soles are not level, as the mark's are.
+fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> EndBlock {
+    let mut block = end_block(robot, &scenario.start, START_TOLERANCE);
+    let contacts = chunks.first().map_or(&[][..], PlanChunk::contacts);
+    if let EndBlock::Feet { soles, .. } = &mut block {
+        soles.extend(contacts.iter().map(|contact| contact_block(contact, robot)).map(|contact| (contact.foot, contact.sole_pose)));
+    }
+    block
 }
 
 fn end_block(robot: &RobotModel, mark: &Mark, tol: f64) -> EndBlock {

@@ -25,9 +25,9 @@ struct Placed {
     bounds: Aabb,
 }
 
-/// The links, with their exact shapes, whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their limits allow; of two such
-/// links one, the one of fewer triangles, where that is enough. `exact` makes a link's shapes with its meshes as they are; where it
-/// fails, hulls stay.
+/// The links, with their exact shapes, whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their
+/// limits allow; of two such links one, the one of fewer triangles, where that is enough. `exact` makes a link's shapes with its meshes
+/// as they are; where it fails, hulls stay.
 pub(super) fn misleading_hulls(
     links: &[Link],
     joints: &[Joint],

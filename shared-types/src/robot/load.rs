@@ -52,11 +52,10 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let tree = sort_links(&urdf)?;
     check_root(&urdf, &tree, spec)?;
     let mut meshes = MeshStore::default();
-    let (mut links, joints) = build_bodies(&urdf, &tree, spec, &mut meshes)?;
-    keep_surfaces(&urdf, &tree, (&mut links, &joints.moving), &mut meshes);
+    let (links, joints) = build_bodies(&urdf, &tree, spec, &mut meshes)?;
     check_moving_masses(&urdf, &tree, &links)?;
     let feet = build_feet(spec, &links)?;
-    Ok(RobotModel {
+    let mut robot = RobotModel {
         name: urdf.robot.name.clone(),
         urdf_path: absolute(&spec.urdf_path),
         standing_q: standing_posture(spec, &joints.moving)?,
@@ -64,15 +63,20 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
         joints: joints.moving,
         feet,
         locked_joints: joints.locked,
-        digest: Digest::of(&[urdf.source.text.as_bytes(), &spec.bytes, &meshes.digest().0]),
-    })
+        digest: Digest::default(),
+    };
+    keep_surfaces(&urdf, &tree, &mut robot, &mut meshes);
+    robot.digest = Digest::of(&[urdf.source.text.as_bytes(), &spec.bytes, &meshes.digest().0]);
+    Ok(robot)
 }
 
-/// Gives links their exact meshes whose hulls would hide collisions.
-fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], (links, joints): (&mut [Link], &[Joint]), meshes: &mut MeshStore) {
+/// Gives links their exact meshes whose hulls would hide collisions, whichever joints are locked: which links may touch is decided with all
+/// of them moving.
+fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes: &mut MeshStore) {
     let exact = |at: usize| build_link(urdf, tree[at].urdf_link, true, meshes).ok();
-    for (at, shapes) in misleading_hulls(links, joints, exact) {
-        links[at].shapes = shapes;
+    let RobotModel { links, joints, .. } = robot.unlocked();
+    for (at, shapes) in misleading_hulls(&links, &joints, exact) {
+        robot.links[at].shapes = shapes;
     }
 }
 

@@ -91,7 +91,7 @@ pub(super) fn spec_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &P
         standing: JointValues::new(),
         locked: block_values("locked_joints", &block.locked_joints, &place)?,
         effort_limits: block_values("effort_limits", &block.effort_limits, &place)?,
-        accelerations: JointValues::new(),
+        accelerations: block_values("acceleration_limits", &block.acceleration_limits, &place)?,
         effort_scale: effort_scale.min(1.0),
         bytes,
     })

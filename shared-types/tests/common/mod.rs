@@ -56,6 +56,9 @@ left_hip = 0.3
 
 [effort_limits]
 left_hip = 70
+
+[accelerations]
+left_hip = 30
 "#;
 
 /// A world of every kind of shape.

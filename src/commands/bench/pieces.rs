@@ -1,4 +1,4 @@
-//! A search in the smallest pieces that the planner advances by, each timed and told by its stage.
+//! A search in pieces, each timed and told by its stage.
 
 use surefoot_planner::stage::Stage;
 use surefoot_planner::{Outcome, Planner, Status};
@@ -19,15 +19,15 @@ pub struct Piece {
     pub seconds: f64,
 }
 
-/// Searches to the end and tells of each piece.
+/// Searches to the end in pieces that `advance` makes, and tells of each.
 ///
 /// # Errors
 /// When a signal comes.
-pub fn search(planner: &mut Planner, tell: &mut dyn FnMut(Piece)) -> Result<Outcome, Failure> {
+pub fn search(planner: &mut Planner, advance: fn(&mut Planner) -> Status, tell: &mut dyn FnMut(Piece)) -> Result<Outcome, Failure> {
     loop {
         let before = planner.tally();
         let watch = Stopwatch::start();
-        let status = planner.step(1);
+        let status = advance(planner);
         let seconds = watch.seconds();
         let after = planner.tally();
         let stage = busiest(&before.work_by_stage, &after.work_by_stage);

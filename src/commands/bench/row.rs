@@ -49,7 +49,7 @@ pub struct Row {
     pub mean_work: Option<f64>,
     /// Mean work units by stage.
     pub mean_work_by_stage: BTreeMap<String, f64>,
-    /// Mean seconds by stage, of the searches that were timed piece by piece.
+    /// Mean seconds by stage, of the searches that were timed stage by stage.
     pub mean_seconds_by_stage: BTreeMap<String, f64>,
     /// Mean waypoints of a plan.
     pub mean_waypoints: Option<f64>,

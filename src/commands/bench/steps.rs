@@ -164,7 +164,7 @@ fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, Failure> {
 fn pieces(inputs: &Inputs) -> Result<(f64, Vec<StageRow>), Failure> {
     let mut planner = new_planner(inputs)?;
     let mut rows = Stage::WORDS.map(|stage| StageRow { stage, ..StageRow::default() });
-    pieces::search(&mut planner, &mut |piece| {
+    pieces::search(&mut planner, |planner| planner.step(1), &mut |piece| {
         let row = &mut rows[piece.stage];
         row.pieces += 1;
         row.work += piece.work;

@@ -18,7 +18,9 @@ use crate::failure::Failure;
 use crate::inputs::Inputs;
 use crate::search;
 
-/// The seeds up to this one are searched a second time, piece by piece, to see which stage takes how long.
+/// Work units between two looks at whether a signal came, while stages are timed.
+const STAGE_WORK: u64 = 20_000;
+/// The seeds up to this one are searched a second time, stage by stage, to see which stage takes how long.
 const STAGED_SEEDS_MAX: u64 = 5;
 
 /// What was measured in one search.
@@ -143,14 +145,14 @@ impl Question<'_> {
         Ok((trial, planner))
     }
 
-    /// Searches in the smallest pieces, and times each: seconds by stage.
+    /// Searches stage by stage, and times each: seconds by stage.
     ///
     /// # Errors
     /// When the planner cannot be made, or a signal comes.
     pub fn stages(&self) -> Result<BTreeMap<String, f64>, Failure> {
         let mut planner = self.new_planner(&self.scenario())?;
         let mut seconds = [0.0; Stage::COUNT];
-        pieces::search(&mut planner, &mut |piece| seconds[piece.stage] += piece.seconds)?;
+        pieces::search(&mut planner, |planner| planner.step_stage(STAGE_WORK), &mut |piece| seconds[piece.stage] += piece.seconds)?;
         Ok(named(seconds))
     }
 

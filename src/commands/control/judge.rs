@@ -49,11 +49,11 @@ impl Judge {
         std::mem::replace(&mut self.failed, Ok(()))
     }
 
-    /// Judges a chunk, and walks it if it may be walked.
+    /// Judges a chunk, and walks it if it may be walked. `alive` is called now and then meanwhile.
     pub(super) fn judge(&mut self, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Judgement {
         let watch = Stopwatch::start();
-        let judgement = match self.walker.admit(chunk) {
-            Ok(margins) => self.walk(chunk, margins),
+        let judgement = match self.walker.admit(chunk, alive) {
+            Ok(margins) => self.walk(chunk, margins, alive),
             Err(violation) => self.refuse(chunk, violation),
         };
         self.seconds += watch.seconds();
@@ -74,12 +74,12 @@ impl Judge {
         Judged { check_seconds: self.seconds, accepted: self.walker.next_sequence(), duplicated, margins, refusal }
     }
 
-    fn walk(&mut self, chunk: &PlanChunk, margins: Margins) -> Judgement {
+    fn walk(&mut self, chunk: &PlanChunk, margins: Margins, alive: &mut dyn FnMut()) -> Judgement {
         let Some(disturbance) = &mut self.disturbance else {
             self.walker.walk(chunk, &margins);
             return Judgement::Accepted(margins, self.walker.stream());
         };
-        match disturbance.walk(&mut self.walker, chunk) {
+        match disturbance.walk(&mut self.walker, chunk, alive) {
             Walked::As(real, margins) => Judgement::AcceptedAs(margins, self.walker.stream(), real),
             Walked::DoesNotFit(why) => self.hold(Check::FootMisplaced, 0, None, why),
             Walked::NothingCarries(contact) => {

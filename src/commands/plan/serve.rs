@@ -22,7 +22,7 @@ use crate::audience::Audience;
 use crate::failure::{Ending, Failure};
 use crate::inputs::Inputs;
 use crate::line::{Line, PlanEnd};
-use crate::{search, signals};
+use crate::{search, signals, verdict};
 
 /// Time between two looks at the desk while there is nothing to do.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
@@ -122,6 +122,8 @@ impl Server<'_> {
             None if kind == RequestKind::Cancel => RequestState::Cancelled,
             None => RequestState::Invalid,
         };
+        let PlanStatus { plan_id, epoch, .. } = self.desk.borrow().status;
+        self.audience.say(|| format!("plan {plan_id}.{epoch}: {}", state.word()));
         self.desk.borrow_mut().enter(state)
     }
 
@@ -203,6 +205,7 @@ impl Server<'_> {
         let Some(planned) = search::run_until(&mut planner, work_max, &mut tell, &mut || desk.borrow_mut().is_interrupted())? else {
             return Ok(Err(RequestState::Cancelled));
         };
+        self.audience.say(|| verdict::of_search(&format!("plan {}.{}", task.plan_id, task.epoch), &planned));
         let mut desk = desk.borrow_mut();
         desk.status.work = planned.work;
         Ok(match planned.end {
@@ -211,7 +214,8 @@ impl Server<'_> {
                 Ok(planner)
             }
             PlanEnd::NoPlan => Err(RequestState::NoPlan),
-            PlanEnd::BadInput => Err(RequestState::Invalid),
+            PlanEnd::StartInvalid => Err(RequestState::StartInvalid),
+            PlanEnd::GoalInvalid => Err(RequestState::GoalInvalid),
         })
     }
 }

@@ -10,6 +10,7 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::correction::CorrectionError;
 
+use crate::failure::Failure;
 use crate::inputs::Inputs;
 
 /// A task.
@@ -39,20 +40,21 @@ impl Task {
     /// under a new epoch.
     ///
     /// # Errors
-    /// The word's corrections concern another world.
-    pub(crate) fn after(&self, inputs: &Inputs, word: &Feedback) -> Result<Self, CorrectionError> {
-        Self { plan_id: word.plan_id, epoch: word.epoch + 1, ..self.clone() }.standing_as(inputs, word)
+    /// The word's corrections concern another world, or its epoch is the last one possible.
+    pub(crate) fn after(&self, inputs: &Inputs, word: &Feedback) -> Result<Self, Failure> {
+        let epoch = following(word.epoch, word)?;
+        Ok(Self { plan_id: word.plan_id, epoch, ..self.clone() }.standing_as(inputs, word)?)
     }
 
     /// A plan of its own from where the controller's `word` says that the robot stands, or from the scenario's start where it
     /// stands nowhere yet.
     ///
     /// # Errors
-    /// The word's corrections concern another world.
-    pub(super) fn anew(inputs: &Inputs, word: Option<&Feedback>) -> Result<Self, CorrectionError> {
+    /// The word's corrections concern another world, or its plan is the last one possible.
+    pub(super) fn anew(inputs: &Inputs, word: Option<&Feedback>) -> Result<Self, Failure> {
         let first = Self::first(inputs);
         match word {
-            Some(word) => Self { plan_id: word.plan_id + 1, ..first }.standing_as(inputs, word),
+            Some(word) => Ok(Self { plan_id: following(word.plan_id, word)?, ..first }.standing_as(inputs, word)?),
             None => Ok(first),
         }
     }
@@ -104,5 +106,30 @@ impl Task {
             self.scenario.start = mark;
         }
         Ok(self)
+    }
+}
+
+/// The number after one of the `word`'s, which may be any.
+fn following(number: u64, word: &Feedback) -> Result<u64, Failure> {
+    number.checked_add(1).ok_or(Failure::LastName { plan_id: word.plan_id, epoch: word.epoch })
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    #[test]
+    fn no_plan_follows_the_last_one_that_can_be_named() {
+        let inputs = Inputs::load("configs/scenarios/flat_walk.toml".as_ref(), None).unwrap();
+        let word = |plan_id, epoch| Feedback { plan_id, epoch, ..Feedback::zeroed() };
+        let first = Task::first(&inputs);
+        let name = |task: Result<Task, Failure>| task.map(|task| (task.plan_id, task.epoch)).map_err(|failure| failure.to_string());
+        assert_eq!(name(Task::anew(&inputs, Some(&word(4, u64::MAX)))), Ok((5, 0)));
+        assert_eq!(name(first.after(&inputs, &word(u64::MAX, 4))), Ok((u64::MAX, 5)));
+        let last = |word: Feedback| Err(Failure::LastName { plan_id: word.plan_id, epoch: word.epoch }.to_string());
+        assert_eq!(name(Task::anew(&inputs, Some(&word(u64::MAX, 0)))), last(word(u64::MAX, 0)));
+        assert_eq!(name(first.after(&inputs, &word(4, u64::MAX))), last(word(4, u64::MAX)));
     }
 }

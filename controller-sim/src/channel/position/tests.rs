@@ -104,6 +104,22 @@ fn a_new_epoch_clears_the_refusal_and_an_old_plan_is_a_leftover() {
 }
 
 #[test]
+fn the_margins_are_those_of_the_plan_that_is_walked() {
+    let mut position = Position::new(ME);
+    let mut accept = |chunk: &PlanChunk, balance: f64| {
+        assert_eq!(position.admit(chunk), Admission::Judge);
+        position.accept(chunk, chunk.stream_after(), &Margins { balance, ..Margins::UNMEASURED }, chunk);
+        position.feedback(1).margins.balance
+    };
+    let (first, second) = (stream(1, 1, 2, 0.0), stream(1, 2, 1, 0.0));
+    assert_eq!([accept(&first[0], 0.01), accept(&first[1], 0.02)], [0.01, 0.01]);
+    assert_eq!(accept(&second[0], 0.03), 0.03, "another plan");
+    let mut replanned = PlanChunk { epoch: 1, ..second[0] };
+    replanned.seal();
+    assert_eq!(accept(&replanned, 0.04), 0.04, "another epoch, as the walker counts");
+}
+
+#[test]
 fn a_successor_stands_where_the_robot_was_left() {
     let chunks = stream(1, 1, 4, 0.0);
     let mut position = Position::new(ME);

@@ -69,7 +69,7 @@ impl ThesisReport {
                 parts.extend([title.to_owned(), times(&rows), String::new()]);
             }
         }
-        parts.extend(["Mean time of each stage (searched again piece by piece) and its share of the work".to_owned(), stages(self.rows())]);
+        parts.extend(["Mean time of each stage (searched again stage by stage) and its share of the work".to_owned(), stages(self.rows())]);
         parts.join("\n")
     }
 }
