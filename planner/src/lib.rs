@@ -28,6 +28,7 @@ pub mod seeding;
 pub mod snapshot;
 pub mod stage;
 pub mod statics;
+pub mod stoop;
 mod timing;
 pub mod trouble;
 

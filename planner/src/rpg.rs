@@ -5,6 +5,7 @@
 //! ```text
 //! Ends      stand the robot on the start and the goal
 //! Route     where the robot could perhaps go: stage P    [Grey 3, 4.1-4.3]
+//! Stoop     where something hangs over the route         [Grey 3.2]
 //! Cut       into segments that share their end states    [Grey 3.2]
 //! Seed      foot placements along the guide route        [Grey 4.4.4]
 //! Connect   transitions between neighbouring placements  [Grey 4.4.2]
@@ -62,7 +63,7 @@ use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
 use crate::motion::round::Round;
 use crate::motion::sequence::SequenceSearch;
 use crate::outcome::{Bound, Outcome, Status};
-use crate::possibility::{Context, Growth, Progress, Torso};
+use crate::possibility::{Context, Growth, Progress, Stooping, Torso};
 use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::{Seeding, is_step};
 use crate::stage::Stage;
@@ -116,6 +117,7 @@ pub struct Planner {
     scratch: [Scratch; 2],
     torso: Torso,
     growth: Growth,
+    stooping: Stooping,
     scenario: Scenario,
     search: SequenceSearch,
     chunks: ChunkBuilder,
@@ -167,6 +169,7 @@ impl Planner {
         let pool = start_threads(threads)?;
         let torso = Torso::new(model, &body);
         let stations_max = config.stations_max as usize;
+        let stooping = Stooping::new(stations_max);
         let growth = Growth::new(&scenario.start, &scenario.goal, config.station_spacing, stations_max, &collision.world_bounds());
         Ok(Self {
             shared: Shared {
@@ -182,6 +185,7 @@ impl Planner {
             scratch,
             torso,
             growth,
+            stooping,
             scenario: scenario.clone(),
             search: SequenceSearch::new(config.footholds_max as usize, config.transitions_max as usize),
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance, Timing::new(model)),
@@ -329,7 +333,7 @@ impl Planner {
         let walk = self.walk.capacity() * size_of::<TransitionId>() + self.nearest_stations.capacity() * size_of::<u32>();
         let sequence = self.search.bytes() + self.lanes.bytes() + self.cuts.bytes() + self.focus.bytes() + walk;
         [
-            ("possibility", self.growth.bytes()),
+            ("possibility", self.growth.bytes() + self.stooping.bytes()),
             ("roadmap", self.roadmap.bytes()),
             ("rounds", self.round.bytes()),
             ("sequence", sequence),
@@ -346,6 +350,7 @@ impl Planner {
         match self.phase {
             Phase::Ends => self.stand_on_ends(),
             Phase::Route => self.find_route(),
+            Phase::Stoop => Ok(self.stoop()),
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next),
@@ -446,7 +451,15 @@ impl Planner {
         self.tally.route_edges = self.growth.route().labelled();
         self.walker = Some(Walker::default());
         self.nearest_stations.clear();
-        Ok(self.cut_anew_or_shift(stations))
+        self.stooping.begin();
+        Ok(if self.growth.route().is_upright() { self.cut_anew_or_shift() } else { Phase::Stoop })
+    }
+
+    /// Finds out how the robot stoops along the route, a station at a time.
+    fn stoop(&mut self) -> Phase {
+        let collision = &self.shared.constraints.collision;
+        let chosen = self.stooping.advance(&self.shared.constraints.body, &self.torso, collision, self.growth.route());
+        if chosen { self.cut_anew_or_shift() } else { Phase::Stoop }
     }
 
     fn seed(&mut self, next: usize) -> Result<Phase, ArenaFull> {

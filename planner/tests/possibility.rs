@@ -9,8 +9,9 @@ use surefoot_planner::body::Body;
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::Constraints;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::possibility::{Context, Growth, Label, Progress, Station, Torso};
+use surefoot_planner::possibility::{Context, Growth, Label, Progress, Station, Stooping, Torso};
 use surefoot_planner::prepare::Preparation;
+use surefoot_planner::stoop::Stoop;
 
 /// What stage P reads.
 struct Site {
@@ -107,6 +108,30 @@ fn a_wall_is_walked_around_with_every_station_where_the_robot_has_room() {
             let beside = from.lerp(to, (face - from.x) / (to.x - from.x));
             assert!(beside.y < -0.05, "through the wall: {crossing:?}");
         }
+    }
+}
+
+/// How the robot stoops at each station of a route past a bar across it, whose underside is so high (m).
+fn stoops_past_a_bar(underside: f64) -> (Vec<Station>, Vec<Stoop>) {
+    let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([1.6, 0.0, underside + 0.025], [0.025, 1.0, 0.025]));
+    assert_eq!(compiled.grow(1).0, Progress::Route);
+    let (route, Site { constraints, torso, .. }) = (compiled.growth.route(), &compiled.site);
+    let mut stooping = Stooping::new(route.stations());
+    stooping.begin();
+    if !route.is_upright() {
+        while !stooping.advance(&constraints.body, torso, &constraints.collision, route) {}
+    }
+    (compiled.stations(), (0..route.stations()).map(|station| stooping.stoop(station)).collect())
+}
+
+#[test]
+fn the_robot_stoops_where_something_hangs_low_and_nowhere_else() {
+    assert!(stoops_past_a_bar(2.0).1.iter().all(|stoop| *stoop == Stoop::UPRIGHT));
+    for underside in [1.4, 1.25, 1.15] {
+        let (stations, stoops) = stoops_past_a_bar(underside);
+        let is_low = |(station, _): &(&Station, &Stoop)| (station.position.x - 1.6).abs() < 0.15;
+        assert!(stations.iter().zip(&stoops).filter(is_low).all(|(_, stoop)| stoop.depth() > 0.0), "{underside} m: {stoops:?}");
+        assert_eq!([stoops[0], stoops[stoops.len() - 1]], [Stoop::UPRIGHT; 2], "{underside} m: {stoops:?}");
     }
 }
 

@@ -9,6 +9,7 @@ use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 use crate::body::Body;
 use crate::constraint::Mode;
 use crate::region::Region;
+use crate::stoop::Stoop;
 
 /// A place where a foot can stand.
 #[derive(Debug, Clone)]
@@ -21,18 +22,20 @@ pub struct Foothold {
     pub support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
     /// The supported part of the sole in world x and y, or that of it which the ankle can hold.
     pub region: Region,
+    /// How the robot stoops there: as where the guide route is the nearest.
+    pub stoop: Stoop,
 }
 
 impl Foothold {
     /// A placement with its support polygon (sole frame).
     pub fn new(limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
-        Self { limb, world_from_sole, region: Region::seen_from_above(&world_from_sole, &support), support }
+        Self { limb, world_from_sole, region: Region::seen_from_above(&world_from_sole, &support), support, stoop: Stoop::UPRIGHT }
     }
 
     /// The placement of a robot's foot with its support polygon (sole frame), of which counts what the ankle can hold.
     pub fn of(body: &Body, limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
         let region = Region::seen_from_above(&world_from_sole, &body.ankles[limb].clip(&support));
-        Self { limb, world_from_sole, support, region }
+        Self { limb, world_from_sole, support, region, stoop: Stoop::UPRIGHT }
     }
 
     /// The placement of a robot's foot with all of its sole carried.

@@ -9,6 +9,7 @@ use surefoot_shared_types::Pose;
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
+use crate::stoop::Stoop;
 
 /// Index of a foot placement.
 pub type FootholdId = u32;
@@ -260,6 +261,11 @@ impl Graph {
         self.first_of_stance.push(None);
         self.first_doubtful.push(None);
         Ok((self.footholds.len() - 1) as FootholdId)
+    }
+
+    /// Says how the robot stoops at a placement.
+    pub fn set_stoop(&mut self, foothold: FootholdId, stoop: Stoop) {
+        self.footholds[foothold as usize].stoop = stoop;
     }
 
     /// The very same placement, added if the graph does not have it.

@@ -162,10 +162,11 @@ fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, a
         _ if attempt >= primitives => 0.4,
         _ => 0.0,
     };
+    let stoop = pair.stance.stoop.deeper(pair.other.stoop);
     let mut jitter = |half: f64| spread * draws.uniform(-half, half);
     let rotation = rotation_about(DVec3::Z, heading + jitter(0.6))
-        * rotation_from_rpy(carried_roll - side * roll + jitter(0.25), carried_pitch + pitch + jitter(0.3), 0.0);
-    let share = (share + jitter(0.15)) * body.standing_reach_share;
+        * rotation_from_rpy(carried_roll - side * roll + jitter(0.25), carried_pitch + pitch + stoop.pitch + jitter(0.3), 0.0);
+    let share = stoop.share * (share + jitter(0.15)) * body.standing_reach_share;
     let lean = (lean + jitter(0.6)).clamp(-0.5, 1.0);
     if uniform {
         for joint in &body.free_joints {

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::stance::{Context, Placed, Stance, Wish};
 use super::station::Station;
+use super::torso::Room;
 use crate::foot_placement::Scratch;
 use crate::kinematics::Leg;
 
@@ -55,7 +56,10 @@ pub enum Step {
     /// It has a new tip.
     Grown(Stance),
     /// It has arrived.
-    Arrived,
+    Arrived {
+        /// Whether the upright robot has room on the last piece of the way.
+        is_upright: bool,
+    },
     /// It cannot go on.
     Blocked,
 }
@@ -64,8 +68,8 @@ impl Extension {
     /// Grows the branch by one station from its tip. `name` is the query's in the random stream.
     pub fn step(&self, context: &Context<'_>, tip: Tip<'_>, name: u64, scratch: &mut [Scratch; 2]) -> Step {
         let Tip { station: tip, placements } = tip;
-        if self.arrives(context, tip) {
-            return Step::Arrived;
+        if let Some(room) = self.room_to_arrive(context, tip) {
+            return Step::Arrived { is_upright: room == Room::Upright };
         }
         let strides = if self.facing == 0.0 { &STRIDES[..STRIDES_AHEAD] } else { &STRIDES };
         for (index, &(stride, aside)) in strides.iter().enumerate() {
@@ -83,12 +87,14 @@ impl Extension {
                 let nearer = tip.way_to(&self.target).length() - stance.station.way_to(&self.target).length();
                 nearer >= PROGRESS_MIN * self.spacing.min(tip.way_to(&wished).length())
             };
-            if advances
-                && self.can_climb(context, tip, &stance.station)
-                && context.has_room_between(tip, &stance.station, self.relaxed)
+            if !advances || !self.can_climb(context, tip, &stance.station) {
+                continue;
+            }
+            if let Some(room) = context.room_between(tip, &stance.station, self.relaxed)
                 && context.has_step_between(placements, &stance.placements)
             {
-                return Step::Grown(stance);
+                let is_upright = stance.is_upright && room == Room::Upright;
+                return Step::Grown(Stance { is_upright, ..stance });
             }
         }
         Step::Blocked
@@ -113,10 +119,15 @@ impl Extension {
         (to.position.z - from.position.z).abs() <= CLIMB_MAX[usize::from(self.relaxed)] * reach
     }
 
-    fn arrives(&self, context: &Context<'_>, tip: &Station) -> bool {
+    /// How much room there is on the last piece of the way; `None` where the branch has not arrived.
+    fn room_to_arrive(&self, context: &Context<'_>, tip: &Station) -> Option<Room> {
         let near = tip.way_to(&self.target).length() <= JOINING_SPACINGS * self.spacing;
         let turn = surefoot_shared_types::spatial::wrap_angle(self.target.yaw - tip.yaw);
         let may_join = || turn.abs() <= JOINING_TURN_MAX && self.can_climb(context, tip, &self.target);
-        near && (!self.joins || may_join() && context.has_room_between(tip, &self.target, self.relaxed))
+        match (near, self.joins) {
+            (true, false) => Some(Room::Upright),
+            (true, true) if may_join() => context.room_between(tip, &self.target, self.relaxed),
+            _ => None,
+        }
     }
 }

@@ -55,6 +55,8 @@ pub(super) struct Vertex {
     pub pair: Option<Pair>,
     /// Whether primitives lead over it, once that was asked.
     pub stands: Option<bool>,
+    /// Whether all that the root carries has room there with the robot upright.
+    pub is_upright: bool,
     /// Whether stage M has crossed the edge that leads to it from the vertex before it on the route.
     pub is_crossed: bool,
     /// How far off the way it is walked on the robot faces, rad.
@@ -65,7 +67,7 @@ pub(super) struct Vertex {
 
 impl Vertex {
     pub(super) fn root(station: Station, pair: Option<Pair>) -> Self {
-        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_crossed: false, facing: 0.0, crowd: 0 }
+        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_upright: true, is_crossed: false, facing: 0.0, crowd: 0 }
     }
 }
 
@@ -213,7 +215,7 @@ impl Growth {
         let [mut at, goal] = self.ends.map(|end| end.station);
         let fits = self.route.vertices.capacity() - 1;
         while self.route.vertices.len() < fits && at.distance(&goal) > STRAIGHT_END {
-            self.route.vertices.push(Vertex::root(at, None));
+            self.route.vertices.push(Vertex { is_upright: false, ..Vertex::root(at, None) });
             at = at.toward(&goal, self.spacing, 0.0);
             at.position.z += (goal.position.z - at.position.z) * (self.spacing / at.way_to(&goal).length().max(self.spacing));
         }
@@ -413,8 +415,11 @@ impl Growth {
                 Some(_) => self.activity = Activity::Sampling,
                 None => self.overflow(),
             },
-            Step::Arrived => match ending {
-                Ending::Meets(met) => self.met(tree, tip, met),
+            Step::Arrived { is_upright } => match ending {
+                Ending::Meets(met) => {
+                    self.trees[tree][tip as usize].is_upright &= is_upright;
+                    self.met(tree, tip, met);
+                }
                 Ending::Sample => self.stopped(branch, extension.facing, ending),
             },
             Step::Blocked => self.stopped(branch, extension.facing, ending),
@@ -476,7 +481,8 @@ impl Growth {
         if self.trees[tree].len() == self.trees[tree].capacity() {
             return None;
         }
-        let mut vertex = Vertex { placements: self.keep(stance)?, parent, facing, ..Vertex::root(stance.station, stance.pair) };
+        let root = Vertex::root(stance.station, stance.pair);
+        let mut vertex = Vertex { placements: self.keep(stance)?, parent, facing, is_upright: stance.is_upright, ..root };
         join_crowd(&mut self.trees[tree], &mut vertex);
         self.trees[tree].push(vertex);
         Some((self.trees[tree].len() - 1) as u32)

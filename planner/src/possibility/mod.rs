@@ -16,6 +16,7 @@ mod route;
 mod sampling;
 mod stance;
 mod station;
+mod stooping;
 mod torso;
 
 pub use growth::{Growth, Labelled, Progress};
@@ -23,4 +24,5 @@ pub use label::Label;
 pub use route::Route;
 pub use stance::{Context, Pair, Placed};
 pub use station::Station;
+pub use stooping::Stooping;
 pub use torso::Torso;

@@ -58,6 +58,11 @@ impl Route {
         self.vertices.len()
     }
 
+    /// Whether the robot has room all along it without stooping.
+    pub fn is_upright(&self) -> bool {
+        self.vertices.iter().all(|vertex| vertex.is_upright)
+    }
+
     /// One of the stations.
     pub fn station(&self, index: usize) -> Station {
         self.vertices[index].station

@@ -75,6 +75,8 @@ pub struct Stance {
     pub placements: heapless::Vec<Placed, PLACEMENTS_MAX>,
     /// The pair of them over which the station is, unless the feet would meet on it.
     pub pair: Option<Pair>,
+    /// Whether all that the root carries has room with the robot upright.
+    pub is_upright: bool,
 }
 
 /// What is asked of a stance.
@@ -98,20 +100,24 @@ impl Context<'_> {
         let (position, pair, are_apart) = self.best_pair(wish, &placements)?;
         let station = Station { position, yaw: wish.station.yaw };
         let [left, right] = &pair;
-        let fits = self.has_room(&station, wish.relaxed)
+        let room = self.torso.room(&self.constraints.collision, &station);
+        let fits = room >= least_room(wish.relaxed)
             && self.torso.hangs_over(&self.constraints.collision, &station, [&left.world_from_sole, &right.world_from_sole]);
-        fits.then_some(Stance { station, placements, pair: are_apart.then_some(pair) })
+        fits.then_some(Stance { station, placements, pair: are_apart.then_some(pair), is_upright: room == Room::Upright })
     }
 
     /// Whether the robot above its legs has room at a station.
     pub fn has_room(&self, station: &Station, relaxed: bool) -> bool {
-        self.torso.room(&self.constraints.collision, station) >= if relaxed { Room::Core } else { Room::Stooped }
+        self.torso.room(&self.constraints.collision, station) >= least_room(relaxed)
     }
 
-    /// Whether it has room all the way between two stations, looked at every hand's breadth.
-    pub fn has_room_between(&self, from: &Station, to: &Station, relaxed: bool) -> bool {
+    /// How much room there is all the way between two stations, looked at every hand's breadth; `None` where it is too little.
+    pub fn room_between(&self, from: &Station, to: &Station, relaxed: bool) -> Option<Room> {
         let pieces = libm::ceil(from.position.distance(to.position) / ROOM_STEP).max(2.0);
-        (1..pieces as usize).all(|piece| self.has_room(&from.toward_share(to, piece as f64 / pieces), relaxed))
+        (1..pieces as usize).try_fold(Room::Upright, |least, piece| {
+            let room = self.torso.room(&self.constraints.collision, &from.toward_share(to, piece as f64 / pieces));
+            (room >= least_room(relaxed)).then_some(room.min(least))
+        })
     }
 
     /// Whether a step leads from one of these placements to one of those, by inverse kinematics [Grey 4.4.2]; only the shortest few
@@ -199,4 +205,9 @@ impl Context<'_> {
         let away = (wish.target_height - middle.z).abs();
         (aside + HEIGHT_DIFFERENCE_COST * uneven + AWAY_FROM_TARGET_COST * away, middle)
     }
+}
+
+/// The room that a station must have.
+fn least_room(relaxed: bool) -> Room {
+    if relaxed { Room::Core } else { Room::Stooped }
 }

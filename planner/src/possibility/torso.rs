@@ -63,6 +63,16 @@ impl Torso {
         Self { root_from_links, is_core, is_upper, station_from_root: Pose::from_parts(upright * -middle, upright), root_from_hips }
     }
 
+    /// The root in the frame of a station, the robot upright.
+    pub fn station_from_root(&self) -> Pose {
+        self.station_from_root
+    }
+
+    /// Whether all that the root carries has room, but for the legs.
+    pub fn has_room_above_legs(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
+        collision.carried_hit(world_from_root, &self.root_from_links, &self.is_upper).is_none()
+    }
+
     /// How much room there is at a station.
     pub fn room(&self, collision: &CollisionModel, station: &Station) -> Room {
         let world_from_station = station.world_from_station();

@@ -12,6 +12,7 @@ use crate::stage::Stage;
 pub(super) enum Phase {
     Ends,
     Route,
+    Stoop,
     Cut { station: usize },
     Seed { next: usize },
     Connect { next: FootholdId },
@@ -40,7 +41,7 @@ impl Phase {
     pub(super) fn stage(&self) -> Stage {
         match self {
             Self::Ends => Stage::Ends,
-            Self::Route | Self::Cut { .. } => Stage::Route,
+            Self::Route | Self::Stoop | Self::Cut { .. } => Stage::Route,
             Self::Seed { .. } | Self::Scatter { .. } | Self::Vary { .. } => Stage::Seed,
             Self::Connect { .. } | Self::Judge => Stage::Connect,
             Self::Sequence { .. } => Stage::Sequence,

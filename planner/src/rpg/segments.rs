@@ -8,7 +8,7 @@ use super::lanes::Lane;
 use super::{Boundary, GOAL, Phase, Planner, START, boundary_node};
 use crate::arena::reserve;
 use crate::ends::{foothold_at, stand};
-use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
+use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, FootholdId, TransitionId};
 use crate::motion::roadmap::Segment;
 use crate::possibility::Placed;
 use crate::trouble::nearest_station;
@@ -113,11 +113,11 @@ impl Cuts {
 }
 
 impl Planner {
-    /// After a new route, which now has this many stations: cuts it; after a detour within a segment the cuts stay.
-    pub(super) fn cut_anew_or_shift(&mut self, stations: usize) -> Phase {
+    /// After a new route: cuts it; after a detour within a segment the cuts stay.
+    pub(super) fn cut_anew_or_shift(&mut self) -> Phase {
         match self.stations_before.take() {
             Some(before) => {
-                self.cuts.shift(self.lanes.current().segment, before, stations);
+                self.cuts.shift(self.lanes.current().segment, before, self.growth.route().stations());
                 self.lanes.current_mut().sweeps = 0;
                 Phase::Seed { next: 0 }
             }
@@ -147,7 +147,11 @@ impl Planner {
     pub(super) fn locate_next(&mut self) -> bool {
         let next = self.roadmap.graph.footholds().get(self.nearest_stations.len());
         let station = next.map(|foothold| nearest_station(self.growth.route(), foothold.world_from_sole.translation));
-        self.nearest_stations.extend(station.map(|station| station as u32));
+        if let Some(station) = station {
+            let foothold = self.nearest_stations.len() as FootholdId;
+            self.roadmap.graph.set_stoop(foothold, self.stooping.stoop(station));
+            self.nearest_stations.push(station as u32);
+        }
         station.is_some()
     }
 

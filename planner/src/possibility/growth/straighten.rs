@@ -48,8 +48,8 @@ impl Growth {
                 branch.tip = self.trees[0][self.trees[0].len() - 1];
                 Activity::Straightening { tried, branch: Some(branch) }
             }
-            Step::Arrived => {
-                self.splice(&branch);
+            Step::Arrived { is_upright } => {
+                self.splice(&branch, is_upright);
                 Activity::Straightening { tried, branch: None }
             }
             _ => Activity::Straightening { tried, branch: None },
@@ -57,13 +57,14 @@ impl Growth {
     }
 
     /// Puts a branch of the first tree in place of the stations between its ends.
-    fn splice(&mut self, branch: &Branch) {
+    fn splice(&mut self, branch: &Branch, is_upright: bool) {
         self.spare.clear();
         self.spare.extend_from_slice(&self.route.vertices[..=branch.from]);
         self.spare.extend_from_slice(&self.trees[0][branch.first as usize..]);
         let joined = self.spare.len();
         self.spare.extend_from_slice(&self.route.vertices[branch.to..]);
         self.spare[joined].is_crossed = false;
+        self.spare[joined].is_upright &= is_upright;
         std::mem::swap(&mut self.spare, &mut self.route.vertices);
     }
 }

@@ -1,0 +1,52 @@
+//! Where something hangs lower than the robot is tall, it stoops in time and all the way.
+
+mod common;
+
+use common::{Case, run};
+use surefoot_planner::Outcome;
+
+/// Units of work; without stoops chosen along the route all 4 million are spent in vain.
+const WORK_MAX: u64 = 400_000;
+
+/// `pass_under` with its bars 0.1 m lower: two at 1.20 and one at 1.10, for a robot 1.5 to 1.6 m tall.
+fn lowered() -> Case {
+    let mut case = Case::shipped("pass_under").configured(|config| config.work_max = WORK_MAX);
+    let bars: Vec<_> = case.world.shapes.iter_mut().filter(|shape| shape.name.starts_with("bar_")).collect();
+    assert_eq!(bars.len(), 3);
+    bars.into_iter().for_each(|bar| bar.world_from_shape.translation.z -= 0.1);
+    case
+}
+
+/// A slab over the middle 1.4 m of a level floor.
+fn under_a_slab(underside: f64) -> Case {
+    Case::shipped("flat_walk").with_box([1.5, 0.0, underside + 0.1], [0.7, 1.0, 0.1]).configured(|config| config.work_max = WORK_MAX)
+}
+
+#[test]
+fn bars_a_hand_lower_than_a_crouch_are_passed() {
+    for seed in 1..5 {
+        let mut planner = lowered().with_seed(seed).planner(1);
+        assert_eq!(run(&mut planner, 4096), Outcome::Found, "seed {seed}");
+        let is_low = |chunk: &surefoot_shared_types::message::PlanChunk| {
+            chunk.waypoints[..chunk.waypoints_len as usize].iter().any(|waypoint| waypoint.world_from_root().translation.z < 0.7)
+        };
+        assert!(planner.chunks().iter().any(is_low), "seed {seed}: the root stays high");
+    }
+}
+
+#[test]
+fn a_low_ceiling_is_walked_under() {
+    for seed in 1..4 {
+        assert_eq!(run(&mut under_a_slab(1.25).with_seed(seed).planner(1), 4096), Outcome::Found, "seed {seed}");
+    }
+}
+
+#[test]
+fn threads_do_not_change_how_it_stoops() {
+    let digests = [1, 2].map(|threads| {
+        let mut planner = lowered().planner(threads);
+        run(&mut planner, 1 + 4095 * (threads as u64 - 1));
+        (planner.digest(), planner.tally().work)
+    });
+    assert_eq!(digests[0], digests[1]);
+}
