@@ -32,11 +32,11 @@ const STRIDES: [f64; 3] = [0.0, 0.2, -0.2];
 /// Looks at the room on the way from one station to the next.
 const LOOKS: usize = 2;
 /// What a look costs where there is no room: not everything, since arms may give way and a robot on one foot is elsewhere by a hand.
-const BLOCKED: f64 = 10.0;
+const BLOCKED: f64 = 30.0;
 /// What it costs that the robot cannot take a stoop in one of the stances on one foot.
 const HARD: f64 = 3.0;
 /// What it costs that there is no room in a neighbouring stoop.
-const TIGHT: f64 = 0.3;
+const TIGHT: f64 = 1.0;
 /// What it costs to bend from one stoop into a neighbouring one.
 const BEND: f64 = 0.5;
 /// Rounds of bending at one station: enough to go from any stoop into any other.
@@ -85,11 +85,11 @@ impl Stooping {
         let (before, station) = (route.station(index.saturating_sub(1)), route.station(index));
         let has_room = |root: &Pose, place: &Station| torso.has_room_above_legs(collision, &(place.world_from_station() * *root));
         let looks: [Station; LOOKS] = std::array::from_fn(|look| before.toward_share(&station, (look + 1) as f64 / LOOKS as f64));
-        let is_blocked = |root: Option<Pose>, place: &Station| root.is_none_or(|root| !has_room(&root, place));
-        let blocked = self.station_from_roots.map(|root| looks.iter().filter(|place| is_blocked(root, place)).count());
+        let blocked = self.station_from_roots.map(|root| root.map(|root| looks.iter().filter(|place| !has_room(&root, place)).count()));
         for (index, cost) in self.costs.iter_mut().enumerate() {
-            let tight = neighbours(index).filter(|&near| blocked[near] > 0).count();
-            *cost += stoop(index).depth() + HARD * f64::from(self.failures[index]) + BLOCKED * blocked[index] as f64 + TIGHT * tight as f64;
+            let tight = neighbours(index).filter(|&near| blocked[near] != Some(0)).count();
+            let room = blocked[index].map_or(f64::INFINITY, |looks| BLOCKED * looks as f64);
+            *cost += stoop(index).depth() + HARD * f64::from(self.failures[index]) + room + TIGHT * tight as f64;
         }
         self.bend(|halfway| has_room(halfway, &station));
         if self.entries.len() == route.stations() {
@@ -117,11 +117,11 @@ impl Stooping {
             for (index, (next, way)) in (0..COUNT).flat_map(|index| onward(index).into_iter().zip(0..).map(move |next| (index, next))) {
                 let Some(next) = next else { continue };
                 let [from, to] = if self.costs[index] < self.costs[next] { [index, next] } else { [next, index] };
+                let [Some(root), Some(bent)] = [from, to].map(|index| self.station_from_roots[index]) else { continue };
                 if self.costs[from] + BEND >= self.costs[to] {
                     continue;
                 }
-                let roots = self.station_from_roots[from].zip(self.station_from_roots[to]);
-                let is_free = *known[index][way].get_or_insert_with(|| roots.is_some_and(|(from, to)| has_room(&halfway(&from, &to))));
+                let is_free = *known[index][way].get_or_insert_with(|| has_room(&halfway(&root, &bent)));
                 let cost = self.costs[from] + BEND + if is_free { 0.0 } else { BLOCKED };
                 if cost < self.costs[to] {
                     (self.costs[to], entries[to]) = (cost, entries[from]);
