@@ -11,6 +11,7 @@ use crate::carriage::Carriage;
 use crate::collision::ball::{BodyBall, body_balls};
 use crate::kinematics::leg::{LegError, limits_within};
 use crate::kinematics::{Leg, Tree};
+use crate::region::Region;
 use crate::snapshot::Snapshot;
 use crate::statics::Statics;
 
@@ -157,6 +158,11 @@ impl Body {
     /// A sole's pose in the world.
     pub fn world_from_sole(&self, snapshot: &Snapshot, limb: usize) -> Pose {
         self.world_from_link(snapshot, self.foot_links[limb]) * self.links_from_soles[limb]
+    }
+
+    /// Where the ankle of a foot whose whole sole is carried can hold the weight, for a pose of the sole (world x and y).
+    pub fn held_region(&self, limb: usize, world_from_sole: &Pose) -> Region {
+        Region::seen_from_above(world_from_sole, &self.ankles[limb].clip(&self.sole_polygons[limb]))
     }
 
     /// Moves both legs so that their soles stand at these poses; `false` where a leg cannot.

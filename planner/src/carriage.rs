@@ -10,7 +10,6 @@ use surefoot_shared_types::spatial::rotation_from_rpy;
 
 use crate::body::{Body, FreeJoint};
 use crate::posture::{Posture, settle};
-use crate::region::Region;
 use crate::statics::FootLoad;
 
 /// The share of the usable effort that is easy enough.
@@ -75,8 +74,7 @@ struct Place<'a> {
 impl<'a> Place<'a> {
     fn new(body: &'a Body, limb: usize) -> Self {
         let soles = [0, 1].map(|limb| body.legs[limb].root_from_sole(&body.standing_q));
-        let held = body.ankles[limb].clip(&body.sole_polygons[limb]);
-        let com = Region::seen_from_above(&soles[limb], &held).centroid();
+        let com = body.held_region(limb, &soles[limb]).centroid();
         let carries_trunk = |joint: &&FreeJoint| body.statics.carried_mass(joint.index) >= TRUNK_SHARE * body.statics.mass();
         let trunk = body.free_joints.iter().filter(carries_trunk).collect();
         Self { body, limb, soles, com, trunk }
@@ -108,8 +106,7 @@ impl<'a> Place<'a> {
         let world_from_root = rotation_from_rpy(turns[0], turns[1], 0.0);
         let posture = Posture { world_from_root, reach_share: body.standing_reach_share, com: self.com };
         if let Ok((_, snapshot)) = settle(body, &self.soles, &posture, carriage.q) {
-            let load = |limb: usize| FootLoad { share: if limb == self.limb { 1.0 } else { 0.0 }, point: self.com };
-            let most = body.statics.most_strained(&snapshot, &[load(0), load(1)]);
+            let most = body.statics.most_strained(&snapshot, &FootLoad::all_on(self.limb, self.com));
             (carriage.effort_use, carriage.most_strained) = (most.map_or(0.0, |(_, share)| share), most.map(|(joint, _)| joint));
         }
         carriage

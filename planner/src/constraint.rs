@@ -178,12 +178,10 @@ impl Constraints {
 
     fn torque_admits(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
         let com = snapshot.com.truncate();
-        let idle = FootLoad { share: 0.0, point: com };
-        let all = FootLoad { share: 1.0, point: com };
         let holds = |loads: &[FootLoad; 2]| self.body.statics.effort_use(snapshot, loads) <= 1.0;
         match mode.support {
-            SupportMode::Left => holds(&[all, idle]),
-            SupportMode::Right => holds(&[idle, all]),
+            SupportMode::Left => holds(&FootLoad::all_on(0, com)),
+            SupportMode::Right => holds(&FootLoad::all_on(1, com)),
             SupportMode::Double => {
                 let [left, right] = [&mode.regions[0], &mode.regions[1]];
                 let between = right.centroid() - left.centroid();

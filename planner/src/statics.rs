@@ -54,6 +54,13 @@ pub struct FootLoad {
     pub point: DVec2,
 }
 
+impl FootLoad {
+    /// The whole weight on one foot, left and right.
+    pub fn all_on(limb: usize, point: DVec2) -> [Self; 2] {
+        [0, 1].map(|foot| Self { share: if foot == limb { 1.0 } else { 0.0 }, point })
+    }
+}
+
 impl Statics {
     /// Compiles a robot; only `effort_share` of each joint's effort may be used.
     pub fn new(model: &RobotModel, effort_share: f64) -> Self {

@@ -1,6 +1,6 @@
 //! How far the robot bends down where something hangs over its way.
 
-/// Metres of height that a radian of lean is worth where stoops are compared, as a share of the standing height.
+/// The share of the standing reach that a radian of lean counts as where stoops are compared.
 const SHARES_PER_RADIAN: f64 = 0.5;
 
 /// A crouch and a lean, beside those of whatever posture is wished for.
@@ -24,16 +24,5 @@ impl Stoop {
     /// The deeper one of two.
     pub fn deeper(self, other: Self) -> Self {
         if other.depth() > self.depth() { other } else { self }
-    }
-
-    /// The one halfway to another.
-    pub fn midway(&self, other: &Self) -> Self {
-        Self { share: self.share.midpoint(other.share), pitch: self.pitch.midpoint(other.pitch) }
-    }
-}
-
-impl Default for Stoop {
-    fn default() -> Self {
-        Self::UPRIGHT
     }
 }

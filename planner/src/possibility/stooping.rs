@@ -6,7 +6,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::{rotation_from_rpy, slerp};
+use surefoot_shared_types::spatial::{interpolate, rotation_from_rpy};
 
 use super::route::Route;
 use super::station::Station;
@@ -121,7 +121,7 @@ impl Stooping {
                 if self.costs[from] + BEND >= self.costs[to] {
                     continue;
                 }
-                let is_free = *known[index][way].get_or_insert_with(|| has_room(&halfway(&root, &bent)));
+                let is_free = *known[index][way].get_or_insert_with(|| has_room(&interpolate(&root, &bent, 0.5)));
                 let cost = self.costs[from] + BEND + if is_free { 0.0 } else { BLOCKED };
                 if cost < self.costs[to] {
                     (self.costs[to], entries[to]) = (cost, entries[from]);
@@ -170,11 +170,6 @@ fn neighbours(index: usize) -> impl Iterator<Item = usize> {
     onward(index).into_iter().flatten().chain(before.filter(is_beside))
 }
 
-/// The root halfway between two poses.
-fn halfway(from: &Pose, to: &Pose) -> Pose {
-    Pose::from_parts(from.translation.midpoint(to.translation), slerp(from.rotation, to.rotation, 0.5))
-}
-
 /// The robot in a stoop on level ground, in the frame of a station.
 struct Stand<'a> {
     body: &'a Body,
@@ -193,7 +188,7 @@ impl<'a> Stand<'a> {
 
     /// The root, the robot on both feet; `None` where it cannot stand so.
     fn station_from_root(&self) -> Option<Pose> {
-        let [left, right] = [0, 1].map(|limb| self.region(limb));
+        let [left, right] = [0, 1].map(|limb| self.body.held_region(limb, &self.soles[limb]));
         let com = Region::hull(left.vertices().iter().chain(right.vertices()).copied()).centroid();
         let (configuration, _) = self.settled(&self.soles, &Carriage::standing(self.body.standing_q), com)?;
         Some(configuration.world_from_root)
@@ -208,15 +203,9 @@ impl<'a> Stand<'a> {
     fn stands_on(&self, limb: usize, stride: f64) -> bool {
         let mut soles = self.soles;
         soles[1 - limb].translation += stride * DVec3::X;
-        let com = self.region(limb).centroid();
-        let load = |foot: usize| FootLoad { share: if foot == limb { 1.0 } else { 0.0 }, point: com };
+        let com = self.body.held_region(limb, &self.soles[limb]).centroid();
         let settled = self.settled(&soles, &self.body.carriages[limb], com);
-        settled.is_some_and(|(_, snapshot)| self.body.statics.effort_use(&snapshot, &[load(0), load(1)]) <= 1.0)
-    }
-
-    /// Where a foot can hold the whole weight.
-    fn region(&self, limb: usize) -> Region {
-        Region::seen_from_above(&self.soles[limb], &self.body.ankles[limb].clip(&self.body.sole_polygons[limb]))
+        settled.is_some_and(|(_, snapshot)| self.body.statics.effort_use(&snapshot, &FootLoad::all_on(limb, com)) <= 1.0)
     }
 
     /// On its soles, the links apart.

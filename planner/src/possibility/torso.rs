@@ -70,15 +70,13 @@ impl Torso {
 
     /// Whether all that the root carries has room, but for the legs.
     pub fn has_room_above_legs(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
-        collision.carried_hit(world_from_root, &self.root_from_links, &self.is_upper).is_none()
+        self.is_free(collision, world_from_root, &self.is_upper)
     }
 
     /// How much room there is at a station.
     pub fn room(&self, collision: &CollisionModel, station: &Station) -> Room {
         let world_from_station = station.world_from_station();
-        let is_free = |stoop: (f64, f64), wanted: &[bool]| {
-            collision.carried_hit(&(world_from_station * self.stooped(stoop)), &self.root_from_links, wanted).is_none()
-        };
+        let is_free = |stoop: (f64, f64), wanted: &[bool]| self.is_free(collision, &(world_from_station * self.stooped(stoop)), wanted);
         if is_free(STOOPS[0], &self.is_upper) {
             Room::Upright
         } else if STOOPS[1..].iter().any(|&stoop| is_free(stoop, &self.is_upper)) {
@@ -104,8 +102,7 @@ impl Torso {
             let world_from_root = station.world_from_station() * self.stooped(stoop);
             let hips = self.root_from_hips.map(|hip| world_from_root * hip);
             let ways = [(soles[0].midpoint(soles[1]), hips[0].midpoint(hips[1])), (soles[0], hips[0]), (soles[1], hips[1])];
-            let has_room = || collision.carried_hit(&world_from_root, &self.root_from_links, &self.is_core).is_none();
-            ways.iter().any(|&(sole, hip)| !is_barred(sole, hip)) && has_room()
+            ways.iter().any(|&(sole, hip)| !is_barred(sole, hip)) && self.is_free(collision, &world_from_root, &self.is_core)
         })
     }
 
@@ -116,6 +113,11 @@ impl Torso {
             let root_from_world = (world_from_station * self.stooped(stoop)).inverse();
             (0..2).all(|limb| preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation))
         })
+    }
+
+    /// Whether the wanted ones of the links that the root carries have room.
+    fn is_free(&self, collision: &CollisionModel, world_from_root: &Pose, wanted: &[bool]) -> bool {
+        collision.carried_hit(world_from_root, &self.root_from_links, wanted).is_none()
     }
 
     /// The root in the frame of a station, in a stoop.
