@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use surefoot_shared_types::NUMBER_MAX;
+use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
 
 use crate::affinity::default_threads;
 use crate::commands::bench::arguments::BenchArguments;
@@ -12,8 +13,9 @@ use crate::commands::bench::arguments::BenchArguments;
 const RATE_MAX: f64 = 1e6;
 /// Most planner threads.
 pub const THREADS_MAX: i64 = 256;
-/// How often a plan is made again where the world turns out to be another, unless told otherwise.
-const REPLANS_MAX: u32 = 8;
+/// How often a plan is made again where the world turns out to be another, unless told otherwise: for as many differences as a controller
+/// can tell of.
+const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
 /// How often a killed process is started again, unless told otherwise.
 const RESTARTS_MAX: u32 = 8;
 

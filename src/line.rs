@@ -44,6 +44,8 @@ pub enum Line {
         /// Differences of the world that are known now.
         corrections: u64,
     },
+    /// No plan leads on from where the robot stands: one is sought that leads back first.
+    WalkingBack,
     /// The planner waits for requests.
     PlannerServes,
     /// No planner speaks any more; the robot stands at the end of the last chunk that it walked.

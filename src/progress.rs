@@ -59,6 +59,7 @@ fn milestone(line: &Line) -> Option<String> {
         Line::Replanning { epoch, corrections } => {
             Some(format!("the world differs in {corrections} places: planning again from here, epoch {epoch}"))
         }
+        Line::WalkingBack => Some("no plan leads on from here: looking for one that leads back first".to_owned()),
         Line::PlannerServes => Some("waiting for requests".to_owned()),
         Line::Holding { accepted } => Some(format!("no planner speaks: the robot holds after {accepted} chunks")),
         Line::Restarted { role, how } => Some(format!("the {role} process ended ({how}) and is started again")),
@@ -79,7 +80,12 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, line: &Line) {
         }
         Line::Delivering { accepted, chunks } => bar.get_or_insert_with(|| new_bar(*chunks, WALKING)).set_position(*accepted),
         Line::Planned(_) | Line::Delivered(_) | Line::Restarted { .. } | Line::Replanning { .. } | Line::Failed { .. } => clear(bar),
-        Line::PlannerServes | Line::Holding { .. } | Line::PlannerReady { .. } | Line::ControllerReady | Line::Judged(_) => {}
+        Line::WalkingBack
+        | Line::PlannerServes
+        | Line::Holding { .. }
+        | Line::PlannerReady { .. }
+        | Line::ControllerReady
+        | Line::Judged(_) => {}
     }
 }
 

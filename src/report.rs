@@ -116,6 +116,7 @@ impl Report {
             Line::Restarted { .. } => self.restarts += 1,
             Line::Replanning { .. } => self.replans += 1,
             Line::PlannerServes
+            | Line::WalkingBack
             | Line::Holding { .. }
             | Line::Planning(_)
             | Line::Delivering { .. }

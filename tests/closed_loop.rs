@@ -12,6 +12,7 @@ use glam::DVec3;
 use preparation::preparation_for;
 use surefoot_controller_sim::{Checker, Identity, Walker};
 use surefoot_planner::outcome::EndFault;
+use surefoot_planner::rpg::WayBack;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
@@ -204,4 +205,50 @@ fn a_standing_foot_that_nothing_carries_any_more_ends_the_walk_honestly() {
         panic!("a plan from where nothing carries")
     };
     assert_eq!(limb, sole.limb as usize);
+}
+
+/// A plan from where the robot stands once it has gone so many places back.
+fn plan_from_back(case: &Case, standing: &Standing, walked: &[PlanChunk], places: usize) -> (Vec<PlanChunk>, WayBack) {
+    let preparation = preparation_for(&case.model, &case.scenario.planner);
+    let mut planner = Planner::new(&case.model, &case.world, &case.scenario, preparation, NonZeroUsize::MIN).unwrap();
+    planner.begin_at(&case.world, standing).unwrap();
+    planner.walk_back(&case.world, walked, places).unwrap();
+    planner.name_plan(1, 1);
+    assert_eq!(planner.step(1_000_000), Status::Done(Outcome::Found));
+    (planner.chunks().to_vec(), planner.way_back())
+}
+
+#[test]
+fn the_robot_walks_back_the_way_it_came() {
+    let case = Case::load("flat_walk");
+    let chunks = case.plan(&case.world, None, None, 0).unwrap();
+    let at = landings(&chunks)[3];
+    let mut walker = case.walker();
+    let standing = walk(&mut walker, &chunks[..at], Standing::zeroed());
+    let (rest, way_back) = plan_from_back(&case, &standing, &chunks[..at], 2);
+    assert_eq!(way_back.places, 2);
+    for (back, walked) in rest[..way_back.chunks].iter().zip(chunks[..at].iter().rev()) {
+        let configurations = |chunk: &PlanChunk| chunk.waypoints().iter().map(|at| (at.root_position, at.q)).collect::<Vec<_>>();
+        let mut backwards = configurations(walked);
+        backwards.reverse();
+        assert_eq!((configurations(back), back.mode, back.contacts()), (backwards, walked.mode, walked.contacts()));
+    }
+    let lift_offs =
+        rest[..way_back.chunks].windows(2).filter(|pair| pair[0].mode != pair[1].mode && pair[1].mode == SupportMode::Double as u32);
+    assert_eq!(lift_offs.count(), 1, "one foot is set down on the way, the other one at its end");
+    walk(&mut walker, &rest, standing);
+    assert!(walker.finished());
+}
+
+#[test]
+fn the_way_back_ends_where_the_memory_of_it_does() {
+    let case = Case::load("flat_walk");
+    let chunks = case.plan(&case.world, None, None, 0).unwrap();
+    let at = landings(&chunks)[3];
+    let standing = walk(&mut case.walker(), &chunks[..at], Standing::zeroed());
+    let places = |walked: &[PlanChunk], places| plan_from_back(&case, &standing, walked, places).1.places;
+    assert_eq!(places(&chunks[..at], 100), 4, "as many as it has lifted a foot");
+    assert_eq!((places(&chunks[..at - 1], 1), places(&[], 1)), (0, 0), "what does not end where the robot stands leads nowhere");
+    let gap = [&chunks[..at - 12], &chunks[at - 11..at]].concat();
+    assert!(places(&gap, 100) < 4, "past a gap nothing is known");
 }

@@ -91,25 +91,32 @@ impl ChunkBuilder {
         track: &[Configuration],
     ) -> Result<(), ArenaFull> {
         self.waypoints = self.waypoints.max(1) + track.len() as u64;
-        if self.waypoints > self.waypoints_max {
-            return Err(ArenaFull::Waypoints);
-        }
-        let mut from = *first;
+        let mut from = first;
         for piece in track.chunks(CHUNK_WAYPOINTS_MAX - 1) {
-            self.push_chunk(support, stance, &from, piece)?;
-            from = piece[piece.len() - 1];
+            let contacts = stance.iter().map(|foothold| contact_of(foothold));
+            self.push_chunk(support as u32, contacts, [from].into_iter().chain(piece).map(waypoint))?;
+            from = &piece[piece.len() - 1];
         }
         Ok(())
     }
 
-    /// Seals the next chunk of a plan that is complete: times, sequence number, flags and digest. Answers the digest of the whole
+    /// Appends a chunk of an earlier plan, walked backwards.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn append_backwards(&mut self, walked: &PlanChunk) -> Result<(), ArenaFull> {
+        self.waypoints = self.waypoints.max(1) + walked.waypoints().len() as u64 - 1;
+        self.push_chunk(walked.mode, walked.contacts().iter().copied(), walked.waypoints().iter().rev().copied())
+    }
+
+    /// Seals the next chunk of a plan that is complete: times, name, sequence number, flags and digest. Answers the digest of the whole
     /// after the last one.
     pub fn seal(&mut self) -> Option<Digest> {
         let (index, count) = (self.sealed, self.chunks.len());
         if let Some(chunk) = self.chunks.get_mut(index) {
             let used = chunk.waypoints_len as usize;
             self.time = self.timing.set_times(&mut chunk.waypoints[..used], self.time);
-            chunk.sequence = index as u64;
+            (chunk.plan_id, chunk.epoch, chunk.sequence) = (self.plan_id, self.epoch, index as u64);
             chunk.flags = if index == 0 { FLAG_FIRST } else { 0 } | if index + 1 == count { FLAG_LAST } else { 0 };
             chunk.stream = self.stream;
             self.stream = chunk.stream_after();
@@ -120,27 +127,25 @@ impl ChunkBuilder {
 
     fn push_chunk(
         &mut self,
-        support: SupportMode,
-        stance: &[&Foothold],
-        first: &Configuration,
-        piece: &[Configuration],
+        mode: u32,
+        contacts: impl Iterator<Item = Contact>,
+        waypoints: impl Iterator<Item = Waypoint>,
     ) -> Result<(), ArenaFull> {
-        if self.chunks.len() == self.chunks.capacity() {
+        if self.waypoints > self.waypoints_max || self.chunks.len() == self.chunks.capacity() {
             return Err(ArenaFull::Waypoints);
         }
         let mut chunk: PlanChunk = bytemuck::Zeroable::zeroed();
         chunk.schema = CHUNK_SCHEMA;
-        (chunk.plan_id, chunk.epoch) = (self.plan_id, self.epoch);
-        chunk.mode = support as u32;
+        chunk.mode = mode;
         chunk.joints_len = self.provenance.joints_len as u32;
         (chunk.robot, chunk.world, chunk.config) = (self.provenance.robot, self.provenance.world, self.provenance.config);
-        chunk.contacts_len = stance.len() as u32;
-        for (contact, foothold) in chunk.contacts.iter_mut().zip(stance) {
-            *contact = contact_of(foothold);
+        for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
+            *slot = contact;
+            chunk.contacts_len += 1;
         }
-        chunk.waypoints_len = piece.len() as u32 + 1;
-        for (slot, configuration) in chunk.waypoints.iter_mut().zip([first].into_iter().chain(piece)) {
-            *slot = waypoint(configuration);
+        for (slot, waypoint) in chunk.waypoints.iter_mut().zip(waypoints) {
+            *slot = waypoint;
+            chunk.waypoints_len += 1;
         }
         self.chunks.push(chunk);
         Ok(())

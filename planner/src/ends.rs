@@ -10,10 +10,10 @@ use surefoot_shared_types::scene::World;
 
 use crate::body::{Body, Configuration};
 use crate::collision::FootState;
-use crate::constraint::{Constraints, Rejection};
+use crate::constraint::{Constraints, Mode, Rejection, StartBalance};
 use crate::foot_placement::{Effort, FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
 use crate::foot_query::FootQuery;
-use crate::motion::foothold::{Foothold, double_mode};
+use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::track::State;
 use crate::outcome::EndFault;
 use crate::posture::{Posture, settle};
@@ -117,6 +117,21 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
 }
 
 impl End {
+    /// Whether every condition holds where the robot stands, its centre of mass `margin_min` (m) inside its support, a lifted foot as
+    /// near to the world as one that is just leaving it.
+    pub fn holds(&self, constraints: &Constraints, margin_min: f64) -> bool {
+        let [left, right] = &self.footholds;
+        let mode = match self.support {
+            SupportMode::Left => single_mode(left),
+            SupportMode::Right => single_mode(right),
+            SupportMode::Double => double_mode(left, right),
+        };
+        let snapshot = constraints.body.snapshot(&self.state.configuration);
+        let balance = StartBalance { com: snapshot.com.truncate(), margin_min };
+        let feet = [0, 1].map(|limb| if self.stands(limb) { FootState::Stance } else { FootState::Leaving });
+        constraints.check(&Mode { start: Some(balance), ..mode }, &snapshot, feet).is_ok()
+    }
+
     /// Whether a foot carries the robot.
     pub fn stands(&self, limb: usize) -> bool {
         self.support.carries(limb)

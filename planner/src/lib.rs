@@ -31,6 +31,7 @@ pub mod statics;
 pub mod stoop;
 mod timing;
 pub mod trouble;
+pub mod way_back;
 
 pub use outcome::{Outcome, Status};
 pub use rpg::{Planner, PlannerError};

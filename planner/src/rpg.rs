@@ -37,6 +37,7 @@ mod primitive_stretches;
 mod remedies;
 mod segments;
 mod shorten;
+mod start;
 
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -45,17 +46,15 @@ use rayon::ThreadPool;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
+use surefoot_shared_types::message::{PlanChunk, Standing};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
-use surefoot_shared_types::spatial::wrap_angle;
 
 use crate::arena::reserve;
 use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
-use crate::constraint::{Constraints, StartBalance};
-use crate::ends::{foothold_at, stand_as, stand_on, supported_anew};
+use crate::constraint::Constraints;
 use crate::foot_placement::polygon::area_and_centroid;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
@@ -73,11 +72,12 @@ use hindrances::Hindrances;
 use lanes::Lanes;
 use phase::Phase;
 use polish::Polish;
-use primitive_stretches::{Walker, pair_on};
+use primitive_stretches::Walker;
 use segments::Cuts;
 
 pub use hindrances::Hindrance;
 pub use phase::Tally;
+pub use start::WayBack;
 
 /// Why a planner cannot be made for these inputs.
 #[derive(Debug, thiserror::Error)]
@@ -123,6 +123,7 @@ pub struct Planner {
     chunks: ChunkBuilder,
     phase: Phase,
     standing: Option<Standing>,
+    way_back: WayBack,
     cuts: Cuts,
     lanes: Lanes,
     polish: Polish,
@@ -191,6 +192,7 @@ impl Planner {
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance, Timing::new(model)),
             phase: Phase::Ends,
             standing: None,
+            way_back: WayBack::default(),
             cuts: Cuts::new(config.configurations_max as usize),
             lanes: Lanes::new(config),
             polish: Polish::new(config.configurations_max as usize),
@@ -206,15 +208,10 @@ impl Planner {
         })
     }
 
-    /// Begins where the robot stands, on both feet or on one, in place of the scenario's start mark, which should be
-    /// [`Standing::mark`] then. `world` is the planner's: what it gives the feet is their support. Allocates; to be called before
-    /// the first step.
-    ///
-    /// # Errors
-    /// The world has a shape that cannot be used.
-    pub fn begin_at(&mut self, world: &World, standing: &Standing) -> Result<(), SurfacesError> {
-        self.standing = Some(supported_anew(&self.shared.constraints.body, world, standing)?);
-        Ok(())
+    /// Lowers the bound of the search's work to `work_max` units.
+    pub fn limit_work(&mut self, work_max: u64) {
+        let configured = &mut self.shared.constraints.config.work_max;
+        *configured = work_max.min(*configured);
     }
 
     /// Keeps soles away from where one was not carried, whatever the world's shapes say; see [`CollisionModel::shun`]. To be
@@ -325,7 +322,7 @@ impl Planner {
         let walk = if self.has_found() { self.walk.as_slice() } else { &[] };
         let is_boundary = |node: TransitionId| boundary_of(node).is_some();
         let is_swing = |pair: &&[TransitionId]| !is_boundary(pair[0]) && !is_boundary(pair[1]) && pair[1] != Graph::twin(pair[0]);
-        walk.windows(2).filter(is_swing).count() as u64
+        (walk.windows(2).filter(is_swing).count() + self.steps_back()) as u64
     }
 
     /// Bytes of all arenas by name.
@@ -368,52 +365,6 @@ impl Planner {
             Phase::Seal => Ok(self.seal()),
             Phase::Over(_) => Ok(self.phase),
         }
-    }
-
-    fn stand_on_ends(&mut self) -> Result<Phase, ArenaFull> {
-        let goal_is_start = self.standing.is_none() && self.start_is_goal();
-        let (constraints, surfaces, scratch) = (&self.shared.constraints, &self.surfaces, &mut self.scratch[0]);
-        let started = match &self.standing {
-            Some(standing) => stand_as(constraints, standing),
-            None => stand_on(constraints, surfaces, scratch, &self.scenario.start),
-        };
-        let start = match started {
-            Ok(end) => end,
-            Err(fault) => return Ok(Phase::Over(Outcome::StartInvalid(fault))),
-        };
-        let goal = match stand_on(constraints, surfaces, scratch, &self.scenario.goal) {
-            Ok(_) if goal_is_start => start.clone(),
-            Ok(end) => end,
-            Err(fault) => return Ok(Phase::Over(Outcome::GoalInvalid(fault))),
-        };
-        for end in [&start, &goal] {
-            let mut footholds = [0; 2];
-            for limb in [0, 1] {
-                let foothold = &end.footholds[limb];
-                // A lifted foot may have lost the place where it stood: the world was corrected since.
-                let usable = end.stands(limb) || foothold_at(constraints, surfaces, scratch, limb, &foothold.world_from_sole).is_ok();
-                if usable {
-                    footholds[limb] = self.roadmap.graph.identical_or_new(foothold)?;
-                }
-            }
-            self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support });
-            // Who begins or ends on feet that are farther apart than primitive postures reach must step off or onto them.
-            let soles = [0, 1].map(|limb| &end.footholds[limb].world_from_sole);
-            self.stretches |= end.support == SupportMode::Double && !self.preparation.longest_steps().may_step(soles);
-        }
-        let body = &self.shared.constraints.body;
-        let com = body.snapshot(&start.state.configuration).com.truncate();
-        self.roadmap.begin_balanced(StartBalance { com, margin_min: self.scenario.checker.com_margin });
-        self.growth.stand_on([&start, &goal].map(|end| pair_on(body, end)));
-        Ok(Phase::Route)
-    }
-
-    /// Whether the start is as near to the goal as the scenario asks of the end.
-    fn start_is_goal(&self) -> bool {
-        let Scenario { start, goal, goal_position_tolerance, goal_yaw_tolerance, .. } = &self.scenario;
-        let prints = start.world_from_soles().into_iter().zip(goal.world_from_soles());
-        prints.into_iter().all(|(at, wanted)| at.translation.distance(wanted.translation) <= *goal_position_tolerance)
-            && wrap_angle(goal.yaw - start.yaw).abs() <= *goal_yaw_tolerance
     }
 
     fn find_route(&mut self) -> Result<Phase, ArenaFull> {

@@ -84,7 +84,9 @@ impl Run<'_> {
         loop {
             let Planned { planner, found } = self.plan(&task)?;
             if !found {
-                return Ok(());
+                let Some(farther_back) = task.farther_back(&planner) else { return Ok(()) };
+                task = farther_back;
+                continue;
             }
             self.export(&task, planner.chunks())?;
             let Some(sender) = &mut sender else { return self.draw(&task, planner.chunks()) };
@@ -96,7 +98,7 @@ impl Run<'_> {
                 return self.draw(&task, planner.chunks());
             };
             totals.give_up(&delivery);
-            task = task.after(&self.inputs, &word)?;
+            task = task.after(&self.inputs, &word, planner.chunks(), planner.way_back().chunks)?;
             self.tell(&Line::Replanning { epoch: task.epoch, corrections: word.corrections().len() as u64 })?;
         }
     }
@@ -113,7 +115,8 @@ impl Run<'_> {
             planned.end = PlanEnd::NoPlan;
         }
         let found = planned.end == PlanEnd::Found;
-        self.tell(&Line::Planned(planned))?;
+        let is_over = found || task.farther_back(&planner).is_none();
+        self.tell(&if is_over { Line::Planned(planned) } else { Line::WalkingBack })?;
         Ok(Planned { planner, found })
     }
 

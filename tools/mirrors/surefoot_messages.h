@@ -10,7 +10,7 @@
 #define SUREFOOT_CHUNK_WAYPOINTS_MAX 32
 #define SUREFOOT_CONTACTS_MAX 4
 #define SUREFOOT_POLYGON_VERTICES_MAX 16
-#define SUREFOOT_CORRECTIONS_MAX 8
+#define SUREFOOT_CORRECTIONS_MAX 32
 
 typedef struct { uint8_t bytes[32]; } surefoot_Digest;
 
@@ -135,7 +135,7 @@ static_assert(offsetof(surefoot_Correction, rotation) == 32, "offset");
 static_assert(offsetof(surefoot_Correction, half_extents) == 64, "offset");
 
 #define SUREFOOT_FEEDBACK_TYPE_NAME "surefoot.Feedback.v1"
-#define SUREFOOT_FEEDBACK_LAYOUT "f73bf2cb7e051510"
+#define SUREFOOT_FEEDBACK_LAYOUT "220534f1332201cb"
 typedef struct {
     uint64_t schema;
     uint64_t instance;
@@ -161,7 +161,7 @@ typedef struct {
     surefoot_Standing standing;
     surefoot_Correction corrections[SUREFOOT_CORRECTIONS_MAX];
 } surefoot_Feedback;
-static_assert(sizeof(surefoot_Feedback) == 2640, "size");
+static_assert(sizeof(surefoot_Feedback) == 4752, "size");
 static_assert(offsetof(surefoot_Feedback, schema) == 0, "offset");
 static_assert(offsetof(surefoot_Feedback, instance) == 8, "offset");
 static_assert(offsetof(surefoot_Feedback, session) == 16, "offset");

@@ -10,7 +10,7 @@ JOINTS_MAX = 48
 CHUNK_WAYPOINTS_MAX = 32
 CONTACTS_MAX = 4
 POLYGON_VERTICES_MAX = 16
-CORRECTIONS_MAX = 8
+CORRECTIONS_MAX = 32
 
 Digest = ctypes.c_uint8 * 32
 
@@ -118,7 +118,7 @@ class Correction(ctypes.Structure):
 
 
 class Feedback(ctypes.Structure):
-    LAYOUT = "f73bf2cb7e051510"
+    LAYOUT = "220534f1332201cb"
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("instance", ctypes.c_uint64),

@@ -170,6 +170,13 @@ impl Growth {
         growth
     }
 
+    /// Begins at another start mark. To be called before the first advance.
+    pub fn start_on(&mut self, start: &Mark) {
+        self.whole_ends[0] = Vertex::root(Station::on(start), None);
+        self.route.start_on(start);
+        self.begin(self.whole_ends);
+    }
+
     /// Stands start and goal on their placements. To be called before the first advance.
     pub fn stand_on(&mut self, pairs: [Option<Pair>; 2]) {
         for (end, pair) in self.whole_ends.iter_mut().zip(pairs) {

@@ -25,6 +25,10 @@ impl Route {
         Self { vertices: reserve(2 * stations_max), labels: reserve(2 * stations_max), feet_apart: [start.feet_apart, goal.feet_apart] }
     }
 
+    pub(super) fn start_on(&mut self, start: &Mark) {
+        self.feet_apart[0] = start.feet_apart;
+    }
+
     pub(super) fn clear(&mut self) {
         self.vertices.clear();
         self.labels.clear();

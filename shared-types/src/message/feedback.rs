@@ -11,7 +11,7 @@ use super::standing::Standing;
 use crate::digest::Digest;
 
 /// The layout version that feedback carries in [`Feedback::schema`].
-pub const FEEDBACK_SCHEMA: u64 = 2;
+pub const FEEDBACK_SCHEMA: u64 = 3;
 
 /// What a chunk can violate. The physical checks come first; the rest concern the message itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -153,7 +153,7 @@ mod tests {
         for (name, at) in expected {
             assert_eq!(offset(Feedback::FIELDS, name), at, "{name}");
         }
-        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (15_816, 2640));
+        assert_eq!((size_of::<PlanChunk>(), size_of::<Feedback>()), (15_816, 4752));
     }
 
     #[test]

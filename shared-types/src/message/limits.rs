@@ -9,4 +9,4 @@ pub const CONTACTS_MAX: usize = 4;
 /// Most vertices of a sole or support polygon.
 pub const POLYGON_VERTICES_MAX: usize = 16;
 /// Most differences between the world and the planner's belief that a controller can report.
-pub const CORRECTIONS_MAX: usize = 8;
+pub const CORRECTIONS_MAX: usize = 32;

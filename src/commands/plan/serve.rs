@@ -21,7 +21,7 @@ use crate::arguments::PlanArguments;
 use crate::audience::Audience;
 use crate::failure::{Ending, Failure};
 use crate::inputs::Inputs;
-use crate::line::{Line, PlanEnd};
+use crate::line::{Line, PlanEnd, Planned};
 use crate::{search, signals, verdict};
 
 /// Time between two looks at the desk while there is nothing to do.
@@ -148,7 +148,7 @@ impl Server<'_> {
         let mut task = task;
         self.last = task.clone();
         for _ in 0..=self.arguments.search.replans_max {
-            let planner = match self.plan(&task)? {
+            let planner = match self.plan(&mut task)? {
                 Ok(planner) => planner,
                 Err(state) => return Ok(state),
             };
@@ -172,27 +172,39 @@ impl Server<'_> {
                 (Outcome::Accepted, _) => return Ok(RequestState::Accepted),
                 (Outcome::Stopped, _) => return Ok(RequestState::Cancelled),
                 (Outcome::ControllerLost, _) => return Ok(RequestState::ControllerLost),
-                (_, Some(word)) if may_go_on(&delivery) => match task.after(self.inputs, &word) {
-                    Ok(next) => task = next,
-                    Err(_) => return Ok(RequestState::Refused),
-                },
+                (_, Some(word)) if may_go_on(&delivery) => {
+                    match task.after(self.inputs, &word, planner.chunks(), planner.way_back().chunks) {
+                        Ok(next) => task = next,
+                        Err(_) => return Ok(RequestState::Refused),
+                    }
+                }
                 _ => return Ok(RequestState::Refused),
             }
         }
         Ok(RequestState::Refused)
     }
 
-    /// Searches; a planner with a plan, or the state in which the request ends.
-    fn plan(&mut self, task: &Task) -> Result<Result<Planner, RequestState>, Failure> {
-        let desk = self.desk;
+    /// Searches, from farther back where nothing leads on; a planner with a plan, or the state in which the request ends.
+    fn plan(&mut self, task: &mut Task) -> Result<Result<Planner, RequestState>, Failure> {
         {
-            let mut desk = desk.borrow_mut();
+            let mut desk = self.desk.borrow_mut();
             (desk.status.plan_id, desk.status.epoch, desk.status.accepted) = (task.plan_id, task.epoch, 0);
             desk.enter(RequestState::Planning)?;
         }
         let threads = NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
-        let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
-        let audience = &mut self.audience;
+        loop {
+            let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
+            let Some(planned) = self.search(&mut planner, task)? else { return Ok(Err(RequestState::Cancelled)) };
+            match task.farther_back(&planner).filter(|_| planned.end == PlanEnd::NoPlan) {
+                Some(farther_back) => *task = farther_back,
+                None => return Ok(self.conclude(planner, &planned, task)),
+            }
+        }
+    }
+
+    /// Searches until it is over, or interrupted: nothing then.
+    fn search(&mut self, planner: &mut Planner, task: &Task) -> Result<Option<Planned>, Failure> {
+        let (desk, audience) = (self.desk, &mut self.audience);
         let mut tell = |line: &Line| {
             if let Line::Planning(searching) = line {
                 let mut desk = desk.borrow_mut();
@@ -201,14 +213,14 @@ impl Server<'_> {
             }
             audience.tell(line)
         };
-        let work_max = task.scenario.planner.work_max;
-        let Some(planned) = search::run_until(&mut planner, work_max, &mut tell, &mut || desk.borrow_mut().is_interrupted())? else {
-            return Ok(Err(RequestState::Cancelled));
-        };
-        self.audience.say(|| verdict::of_search(&format!("plan {}.{}", task.plan_id, task.epoch), &planned));
-        let mut desk = desk.borrow_mut();
+        search::run_until(planner, task.scenario.planner.work_max, &mut tell, &mut || desk.borrow_mut().is_interrupted())
+    }
+
+    fn conclude(&mut self, planner: Planner, planned: &Planned, task: &Task) -> Result<Planner, RequestState> {
+        self.audience.say(|| verdict::of_search(&format!("plan {}.{}", task.plan_id, task.epoch), planned));
+        let mut desk = self.desk.borrow_mut();
         desk.status.work = planned.work;
-        Ok(match planned.end {
+        match planned.end {
             PlanEnd::Found => {
                 (desk.status.chunks, desk.status.digest) = (planned.chunks, planner.digest());
                 Ok(planner)
@@ -216,6 +228,6 @@ impl Server<'_> {
             PlanEnd::NoPlan => Err(RequestState::NoPlan),
             PlanEnd::StartInvalid => Err(RequestState::StartInvalid),
             PlanEnd::GoalInvalid => Err(RequestState::GoalInvalid),
-        })
+        }
     }
 }

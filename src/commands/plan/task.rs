@@ -5,13 +5,23 @@ use std::num::NonZeroUsize;
 use surefoot_planner::prepare::Preparation;
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::{Mark, Scenario};
-use surefoot_shared_types::message::{Correction, CorrectionKind, Feedback, Standing};
+use surefoot_shared_types::message::{Correction, CorrectionKind, Feedback, PlanChunk, Standing};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::correction::CorrectionError;
 
 use crate::failure::Failure;
 use crate::inputs::Inputs;
+
+/// Chunks that are remembered of what was walked: more than four dozen steps.
+const WALKED_MAX: usize = 256;
+/// Places at which a foot was lifted that a walk goes back to at the most.
+const PLACES_BACK_MAX: usize = 3;
+/// Units of work after which a search is given up for one from farther back: so many for each chunk of the plan before, which is several times
+/// of what these took.
+const WORK_PER_CHUNK: u64 = 300;
+/// The least of it.
+const WORK_MIN: u64 = 20_000;
 
 /// A task.
 #[derive(Debug, Clone)]
@@ -24,6 +34,12 @@ pub(crate) struct Task {
     pub(super) corrections: Vec<Correction>,
     /// Where the robot stands; nothing before it stands anywhere.
     pub(super) standing: Option<Standing>,
+    /// Chunks of the plan before.
+    chunks: u64,
+    /// The chunks that it walked last, the last one to there.
+    walked: Vec<PlanChunk>,
+    /// To how many places back it goes first, at which a foot was lifted.
+    places_back: usize,
     /// Which plan of the controller's it is.
     pub(super) plan_id: u64,
     /// How often it was planned again.
@@ -33,17 +49,43 @@ pub(crate) struct Task {
 impl Task {
     /// The scenario's own.
     pub(crate) fn first(inputs: &Inputs) -> Self {
-        Self { scenario: inputs.scenario.clone(), world: inputs.world.clone(), corrections: vec![], standing: None, plan_id: 1, epoch: 0 }
+        Self {
+            scenario: inputs.scenario.clone(),
+            world: inputs.world.clone(),
+            corrections: vec![],
+            standing: None,
+            chunks: 0,
+            walked: vec![],
+            places_back: 0,
+            plan_id: 1,
+            epoch: 0,
+        }
+    }
+
+    /// The same task, but that the robot begins farther back than a `planner` of this task, if that may help.
+    pub(super) fn farther_back(&self, planner: &Planner) -> Option<Self> {
+        let gone = planner.way_back().places;
+        let is_farthest = gone < self.places_back || gone == PLACES_BACK_MAX || self.walked.is_empty();
+        (self.standing.is_some() && !is_farthest).then(|| Self { places_back: gone + 1, ..self.clone() })
     }
 
     /// The rest of the way from where the controller's `word` says that the robot stands, in the world as it says that it is,
-    /// under a new epoch.
+    /// under a new epoch. `chunks` are this task's, the first `back` of which lead back along what was walked before.
     ///
     /// # Errors
     /// The word's corrections concern another world, or its epoch is the last one possible.
-    pub(crate) fn after(&self, inputs: &Inputs, word: &Feedback) -> Result<Self, Failure> {
+    pub(crate) fn after(&self, inputs: &Inputs, word: &Feedback, chunks: &[PlanChunk], back: usize) -> Result<Self, Failure> {
         let epoch = following(word.epoch, word)?;
-        Ok(Self { plan_id: word.plan_id, epoch, ..self.clone() }.standing_as(inputs, word)?)
+        let accepted = usize::try_from(word.next_sequence).map_or(chunks, |count| &chunks[..count.min(chunks.len())]);
+        let walked = self.walked_after(accepted, back.min(accepted.len()));
+        let (plan_id, chunks) = (word.plan_id, chunks.len() as u64);
+        Ok(Self { plan_id, epoch, chunks, walked, places_back: 0, ..self.clone() }.standing_as(inputs, word)?)
+    }
+
+    fn walked_after(&self, accepted: &[PlanChunk], back: usize) -> Vec<PlanChunk> {
+        let before = &self.walked[..self.walked.len().saturating_sub(back)];
+        let walked = [before, &accepted[back..]].concat();
+        walked[walked.len().saturating_sub(WALKED_MAX)..].to_vec()
     }
 
     /// A plan of its own from where the controller's `word` says that the robot stands, or from the scenario's start where it
@@ -76,7 +118,7 @@ impl Task {
         self
     }
 
-    /// A planner that is ready for this task.
+    /// A planner that is ready for this task. Where the robot cannot stand as it does, its plan leads back first.
     ///
     /// # Errors
     /// The robot or the world is none that it can use.
@@ -89,6 +131,13 @@ impl Task {
         let mut planner = Planner::new(model, &self.world, &self.scenario, preparation, threads)?;
         if let Some(standing) = &self.standing {
             planner.begin_at(&self.world, standing)?;
+            let places = if planner.may_begin() { self.places_back } else { self.places_back.max(1) };
+            if places > 0 {
+                planner.walk_back(&self.world, &self.walked, places)?;
+            }
+            if self.farther_back(&planner).is_some() {
+                planner.limit_work(WORK_MIN.max(WORK_PER_CHUNK * self.chunks));
+            }
         }
         for missing in self.corrections.iter().filter(|correction| correction.known_kind() == Some(CorrectionKind::ContactMissing)) {
             let [half_length, half_width, _] = missing.half_extents;
@@ -121,15 +170,27 @@ mod tests {
     use super::*;
 
     #[test]
+    fn chunks_that_lead_back_are_forgotten_with_what_they_lead_along() {
+        let inputs = Inputs::load("configs/scenarios/flat_walk.toml".as_ref(), None).unwrap();
+        let chunk = |sequence| PlanChunk { sequence, ..PlanChunk::zeroed() };
+        let sequences = |walked: Vec<PlanChunk>| walked.iter().map(|chunk| chunk.sequence).collect::<Vec<_>>();
+        let task = Task { walked: [1, 2, 3].map(chunk).to_vec(), ..Task::first(&inputs) };
+        assert_eq!(sequences(task.walked_after(&[10, 11].map(chunk), 0)), [1, 2, 3, 10, 11]);
+        assert_eq!(sequences(task.walked_after(&[10, 11, 12].map(chunk), 2)), [1, 12]);
+        let many: Vec<PlanChunk> = (0..WALKED_MAX as u64).map(chunk).collect();
+        assert_eq!(task.walked_after(&many, 0), many, "the oldest are forgotten first");
+    }
+
+    #[test]
     fn no_plan_follows_the_last_one_that_can_be_named() {
         let inputs = Inputs::load("configs/scenarios/flat_walk.toml".as_ref(), None).unwrap();
         let word = |plan_id, epoch| Feedback { plan_id, epoch, ..Feedback::zeroed() };
         let first = Task::first(&inputs);
         let name = |task: Result<Task, Failure>| task.map(|task| (task.plan_id, task.epoch)).map_err(|failure| failure.to_string());
         assert_eq!(name(Task::anew(&inputs, Some(&word(4, u64::MAX)))), Ok((5, 0)));
-        assert_eq!(name(first.after(&inputs, &word(u64::MAX, 4))), Ok((u64::MAX, 5)));
+        assert_eq!(name(first.after(&inputs, &word(u64::MAX, 4), &[], 0)), Ok((u64::MAX, 5)));
         let last = |word: Feedback| Err(Failure::LastName { plan_id: word.plan_id, epoch: word.epoch }.to_string());
         assert_eq!(name(Task::anew(&inputs, Some(&word(u64::MAX, 0)))), last(word(u64::MAX, 0)));
-        assert_eq!(name(first.after(&inputs, &word(4, u64::MAX))), last(word(4, u64::MAX)));
+        assert_eq!(name(first.after(&inputs, &word(4, u64::MAX), &[], 0)), last(word(4, u64::MAX)));
     }
 }

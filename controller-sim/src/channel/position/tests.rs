@@ -141,7 +141,7 @@ fn a_successor_stands_where_the_robot_was_left() {
 #[test]
 fn corrections_add_up_until_there_is_no_room() {
     let mut position = Position::new(ME);
-    for shape in 0..20 {
+    for shape in 0..CORRECTIONS_MAX as u32 + 8 {
         position.refuse(Check::WorldDiffers, 0, Some(Correction::missing(shape)));
         assert!(position.feedback(1).is_well_formed());
     }

@@ -73,7 +73,7 @@ fn row(arguments: &ReplanArguments, inputs: &Inputs, program: &str) -> Result<Re
 fn again(arguments: &ReplanArguments, question: &Question, chunks: &[PlanChunk], program: &str) -> Result<Vec<Trial>, Failure> {
     let inputs = question.inputs;
     let replan = |word| {
-        let task = Task::first(inputs).after(inputs, &word)?;
+        let task = Task::first(inputs).after(inputs, &word, &[], 0)?;
         let make = || Ok(task.planner(&inputs.model, inputs.preparation(true)?, question.threads)?);
         Ok(question.search_with(program, &make)?.0)
     };
