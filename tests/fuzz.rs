@@ -17,6 +17,7 @@ use surefoot_planner::channel::{ChunkSender, Outcome};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::instance::desk::{Clerk, Client};
 use surefoot_shared_types::instance::{Instance, Link, draw_id};
+use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{Check, Feedback, Layout, PlanChunk, PlanRequest, Sealed};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
@@ -162,7 +163,7 @@ fn spoiled_words_are_never_believed() {
     let chunks = [chunk];
     let mut dice = Dice(2);
     let sound = sealed(Feedback {
-        schema: 2,
+        schema: FEEDBACK_SCHEMA,
         instance: 7,
         session: 5,
         plan_id: 1,

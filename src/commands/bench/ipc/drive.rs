@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
 use crate::allocations;
@@ -45,7 +46,7 @@ impl Measured {
 
 /// A word as a controller would answer.
 pub(super) fn word(number: u64) -> Feedback {
-    Feedback { schema: 2, instance: 1, next_sequence: number, ..bytemuck::Zeroable::zeroed() }
+    Feedback { schema: FEEDBACK_SCHEMA, instance: 1, next_sequence: number, ..bytemuck::Zeroable::zeroed() }
 }
 
 /// A chunk with something in it.
