@@ -13,7 +13,7 @@ use crate::ends::{stand_as, supported_anew};
 use crate::foot_placement::SurfacesError;
 
 /// Lift-offs that are looked at, the nearest first.
-const LIFT_OFFS_MAX: usize = 16;
+const LIFT_OFFS_MAX: usize = 32;
 
 /// A place that the robot came by.
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! Where a search begins and ends: on the scenario's marks, where the robot stands, or farther back.
 
-use surefoot_shared_types::config::Scenario;
+use surefoot_shared_types::config::{Mark, Scenario};
 use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::spatial::wrap_angle;
@@ -64,8 +64,9 @@ impl Planner {
 
     fn start_from(&mut self, standing: Standing) {
         if let Some(mark) = standing.mark() {
-            self.scenario.start = mark;
-            self.growth.start_on(&mark);
+            // How far apart the feet happen to stand says nothing of how to walk on.
+            self.scenario.start = Mark { feet_apart: self.scenario.goal.feet_apart, ..mark };
+            self.growth.start_on(&self.scenario.start);
         }
         self.standing = Some(standing);
     }

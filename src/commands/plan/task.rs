@@ -15,8 +15,8 @@ use crate::inputs::Inputs;
 
 /// Chunks that are remembered of what was walked: more than four dozen steps.
 const WALKED_MAX: usize = 256;
-/// Places at which a foot was lifted that a walk goes back to at the most.
-const PLACES_BACK_MAX: usize = 3;
+/// How many places at which a foot was lifted a walk goes back at the most.
+const PLACES_BACK_MAX: usize = 16;
 /// Units of work after which a search is given up for one from farther back: so many for each chunk of the plan before, which is several times
 /// of what these took.
 const WORK_PER_CHUNK: u64 = 300;
@@ -65,8 +65,8 @@ impl Task {
     /// The same task, but that the robot begins farther back than a `planner` of this task, if that may help.
     pub(super) fn farther_back(&self, planner: &Planner) -> Option<Self> {
         let gone = planner.way_back().places;
-        let is_farthest = gone < self.places_back || gone == PLACES_BACK_MAX || self.walked.is_empty();
-        (self.standing.is_some() && !is_farthest).then(|| Self { places_back: gone + 1, ..self.clone() })
+        let is_farthest = gone < self.places_back || gone >= PLACES_BACK_MAX || self.walked.is_empty();
+        (self.standing.is_some() && !is_farthest).then(|| Self { places_back: (2 * gone).max(1), ..self.clone() })
     }
 
     /// The rest of the way from where the controller's `word` says that the robot stands, in the world as it says that it is,
