@@ -110,7 +110,7 @@ impl Run<'_> {
         let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
         self.tell(&Line::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
         let mut planned = search::run(&mut planner, task.scenario.planner.work_max, &mut |line| self.tell(line))?;
-        if task.standing.is_some() && matches!(planned.end, PlanEnd::StartInvalid | PlanEnd::GoalInvalid) {
+        if task.epoch > 0 && matches!(planned.end, PlanEnd::StartInvalid | PlanEnd::GoalInvalid) {
             // The scenario's marks were good enough for the first plan: there is no way on from here.
             planned.end = PlanEnd::NoPlan;
         }
@@ -170,7 +170,7 @@ fn may_go_on(delivery: &Delivery) -> bool {
     let corrected = differs && word.is_some_and(|word| word.corrections_len > 0);
     let misplaced = matches!(delivery.outcome, Outcome::Refused { check: Check::FootMisplaced, .. });
     let stands = word.is_some_and(|word| word.standing.is_known());
-    stands && (corrected || misplaced || delivery.outcome == Outcome::Superseded)
+    corrected || stands && (misplaced || delivery.outcome == Outcome::Superseded)
 }
 
 /// What became of the chunks of all epochs together.
