@@ -20,10 +20,12 @@ fn walk_in_truth(name: &str, seed: u32, changes: &[(&str, &str)]) -> (Value, Str
         assert_eq!(world.matches(believed).count(), 1, "{believed}");
         world = world.replace(believed, true_one);
     }
-    let (truth, json) = (path("truth.toml"), path("report.json"));
+    let (truth, json, plan) = (path("truth.toml"), path("report.json"), path("plan.json"));
     fs::write(&truth, world).unwrap();
-    let said = run(&["walk", &scenario(name), "--seed", &seed.to_string(), "--truth", &truth, "--json", &json]);
+    let said = run(&["walk", &scenario(name), "--seed", &seed.to_string(), "--truth", &truth, "--json", &json, "--export", &plan]);
     assert_eq!(said.code, 0, "{name}: {}{}", said.out, said.err);
+    let check = run(&["check", &plan]);
+    assert_eq!(check.code, 0, "{name}, from where the robot stood at last: {}{}", check.out, check.err);
     (serde_json::from_slice(&fs::read(json).unwrap()).unwrap(), said.err)
 }
 

@@ -23,6 +23,8 @@ use super::{
 
 /// How far the first configuration's soles may be from the start mark, m.
 const START_TOLERANCE: f64 = 2e-3;
+/// How far it may be from the configuration in which a walk was broken off, m and rad.
+const CONFIGURATION_TOLERANCE: f64 = 1e-3;
 
 /// The plan file of a stream of chunks, to be saved in `plan_dir` (absolute, or relative to the working directory).
 ///
@@ -146,10 +148,15 @@ fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
     SceneShapeBlock { name: shape.name.clone(), pose: pose_block(&shape.world_from_shape), shape: block }
 }
 
-/// Where the plan's first chunk has the robot stand: on a slope the soles are not level, as the mark's are.
+/// Where the plan's first chunk has the robot stand: on a slope the soles are not level, as the mark's are, and on one foot, where a
+/// plan goes on from a walk that was broken off, the whole configuration counts.
 fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> EndBlock {
-    let mut block = end_block(robot, &scenario.start, START_TOLERANCE);
     let contacts = chunks.first().map_or(&[][..], PlanChunk::contacts);
+    if let Some([first, ..]) = chunks.first().map(PlanChunk::waypoints).filter(|_| contacts.len() < robot.feet.len()) {
+        let (root_xyz, root_quat_xyzw) = (first.root_position, first.root_rotation);
+        return EndBlock::Config { root_xyz, root_quat_xyzw, q: first.q[..robot.joints.len()].to_vec(), tol: CONFIGURATION_TOLERANCE };
+    }
+    let mut block = end_block(robot, &scenario.start, START_TOLERANCE);
     if let EndBlock::Feet { soles, .. } = &mut block {
         soles.extend(contacts.iter().map(|contact| contact_block(contact, robot)).map(|contact| (contact.foot, contact.sole_pose)));
     }
