@@ -92,7 +92,9 @@ impl Run<'_> {
             let Some(sender) = &mut sender else { return self.draw(&task, planner.chunks()) };
             let delivery = self.deliver(sender, planner.chunks())?;
             totals.add(&delivery);
-            let word = delivery.feedback.filter(|_| totals.replans < self.arguments.search.replans_max && may_go_on(&delivery));
+            let word = delivery
+                .feedback
+                .filter(|_| totals.replans < self.arguments.search.replans_max && may_go_on(&delivery, task.is_from_standing()));
             let Some(word) = word else {
                 self.tell(&Line::Delivered(totals.delivered(&delivery)))?;
                 return self.draw(&task, planner.chunks());
@@ -163,14 +165,15 @@ impl Run<'_> {
 }
 
 /// Whether planning again from where the robot stands may help: the world turned out to be another, the feet stand elsewhere than
-/// planned, or another planner has planned again meanwhile.
-fn may_go_on(delivery: &Delivery) -> bool {
+/// planned, another planner has planned again meanwhile, or the robot, which `was_walking`, has walked on along the plan before.
+fn may_go_on(delivery: &Delivery, was_walking: bool) -> bool {
     let differs = matches!(delivery.outcome, Outcome::Refused { check: Check::WorldDiffers, .. });
     let word = delivery.feedback.as_ref();
     let corrected = differs && word.is_some_and(|word| word.corrections_len > 0);
     let misplaced = matches!(delivery.outcome, Outcome::Refused { check: Check::FootMisplaced, .. });
     let stands = word.is_some_and(|word| word.standing.is_known());
-    corrected || stands && (misplaced || delivery.outcome == Outcome::Superseded)
+    let is_out_of_date = matches!(delivery.outcome, Outcome::Refused { check: Check::Continuity | Check::World, sequence: 0, .. });
+    corrected || stands && (misplaced || was_walking && is_out_of_date || delivery.outcome == Outcome::Superseded)
 }
 
 /// What became of the chunks of all epochs together.
@@ -199,5 +202,32 @@ impl Totals {
     fn delivered(&self, last: &Delivery) -> Delivered {
         let Self { sent, resent, accepted, withdrawn, .. } = *self;
         Delivered { sent, resent, accepted, withdrawn, ..Delivered::from(last) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use surefoot_shared_types::message::{Feedback, Standing};
+
+    use super::*;
+
+    #[test]
+    fn a_plan_is_made_again_for_a_robot_that_walked_on_along_the_one_before() {
+        let standing = Standing { contacts_len: 2, ..Standing::zeroed() };
+        let refused = |check, sequence, standing| Delivery {
+            outcome: Outcome::Refused { sequence, check, waypoint: 0 },
+            sent: 8,
+            resent: 0,
+            accepted: 0,
+            feedback: Some(Feedback { standing, ..Feedback::zeroed() }),
+        };
+        for check in [Check::Continuity, Check::World] {
+            assert!(may_go_on(&refused(check, 0, standing), true));
+            assert!(!may_go_on(&refused(check, 0, standing), false), "the scenario's mark is where it was asked to begin");
+            assert!(!may_go_on(&refused(check, 3, standing), true), "a chunk does not continue the one before it");
+            assert!(!may_go_on(&refused(check, 0, Standing::zeroed()), true));
+        }
+        assert!(!may_go_on(&refused(Check::Torque, 0, standing), true));
     }
 }

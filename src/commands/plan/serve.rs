@@ -172,7 +172,7 @@ impl Server<'_> {
                 (Outcome::Accepted, _) => return Ok(RequestState::Accepted),
                 (Outcome::Stopped, _) => return Ok(RequestState::Cancelled),
                 (Outcome::ControllerLost, _) => return Ok(RequestState::ControllerLost),
-                (_, Some(word)) if may_go_on(&delivery) => {
+                (_, Some(word)) if may_go_on(&delivery, task.is_from_standing()) => {
                     match task.after(self.inputs, &word, planner.chunks(), planner.way_back().chunks) {
                         Ok(next) => task = next,
                         Err(_) => return Ok(RequestState::Refused),

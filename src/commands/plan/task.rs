@@ -62,6 +62,11 @@ impl Task {
         }
     }
 
+    /// Whether it begins where the robot stands, not on a mark.
+    pub(super) fn is_from_standing(&self) -> bool {
+        self.standing.is_some()
+    }
+
     /// The same task, but that the robot begins farther back than a `planner` of this task, if that may help.
     pub(super) fn farther_back(&self, planner: &Planner) -> Option<Self> {
         let gone = planner.way_back().places;
@@ -75,9 +80,10 @@ impl Task {
     /// # Errors
     /// The word's corrections concern another world, or its epoch is the last one possible.
     pub(crate) fn after(&self, inputs: &Inputs, word: &Feedback, chunks: &[PlanChunk], back: usize) -> Result<Self, Failure> {
-        let epoch = following(word.epoch, word)?;
+        let is_own = (word.plan_id, word.epoch) == (self.plan_id, self.epoch);
+        let epoch = following(if word.plan_id == self.plan_id { word.epoch.max(self.epoch) } else { word.epoch }, word)?;
         let accepted = usize::try_from(word.next_sequence).map_or(chunks, |count| &chunks[..count.min(chunks.len())]);
-        let walked = self.walked_after(accepted, back.min(accepted.len()));
+        let walked = if is_own { self.walked_after(accepted, back.min(accepted.len())) } else { vec![] };
         let (plan_id, chunks) = (word.plan_id, chunks.len() as u64);
         Ok(Self { plan_id, epoch, chunks, walked, places_back: 0, ..self.clone() }.standing_as(inputs, word)?)
     }
