@@ -57,30 +57,41 @@ const STANDING_AREA_MIN: f64 = 1e-4;
 /// The narrowest piece of a face that counts then, m: the robot was seen to stand on it.
 const STANDING_WIDTH_MIN: f64 = 2e-3;
 
-/// Where the robot stands with the support that `world`, as it turned out to be, gives each foot that carries it. One that it
-/// gives none loses its polygon: [`stand_as`] refuses it then. Allocates; to be called before the search.
-///
-/// # Errors
-/// The world has a shape that cannot be used.
-pub(crate) fn supported_anew(body: &Body, world: &World, standing: &Standing) -> Result<Standing, SurfacesError> {
-    let config = FootPlacementConfig {
-        support_area_min: STANDING_AREA_MIN,
-        centroid_edge_distance_min: 0.0,
-        contact_width_min: STANDING_WIDTH_MIN,
-        ..FootPlacementConfig::default()
-    };
-    let mut scratch = Scratch::new(&config);
-    let surfaces = Surfaces::new(world, config)?;
-    let mut standing = *standing;
-    let mode = SupportMode::from_wire(standing.mode);
-    for contact in &mut standing.contacts[..standing.contacts_len as usize] {
-        let limb = contact.limb as usize;
-        if mode.is_some_and(|mode| mode.carries(limb)) {
-            let support = surfaces.support(&mut scratch, &body.sole_polygons[limb], &contact.world_from_sole());
-            set_polygon(contact, support.as_ref().map_or(&[], |support| &support.polygon));
-        }
+/// A world as it turned out to be, to look for what carries feet that stand already.
+pub(crate) struct StandingGround {
+    surfaces: Surfaces,
+    scratch: Scratch,
+}
+
+impl StandingGround {
+    /// Compiles a world. Allocates; to be called before the search.
+    ///
+    /// # Errors
+    /// The world has a shape that cannot be used.
+    pub(crate) fn new(world: &World) -> Result<Self, SurfacesError> {
+        let config = FootPlacementConfig {
+            support_area_min: STANDING_AREA_MIN,
+            centroid_edge_distance_min: 0.0,
+            contact_width_min: STANDING_WIDTH_MIN,
+            ..FootPlacementConfig::default()
+        };
+        Ok(Self { scratch: Scratch::new(&config), surfaces: Surfaces::new(world, config)? })
     }
-    Ok(standing)
+
+    /// Where the robot stands with the support that the world gives each foot that carries it. One that it gives none loses its
+    /// polygon: [`stand_as`] refuses it then.
+    pub(crate) fn supported_anew(&mut self, body: &Body, standing: &Standing) -> Standing {
+        let mut standing = *standing;
+        let mode = SupportMode::from_wire(standing.mode);
+        for contact in &mut standing.contacts[..standing.contacts_len as usize] {
+            let limb = contact.limb as usize;
+            if mode.is_some_and(|mode| mode.carries(limb)) {
+                let support = self.surfaces.support(&mut self.scratch, &body.sole_polygons[limb], &contact.world_from_sole());
+                set_polygon(contact, support.as_ref().map_or(&[], |support| &support.polygon));
+            }
+        }
+        standing
+    }
 }
 
 fn set_polygon(contact: &mut Contact, polygon: &[DVec2]) {
@@ -126,10 +137,10 @@ impl End {
             SupportMode::Right => single_mode(right),
             SupportMode::Double => double_mode(left, right),
         };
-        let snapshot = constraints.body.snapshot(&self.state.configuration);
-        let balance = StartBalance { com: snapshot.com.truncate(), margin_min };
         let feet = [0, 1].map(|limb| if self.stands(limb) { FootState::Stance } else { FootState::Leaving });
-        constraints.check(&Mode { start: Some(balance), ..mode }, &snapshot, feet).is_ok()
+        let snapshot = constraints.body.snapshot(&self.state.configuration);
+        let start = Some(StartBalance { com: snapshot.com.truncate(), margin_min });
+        constraints.check(&Mode { start, ..mode }, &snapshot, feet).is_ok()
     }
 
     /// Whether a foot carries the robot.

@@ -9,7 +9,7 @@ use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode, Waypoint}
 use surefoot_shared_types::scene::World;
 
 use crate::constraint::Constraints;
-use crate::ends::{stand_as, supported_anew};
+use crate::ends::{StandingGround, stand_as};
 use crate::foot_placement::SurfacesError;
 
 /// Lift-offs that are looked at, the nearest first.
@@ -41,6 +41,7 @@ pub fn lift_off_before<'a>(
     let walked = &walked[connected_from(standing, walked)..];
     let is_lift_off = |pair: &[PlanChunk]| is_double(&pair[0]) && !is_double(&pair[1]);
     let lift_offs = walked.windows(2).enumerate().rev().filter(|(_, pair)| is_lift_off(pair));
+    let mut ground = StandingGround::new(world)?;
     let mut farthest: Option<Earlier> = None;
     for (index, pair) in lift_offs.take(LIFT_OFFS_MAX) {
         let passed = farthest.as_ref().map_or(0, |place| place.places);
@@ -48,7 +49,7 @@ pub fn lift_off_before<'a>(
             break;
         }
         let (mode, contacts, waypoint) = (pair[0].mode, pair[0].contacts(), &pair[1].waypoints()[0]);
-        let standing = supported_anew(&constraints.body, world, &standing.after(mode, contacts, waypoint))?;
+        let standing = ground.supported_anew(&constraints.body, &standing.after(mode, contacts, waypoint));
         if stand_as(constraints, &standing).is_ok_and(|end| end.holds(constraints, margin_min)) {
             farthest = Some(Earlier { standing, since: &walked[index + 1..], places: passed + 1 });
         }
@@ -75,6 +76,7 @@ fn is_same_configuration(a: &Waypoint, b: &Waypoint) -> bool {
     (a.root_position, a.root_rotation, a.q) == (b.root_position, b.root_rotation, b.q)
 }
 
-fn is_double(chunk: &PlanChunk) -> bool {
+/// Whether the robot stands on both feet all through a chunk.
+pub(crate) fn is_double(chunk: &PlanChunk) -> bool {
     chunk.mode == SupportMode::Double as u32
 }

@@ -28,7 +28,7 @@ fn bars_a_hand_lower_than_a_crouch_are_passed() {
         let mut planner = lowered().with_seed(seed).planner(1);
         assert_eq!(run(&mut planner, 4096), Outcome::Found, "seed {seed}");
         let is_low = |chunk: &surefoot_shared_types::message::PlanChunk| {
-            chunk.waypoints[..chunk.waypoints_len as usize].iter().any(|waypoint| waypoint.world_from_root().translation.z < 0.7)
+            chunk.waypoints().iter().any(|waypoint| waypoint.world_from_root().translation.z < 0.7)
         };
         assert!(planner.chunks().iter().any(is_low), "seed {seed}: the root stays high");
     }

@@ -67,12 +67,6 @@ struct Run<'a> {
     audience: Audience,
 }
 
-/// What a plan's search came to.
-struct Planned {
-    planner: Planner,
-    found: bool,
-}
-
 impl Run<'_> {
     fn plan_and_deliver(&mut self) -> Result<(), Failure> {
         let mut sender = match &self.arguments.instance {
@@ -82,19 +76,14 @@ impl Run<'_> {
         let mut task = Task::first(&self.inputs);
         let mut totals = Totals::default();
         loop {
-            let Planned { planner, found } = self.plan(&task)?;
-            if !found {
-                let Some(farther_back) = task.farther_back(&planner) else { return Ok(()) };
-                task = farther_back;
-                continue;
-            }
+            let Some(planner) = self.plan(&mut task)? else { return Ok(()) };
             self.export(&task, planner.chunks())?;
             let Some(sender) = &mut sender else { return self.draw(&task, planner.chunks()) };
             let delivery = self.deliver(sender, planner.chunks())?;
             totals.add(&delivery);
             let word = delivery
                 .feedback
-                .filter(|_| totals.replans < self.arguments.search.replans_max && may_go_on(&delivery, task.is_from_standing()));
+                .filter(|_| totals.replans < self.arguments.search.replans_max && may_go_on(&delivery, task.standing.is_some()));
             let Some(word) = word else {
                 self.tell(&Line::Delivered(totals.delivered(&delivery)))?;
                 return self.draw(&task, planner.chunks());
@@ -105,21 +94,28 @@ impl Run<'_> {
         }
     }
 
-    fn plan(&mut self, task: &Task) -> Result<Planned, Failure> {
-        let watch = Stopwatch::start();
+    /// Searches, from farther back where nothing leads on; a planner with a plan, if there is one.
+    fn plan(&mut self, task: &mut Task) -> Result<Option<Planner>, Failure> {
         let threads = NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
-        let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
-        let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
-        self.tell(&Line::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
-        let mut planned = search::run(&mut planner, task.scenario.planner.work_max, &mut |line| self.tell(line))?;
-        if task.epoch > 0 && matches!(planned.end, PlanEnd::StartInvalid | PlanEnd::GoalInvalid) {
-            // The scenario's marks were good enough for the first plan: there is no way on from here.
-            planned.end = PlanEnd::NoPlan;
+        loop {
+            let watch = Stopwatch::start();
+            let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
+            let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
+            self.tell(&Line::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
+            let mut planned = search::run(&mut planner, task.scenario.planner.work_max, &mut |line| self.tell(line))?;
+            let found = planned.end == PlanEnd::Found;
+            if !found && task.may_go_back(&planner) {
+                self.tell(&Line::WalkingBack)?;
+                task.go_back(&planner);
+                continue;
+            }
+            if task.epoch > 0 && matches!(planned.end, PlanEnd::StartInvalid | PlanEnd::GoalInvalid) {
+                // The scenario's marks were good enough for the first plan: there is no way on from here.
+                planned.end = PlanEnd::NoPlan;
+            }
+            self.tell(&Line::Planned(planned))?;
+            return Ok(found.then_some(planner));
         }
-        let found = planned.end == PlanEnd::Found;
-        let is_over = found || task.farther_back(&planner).is_none();
-        self.tell(&if is_over { Line::Planned(planned) } else { Line::WalkingBack })?;
-        Ok(Planned { planner, found })
     }
 
     fn deliver(&mut self, sender: &mut ChunkSender, chunks: &[PlanChunk]) -> Result<Delivery, Failure> {

@@ -8,11 +8,11 @@ use surefoot_shared_types::spatial::wrap_angle;
 use super::primitive_stretches::pair_on;
 use super::{Boundary, Phase, Planner};
 use crate::constraint::StartBalance;
-use crate::ends::{foothold_at, stand_as, stand_on, supported_anew};
+use crate::ends::{StandingGround, foothold_at, stand_as, stand_on};
 use crate::foot_placement::SurfacesError;
 use crate::motion::graph::ArenaFull;
 use crate::outcome::Outcome;
-use crate::way_back::lift_off_before;
+use crate::way_back::{is_double, lift_off_before};
 
 /// How far back a search begins.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -30,8 +30,7 @@ impl Planner {
     /// # Errors
     /// The world has a shape that cannot be used.
     pub fn begin_at(&mut self, world: &World, standing: &Standing) -> Result<(), SurfacesError> {
-        let standing = supported_anew(&self.shared.constraints.body, world, standing)?;
-        self.start_from(standing);
+        self.start_from(StandingGround::new(world)?.supported_anew(&self.shared.constraints.body, standing));
         Ok(())
     }
 
@@ -74,7 +73,6 @@ impl Planner {
     /// How often a foot is set down on the way back.
     pub(super) fn steps_back(&self) -> usize {
         let chunks = self.chunks();
-        let is_double = |chunk: &PlanChunk| chunk.mode == SupportMode::Double as u32;
         let ends_a_step = |index: &usize| !is_double(&chunks[*index]) && chunks.get(index + 1).is_none_or(is_double);
         (0..self.way_back.chunks.min(chunks.len())).filter(ends_a_step).count()
     }

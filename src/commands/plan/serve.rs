@@ -172,7 +172,7 @@ impl Server<'_> {
                 (Outcome::Accepted, _) => return Ok(RequestState::Accepted),
                 (Outcome::Stopped, _) => return Ok(RequestState::Cancelled),
                 (Outcome::ControllerLost, _) => return Ok(RequestState::ControllerLost),
-                (_, Some(word)) if may_go_on(&delivery, task.is_from_standing()) => {
+                (_, Some(word)) if may_go_on(&delivery, task.standing.is_some()) => {
                     match task.after(self.inputs, &word, planner.chunks(), planner.way_back().chunks) {
                         Ok(next) => task = next,
                         Err(_) => return Ok(RequestState::Refused),
@@ -195,10 +195,10 @@ impl Server<'_> {
         loop {
             let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
             let Some(planned) = self.search(&mut planner, task)? else { return Ok(Err(RequestState::Cancelled)) };
-            match task.farther_back(&planner).filter(|_| planned.end == PlanEnd::NoPlan) {
-                Some(farther_back) => *task = farther_back,
-                None => return Ok(self.conclude(planner, &planned, task)),
+            if planned.end != PlanEnd::NoPlan || !task.may_go_back(&planner) {
+                return Ok(self.conclude(planner, &planned, task));
             }
+            task.go_back(&planner);
         }
     }
 

@@ -62,16 +62,16 @@ impl Task {
         }
     }
 
-    /// Whether it begins where the robot stands, not on a mark.
-    pub(super) fn is_from_standing(&self) -> bool {
-        self.standing.is_some()
-    }
-
-    /// The same task, but that the robot begins farther back than a `planner` of this task, if that may help.
-    pub(super) fn farther_back(&self, planner: &Planner) -> Option<Self> {
+    /// Whether a task that begins farther back than a `planner` of this one may find what that one did not.
+    pub(super) fn may_go_back(&self, planner: &Planner) -> bool {
         let gone = planner.way_back().places;
         let is_farthest = gone < self.places_back || gone >= PLACES_BACK_MAX || self.walked.is_empty();
-        (self.standing.is_some() && !is_farthest).then(|| Self { places_back: (2 * gone).max(1), ..self.clone() })
+        self.standing.is_some() && !is_farthest
+    }
+
+    /// Begins farther back than a `planner` of this task.
+    pub(super) fn go_back(&mut self, planner: &Planner) {
+        self.places_back = (2 * planner.way_back().places).max(1);
     }
 
     /// The rest of the way from where the controller's `word` says that the robot stands, in the world as it says that it is,
@@ -79,19 +79,13 @@ impl Task {
     ///
     /// # Errors
     /// The word's corrections concern another world, or its epoch is the last one possible.
-    pub(crate) fn after(&self, inputs: &Inputs, word: &Feedback, chunks: &[PlanChunk], back: usize) -> Result<Self, Failure> {
+    pub(crate) fn after(self, inputs: &Inputs, word: &Feedback, chunks: &[PlanChunk], back: usize) -> Result<Self, Failure> {
         let is_own = (word.plan_id, word.epoch) == (self.plan_id, self.epoch);
         let epoch = following(if word.plan_id == self.plan_id { word.epoch.max(self.epoch) } else { word.epoch }, word)?;
         let accepted = usize::try_from(word.next_sequence).map_or(chunks, |count| &chunks[..count.min(chunks.len())]);
-        let walked = if is_own { self.walked_after(accepted, back.min(accepted.len())) } else { vec![] };
+        let walked = if is_own { walked_after(self.walked, accepted, back) } else { vec![] };
         let (plan_id, chunks) = (word.plan_id, chunks.len() as u64);
-        Ok(Self { plan_id, epoch, chunks, walked, places_back: 0, ..self.clone() }.standing_as(inputs, word)?)
-    }
-
-    fn walked_after(&self, accepted: &[PlanChunk], back: usize) -> Vec<PlanChunk> {
-        let before = &self.walked[..self.walked.len().saturating_sub(back)];
-        let walked = [before, &accepted[back..]].concat();
-        walked[walked.len().saturating_sub(WALKED_MAX)..].to_vec()
+        Ok(Self { plan_id, epoch, chunks, walked, places_back: 0, ..self }.standing_as(inputs, word)?)
     }
 
     /// A plan of its own from where the controller's `word` says that the robot stands, or from the scenario's start where it
@@ -141,7 +135,7 @@ impl Task {
             if places > 0 {
                 planner.walk_back(&self.world, &self.walked, places)?;
             }
-            if self.farther_back(&planner).is_some() {
+            if self.may_go_back(&planner) {
                 planner.limit_work(WORK_MIN.max(WORK_PER_CHUNK * self.chunks));
             }
         }
@@ -157,11 +151,17 @@ impl Task {
         self.world = inputs.world.corrected(word.corrections())?;
         self.corrections = word.corrections().to_vec();
         self.standing = word.standing.is_known().then_some(word.standing);
-        if let Some(mark) = self.standing.and_then(|standing| standing.mark()) {
-            self.scenario.start = mark;
-        }
         Ok(self)
     }
+}
+
+/// What the robot has walked, of which it remembers so much, after the `accepted` chunks: the first `back` of them lead back.
+fn walked_after(mut walked: Vec<PlanChunk>, accepted: &[PlanChunk], back: usize) -> Vec<PlanChunk> {
+    let (led_back, onward) = accepted.split_at(back.min(accepted.len()));
+    walked.truncate(walked.len().saturating_sub(led_back.len()));
+    walked.extend_from_slice(onward);
+    walked.drain(..walked.len().saturating_sub(WALKED_MAX));
+    walked
 }
 
 /// The number after one of the `word`'s, which may be any.
@@ -177,14 +177,14 @@ mod tests {
 
     #[test]
     fn chunks_that_lead_back_are_forgotten_with_what_they_lead_along() {
-        let inputs = Inputs::load("configs/scenarios/flat_walk.toml".as_ref(), None).unwrap();
         let chunk = |sequence| PlanChunk { sequence, ..PlanChunk::zeroed() };
         let sequences = |walked: Vec<PlanChunk>| walked.iter().map(|chunk| chunk.sequence).collect::<Vec<_>>();
-        let task = Task { walked: [1, 2, 3].map(chunk).to_vec(), ..Task::first(&inputs) };
-        assert_eq!(sequences(task.walked_after(&[10, 11].map(chunk), 0)), [1, 2, 3, 10, 11]);
-        assert_eq!(sequences(task.walked_after(&[10, 11, 12].map(chunk), 2)), [1, 12]);
+        let walked = [1, 2, 3].map(chunk).to_vec();
+        assert_eq!(sequences(walked_after(walked.clone(), &[10, 11].map(chunk), 0)), [1, 2, 3, 10, 11]);
+        assert_eq!(sequences(walked_after(walked.clone(), &[10, 11, 12].map(chunk), 2)), [1, 12]);
+        assert_eq!(sequences(walked_after(walked.clone(), &[10].map(chunk), 2)), [1, 2], "it was stopped on the way back");
         let many: Vec<PlanChunk> = (0..WALKED_MAX as u64).map(chunk).collect();
-        assert_eq!(task.walked_after(&many, 0), many, "the oldest are forgotten first");
+        assert_eq!(walked_after(walked, &many, 0), many, "the oldest are forgotten first");
     }
 
     #[test]
@@ -194,7 +194,7 @@ mod tests {
         let first = Task::first(&inputs);
         let name = |task: Result<Task, Failure>| task.map(|task| (task.plan_id, task.epoch)).map_err(|failure| failure.to_string());
         assert_eq!(name(Task::anew(&inputs, Some(&word(4, u64::MAX)))), Ok((5, 0)));
-        assert_eq!(name(first.after(&inputs, &word(u64::MAX, 4), &[], 0)), Ok((u64::MAX, 5)));
+        assert_eq!(name(first.clone().after(&inputs, &word(u64::MAX, 4), &[], 0)), Ok((u64::MAX, 5)));
         let last = |word: Feedback| Err(Failure::LastName { plan_id: word.plan_id, epoch: word.epoch }.to_string());
         assert_eq!(name(Task::anew(&inputs, Some(&word(u64::MAX, 0)))), last(word(u64::MAX, 0)));
         assert_eq!(name(first.after(&inputs, &word(4, u64::MAX), &[], 0)), last(word(4, u64::MAX)));
