@@ -47,6 +47,11 @@ pub enum BodyError {
     },
 }
 
+/// A joint on which this share of the robot's mass hangs carries its trunk.
+const TRUNK_SHARE: f64 = 0.2;
+/// Joints that carry the trunk at most.
+pub const TRUNK_JOINTS_MAX: usize = 4;
+
 /// The compiled robot. Constant during a search.
 #[derive(Debug, Clone)]
 pub struct Body {
@@ -76,6 +81,8 @@ pub struct Body {
     pub standing_reach_share: f64,
     /// The joints that are free in every mode: all that carry no foot, with their limits.
     pub free_joints: Vec<FreeJoint>,
+    /// Those of them that carry the trunk, seen from the root.
+    pub trunk_joints: Vec<FreeJoint>,
     /// Joints in use.
     pub joints_len: usize,
 }
@@ -115,6 +122,9 @@ impl Body {
         let statics = Statics::new(model, config.effort_share);
         let ankle = |limb: usize| AnkleHold::new(&legs[limb], &standing_q, &statics, config.com_margin);
         let tree = Tree::new(model);
+        let free_joints: Vec<FreeJoint> = free_joints.collect();
+        let carries_trunk = |joint: &&FreeJoint| statics.carried_mass(joint.index) >= TRUNK_SHARE * statics.mass();
+        let trunk_joints = free_joints.iter().filter(carries_trunk).take(TRUNK_JOINTS_MAX).copied().collect();
         let mut body = Self {
             balls: body_balls(model, &tree),
             tree,
@@ -124,7 +134,8 @@ impl Body {
             foot_links: [left.link, right.link],
             links_from_soles: [left.link_from_sole, right.link_from_sole],
             sole_polygons: [left.polygon.clone(), right.polygon.clone()],
-            free_joints: free_joints.collect(),
+            free_joints,
+            trunk_joints,
             joints_len: model.joints.len(),
             legs,
             standing_q,

@@ -1,5 +1,5 @@
-//! A configuration that stands on two soles, from one that is near: steps of the root and both legs together, each the smallest that
-//! brings both soles to their places and the centre of mass over what carries it, no joint beyond its limits.
+//! A configuration that stands on two soles, from one that is near: steps of the root, the trunk and both legs together, each the
+//! smallest that brings both soles to their places and the centre of mass over what carries it, no joint beyond its limits.
 //!
 //! Inverse kinematics of one leg and then the other needs a pose of the root for which both have a solution. Where joints have little
 //! room, such poses are few, and this finds what samples of the root's pose all miss.
@@ -9,7 +9,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::JointKind;
 use surefoot_shared_types::spatial::{rotation_from_scaled_axis, scaled_axis_from_rotation};
 
-use crate::body::{Body, Configuration};
+use crate::body::{Body, Configuration, TRUNK_JOINTS_MAX};
 use crate::kinematics::least_norm::{Unknown, least_norm};
 use crate::kinematics::leg::LEG_JOINTS_MAX;
 use crate::posture::LEGS_LAG;
@@ -36,8 +36,8 @@ const DEEPER: [f64; 2] = [1e-3, 3e-3];
 const ROWS: usize = 14;
 /// The row of the centre of mass.
 const COM: usize = 12;
-/// Unknowns of a step: the root's shift and turn, and the joints of both legs.
-const UNKNOWNS: usize = 6 + 2 * LEG_JOINTS_MAX;
+/// Unknowns of a step: the root's shift and turn, the joints that carry the trunk, and those of both legs.
+const UNKNOWNS: usize = 6 + TRUNK_JOINTS_MAX + 2 * LEG_JOINTS_MAX;
 
 /// What a configuration shall stand on.
 #[derive(Debug, Clone, Copy)]
@@ -96,7 +96,7 @@ fn write_twist(rows: &mut [f64; ROWS], limb: usize, linear: DVec3, angular: DVec
     rows[6 * limb + 3..6 * limb + 6].copy_from_slice(&angular.to_array());
 }
 
-/// What shifting and turning the root and moving each joint of the legs does to the rows of the error.
+/// What shifting and turning the root and moving each joint of the trunk and the legs does to the rows of the error.
 fn unknowns(
     body: &Body,
     configuration: &Configuration,
@@ -112,6 +112,11 @@ fn unknowns(
     };
     let free = |(effect, ease)| Unknown { effect, ease, room: [f64::NEG_INFINITY, f64::INFINITY] };
     let mut unknowns: heapless::Vec<_, UNKNOWNS> = axes.map(shift).into_iter().chain(axes.map(turn)).map(free).collect();
+    unknowns.extend(body.trunk_joints.iter().map(|joint| {
+        let mut effect = [0.0; ROWS];
+        [effect[COM], effect[COM + 1]] = body.statics.com_shift(snapshot, joint.index).truncate().to_array();
+        joint_unknown(effect, [joint.lower, joint.upper], configuration.q[joint.index])
+    }));
     for (limb, leg) in body.legs.iter().enumerate() {
         unknowns.extend(leg.axes(&configuration.q).map(|(joint, motion)| {
             let world_from_joint = root * motion;
@@ -124,12 +129,15 @@ fn unknowns(
                 }
                 JointKind::Prismatic => write_twist(&mut effect, limb, axis, DVec3::ZERO),
             }
-            let position = configuration.q[joint.index];
-            let room = [(joint.lower - position).min(0.0), (joint.upper - position).max(0.0)];
-            Unknown { effect, ease: 1.0, room }
+            joint_unknown(effect, [joint.lower, joint.upper], configuration.q[joint.index])
         }));
     }
     unknowns
+}
+
+/// A joint, which stops at its limits.
+fn joint_unknown(effect: [f64; ROWS], [lower, upper]: [f64; 2], position: f64) -> Unknown<ROWS> {
+    Unknown { effect, ease: 1.0, room: [(lower - position).min(0.0), (upper - position).max(0.0)] }
 }
 
 /// What a motion of the root does: how it moves the points of the soles, how it turns them, and how it moves the centre of mass.
@@ -147,8 +155,10 @@ fn take_step(body: &Body, configuration: &mut Configuration, step: &[f64; UNKNOW
     let [shift, turn] = [0, 3].map(|first| DVec3::from_slice(&step[first..]));
     let rotation = (rotation_from_scaled_axis(turn) * root.rotation).normalize();
     configuration.world_from_root = Pose::from_parts(root.translation + shift, rotation);
-    for (joint, change) in body.legs.iter().flat_map(|leg| leg.joints()).zip(&step[6..]) {
-        let position = &mut configuration.q[joint.index];
-        *position = (*position + change).clamp(joint.lower, joint.upper);
+    let trunk = body.trunk_joints.iter().map(|joint| (joint.index, joint.lower, joint.upper));
+    let legs = body.legs.iter().flat_map(|leg| leg.joints()).map(|joint| (joint.index, joint.lower, joint.upper));
+    for ((index, lower, upper), change) in trunk.chain(legs).zip(&step[6..]) {
+        let position = &mut configuration.q[index];
+        *position = (*position + change).clamp(lower, upper);
     }
 }

@@ -114,6 +114,12 @@ impl Statics {
         }));
     }
 
+    /// By how much the centre of mass moves in the world when a held joint does, m for each rad or m of it.
+    pub fn com_shift(&self, snapshot: &Snapshot, joint: JointIndex) -> DVec3 {
+        let lever = self.held.iter().zip(snapshot.levers()).find(|(held, _)| held.joint == joint).map_or(DVec3::ZERO, |(_, lever)| *lever);
+        *snapshot.world_rotation() * (-lever / self.mass)
+    }
+
     /// The largest share of a joint's usable effort that gravity asks for when the feet carry `loads`.
     pub fn effort_use(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> f64 {
         let mut most: f64 = 0.0;

@@ -95,6 +95,23 @@ fn a_robot_leans_over_a_weak_hip_and_no_other() {
 }
 
 #[test]
+fn a_trunk_leans_over_a_foot_whose_ankle_hardly_rolls() {
+    let mut model = hubo();
+    for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("ankle_roll")) {
+        (joint.lower, joint.upper) = (-0.2, 0.2);
+    }
+    let waist = model.joints.iter().position(|joint| joint.name == "waist_yaw").unwrap();
+    let turning = body(&model).carriages;
+    assert!(turning.iter().all(|carriage| carriage.lacking_room > 0.0 && carriage.q[waist] == 0.0), "turning the trunk does not help");
+    (model.joints[waist].axis, model.joints[waist].lower, model.joints[waist].upper) = (DVec3::X, -0.5, 0.5);
+    let [left, right] = body(&model).carriages;
+    assert!(left.lacking_room < turning[0].lacking_room && left.rotation == [0.0; 2], "{left:?}");
+    assert!(left.q[waist] < -0.1 && right.q[waist] > 0.1, "{} {}", left.q[waist], right.q[waist]);
+    model.digest = Digest::of(&[b"rolling waist"]);
+    assert!(finds_a_walk(model));
+}
+
+#[test]
 fn a_joint_that_carries_both_legs_is_held() {
     let model = with_waist();
     let body = body(&model);

@@ -7,7 +7,7 @@ mod common;
 use common::{hubo, random_positions, repository};
 use glam::{DQuat, DVec2, DVec3};
 use serde_json::Value;
-use surefoot_planner::body::{Body, LINKS_MAX};
+use surefoot_planner::body::{Body, Configuration, LINKS_MAX};
 use surefoot_planner::kinematics::Kinematics;
 use surefoot_planner::random::{Random, Stream};
 use surefoot_planner::region::Region;
@@ -181,4 +181,28 @@ fn what_cannot_be_balanced_is_refused() {
     }
     assert_eq!(balance_loads(regions, DVec2::new(0.0, 0.15), 0.9), None, "over the left foot with the weight on the right");
     assert!(balance_loads(regions, DVec2::new(0.0, 0.15), 0.0).is_some());
+}
+
+#[test]
+fn the_trunk_moves_the_centre_of_mass_as_its_joints_do() {
+    let body = Body::new(&hubo(), &PlannerConfig::default()).unwrap();
+    let mut random = Random::new(3, Stream::Preparation, 0, 0);
+    let rotation = rotation_from_rpy(0.3, -0.2, 0.7);
+    let mut at = Configuration { world_from_root: Pose::from_parts(DVec3::new(1.0, 2.0, 3.0), rotation), q: body.standing_q };
+    for joint in &body.free_joints {
+        at.q[joint.index] = (at.q[joint.index] + random.uniform(-0.5, 0.5)).clamp(joint.lower, joint.upper);
+    }
+    let snapshot = body.snapshot(&at);
+    assert!(!body.trunk_joints.is_empty());
+    for joint in &body.free_joints {
+        let step = 1e-6;
+        let moved = |by: f64| {
+            let mut moved = at;
+            moved.q[joint.index] += by;
+            body.snapshot(&moved).com
+        };
+        let measured = (moved(step) - moved(-step)) / (2.0 * step);
+        let shift = body.statics.com_shift(&snapshot, joint.index);
+        assert!(measured.distance(shift) < 1e-7, "joint {}: {measured} {shift}", joint.index);
+    }
 }
