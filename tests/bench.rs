@@ -168,6 +168,18 @@ fn limit_compares_planning_with_checking() {
 }
 
 #[test]
+fn ipc_leaves_nothing_in_shared_memory() {
+    let left = || {
+        let names = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter(|name| name.starts_with("sfbench")).collect::<std::collections::BTreeSet<_>>()
+    };
+    let before = left();
+    let said = run(&["bench", "ipc", "--rounds", "100", "--json"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert!(left().is_subset(&before), "{:?}", left());
+}
+
+#[test]
 fn replan_goes_on_from_where_the_robot_stands() {
     let replan = |seeds: &str| {
         let counts = ["--trials", seeds, "--refusals", "2", "--threads", "1"];

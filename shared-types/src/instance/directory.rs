@@ -83,8 +83,11 @@ pub(super) fn refuse_foreign_segments(prefix: &str) -> Result<(), InstanceError>
     Ok(())
 }
 
-/// Removes the segments of our prefix.
-pub(super) fn remove_segments(prefix: &str) -> Result<(), InstanceError> {
+/// Removes the segments of a prefix from shared memory: iceoryx2 leaves one behind for each.
+///
+/// # Errors
+/// The system does not permit it.
+pub fn remove_segments(prefix: &str) -> Result<(), InstanceError> {
     for segment in segments(prefix)? {
         unless_gone(fs::remove_file(segment.path()), &segment.path())?;
     }

@@ -22,6 +22,7 @@ use std::sync::Arc;
 
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
+pub use directory::remove_segments;
 pub use service::{ChannelError, Desk, Link};
 pub use succession::{Rank, Succession, draw_id};
 
@@ -131,7 +132,7 @@ impl Instance {
             if is_there && let Some(lock) = lock::alone(&place.root)? {
                 lock::admit_nobody(&lock, &place.root)?;
                 directory::empty_except_lock(&place.root)?;
-                directory::remove_segments(&place.prefix)?;
+                remove_segments(&place.prefix)?;
                 lock::admit_others(&lock, &place.root)?;
                 if lock::share(&lock, &place.root)? {
                     return Ok(Self { membership: Arc::new(Membership { place, lock }) });
@@ -249,7 +250,7 @@ impl Place {
 
     /// Removes root and segments. `_alone` is the exclusive lock that makes it lawful.
     fn remove(&self, _alone: &File) -> Result<(), InstanceError> {
-        directory::remove_segments(&self.prefix)?;
+        remove_segments(&self.prefix)?;
         directory::remove_root(&self.root)
     }
 }

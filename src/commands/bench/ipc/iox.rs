@@ -9,7 +9,7 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{Config, FileName, NodeBuilder, SemanticString, SignalHandlingMode, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
-use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::{ChannelError, remove_segments};
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
 use super::drive::{self, Far, Measured, Near, word};
@@ -22,7 +22,14 @@ const WINDOW: u64 = 2;
 pub(super) fn measure(rounds: usize) -> Result<Measured, Failure> {
     let folder = tempfile::Builder::new().prefix("sfbench").permissions(Permissions::from_mode(0o700)).tempdir_in("/dev/shm");
     let folder = folder.map_err(failed)?;
-    drive::measure(rounds, WINDOW, || IoxNear::open(folder.path()), || IoxFar::open(folder.path()))
+    let measured = drive::measure(rounds, WINDOW, || IoxNear::open(folder.path()), || IoxFar::open(folder.path()));
+    remove_segments(&prefix()).map_err(failed)?;
+    measured
+}
+
+/// What the names of its segments begin with.
+fn prefix() -> String {
+    format!("sfbench-{}-", std::process::id())
 }
 
 fn failed(error: impl std::fmt::Debug) -> Failure {
@@ -41,7 +48,7 @@ impl Plain {
         let mut config = Config::default();
         let root = folder.to_str().unwrap_or_default().as_bytes();
         config.global.set_root_path(&iceoryx2::prelude::Path::new(root).map_err(failed)?);
-        config.global.prefix = FileName::new(format!("sfbench-{}-", std::process::id()).as_bytes()).map_err(failed)?;
+        config.global.prefix = FileName::new(prefix().as_bytes()).map_err(failed)?;
         let node = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled).create::<ipc::Service>();
         let node = node.map_err(failed)?;
         let open = |name: &str| name.try_into().map_err(failed);
