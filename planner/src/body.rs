@@ -110,19 +110,13 @@ impl Body {
         }
         let margin = config.joint_margin;
         let legs = [Leg::new(model, 0, margin)?, Leg::new(model, 1, margin)?];
-        let carry_feet: Vec<usize> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
-        let free = model.joints.iter().enumerate().filter(|(index, _)| !carry_feet.contains(index));
-        let free_joints = free.map(|(index, joint)| {
-            let [lower, upper] = limits_within(joint, margin);
-            FreeJoint { index, lower, upper }
-        });
+        let free_joints = free_joints(model, margin);
         let mut standing_q = [0.0; JOINTS_MAX];
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
         let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
         let statics = Statics::new(model, config.effort_share);
         let ankle = |limb: usize| AnkleHold::new(&legs[limb], &standing_q, &statics, config.com_margin);
         let tree = Tree::new(model);
-        let free_joints: Vec<FreeJoint> = free_joints.collect();
         let carries_trunk = |joint: &&FreeJoint| statics.carried_mass(joint.index) >= TRUNK_SHARE * statics.mass();
         let trunk_joints = free_joints.iter().filter(carries_trunk).take(TRUNK_JOINTS_MAX).copied().collect();
         let mut body = Self {
@@ -205,6 +199,17 @@ impl Body {
         }
         Some(height)
     }
+}
+
+/// The joints that carry no foot.
+fn free_joints(model: &RobotModel, margin: f64) -> Vec<FreeJoint> {
+    let carry_feet: Vec<usize> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
+    let free = model.joints.iter().enumerate().filter(|(index, _)| !carry_feet.contains(index));
+    let within = |(index, joint)| {
+        let [lower, upper] = limits_within(joint, margin);
+        FreeJoint { index, lower, upper }
+    };
+    free.map(within).collect()
 }
 
 fn reach_share(leg: &Leg, q: &[f64]) -> f64 {

@@ -50,20 +50,13 @@ impl Carriage {
         Self { rotation: [0.0; 2], q: standing_q, effort_use: f64::INFINITY, most_strained: None, lacking_room: 0.0 }
     }
 
-    /// The posture over one foot: the standing one where that is easy, or else the easiest to which a descent from there leads.
+    /// The posture over one foot: the standing one where that is easy and leaves room, or else the best to which descents from there lead.
     pub fn derive(body: &Body, limb: usize) -> Self {
         let place = Place::new(body, limb);
         let mut turns = vec![0.0; 2 + body.trunk_joints.len()];
         let mut best = place.weigh(&turns);
-        for wish in [Wish::Effort, Wish::Room] {
-            for step in STEPS {
-                for _ in 0..ROUNDS {
-                    if wish.is_met(&best) || !place.improve(&mut best, &mut turns, step, wish) {
-                        break;
-                    }
-                }
-            }
-        }
+        place.descend(&mut best, &mut turns, Wish::Effort);
+        place.descend(&mut best, &mut turns, Wish::Room);
         best
     }
 }
@@ -115,6 +108,17 @@ impl<'a> Place<'a> {
         let soles = [0, 1].map(|limb| body.legs[limb].root_from_sole(&body.standing_q));
         let com = body.held_region(limb, &soles[limb]).centroid();
         Self { body, limb, soles, com }
+    }
+
+    /// Changes angles, coarsely first, until the wish is met or no change helps.
+    fn descend(&self, best: &mut Carriage, turns: &mut [f64], wish: Wish) {
+        for step in STEPS {
+            for _ in 0..ROUNDS {
+                if wish.is_met(best) || !self.improve(best, turns, step, wish) {
+                    break;
+                }
+            }
+        }
     }
 
     /// Changes the one angle by a step that makes the posture cheapest; whether one made it cheaper.
