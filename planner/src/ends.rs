@@ -12,7 +12,7 @@ use crate::body::{Body, Configuration};
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection, StartBalance};
 use crate::foot_placement::{Effort, FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
-use crate::foot_query::FootQuery;
+use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::track::State;
 use crate::outcome::EndFault;
@@ -159,8 +159,16 @@ fn foothold_near(
 ) -> Result<Foothold, EndFault> {
     let exact = foothold_at(constraints, surfaces, scratch, limb, print);
     let Err(EndFault::Unsupported { .. }) = exact else { return exact };
-    let query =
-        FootQuery { limb, ideal: *print, reach_z: GROUND_REACH_Z, seed: 0, name: (limb as u64, 0), effort: GROUND_EFFORT, kept_max: 1 };
+    let query = FootQuery {
+        limb,
+        ideal: *print,
+        reach_z: GROUND_REACH_Z,
+        yaw_spread: YAW_SPREAD_MAX,
+        seed: 0,
+        name: (limb as u64, 0),
+        effort: GROUND_EFFORT,
+        kept_max: 1,
+    };
     let mut nearest = None;
     query.run((constraints, surfaces), scratch, &mut |placement| {
         let aside = (placement.world_from_sole.translation - print.translation).truncate().length();

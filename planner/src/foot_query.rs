@@ -10,8 +10,8 @@ use crate::foot_placement::{Effort, Placement, Request, Scratch, Surfaces};
 
 /// How far from the ideal a placement may be, m.
 const REACH_XY: f64 = 0.35;
-/// How far a placement's heading may be from the ideal, rad.
-const YAW_SPREAD: f64 = 0.8;
+/// How far a placement's heading may be from the ideal at the most, rad.
+pub const YAW_SPREAD_MAX: f64 = 0.8;
 /// How far from an ideal that is carried exactly more placements are of no use, m.
 const EXACT: f64 = 1e-3;
 
@@ -24,6 +24,8 @@ pub struct FootQuery {
     pub ideal: Pose,
     /// How far below and above that a placement may be, m.
     pub reach_z: [f64; 2],
+    /// How far its heading may be from the ideal, rad.
+    pub yaw_spread: f64,
     /// The seed of the random streams.
     pub seed: u64,
     /// The query's name in the random stream: object and attempt.
@@ -48,7 +50,7 @@ impl FootQuery {
             ideal: self.ideal,
             reach_xy: REACH_XY,
             reach_z: self.reach_z,
-            yaw_spread: YAW_SPREAD,
+            yaw_spread: self.yaw_spread,
             seed: self.seed,
             object: self.name.0,
             attempt: self.name.1,

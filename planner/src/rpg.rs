@@ -420,7 +420,12 @@ impl Planner {
             self.lanes.current_mut().sweeps += 1;
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         }
-        let seeding = Seeding { constraints: &self.shared.constraints, surfaces: &self.surfaces, seed: self.scenario.seed };
+        let seeding = Seeding {
+            constraints: &self.shared.constraints,
+            surfaces: &self.surfaces,
+            steps: self.preparation.possible_steps(),
+            seed: self.scenario.seed,
+        };
         let (graph, scratch) = (&mut self.roadmap.graph, &mut self.scratch[0]);
         let (station, limb, sweeps) = (next / 2, next % 2, self.lanes.current().sweeps);
         if !self.focus.wants(station) {

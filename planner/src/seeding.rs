@@ -10,13 +10,14 @@ use crate::collision::FootState;
 use crate::constraint::Constraints;
 use crate::foot_placement::polygon::area_and_centroid;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
-use crate::foot_query::FootQuery;
+use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
 use crate::motion::foothold::{Foothold, left_and_right, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::motion::primitive::stand::side_of;
 use crate::motion::sampling::ATTEMPTS_MAX;
 use crate::motion::transition::{TransitionPair, any_posture_holds, are_crossed, is_reached, posture_that_holds, reaches};
 use crate::possibility::{Placed, Route};
+use crate::prepare::steps::PossibleSteps;
 use crate::random::{Random, Stream};
 
 /// Attempts that a primitive posture counts for that does not hold on both placements of a transition, where a later one does.
@@ -68,6 +69,8 @@ pub struct Seeding<'a> {
     pub constraints: &'a Constraints,
     /// Where soles can rest.
     pub surfaces: &'a Surfaces,
+    /// The steps that the robot can make.
+    pub steps: &'a PossibleSteps,
     /// The seed of all streams.
     pub seed: u64,
 }
@@ -108,7 +111,7 @@ impl Seeding<'_> {
             return self.sample_about(&route.world_from_ideal_sole(station, limb, 1.0), limb, (object, name), graph, scratch);
         };
         let straight = route.world_from_ideal_sole(station, limb, widening);
-        let turn = rotation_about(DVec3::Z, side_of(limb) * toes_out);
+        let turn = rotation_about(DVec3::Z, side_of(limb) * toes_out.min(0.5 * self.steps.turn_max()));
         let ideal = Pose::from_parts(straight.translation, straight.rotation * turn);
         let before = graph.footholds().len();
         self.query(&ideal, limb, (object, name), FIRST_EFFORT, KEPT_MAX, graph, scratch)?;
@@ -131,7 +134,7 @@ impl Seeding<'_> {
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
         let mut random = Random::new(self.seed, Stream::FootPlacement, name.0 | 1 << 40, name.1);
-        let (shift, turn) = LATER_SPREAD;
+        let (shift, turn) = (LATER_SPREAD.0, LATER_SPREAD.1.min(self.steps.turn_max()));
         let offset = DVec3::new(random.uniform(-shift, shift), random.uniform(-shift, shift), 0.0);
         let rotation = pose.rotation * rotation_about(DVec3::Z, random.uniform(-turn, turn));
         let ideal = Pose::from_parts(pose.translation + offset, rotation);
@@ -153,7 +156,7 @@ impl Seeding<'_> {
 
     /// A placement moved and turned at random in its plane, if it is carried and free there.
     fn varied(&self, foothold: &Foothold, random: &mut Random, scratch: &mut Scratch) -> Option<Foothold> {
-        let (shift, turn) = LATER_SPREAD;
+        let (shift, turn) = (LATER_SPREAD.0, LATER_SPREAD.1.min(self.steps.turn_max()));
         let moved = DVec3::new(random.uniform(-shift, shift), random.uniform(-shift, shift), 0.0);
         let turned = rotation_about(DVec3::Z, random.uniform(-turn, turn));
         let world_from_sole = foothold.world_from_sole * Pose::from_parts(moved, turned);
@@ -173,7 +176,16 @@ impl Seeding<'_> {
         graph: &mut Graph,
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
-        let query = FootQuery { limb, ideal: *ideal, reach_z: REACH_Z, seed: self.seed, name, effort, kept_max };
+        let query = FootQuery {
+            limb,
+            ideal: *ideal,
+            reach_z: REACH_Z,
+            yaw_spread: YAW_SPREAD_MAX.min(self.steps.turn_max()),
+            seed: self.seed,
+            name,
+            effort,
+            kept_max,
+        };
         let mut ending = Ok(());
         query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
             let foothold = Foothold::of(&self.constraints.body, limb, placement.world_from_sole, placement.support.polygon);

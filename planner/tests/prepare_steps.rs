@@ -1,8 +1,10 @@
-//! The longest steps: hardly any pair of soles on which the robot can stand on one and touch the other is left out.
+//! The possible steps: hardly any pair of soles on which the robot can stand on one and touch the other is left out.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 mod common;
+
+use std::f64::consts::PI;
 
 use common::{hubo, preparation_for};
 use glam::{DQuat, DVec3};
@@ -28,10 +30,10 @@ fn rotation(random: &mut Random, turn: f64) -> DQuat {
     if random.below(2) == 0 { heading } else { rotation_about(axis, random.uniform(0.0, 0.2)) * heading }
 }
 
-/// Of the pairs on which sampling finds a configuration: how many there are, and how many count as too far apart.
+/// Of the pairs on which sampling finds a configuration: how many there are, and how many do not count as possible.
 fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
     let config = PlannerConfig::default();
-    let steps = preparation_for(model, &config).longest_steps();
+    let steps = preparation_for(model, &config).possible_steps();
     let world = World { mu: 0.6, shapes: vec![], digest: Default::default() };
     let body = Body::new(model, &config).unwrap();
     let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
@@ -62,15 +64,18 @@ fn hardly_a_step_that_sampling_finds_is_left_out() {
 }
 
 #[test]
-fn soles_out_of_reach_are_left_out() {
+fn soles_that_no_posture_holds_on_are_left_out() {
     let model = hubo();
-    let steps = preparation_for(&model, &PlannerConfig::default()).longest_steps();
+    let steps = preparation_for(&model, &PlannerConfig::default()).possible_steps();
     let at = |x: f64, y: f64, z: f64| Pose::from_translation(DVec3::new(x, y, z));
     assert!(steps.may_touch(0, &Pose::IDENTITY, &at(0.2, -0.2, 0.0)) && steps.may_touch(1, &Pose::IDENTITY, &at(0.0, 0.2, 0.15)));
     for far in [at(steps.reach(), 0.0, 0.0), at(-0.9, -0.2, 0.0), at(0.0, 0.6, 0.0), at(0.2, 0.0, -0.8), at(f64::NAN, 0.0, 0.0)] {
         assert!(!steps.may_touch(0, &Pose::IDENTITY, &far), "{far:?}");
     }
-    let turned = Pose::from_parts(DVec3::ZERO, rotation_about(DVec3::Z, std::f64::consts::FRAC_PI_2));
-    let behind = at(-0.6, 0.0, 0.0);
-    assert!(steps.may_touch(0, &Pose::IDENTITY, &behind) && !steps.may_touch(0, &turned, &behind), "beyond the other leg");
+    let turned = |pose: &Pose, turn: f64| Pose::from_parts(pose.translation, pose.rotation * rotation_about(DVec3::Z, turn));
+    let beside = at(0.0, -0.25, 0.0);
+    assert!(!steps.may_touch(0, &Pose::IDENTITY, &at(0.0, -0.06, 0.0)), "the legs meet");
+    assert!(!steps.may_touch(0, &Pose::IDENTITY, &turned(&beside, 2.0)), "the leg does not turn that far");
+    let about = turned(&Pose::IDENTITY, PI);
+    assert!(steps.may_touch(0, &about, &(about * beside)) && !steps.may_touch(0, &about, &turned(&beside, PI)), "it turns with the stance");
 }

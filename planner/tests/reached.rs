@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Case;
+use common::{Case, hubo, preparation_for};
 use glam::{DVec2, DVec3};
 use surefoot_planner::body::Body;
 use surefoot_planner::collision::CollisionModel;
@@ -103,7 +103,8 @@ fn a_step_too_long_is_varied_until_it_is_reached() {
     let mut graph = Graph::new(4, 2, 1);
     let [a, b] = [left, far].map(|foothold| graph.add_foothold(foothold).unwrap());
     graph.connect(a, b).unwrap();
-    let seeding = Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, seed: 1 };
+    let steps = preparation_for(&hubo(), &stand.constraints.config).possible_steps();
+    let seeding = Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, steps, seed: 1 };
     let mut vary = |tried| seeding.variation(0, (tried as u64, 0), &graph, &mut stand.scratch);
     let [stance, other] = &(0..VARIATIONS_MAX).find_map(&mut vary).unwrap();
     assert!(is_reached(&stand.constraints, &single_mode(stance), TransitionPair { stance, other }));

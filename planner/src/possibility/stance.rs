@@ -9,7 +9,7 @@ use super::station::Station;
 use super::torso::{Room, Torso};
 use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
-use crate::foot_query::FootQuery;
+use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
 use crate::prepare::{Preparation, is_whole};
 
 /// How far below and above the ideal a placement may be, m.
@@ -121,11 +121,16 @@ impl Context<'_> {
     }
 
     /// Whether a step leads from one of these placements to one of those, by inverse kinematics [Grey 4.4.2]; only the shortest few
-    /// are tried. True where no placements are known.
+    /// of those that the robot may make are tried. True where no placements are known.
     pub fn has_step_between(&self, from: &[Placed], to: &[Placed]) -> bool {
         let mut steps: heapless::Vec<(f64, [&Placed; 2]), { PLACEMENTS_MAX * PLACEMENTS_MAX }> = heapless::Vec::new();
+        let possible = self.preparation.possible_steps();
         for from in from {
-            for to in to.iter().filter(|to| to.limb != from.limb) {
+            let is_possible = |to: &Placed| {
+                let [left, right] = if from.limb == 0 { [from, to] } else { [to, from] };
+                possible.may_step([&left.world_from_sole, &right.world_from_sole])
+            };
+            for to in to.iter().filter(|to| to.limb != from.limb && is_possible(to)) {
                 let length = from.world_from_sole.translation.distance(to.world_from_sole.translation);
                 let _full = steps.push((length, [from, to]));
             }
@@ -156,6 +161,7 @@ impl Context<'_> {
             limb,
             ideal: wish.station.world_from_ideal_sole(limb, self.feet_apart),
             reach_z: REACH_Z,
+            yaw_spread: YAW_SPREAD_MAX.min(self.preparation.possible_steps().turn_max()),
             seed: self.seed,
             name: (wish.name << 1 | limb as u64 | 1 << 60, 0),
             effort: if wish.relaxed { RELAXED_EFFORT } else { EFFORT },

@@ -13,13 +13,13 @@ use surefoot_shared_types::robot::RobotModel;
 use super::expanded::Expanded;
 use super::range::RangeHeader;
 use super::reach::ReachHeader;
-use super::steps::LongestSteps;
+use super::steps::PossibleSteps;
 use crate::motion::primitive::Gait;
 
 /// The first bytes of every preparation.
 const MAGIC: [u8; 8] = *b"surefoot";
 /// Changes with the format and with whatever a preparation holds.
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 /// Bytes of a word.
 const WORD: usize = 8;
 
@@ -62,8 +62,8 @@ pub struct Contents {
     pub ranges: [RangeHeader; 2],
     /// The room that the primitives take.
     pub expanded: Expanded,
-    /// The longest steps.
-    pub longest_steps: LongestSteps,
+    /// The possible steps.
+    pub possible_steps: PossibleSteps,
 }
 
 const DIGEST_END: usize = 16 + 2 * size_of::<Digest>();

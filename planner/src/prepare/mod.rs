@@ -1,5 +1,5 @@
 //! What is made once per robot, from the robot alone [Grey 4.1.1, 4.2.1, 4.4.5]: the space R that each leg may reach, the
-//! gait of the primitive trajectories with its range R_S of placement pairs, the expanded geometry that holds them, and the longest steps.
+//! gait of the primitive trajectories with its range R_S of placement pairs, the expanded geometry that holds them, and the possible steps.
 //!
 //! [`build`] makes it, as words that can be written to a file; [`Preparation::from_bytes`] checks such bytes and reads them
 //! in place. One robot and one set of margins give the same bytes on any number of threads. [`necessary`] and
@@ -37,7 +37,7 @@ pub use labels::{Necessary, Print, is_whole, necessary, sufficient, sufficient_p
 use probe::{Probe, in_empty_world};
 use range::{Lattice, PairRange, RangeHeader};
 use reach::{Reach, ReachHeader};
-use steps::LongestSteps;
+use steps::PossibleSteps;
 use voxels::Voxels;
 
 /// A robot that cannot be prepared.
@@ -84,7 +84,7 @@ impl<'a> Preparation<'a> {
             let at: &RangeHeader = &contents.ranges[limb];
             PairRange::new(at, file::array(bytes, at.bits)?).ok_or(PreparationError::Damaged)
         };
-        if !contents.gait.is_sound() || !contents.longest_steps.is_sound() {
+        if !contents.gait.is_sound() || !contents.possible_steps.is_sound() {
             return Err(PreparationError::Damaged);
         }
         Ok(Self { key: *key, contents, reach: [reach(0)?, reach(1)?], ranges: [range(0)?, range(1)?] })
@@ -115,9 +115,9 @@ impl<'a> Preparation<'a> {
         &self.ranges[stance]
     }
 
-    /// The longest steps.
-    pub fn longest_steps(&self) -> &'a LongestSteps {
-        &self.contents.longest_steps
+    /// The possible steps.
+    pub fn possible_steps(&self) -> &'a PossibleSteps {
+        &self.contents.possible_steps
     }
 
     /// The room that the primitives take.
@@ -156,8 +156,8 @@ pub fn build(model: &RobotModel, config: &PlannerConfig, progress: &(dyn Fn(f64)
         write_reach(&mut writer, &spaces[limb], near)
     });
     let ranges = [0, 1].map(|limb| write_range(&mut writer, &primitives.lattice, &primitives.cells[limb]));
-    let longest_steps = LongestSteps::of(&in_empty_world(model, config.clone())?);
-    let contents = Contents { reach, gait: primitives.gait, ranges, expanded: primitives.expanded, longest_steps };
+    let possible_steps = PossibleSteps::of(&in_empty_world(model, config.clone())?);
+    let contents = Contents { reach, gait: primitives.gait, ranges, expanded: primitives.expanded, possible_steps };
     Ok(writer.finish(key(model, config), contents))
 }
 

@@ -111,7 +111,7 @@ impl Planner {
             self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support });
             // Who begins or ends on feet that are farther apart than primitive postures reach must step off or onto them.
             let soles = [0, 1].map(|limb| &end.footholds[limb].world_from_sole);
-            self.stretches |= end.support == SupportMode::Double && !self.preparation.longest_steps().may_step(soles);
+            self.stretches |= end.support == SupportMode::Double && !self.preparation.possible_steps().may_step(soles);
         }
         let body = &self.shared.constraints.body;
         let com = body.snapshot(&start.state.configuration).com.truncate();
