@@ -25,6 +25,7 @@ pub mod recheck;
 pub mod region;
 pub mod rpg;
 pub mod seeding;
+pub mod shared;
 pub mod snapshot;
 pub mod stage;
 pub mod statics;

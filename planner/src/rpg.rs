@@ -58,13 +58,14 @@ use crate::constraint::Constraints;
 use crate::foot_placement::polygon::area_and_centroid;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
-use crate::motion::roadmap::{Boundary, Hop, Roadmap, Shared};
+use crate::motion::roadmap::{Boundary, Hop, Roadmap};
 use crate::motion::round::Round;
 use crate::motion::sequence::SequenceSearch;
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Progress, Stooping, Torso};
 use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::{Seeding, is_step};
+use crate::shared::Shared;
 use crate::stage::Stage;
 use crate::timing::Timing;
 use crate::trouble::Focus;
@@ -108,11 +109,9 @@ pub enum PlannerError {
 #[derive(Debug)]
 pub struct Planner {
     shared: Shared,
-    preparation: Preparation<'static>,
     pool: Option<Arc<ThreadPool>>,
     roadmap: Roadmap,
     round: Round,
-    surfaces: Surfaces,
     /// For queries about both feet side by side.
     scratch: [Scratch; 2],
     torso: Torso,
@@ -175,14 +174,14 @@ impl Planner {
         Ok(Self {
             shared: Shared {
                 constraints: Constraints { body, collision, config: config.clone() },
+                surfaces,
+                preparation,
                 parallel: pool.is_some(),
                 seed: scenario.seed,
             },
-            preparation,
             pool,
             roadmap: Roadmap::new(config),
             round: Round::default(),
-            surfaces,
             scratch,
             torso,
             growth,
@@ -336,7 +335,7 @@ impl Planner {
             ("sequence", sequence),
             ("chunks", self.chunks.bytes()),
             ("collision", self.shared.constraints.collision.bytes()),
-            ("surfaces", self.surfaces.heap_bytes()),
+            ("surfaces", self.shared.surfaces.heap_bytes()),
             ("foot placement", self.scratch.iter().map(Scratch::heap_bytes).sum()),
             ("polish", self.polish.bytes()),
         ]
@@ -370,9 +369,9 @@ impl Planner {
     fn find_route(&mut self) -> Result<Phase, ArenaFull> {
         let context = Context {
             constraints: &self.shared.constraints,
-            surfaces: &self.surfaces,
+            surfaces: &self.shared.surfaces,
             torso: &self.torso,
-            preparation: &self.preparation,
+            preparation: &self.shared.preparation,
             seed: self.scenario.seed,
             feet_apart: self.scenario.start.feet_apart,
             parallel: self.shared.parallel,
@@ -420,12 +419,7 @@ impl Planner {
             self.lanes.current_mut().sweeps += 1;
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
         }
-        let seeding = Seeding {
-            constraints: &self.shared.constraints,
-            surfaces: &self.surfaces,
-            steps: self.preparation.possible_steps(),
-            seed: self.scenario.seed,
-        };
+        let seeding = Seeding::of(&self.shared);
         let (graph, scratch) = (&mut self.roadmap.graph, &mut self.scratch[0]);
         let (station, limb, sweeps) = (next / 2, next % 2, self.lanes.current().sweeps);
         if !self.focus.wants(station) {

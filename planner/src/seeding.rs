@@ -19,6 +19,7 @@ use crate::motion::transition::{TransitionPair, any_posture_holds, are_crossed, 
 use crate::possibility::{Placed, Route};
 use crate::prepare::steps::PossibleSteps;
 use crate::random::{Random, Stream};
+use crate::shared::Shared;
 
 /// Attempts that a primitive posture counts for that does not hold on both placements of a transition, where a later one does.
 const POSTURE_COUNTS: u32 = 3;
@@ -75,7 +76,12 @@ pub struct Seeding<'a> {
     pub seed: u64,
 }
 
-impl Seeding<'_> {
+impl<'a> Seeding<'a> {
+    /// Of what all stages read.
+    pub fn of(shared: &'a Shared) -> Self {
+        Self { constraints: &shared.constraints, surfaces: &shared.surfaces, steps: shared.preparation.possible_steps(), seed: shared.seed }
+    }
+
     /// Adds a placement that stage P has found [Grey 4.4.4], unless there is one that is all but the same; `exactly` this one
     /// where primitives stand on it.
     ///

@@ -7,7 +7,7 @@ use surefoot_shared_types::message::SupportMode;
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::chunking::ChunkBuilder;
-use crate::constraint::{Constraints, Mode, StartBalance};
+use crate::constraint::{Mode, StartBalance};
 use crate::motion::edges::{EdgeRecord, EdgeTable};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, FootholdId, Graph, START, TransitionId, boundary_of};
@@ -21,17 +21,6 @@ use crate::motion::trees::{TreeKey, TreePool};
 pub const TREE_NODES_MAX: usize = 1024;
 /// Trees that are kept; a round uses at most two for each of its searches.
 const TREES_MAX: usize = 64;
-
-/// What all searches read.
-#[derive(Debug)]
-pub struct Shared {
-    /// The conditions.
-    pub constraints: Constraints,
-    /// Whether searches may run side by side; then the caller is inside a thread pool.
-    pub parallel: bool,
-    /// The seed of all streams.
-    pub seed: u64,
-}
 
 /// The roadmap, allocated once.
 #[derive(Debug)]

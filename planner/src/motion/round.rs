@@ -10,12 +10,13 @@ use rayon::prelude::*;
 use crate::constraint::Rejection;
 use crate::motion::graph::{ArenaFull, Graph};
 use crate::motion::primitive::Emission;
-use crate::motion::roadmap::{Hop, Roadmap, Segment, Shared, TREE_NODES_MAX};
+use crate::motion::roadmap::{Hop, Roadmap, Segment, TREE_NODES_MAX};
 use crate::motion::sampling::Sampling;
 use crate::motion::shortcut::{Goal, Shortcutting};
 use crate::motion::single_mode::{Problem, Search};
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
+use crate::shared::Shared;
 
 /// Segments that are planned side by side.
 pub const LANES_MAX: usize = 4;

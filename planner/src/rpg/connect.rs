@@ -16,13 +16,8 @@ impl Planner {
         if next as usize == self.roadmap.graph.footholds().len() {
             return if self.locate_next() { Ok(Phase::Connect { next }) } else { self.after_connecting() };
         }
-        let seeding = Seeding {
-            constraints: &self.shared.constraints,
-            surfaces: &self.surfaces,
-            steps: self.preparation.possible_steps(),
-            seed: self.scenario.seed,
-        };
-        let steps = self.preparation.possible_steps();
+        let seeding = Seeding::of(&self.shared);
+        let steps = self.shared.preparation.possible_steps();
         let (stretches, was_connected) = (self.stretches, next < self.roadmap.graph.connected());
         let is_due = |a: &Foothold, b: &Foothold| {
             let soles = left_and_right(a, b).map(|foothold| &foothold.world_from_sole);

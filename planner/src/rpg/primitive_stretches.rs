@@ -121,7 +121,7 @@ impl Planner {
 
     /// The shift or the swing between two transitions.
     fn primitive(&self, hop: Hop) -> Result<Emission, Rejection> {
-        let (graph, constraints, gait) = (&self.roadmap.graph, &self.shared.constraints, self.preparation.gait());
+        let (graph, constraints, gait) = (&self.roadmap.graph, &self.shared.constraints, self.shared.preparation.gait());
         let (stance, touched) = graph.pair(hop.from);
         if hop.to == Graph::twin(hop.from) {
             Emission::shift(constraints, gait, [stance, touched])

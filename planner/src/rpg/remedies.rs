@@ -141,12 +141,7 @@ impl Planner {
         let (is_found, footholds) = (transition.is_found(), [transition.stance, transition.other]);
         let is_most_laboured = |mode| ModeId::of(graph, id).contains(&mode);
         if !is_found || most_laboured(graph, &self.roadmap.costs, sequence).is_some_and(is_most_laboured) {
-            let seeding = Seeding {
-                constraints: &self.shared.constraints,
-                surfaces: &self.surfaces,
-                steps: self.preparation.possible_steps(),
-                seed: self.scenario.seed,
-            };
+            let seeding = Seeding::of(&self.shared);
             for foothold in footholds {
                 let placement = &graph.footholds()[foothold as usize];
                 let (limb, pose) = (placement.limb, placement.world_from_sole);
@@ -183,12 +178,7 @@ impl Planner {
     /// The first of several variations of a transition that is possible, and which. Where there are threads, one looks through the first
     /// half of them and another one through the rest.
     fn first_variation(&mut self, id: TransitionId, tries: Range<usize>) -> Option<(usize, [Foothold; 2])> {
-        let seeding = Seeding {
-            constraints: &self.shared.constraints,
-            surfaces: &self.surfaces,
-            steps: self.preparation.possible_steps(),
-            seed: self.scenario.seed,
-        };
+        let seeding = Seeding::of(&self.shared);
         let (graph, sequences) = (&self.roadmap.graph, self.tally.sequences);
         let first_of = |mut tries: Range<usize>, scratch: &mut Scratch| {
             tries.find_map(|tried| Some((tried, seeding.variation(id, (tried as u64, sequences), graph, scratch)?)))

@@ -171,7 +171,7 @@ impl Planner {
             return Ok(None);
         }
         let constraints = &self.shared.constraints;
-        let mut stand_on = |limb, sole| foothold_at(constraints, &self.surfaces, &mut self.scratch[0], limb, sole).ok();
+        let mut stand_on = |limb, sole| foothold_at(constraints, &self.shared.surfaces, &mut self.scratch[0], limb, sole).ok();
         let [Some(left), Some(right)] = [stand_on(0, &left), stand_on(1, &right)] else { return Ok(None) };
         let placed = [left, right];
         let Ok(state) = stand(constraints, &placed, self.growth.route().station(station).yaw) else { return Ok(None) };

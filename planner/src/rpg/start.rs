@@ -84,7 +84,7 @@ impl Planner {
 
     pub(super) fn stand_on_ends(&mut self) -> Result<Phase, ArenaFull> {
         let goal_is_start = self.standing.is_none() && self.start_is_goal();
-        let (constraints, surfaces, scratch) = (&self.shared.constraints, &self.surfaces, &mut self.scratch[0]);
+        let (constraints, surfaces, scratch) = (&self.shared.constraints, &self.shared.surfaces, &mut self.scratch[0]);
         let started = match &self.standing {
             Some(standing) => stand_as(constraints, standing),
             None => stand_on(constraints, surfaces, scratch, &self.scenario.start),
@@ -111,7 +111,7 @@ impl Planner {
             self.roadmap.add_boundary(Boundary { footholds, state: end.state, support: end.support });
             // Who begins or ends on feet that are farther apart than primitive postures reach must step off or onto them.
             let soles = [0, 1].map(|limb| &end.footholds[limb].world_from_sole);
-            self.stretches |= end.support == SupportMode::Double && !self.preparation.possible_steps().may_step(soles);
+            self.stretches |= end.support == SupportMode::Double && !self.shared.preparation.possible_steps().may_step(soles);
         }
         let body = &self.shared.constraints.body;
         let com = body.snapshot(&start.state.configuration).com.truncate();

@@ -1,0 +1,20 @@
+//! What all stages read and none changes.
+
+use crate::constraint::Constraints;
+use crate::foot_placement::Surfaces;
+use crate::prepare::Preparation;
+
+/// What all stages read.
+#[derive(Debug)]
+pub struct Shared {
+    /// The robot, the world's geometry and the conditions of every configuration.
+    pub constraints: Constraints,
+    /// Where soles can rest.
+    pub surfaces: Surfaces,
+    /// What was made once for the robot.
+    pub preparation: Preparation<'static>,
+    /// Whether searches may run side by side; then the caller is inside a thread pool.
+    pub parallel: bool,
+    /// The seed of all streams.
+    pub seed: u64,
+}
