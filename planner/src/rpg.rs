@@ -126,7 +126,7 @@ pub struct Planner {
     cuts: Cuts,
     lanes: Lanes,
     polish: Polish,
-    /// The station of the route that is nearest to each placement.
+    /// The station of the route that is nearest to each placement, if it may be used there.
     nearest_stations: Vec<u32>,
     /// How many stations the route had before the detour that is being sought.
     stations_before: Option<usize>,

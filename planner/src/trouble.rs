@@ -5,8 +5,6 @@
 //! first with the feet wider apart and the toes turned out, then at random, then along a detour, then along another route.
 
 use glam::DVec3;
-use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::yaw_of;
 
 use crate::arena::reserve;
 use crate::motion::graph::{Graph, TransitionId};
@@ -148,8 +146,7 @@ pub fn most_laboured(graph: &Graph, costs: &ModeCosts, sequence: &[TransitionId]
 /// Where a transition's feet stand.
 pub fn place_of(graph: &Graph, id: TransitionId) -> Station {
     let (stance, other) = graph.pair(id);
-    let on = |sole: &Pose| Station { position: sole.translation, yaw: yaw_of(sole.rotation) };
-    on(&stance.world_from_sole).toward_share(&on(&other.world_from_sole), 0.5)
+    Station::of_sole(&stance.world_from_sole).toward_share(&Station::of_sole(&other.world_from_sole), 0.5)
 }
 
 #[cfg(test)]
@@ -157,6 +154,7 @@ mod tests {
     use super::*;
     use crate::motion::foothold::Foothold;
     use glam::DQuat;
+    use surefoot_shared_types::Pose;
 
     #[test]
     fn patience_grows_and_the_ways_out_take_turns() {

@@ -4,7 +4,10 @@
 
 mod common;
 
+use std::f64::consts::PI;
+
 use common::{Case, preparation_for};
+use glam::DVec3;
 use surefoot_planner::body::Body;
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::Constraints;
@@ -12,6 +15,7 @@ use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::possibility::{Context, Growth, Label, Progress, Station, Stooping, Torso};
 use surefoot_planner::prepare::Preparation;
 use surefoot_planner::stoop::Stoop;
+use surefoot_shared_types::spatial::wrap_angle;
 
 /// What stage P reads.
 struct Site {
@@ -229,9 +233,32 @@ fn a_route_keeps_away_from_where_stage_m_gave_up() {
     let stations = compiled.stations();
     let given_up = stations[stations.len() / 2];
     compiled.growth.give_up(given_up, 0.25);
+    // The first one is walked backward.
+    for _ in 0..2 {
+        compiled.growth.begin_again();
+        assert_eq!(compiled.grow(1).0, Progress::Route);
+    }
+    assert!(!compiled.growth.route().is_backward());
+    assert!(compiled.stations().iter().all(|station| station.distance(&given_up) > 0.2));
+}
+
+#[test]
+fn the_first_route_anew_is_walked_backward_and_suits_no_foot_that_faces_ahead() {
+    let mut compiled = Compiled::new(Case::shipped("flat_walk"));
+    compiled.grow(1);
+    let ahead = compiled.stations();
+    let (middle, sole) = (ahead[ahead.len() / 2], 0.1 * DVec3::Y);
+    let beside = |station: Station, turn: f64| Station { position: station.position + sole, yaw: station.yaw + turn };
+    assert!([0.0, PI].iter().all(|&turn| compiled.growth.route().suits(&beside(middle, turn))), "a way ahead suits all");
     compiled.growth.begin_again();
     assert_eq!(compiled.grow(1).0, Progress::Route);
-    assert!(compiled.stations().iter().all(|station| station.distance(&given_up) > 0.2));
+    let (route, backward) = (compiled.growth.route(), compiled.stations());
+    assert!(route.is_backward());
+    assert_eq!([backward[0].yaw, backward[backward.len() - 1].yaw], [ahead[0].yaw, ahead[ahead.len() - 1].yaw]);
+    let is_turned = |station: &Station| wrap_angle(station.yaw - middle.yaw).abs() > 3.0;
+    let inside = |station: &Station| (2.0..8.0).contains(&station.position.x);
+    assert!(backward.iter().filter(|station| inside(station)).all(is_turned));
+    assert!(route.suits(&beside(middle, PI)) && !route.suits(&beside(middle, 0.0)) && route.suits(&beside(ahead[0], 0.0)));
 }
 
 #[test]

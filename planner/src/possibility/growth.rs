@@ -7,7 +7,7 @@ use surefoot_shared_types::config::Mark;
 use super::extension::{Extension, Step, Tip};
 use super::label::Label;
 use super::route::Route;
-use super::sampling::{Course, SIDES, bounds_around, draw, is_short, join_crowd, nearest, samples_max};
+use super::sampling::{BACKWARD, Course, SIDES, bounds_around, draw, is_short, join_crowd, nearest, samples_max};
 use super::stance::{Context, Pair, Placed, Stance};
 use super::station::Station;
 use crate::arena::reserve;
@@ -19,6 +19,9 @@ use crate::random::{Random, Stream};
 const EXTENSION_MAX: u32 = 96;
 /// Places where stage M gave up that are remembered.
 const GIVEN_UP_MAX: usize = 64;
+
+/// One of so many routes that are begun anew is walked backward, the first of them.
+const BACKWARD_EVERY: u64 = 3;
 
 /// The straight way ends this near to the goal, in the metric of Gamma_P, m.
 const STRAIGHT_END: f64 = 0.02;
@@ -136,6 +139,10 @@ pub struct Growth {
     given_up: heapless::Deque<GivenUp, GIVEN_UP_MAX>,
     samples: u32,
     relaxed: bool,
+    /// How far off its way the robot faces unless it sidles, rad.
+    facing: f64,
+    /// Routes that were begun anew.
+    routes: u64,
     /// How often the growth began anew; names random streams.
     generation: u64,
     queries: u64,
@@ -163,6 +170,8 @@ impl Growth {
             given_up: heapless::Deque::new(),
             samples: 0,
             relaxed: false,
+            facing: 0.0,
+            routes: 0,
             generation: 0,
             queries: 0,
         };
@@ -243,10 +252,13 @@ impl Growth {
         self.given_up.clear();
     }
 
-    /// Begins anew, for a route from start to goal that is another in all.
+    /// Begins anew, for a route from start to goal that is another in all. The first of every few of them is walked backward, which
+    /// leaves room for the knees before a riser.
     pub fn begin_again(&mut self) {
         self.detour = None;
         self.generation += 1;
+        self.facing = if self.routes.is_multiple_of(BACKWARD_EVERY) { BACKWARD } else { 0.0 };
+        self.routes += 1;
         self.begin(self.whole_ends);
     }
 
@@ -254,6 +266,7 @@ impl Growth {
     pub fn begin_detour(&mut self, between: [usize; 2]) {
         self.detour = Some(between);
         self.generation += 1;
+        self.facing = if self.route.is_backward() { BACKWARD } else { 0.0 };
         self.whole.clear();
         let mut ends = between.map(|index| Vertex { placements: (0, 0), ..self.route.vertices[index] });
         ends[1].is_crossed = false;
@@ -340,7 +353,7 @@ impl Growth {
     fn first_try(&self) -> Activity {
         let goal = self.ends[1].station;
         let tip = nearest(&self.trees[0], |station| station.distance(&goal));
-        self.join((0, tip), 0, 0.0)
+        self.join((0, tip), 0, self.facing)
     }
 
     fn grow_on_what_is_crossed(&mut self) {
@@ -382,7 +395,7 @@ impl Growth {
         let mut random = Random::new(seed, Stream::Possibility, u64::from(self.samples) << 1 | u64::from(self.relaxed), self.generation);
         let tree = (self.samples % 2) as usize;
         let toward = self.trees[1 - tree][0].station.position;
-        let course = Course { bounds: &self.bounds, toward, backward: tree == 1, sidles: self.sidles() };
+        let course = Course { bounds: &self.bounds, toward, backward: tree == 1, facing: self.facing, sidles: self.sidles() };
         let (tip, target, facing) = draw(&mut self.trees[tree], &course, self.samples / 2, &mut random);
         self.samples += 1;
         let extension = self.extension(tree, target, facing, false);
@@ -437,7 +450,7 @@ impl Growth {
     /// has reached out already, facing ahead, it tries once more sideways.
     fn stopped(&mut self, (tree, tip, added): (usize, u32, u32), facing: f64, ending: Ending) {
         if let Ending::Meets(met) = ending
-            && facing == 0.0
+            && facing == self.facing
             && self.sidles()
         {
             let side = SIDES[self.samples as usize / 2 % SIDES.len()];
@@ -449,7 +462,7 @@ impl Growth {
             let Vertex { station: at, facing, .. } = self.trees[tree][tip as usize];
             let near = nearest(&self.trees[1 - tree], |station| station.distance(&at));
             let is_alike = self.trees[1 - tree][near as usize].facing == facing;
-            self.join((1 - tree, near), tip, if is_alike { facing } else { 0.0 })
+            self.join((1 - tree, near), tip, if is_alike { facing } else { self.facing })
         } else {
             Activity::Sampling
         };

@@ -7,8 +7,12 @@ use crate::arena::reserve;
 
 use super::growth::{Labelled, Vertex};
 use super::label::Label;
+use super::sampling::BACKWARD;
 use super::stance::{Pair, Placed};
 use super::station::Station;
+
+/// A foot within so many metres (in the metric of Gamma_P) of a station faces as the robot does there: a turn about counts 0.94 m.
+const SUITS_WITHIN: f64 = 0.6;
 
 /// Stations from start to goal, both included; the placements found at each are kept by the growth.
 #[derive(Debug)]
@@ -65,6 +69,17 @@ impl Route {
     /// Whether the robot has room all along it without stooping.
     pub fn is_upright(&self) -> bool {
         self.vertices.iter().all(|vertex| vertex.is_upright)
+    }
+
+    /// Whether it is walked backward, at least in part.
+    pub fn is_backward(&self) -> bool {
+        self.vertices.iter().any(|vertex| vertex.facing == BACKWARD)
+    }
+
+    /// Whether a foot at `place` faces as the robot does on this route. Where that walks backward, feet that face ahead would draw
+    /// the search to what has been tried in vain.
+    pub fn suits(&self, place: &Station) -> bool {
+        !self.is_backward() || self.vertices.iter().any(|vertex| vertex.station.distance(place) < SUITS_WITHIN)
     }
 
     /// One of the stations.

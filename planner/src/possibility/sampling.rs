@@ -33,6 +33,8 @@ const AHEAD: [f64; 2] = [0.5, 1.5];
 const AHEAD_TURN_MAX: f64 = 1.0;
 /// How far above or below it, m.
 const AHEAD_RISE_MAX: f64 = 0.4;
+/// How far off their way robots face that walk backward, rad.
+pub(super) const BACKWARD: f64 = PI;
 /// How far off their way robots face that step sideways, rad.
 pub(super) const SIDES: [f64; 2] = [FRAC_PI_2, -FRAC_PI_2];
 /// Vertices this near (in the metric of Gamma_P, m) crowd each other.
@@ -69,6 +71,8 @@ pub(super) struct Course<'a> {
     pub toward: DVec3,
     /// Whether it grows from the goal: it is walked toward its root, so that its vertices face away from where it grows.
     pub backward: bool,
+    /// How far off its way the robot faces unless it sidles, rad.
+    pub facing: f64,
     /// Whether the robot may face aside of its way.
     pub sidles: bool,
 }
@@ -78,14 +82,14 @@ type Drawn = (u32, Station, f64);
 
 /// Sample number `count` of a tree. The robot faces as at the vertex it grows from, unless it sidles besides.
 pub(super) fn draw(tree: &mut [Vertex], course: &Course<'_>, count: u32, random: &mut Random) -> Drawn {
-    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, course.bounds, random) } else { ahead(tree, course, random) }
+    if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, course, random) } else { ahead(tree, course, random) }
 }
 
 /// A station anywhere, and the vertex nearest to it.
-fn anywhere(tree: &[Vertex], bounds: &Aabb, random: &mut Random) -> Drawn {
-    let position = DVec3::from_array(std::array::from_fn(|axis| random.uniform(bounds.min[axis], bounds.max[axis])));
+fn anywhere(tree: &[Vertex], course: &Course<'_>, random: &mut Random) -> Drawn {
+    let position = DVec3::from_array(std::array::from_fn(|axis| random.uniform(course.bounds.min[axis], course.bounds.max[axis])));
     let target = Station { position, yaw: random.uniform(-PI, PI) };
-    (nearest(tree, |station| station.place_distance_squared(position)), target, 0.0)
+    (nearest(tree, |station| station.place_distance_squared(position)), target, course.facing)
 }
 
 /// Of the latest vertices the one that is the least crowded, of several the last, and a station ahead of it; on a long course what lies
@@ -100,7 +104,7 @@ fn ahead(tree: &mut [Vertex], course: &Course<'_>, random: &mut Random) -> Drawn
     let yaw = at.yaw - faced + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
     let distance = random.uniform(AHEAD[0], AHEAD[1]) * if course.backward { -1.0 } else { 1.0 };
     let way = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
-    let facing = if course.sidles { [0.0, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
+    let facing = if course.sidles { [course.facing, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
     (tip as u32, Station { position: at.position + rotation_about(DVec3::Z, yaw) * way, yaw: yaw + facing }, facing)
 }
 
@@ -138,7 +142,7 @@ mod tests {
     const WIDE: Aabb = Aabb { min: DVec3::new(-1.0, -2.0, -1.0), max: DVec3::new(10.0, 2.0, 1.0) };
 
     fn course(bounds: &Aabb) -> Course<'_> {
-        Course { bounds, toward: bounds.max, backward: false, sidles: false }
+        Course { bounds, toward: bounds.max, backward: false, facing: 0.0, sidles: false }
     }
 
     fn vertex(x: f64) -> Vertex {

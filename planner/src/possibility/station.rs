@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::Mark;
-use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
+use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
 
 /// Metres that a metre of height counts in the metric: stairs are dearer than floors.
 const METRES_PER_HEIGHT: f64 = 2.0;
@@ -31,6 +31,11 @@ impl Station {
     /// The station of a start or goal mark.
     pub fn on(mark: &Mark) -> Self {
         Self { position: mark.position, yaw: mark.yaw }
+    }
+
+    /// Where a sole stands and faces.
+    pub fn of_sole(world_from_sole: &Pose) -> Self {
+        Self { position: world_from_sole.translation, yaw: yaw_of(world_from_sole.rotation) }
     }
 
     /// The station's frame: x ahead, z up.

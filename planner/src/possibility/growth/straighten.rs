@@ -33,7 +33,7 @@ impl Growth {
     }
 
     pub(super) fn shortcut(&self, branch: &Branch) -> Extension {
-        self.extension(0, self.route.vertices[branch.to].station, 0.0, true)
+        self.extension(0, self.route.vertices[branch.to].station, self.facing, true)
     }
 
     /// Whether a branch may end with fewer stations than the route has there.
@@ -44,7 +44,7 @@ impl Growth {
 
     pub(super) fn straightened(&mut self, tried: u32, mut branch: Branch, step: Step) {
         self.activity = match step {
-            Step::Grown(stance) if !self.is_given_up(&stance.station) && self.add((0, 0), 0.0, &stance).is_some() => {
+            Step::Grown(stance) if !self.is_given_up(&stance.station) && self.add((0, 0), self.facing, &stance).is_some() => {
                 branch.tip = self.trees[0][self.trees[0].len() - 1];
                 Activity::Straightening { tried, branch: Some(branch) }
             }
