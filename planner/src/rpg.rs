@@ -372,7 +372,7 @@ impl Planner {
             surfaces: &self.shared.surfaces,
             torso: &self.torso,
             preparation: &self.shared.preparation,
-            seed: self.scenario.seed,
+            seed: self.shared.seed,
             feet_apart: self.scenario.start.feet_apart,
             parallel: self.shared.parallel,
             is_step,

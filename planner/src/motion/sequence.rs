@@ -34,7 +34,7 @@ pub struct Query<'a> {
     pub modes: &'a ModeCosts,
     /// What it looks for.
     pub purpose: Purpose,
-    /// The station nearest to each placement.
+    /// The station nearest to each placement; none of the range for one that is not used on the route.
     pub stations: &'a [u32],
     /// The first and the last station near which it may step.
     pub range: [u32; 2],

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::sampling::BACKWARD;
+use super::sampling::SIDES;
 use super::stance::{Context, Placed, Stance, Wish};
 use super::station::Station;
 use super::torso::Room;
@@ -11,7 +11,7 @@ use crate::kinematics::Leg;
 
 /// Strides that are tried, as multiples of the station spacing, and how far each also leads aside, m: farther ones lead across gaps.
 const STRIDES: [(f64, f64); 7] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
-/// How many of them are tried where the robot walks ahead or backward: what is passed sideways leaves little room before and behind.
+/// How many of them are tried where the robot does not step sideways: what is passed sideways leaves little room before and behind.
 const STRIDES_AHEAD: usize = 3;
 /// The share of a stride by which a station must come nearer to the target.
 const PROGRESS_MIN: f64 = 0.25;
@@ -72,7 +72,7 @@ impl Extension {
         if let Some(room) = self.room_to_arrive(context, tip) {
             return Step::Arrived { is_upright: room == Room::Upright };
         }
-        let strides = if [0.0, BACKWARD].contains(&self.facing) { &STRIDES[..STRIDES_AHEAD] } else { &STRIDES };
+        let strides = if SIDES.contains(&self.facing) { &STRIDES[..] } else { &STRIDES[..STRIDES_AHEAD] };
         for (index, &(stride, aside)) in strides.iter().enumerate() {
             let wished = self.wished(tip, stride, aside);
             let turns_in_place = wished.position == tip.position;

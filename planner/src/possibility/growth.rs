@@ -447,7 +447,7 @@ impl Growth {
     }
 
     /// A branch came to its end; if it grew toward a sample, or was the first try, the other tree reaches out for its tip. If that
-    /// has reached out already, facing ahead, it tries once more sideways.
+    /// has reached out already, facing as on all of the route, it tries once more sideways.
     fn stopped(&mut self, (tree, tip, added): (usize, u32, u32), facing: f64, ending: Ending) {
         if let Ending::Meets(met) = ending
             && facing == self.facing
