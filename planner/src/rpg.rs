@@ -430,6 +430,7 @@ impl Planner {
             for placed in known.iter().filter(|placed| placed.limb == limb) {
                 seeding.reuse(placed, route.is_stood_on(station, placed), graph, scratch)?;
             }
+            seeding.turn_out(route, (station, limb), self.tally.sweeps, graph, scratch)?;
         } else {
             seeding.sweep_station(route, (station, limb), (sweeps, self.tally.sweeps), graph, scratch)?;
         }

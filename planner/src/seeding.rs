@@ -4,13 +4,14 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::rotation_about;
+use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
 
 use crate::collision::FootState;
 use crate::constraint::Constraints;
 use crate::foot_placement::polygon::area_and_centroid;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
+use crate::kinematics::Leg;
 use crate::motion::foothold::{Foothold, left_and_right, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::motion::primitive::stand::side_of;
@@ -39,6 +40,12 @@ const KEPT_LATER_MAX: usize = 3;
 /// How the feet stand in the first sweeps: the stance width, as a factor of the marks', and how far the toes are turned out, rad. A robot
 /// with bulky legs walks and turns wider, and a knee that bends deep in front of a riser needs to point past it.
 const STANCES: [(f64, f64); 2] = [(1.0, 0.0), (1.5, 0.5)];
+/// The sweep in which the toes are turned out.
+const TURNED_OUT: usize = 1;
+/// How much of a leg's reach the way must rise or fall between two stations to count as steep.
+const STEEP_MIN: f64 = 0.15;
+/// How far it may turn there to count as straight, rad: on a bend the feet are turned against each other anyway.
+const STRAIGHT_TURN_MAX: f64 = 0.15;
 /// How far the ideals of later sweeps stray, m and rad.
 const LATER_SPREAD: (f64, f64) = (0.2, 0.4);
 /// Neighbours that a placement is connected to at the most.
@@ -125,6 +132,46 @@ impl<'a> Seeding<'a> {
             self.query(&ideal, limb, (object, name), LATER_EFFORT, KEPT_MAX, graph, scratch)?;
         }
         Ok(())
+    }
+
+    /// Adds the placements of one foot at a station with its toes turned out where the way leads straight up or down, and no primitive
+    /// posture holds on a step of this foot: the knee would meet the next riser [Grey 4.4.2].
+    ///
+    /// # Errors
+    /// The placement arena is full.
+    pub fn turn_out(
+        &self,
+        route: &Route,
+        (station, limb): (usize, usize),
+        name: u64,
+        graph: &mut Graph,
+        scratch: &mut Scratch,
+    ) -> Result<(), ArenaFull> {
+        let last = (station + 1).min(route.stations() - 1);
+        let is_hard =
+            |from: usize| self.is_steep(route, from) && !self.holds_step(route, from, if from == station { 1 - limb } else { limb });
+        if (station.saturating_sub(1)..last).any(is_hard) {
+            return self.sweep_station(route, (station, limb), (TURNED_OUT, name), graph, scratch);
+        }
+        Ok(())
+    }
+
+    /// Whether a route leads straight up or down from a station to the next.
+    fn is_steep(&self, route: &Route, from: usize) -> bool {
+        let [from, to] = [from, from + 1].map(|index| route.station(index));
+        let reach = self.constraints.body.legs.iter().map(Leg::reach).fold(f64::INFINITY, f64::min);
+        (to.position.z - from.position.z).abs() > STEEP_MIN * reach && wrap_angle(to.yaw - from.yaw).abs() < STRAIGHT_TURN_MAX
+    }
+
+    /// Whether primitive postures hold on the step of a foot from what a station stands on to what the next one does.
+    fn holds_step(&self, route: &Route, from: usize, limb: usize) -> bool {
+        let (Some(from), Some(to)) = (route.pair(from), route.pair(from + 1)) else { return true };
+        let [stance, other] =
+            [&from[1 - limb], &to[limb]].map(|placed| Foothold::whole(&self.constraints.body, placed.limb, placed.world_from_sole));
+        let holds = |stance: &Foothold, other: &Foothold| {
+            posture_that_holds(self.constraints, &single_mode(stance), TransitionPair { stance, other }).is_some()
+        };
+        holds(&stance, &other) && holds(&other, &stance)
     }
 
     /// Adds placements of one foot at random near a pose.

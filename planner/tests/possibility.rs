@@ -12,10 +12,12 @@ use surefoot_planner::body::Body;
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::Constraints;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use surefoot_planner::motion::graph::Graph;
 use surefoot_planner::possibility::{Context, Growth, Label, Progress, Station, Stooping, Torso};
 use surefoot_planner::prepare::Preparation;
+use surefoot_planner::seeding::Seeding;
 use surefoot_planner::stoop::Stoop;
-use surefoot_shared_types::spatial::wrap_angle;
+use surefoot_shared_types::spatial::{wrap_angle, yaw_of};
 
 /// What stage P reads.
 struct Site {
@@ -328,4 +330,31 @@ fn what_stage_m_has_crossed_is_possible_and_used_again() {
     assert_eq!(after[..=indeterminate], before[..=indeterminate]);
     assert!(after.iter().all(|station| station.distance(&before[reached + 5]) > 0.2));
     assert_eq!(compiled.growth.route().label(indeterminate), Label::Crossed);
+}
+
+/// The placements with the toes turned out along the route of a shipped scenario.
+fn turned_out(name: &str) -> Graph {
+    let mut compiled = Compiled::new(Case::shipped(name));
+    assert_eq!(compiled.grow(1).0, Progress::Route);
+    let Compiled { site, scratch, growth } = &mut compiled;
+    let steps = site.preparation.possible_steps();
+    let seeding = Seeding { constraints: &site.constraints, surfaces: &site.surfaces, steps, seed: 1 };
+    let mut graph = Graph::new(4096, 1, 1);
+    for place in (0..growth.route().stations()).flat_map(|station| [(station, 0), (station, 1)]) {
+        seeding.turn_out(growth.route(), place, 0, &mut graph, &mut scratch[0]).unwrap();
+    }
+    graph
+}
+
+#[test]
+fn toes_are_turned_out_on_steep_stairs_and_nowhere_else() {
+    let graph = turned_out("stairs");
+    let heights: Vec<f64> = graph.footholds().iter().map(|foothold| foothold.world_from_sole.translation.z).collect();
+    assert!((1..6).all(|step| heights.iter().any(|height| (height - 0.22 * f64::from(step)).abs() < 1e-6)), "{heights:?}");
+    let out = |limb: usize| if limb == 0 { 1.0 } else { -1.0 };
+    let turns = graph.footholds().iter().map(|foothold| out(foothold.limb) * yaw_of(foothold.world_from_sole.rotation));
+    assert!(turns.clone().any(|turn| (turn - 0.5).abs() < 0.05) && turns.into_iter().all(|turn| turn > -0.35));
+    for level_or_low in ["flat_walk", "stairs_bauzil"] {
+        assert_eq!(turned_out(level_or_low).footholds().len(), 0, "{level_or_low}");
+    }
 }
