@@ -1,10 +1,11 @@
 //! Bounded numeric inverse kinematics for a leg without a closed form: damped Newton steps from the caller's positions, from
 //! the standing posture, and from those of some known postures whose soles are nearest to the one wished for.
 
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
+use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::JointKind;
-use surefoot_shared_types::spatial::{rotation_about, scaled_axis_from_rotation};
+use surefoot_shared_types::spatial::scaled_axis_from_rotation;
 
 use super::leg::{LEG_JOINTS_MAX, LegJoint, LegPositions};
 use crate::random::{Random, Stream};
@@ -17,10 +18,13 @@ const APPROACH_ITERATIONS: usize = 8;
 const NEAR: f64 = 0.2;
 /// The cosine of half of a turn (0.4 rad) up to which its chord stands for it.
 const COS_HALF_SMALL: f64 = 0.98;
-/// A step that leaves more than this share of the error makes no progress: mostly joints push against their limits then.
+/// A step that leaves more than this share of the least error so far makes no progress.
 const STALL: f64 = 0.98;
 /// So many such steps in a row end a start.
 const STALLS_MAX: usize = 3;
+/// So many steps in a row that push a joint against its limit end a start, too: of a thousand starts that lead to a solution one does so,
+/// of those that lead to none most.
+const PUSHES_MAX: usize = 3;
 /// Known postures: the first half near the standing one, the others anywhere within the limits.
 const POSTURES: usize = 512;
 /// How far the first half strays from the standing posture, rad or m.
@@ -42,14 +46,24 @@ const SINGULAR: f64 = 1e-14;
 /// Damping of the normal equations; small enough to leave convergence superlinear.
 const DAMPING: f64 = 1e-9;
 
-/// The starts and the zero pose of a leg.
+/// The chain and the starts of a leg.
 #[derive(Debug, Clone)]
 pub struct Newton {
-    zero_root_from_sole: Pose,
+    /// The root from the first joint, its axis along z.
+    root_from_first: DMat3,
+    links: BoundedVec<Link, LEG_JOINTS_MAX>,
     sole_from_ankle: DVec3,
     reach: f64,
     standing: LegPositions,
     postures: Vec<Posture>,
+}
+
+/// What a joint carries up to the next one, or to the sole, in a frame that moves with the joint, its axis along z.
+#[derive(Debug, Clone, Copy)]
+struct Link {
+    joint_from_next: DMat3,
+    /// Where the next joint's point is, m.
+    next: DVec3,
 }
 
 /// A posture of the leg and where its sole is then.
@@ -67,7 +81,8 @@ impl Newton {
         let standing: LegPositions = joints.iter().map(|joint| standing_q[joint.index]).collect();
         let ankle = joints[joints.len() - 1].point;
         let mut newton = Self {
-            zero_root_from_sole: *zero_root_from_sole,
+            root_from_first: frame_along(joints[0].axis),
+            links: links(joints, zero_root_from_sole),
             sole_from_ankle: zero_root_from_sole.inverse_transform_point(ankle),
             reach: longest(joints),
             standing,
@@ -133,7 +148,7 @@ impl Newton {
 
     fn descend(&self, joints: &[LegJoint], target: &Pose, start: &LegPositions) -> Option<LegPositions> {
         let mut q = start.clone();
-        let (mut last, mut stalls) = (f64::INFINITY, 0);
+        let (mut least, mut stalls, mut pushes) = (f64::INFINITY, 0, 0);
         for iteration in 0..ITERATIONS_MAX {
             let mut columns = [[0.0; 6]; LEG_JOINTS_MAX];
             let reached = self.forward(joints, &q, &mut columns);
@@ -142,8 +157,8 @@ impl Newton {
                 return joints.iter().zip(&q).all(|(joint, &position)| joint.admits(position)).then_some(q);
             }
             let size = error.iter().fold(0.0_f64, |size, e| size.max(e.abs()));
-            stalls = if size > STALL * last { stalls + 1 } else { 0 };
-            last = size;
+            stalls = if size > STALL * least { stalls + 1 } else { 0 };
+            least = least.min(size);
             if stalls == STALLS_MAX || iteration == APPROACH_ITERATIONS && size > NEAR {
                 return None;
             }
@@ -151,8 +166,15 @@ impl Newton {
             let step = exact(columns, &error).or_else(|| least_squares(columns, &error))?;
             let longest = step.iter().fold(0.0_f64, |longest, s| longest.max(s.abs()));
             let scale = if longest > STEP_MAX { STEP_MAX / longest } else { 1.0 };
+            let mut is_held = false;
             for ((position, s), joint) in q.iter_mut().zip(&step).zip(joints) {
-                *position = (*position + scale * s).clamp(joint.lower, joint.upper);
+                let wished = *position + scale * s;
+                is_held |= !joint.admits(wished);
+                *position = wished.clamp(joint.lower, joint.upper);
+            }
+            pushes = if is_held { pushes + 1 } else { 0 };
+            if pushes == PUSHES_MAX {
+                return None;
             }
         }
         None
@@ -160,28 +182,49 @@ impl Newton {
 
     /// The sole's pose, and the twist (linear at the sole's origin, angular) of each joint.
     fn forward(&self, joints: &[LegJoint], q: &LegPositions, columns: &mut [Vector6]) -> Pose {
-        let (mut point, mut rotation) = (joints[0].point, DQuat::IDENTITY);
+        let (mut point, mut frame) = (joints[0].point, self.root_from_first);
         let mut axes = [(DVec3::ZERO, DVec3::ZERO); LEG_JOINTS_MAX];
-        for (index, (joint, &position)) in joints.iter().zip(q).enumerate() {
-            let axis = rotation * joint.axis;
-            axes[index] = (point, axis);
+        for (((joint, link), &position), axis) in joints.iter().zip(&self.links).zip(q).zip(&mut axes) {
+            *axis = (point, frame.z_axis);
             match joint.kind {
-                JointKind::Revolute => rotation *= rotation_about(joint.axis, position),
-                JointKind::Prismatic => point += axis * position,
+                JointKind::Revolute => turn_about_z(&mut frame, position),
+                JointKind::Prismatic => point += frame.z_axis * position,
             }
-            let next = joints.get(index + 1).map_or(self.zero_root_from_sole.translation, |next| next.point);
-            point += rotation * (next - joint.point);
+            point += frame * link.next;
+            frame *= link.joint_from_next;
         }
-        let sole = Pose::from_parts(point, rotation * self.zero_root_from_sole.rotation);
-        for ((joint, (point, axis)), column) in joints.iter().zip(axes).zip(columns) {
+        for ((joint, (at, axis)), column) in joints.iter().zip(axes).zip(columns) {
             let (linear, angular) = match joint.kind {
-                JointKind::Revolute => (axis.cross(sole.translation - point), axis),
+                JointKind::Revolute => (axis.cross(point - at), axis),
                 JointKind::Prismatic => (axis, DVec3::ZERO),
             };
             *column = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
         }
-        sole
+        Pose::from_parts(point, DQuat::from_mat3(&frame))
     }
+}
+
+/// A frame whose z points along an axis.
+fn frame_along(axis: DVec3) -> DMat3 {
+    let x = axis.any_orthonormal_vector();
+    DMat3::from_cols(x, axis.cross(x), axis)
+}
+
+/// Turns a frame about its own z.
+fn turn_about_z(frame: &mut DMat3, angle: f64) {
+    let (sin, cos) = libm::sincos(angle);
+    let (x, y) = (frame.x_axis, frame.y_axis);
+    (frame.x_axis, frame.y_axis) = (x * cos + y * sin, y * cos - x * sin);
+}
+
+fn links(joints: &[LegJoint], zero_root_from_sole: &Pose) -> BoundedVec<Link, LEG_JOINTS_MAX> {
+    let ends = joints[1..].iter().map(|joint| (frame_along(joint.axis), joint.point));
+    let sole = (DMat3::from_quat(zero_root_from_sole.rotation), zero_root_from_sole.translation);
+    let link = |(joint, (frame, point)): (&LegJoint, (DMat3, DVec3))| {
+        let joint_from_root = frame_along(joint.axis).transpose();
+        Link { joint_from_next: joint_from_root * frame, next: joint_from_root * (point - joint.point) }
+    };
+    joints.iter().zip(ends.chain(std::iter::once(sole))).map(link).collect()
 }
 
 /// An upper bound of the distance between the first and the last joint's points, m.
@@ -225,17 +268,19 @@ fn least_squares(columns: &[Vector6], error: &Vector6) -> Option<LegPositions> {
 /// Solves a 6 by 6 system given with its right-hand side as a seventh column; `None` where a pivot is less than `pivot_min`.
 fn eliminate(system: &mut [[f64; 7]; 6], pivot_min: f64) -> Option<Vector6> {
     for pivot in 0..6 {
-        let best = (pivot..6).max_by(|&a, &b| system[a][pivot].abs().total_cmp(&system[b][pivot].abs()))?;
+        let larger = |best: usize, row: usize| if system[row][pivot].abs() > system[best][pivot].abs() { row } else { best };
+        let best = (pivot + 1..6).fold(pivot, larger);
         system.swap(pivot, best);
-        if system[pivot][pivot].abs() < pivot_min {
+        let line = system[pivot];
+        if line[pivot].abs() < pivot_min {
             return None;
         }
-        let line = system[pivot];
         let inverse = 1.0 / line[pivot];
         for row in &mut system[pivot + 1..] {
             let factor = row[pivot] * inverse;
-            for col in pivot + 1..7 {
-                row[col] -= factor * line[col];
+            // Whole rows, since these are done two numbers at a time; what is left of the pivot is not read again.
+            for (entry, above) in row.iter_mut().zip(&line) {
+                *entry -= factor * above;
             }
         }
     }

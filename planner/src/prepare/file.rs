@@ -19,7 +19,7 @@ use crate::motion::primitive::Gait;
 /// The first bytes of every preparation.
 const MAGIC: [u8; 8] = *b"surefoot";
 /// Changes with the format and with whatever a preparation holds.
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 /// Bytes of a word.
 const WORD: usize = 8;
 
