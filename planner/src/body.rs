@@ -182,6 +182,11 @@ impl Body {
         self.legs.iter().zip(world_from_soles).all(|(leg, sole)| leg.solve_near(&(root_from_world * *sole), &mut configuration.q))
     }
 
+    /// The reach of the shorter leg, m.
+    pub fn shorter_reach(&self) -> f64 {
+        self.legs.iter().map(Leg::reach).fold(f64::INFINITY, f64::min)
+    }
+
     /// The greatest root height (m) at which, seen from `root`'s place and rotation, each hip is at most its share of
     /// reach away from its ankle; `None` where a foot is too far to the side.
     pub fn root_height(&self, root: &Pose, world_from_soles: &[Pose; 2], reach_shares: [f64; 2]) -> Option<f64> {

@@ -11,7 +11,6 @@ use crate::constraint::Constraints;
 use crate::foot_placement::polygon::area_and_centroid;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
-use crate::kinematics::Leg;
 use crate::motion::foothold::{Foothold, left_and_right, single_mode};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::motion::primitive::stand::side_of;
@@ -159,8 +158,8 @@ impl<'a> Seeding<'a> {
     /// Whether a route leads straight up or down from a station to the next.
     fn is_steep(&self, route: &Route, from: usize) -> bool {
         let [from, to] = [from, from + 1].map(|index| route.station(index));
-        let reach = self.constraints.body.legs.iter().map(Leg::reach).fold(f64::INFINITY, f64::min);
-        (to.position.z - from.position.z).abs() > STEEP_MIN * reach && wrap_angle(to.yaw - from.yaw).abs() < STRAIGHT_TURN_MAX
+        (to.position.z - from.position.z).abs() > STEEP_MIN * self.constraints.body.shorter_reach()
+            && wrap_angle(to.yaw - from.yaw).abs() < STRAIGHT_TURN_MAX
     }
 
     /// Whether primitive postures hold on the step of a foot from what a station stands on to what the next one does.

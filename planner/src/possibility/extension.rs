@@ -7,7 +7,6 @@ use super::stance::{Context, Placed, Stance, Wish};
 use super::station::Station;
 use super::torso::Room;
 use crate::foot_placement::Scratch;
-use crate::kinematics::Leg;
 
 /// Strides that are tried, as multiples of the station spacing, and how far each also leads aside, m: farther ones lead across gaps.
 const STRIDES: [(f64, f64); 7] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
@@ -116,8 +115,7 @@ impl Extension {
 
     /// Whether a step may lead from one station to the next, up or down.
     fn can_climb(&self, context: &Context<'_>, from: &Station, to: &Station) -> bool {
-        let reach = context.constraints.body.legs.iter().map(Leg::reach).fold(f64::INFINITY, f64::min);
-        (to.position.z - from.position.z).abs() <= CLIMB_MAX[usize::from(self.relaxed)] * reach
+        (to.position.z - from.position.z).abs() <= CLIMB_MAX[usize::from(self.relaxed)] * context.constraints.body.shorter_reach()
     }
 
     /// How much room there is on the last piece of the way; `None` where the branch has not arrived.
