@@ -269,8 +269,8 @@ fn walked() -> Vec<String> {
     names.filter(|name| !name.starts_with("no_way") && !name.starts_with("gauntlet")).collect()
 }
 
-/// C_N or R says no to a configuration of this scenario's plan.
-fn is_denied_somewhere(case: &Case, preparation: &Preparation<'_>) -> Option<String> {
+/// The first configuration of the plan of a scenario to which C_N or R says no, if any.
+fn first_denial(case: &Case, preparation: &Preparation<'_>) -> Option<String> {
     let mut planner = case.planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "{}", case.scenario.name);
     let Constraints { body, collision, .. } = planner.constraints();
@@ -294,7 +294,7 @@ fn c_n_and_r_hold_wherever_a_plan_leads() {
     for (name, seed) in names.iter().flat_map(|name| (1..=SEEDS).map(move |seed| (name, seed))) {
         let case = Case::shipped(name).with_seed(seed);
         let preparation = preparation_for(&case.model, &case.scenario.planner);
-        assert_eq!(is_denied_somewhere(&case, &preparation), None, "{name}, seed {seed}");
+        assert_eq!(first_denial(&case, &preparation), None, "{name}, seed {seed}");
     }
 }
 

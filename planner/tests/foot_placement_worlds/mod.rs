@@ -1,7 +1,7 @@
 //! The features of the thesis's section 4.2 as small worlds.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where its world does not compile")]
-#![allow(dead_code, missing_docs)]
+#![allow(dead_code, missing_docs, reason = "each test binary uses its own part")]
 
 use glam::{DVec2, DVec3};
 use surefoot_planner::foot_placement::{Effort, FootPlacementConfig, NoSupport, Placement, Request, Scratch, Support, Surfaces};
