@@ -33,7 +33,7 @@ pub const NAME_LEN_MAX: usize = 32;
 /// Longest path of a base folder, bytes; leaves room for iceoryx2's own folders below it.
 const BASE_PATH_LEN_MAX: usize = 64;
 /// How often a lock is tried while somebody else creates or removes the same instance.
-const LOCK_ATTEMPTS_MAX: usize = 20;
+const LOCK_ATTEMPTS_MAX: usize = 40;
 
 /// Why an instance cannot be entered.
 #[derive(Debug, thiserror::Error)]
@@ -127,8 +127,9 @@ impl Instance {
     pub fn create_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let place = Place::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
-            let is_there = directory::ensure_private(base)? && directory::ensure_private_root(&place.root)?;
             directory::refuse_foreign_segments(&place.prefix)?;
+            // Nothing slow from here to the lock: whoever clears away what is dead takes a folder without one for dead, too.
+            let is_there = directory::ensure_private(base)? && directory::ensure_private_root(&place.root)?;
             if is_there && let Some(lock) = lock::alone(&place.root)? {
                 lock::admit_nobody(&lock, &place.root)?;
                 directory::empty_except_lock(&place.root)?;
