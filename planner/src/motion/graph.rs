@@ -9,6 +9,7 @@ use surefoot_shared_types::Pose;
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
+use crate::motion::swings::{Swing, SwingLists};
 use crate::stoop::Stoop;
 
 /// Index of a foot placement.
@@ -64,7 +65,6 @@ pub struct Transition {
     pub attempts: u32,
     /// Q(T): the configuration that was found, as its place in the graph's arena.
     configuration: Option<u32>,
-    next_of_stance: Option<TransitionId>,
     /// [`Prior::surcharge`], once it has been judged.
     surcharge: Option<u32>,
     /// Whether a motion to it from another transition on the same stance has failed.
@@ -114,9 +114,11 @@ impl Prior {
 #[derive(Debug)]
 pub struct Graph {
     footholds: Vec<Foothold>,
-    first_of_stance: Vec<Option<TransitionId>>,
+    swings: SwingLists,
     first_doubtful: Vec<Option<TransitionId>>,
     transitions: Vec<Transition>,
+    /// C(T) of each transition and its twin together, by half their index.
+    step_costs: Vec<f64>,
     configurations: Vec<Configuration>,
     connected: FootholdId,
 }
@@ -131,9 +133,10 @@ impl Graph {
     pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize) -> Self {
         Self {
             footholds: reserve(footholds_max),
-            first_of_stance: reserve(footholds_max),
+            swings: SwingLists::new(footholds_max, transitions_max),
             first_doubtful: reserve(footholds_max),
             transitions: reserve(transitions_max),
+            step_costs: reserve(transitions_max / 2),
             configurations: reserve(configurations_max),
             connected: 0,
         }
@@ -164,11 +167,13 @@ impl Graph {
         let transition = &mut self.transitions[id as usize];
         transition.attempts += prior.attempts;
         transition.surcharge = Some(prior.surcharge);
+        self.note_cost(id);
     }
 
     /// Notes failed attempts to sample a transition.
     pub fn record_failures(&mut self, id: TransitionId, failed: u32) {
         self.transitions[id as usize].attempts += failed;
+        self.note_cost(id);
     }
 
     /// Notes the configuration that was found for a transition.
@@ -181,7 +186,18 @@ impl Graph {
         }
         self.transitions[id as usize].configuration = Some(self.configurations.len() as u32);
         self.configurations.push(found);
+        self.note_cost(id);
         Ok(())
+    }
+
+    fn note_cost(&mut self, id: TransitionId) {
+        let cost = |id: TransitionId| self.transitions[id as usize].cost();
+        self.step_costs[id as usize / 2] = cost(id) + cost(Self::twin(id));
+    }
+
+    /// C(T) of a transition and its twin together: what it costs to swing a foot there and to set it down, m^3.
+    pub fn step_cost(&self, id: TransitionId) -> f64 {
+        self.step_costs[id as usize / 2]
     }
 
     /// Notes that the motion from one transition to another has failed.
@@ -201,10 +217,11 @@ impl Graph {
         if to == Self::twin(from) { transition.is_doubtful_from_twin } else { transition.is_doubtful }
     }
 
-    /// The transitions on a stance to which a motion has failed.
-    pub fn doubtful_from_stance(&self, stance: FootholdId) -> impl Iterator<Item = TransitionId> + '_ {
+    /// The swings from a stance to which a motion has failed.
+    pub fn doubtful_from_stance(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
         let next = |id: &TransitionId| self.transitions[*id as usize].next_doubtful;
-        std::iter::successors(self.first_doubtful[stance as usize], next)
+        let doubtful = std::iter::successors(self.first_doubtful[stance as usize], next);
+        doubtful.map(|to| Swing { to, other: self.transitions[to as usize].other })
     }
 
     /// Whether a motion has failed to any transition on a stance.
@@ -223,15 +240,19 @@ impl Graph {
         id ^ 1
     }
 
+    /// The swings from a placement, newest first.
+    pub fn swings_from(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
+        self.swings.from_stance(stance)
+    }
+
     /// The transitions whose stance is a placement, newest first.
     pub fn from_stance(&self, stance: FootholdId) -> impl Iterator<Item = TransitionId> + '_ {
-        let next = |id: &TransitionId| self.transitions[*id as usize].next_of_stance;
-        std::iter::successors(self.first_of_stance[stance as usize], next)
+        self.swings_from(stance).map(|swing| swing.to)
     }
 
     /// The transition `(stance | other)`, if the graph has it.
     pub fn find(&self, stance: FootholdId, other: FootholdId) -> Option<TransitionId> {
-        self.from_stance(stance).find(|&id| self.transitions[id as usize].other == other)
+        self.swings_from(stance).find(|swing| swing.other == other).map(|swing| swing.to)
     }
 
     /// The placement of the same foot that is all but this one, if there is one.
@@ -258,7 +279,7 @@ impl Graph {
             return Err(ArenaFull::Footholds);
         }
         self.footholds.push(foothold);
-        self.first_of_stance.push(None);
+        self.swings.add_stance();
         self.first_doubtful.push(None);
         Ok((self.footholds.len() - 1) as FootholdId)
     }
@@ -287,20 +308,21 @@ impl Graph {
         let distance = self.footholds[a as usize].distance(&self.footholds[b as usize]);
         for (stance, other) in [(a, b), (b, a)] {
             let id = self.transitions.len() as TransitionId;
-            let next_of_stance = self.first_of_stance[stance as usize].replace(id);
+            self.swings.add(stance, Swing { to: id, other });
             self.transitions.push(Transition {
                 stance,
                 other,
                 distance,
                 attempts: 1,
                 configuration: None,
-                next_of_stance,
                 surcharge: None,
                 is_doubtful: false,
                 is_doubtful_from_twin: false,
                 next_doubtful: None,
             });
         }
+        self.step_costs.push(0.0);
+        self.note_cost(self.transitions.len() as TransitionId - 1);
         Ok(())
     }
 
@@ -328,7 +350,9 @@ impl Graph {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.footholds.capacity() * (size_of::<Foothold>() + 2 * size_of::<Option<TransitionId>>())
+        self.footholds.capacity() * (size_of::<Foothold>() + size_of::<Option<TransitionId>>())
+            + self.swings.bytes()
+            + self.step_costs.capacity() * size_of::<f64>()
             + self.transitions.capacity() * size_of::<Transition>()
             + self.configurations.capacity() * size_of::<Configuration>()
     }

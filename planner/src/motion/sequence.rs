@@ -5,6 +5,7 @@ use crate::motion::edges::EdgeTable;
 use crate::motion::graph::{FootholdId, Graph, TransitionId};
 use crate::motion::heap::IndexHeap;
 use crate::motion::mode_costs::ModeCosts;
+use crate::motion::swings::Swing;
 
 /// The penalty p for each failed single-mode search between two transitions: no less than the cost of a transition
 /// that was never tried and is as long as a step usually is, however unlikely it looks [Grey 4.4.2].
@@ -57,6 +58,14 @@ impl Query<'_> {
             Purpose::Join if transition.is_found() => self.modes.cost(self.graph, id),
             Purpose::Join => f64::INFINITY,
             Purpose::Shorten => SHORTEN_BASE + transition.effort(),
+        }
+    }
+
+    /// What it costs to swing a foot to a transition and to set it down.
+    fn step_cost(&self, to: TransitionId) -> f64 {
+        match self.purpose {
+            Purpose::Find | Purpose::Return => self.graph.step_cost(to),
+            Purpose::Join | Purpose::Shorten => self.cost(to) + self.cost(Graph::twin(to)),
         }
     }
 
@@ -157,7 +166,7 @@ impl SequenceSearch {
         self.clear(query.graph);
         for &start in query.starts {
             if self.relax(query, None, start, query.failed(query.ends[0], start), (0.0, 0)) {
-                self.wait(start);
+                self.arrive(query.graph, start);
                 self.set_down(query, start);
             }
         }
@@ -199,7 +208,7 @@ impl SequenceSearch {
             return Some(self.swing(query, node, graph.doubtful_from_stance(stance), (cost, hops)));
         }
         self.entered.push(stance);
-        Some(self.swing(query, node, graph.from_stance(stance), (cost, hops)))
+        Some(self.swing(query, node, graph.swings_from(stance), (cost, hops)))
     }
 
     /// Bytes reserved.
@@ -224,21 +233,30 @@ impl SequenceSearch {
         }
     }
 
-    /// Relaxes the swings from a transition to some on the same stance; answers how many there were.
-    fn swing(&mut self, query: &Query<'_>, node: TransitionId, swings: impl Iterator<Item = TransitionId>, reached: Cost) -> u64 {
+    /// Relaxes some swings from a transition; answers how many there were.
+    fn swing(&mut self, query: &Query<'_>, node: TransitionId, swings: impl Iterator<Item = Swing>, reached: Cost) -> u64 {
         let mut looked_at = 0;
-        for next in swings.filter(|&next| next != node) {
+        let is_doubtful = query.graph.is_doubtful(query.graph.transitions()[node as usize].stance);
+        for Swing { to, other } in swings.filter(|swing| swing.to != node) {
             looked_at += 1;
-            let transition = &query.graph.transitions()[next as usize];
-            if !self.may_use(query, transition.other) || !self.relax(query, Some(node), next, query.penalty(node, next), reached) {
+            if !is_doubtful && self.is_settled_for_less(query, Swing { to, other }, reached)
+                || !self.may_use(query, other)
+                || !self.relax(query, Some(node), to, query.penalty(node, to), reached)
+            {
                 continue;
             }
-            if query.graph.is_doubtful(transition.stance) {
-                self.wait(next);
+            if is_doubtful {
+                self.wait(to);
             }
-            self.set_down(query, next);
+            self.set_down(query, to);
         }
         looked_at
+    }
+
+    /// Whether a swing, even without any penalty, leads to a stance that has been reached for less, where only the first arrival counts.
+    fn is_settled_for_less(&self, query: &Query<'_>, Swing { to, other }: Swing, reached: Cost) -> bool {
+        let arrival = (reached.0 + query.step_cost(to), reached.1 + 2);
+        arrival >= self.stances[other as usize].arrival && !query.graph.is_doubtful(other) && !query.goal.contains(&other)
     }
 
     /// Goes on from a transition that was reached to its twin: the foot is set down, and carries the robot.
@@ -247,14 +265,19 @@ impl SequenceSearch {
         if !self.relax(query, Some(node), twin, query.penalty(node, twin), self.costs[node as usize]) {
             return;
         }
-        let (cost, stance) = (self.costs[twin as usize], query.graph.transitions()[twin as usize].stance);
+        self.arrive(query.graph, twin);
+    }
+
+    /// Notes that a transition's stance was reached, if that is the first arrival there or not only the first one counts.
+    fn arrive(&mut self, graph: &Graph, node: TransitionId) {
+        let (cost, stance) = (self.costs[node as usize], graph.transitions()[node as usize].stance);
         let record = &mut self.stances[stance as usize];
         let is_first = cost < record.arrival;
         if is_first {
             record.arrival = cost;
         }
-        if is_first || query.graph.is_doubtful(stance) {
-            self.wait(twin);
+        if is_first || graph.is_doubtful(stance) {
+            self.wait(node);
         }
     }
 
