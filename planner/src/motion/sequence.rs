@@ -93,6 +93,23 @@ type Cost = (f64, u32);
 /// Of what no way leads to.
 const UNREACHED: Cost = (f64::INFINITY, 0);
 
+/// How a transition is reached.
+#[derive(Debug, Clone, Copy)]
+struct Arrival {
+    cost: f64,
+    hops: u32,
+    /// The transition before it; itself where the way begins.
+    from: TransitionId,
+}
+
+impl Arrival {
+    const NONE: Self = Self { cost: UNREACHED.0, hops: UNREACHED.1, from: 0 };
+
+    fn cost(&self) -> Cost {
+        (self.cost, self.hops)
+    }
+}
+
 /// The arrays of the shortest-path search, allocated once.
 ///
 /// What a swing costs depends on where it leads, and on where it begins only if that very motion has failed. So the first arrival on
@@ -101,10 +118,10 @@ const UNREACHED: Cost = (f64::INFINITY, 0);
 #[derive(Debug)]
 pub struct SequenceSearch {
     heap: IndexHeap,
-    costs: Uniform<Cost>,
-    came_from: Uniform<Option<TransitionId>>,
-    /// The transitions that the last search reached; the only ones whose entries it has changed.
+    arrivals: Uniform<Arrival>,
+    /// The transitions that the last search reached, and the stances; the only ones whose entries it has changed.
     reached: Vec<TransitionId>,
+    reached_stances: Vec<FootholdId>,
     stances: Vec<StanceRecord>,
     /// The placements that have been reached as a stance.
     entered: Vec<FootholdId>,
@@ -132,9 +149,9 @@ impl SequenceSearch {
     pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
         Self {
             heap: IndexHeap::new(transitions_max),
-            costs: Uniform::new(UNREACHED, transitions_max),
-            came_from: Uniform::new(None, transitions_max),
+            arrivals: Uniform::new(Arrival::NONE, transitions_max),
             reached: reserve(transitions_max),
+            reached_stances: reserve(footholds_max),
             stances: filled(StanceRecord { arrival: UNREACHED, is_entered: false, is_used: false }, footholds_max),
             entered: reserve(footholds_max),
             sequence: reserve(transitions_max),
@@ -163,9 +180,9 @@ impl SequenceSearch {
 
     /// Begins to look for the cheapest sequence (Dijkstra; among equal costs the fewest transitions).
     pub fn begin(&mut self, query: &Query<'_>) {
-        self.clear(query.graph);
+        self.clear();
         for &start in query.starts {
-            if self.relax(query, None, start, query.failed(query.ends[0], start), (0.0, 0)) {
+            if self.relax(query, start, start, query.failed(query.ends[0], start), (0.0, 0)) {
                 self.arrive(query.graph, start);
                 self.set_down(query, start);
             }
@@ -181,7 +198,7 @@ impl SequenceSearch {
                 match self.expand(query) {
                     Some(swings) => looked_at += swings + 1,
                     None => {
-                        self.best.iter().for_each(|&(_, goal)| trace(&self.came_from, goal, &mut self.sequence));
+                        self.best.iter().for_each(|&(_, goal)| trace(&self.arrivals, goal, &mut self.sequence));
                         return spent;
                     }
                 }
@@ -214,22 +231,23 @@ impl SequenceSearch {
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.heap.bytes()
-            + self.costs.bytes()
-            + self.came_from.bytes()
+            + self.arrivals.bytes()
             + (self.reached.capacity() + self.sequence.capacity()) * size_of::<TransitionId>()
-            + self.stances.len() * (size_of::<StanceRecord>() + size_of::<FootholdId>())
+            + self.stances.len() * (size_of::<StanceRecord>() + 2 * size_of::<FootholdId>())
     }
 
     /// Forgets the last search.
-    fn clear(&mut self, graph: &Graph) {
+    fn clear(&mut self) {
         self.heap.clear();
         self.best = None;
         self.sequence.clear();
         self.entered.clear();
         for node in self.reached.drain(..) {
-            self.costs[node as usize] = UNREACHED;
-            let stance = &mut self.stances[graph.transitions()[node as usize].stance as usize];
-            (stance.arrival, stance.is_entered) = (UNREACHED, false);
+            self.arrivals[node as usize] = Arrival::NONE;
+        }
+        for stance in self.reached_stances.drain(..) {
+            let record = &mut self.stances[stance as usize];
+            (record.arrival, record.is_entered) = (UNREACHED, false);
         }
     }
 
@@ -241,7 +259,7 @@ impl SequenceSearch {
             looked_at += 1;
             if !is_doubtful && self.is_settled_for_less(query, Swing { to, other }, reached)
                 || !self.may_use(query, other)
-                || !self.relax(query, Some(node), to, query.penalty(node, to), reached)
+                || !self.relax(query, node, to, query.penalty(node, to), reached)
             {
                 continue;
             }
@@ -262,7 +280,7 @@ impl SequenceSearch {
     /// Goes on from a transition that was reached to its twin: the foot is set down, and carries the robot.
     fn set_down(&mut self, query: &Query<'_>, node: TransitionId) {
         let twin = Graph::twin(node);
-        if !self.relax(query, Some(node), twin, query.penalty(node, twin), self.costs[node as usize]) {
+        if !self.relax(query, node, twin, query.penalty(node, twin), self.arrivals[node as usize].cost()) {
             return;
         }
         self.arrive(query.graph, twin);
@@ -270,10 +288,13 @@ impl SequenceSearch {
 
     /// Notes that a transition's stance was reached, if that is the first arrival there or not only the first one counts.
     fn arrive(&mut self, graph: &Graph, node: TransitionId) {
-        let (cost, stance) = (self.costs[node as usize], graph.transitions()[node as usize].stance);
+        let (cost, stance) = (self.arrivals[node as usize].cost(), graph.transitions()[node as usize].stance);
         let record = &mut self.stances[stance as usize];
         let is_first = cost < record.arrival;
         if is_first {
+            if record.arrival == UNREACHED {
+                self.reached_stances.push(stance);
+            }
             record.arrival = cost;
         }
         if is_first || graph.is_doubtful(stance) {
@@ -283,7 +304,7 @@ impl SequenceSearch {
 
     /// Lets a transition that was reached wait until it is the nearest arrival.
     fn wait(&mut self, node: TransitionId) {
-        let (cost, hops) = self.costs[node as usize];
+        let (cost, hops) = self.arrivals[node as usize].cost();
         self.heap.push(node, cost, hops);
     }
 
@@ -294,16 +315,16 @@ impl SequenceSearch {
     }
 
     /// Notes a cheaper way to a transition, if it is one.
-    fn relax(&mut self, query: &Query<'_>, from: Option<TransitionId>, to: TransitionId, penalty: f64, reached: Cost) -> bool {
+    fn relax(&mut self, query: &Query<'_>, from: TransitionId, to: TransitionId, penalty: f64, reached: Cost) -> bool {
         let cost = (reached.0 + penalty + query.cost(to), reached.1 + 1);
-        if cost >= self.costs[to as usize] {
+        let known = self.arrivals[to as usize].cost();
+        if cost >= known {
             return false;
         }
-        if self.costs[to as usize].0.is_infinite() {
+        if known == UNREACHED {
             self.reached.push(to);
         }
-        self.costs[to as usize] = cost;
-        self.came_from[to as usize] = from;
+        self.arrivals[to as usize] = Arrival { cost: cost.0, hops: cost.1, from };
         if query.is_goal(to) {
             let arrived = cost.0 + query.failed(to, query.ends[1]);
             if self.best.is_none_or(|(least, _)| arrived < least) {
@@ -315,8 +336,9 @@ impl SequenceSearch {
 }
 
 /// Writes the way that leads to a goal.
-fn trace(came_from: &Uniform<Option<TransitionId>>, goal: TransitionId, sequence: &mut Vec<TransitionId>) {
-    sequence.extend(std::iter::successors(Some(goal), |&at| came_from[at as usize]));
+fn trace(arrivals: &Uniform<Arrival>, goal: TransitionId, sequence: &mut Vec<TransitionId>) {
+    let before = |at: &TransitionId| Some(arrivals[*at as usize].from).filter(|from| from != at);
+    sequence.extend(std::iter::successors(Some(goal), before));
     sequence.reverse();
 }
 
