@@ -386,7 +386,7 @@ mod tests {
             }
             let last = count as u32 - 2;
             let modes = ModeCosts::new(count, count * count, count * count);
-            Self { graph, edges: EdgeTable::new(64), modes, stations: vec![0; count], ends: [[0, 1], [last, last + 1]] }
+            Self { graph, edges: EdgeTable::new(256), modes, stations: vec![0; count], ends: [[0, 1], [last, last + 1]] }
         }
 
         fn query<'a>(&'a self, starts: &'a [TransitionId], purpose: Purpose, goal: [FootholdId; 2]) -> Query<'a> {
@@ -464,6 +464,62 @@ mod tests {
                 judged += 1;
             }
             assert!((some.cheapest().1 - all.cheapest().1).abs() < 1e-12 && judged < ids.len(), "{judged} of {} judged", ids.len());
+        }
+    }
+
+    /// What the cheapest sequence costs, by relaxing all swings of all transitions until nothing changes.
+    fn least_cost(query: &Query<'_>) -> f64 {
+        let ids = 0..query.graph.transitions().len() as TransitionId;
+        let mut costs = vec![f64::INFINITY; ids.len()];
+        query.starts.iter().for_each(|&start| costs[start as usize] = query.cost(start));
+        let mut has_changed = true;
+        while std::mem::take(&mut has_changed) {
+            for from in ids.clone() {
+                let stance = query.graph.transitions()[from as usize].stance;
+                for to in query.graph.from_stance(stance).filter(|&to| to != from).chain([Graph::twin(from)]) {
+                    let cost = costs[from as usize] + query.penalty(from, to) + query.cost(to);
+                    if cost < costs[to as usize] - 1e-12 {
+                        (costs[to as usize], has_changed) = (cost, true);
+                    }
+                }
+            }
+        }
+        ids.filter(|&id| query.is_goal(id)).map(|id| costs[id as usize]).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Lets attempts at transitions fail, others be found, and motions fail on two of three placements.
+    fn try_at_random(line: &mut Line, seed: u64) {
+        let mut random = Random::new(seed, Stream::Transition, 0, 0);
+        let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
+        let count = line.graph.transitions().len();
+        for _ in 0..5 * count {
+            let id = random.below(count) as TransitionId;
+            let stance = line.graph.transitions()[id as usize].stance;
+            let swings: Vec<TransitionId> = line.graph.from_stance(stance).collect();
+            match random.below(8) {
+                0 => line.graph.record_failures(id, random.below(40) as u32),
+                1 => line.graph.record_found(id, configuration).unwrap(),
+                _ if (u64::from(stance) + seed).is_multiple_of(3) => {}
+                _ => {
+                    let to = [swings[random.below(swings.len())], Graph::twin(id)][random.below(2)];
+                    if line.edges.set(id, to, EdgeRecord { failures: 1, motion: None }).is_ok() {
+                        line.graph.doubt(id, to);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn no_sequence_is_cheaper_whatever_was_found_and_whichever_motions_have_failed() {
+        let places: Vec<f64> = (0..5).map(|index| 0.25 * f64::from(index)).collect();
+        for seed in 0..1000 {
+            let mut line = Line::new(&places, 0.6);
+            try_at_random(&mut line, seed);
+            let starts = line.starts(line.ends[0]);
+            let least = least_cost(&line.query(&starts, Purpose::Find, line.ends[1]));
+            let (_, cost) = line.cheapest();
+            assert!((cost - least).abs() < 1e-9, "seed {seed}: {cost}, {least} is to be had");
         }
     }
 
