@@ -33,7 +33,7 @@ pub const NAME_LEN_MAX: usize = 32;
 /// Longest path of a base folder, bytes; leaves room for iceoryx2's own folders below it.
 const BASE_PATH_LEN_MAX: usize = 64;
 /// How often a lock is tried while somebody else creates or removes the same instance.
-const LOCK_ATTEMPTS_MAX: usize = 40;
+const LOCK_ATTEMPTS_MAX: usize = 20;
 
 /// Why an instance cannot be entered.
 #[derive(Debug, thiserror::Error)]
