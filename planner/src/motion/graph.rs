@@ -9,7 +9,7 @@ use surefoot_shared_types::Pose;
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
-use crate::motion::swings::{Swing, SwingLists};
+use crate::motion::swing_lists::{Swing, SwingLists};
 use crate::stoop::Stoop;
 
 /// Index of a foot placement.
@@ -218,7 +218,7 @@ impl Graph {
     }
 
     /// The swings from a stance to which a motion has failed.
-    pub fn doubtful_from_stance(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
+    pub fn doubtful_swings_from(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
         let next = |id: &TransitionId| self.transitions[*id as usize].next_doubtful;
         let doubtful = std::iter::successors(self.first_doubtful[stance as usize], next);
         doubtful.map(|to| Swing { to, other: self.transitions[to as usize].other })

@@ -14,7 +14,7 @@ pub mod sequence;
 pub mod shortcut;
 pub mod single_mode;
 pub mod swing;
-pub mod swings;
+pub mod swing_lists;
 pub mod track;
 pub mod transition;
 pub mod tree;

@@ -5,7 +5,7 @@ use crate::motion::edges::EdgeTable;
 use crate::motion::graph::{FootholdId, Graph, TransitionId};
 use crate::motion::heap::IndexHeap;
 use crate::motion::mode_costs::ModeCosts;
-use crate::motion::swings::Swing;
+use crate::motion::swing_lists::Swing;
 
 /// The penalty p for each failed single-mode search between two transitions: no less than the cost of a transition
 /// that was never tried and is as long as a step usually is, however unlikely it looks [Grey 4.4.2].
@@ -93,7 +93,7 @@ type Cost = (f64, u32);
 /// Of what no way leads to.
 const UNREACHED: Cost = (f64::INFINITY, 0);
 
-/// How a transition is reached.
+/// How a transition is reached, in 16 bytes: there is one for each of a million.
 #[derive(Debug, Clone, Copy)]
 struct Arrival {
     cost: f64,
@@ -113,8 +113,8 @@ impl Arrival {
 /// The arrays of the shortest-path search, allocated once.
 ///
 /// What a swing costs depends on where it leads, and on where it begins only if that very motion has failed. So the first arrival on
-/// a stance settles all its swings but the doubtful ones: a stance is expanded once, each of its swings is set down at once, and only
-/// arrivals that may be the first on their stance, or lead on to doubtful ones, wait in the heap.
+/// a stance settles all its swings but the doubtful ones: a stance is expanded once, each of its swings is set down at once or passed
+/// over, and only arrivals that may be the first on their stance, or lead on to doubtful ones, wait in the heap.
 #[derive(Debug)]
 pub struct SequenceSearch {
     heap: IndexHeap,
@@ -222,7 +222,7 @@ impl SequenceSearch {
         let graph = query.graph;
         let stance = graph.transitions()[node as usize].stance;
         if std::mem::replace(&mut self.stances[stance as usize].is_entered, true) {
-            return Some(self.swing(query, node, graph.doubtful_from_stance(stance), (cost, hops)));
+            return Some(self.swing(query, node, graph.doubtful_swings_from(stance), (cost, hops)));
         }
         self.entered.push(stance);
         Some(self.swing(query, node, graph.swings_from(stance), (cost, hops)))
@@ -255,18 +255,16 @@ impl SequenceSearch {
     fn swing(&mut self, query: &Query<'_>, node: TransitionId, swings: impl Iterator<Item = Swing>, reached: Cost) -> u64 {
         let mut looked_at = 0;
         let is_doubtful = query.graph.is_doubtful(query.graph.transitions()[node as usize].stance);
-        for Swing { to, other } in swings.filter(|swing| swing.to != node) {
+        for swing in swings.filter(|swing| swing.to != node) {
             looked_at += 1;
-            if !is_doubtful && self.is_settled_for_less(query, Swing { to, other }, reached)
-                || !self.may_use(query, other)
-                || !self.relax(query, node, to, query.penalty(node, to), reached)
-            {
+            let is_vain = !is_doubtful && self.is_settled_for_less(query, swing, reached) || !self.may_use(query, swing.other);
+            if is_vain || !self.relax(query, node, swing.to, query.penalty(node, swing.to), reached) {
                 continue;
             }
             if is_doubtful {
-                self.wait(to);
+                self.wait(swing.to);
             }
-            self.set_down(query, to);
+            self.set_down(query, swing.to);
         }
         looked_at
     }
@@ -280,10 +278,9 @@ impl SequenceSearch {
     /// Goes on from a transition that was reached to its twin: the foot is set down, and carries the robot.
     fn set_down(&mut self, query: &Query<'_>, node: TransitionId) {
         let twin = Graph::twin(node);
-        if !self.relax(query, node, twin, query.penalty(node, twin), self.arrivals[node as usize].cost()) {
-            return;
+        if self.relax(query, node, twin, query.penalty(node, twin), self.arrivals[node as usize].cost()) {
+            self.arrive(query.graph, twin);
         }
-        self.arrive(query.graph, twin);
     }
 
     /// Notes that a transition's stance was reached, if that is the first arrival there or not only the first one counts.
