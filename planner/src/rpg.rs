@@ -169,6 +169,7 @@ impl Planner {
         let pool = start_threads(threads)?;
         let torso = Torso::new(model, &body);
         let stations_max = config.stations_max as usize;
+        let reach = preparation.possible_steps().reach();
         let stooping = Stooping::new(stations_max);
         let growth = Growth::new(&scenario.start, &scenario.goal, config.station_spacing, stations_max, &collision.world_bounds());
         Ok(Self {
@@ -180,7 +181,7 @@ impl Planner {
                 seed: scenario.seed,
             },
             pool,
-            roadmap: Roadmap::new(config),
+            roadmap: Roadmap::new(config, reach),
             round: Round::default(),
             scratch,
             torso,
@@ -349,7 +350,7 @@ impl Planner {
             Phase::Stoop => Ok(self.stoop()),
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
-            Phase::Connect { next } => self.connect(next),
+            Phase::Connect { next } => self.connect(next, budget),
             Phase::Judge => Ok(self.judge(budget)),
             Phase::Scatter { index } => self.scatter(index),
             Phase::Vary { index, tried, end } => self.vary(index, tried, end, budget),

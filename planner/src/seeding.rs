@@ -69,6 +69,9 @@ struct Neighbour {
     id: FootholdId,
 }
 
+/// The placements that another is to be connected with.
+pub type Neighbours = heapless::Vec<FootholdId, NEIGHBOURS_MAX>;
+
 /// What seeding reads.
 #[derive(Debug, Clone, Copy)]
 pub struct Seeding<'a> {
@@ -250,40 +253,27 @@ impl<'a> Seeding<'a> {
         ending
     }
 
-    /// Connects a placement with the earlier ones of the other foot that are no farther than `reach` (m), where it is due and the feet
-    /// do not meet.
-    ///
-    /// # Errors
-    /// The transition arena is full.
-    pub fn connect(
-        &self,
-        foothold: FootholdId,
-        reach: f64,
-        is_due: &dyn Fn(&Foothold, &Foothold) -> bool,
-        graph: &mut Graph,
-    ) -> Result<(), ArenaFull> {
+    /// The earlier placements of the other foot that a placement is to be connected with: no farther than `reach` (m), where it is due
+    /// and the feet do not meet.
+    pub fn neighbours(&self, foothold: FootholdId, reach: f64, is_due: impl Fn(&Foothold, &Foothold) -> bool, graph: &Graph) -> Neighbours {
         let mut neighbours: heapless::Vec<Neighbour, NEIGHBOURS_MAX> = heapless::Vec::new();
         let here = &graph.footholds()[foothold as usize];
-        for (index, other) in graph.footholds()[..foothold as usize].iter().enumerate() {
+        let place = here.world_from_sole.translation;
+        for (id, other) in graph.near(1 - here.limb, place).take_while(|&(id, _)| id < foothold) {
             let distance = here.distance(other);
             if other.limb == here.limb || distance > reach || !is_due(here, other) {
                 continue;
             }
-            let offset = other.world_from_sole.translation - here.world_from_sole.translation;
+            let offset = other.world_from_sole.translation - place;
             let cell = (offset / NEIGHBOUR_CELL).round().as_ivec3();
-            let neighbour = Neighbour { cell, distance, id: index as FootholdId };
+            let neighbour = Neighbour { cell, distance, id };
             match neighbours.iter_mut().find(|known| known.cell == cell) {
                 Some(known) if known.distance <= distance => {}
                 Some(known) => *known = neighbour,
                 None => drop(neighbours.push(neighbour)),
             }
         }
-        for neighbour in neighbours {
-            if !self.feet_meet(graph, foothold, neighbour.id) {
-                graph.connect(foothold, neighbour.id)?;
-            }
-        }
-        Ok(())
+        neighbours.iter().map(|neighbour| neighbour.id).filter(|&id| !self.feet_meet(graph, foothold, id)).collect()
     }
 
     /// Whether the two feet would intersect on these placements: such a transition can not exist [Grey 4.4.2].

@@ -187,7 +187,7 @@ mod tests {
 
     #[test]
     fn the_most_laboured_mode_is_the_one_searched_in_vain_most() {
-        let mut graph = Graph::new(3, 4, 4);
+        let mut graph = Graph::new(3, 4, 4, 1.0);
         let foothold = |limb, x| Foothold::new(limb, Pose::from_parts(DVec3::new(x, 0.0, 0.0), DQuat::IDENTITY), heapless::Vec::new());
         let [left, right, ahead] = [(0, 0.0), (1, 0.1), (1, 0.3)].map(|(limb, x)| graph.add_foothold(foothold(limb, x)).unwrap());
         graph.connect(left, right).unwrap();

@@ -339,7 +339,7 @@ fn turned_out(name: &str) -> Graph {
     let Compiled { site, scratch, growth } = &mut compiled;
     let steps = site.preparation.possible_steps();
     let seeding = Seeding { constraints: &site.constraints, surfaces: &site.surfaces, steps, seed: 1 };
-    let mut graph = Graph::new(4096, 1, 1);
+    let mut graph = Graph::new(4096, 1, 1, 1.0);
     for place in (0..growth.route().stations()).flat_map(|station| [(station, 0), (station, 1)]) {
         seeding.turn_out(growth.route(), place, 0, &mut graph, &mut scratch[0]).unwrap();
     }

@@ -58,7 +58,7 @@ impl Stand {
 
     /// The same, where scant support `may_be_scant`.
     fn judged_where(&self, other: &Foothold, may_be_scant: bool) -> Prior {
-        let mut graph = Graph::new(2, 2, 1);
+        let mut graph = Graph::new(2, 2, 1, 1.0);
         let [left, right] = [&self.end.footholds[0], other].map(|foothold| graph.add_foothold(foothold.clone()).unwrap());
         graph.connect(left, right).unwrap();
         judge(&self.constraints, graph.find(left, right).unwrap(), &graph, may_be_scant)
@@ -100,7 +100,7 @@ fn a_step_too_long_is_varied_until_it_is_reached() {
     let mut stand = stand();
     let (left, far) = (stand.end.footholds[0].clone(), stand.right(DVec3::new(0.8, 0.0, 0.0)));
     assert!(!stand.is_reached(&far));
-    let mut graph = Graph::new(4, 2, 1);
+    let mut graph = Graph::new(4, 2, 1, 1.0);
     let [a, b] = [left, far].map(|foothold| graph.add_foothold(foothold).unwrap());
     graph.connect(a, b).unwrap();
     let steps = preparation_for(&hubo(), &stand.constraints.config).possible_steps();

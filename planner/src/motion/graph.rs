@@ -4,11 +4,13 @@
 //! the double-support mode of the two. From `(a | b)` the robot goes on to the twin (double support), or swings its free
 //! foot to another placement: `(a | c)` (single support on a).
 
+use glam::DVec3;
 use surefoot_shared_types::Pose;
 
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
+use crate::motion::place_index::PlaceIndex;
 use crate::motion::swing_lists::{Swing, SwingLists};
 use crate::stoop::Stoop;
 
@@ -114,6 +116,7 @@ impl Prior {
 #[derive(Debug)]
 pub struct Graph {
     footholds: Vec<Foothold>,
+    places: PlaceIndex,
     swings: SwingLists,
     first_doubtful: Vec<Option<TransitionId>>,
     transitions: Vec<Transition>,
@@ -129,10 +132,11 @@ const SAME_PLACE: f64 = 0.01;
 const SAME_TURN: f64 = 0.02;
 
 impl Graph {
-    /// Empty arenas of these capacities.
-    pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize) -> Self {
+    /// Empty arenas of these capacities, for steps of at most `reach` (m).
+    pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize, reach: f64) -> Self {
         Self {
             footholds: reserve(footholds_max),
+            places: PlaceIndex::new(reach.max(SAME_PLACE), footholds_max),
             swings: SwingLists::new(footholds_max, transitions_max),
             first_doubtful: reserve(footholds_max),
             transitions: reserve(transitions_max),
@@ -261,13 +265,18 @@ impl Graph {
             let turn = known.world_from_sole.rotation.conjugate() * foothold.world_from_sole.rotation;
             known.limb == foothold.limb && known.distance(foothold) < SAME_PLACE && turn.xyz().length() < SAME_TURN
         };
-        self.footholds.iter().position(is_same).map(|index| index as FootholdId)
+        self.near(foothold.limb, foothold.world_from_sole.translation).find(|&(_, known)| is_same(known)).map(|(id, _)| id)
     }
 
     /// The very same placement, if the graph has it.
     pub fn identical(&self, limb: usize, world_from_sole: &Pose) -> Option<FootholdId> {
         let is_identical = |known: &Foothold| known.limb == limb && known.world_from_sole == *world_from_sole;
-        self.footholds.iter().position(is_identical).map(|index| index as FootholdId)
+        self.near(limb, world_from_sole.translation).find(|&(_, known)| is_identical(known)).map(|(id, _)| id)
+    }
+
+    /// All placements of a foot that a step leads to from a place, or that are the same as one there, and perhaps others, in their order.
+    pub fn near(&self, limb: usize, place: DVec3) -> impl Iterator<Item = (FootholdId, &Foothold)> {
+        self.places.near(limb, place).map(|id| (id, &self.footholds[id as usize]))
     }
 
     /// Adds a placement.
@@ -278,6 +287,7 @@ impl Graph {
         if self.footholds.len() == self.footholds.capacity() {
             return Err(ArenaFull::Footholds);
         }
+        self.places.add(foothold.limb, foothold.world_from_sole.translation);
         self.footholds.push(foothold);
         self.swings.add_stance();
         self.first_doubtful.push(None);
@@ -351,6 +361,7 @@ impl Graph {
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.footholds.capacity() * (size_of::<Foothold>() + size_of::<Option<TransitionId>>())
+            + self.places.bytes()
             + self.swings.bytes()
             + self.step_costs.capacity() * size_of::<f64>()
             + self.transitions.capacity() * size_of::<Transition>()

@@ -6,6 +6,7 @@ pub mod graph;
 pub mod heap;
 pub mod lift;
 pub mod mode_costs;
+pub mod place_index;
 pub mod primitive;
 pub mod roadmap;
 pub mod round;

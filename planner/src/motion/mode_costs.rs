@@ -200,7 +200,7 @@ mod tests {
 
     impl Figure {
         fn new() -> Self {
-            let mut graph = Graph::new(1 + ENDS, 2 * ENDS, 2 * ENDS);
+            let mut graph = Graph::new(1 + ENDS, 2 * ENDS, 2 * ENDS, 1.0);
             let mut costs = ModeCosts::new(1 + ENDS, 2 * ENDS, 2 * ENDS);
             let foothold = |limb, x| Foothold::new(limb, Pose::from_parts(DVec3::X * x, DQuat::IDENTITY), heapless::Vec::new());
             let stance = graph.add_foothold(foothold(0, 0.0)).unwrap();

@@ -90,12 +90,12 @@ pub struct Hop {
 const MOTIONS_PER_PLAN: usize = 3;
 
 impl Roadmap {
-    /// Arenas of these capacities.
-    pub fn new(config: &PlannerConfig) -> Self {
+    /// Arenas of these capacities, for steps of at most `reach` (m).
+    pub fn new(config: &PlannerConfig, reach: f64) -> Self {
         let [footholds_max, transitions_max] = [config.footholds_max, config.transitions_max].map(|count| count as usize);
         let [configurations_max, waypoints_max] = [config.configurations_max, config.waypoints_max].map(|count| count as usize);
         Self {
-            graph: Graph::new(footholds_max, transitions_max, configurations_max),
+            graph: Graph::new(footholds_max, transitions_max, configurations_max, reach),
             edges: EdgeTable::new(4 * configurations_max),
             costs: ModeCosts::new(footholds_max, transitions_max, configurations_max),
             trees: TreePool::new(TREES_MAX, TREE_NODES_MAX),

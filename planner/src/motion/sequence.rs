@@ -363,7 +363,7 @@ mod tests {
     impl Line {
         fn new(places: &[f64], reach: f64) -> Self {
             let count = 2 * places.len();
-            let mut graph = Graph::new(count, count * count, count * count);
+            let mut graph = Graph::new(count, count * count, count * count, reach);
             let foothold = |limb, x: f64| {
                 let y = if limb == 0 { 0.05 } else { -0.05 };
                 Foothold::new(limb, Pose::from_parts(DVec3::new(x, y, 0.0), DQuat::IDENTITY), heapless::Vec::new())

@@ -5,27 +5,63 @@ use rayon::prelude::*;
 use super::{Phase, Planner};
 use crate::motion::foothold::{Foothold, left_and_right};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
-use crate::seeding::{Seeding, judge};
+use crate::possibility::Station;
+use crate::seeding::{Neighbours, Seeding, judge};
+use crate::trouble::nearest_station;
 
-/// Transitions that are judged side by side.
-const JUDGED_AT_ONCE: usize = 32;
+/// Transitions or placements that are looked at side by side.
+const AT_ONCE: usize = 32;
+/// The station of a placement that is not used on the route.
+const NOWHERE: u32 = u32::MAX;
+
+type Batch<T> = heapless::Vec<T, AT_ONCE>;
 
 impl Planner {
-    /// Connects the next placement with its neighbours; once all are, counts it to the nearest station.
-    pub(super) fn connect(&mut self, next: FootholdId) -> Result<Phase, ArenaFull> {
-        if next as usize == self.roadmap.graph.footholds().len() {
-            return if self.locate_next() { Ok(Phase::Connect { next }) } else { self.after_connecting() };
+    /// Connects the next placements with their neighbours, as many as a budget allows, each one unit of work; once all are, counts each
+    /// to the nearest station.
+    pub(super) fn connect(&mut self, next: FootholdId, budget: u64) -> Result<Phase, ArenaFull> {
+        let count = self.roadmap.graph.footholds().len();
+        if next as usize == count {
+            return if self.locate_next(budget) { Ok(Phase::Connect { next }) } else { self.after_connecting() };
         }
-        let seeding = Seeding::of(&self.shared);
+        let ids: Batch<FootholdId> = (next..count as FootholdId).take(batch_len(budget)).collect();
         let steps = self.shared.preparation.possible_steps();
-        let (stretches, was_connected) = (self.stretches, next < self.roadmap.graph.connected());
-        let is_due = |a: &Foothold, b: &Foothold| {
-            let soles = left_and_right(a, b).map(|foothold| &foothold.world_from_sole);
-            if steps.may_step(soles) { !was_connected } else { stretches }
+        let (seeding, graph, stretches) = (Seeding::of(&self.shared), &self.roadmap.graph, self.stretches);
+        let neighbours = |id: FootholdId| {
+            let is_due = |a: &Foothold, b: &Foothold| {
+                let soles = left_and_right(a, b).map(|foothold| &foothold.world_from_sole);
+                if steps.may_step(soles) { id >= graph.connected() } else { stretches }
+            };
+            seeding.neighbours(id, steps.reach(), is_due, graph)
         };
-        seeding.connect(next, steps.reach(), &is_due, &mut self.roadmap.graph)?;
-        self.roadmap.graph.mark_connected(next);
-        Ok(Phase::Connect { next: next + 1 })
+        let connected: Batch<Neighbours> = each(self.shared.parallel, &ids, neighbours);
+        for (&id, neighbours) in ids.iter().zip(connected) {
+            self.tally.work += 1;
+            for neighbour in neighbours {
+                self.roadmap.graph.connect(id, neighbour)?;
+            }
+            self.roadmap.graph.mark_connected(id);
+        }
+        Ok(Phase::Connect { next: next + ids.len() as FootholdId })
+    }
+
+    /// Finds the nearest stations of the next placements that are new, as many as a budget allows; of all, after the route has changed.
+    /// `false` when each has been looked at.
+    fn locate_next(&mut self, budget: u64) -> bool {
+        let (route, footholds) = (self.growth.route(), self.roadmap.graph.footholds());
+        let ids: Batch<usize> = (self.nearest_stations.len()..footholds.len()).take(batch_len(budget)).collect();
+        let locate = |id: usize| {
+            let world_from_sole = &footholds[id].world_from_sole;
+            let suits = route.suits(&Station::of_sole(world_from_sole));
+            (nearest_station(route, world_from_sole.translation), suits)
+        };
+        let located: Batch<(usize, bool)> = each(self.shared.parallel, &ids, locate);
+        self.tally.work += ids.len().max(1) as u64;
+        for (&id, (station, suits)) in ids.iter().zip(located) {
+            self.roadmap.graph.set_stoop(id as FootholdId, self.stooping.stoop(station));
+            self.nearest_stations.push(if suits { station as u32 } else { NOWHERE });
+        }
+        !ids.is_empty()
     }
 
     /// Connects placements, too, that are farther apart than primitive postures reach: they burden the search, so only where the others
@@ -43,17 +79,11 @@ impl Planner {
             self.tally.work += 1;
             return Phase::Sequence { begun: false };
         }
-        let mut priors = [[Prior::default(); 2]; JUDGED_AT_ONCE];
         let may_be_scant = self.tally.routes > 1 || self.tally.sweeps > 1;
-        let (constraints, graph) = (&self.shared.constraints, &mut self.roadmap.graph);
-        let judge_both = |(&id, priors): (&TransitionId, &mut [Prior; 2])| {
-            *priors = [id, Graph::twin(id)].map(|id| judge(constraints, id, graph, may_be_scant));
-        };
-        if self.shared.parallel {
-            next.par_iter().zip(&mut priors).with_max_len(1).for_each(judge_both);
-        } else {
-            next.iter().zip(&mut priors).for_each(judge_both);
-        }
+        let (constraints, graph) = (&self.shared.constraints, &self.roadmap.graph);
+        let judge_both = |id: TransitionId| [id, Graph::twin(id)].map(|id| judge(constraints, id, graph, may_be_scant));
+        let priors: Batch<[Prior; 2]> = each(self.shared.parallel, &next, judge_both);
+        let graph = &mut self.roadmap.graph;
         for (&id, [prior, twin_prior]) in next.iter().zip(priors) {
             graph.record_prior(id, prior);
             graph.record_prior(Graph::twin(id), twin_prior);
@@ -64,7 +94,7 @@ impl Planner {
 
     /// The next transitions to judge, as many as a budget allows, one of each pair of twins: those of the sequence found last, then all
     /// on the placements of those that turn out to be unlikely, since the next sequence would only go through the next of these.
-    fn next_to_judge(&self, budget: u64) -> heapless::Vec<TransitionId, JUDGED_AT_ONCE> {
+    fn next_to_judge(&self, budget: u64) -> Batch<TransitionId> {
         let (graph, sequence) = (&self.roadmap.graph, self.search.sequence());
         let unlikely = sequence.iter().filter(|&&id| graph.is_unlikely(id)).flat_map(|&id| [id, Graph::twin(id)]);
         let neighbours = unlikely.flat_map(|id| graph.from_stance(graph.transitions()[id as usize].stance));
@@ -76,4 +106,19 @@ impl Planner {
         }
         next
     }
+}
+
+fn batch_len(budget: u64) -> usize {
+    usize::try_from(budget).map_or(AT_ONCE, |budget| budget.min(AT_ONCE))
+}
+
+/// What a function makes of each item of a batch, in order; where there are threads, side by side.
+fn each<T: Copy + Sync, U: Default + Send>(parallel: bool, items: &Batch<T>, make: impl Fn(T) -> U + Sync) -> Batch<U> {
+    let mut made: Batch<U> = items.iter().map(|_| U::default()).collect();
+    if parallel {
+        made.par_iter_mut().zip(items.par_iter()).with_max_len(1).for_each(|(made, &item)| *made = make(item));
+    } else {
+        made.iter_mut().zip(items).for_each(|(made, &item)| *made = make(item));
+    }
+    made
 }

@@ -34,7 +34,17 @@ pub(super) enum Phase {
 impl Phase {
     /// Whether the phase counts its own units of work; a piece of any other is one unit.
     pub(super) fn counts(&self) -> bool {
-        matches!(self, Self::Judge | Self::Vary { .. } | Self::Emit | Self::Sequence { .. } | Self::Sample | Self::Move | Self::Polish(_))
+        matches!(
+            self,
+            Self::Connect { .. }
+                | Self::Judge
+                | Self::Vary { .. }
+                | Self::Emit
+                | Self::Sequence { .. }
+                | Self::Sample
+                | Self::Move
+                | Self::Polish(_)
+        )
     }
 
     /// The stage that its work counts for.

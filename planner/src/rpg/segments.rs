@@ -8,10 +8,9 @@ use super::lanes::Lane;
 use super::{Boundary, GOAL, Phase, Planner, START, boundary_node};
 use crate::arena::reserve;
 use crate::ends::{foothold_at, stand};
-use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, FootholdId, TransitionId};
+use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
 use crate::motion::roadmap::Segment;
-use crate::possibility::{Placed, Station};
-use crate::trouble::nearest_station;
+use crate::possibility::Placed;
 
 /// Stations of a segment, more where the robot cannot stand there.
 const SEGMENT_STATIONS: usize = 36;
@@ -21,9 +20,6 @@ const MARGIN_STATIONS: usize = 8;
 const EVEN_REACH: f64 = 0.45;
 /// How far from its ideal a sole may stand at a boundary and beside it, m: the ground is even and wide there.
 const ASIDE_MAX: f64 = 1e-3;
-
-/// The station of a placement that is not used on the route.
-const NOWHERE: u32 = u32::MAX;
 
 /// Where the route is cut.
 #[derive(Debug, Clone, Copy)]
@@ -143,18 +139,6 @@ impl Planner {
         let boundary = self.roadmap.add_boundary(boundary);
         self.cuts.push(boundary, station);
         Ok(Phase::Cut { station: station + SEGMENT_STATIONS })
-    }
-
-    /// Finds the nearest station of the next placement that is new; of all, one by one, after the route has changed. `false` when
-    /// each has been looked at.
-    pub(super) fn locate_next(&mut self) -> bool {
-        let route = self.growth.route();
-        let Some(foothold) = self.roadmap.graph.footholds().get(self.nearest_stations.len()) else { return false };
-        let station = nearest_station(route, foothold.world_from_sole.translation);
-        let suits = route.suits(&Station::of_sole(&foothold.world_from_sole));
-        self.roadmap.graph.set_stoop(self.nearest_stations.len() as FootholdId, self.stooping.stoop(station));
-        self.nearest_stations.push(if suits { station as u32 } else { NOWHERE });
-        true
     }
 
     /// Stands the robot at a station where the ground is even and wide, and so it is before and after it.
