@@ -21,7 +21,7 @@ use crate::shared::Shared;
 /// Segments that are planned side by side.
 pub const LANES_MAX: usize = 4;
 /// Searches that run side by side in one round.
-const SLOTS: usize = 16;
+const SLOTS: usize = 32;
 /// Most waypoints of one single-mode motion.
 const TRACK_MAX: usize = 1024;
 /// Units of work that may go into shortening a motion, for each of its waypoints.

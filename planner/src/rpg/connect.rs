@@ -10,7 +10,7 @@ use crate::seeding::{Neighbours, Seeding, judge};
 use crate::trouble::nearest_station;
 
 /// Transitions or placements that are looked at side by side.
-const AT_ONCE: usize = 32;
+const AT_ONCE: usize = 64;
 /// The station of a placement that is not used on the route.
 const NOWHERE: u32 = u32::MAX;
 
