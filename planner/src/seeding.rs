@@ -261,7 +261,7 @@ impl<'a> Seeding<'a> {
         let place = here.world_from_sole.translation;
         for (id, other) in graph.near(1 - here.limb, place).take_while(|&(id, _)| id < foothold) {
             let distance = here.distance(other);
-            if other.limb == here.limb || distance > reach || !is_due(here, other) {
+            if distance > reach || !is_due(here, other) {
                 continue;
             }
             let offset = other.world_from_sole.translation - place;

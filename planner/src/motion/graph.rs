@@ -263,20 +263,21 @@ impl Graph {
     pub fn same(&self, foothold: &Foothold) -> Option<FootholdId> {
         let is_same = |known: &Foothold| {
             let turn = known.world_from_sole.rotation.conjugate() * foothold.world_from_sole.rotation;
-            known.limb == foothold.limb && known.distance(foothold) < SAME_PLACE && turn.xyz().length() < SAME_TURN
+            known.distance(foothold) < SAME_PLACE && turn.xyz().length() < SAME_TURN
         };
         self.near(foothold.limb, foothold.world_from_sole.translation).find(|&(_, known)| is_same(known)).map(|(id, _)| id)
     }
 
     /// The very same placement, if the graph has it.
     pub fn identical(&self, limb: usize, world_from_sole: &Pose) -> Option<FootholdId> {
-        let is_identical = |known: &Foothold| known.limb == limb && known.world_from_sole == *world_from_sole;
-        self.near(limb, world_from_sole.translation).find(|&(_, known)| is_identical(known)).map(|(id, _)| id)
+        self.near(limb, world_from_sole.translation).find(|(_, known)| known.world_from_sole == *world_from_sole).map(|(id, _)| id)
     }
 
-    /// All placements of a foot that a step leads to from a place, or that are the same as one there, and perhaps others, in their order.
+    /// All placements of a foot that a step leads to from a place, or that are the same as one there, and perhaps others of that foot, in
+    /// their order.
     pub fn near(&self, limb: usize, place: DVec3) -> impl Iterator<Item = (FootholdId, &Foothold)> {
-        self.places.near(limb, place).map(|id| (id, &self.footholds[id as usize]))
+        let near = self.places.near(limb, place).map(|id| (id, &self.footholds[id as usize]));
+        near.filter(move |(_, foothold)| foothold.limb == limb)
     }
 
     /// Adds a placement.
