@@ -30,6 +30,7 @@ pub mod snapshot;
 pub mod stage;
 pub mod statics;
 pub mod stoop;
+mod threads;
 mod timing;
 pub mod trouble;
 pub mod way_back;

@@ -5,8 +5,6 @@
 //! search sees what another of its round found, so neither the number of threads nor the size of budgets can matter.
 //! Segments that are planned side by side share a round, each in a lane of its own.
 
-use rayon::prelude::*;
-
 use crate::constraint::Rejection;
 use crate::motion::graph::{ArenaFull, Graph};
 use crate::motion::primitive::Emission;
@@ -17,6 +15,7 @@ use crate::motion::single_mode::{Problem, Search};
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 use crate::shared::Shared;
+use crate::threads;
 
 /// Segments that are planned side by side.
 pub const LANES_MAX: usize = 4;
@@ -59,6 +58,8 @@ struct Slot {
     lent: [Option<usize>; 2],
     /// Units of work that it may spend now.
     allowed: u64,
+    /// How many of these it has spent.
+    spent: u64,
 }
 
 #[derive(Debug)]
@@ -74,8 +75,14 @@ enum Task {
 impl Default for Round {
     /// Slots with empty workspaces.
     fn default() -> Self {
-        let slot =
-            |_| Slot { lane: 0, task: Task::Idle, workspace: Workspace::new(TRACK_MAX, TREE_NODES_MAX), lent: [None; 2], allowed: 0 };
+        let slot = |_| Slot {
+            lane: 0,
+            task: Task::Idle,
+            workspace: Workspace::new(TRACK_MAX, TREE_NODES_MAX),
+            lent: [None; 2],
+            allowed: 0,
+            spent: 0,
+        };
         Self { slots: (0..SLOTS).map(slot).collect(), count: 0, is_running: false }
     }
 }
@@ -187,11 +194,12 @@ impl Round {
             }
             let graph = &roadmap.graph;
             let slots = &mut self.slots[..self.count];
-            spent += if shared.parallel && slots.len() > 1 {
-                slots.par_iter_mut().with_max_len(1).map(|slot| slot.advance(shared, graph)).sum::<u64>()
+            if shared.parallel {
+                threads::each(slots, |slot| slot.advance(shared, graph));
             } else {
-                slots.iter_mut().map(|slot| slot.advance(shared, graph)).sum::<u64>()
-            };
+                slots.iter_mut().for_each(|slot| slot.advance(shared, graph));
+            }
+            spent += slots.iter().map(|slot| slot.spent).sum::<u64>();
         }
         spent
     }
@@ -261,14 +269,13 @@ impl Slot {
         }
     }
 
-    /// Spends what it may, or less if its search ends; answers how much that was.
-    fn advance(&mut self, shared: &Shared, graph: &Graph) -> u64 {
-        let mut spent = 0;
-        while spent < self.allowed && !self.has_ended() {
+    /// Spends what it may, or less if its search ends.
+    fn advance(&mut self, shared: &Shared, graph: &Graph) {
+        self.spent = 0;
+        while self.spent < self.allowed && !self.has_ended() {
             self.advance_once(shared, graph);
-            spent += 1;
+            self.spent += 1;
         }
-        spent
     }
 
     fn advance_once(&mut self, shared: &Shared, graph: &Graph) {

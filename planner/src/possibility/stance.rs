@@ -11,6 +11,7 @@ use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
 use crate::prepare::{Preparation, is_whole};
+use crate::threads::both;
 
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.5, 0.5];
@@ -143,7 +144,7 @@ impl Context<'_> {
     fn find_both_placements(&self, wish: &Wish, scratch: &mut [Scratch; 2]) -> Option<heapless::Vec<Placed, PLACEMENTS_MAX>> {
         let [left_scratch, right_scratch] = scratch;
         let (left, right) = if self.parallel {
-            rayon::join(|| self.find_placements(wish, 0, left_scratch), || self.find_placements(wish, 1, right_scratch))
+            both(|| self.find_placements(wish, 0, left_scratch), || self.find_placements(wish, 1, right_scratch))
         } else {
             let left = self.find_placements(wish, 0, left_scratch);
             if left.is_empty() {

@@ -1,12 +1,11 @@
 //! Transitions between the placements, and how likely each is [Grey 4.4.2].
 
-use rayon::prelude::*;
-
 use super::{Phase, Planner};
 use crate::motion::foothold::{Foothold, left_and_right};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::possibility::Station;
 use crate::seeding::{Neighbours, Seeding, judge};
+use crate::threads;
 use crate::trouble::nearest_station;
 
 /// Transitions or placements that are looked at side by side.
@@ -113,10 +112,11 @@ fn batch_len(budget: u64) -> usize {
 }
 
 /// What a function makes of each item of a batch, in order; where there are threads, side by side.
-fn each<T: Copy + Sync, U: Default + Send>(parallel: bool, items: &Batch<T>, make: impl Fn(T) -> U + Sync) -> Batch<U> {
+fn each<T: Copy + Send, U: Default + Send>(parallel: bool, items: &Batch<T>, make: impl Fn(T) -> U + Sync) -> Batch<U> {
     let mut made: Batch<U> = items.iter().map(|_| U::default()).collect();
     if parallel {
-        made.par_iter_mut().zip(items.par_iter()).with_max_len(1).for_each(|(made, &item)| *made = make(item));
+        let mut pairs: heapless::Vec<(&mut U, T), AT_ONCE> = made.iter_mut().zip(items.iter().copied()).collect();
+        threads::each(&mut pairs, |(made, item)| **made = make(*item));
     } else {
         made.iter_mut().zip(items).for_each(|(made, &item)| *made = make(item));
     }
