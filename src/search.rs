@@ -70,7 +70,7 @@ fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations:
         end: outcome.into(),
         outcome: outcome.word().to_owned(),
         bound: outcome.bound().map(str::to_owned),
-        description: outcome.describe(),
+        description: describe(planner, outcome),
         digest: found.then(|| planner.digest().to_string()),
         plan_seconds,
         work: tally.work,
@@ -84,6 +84,12 @@ fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations:
         waypoints: planner.waypoints(),
         chunks: planner.chunks().len() as u64,
     }
+}
+
+/// An outcome in words, with the names of what is in the way.
+fn describe(planner: &Planner, outcome: &Outcome) -> String {
+    let collision = &planner.constraints().collision;
+    outcome.hit().map_or_else(|| outcome.describe(), |hit| format!("{}: {}", outcome.describe(), collision.describe(hit)))
 }
 
 fn diagnosis(planner: &Planner) -> Diagnosis {

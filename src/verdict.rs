@@ -87,7 +87,8 @@ fn headline(report: &Report) -> String {
 
 fn routes(diagnosis: &Diagnosis) -> String {
     if diagnosis.is_unguided {
-        return "none leads to the goal: somewhere on the way there is no room, or no ground; the straight way was tried".to_owned();
+        return "none leads to the goal: somewhere on the way there is no room, no ground or no step; the straight way was tried"
+            .to_owned();
     }
     format!("{} followed in vain", diagnosis.routes)
 }

@@ -97,6 +97,7 @@ fn plan() -> PlanFile {
             urdf: "ball.urdf".into(),
             feet: BTreeMap::new(),
             locked_joints: BTreeMap::new(),
+            exact_meshes: vec![],
             effort_limits: BTreeMap::new(),
             acceleration_limits: BTreeMap::new(),
             effort_scale: None,

@@ -9,7 +9,7 @@ use surefoot_shared_types::message::{Contact, Standing, SupportMode};
 use surefoot_shared_types::scene::World;
 
 use crate::body::{Body, Configuration};
-use crate::collision::FootState;
+use crate::collision::{FootState, Hit};
 use crate::constraint::{Constraints, Mode, Rejection, StartBalance};
 use crate::foot_placement::{Effort, FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
 use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
@@ -17,6 +17,7 @@ use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::track::State;
 use crate::outcome::EndFault;
 use crate::posture::{Posture, settle};
+use crate::snapshot::Snapshot;
 
 /// Shares of the standing posture's reach that are tried for standing.
 const REACH_SHARES: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
@@ -48,7 +49,7 @@ pub fn stand_on(constraints: &Constraints, surfaces: &Surfaces, scratch: &mut Sc
     let left = foothold_near(constraints, surfaces, scratch, 0, &prints[0])?;
     let right = foothold_near(constraints, surfaces, scratch, 1, &prints[1])?;
     let footholds = [left, right];
-    let state = stand(constraints, &footholds, mark.yaw).map_err(EndFault::NoPosture)?;
+    let state = stand(constraints, &footholds, mark.yaw)?;
     Ok(End { footholds, state, support: SupportMode::Double })
 }
 
@@ -202,24 +203,28 @@ pub fn foothold_at(
 /// A standing configuration over two placements, the centre of mass between both feet.
 ///
 /// # Errors
-/// The last condition that failed.
-pub fn stand(constraints: &Constraints, footholds: &[Foothold; 2], yaw: f64) -> Result<State, Rejection> {
+/// What is wrong with the posture that the robot file asks for; where the legs do not reach in that one, with the next that they reach in.
+pub fn stand(constraints: &Constraints, footholds: &[Foothold; 2], yaw: f64) -> Result<State, EndFault> {
     let mode = double_mode(&footholds[0], &footholds[1]);
     let world_from_soles = [footholds[0].world_from_sole, footholds[1].world_from_sole];
     let middle: DVec2 = 0.5 * (footholds[0].region.centroid() + footholds[1].region.centroid());
     let world_from_root = surefoot_shared_types::spatial::rotation_about(glam::DVec3::Z, yaw);
-    let mut last = Rejection::Unreachable;
+    let mut fault = None;
     for share in REACH_SHARES {
         let posture = Posture { world_from_root, reach_share: share * constraints.body.standing_reach_share, com: middle };
         let settled = settle(&constraints.body, &world_from_soles, &posture, constraints.body.standing_q);
-        let checked = settled.and_then(|(configuration, snapshot)| {
-            constraints.check(&mode, &snapshot, [FootState::Stance; 2])?;
-            Ok(State { configuration, world_from_soles })
-        });
-        match checked {
-            Ok(state) => return Ok(state),
-            Err(rejection) => last = rejection,
+        let Ok((configuration, snapshot)) = settled else { continue };
+        match constraints.check(&mode, &snapshot, [FootState::Stance; 2]) {
+            Ok(()) => return Ok(State { configuration, world_from_soles }),
+            Err(rejection) => fault = fault.or_else(|| Some((rejection, what_hits(constraints, &snapshot, rejection)))),
         }
     }
-    Err(last)
+    let (rejection, hit) = fault.unwrap_or((Rejection::Unreachable, None));
+    Err(EndFault::NoPosture { rejection, hit })
+}
+
+/// What is too near to what, where that is why a standing robot was turned down.
+fn what_hits(constraints: &Constraints, snapshot: &Snapshot, rejection: Rejection) -> Option<Hit> {
+    let is_hit = matches!(rejection, Rejection::Collision | Rejection::SelfCollision);
+    is_hit.then(|| constraints.collision.hit(snapshot, &[FootState::Stance; 2])).flatten()
 }

@@ -1,5 +1,6 @@
 //! How a search ends.
 
+use crate::collision::Hit;
 use crate::constraint::Rejection;
 use crate::foot_placement::NoSupport;
 use crate::motion::graph::ArenaFull;
@@ -50,8 +51,13 @@ pub enum EndFault {
         /// The foot.
         limb: usize,
     },
-    /// No standing configuration over both soles meets the constraints; the last condition that failed.
-    NoPosture(Rejection),
+    /// No standing configuration over both soles meets the constraints.
+    NoPosture {
+        /// The condition that failed.
+        rejection: Rejection,
+        /// What is too near to what, where that is why.
+        hit: Option<Hit>,
+    },
     /// It is not known where both feet stand, or stood last.
     UnknownStance,
 }
@@ -67,6 +73,14 @@ impl Outcome {
             Self::ArenaFull(full) => format!("no plan: the arena planner.{} is full; raise it", full.parameter()),
             Self::StartInvalid(fault) => format!("the start is invalid: {}", fault.describe()),
             Self::GoalInvalid(fault) => format!("the goal is invalid: {}", fault.describe()),
+        }
+    }
+
+    /// What is too near to what where the robot would stand, if that is why it cannot.
+    pub fn hit(&self) -> Option<Hit> {
+        match self {
+            Self::StartInvalid(EndFault::NoPosture { hit, .. }) | Self::GoalInvalid(EndFault::NoPosture { hit, .. }) => *hit,
+            _ => None,
         }
     }
 
@@ -98,7 +112,7 @@ impl EndFault {
             Self::Unsupported { limb, reason } => format!("the {} sole is not supported there: {}", foot(limb), reason.describe()),
             Self::UnknownStance => "it is not known where both feet stood last".into(),
             Self::FootCollides { limb } => format!("the {} foot meets the world there", foot(limb)),
-            Self::NoPosture(rejection) => format!("no standing posture there ({})", Rejection::WORDS[*rejection as usize]),
+            Self::NoPosture { rejection, .. } => format!("no standing posture there ({})", Rejection::WORDS[*rejection as usize]),
         }
     }
 }

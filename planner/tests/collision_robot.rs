@@ -1,7 +1,10 @@
 //! The collision model of the reference robot.
 
+mod common;
+
 use std::path::Path;
 
+use common::{chain_robot, hinge};
 use glam::{DQuat, DVec3};
 use surefoot_planner::body::Body;
 use surefoot_planner::collision::{CollisionModel, FootState, Hit};
@@ -10,8 +13,8 @@ use surefoot_planner::kinematics::forward::Kinematics;
 use surefoot_planner::random::{Random, Stream};
 use surefoot_planner::snapshot::Snapshot;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::robot::{LinkShape, LockedJoint, RobotModel};
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::spatial::rotation_from_scaled_axis;
 use surefoot_shared_types::{Pose, Shape};
@@ -190,6 +193,37 @@ fn allowed_pairs_repeat_and_hold_neighbours_only() {
         }
     }
     assert!(first.bytes() > 1_000);
+}
+
+/// A root, an arm and a hand, each of which can turn against the one before it, and of which root and hand overlap only where the
+/// arm is turned far.
+fn folding(locked: &[usize]) -> RobotModel {
+    let turn = || hinge([0.2, 0.0, 0.0], [0.0, 1.0, 0.0], [-3.0, 3.0]);
+    let mut robot = chain_robot(&[turn(), turn()], [0.0; 3]);
+    let ball = Shape::Sphere { radius: 0.05 };
+    robot.links.iter_mut().for_each(|link| link.shapes = vec![LinkShape { link_from_shape: Pose::IDENTITY, shape: ball.clone() }]);
+    let joints = std::mem::take(&mut robot.joints);
+    robot.standing_q.clear();
+    for (index, joint) in joints.into_iter().enumerate() {
+        let attachment = robot.links[joint.child].parent.as_mut().unwrap();
+        if locked.contains(&index) {
+            attachment.joint = None;
+            robot.locked_joints.push(LockedJoint { joint, position: 0.0, parent_from_joint: attachment.parent_from_joint });
+        } else {
+            attachment.joint = Some(robot.joints.len());
+            robot.joints.push(joint);
+            robot.standing_q.push(0.0);
+        }
+    }
+    robot
+}
+
+#[test]
+fn links_do_not_become_neighbours_because_a_joint_between_them_is_locked() {
+    for (locked, may_touch) in [(&[][..], false), (&[0], false), (&[1], false), (&[0, 1], true)] {
+        let model = CollisionModel::new(&folding(locked), &world(&[]), CLEARANCE).unwrap();
+        assert_eq!(model.allowed_pairs().contains(&(0, 2)), may_touch, "{locked:?}");
+    }
 }
 
 #[test]

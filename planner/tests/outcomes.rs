@@ -7,6 +7,7 @@ mod common;
 use bytemuck::Zeroable;
 use common::{Case, chain_robot, hinge, run};
 use surefoot_planner::body::{BodyError, LINKS_MAX};
+use surefoot_planner::collision::Hit;
 use surefoot_planner::constraint::Rejection;
 use surefoot_planner::foot_placement::{NoSupport, SurfacesError};
 use surefoot_planner::kinematics::leg::LegError;
@@ -109,8 +110,10 @@ const SPOILT: [(&str, Spoil, IsExpected); 5] = [
         matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::Penetrates })
     }),
     ("the bar above the right toes", bar_over_right_toes, |fault| *fault == EndFault::FootCollides { limb: 1 }),
-    ("the wall through the body", wall_through_body, |fault| *fault == EndFault::NoPosture(Rejection::Collision)),
-    ("weak motors", weak_motors, |fault| *fault == EndFault::NoPosture(Rejection::Torque)),
+    ("the wall through the body", wall_through_body, |fault| {
+        matches!(fault, EndFault::NoPosture { rejection: Rejection::Collision, hit: Some(Hit::World { shape: 1 | 2, .. }) })
+    }),
+    ("weak motors", weak_motors, |fault| *fault == EndFault::NoPosture { rejection: Rejection::Torque, hit: None }),
 ];
 
 fn without_floor(mut case: Case, _: &Mark) -> Case {
@@ -159,14 +162,17 @@ fn a_start_that_cannot_be_stood_on_says_why() {
 fn a_start_with_the_feet_too_far_apart_is_out_of_reach() {
     let mut case = flat_walk();
     case.scenario.start.feet_apart = 1.7;
-    assert_eq!(outcome_of(&case), Outcome::StartInvalid(EndFault::NoPosture(Rejection::Unreachable)));
+    assert_eq!(outcome_of(&case), Outcome::StartInvalid(EndFault::NoPosture { rejection: Rejection::Unreachable, hit: None }));
 }
 
 #[test]
 fn a_start_with_one_foot_through_the_other_collides_with_itself() {
     let mut case = flat_walk();
     case.scenario.start.feet_apart = 0.1;
-    assert_eq!(outcome_of(&case), Outcome::StartInvalid(EndFault::NoPosture(Rejection::SelfCollision)));
+    let mut planner = case.planner(1);
+    let outcome = run(&mut planner, STEP);
+    let named = outcome.hit().map(|hit| planner.constraints().collision.describe(hit));
+    assert_eq!((outcome.word(), named.as_deref()), ("start_invalid", Some("link 'left_shin' meets link 'right_shin'")));
 }
 
 #[test]

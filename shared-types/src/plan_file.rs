@@ -52,6 +52,9 @@ pub struct RobotBlock {
     /// Joints that are not planned, with their positions.
     #[serde(default)]
     pub locked_joints: BTreeMap<String, f64>,
+    /// Links whose collision meshes are taken as they are; those of others become convex hulls.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub exact_meshes: Vec<String>,
     /// Tighter effort limits by joint name, N m.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub effort_limits: BTreeMap<String, f64>,

@@ -7,7 +7,7 @@ mod common;
 use std::path::Path;
 
 use bytemuck::Zeroable;
-use common::{Folder, check_no_panic};
+use common::{Folder, ROBOT, check_no_panic};
 use serde_json::{Value, json};
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::load::load_scenario;
@@ -91,6 +91,16 @@ fn a_plan_carries_its_robot_and_world() {
     let world = world_from_block(&plan.scene, &plans, &path).unwrap();
     assert_eq!(world.shapes, load_world(&folder.path("world.toml")).unwrap().shapes);
     assert_eq!(joint_order(&plan, &robot, &path).unwrap(), [0, 1]);
+}
+
+#[test]
+fn a_plan_carries_which_meshes_are_taken_as_they_are() {
+    let folder = Folder::new();
+    assert!(plan(&folder).robot.exact_meshes.is_empty());
+    folder.write("robot.toml", format!("exact_meshes = [\"right_foot\"]\n{ROBOT}").as_bytes());
+    let (plans, path) = (folder.path("plans"), folder.path("plans/plan.json"));
+    let robot = robot_from_block(&plan(&folder).robot, &plans, &path).unwrap();
+    assert_eq!(robot.links, load_robot(&folder.path("robot.toml")).unwrap().links);
 }
 
 #[test]

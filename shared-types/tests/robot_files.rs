@@ -65,6 +65,36 @@ fn an_unlocked_robot_has_its_joint_back() {
     assert_eq!(unlocked.standing_q[1], 0.5);
 }
 
+/// [`URDF`] with the left hip half as far as the right one, and a tenth on.
+fn with_mimic() -> String {
+    URDF.replacen("<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 1 0\"/><mimic joint=\"right_hip\" multiplier=\"0.5\" offset=\"0.1\"/>", 1)
+}
+
+#[test]
+fn a_joint_that_mimics_a_locked_one_is_held_with_it() {
+    let folder = Folder::new();
+    folder.write("stilts.urdf", with_mimic().as_bytes());
+    let file = |position: f64| ROBOT.replace("[standing]\nleft_hip = 0.3", &format!("[locked]\nright_hip = {position}"));
+    folder.write("robot.toml", file(0.5).as_bytes());
+    let robot = load(&folder.path("")).unwrap();
+    let locked: Vec<_> = robot.locked_joints.iter().map(|locked| (locked.joint.name.as_str(), locked.position)).collect();
+    assert_eq!((robot.joints.len(), locked), (0, vec![("left_hip", 0.35), ("right_hip", 0.5)]));
+    let spoilings = [
+        (ROBOT.to_owned(), "lock that one"),
+        (format!("{}\n[standing]\nleft_hip = 0.3\n", file(0.5)), "mimics one that is"),
+        (file(1.5).replace("1.5", "1.5\nleft_hip = 2"), "outside its limits"),
+    ];
+    for (robot, complaint) in spoilings {
+        folder.write("robot.toml", robot.as_bytes());
+        let error = load(&folder.path("")).unwrap_err().to_string();
+        assert!(error.contains("left_hip") && error.contains(complaint), "{error}");
+    }
+    folder.write("stilts.urdf", with_mimic().replace("offset=\"0.1\"", "offset=\"9\"").as_bytes());
+    folder.write("robot.toml", file(0.5).as_bytes());
+    let error = load(&folder.path("")).unwrap_err().to_string();
+    assert!(error.contains("mimics 'right_hip' to 9.25, outside its limits -1..1.5"), "{error}");
+}
+
 /// A hand between two walls, of which only the hull meets it, two joints from them.
 const HAND: &str = r#"<link name="imu"/>
   <link name="arm"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
@@ -201,7 +231,7 @@ fn broken_urdfs_are_refused() {
         Spoiling {
             from: "<axis xyz=\"0 2 0\"/>",
             to: "<axis xyz=\"0 2 0\"/><mimic joint=\"right_hip\"/>",
-            complaint: &["joint 'left_hip'", "lock it"],
+            complaint: &["joint 'left_hip'", "mimics 'right_hip'", "lock that one"],
         },
         Spoiling { from: "</robot>", to: "", complaint: &["stilts.urdf:"] },
         Spoiling { from: "<robot name=\"stilts\">", to: "<model>", complaint: &["stilts.urdf:"] },
@@ -266,6 +296,11 @@ fn broken_robot_files_are_refused() {
         Spoiling { from: polygon, to: "polygon = [[0, 0], [0.1, 0], [0.05, 0]]", complaint: &["foot 'right'", "degenerate"] },
         Spoiling { from: polygon, to: "polygon = []", complaint: &["foot 'right'", "degenerate"] },
         Spoiling { from: polygon, to: "polygon = [[0, 0], [7, 0], [0, 1]]", complaint: &["foot 'right'", "7 m"] },
+        Spoiling {
+            from: "sole_xyz = [0, 0, -1.0]",
+            to: "sole_xyz = [0, 0, -1.0]\nsole_rpy = [0, 0, 3.14]",
+            complaint: &["robot.toml:4", "foot 'right'", "180 degrees off", "'pelvis'"],
+        },
         Spoiling { from: "left_hip = 0.3", to: "left_hop = 0.3", complaint: &["robot.toml:17", "[standing] 'left_hop'", "no joint"] },
         Spoiling { from: "left_hip = 0.3", to: "imu_mount = 0.3", complaint: &["[standing] 'imu_mount'", "fixed"] },
         Spoiling { from: "left_hip = 0.3", to: "left_hip = 2", complaint: &["robot.toml:17", "[standing] 'left_hip'", "-1..1.5"] },

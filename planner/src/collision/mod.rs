@@ -75,6 +75,8 @@ pub struct CollisionModel {
     world: WorldShapes,
     clearance: f64,
     shunned: heapless::Vec<Shunned, CORRECTIONS_MAX>,
+    link_names: Vec<String>,
+    shape_names: Vec<String>,
 }
 
 /// A place where nothing carries a sole, whatever the shapes say.
@@ -100,7 +102,18 @@ impl CollisionModel {
         }
         let bodies = Body::all(model, &Tree::new(model))?;
         let pairs = SelfPairs::new(model, &bodies, clearance);
-        Ok(Self { bodies, pairs, world: WorldShapes::new(world)?, clearance, shunned: heapless::Vec::new() })
+        let link_names = model.links.iter().map(|link| link.name.clone()).collect();
+        let shape_names = world.shapes.iter().map(|shape| shape.name.clone()).collect();
+        let world = WorldShapes::new(world)?;
+        Ok(Self { bodies, pairs, world, clearance, shunned: heapless::Vec::new(), link_names, shape_names })
+    }
+
+    /// A hit in words, for a person.
+    pub fn describe(&self, hit: Hit) -> String {
+        match hit {
+            Hit::World { link, shape } => format!("link '{}' meets '{}' of the world", self.link_names[link], self.shape_names[shape]),
+            Hit::SelfPair { a, b } => format!("link '{}' meets link '{}'", self.link_names[a], self.link_names[b]),
+        }
     }
 
     /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None` where everything keeps its clearance,

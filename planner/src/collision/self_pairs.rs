@@ -64,7 +64,8 @@ const HALVINGS: usize = 30;
 impl SelfPairs {
     /// Sorts the pairs of a robot's bodies; `clearance` (m) is asked where the standing posture leaves room for it.
     pub fn new(model: &RobotModel, bodies: &[Body], clearance: f64) -> Self {
-        let survey = Survey::new(model, bodies);
+        let unlocked = model.unlocked();
+        let survey = Survey::new(model, &unlocked, bodies);
         let mut allowed = Vec::new();
         let mut checked = Vec::new();
         let stride = bodies.len().next_multiple_of(LANES);
@@ -72,10 +73,12 @@ impl SelfPairs {
         let mut places = vec![0; bodies.len() * stride];
         for (a, body_a) in bodies.iter().enumerate() {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
-                let joints = joints_between(&model.links, [body_a.link, body_b.link]);
-                let hits = if joints > 1 { survey.hits(body_a, body_b) } else { SAMPLES };
-                let touches_at_zero = joints <= NEIGHBOR_JOINTS_MAX && touch(body_a, body_b, &survey.zero);
-                if joints <= 1 || hits >= ALWAYS || touches_at_zero {
+                let links = [body_a.link, body_b.link];
+                let is_one_piece = joints_between(&model.links, links) == 0;
+                let joints = joints_between(&unlocked.links, links);
+                let are_neighbors = is_one_piece || joints <= 1;
+                let touches_at_zero = || joints <= NEIGHBOR_JOINTS_MAX && touch(body_a, body_b, &survey.zero);
+                if are_neighbors || survey.hits(body_a, body_b) >= ALWAYS || touches_at_zero() {
                     allowed.push((body_a.link.min(body_b.link), body_a.link.max(body_b.link)));
                     continue;
                 }
@@ -121,7 +124,8 @@ impl SelfPairs {
     }
 }
 
-/// The link poses in the configurations that decide.
+/// The link poses in the configurations that decide: whether a pair may touch by the robot with its locked joints as joints, since a
+/// pair does not become one of neighbours because what lies between is held still.
 struct Survey {
     zero: Vec<Pose>,
     standing: Vec<Pose>,
@@ -129,22 +133,24 @@ struct Survey {
 }
 
 impl Survey {
-    fn new(model: &RobotModel, bodies: &[Body]) -> Self {
-        let kinematics = Kinematics::new(model);
-        let poses = |q: &[f64]| {
-            let mut poses = vec![Pose::IDENTITY; model.links.len()];
-            kinematics.forward(&Pose::IDENTITY, q, &mut poses);
-            poses
-        };
-        let zero: Vec<f64> = model.joints.iter().map(|joint| 0f64.clamp(joint.lower, joint.upper)).collect();
+    fn new(model: &RobotModel, unlocked: &RobotModel, bodies: &[Body]) -> Self {
+        let zero: Vec<f64> = unlocked.joints.iter().map(|joint| 0f64.clamp(joint.lower, joint.upper)).collect();
         let sample_count = if bodies.len() > 1 { SAMPLES } else { 0 };
-        let samples = (0..sample_count).map(|index| poses(&random_q(model, index)));
-        Self { zero: poses(&zero), standing: poses(&model.standing_q), samples: samples.collect() }
+        let kinematics = Kinematics::new(unlocked);
+        let samples = (0..sample_count).map(|index| link_poses(&kinematics, &random_q(unlocked, index)));
+        let samples = samples.collect();
+        Self { zero: link_poses(&kinematics, &zero), standing: link_poses(&Kinematics::new(model), &model.standing_q), samples }
     }
 
     fn hits(&self, a: &Body, b: &Body) -> usize {
         self.samples.iter().filter(|poses| touch(a, b, poses)).count()
     }
+}
+
+fn link_poses(kinematics: &Kinematics, q: &[f64]) -> Vec<Pose> {
+    let mut poses = vec![Pose::IDENTITY; kinematics.links_len()];
+    kinematics.forward(&Pose::IDENTITY, q, &mut poses);
+    poses
 }
 
 fn random_q(model: &RobotModel, index: usize) -> Vec<f64> {
@@ -153,8 +159,10 @@ fn random_q(model: &RobotModel, index: usize) -> Vec<f64> {
     model.joints.iter().map(|joint| random.uniform(joint.lower.clamp(-turn, turn), joint.upper.clamp(-turn, turn))).collect()
 }
 
+/// Whether two bodies touch, their links being at these poses.
 fn touch(a: &Body, b: &Body, poses: &[Pose]) -> bool {
-    bodies_within(a, &poses[a.node_link], b, &poses[b.node_link], 0.0)
+    let [node_a, node_b] = [a, b].map(|body| poses[body.link] * body.node_from_link.inverse());
+    bodies_within(a, &node_a, b, &node_b, 0.0)
 }
 
 /// `clearance`, or half of the pair's distance in a posture where that is less (to within a nanometre, from below).

@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::config::{Mark, Scenario};
 use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
-use crate::robot::{ACCELERATION_DEFAULT, Foot, RobotModel};
+use crate::robot::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
 use crate::scene::{World, WorldShape};
 use crate::shape::MeshSource;
 use crate::source::relative_to;
@@ -107,10 +107,16 @@ fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
         urdf: relative_to(&robot.urdf_path, plan_dir),
         feet: robot.feet.iter().map(|foot| (foot.name.clone(), foot_block(foot, robot))).collect(),
         locked_joints: robot.locked_joints.iter().map(|locked| (locked.joint.name.clone(), locked.position)).collect(),
+        exact_meshes: exact_meshes(robot),
         effort_limits: effort_limits(robot),
         acceleration_limits: acceleration_limits(robot),
         effort_scale: None,
     }
+}
+
+fn exact_meshes(robot: &RobotModel) -> Vec<String> {
+    let has_mesh = |link: &&Link| link.shapes.iter().any(|part| matches!(part.shape, Shape::Mesh { .. }));
+    robot.links.iter().filter(has_mesh).map(|link| link.name.clone()).collect()
 }
 
 /// Of all joints that have one, locked ones included.

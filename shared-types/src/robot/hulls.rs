@@ -7,8 +7,7 @@ use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
 use parry3d_f64::query::intersection_test;
 use parry3d_f64::shape::{Ball, Capsule, ConvexPolyhedron, Cuboid, Cylinder, SharedShape, TriMesh};
 
-use super::{Joint, JointKind, Link, LinkIndex, LinkShape, joints_between};
-use crate::spatial::rotation_about;
+use super::{Link, LinkIndex, LinkShape, RobotModel, joints_between};
 use crate::{Pose, Shape};
 
 /// Links at most this many moving joints apart may touch in any case.
@@ -26,28 +25,41 @@ struct Placed {
 }
 
 /// The links, with their exact shapes, whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their
-/// limits allow; of two such links one, the one of fewer triangles, where that is enough. `exact` makes a link's shapes with its meshes
-/// as they are; where it fails, hulls stay.
-pub(super) fn misleading_hulls(
-    links: &[Link],
-    joints: &[Joint],
-    exact: impl FnMut(LinkIndex) -> Option<Link>,
-) -> Vec<(LinkIndex, Vec<LinkShape>)> {
-    let mut survey = Survey::new(links, joints, exact);
-    let has_hull = |at: LinkIndex| links[at].shapes.iter().any(|part| matches!(part.shape, Shape::ConvexHull { .. }));
+/// limits allow, or in the standing posture alone; of two such links one, the one of fewer triangles, where that is enough. `exact` makes
+/// a link's shapes with its meshes as they are; where it fails, hulls stay.
+pub(super) fn misleading_hulls(robot: &RobotModel, mut exact: impl FnMut(LinkIndex) -> Option<Link>) -> Vec<(LinkIndex, Vec<LinkShape>)> {
+    let links = &robot.links;
+    let neutral: Vec<f64> = robot.joints.iter().map(|joint| 0.0_f64.clamp(joint.lower, joint.upper)).collect();
+    let mut at_zero = Survey::new(robot, &neutral, &mut exact);
     let mut misleading = vec![];
-    for (a, b) in (0..links.len()).flat_map(|a| (a + 1..links.len()).map(move |b| (a, b))) {
-        let hulls: Vec<LinkIndex> = [a, b].into_iter().filter(|at| has_hull(*at)).collect();
-        if !hulls.is_empty() && joints_between(links, [a, b]) > NEIGHBOURS_MAX && survey.overlap([a, b], &[]) {
-            misleading.extend(survey.parting([a, b], hulls));
+    let mut apart_at_zero = vec![];
+    for pair in pairs_with_hulls(links) {
+        if at_zero.overlap(pair, &[]) { misleading.extend(at_zero.parting(pair, links)) } else { apart_at_zero.push(pair) }
+    }
+    let mut surfaces = at_zero.surfaces;
+    let mut standing = Survey::new(robot, &robot.standing_q, &mut exact);
+    for pair in apart_at_zero {
+        if standing.overlap(pair, &[]) {
+            misleading.extend(standing.parting(pair, links));
         }
     }
     misleading.sort_unstable();
     misleading.dedup();
-    misleading.into_iter().filter_map(|at| Some((at, survey.surfaces[at].take()?.parts))).collect()
+    let mut surface = |at: LinkIndex| surfaces[at].take().or_else(|| standing.surfaces[at].take());
+    misleading.into_iter().filter_map(|at| Some((at, surface(at)?.parts))).collect()
 }
 
-/// All links where they are with their joints at 0: as hulls, and as they are once that was asked for.
+fn has_hull(link: &Link) -> bool {
+    link.shapes.iter().any(|part| matches!(part.shape, Shape::ConvexHull { .. }))
+}
+
+/// The pairs of links that are no neighbours, of which one at least is a hull.
+fn pairs_with_hulls(links: &[Link]) -> impl Iterator<Item = [LinkIndex; 2]> {
+    let pairs = (0..links.len()).flat_map(|a| (a + 1..links.len()).map(move |b| [a, b]));
+    pairs.filter(|&pair| pair.iter().any(|&at| has_hull(&links[at])) && joints_between(links, pair) > NEIGHBOURS_MAX)
+}
+
+/// All links where they are in a posture: as hulls, and as they are once that was asked for.
 struct Survey<F> {
     poses: Vec<Pose>,
     hulls: Vec<Vec<Placed>>,
@@ -64,10 +76,10 @@ struct Surface {
 }
 
 impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
-    fn new(links: &[Link], joints: &[Joint], exact: F) -> Self {
-        let poses = neutral_poses(links, joints);
-        let hulls = links.iter().zip(&poses).map(|(link, pose)| placed(link, pose)).collect();
-        Self { poses, hulls, surfaces: links.iter().map(|_| None).collect(), exact }
+    fn new(robot: &RobotModel, q: &[f64], exact: F) -> Self {
+        let poses = robot.root_from_links(q);
+        let hulls = robot.links.iter().zip(&poses).map(|(link, pose)| placed(link, pose)).collect();
+        Self { poses, hulls, surfaces: robot.links.iter().map(|_| None).collect(), exact }
     }
 
     /// Whether two links overlap if those of `exact` are taken as they are.
@@ -79,8 +91,9 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
     }
 
     /// The fewest of two links' hulls that have to give way for the two not to overlap; none where that does not help.
-    fn parting(&mut self, pair: [LinkIndex; 2], mut hulls: Vec<LinkIndex>) -> Vec<LinkIndex> {
-        hulls.retain(|&at| !self.surface(at).shapes.is_empty());
+    fn parting(&mut self, pair: [LinkIndex; 2], links: &[Link]) -> Vec<LinkIndex> {
+        let mut hulls = pair.to_vec();
+        hulls.retain(|&at| has_hull(&links[at]) && !self.surface(at).shapes.is_empty());
         hulls.sort_by_key(|&at| self.surface(at).triangles);
         let singles = hulls.iter().map(|&at| vec![at]);
         let choices: Vec<Vec<LinkIndex>> = singles.chain([hulls.clone()]).filter(|choice| !choice.is_empty()).collect();
@@ -139,30 +152,11 @@ fn solid(shape: &Shape) -> Option<SharedShape> {
     })
 }
 
-/// All links in the root's frame, every joint as near to 0 as its limits allow.
-fn neutral_poses(links: &[Link], joints: &[Joint]) -> Vec<Pose> {
-    let mut poses: Vec<Pose> = Vec::with_capacity(links.len());
-    for link in links {
-        poses.push(match &link.parent {
-            None => Pose::IDENTITY,
-            Some(at) => poses[at.parent] * at.parent_from_joint * at.joint.map_or(Pose::IDENTITY, |joint| neutral_motion(&joints[joint])),
-        });
-    }
-    poses
-}
-
-fn neutral_motion(joint: &Joint) -> Pose {
-    let position = 0.0_f64.clamp(joint.lower, joint.upper);
-    match joint.kind {
-        JointKind::Revolute => Pose::from_rotation(rotation_about(joint.axis, position)),
-        JointKind::Prismatic => Pose::from_translation(joint.axis * position),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use glam::DMat3;
 
+    use super::super::{Joint, JointKind};
     use super::*;
     use crate::shape::MeshSource;
 
@@ -196,27 +190,43 @@ mod tests {
         Joint { name: String::new(), kind, axis, child, lower: limits[0], upper: limits[1], effort: 1.0, velocity: 1.0, acceleration: 1.0 }
     }
 
-    /// A trough, a link without shapes and a ball of a radius in the middle of the trough, joined one after another.
-    fn misleading_around(radius: f64) -> Vec<LinkIndex> {
+    /// A trough, a link without shapes and a ball of a radius that slides upward, joined one after another. With its joint at 0 it is so
+    /// far above the middle of the trough, as the robot stands in the middle.
+    fn misleading_around(radius: f64, above: f64) -> Vec<LinkIndex> {
         let (vertices, triangles) = trough();
         let hull = Shape::ConvexHull { points: vertices.clone() };
         let mut ball = link(Some(1), Some(Shape::Sphere { radius }));
-        ball.shapes[0].link_from_shape = Pose::from_translation(DVec3::new(0.0, 0.0, 0.55));
-        let links = [link(None, Some(hull)), link(Some(0), None), ball.clone()];
+        ball.shapes[0].link_from_shape = Pose::from_translation(DVec3::new(0.0, 0.0, 0.55 + above));
+        let slide = Joint { kind: JointKind::Prismatic, lower: -9.0, upper: 9.0, ..joint(2) };
+        let robot = RobotModel {
+            name: String::new(),
+            urdf_path: "trough.urdf".into(),
+            links: vec![link(None, Some(hull)), link(Some(0), None), ball.clone()],
+            joints: vec![joint(1), slide],
+            standing_q: vec![0.0, -above],
+            feet: vec![],
+            locked_joints: vec![],
+            digest: Default::default(),
+        };
         let source = MeshSource { path: "trough.obj".into(), scale: DVec3::ONE };
         let mesh = Shape::Mesh { vertices, triangles, source };
         let exact = |at: LinkIndex| Some(if at == 0 { link(None, Some(mesh.clone())) } else { ball.clone() });
-        misleading_hulls(&links, &[joint(1), joint(2)], exact).into_iter().map(|(at, _)| at).collect()
+        misleading_hulls(&robot, exact).into_iter().map(|(at, _)| at).collect()
     }
 
     #[test]
     fn a_hull_that_swallows_what_its_mesh_leaves_free_is_misleading() {
-        assert_eq!(misleading_around(0.3), [0]);
+        assert_eq!(misleading_around(0.3, 0.0), [0]);
     }
 
     #[test]
     fn a_hull_is_right_where_the_mesh_overlaps_too() {
-        assert!(misleading_around(0.5).is_empty());
+        assert!(misleading_around(0.5, 0.0).is_empty());
+    }
+
+    #[test]
+    fn so_is_one_that_does_so_only_as_the_robot_stands() {
+        assert_eq!((misleading_around(0.3, 5.0), misleading_around(0.5, 5.0)), (vec![0], vec![]));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::source::Place;
-use crate::spatial::{rotation_about, rotation_from_rpy};
+use crate::spatial::rotation_from_rpy;
 use crate::{InputError, Pose};
 
 use super::spec::{JointValues, RobotSpec};
@@ -47,12 +47,37 @@ pub(super) fn joint_role(urdf: &Urdf, index: usize, spec: &RobotSpec) -> Result<
         }
     };
     let axis = unit_axis(joint).map_err(|message| complain(urdf, index, message))?;
-    if let Some((position, place)) = spec.locked.get(&joint.name) {
-        check_locked_position(urdf, index, *position, place)?;
-        let locked = locked_joint(urdf, index, (kind, axis), *position, spec)?;
-        return Ok(JointRole::Locked(locked.parent_from_joint * motion(kind, axis, *position), locked));
+    let position = match spec.locked.get(&joint.name) {
+        Some((position, place)) => {
+            check_locked_position(urdf, index, *position, place)?;
+            Some(*position)
+        }
+        None => followed_position(urdf, index, spec)?,
+    };
+    match position {
+        None => moving_joint(urdf, index, kind, axis, spec),
+        Some(position) => {
+            let locked = locked_joint(urdf, index, (kind, axis), position, spec)?;
+            Ok(JointRole::Locked(locked.parent_from_joint * kind.motion(axis, position), locked))
+        }
     }
-    moving_joint(urdf, index, kind, axis, spec)
+}
+
+/// Where a joint is held that mimics one that is held; `None` for one that mimics none.
+fn followed_position(urdf: &Urdf, index: usize, spec: &RobotSpec) -> Result<Option<f64>, InputError> {
+    let Some(mimic) = &urdf.robot.joints[index].mimic else { return Ok(None) };
+    let Some((leader, _)) = spec.locked.get(&mimic.joint) else {
+        let message = format!("mimics '{}', which moves; lock that one in the robot file, and this one is held with it", mimic.joint);
+        return Err(complain(urdf, index, message));
+    };
+    let position = mimic.multiplier.unwrap_or(1.0) * leader + mimic.offset.unwrap_or(0.0);
+    match locked_limits(urdf, index) {
+        (lower, upper) if (lower..=upper).contains(&position) => Ok(Some(position)),
+        (lower, upper) => {
+            let message = format!("mimics '{}' to {position}, outside its limits {lower}..{upper}; lock it, too", mimic.joint);
+            Err(complain(urdf, index, message))
+        }
+    }
 }
 
 /// Complains about names in a table that are not moving joints of the URDF.
@@ -68,21 +93,10 @@ pub(super) fn check_names(urdf: &Urdf, table: &str, values: &JointValues) -> Res
     Ok(())
 }
 
-/// How the child frame moves in the joint frame.
-fn motion(kind: JointKind, axis: DVec3, position: f64) -> Pose {
-    match kind {
-        JointKind::Revolute => Pose::from_parts(DVec3::ZERO, rotation_about(axis, position)),
-        JointKind::Prismatic => Pose::from_parts(position * axis, glam::DQuat::IDENTITY),
-    }
-}
-
 fn moving_joint(urdf: &Urdf, index: usize, kind: JointKind, axis: DVec3, spec: &RobotSpec) -> Result<JointRole, InputError> {
     let joint = &urdf.robot.joints[index];
     let facts = &urdf.joint_facts[index];
     let refuse = |message: String| Err(complain(urdf, index, message));
-    if let Some(mimic) = &joint.mimic {
-        return refuse(format!("mimics '{}', which is not supported; lock it in the robot file", mimic.joint));
-    }
     if !facts.has_limit {
         return refuse("has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file".into());
     }
@@ -112,11 +126,17 @@ fn locked_joint(
     let joint = &urdf.robot.joints[index];
     let stated = |limit: f64| if urdf.joint_facts[index].has_limit && limit > 0.0 { limit } else { f64::INFINITY };
     let effort = tightened_effort(joint, stated(joint.limit.effort), spec)?;
-    let is_bounded = urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
-    let (lower, upper) = if is_bounded { position_limits(joint) } else { (f64::NEG_INFINITY, f64::INFINITY) };
+    let (lower, upper) = locked_limits(urdf, index);
     let (velocity, acceleration) = (stated(joint.limit.velocity), acceleration(joint, spec)?);
     let joint_model = Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity, acceleration };
     Ok(LockedJoint { joint: joint_model, position, parent_from_joint: parent_from_joint(joint) })
+}
+
+/// Where a joint may be locked.
+fn locked_limits(urdf: &Urdf, index: usize) -> (f64, f64) {
+    let joint = &urdf.robot.joints[index];
+    let is_bounded = urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
+    if is_bounded { position_limits(joint) } else { (f64::NEG_INFINITY, f64::INFINITY) }
 }
 
 fn position_limits(joint: &urdf_rs::Joint) -> (f64, f64) {
@@ -147,11 +167,9 @@ fn acceleration(joint: &urdf_rs::Joint, spec: &RobotSpec) -> Result<f64, InputEr
 }
 
 fn check_locked_position(urdf: &Urdf, index: usize, position: f64, place: &Place) -> Result<(), InputError> {
-    let joint = &urdf.robot.joints[index];
-    let (lower, upper) = position_limits(joint);
-    let limited = urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
-    if limited && !(lower..=upper).contains(&position) {
-        return Err(place.error(format!("[locked] '{}'", joint.name), format!("is {position}, outside its limits {lower}..{upper}")));
+    let (name, (lower, upper)) = (&urdf.robot.joints[index].name, locked_limits(urdf, index));
+    if !(lower..=upper).contains(&position) {
+        return Err(place.error(format!("[locked] '{name}'"), format!("is {position}, outside its limits {lower}..{upper}")));
     }
     Ok(())
 }

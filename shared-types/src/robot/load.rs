@@ -8,6 +8,7 @@ use crate::mesh::MeshStore;
 use crate::message::limits::JOINTS_MAX;
 use crate::plan_file::RobotBlock;
 use crate::source::absolute;
+use crate::spatial::yaw_of;
 
 use super::hulls::misleading_hulls;
 use super::joints::{JointRole, check_names, joint_role, parent_from_joint};
@@ -19,23 +20,47 @@ use super::tree::{TreeLink, sort_links};
 use super::urdf::{Urdf, read_urdf};
 use super::{Attachment, Foot, Joint, Link, LockedJoint, RobotModel};
 
+/// Feet turned farther out or in than this (rad) do not point ahead.
+const FORWARD_TURN_MAX: f64 = std::f64::consts::FRAC_PI_4;
+
 /// Loads the robot that a `robot.toml` describes.
 ///
 /// The file names the `urdf` (relative to it) and the two `[[feet]]` (`name` "left" or "right", `link`, `sole_xyz` in m and
 /// `sole_rpy` in rad in the link frame, `polygon` in m in the sole frame), and optionally the `root` link it expects,
 /// `exact_meshes` (links whose collision meshes are kept; others become convex hulls, unless these alone would overlap), and the
-/// tables `[standing]` (joint positions; joints not listed stand as near to 0 as their limits allow), `[locked]` (joints held still)
-/// and `[effort_limits]` (N m or N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
+/// tables `[standing]` (joint positions; joints not listed stand as near to 0 as their limits allow), `[locked]` (joints held still,
+/// and with them those that mimic one) and `[effort_limits]` (N m or N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
 ///
 /// # Errors
 /// The first thing in the file, the URDF or a mesh that is out of order, with its file, line and element.
 pub fn load_robot(robot_toml: &Path) -> Result<RobotModel, InputError> {
-    build_robot(&read_robot_file(robot_toml)?)
+    let spec = read_robot_file(robot_toml)?;
+    let robot = build_robot(&spec)?;
+    check_forward(&robot, &spec)?;
+    Ok(robot)
+}
+
+/// Complains about a foot that does not point where the root does.
+fn check_forward(robot: &RobotModel, spec: &RobotSpec) -> Result<(), InputError> {
+    let root_from_links = robot.root_from_links(&robot.standing_q);
+    for (foot, foot_spec) in robot.feet.iter().zip(&spec.feet) {
+        let toes = yaw_of((root_from_links[foot.link] * foot.link_from_sole).rotation);
+        if toes.abs() > FORWARD_TURN_MAX {
+            let root = &robot.links[0].name;
+            let message = format!(
+                "its sole's x points {:.0} degrees off the x axis of the root link '{root}' in the standing posture; both must point ahead: \
+                 turn the sole, or hang the root on a new root link by a fixed joint that turns it",
+                toes.to_degrees()
+            );
+            return Err(foot_spec.place.error(format!("foot '{}'", foot.name), message));
+        }
+    }
+    Ok(())
 }
 
 /// Builds the robot that a plan file names. Its URDF is relative to `base_dir`; errors in the block name `plan_path`.
 ///
-/// The standing posture is as near to 0 as the limits allow, and no mesh is kept on demand: a plan says neither.
+/// The standing posture is as near to 0 as the limits allow: a plan does not say it.
 ///
 /// # Errors
 /// As [`load_robot`].
@@ -58,7 +83,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     let mut robot = RobotModel {
         name: urdf.robot.name.clone(),
         urdf_path: absolute(&spec.urdf_path),
-        standing_q: standing_posture(spec, &joints.moving)?,
+        standing_q: standing_posture(spec, &joints)?,
         links,
         joints: joints.moving,
         feet,
@@ -74,8 +99,7 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
 /// of them moving.
 fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes: &mut MeshStore) {
     let exact = |at: usize| build_link(urdf, tree[at].urdf_link, true, meshes).ok();
-    let RobotModel { links, joints, .. } = robot.unlocked();
-    for (at, shapes) in misleading_hulls(&links, &joints, exact) {
+    for (at, shapes) in misleading_hulls(&robot.unlocked(), exact) {
         robot.links[at].shapes = shapes;
     }
 }
@@ -156,11 +180,14 @@ fn build_feet(spec: &RobotSpec, links: &[Link]) -> Result<Vec<Foot>, InputError>
         .collect()
 }
 
-fn standing_posture(spec: &RobotSpec, joints: &[Joint]) -> Result<Vec<f64>, InputError> {
-    if let Some((name, (_, place))) = spec.standing.iter().find(|(name, _)| spec.locked.contains_key(*name)) {
-        return Err(place.error(format!("[standing] '{name}'"), "this joint is locked; remove one of the two entries"));
+fn standing_posture(spec: &RobotSpec, joints: &Joints) -> Result<Vec<f64>, InputError> {
+    let is_locked = |name: &String| joints.locked.iter().any(|locked| locked.joint.name == *name);
+    if let Some((name, (_, place))) = spec.standing.iter().find(|(name, _)| is_locked(name)) {
+        let message = "this joint is locked, or mimics one that is; remove one of the two entries";
+        return Err(place.error(format!("[standing] '{name}'"), message));
     }
     joints
+        .moving
         .iter()
         .map(|joint| match spec.standing.get(&joint.name) {
             None => Ok(0.0_f64.clamp(joint.lower, joint.upper)),

@@ -16,6 +16,7 @@ use glam::{DMat3, DVec3};
 
 use crate::digest::Digest;
 use crate::message::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+use crate::spatial::rotation_about;
 use crate::{Pose, Shape};
 
 /// Index into [`RobotModel::links`].
@@ -164,6 +165,18 @@ impl RobotModel {
         robot
     }
 
+    /// The pose of every link in the root's frame, the joints at `q`.
+    pub(crate) fn root_from_links(&self, q: &[f64]) -> Vec<Pose> {
+        let mut poses: Vec<Pose> = Vec::with_capacity(self.links.len());
+        for link in &self.links {
+            poses.push(link.parent.as_ref().map_or(Pose::IDENTITY, |at| {
+                let motion = at.joint.map_or(Pose::IDENTITY, |joint| self.joints[joint].motion(q[joint]));
+                poses[at.parent] * at.parent_from_joint * motion
+            }));
+        }
+        poses
+    }
+
     /// The moving joints from the root to a link, root first.
     pub fn chain(&self, link: LinkIndex) -> Vec<JointIndex> {
         let mut joints = Vec::new();
@@ -183,6 +196,23 @@ impl RobotModel {
         let carry_others: Vec<JointIndex> = others.flat_map(|(_, foot)| self.chain(foot.link)).collect();
         joints.retain(|joint| !carry_others.contains(joint));
         joints
+    }
+}
+
+impl Joint {
+    /// How the child frame stands in the joint frame at a position (rad or m).
+    pub(crate) fn motion(&self, position: f64) -> Pose {
+        self.kind.motion(self.axis, position)
+    }
+}
+
+impl JointKind {
+    /// How a child frame stands in its joint's frame, moved along or about `axis` (unit, joint frame) to a position (rad or m).
+    pub(crate) fn motion(self, axis: DVec3, position: f64) -> Pose {
+        match self {
+            Self::Revolute => Pose::from_rotation(rotation_about(axis, position)),
+            Self::Prismatic => Pose::from_translation(axis * position),
+        }
     }
 }
 

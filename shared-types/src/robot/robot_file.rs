@@ -87,7 +87,7 @@ pub(super) fn spec_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &P
         feet: left_and_right(feet, &place)?,
         urdf_path: base_dir.join(&block.urdf),
         root: None,
-        exact_meshes: Vec::new(),
+        exact_meshes: block.exact_meshes.iter().map(|link| (link.clone(), place.clone())).collect(),
         standing: JointValues::new(),
         locked: block_values("locked_joints", &block.locked_joints, &place)?,
         effort_limits: block_values("effort_limits", &block.effort_limits, &place)?,
