@@ -134,7 +134,9 @@ impl ChunkBuilder {
         if self.waypoints > self.waypoints_max || self.chunks.len() == self.chunks.capacity() {
             return Err(ArenaFull::Waypoints);
         }
-        let mut chunk: PlanChunk = bytemuck::Zeroable::zeroed();
+        let at = self.chunks.len();
+        self.chunks.push(bytemuck::Zeroable::zeroed());
+        let chunk = &mut self.chunks[at];
         chunk.schema = CHUNK_SCHEMA;
         chunk.mode = mode;
         chunk.joints_len = self.provenance.joints_len as u32;
@@ -147,7 +149,6 @@ impl ChunkBuilder {
             *slot = waypoint;
             chunk.waypoints_len += 1;
         }
-        self.chunks.push(chunk);
         Ok(())
     }
 }

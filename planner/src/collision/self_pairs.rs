@@ -77,8 +77,8 @@ impl SelfPairs {
                 let is_one_piece = joints_between(&model.links, links) == 0;
                 let joints = joints_between(&unlocked.links, links);
                 let are_neighbors = is_one_piece || joints <= 1;
-                let touches_at_zero = || joints <= NEIGHBOR_JOINTS_MAX && touch(body_a, body_b, &survey.zero);
-                if are_neighbors || survey.hits(body_a, body_b) >= ALWAYS || touches_at_zero() {
+                let touches_at_zero = || joints <= NEIGHBOR_JOINTS_MAX && touch(bodies, [a, b], &survey.zero);
+                if are_neighbors || survey.hits(bodies, [a, b]) >= ALWAYS || touches_at_zero() {
                     allowed.push((body_a.link.min(body_b.link), body_a.link.max(body_b.link)));
                     continue;
                 }
@@ -124,12 +124,15 @@ impl SelfPairs {
     }
 }
 
-/// The link poses in the configurations that decide: whether a pair may touch by the robot with its locked joints as joints, since a
-/// pair does not become one of neighbours because what lies between is held still.
+/// The poses in the configurations that decide: whether a pair may touch by the robot with its locked joints as joints, since a pair does
+/// not become one of neighbours because what lies between is held still.
 struct Survey {
+    /// The frames of all bodies' nodes at zero.
     zero: Vec<Pose>,
-    standing: Vec<Pose>,
+    /// The same in each random configuration.
     samples: Vec<Vec<Pose>>,
+    /// The links of the robot as it stands.
+    standing: Vec<Pose>,
 }
 
 impl Survey {
@@ -137,13 +140,17 @@ impl Survey {
         let zero: Vec<f64> = unlocked.joints.iter().map(|joint| 0f64.clamp(joint.lower, joint.upper)).collect();
         let sample_count = if bodies.len() > 1 { SAMPLES } else { 0 };
         let kinematics = Kinematics::new(unlocked);
-        let samples = (0..sample_count).map(|index| link_poses(&kinematics, &random_q(unlocked, index)));
-        let samples = samples.collect();
-        Self { zero: link_poses(&kinematics, &zero), standing: link_poses(&Kinematics::new(model), &model.standing_q), samples }
+        let links_from_nodes: Vec<Pose> = bodies.iter().map(|body| body.node_from_link.inverse()).collect();
+        let node_poses = |q: &[f64]| -> Vec<Pose> {
+            let links = link_poses(&kinematics, q);
+            bodies.iter().zip(&links_from_nodes).map(|(body, link_from_node)| links[body.link] * *link_from_node).collect()
+        };
+        let samples = (0..sample_count).map(|index| node_poses(&random_q(unlocked, index))).collect();
+        Self { zero: node_poses(&zero), samples, standing: link_poses(&Kinematics::new(model), &model.standing_q) }
     }
 
-    fn hits(&self, a: &Body, b: &Body) -> usize {
-        self.samples.iter().filter(|poses| touch(a, b, poses)).count()
+    fn hits(&self, bodies: &[Body], pair: [usize; 2]) -> usize {
+        self.samples.iter().filter(|poses| touch(bodies, pair, poses)).count()
     }
 }
 
@@ -159,10 +166,9 @@ fn random_q(model: &RobotModel, index: usize) -> Vec<f64> {
     model.joints.iter().map(|joint| random.uniform(joint.lower.clamp(-turn, turn), joint.upper.clamp(-turn, turn))).collect()
 }
 
-/// Whether two bodies touch, their links being at these poses.
-fn touch(a: &Body, b: &Body, poses: &[Pose]) -> bool {
-    let [node_a, node_b] = [a, b].map(|body| poses[body.link] * body.node_from_link.inverse());
-    bodies_within(a, &node_a, b, &node_b, 0.0)
+/// Whether two bodies touch, the nodes of all being at these poses.
+fn touch(bodies: &[Body], [a, b]: [usize; 2], poses: &[Pose]) -> bool {
+    bodies_within(&bodies[a], &poses[a], &bodies[b], &poses[b], 0.0)
 }
 
 /// `clearance`, or half of the pair's distance in a posture where that is less (to within a nanometre, from below).
