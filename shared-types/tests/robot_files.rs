@@ -65,6 +65,24 @@ fn an_unlocked_robot_has_its_joint_back() {
     assert_eq!(unlocked.standing_q[1], 0.5);
 }
 
+#[test]
+fn a_frame_fixed_to_a_foot_stands_for_it() {
+    let folder = Folder::new();
+    let plain = load(&folder.path("")).unwrap();
+    let sole = "<link name=\"imu\"/><link name=\"right_sole\"/>\
+                <joint name=\"right_sole_mount\" type=\"fixed\"><origin xyz=\"0 0 -1\"/><parent link=\"right_foot\"/><child link=\"right_sole\"/></joint>";
+    folder.write("stilts.urdf", URDF.replacen("<link name=\"imu\"/>", sole, 1).as_bytes());
+    let file = ROBOT.replacen("link = \"right_foot\"\nsole_xyz = [0, 0, -1.0]", "link = \"right_sole\"\nsole_xyz = [0, 0, 0]", 1);
+    folder.write("robot.toml", file.as_bytes());
+    assert_eq!(load(&folder.path("")).unwrap().feet, plain.feet);
+    folder.write(
+        "stilts.urdf",
+        URDF.replacen("<link name=\"imu\"/>", sole, 1).replacen("right_foot\"/><child", "imu\"/><child", 1).as_bytes(),
+    );
+    let error = load(&folder.path("")).unwrap_err().to_string();
+    assert!(error.contains("foot 'right'") && error.contains("'pelvis'"), "{error}");
+}
+
 /// [`URDF`] with the left hip half as far as the right one, and a tenth on.
 fn with_mimic() -> String {
     URDF.replacen("<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 1 0\"/><mimic joint=\"right_hip\" multiplier=\"0.5\" offset=\"0.1\"/>", 1)
@@ -289,7 +307,11 @@ fn broken_robot_files_are_refused() {
         Spoiling { from: "name = \"right\"", to: "name = \"middle\"", complaint: &["feet", "middle"] },
         Spoiling { from: "name = \"right\"", to: "name = \"left\"", complaint: &["feet", "exactly one"] },
         Spoiling { from: "link = \"right_foot\"", to: "link = \"lost\"", complaint: &["robot.toml:4", "foot 'right'", "'lost'"] },
-        Spoiling { from: "link = \"right_foot\"", to: "link = \"imu\"", complaint: &["foot 'right'", "no collision shape"] },
+        Spoiling {
+            from: "link = \"right_foot\"",
+            to: "link = \"imu\"",
+            complaint: &["foot 'right'", "off the collision shapes of link 'pelvis'"],
+        },
         Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0, -1.01]", complaint: &["foot 'right'", "10.0 mm off"] },
         Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0, nan]", complaint: &["robot.toml:4", "foot 'right'", "NaN"] },
         Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0]", complaint: &["robot.toml:7"] },

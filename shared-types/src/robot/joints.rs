@@ -105,10 +105,16 @@ fn moving_joint(urdf: &Urdf, index: usize, kind: JointKind, axis: DVec3, spec: &
         return refuse(format!("its limits {lower}..{upper} leave no room to move; correct them or lock it in the robot file"));
     }
     if !(joint.limit.effort > 0.0 && joint.limit.effort.is_finite()) {
-        return refuse(format!("effort must be positive, but is {}; state it in <limit>", joint.limit.effort));
+        return refuse(format!(
+            "effort must be positive, but is {}; state it in <limit>, or lock the joint in the robot file",
+            joint.limit.effort
+        ));
     }
     if !(joint.limit.velocity > 0.0 && joint.limit.velocity.is_finite()) {
-        return refuse(format!("velocity must be positive, but is {}; state it in <limit>", joint.limit.velocity));
+        return refuse(format!(
+            "velocity must be positive, but is {}; state it in <limit>, or lock the joint in the robot file",
+            joint.limit.velocity
+        ));
     }
     let effort = tightened_effort(joint, joint.limit.effort, spec)?;
     let (velocity, acceleration) = (joint.limit.velocity, acceleration(joint, spec)?);

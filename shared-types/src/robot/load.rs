@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use crate::InputError;
 use crate::digest::Digest;
 use crate::mesh::MeshStore;
 use crate::message::limits::JOINTS_MAX;
 use crate::plan_file::RobotBlock;
 use crate::source::absolute;
 use crate::spatial::yaw_of;
+use crate::{InputError, Pose};
 
 use super::hulls::misleading_hulls;
 use super::joints::{JointRole, check_names, joint_role, parent_from_joint};
@@ -172,12 +172,24 @@ fn build_feet(spec: &RobotSpec, links: &[Link]) -> Result<Vec<Foot>, InputError>
             let Some(link) = links.iter().position(|link| link.name == foot_spec.link) else {
                 return Err(foot_spec.place.error(element, format!("the URDF has no link '{}'", foot_spec.link)));
             };
+            let (link, link_from_named) = shaped_ancestor(links, link);
             let FootSpec { name, link_from_sole, polygon, .. } = foot_spec;
-            let foot = Foot { name: name.clone(), link, link_from_sole: *link_from_sole, polygon: polygon.clone() };
+            let foot = Foot { name: name.clone(), link, link_from_sole: link_from_named * *link_from_sole, polygon: polygon.clone() };
             check_sole(&foot, &links[link], foot_spec)?;
             Ok(foot)
         })
         .collect()
+}
+
+/// The nearest link from one toward the root that has shapes and to which that one is fixed, as a frame of a sole is to its foot, and the
+/// frame's pose there; the link itself where there is none.
+fn shaped_ancestor(links: &[Link], link: usize) -> (usize, Pose) {
+    let (mut at, mut at_from_link) = (link, Pose::IDENTITY);
+    while links[at].shapes.is_empty() {
+        let Some(Attachment { parent, parent_from_joint, joint: None }) = &links[at].parent else { return (link, Pose::IDENTITY) };
+        (at, at_from_link) = (*parent, *parent_from_joint * at_from_link);
+    }
+    (at, at_from_link)
 }
 
 fn standing_posture(spec: &RobotSpec, joints: &Joints) -> Result<Vec<f64>, InputError> {
