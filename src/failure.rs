@@ -84,7 +84,7 @@ pub enum Failure {
     #[error("no planner answers; start 'surefoot plan SCENARIO --serve' with the same instance name")]
     NoPlanner,
     /// The robot cannot stand where the scenario wants it to.
-    #[error("{0}; change the scenario's mark, its world or the robot's [standing]")]
+    #[error("{0}; change the scenario's mark, its world or the robot's posture")]
     Ends(String),
     /// No picture.
     #[error(transparent)]

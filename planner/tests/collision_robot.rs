@@ -1,10 +1,7 @@
 //! The collision model of the reference robot.
 
-mod common;
-
 use std::path::Path;
 
-use common::{chain_robot, hinge};
 use glam::{DQuat, DVec3};
 use surefoot_planner::body::Body;
 use surefoot_planner::collision::{CollisionModel, FootState, Hit};
@@ -14,7 +11,7 @@ use surefoot_planner::random::{Random, Stream};
 use surefoot_planner::snapshot::Snapshot;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::robot::{LinkShape, LockedJoint, RobotModel};
+use surefoot_shared_types::robot::{LockedJoint, RobotModel};
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::spatial::rotation_from_scaled_axis;
 use surefoot_shared_types::{Pose, Shape};
@@ -195,35 +192,37 @@ fn allowed_pairs_repeat_and_hold_neighbours_only() {
     assert!(first.bytes() > 1_000);
 }
 
-/// A root, an arm and a hand, each of which can turn against the one before it, and of which root and hand overlap only where the
-/// arm is turned far.
-fn folding(locked: &[usize]) -> RobotModel {
-    let turn = || hinge([0.2, 0.0, 0.0], [0.0, 1.0, 0.0], [-3.0, 3.0]);
-    let mut robot = chain_robot(&[turn(), turn()], [0.0; 3]);
-    let ball = Shape::Sphere { radius: 0.05 };
-    robot.links.iter_mut().for_each(|link| link.shapes = vec![LinkShape { link_from_shape: Pose::IDENTITY, shape: ball.clone() }]);
-    let joints = std::mem::take(&mut robot.joints);
-    robot.standing_q.clear();
-    for (index, joint) in joints.into_iter().enumerate() {
-        let attachment = robot.links[joint.child].parent.as_mut().unwrap();
-        if locked.contains(&index) {
-            attachment.joint = None;
-            robot.locked_joints.push(LockedJoint { joint, position: 0.0, parent_from_joint: attachment.parent_from_joint });
-        } else {
-            attachment.joint = Some(robot.joints.len());
-            robot.joints.push(joint);
-            robot.standing_q.push(0.0);
-        }
+/// The robot with a joint held at a position.
+fn holding(mut robot: RobotModel, (name, position): (&str, f64)) -> RobotModel {
+    let index = robot.joints.iter().position(|joint| joint.name == name).expect("the robot has this joint");
+    let joint = robot.joints.remove(index);
+    robot.standing_q.remove(index);
+    for attachment in robot.links.iter_mut().filter_map(|link| link.parent.as_mut()) {
+        attachment.joint = attachment.joint.filter(|&at| at != index).map(|at| at - usize::from(at > index));
     }
+    let attachment = robot.links[joint.child].parent.as_mut().expect("a joint leads there");
+    let parent_from_joint = attachment.parent_from_joint;
+    attachment.parent_from_joint = parent_from_joint * Pose::from_rotation(rotation_from_scaled_axis(position * joint.axis));
+    robot.locked_joints.push(LockedJoint { joint, position, parent_from_joint });
     robot
 }
 
 #[test]
 fn links_do_not_become_neighbours_because_a_joint_between_them_is_locked() {
-    for (locked, may_touch) in [(&[][..], false), (&[0], false), (&[1], false), (&[0, 1], true)] {
-        let model = CollisionModel::new(&folding(locked), &world(&[]), CLEARANCE).unwrap();
-        assert_eq!(model.allowed_pairs().contains(&(0, 2)), may_touch, "{locked:?}");
-    }
+    let free = CollisionModel::new(&hubo(), &world(&[]), CLEARANCE).unwrap();
+    let held = [("left_elbow", -0.4), ("left_wrist_yaw", 0.0), ("right_shoulder_roll", -0.15)].into_iter().fold(hubo(), holding);
+    let model = CollisionModel::new(&held, &world(&[]), CLEARANCE).unwrap();
+    assert_eq!(model.allowed_pairs(), free.allowed_pairs());
+    assert_eq!(model.self_hit(&seen(&held, &standing(&held))), None);
+}
+
+#[test]
+fn links_that_are_held_in_one_another_hit() {
+    let arm = [("left_shoulder_pitch", 0.0), ("left_shoulder_roll", 0.0), ("left_shoulder_yaw", -1.57), ("left_elbow", -1.57)];
+    let held = arm.into_iter().fold(hubo(), holding);
+    let model = CollisionModel::new(&held, &world(&[]), CLEARANCE).unwrap();
+    let hit = model.self_hit(&seen(&held, &standing(&held))).map(|hit| model.describe(hit));
+    assert!(hit.as_deref().is_some_and(|hit| hit.starts_with("link 'torso' meets link 'left_")), "{hit:?}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Which links may touch each other: decided from the robot alone, as MoveIt's setup assistant does.
 //!
 //! Links at most one joint apart; links that overlap in nearly every random configuration; and links at most three joints apart that
-//! overlap at joint position 0. Joints that are held still part links, too, unless no other one does.
+//! overlap at joint position 0. Joints that are held still part links, too.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -47,13 +47,6 @@ pub fn allowed_pairs(model: &RobotModel, bodies: &[Body]) -> BTreeSet<LinkPair> 
             || (apart <= NEAR_MAX && at_zero.contains(pair))
     };
     distances.into_iter().filter(|(pair, apart)| allowed(pair, *apart)).map(|(pair, _)| pair).collect()
-}
-
-/// All pairs of links that no joint parts which moves: those are one piece.
-pub fn pieces(model: &RobotModel) -> BTreeSet<LinkPair> {
-    let chains: Vec<_> = (0..model.links.len()).map(|link| model.chain(link)).collect();
-    let pairs = (0..chains.len()).flat_map(|a| (a + 1..chains.len()).map(move |b| (a, b)));
-    pairs.filter(|&(a, b)| chains[a] == chains[b]).collect()
 }
 
 fn neutral(model: &RobotModel) -> Vec<f64> {

@@ -30,7 +30,7 @@ use surefoot_shared_types::scene::World;
 use crate::geometry::body::Body;
 use crate::kinematics::{Configuration, Posture};
 use acceleration::check_acceleration;
-use allowed_pairs::{allowed_pairs, pieces};
+use allowed_pairs::allowed_pairs;
 use equilibrium::Equilibrium;
 pub use load::{FootLoad, Load};
 use motion::Motion;
@@ -178,8 +178,7 @@ impl Checker {
         support::check_soles(&model, &robot_bodies, config.contact_gap_max)?;
         let supports = SupportFinder::new(&model, &world, &config).map_err(CheckerError::Shape)?;
         let unlocked = model.unlocked();
-        let mut allowed = allowed_pairs(&unlocked, &robot_bodies);
-        allowed.extend(pieces(&model));
+        let allowed = allowed_pairs(&unlocked, &robot_bodies);
         let collisions = collision::Collisions::new(&model, &allowed, robot_bodies, world_bodies);
         let equilibrium = Equilibrium::new(world.mu);
         Ok(Self { model, unlocked, world, config, supports, equilibrium, collisions })

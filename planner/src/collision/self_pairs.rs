@@ -74,12 +74,14 @@ impl SelfPairs {
         for (a, body_a) in bodies.iter().enumerate() {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
                 let links = [body_a.link, body_b.link];
-                let is_one_piece = joints_between(&model.links, links) == 0;
                 let joints = joints_between(&unlocked.links, links);
-                let are_neighbors = is_one_piece || joints <= 1;
                 let touches_at_zero = || joints <= NEIGHBOR_JOINTS_MAX && touch(bodies, [a, b], &survey.zero);
-                if are_neighbors || survey.hits(bodies, [a, b]) >= ALWAYS || touches_at_zero() {
+                if joints <= 1 || survey.hits(bodies, [a, b]) >= ALWAYS || touches_at_zero() {
                     allowed.push((body_a.link.min(body_b.link), body_a.link.max(body_b.link)));
+                    continue;
+                }
+                let is_one_piece = joints_between(&model.links, links) == 0;
+                if is_one_piece && !survey.touches_standing(body_a, body_b) {
                     continue;
                 }
                 let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
@@ -147,6 +149,10 @@ impl Survey {
         };
         let samples = (0..sample_count).map(|index| node_poses(&random_q(unlocked, index))).collect();
         Self { zero: node_poses(&zero), samples, standing: link_poses(&Kinematics::new(model), &model.standing_q) }
+    }
+
+    fn touches_standing(&self, a: &Body, b: &Body) -> bool {
+        bodies_within(a, &self.standing[a.node_link], b, &self.standing[b.node_link], 0.0)
     }
 
     fn hits(&self, bodies: &[Body], pair: [usize; 2]) -> usize {
