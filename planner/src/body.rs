@@ -47,6 +47,8 @@ pub enum BodyError {
     },
 }
 
+/// What a finger or a gripper carries at the most, as a share of the robot's mass: wrists of humanoids carry from 0.18 % on.
+const FINGER_SHARE_MAX: f64 = 1.6e-3;
 /// A joint on which this share of the robot's mass hangs carries its trunk.
 const TRUNK_SHARE: f64 = 0.2;
 /// Joints that carry the trunk at most.
@@ -96,6 +98,8 @@ pub struct FreeJoint {
     pub lower: f64,
     /// Upper limit with the planner's margin.
     pub upper: f64,
+    /// Whether samples move it. Fingers neither balance the robot nor make room for it, and stay as they are.
+    pub is_sampled: bool,
 }
 
 impl Body {
@@ -110,11 +114,11 @@ impl Body {
         }
         let margin = config.joint_margin;
         let legs = [Leg::new(model, 0, margin)?, Leg::new(model, 1, margin)?];
-        let free_joints = free_joints(model, margin);
         let mut standing_q = [0.0; JOINTS_MAX];
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
         let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
         let statics = Statics::new(model, config.effort_share);
+        let free_joints = free_joints(model, margin, &statics);
         let ankle = |limb: usize| AnkleHold::new(&legs[limb], &standing_q, &statics, config.com_margin);
         let tree = Tree::new(model);
         let carries_trunk = |joint: &&FreeJoint| statics.carried_mass(joint.index) >= TRUNK_SHARE * statics.mass();
@@ -207,12 +211,13 @@ impl Body {
 }
 
 /// The joints that carry no foot.
-fn free_joints(model: &RobotModel, margin: f64) -> Vec<FreeJoint> {
+fn free_joints(model: &RobotModel, margin: f64, statics: &Statics) -> Vec<FreeJoint> {
     let carry_feet: Vec<usize> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
     let free = model.joints.iter().enumerate().filter(|(index, _)| !carry_feet.contains(index));
     let within = |(index, joint)| {
         let [lower, upper] = limits_within(joint, margin);
-        FreeJoint { index, lower, upper }
+        let is_sampled = statics.carried_mass(index) >= FINGER_SHARE_MAX * statics.mass();
+        FreeJoint { index, lower, upper, is_sampled }
     };
     free.map(within).collect()
 }

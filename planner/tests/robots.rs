@@ -56,6 +56,35 @@ fn with_narrow(kind: &str) -> RobotModel {
     model
 }
 
+/// The Hubo with a finger on its left hand, bent as it stands.
+fn with_finger() -> RobotModel {
+    let mut model = hubo();
+    let (finger, joint) = (model.links.len(), model.joints.len());
+    let hand = model.links.iter().position(|link| link.name == "left_hand").unwrap();
+    let parent =
+        Some(Attachment { parent: hand, parent_from_joint: Pose::from_translation(DVec3::new(0.0, 0.0, -0.1)), joint: Some(joint) });
+    model.links.push(Link { name: "finger".into(), parent, shapes: Vec::new(), mass: 0.03, ..model.links[hand].clone() });
+    model.joints.push(Joint { name: "finger".into(), axis: DVec3::Y, child: finger, ..model.joints[0].clone() });
+    model.standing_q.push(0.2);
+    model.digest = Digest::of(&[b"finger"]);
+    model
+}
+
+#[test]
+fn fingers_stay_as_the_robot_stands_while_arms_move() {
+    let model = with_finger();
+    let [finger, wrist] = ["finger", "left_wrist_pitch"].map(|name| model.joints.iter().position(|joint| joint.name == name).unwrap());
+    let mut planner = Case { model, ..Case::shipped("jungle_gym_full") }.planner(2);
+    assert_eq!(run(&mut planner, 10_000), Outcome::Found);
+    let moves = |joint: usize| {
+        let mut waypoints = planner.chunks().iter().flat_map(|chunk| chunk.waypoints());
+        let first = planner.chunks()[0].waypoints()[0].q[joint];
+        waypoints.any(|waypoint| waypoint.q[joint] != first)
+    };
+    assert_eq!((moves(finger), moves(wrist)), (false, true));
+    assert_eq!(planner.chunks()[0].waypoints()[0].q[finger], 0.2);
+}
+
 fn finds_a_walk(model: RobotModel) -> bool {
     let case = Case { model, ..Case::shipped("flat_walk") };
     run(&mut case.planner(2), 10_000) == Outcome::Found

@@ -169,7 +169,7 @@ fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, a
     let share = stoop.share * (share + jitter(0.15)) * body.standing_reach_share;
     let lean = (lean + jitter(0.6)).clamp(-0.5, 1.0);
     if uniform {
-        for joint in &body.free_joints {
+        for joint in body.free_joints.iter().filter(|joint| joint.is_sampled) {
             let position = free[joint.index] + jitter(0.5);
             free[joint.index] = position.clamp(joint.lower, joint.upper);
         }

@@ -226,7 +226,7 @@ fn draw(constraints: &Constraints, problem: &Problem, ends: &[State; 2], random:
     let moves_free = random.below(2) == 1;
     for joint in &constraints.body.free_joints {
         let [from, to] = ends.map(|end| end.configuration.q[joint.index]);
-        let stray = if moves_free { random.uniform(-FREE_SPREAD, FREE_SPREAD) } else { 0.0 };
+        let stray = if moves_free && joint.is_sampled { random.uniform(-FREE_SPREAD, FREE_SPREAD) } else { 0.0 };
         state.configuration.q[joint.index] = (from + share * (to - from) + stray).clamp(joint.lower, joint.upper);
     }
     state
