@@ -1,4 +1,4 @@
-//! Work that the threads of a pool do side by side, with nobody asleep between two pieces of it.
+//! Work that the threads of a pool do side by side, with nobody asleep between two short pieces of it.
 //!
 //! Rayon's own loops split their items in two until each stands alone, and a thread that waits falls asleep after some 15 us; waking it
 //! takes as long again. Items take 20 us to some milliseconds here, so both cost much of what threads bring. What is made depends on
@@ -9,8 +9,8 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::Yield;
 
-/// How often a thread that waits looks again at once, before it gives way to others each time: some 10 us.
-const LOOKS_MAX: u32 = 64;
+/// How often a thread that waits looks again before it lets rayon put it to sleep: some 150 us, several times what waking it takes.
+const LOOKS_MAX: u32 = 1024;
 
 /// Does both, side by side where another thread is free. To be called inside a thread pool.
 pub fn both<A: Send, B: Send>(first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B + Send) -> (A, B) {
@@ -22,8 +22,9 @@ pub fn both<A: Send, B: Send>(first: impl FnOnce() -> A + Send, second: impl FnO
             made
         },
         || {
-            let _done = OnDrop(&is_done);
-            second()
+            let made = second();
+            is_done.store(true, Ordering::Release);
+            made
         },
     )
 }
@@ -50,26 +51,15 @@ fn do_with(workers: usize, work: &(dyn Fn() + Sync)) {
     }
 }
 
-/// Says that work is done, even where that panics.
-struct OnDrop<'a>(&'a AtomicBool);
-
-impl Drop for OnDrop<'_> {
-    fn drop(&mut self) {
-        self.0.store(true, Ordering::Release);
-    }
-}
-
-/// Waits without sleep, and does what else there is to do.
+/// Waits for a while without sleep, and does what else there is to do. What takes longer, or panics, rayon waits for.
 fn wait_for(is_done: &AtomicBool) {
     let mut looks = 0;
-    while !is_done.load(Ordering::Acquire) {
+    while looks < LOOKS_MAX && !is_done.load(Ordering::Acquire) {
         if rayon::yield_now() == Some(Yield::Executed) {
             looks = 0;
-        } else if looks < LOOKS_MAX {
+        } else {
             looks += 1;
             std::hint::spin_loop();
-        } else {
-            std::thread::yield_now();
         }
     }
 }

@@ -81,6 +81,12 @@ fn a_frame_fixed_to_a_foot_stands_for_it() {
     );
     let error = load(&folder.path("")).unwrap_err().to_string();
     assert!(error.contains("foot 'right'") && error.contains("'pelvis'"), "{error}");
+    let bare = URDF.replacen("<collision><geometry><sphere radius=\"0.1\"/></geometry></collision>", "", 1);
+    assert_ne!(bare, URDF);
+    folder.write("stilts.urdf", bare.as_bytes());
+    folder.write("robot.toml", ROBOT.replacen("link = \"right_foot\"", "link = \"imu\"", 1).as_bytes());
+    let error = load(&folder.path("")).unwrap_err().to_string();
+    assert!(error.contains("foot 'right'") && error.contains("'imu' has no collision shape"), "{error}");
 }
 
 /// [`URDF`] with the left hip half as far as the right one, and a tenth on.

@@ -30,23 +30,24 @@ struct Placed {
 pub(super) fn misleading_hulls(robot: &RobotModel, mut exact: impl FnMut(LinkIndex) -> Option<Link>) -> Vec<(LinkIndex, Vec<LinkShape>)> {
     let links = &robot.links;
     let neutral: Vec<f64> = robot.joints.iter().map(|joint| 0.0_f64.clamp(joint.lower, joint.upper)).collect();
-    let mut at_zero = Survey::new(robot, &neutral, &mut exact);
+    let mut apart: Vec<[LinkIndex; 2]> = pairs_with_hulls(links).collect();
     let mut misleading = vec![];
-    let mut apart_at_zero = vec![];
-    for pair in pairs_with_hulls(links) {
-        if at_zero.overlap(pair, &[]) { misleading.extend(at_zero.parting(pair, links)) } else { apart_at_zero.push(pair) }
-    }
-    let mut surfaces = at_zero.surfaces;
-    let mut standing = Survey::new(robot, &robot.standing_q, &mut exact);
-    for pair in apart_at_zero {
-        if standing.overlap(pair, &[]) {
-            misleading.extend(standing.parting(pair, links));
+    for q in [&neutral, &robot.standing_q] {
+        if apart.is_empty() {
+            break;
         }
+        let mut survey = Survey::new(robot, q, &mut exact);
+        let mut chosen = vec![];
+        apart.retain(|&pair| {
+            let overlap = survey.overlap(pair, &[]);
+            if overlap {
+                chosen.extend(survey.parting(pair, links));
+            }
+            !overlap
+        });
+        misleading.extend(chosen.into_iter().filter_map(|at| Some((at, survey.surfaces[at].take()?.parts))));
     }
-    misleading.sort_unstable();
-    misleading.dedup();
-    let mut surface = |at: LinkIndex| surfaces[at].take().or_else(|| standing.surfaces[at].take());
-    misleading.into_iter().filter_map(|at| Some((at, surface(at)?.parts))).collect()
+    misleading
 }
 
 fn has_hull(link: &Link) -> bool {

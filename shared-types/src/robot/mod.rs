@@ -170,7 +170,10 @@ impl RobotModel {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.links.len());
         for link in &self.links {
             poses.push(link.parent.as_ref().map_or(Pose::IDENTITY, |at| {
-                let motion = at.joint.map_or(Pose::IDENTITY, |joint| self.joints[joint].motion(q[joint]));
+                let motion = at.joint.map_or(Pose::IDENTITY, |index| {
+                    let joint = &self.joints[index];
+                    joint.kind.motion(joint.axis, q[index])
+                });
                 poses[at.parent] * at.parent_from_joint * motion
             }));
         }
@@ -196,13 +199,6 @@ impl RobotModel {
         let carry_others: Vec<JointIndex> = others.flat_map(|(_, foot)| self.chain(foot.link)).collect();
         joints.retain(|joint| !carry_others.contains(joint));
         joints
-    }
-}
-
-impl Joint {
-    /// How the child frame stands in the joint frame at a position (rad or m).
-    pub(crate) fn motion(&self, position: f64) -> Pose {
-        self.kind.motion(self.axis, position)
     }
 }
 
