@@ -56,7 +56,7 @@ use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::Constraints;
 use crate::foot_placement::polygon::area_and_centroid;
-use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
+use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError, support_area_for};
 use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
 use crate::motion::roadmap::{Boundary, Hop, Roadmap};
 use crate::motion::round::Round;
@@ -159,7 +159,7 @@ impl Planner {
         let config: &PlannerConfig = &scenario.planner;
         let body = Body::new(model, config)?;
         let collision = CollisionModel::new(model, world, config.clearance)?;
-        let placement = placement_config(&body, world, config);
+        let placement = placement_config(&body, world, scenario);
         let scratch = [(); 2].map(|()| Scratch::new(&placement));
         let surfaces = Surfaces::new(world, placement)?;
         if !preparation.is_for(model, config) {
@@ -475,12 +475,12 @@ fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, Plann
 }
 
 /// Foot placement with the bounds that this robot's soles and the world's friction allow.
-fn placement_config(body: &Body, world: &World, config: &PlannerConfig) -> FootPlacementConfig {
+fn placement_config(body: &Body, world: &World, scenario: &Scenario) -> FootPlacementConfig {
     let smallest = body.sole_polygons.iter().map(|polygon| area_and_centroid(polygon).0).fold(f64::INFINITY, f64::min);
     let standard = FootPlacementConfig::default();
     let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
     FootPlacementConfig {
-        support_area_min: config.support_area_min.min(SOLE_SHARE_MIN * smallest),
+        support_area_min: support_area_for(smallest, scenario.planner.support_area_min, scenario.checker.support_area_min),
         friction_margin: standard.friction_margin.max(libm::atan(world.mu) - steepest),
         // Nearer placements first, however little they carry: the search weighs them (docs/decisions/0010-foot-placement.md).
         support_area_inflation: 1.0,
@@ -492,5 +492,3 @@ fn placement_config(body: &Body, world: &World, config: &PlannerConfig) -> FootP
 const WORK_PER_LOOK: u64 = 4_096;
 /// Sides of the pyramid that a checker may put inside the friction cone: vertical forces must lie in it too.
 const FRICTION_SIDES: f64 = 8.0;
-/// The share of a small sole that must be carried where `support_area_min` would ask for more.
-const SOLE_SHARE_MIN: f64 = 0.6;

@@ -58,6 +58,16 @@ pub struct FootPlacementConfig {
     pub ground_points_max: usize,
 }
 
+/// The share of a small sole that must be carried where more is asked for: what the default asks of the reference robot's.
+const SOLE_SHARE_MIN: f64 = 0.26;
+/// However small the sole, so many times what the checker asks for must be carried.
+const OVER_CHECKED: f64 = 1.2;
+
+/// How much of a sole of an area must be carried where a scenario asks for one area and its checker for another, all in m2.
+pub(crate) fn support_area_for(sole: f64, asked: f64, checked: f64) -> f64 {
+    asked.min((SOLE_SHARE_MIN * sole).max(OVER_CHECKED * checked))
+}
+
 impl Default for FootPlacementConfig {
     fn default() -> Self {
         let degree = std::f64::consts::PI / 180.0;
@@ -142,3 +152,17 @@ impl FootPlacementConfig {
 pub(super) const SEEDS_MAX: usize = 5;
 /// The largest `neighbors`: they are kept on the stack.
 pub(super) const NEIGHBORS_MAX: usize = 64;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_sole_needs_a_share_of_itself_and_more_than_the_checker_asks_for() {
+        let (asked, checked) = (0.008, 5e-4);
+        assert_eq!(support_area_for(0.0308, asked, checked), asked);
+        assert_eq!(support_area_for(0.0120, asked, checked), 0.26 * 0.0120);
+        assert_eq!(support_area_for(0.0020, asked, checked), 1.2 * checked);
+        assert_eq!(support_area_for(0.0120, asked, 0.0070), asked);
+    }
+}

@@ -43,7 +43,8 @@ pub struct PlannerConfig {
     pub waypoint_joint_step: f64,
     /// The longest motion of any point of the robot between two collision samples, m.
     pub collision_step: f64,
-    /// The smallest support area of a foot placement, m2.
+    /// The smallest support area of a foot placement, m2; of a small sole at most 26 % of it, which is what the default asks of the
+    /// reference robot's, but in any case a fifth more than the checker asks for.
     pub support_area_min: f64,
     /// Distance between guide-route stations that seed foot placements, m.
     pub station_spacing: f64,
