@@ -55,8 +55,7 @@ use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::Constraints;
-use crate::foot_placement::polygon::area_and_centroid;
-use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError, support_area_for};
+use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
 use crate::motion::roadmap::{Boundary, Hop, Roadmap};
 use crate::motion::round::Round;
@@ -476,11 +475,10 @@ fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, Plann
 
 /// Foot placement with the bounds that this robot's soles and the world's friction allow.
 fn placement_config(body: &Body, world: &World, scenario: &Scenario) -> FootPlacementConfig {
-    let smallest = body.sole_polygons.iter().map(|polygon| area_and_centroid(polygon).0).fold(f64::INFINITY, f64::min);
-    let standard = FootPlacementConfig::default();
+    let standard =
+        FootPlacementConfig::for_soles(&body.sole_polygons, scenario.planner.support_area_min, scenario.checker.support_area_min);
     let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
     FootPlacementConfig {
-        support_area_min: support_area_for(smallest, scenario.planner.support_area_min, scenario.checker.support_area_min),
         friction_margin: standard.friction_margin.max(libm::atan(world.mu) - steepest),
         // Nearer placements first, however little they carry: the search weighs them (docs/decisions/0010-foot-placement.md).
         support_area_inflation: 1.0,

@@ -1,8 +1,10 @@
 //! The parameters of foot placement: what counts as support, and the bounds of the search for it.
 
+use glam::DVec2;
 use surefoot_shared_types::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX};
 
 use super::SurfacesError;
+use super::polygon::{area_and_centroid, inner_distance};
 
 /// What counts as support, and the bounds of the search for it. All lengths in metres, angles in radians.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,15 +60,12 @@ pub struct FootPlacementConfig {
     pub ground_points_max: usize,
 }
 
-/// The share of a small sole that must be carried where more is asked for: what the default asks of the reference robot's.
-const SOLE_SHARE_MIN: f64 = 0.26;
+/// The share of a small sole's area that must be carried where more is asked for: what the default asks of the reference robot's.
+const AREA_SHARE_MIN: f64 = 0.26;
+/// The share, of the distance from a small sole's centroid to its nearest edge, that a support polygon's must have at least; as above.
+const EDGE_DISTANCE_SHARE_MIN: f64 = 0.29;
 /// However small the sole, so many times what the checker asks for must be carried.
 const OVER_CHECKED: f64 = 1.2;
-
-/// How much of a sole of an area must be carried where a scenario asks for one area and its checker for another, all in m2.
-pub(crate) fn support_area_for(sole: f64, asked: f64, checked: f64) -> f64 {
-    asked.min((SOLE_SHARE_MIN * sole).max(OVER_CHECKED * checked))
-}
 
 impl Default for FootPlacementConfig {
     fn default() -> Self {
@@ -103,6 +102,23 @@ impl FootPlacementConfig {
     /// Algorithm 1 as it is printed: without seeded targets and placements, and with one bound of the area [Grey 4.2.2].
     pub fn as_printed() -> Self {
         Self { support_area_inflation: 1.0, sample_attempts_seeded: 0, iterations_seeded: 0, ..Self::default() }
+    }
+
+    /// With what a robot's soles (m, each in its sole frame) have to be carried by, where a scenario asks for one support area and its
+    /// checker for another, m2.
+    pub(crate) fn for_soles(soles: &[Vec<DVec2>], asked: f64, checked: f64) -> Self {
+        let standard = Self::default();
+        let (mut area_min, mut edge_distance_min) = (asked, standard.centroid_edge_distance_min);
+        for sole in soles {
+            let (area, centroid) = area_and_centroid(sole);
+            area_min = area_min.min(AREA_SHARE_MIN * area);
+            edge_distance_min = edge_distance_min.min(EDGE_DISTANCE_SHARE_MIN * inner_distance(sole, centroid));
+        }
+        Self {
+            support_area_min: area_min.max(asked.min(OVER_CHECKED * checked)),
+            centroid_edge_distance_min: edge_distance_min,
+            ..standard
+        }
     }
 
     /// Refuses values outside their range, naming the field.
@@ -157,12 +173,20 @@ pub(super) const NEIGHBORS_MAX: usize = 64;
 mod tests {
     use super::*;
 
+    /// The support area and the distance to the edge that a sole needs, where the checker asks for an area.
+    fn needs(length: f64, width: f64, checked: f64) -> (f64, f64) {
+        let [x, y] = [0.5 * length, 0.5 * width];
+        let sole = vec![DVec2::new(-x, -y), DVec2::new(x, -y), DVec2::new(x, y), DVec2::new(-x, y)];
+        let config = FootPlacementConfig::for_soles(&[sole], 0.008, checked);
+        (config.support_area_min, config.centroid_edge_distance_min)
+    }
+
     #[test]
     fn a_small_sole_needs_a_share_of_itself_and_more_than_the_checker_asks_for() {
-        let (asked, checked) = (0.008, 5e-4);
-        assert_eq!(support_area_for(0.0308, asked, checked), asked);
-        assert_eq!(support_area_for(0.0120, asked, checked), 0.26 * 0.0120);
-        assert_eq!(support_area_for(0.0020, asked, checked), 1.2 * checked);
-        assert_eq!(support_area_for(0.0120, asked, 0.0070), asked);
+        assert_eq!(needs(0.22, 0.14, 5e-4), (0.008, 0.02));
+        let (area, edge_distance) = needs(0.2, 0.04, 5e-4);
+        assert!((area - 0.26 * 0.008).abs() < 1e-12 && (edge_distance - 0.29 * 0.02).abs() < 1e-12, "{area} {edge_distance}");
+        assert_eq!(needs(0.05, 0.04, 5e-4).0, 6e-4);
+        assert_eq!(needs(0.2, 0.04, 0.0070).0, 0.008);
     }
 }

@@ -31,7 +31,6 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
 pub use config::FootPlacementConfig;
-pub(crate) use config::support_area_for;
 pub use propose::{Effort, Placement, Request, Source, Tally};
 pub use scratch::Scratch;
 pub use surfaces::Surfaces;
