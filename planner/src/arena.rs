@@ -2,6 +2,9 @@
 
 use std::ops::{Index, IndexMut};
 
+use bytemuck::Zeroable;
+use bytemuck::allocation::zeroed_vec;
+
 /// No page of any system in use is smaller.
 const PAGE: usize = 4_096;
 /// Of each arena so many bytes are written: more than short searches use, where all of it would take longer than the search.
@@ -23,6 +26,14 @@ pub fn reserve_written<T>(capacity: usize, written_max: usize) -> Vec<T> {
         // SAFETY: `offset` lies within the spare room, which is ours alone and holds nothing yet.
         unsafe { begin.add(offset).write_volatile(0) };
     }
+    arena
+}
+
+/// A list of `count` items of nothing but zeros, its beginning backed by memory.
+pub fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
+    let mut arena = zeroed_vec::<T>(count);
+    let written = count.min(WRITTEN_MAX.div_ceil(size_of::<T>().max(1)));
+    arena[..written].fill_with(|| std::hint::black_box(T::zeroed()));
     arena
 }
 

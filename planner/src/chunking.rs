@@ -5,11 +5,15 @@ use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST}
 use surefoot_shared_types::message::limits::CHUNK_WAYPOINTS_MAX;
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
 
-use crate::arena::reserve;
+use crate::arena::zeroed;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
 use crate::motion::graph::ArenaFull;
-use crate::timing::Timing;
+use crate::threads::each;
+use crate::timing::{Timing, add_up};
+
+/// Waypoints of a chunk besides the one that it begins at.
+const STEPS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
 
 /// What a plan was made for: goes into every chunk.
 #[derive(Debug, Clone, Copy)]
@@ -24,54 +28,82 @@ pub struct Provenance {
     pub joints_len: usize,
 }
 
+/// Motions that are written side by side.
+pub const MOTIONS_AT_ONCE: usize = 32;
+
+/// A motion within one mode.
+#[derive(Debug, Clone)]
+pub struct Motion<'a> {
+    /// What carries the robot.
+    pub support: SupportMode,
+    /// The placements of the feet that stand.
+    pub stance: heapless::Vec<&'a Foothold, 2>,
+    /// Where it begins.
+    pub first: Configuration,
+    /// Waypoints after that.
+    pub track: &'a [Configuration],
+}
+
 /// Builds a plan's chunks into an arena allocated once.
 #[derive(Debug)]
 pub struct ChunkBuilder {
+    /// Those that are not written yet are zero.
     chunks: Vec<PlanChunk>,
+    written: usize,
     waypoints_max: u64,
     provenance: Provenance,
     timing: Timing,
+    waypoints: u64,
+    sealed: Sealed,
+}
+
+/// What the seals of the next chunks depend on.
+#[derive(Debug)]
+struct Sealed {
     plan_id: u64,
     epoch: u64,
-    waypoints: u64,
-    /// When the chunks that are sealed end, s.
+    /// How many chunks are sealed.
+    count: usize,
+    /// When they end, s.
     time: f64,
-    /// The digest of the chunks that are sealed.
+    /// Their digest.
     stream: Digest,
-    sealed: usize,
+}
+
+/// Work on chunks that has nothing to do with that on others.
+enum Task<'a> {
+    Seal { chunks: &'a mut [PlanChunk], sealed: &'a mut Sealed },
+    Write { chunks: &'a mut [PlanChunk], motion: &'a Motion<'a> },
 }
 
 impl ChunkBuilder {
     /// An arena for plans of `waypoints_max` waypoints.
     pub fn new(waypoints_max: usize, provenance: Provenance, timing: Timing) -> Self {
-        let chunks_max = waypoints_max.div_ceil(CHUNK_WAYPOINTS_MAX - 1) + waypoints_max / 16;
+        let chunks_max = waypoints_max.div_ceil(STEPS_MAX) + waypoints_max / 16;
         Self {
-            chunks: reserve(chunks_max),
+            chunks: zeroed(chunks_max),
+            written: 0,
             waypoints_max: waypoints_max as u64,
             provenance,
             timing,
-            plan_id: 1,
-            epoch: 0,
             waypoints: 0,
-            time: 0.0,
-            stream: Digest::default(),
-            sealed: 0,
+            sealed: Sealed { plan_id: 1, epoch: 0, count: 0, time: 0.0, stream: Digest::default() },
         }
     }
 
     /// Sets which plan of its session the chunks belong to, and how often it was planned again; at first plan 1, epoch 0.
     pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
-        (self.plan_id, self.epoch) = (plan_id, epoch);
+        (self.sealed.plan_id, self.sealed.epoch) = (plan_id, epoch);
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.chunks.capacity() * size_of::<PlanChunk>()
+        self.chunks.len() * size_of::<PlanChunk>()
     }
 
     /// The chunks built so far.
     pub fn chunks(&self) -> &[PlanChunk] {
-        &self.chunks
+        &self.chunks[..self.written]
     }
 
     /// Waypoints of the plan, those shared by two chunks counted once.
@@ -79,78 +111,120 @@ impl ChunkBuilder {
         self.waypoints
     }
 
-    /// Appends a motion within one mode: from `first` over all of `track`.
-    ///
-    /// # Errors
-    /// The arena is full.
-    pub fn append(
-        &mut self,
-        support: SupportMode,
-        stance: &[&Foothold],
-        first: &Configuration,
-        track: &[Configuration],
-    ) -> Result<(), ArenaFull> {
-        self.waypoints = self.waypoints.max(1) + track.len() as u64;
-        let mut from = first;
-        for piece in track.chunks(CHUNK_WAYPOINTS_MAX - 1) {
-            let contacts = stance.iter().map(|foothold| contact_of(foothold));
-            self.push_chunk(support as u32, contacts, [from].into_iter().chain(piece).map(waypoint))?;
-            from = &piece[piece.len() - 1];
-        }
-        Ok(())
-    }
-
     /// Appends a chunk of an earlier plan, walked backwards.
     ///
     /// # Errors
     /// The arena is full.
     pub fn append_backwards(&mut self, walked: &PlanChunk) -> Result<(), ArenaFull> {
-        self.waypoints = self.waypoints.max(1) + walked.waypoints().len() as u64 - 1;
-        self.push_chunk(walked.mode, walked.contacts().iter().copied(), walked.waypoints().iter().rev().copied())
+        let at = self.written;
+        self.take(walked.waypoints().len() - 1, 1)?;
+        let waypoints = walked.waypoints().iter().rev().copied();
+        write(&mut self.chunks[at], (&self.provenance, &self.timing), walked.mode, walked.contacts().iter().copied(), waypoints);
+        Ok(())
     }
 
-    /// Seals the next chunk of a plan that is complete: times, name, sequence number, flags and digest. Answers the digest of the whole
-    /// after the last one.
-    pub fn seal(&mut self) -> Option<Digest> {
-        let (index, count) = (self.sealed, self.chunks.len());
-        if let Some(chunk) = self.chunks.get_mut(index) {
-            let used = chunk.waypoints_len as usize;
-            self.time = self.timing.set_times(&mut chunk.waypoints[..used], self.time);
-            (chunk.plan_id, chunk.epoch, chunk.sequence) = (self.plan_id, self.epoch, index as u64);
-            chunk.flags = if index == 0 { FLAG_FIRST } else { 0 } | if index + 1 == count { FLAG_LAST } else { 0 };
-            chunk.stream = self.stream;
-            self.stream = chunk.stream_after();
-            self.sealed += 1;
+    /// Appends motions, and seals as many of the chunks before them: times, name, sequence number, flags and digest. The last chunk is
+    /// left for [`ChunkBuilder::seal_last`]. All at once where the caller is inside a thread pool, `parallel`. Answers how many were sealed.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn append(&mut self, motions: &[Motion<'_>], seals: usize, parallel: bool) -> Result<usize, ArenaFull> {
+        let (sealed, before) = (self.sealed.count, self.written);
+        for motion in motions {
+            self.take(motion.track.len(), motion.track.len().div_ceil(STEPS_MAX))?;
         }
-        (self.sealed == count).then_some(self.stream)
+        let seals = seals.min(before.saturating_sub(sealed + 1));
+        let (old, mut new) = self.chunks.split_at_mut(before);
+        let mut tasks = heapless::Vec::<Task<'_>, { MOTIONS_AT_ONCE + 1 }>::new();
+        let _first = tasks.push(Task::Seal { chunks: &mut old[sealed..sealed + seals], sealed: &mut self.sealed });
+        for motion in motions {
+            let (chunks, rest) = new.split_at_mut(motion.track.len().div_ceil(STEPS_MAX));
+            new = rest;
+            let _fits = tasks.push(Task::Write { chunks, motion });
+        }
+        let purpose = (&self.provenance, &self.timing);
+        if parallel {
+            each(&mut tasks, |task| task.run(purpose));
+        } else {
+            tasks.iter_mut().for_each(|task| task.run(purpose));
+        }
+        Ok(seals)
     }
 
-    fn push_chunk(
-        &mut self,
-        mode: u32,
-        contacts: impl Iterator<Item = Contact>,
-        waypoints: impl Iterator<Item = Waypoint>,
-    ) -> Result<(), ArenaFull> {
-        if self.waypoints > self.waypoints_max || self.chunks.len() == self.chunks.capacity() {
+    /// Seals the last chunk of a plan that is complete. Answers the digest of the whole.
+    pub fn seal_last(&mut self) -> Digest {
+        if let Some(last) = self.chunks[self.sealed.count..self.written].last_mut() {
+            last.flags = FLAG_LAST;
+            self.sealed.seal(last);
+        }
+        self.sealed.stream
+    }
+
+    /// How many chunks are not sealed yet.
+    pub fn unsealed(&self) -> usize {
+        self.written - self.sealed.count
+    }
+
+    /// Takes room for so many waypoints, besides the one they begin at, in so many chunks.
+    fn take(&mut self, waypoints: usize, chunks: usize) -> Result<(), ArenaFull> {
+        self.waypoints = self.waypoints.max(1) + waypoints as u64;
+        self.written += chunks;
+        if self.waypoints > self.waypoints_max || self.written > self.chunks.len() {
+            self.written -= chunks;
             return Err(ArenaFull::Waypoints);
-        }
-        let at = self.chunks.len();
-        self.chunks.push(bytemuck::Zeroable::zeroed());
-        let chunk = &mut self.chunks[at];
-        chunk.schema = CHUNK_SCHEMA;
-        chunk.mode = mode;
-        chunk.joints_len = self.provenance.joints_len as u32;
-        (chunk.robot, chunk.world, chunk.config) = (self.provenance.robot, self.provenance.world, self.provenance.config);
-        for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
-            *slot = contact;
-            chunk.contacts_len += 1;
-        }
-        for (slot, waypoint) in chunk.waypoints.iter_mut().zip(waypoints) {
-            *slot = waypoint;
-            chunk.waypoints_len += 1;
         }
         Ok(())
     }
+}
+
+impl Sealed {
+    fn seal(&mut self, chunk: &mut PlanChunk) {
+        let used = chunk.waypoints_len as usize;
+        self.time = add_up(&mut chunk.waypoints[..used], self.time);
+        (chunk.plan_id, chunk.epoch, chunk.sequence) = (self.plan_id, self.epoch, self.count as u64);
+        chunk.flags |= if self.count == 0 { FLAG_FIRST } else { 0 };
+        chunk.stream = self.stream;
+        self.stream = chunk.stream_after();
+        self.count += 1;
+    }
+}
+
+impl Task<'_> {
+    fn run(&mut self, purpose: (&Provenance, &Timing)) {
+        match self {
+            Self::Seal { chunks, sealed } => chunks.iter_mut().for_each(|chunk| sealed.seal(chunk)),
+            Self::Write { chunks, motion } => {
+                let mut first = &motion.first;
+                for (chunk, piece) in chunks.iter_mut().zip(motion.track.chunks(STEPS_MAX)) {
+                    let contacts = motion.stance.iter().map(|foothold| contact_of(foothold));
+                    write(chunk, purpose, motion.support as u32, contacts, [first].into_iter().chain(piece).map(waypoint));
+                    first = &piece[piece.len() - 1];
+                }
+            }
+        }
+    }
+}
+
+/// Writes a chunk that is zero, but for its seal; the waypoints' times are those since the one before.
+fn write(
+    chunk: &mut PlanChunk,
+    (provenance, timing): (&Provenance, &Timing),
+    mode: u32,
+    contacts: impl Iterator<Item = Contact>,
+    waypoints: impl Iterator<Item = Waypoint>,
+) {
+    (chunk.schema, chunk.mode, chunk.joints_len) = (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
+    (chunk.robot, chunk.world, chunk.config) = (provenance.robot, provenance.world, provenance.config);
+    for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
+        *slot = contact;
+        chunk.contacts_len += 1;
+    }
+    for (slot, waypoint) in chunk.waypoints.iter_mut().zip(waypoints) {
+        *slot = waypoint;
+        chunk.waypoints_len += 1;
+    }
+    let used = chunk.waypoints_len as usize;
+    timing.set_intervals(&mut chunk.waypoints[..used]);
 }
 
 /// Its time is not known before the chunk is sealed.

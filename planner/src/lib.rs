@@ -2,6 +2,7 @@
 //!
 //! [`rpg`] shows the whole search; read it first.
 
+mod allowance;
 pub mod ankle;
 pub mod arena;
 pub mod body;

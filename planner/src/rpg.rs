@@ -52,7 +52,7 @@ use surefoot_shared_types::scene::World;
 
 use crate::arena::reserve;
 use crate::body::{Body, BodyError};
-use crate::chunking::{ChunkBuilder, Provenance};
+use crate::chunking::{ChunkBuilder, MOTIONS_AT_ONCE, Motion, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::Constraints;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
@@ -61,7 +61,7 @@ use crate::motion::roadmap::{Boundary, Hop, Roadmap};
 use crate::motion::round::Round;
 use crate::motion::sequence::SequenceSearch;
 use crate::outcome::{Bound, Outcome, Status};
-use crate::possibility::{Context, Growth, Progress, Stooping, Torso};
+use crate::possibility::{Context, Growth, Progress, Site, Stooping, Torso};
 use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::{Seeding, is_step};
 use crate::shared::Shared;
@@ -160,7 +160,7 @@ impl Planner {
         let collision = CollisionModel::new(model, world, config.clearance)?;
         let placement = placement_config(&body, world, scenario);
         let scratch = [(); 2].map(|()| Scratch::new(&placement));
-        let surfaces = Surfaces::new(world, placement)?;
+        let surfaces = Surfaces::new(world, placement.clone())?;
         if !preparation.is_for(model, config) {
             return Err(PreparationError::OtherRobot.into());
         }
@@ -170,7 +170,8 @@ impl Planner {
         let stations_max = config.stations_max as usize;
         let reach = preparation.possible_steps().reach();
         let stooping = Stooping::new(stations_max);
-        let growth = Growth::new(&scenario.start, &scenario.goal, config.station_spacing, stations_max, &collision.world_bounds());
+        let ends = [&scenario.start, &scenario.goal];
+        let growth = Growth::new(ends, config.station_spacing, stations_max, &collision.world_bounds(), &placement);
         Ok(Self {
             shared: Shared {
                 constraints: Constraints { body, collision, config: config.clone() },
@@ -345,8 +346,8 @@ impl Planner {
     fn advance(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         match self.phase {
             Phase::Ends => self.stand_on_ends(),
-            Phase::Route => self.find_route(),
-            Phase::Stoop => Ok(self.stoop()),
+            Phase::Route => self.find_route(budget),
+            Phase::Stoop => Ok(self.stoop(budget)),
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next, budget),
@@ -360,13 +361,13 @@ impl Planner {
             Phase::Move => self.plan_motions(budget),
             Phase::Weigh { next } => Ok(self.weigh(next)),
             Phase::Polish(goal) => self.polish(goal, budget),
-            Phase::Assemble { next } => self.assemble(next),
-            Phase::Seal => Ok(self.seal()),
+            Phase::Assemble { next } => self.assemble(next, budget),
+            Phase::Seal => self.seal(budget),
             Phase::Over(_) => Ok(self.phase),
         }
     }
 
-    fn find_route(&mut self) -> Result<Phase, ArenaFull> {
+    fn find_route(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         let context = Context {
             constraints: &self.shared.constraints,
             surfaces: &self.shared.surfaces,
@@ -377,7 +378,8 @@ impl Planner {
             parallel: self.shared.parallel,
             is_step,
         };
-        let progress = self.growth.advance(&context, &mut self.scratch);
+        let (progress, spent) = self.growth.advance(&context, budget);
+        self.tally.work += spent;
         self.tally.tree_edges = self.growth.labelled();
         match progress {
             Progress::Growing => return Ok(Phase::Route),
@@ -405,11 +407,13 @@ impl Planner {
         Ok(if self.growth.route().is_upright() { self.cut_anew_or_shift() } else { Phase::Stoop })
     }
 
-    /// Finds out how the robot stoops along the route, a station at a time.
-    fn stoop(&mut self) -> Phase {
-        let collision = &self.shared.constraints.collision;
-        let chosen = self.stooping.advance(&self.shared.constraints.body, &self.torso, collision, self.growth.route());
-        if chosen { self.cut_anew_or_shift() } else { Phase::Stoop }
+    /// Finds out how the robot stoops along the route.
+    fn stoop(&mut self, budget: u64) -> Phase {
+        let Constraints { body, collision, .. } = &self.shared.constraints;
+        let site = Site { body, torso: &self.torso, collision, parallel: self.shared.parallel };
+        let (spent, has_chosen) = self.stooping.advance(&site, self.growth.route(), budget);
+        self.tally.work += spent;
+        if has_chosen { self.cut_anew_or_shift() } else { Phase::Stoop }
     }
 
     fn seed(&mut self, next: usize) -> Result<Phase, ArenaFull> {
@@ -437,19 +441,36 @@ impl Planner {
         Ok(Phase::Seed { next: next + 1 })
     }
 
-    /// Hands one motion of the walk to the chunk builder.
-    fn assemble(&mut self, next: usize) -> Result<Phase, ArenaFull> {
-        let Some(&[from, to]) = self.walk.get(next..next + 2).and_then(|pair| pair.first_chunk()) else { return Ok(Phase::Seal) };
-        self.roadmap.assemble(Hop { from, to }, &mut self.chunks)?;
-        Ok(Phase::Assemble { next: next + 1 })
+    /// Makes chunks of the next motions of the walk, and seals those of motions before, each a unit of work.
+    fn assemble(&mut self, next: usize, budget: u64) -> Result<Phase, ArenaFull> {
+        let at_once = usize::try_from(budget).map_or(MOTIONS_AT_ONCE, |budget| budget.min(MOTIONS_AT_ONCE));
+        let hops = self.walk[next..].windows(2).take(at_once).map(|pair| Hop { from: pair[0], to: pair[1] });
+        let count = hops.len();
+        if count == 0 {
+            self.tally.work += 1;
+            return Ok(Phase::Seal);
+        }
+        let motions: heapless::Vec<Motion<'_>, MOTIONS_AT_ONCE> = hops.filter_map(|hop| self.roadmap.motion_of_plan(hop)).collect();
+        let sealed = self.chunks.append(&motions, seals_in(budget - count as u64), self.shared.parallel)?;
+        self.tally.work += (count + sealed) as u64;
+        Ok(Phase::Assemble { next: next + count })
     }
 
-    /// Seals one chunk of the plan.
-    fn seal(&mut self) -> Phase {
-        let Some(digest) = self.chunks.seal() else { return Phase::Seal };
-        self.digest = digest;
-        Phase::Over(Outcome::Found)
+    /// Seals what is left of the plan, each chunk a unit of work.
+    fn seal(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
+        if self.chunks.unsealed() > 1 {
+            self.tally.work += self.chunks.append(&[], seals_in(budget), self.shared.parallel)? as u64;
+            return Ok(Phase::Seal);
+        }
+        self.tally.work += 1;
+        self.digest = self.chunks.seal_last();
+        Ok(Phase::Over(Outcome::Found))
     }
+}
+
+/// How many chunks may be sealed within a budget.
+fn seals_in(budget: u64) -> usize {
+    usize::try_from(budget).unwrap_or(usize::MAX)
 }
 
 /// A pool of threads, or none where one thread is asked for: the caller's own does the work then.

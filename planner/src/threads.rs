@@ -42,6 +42,22 @@ pub fn each<T: Send>(items: &mut [T], work: impl Fn(&mut T) + Sync) {
     });
 }
 
+/// What a function makes of each item, in order; side by side where the caller is inside a thread pool, `parallel`.
+pub fn map<T: Copy + Send, U: Default + Send, const N: usize>(
+    parallel: bool,
+    items: &heapless::Vec<T, N>,
+    make: impl Fn(T) -> U + Sync,
+) -> heapless::Vec<U, N> {
+    let mut made: heapless::Vec<U, N> = items.iter().map(|_| U::default()).collect();
+    if parallel {
+        let mut pairs: heapless::Vec<(&mut U, T), N> = made.iter_mut().zip(items.iter().copied()).collect();
+        each(&mut pairs, |(made, item)| **made = make(*item));
+    } else {
+        made.iter_mut().zip(items).for_each(|(made, &item)| *made = make(item));
+    }
+    made
+}
+
 /// Does the work with so many threads.
 fn do_with(workers: usize, work: &(dyn Fn() + Sync)) {
     if workers > 1 {

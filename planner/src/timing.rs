@@ -40,6 +40,14 @@ pub struct Timing {
 /// The way of every joint within an interval over its largest acceleration, s2.
 type Ways = [f64; JOINTS_MAX];
 
+/// Makes times of the intervals between a chunk's waypoints, the first of which is reached at `begin` (s); answers when the last one is.
+pub fn add_up(waypoints: &mut [Waypoint], begin: f64) -> f64 {
+    waypoints.iter_mut().fold(begin, |time, waypoint| {
+        waypoint.time += time;
+        waypoint.time
+    })
+}
+
 impl Timing {
     /// For a robot.
     pub fn new(model: &RobotModel) -> Self {
@@ -54,15 +62,12 @@ impl Timing {
         }
     }
 
-    /// Sets the times of a chunk's waypoints, the first of which is reached at `begin` (s); answers when the last one is.
-    pub fn set_times(&self, waypoints: &mut [Waypoint], begin: f64) -> f64 {
+    /// Sets the time of each of a chunk's waypoints to what passes since the one before it, s; 0 at the first.
+    pub fn set_intervals(&self, waypoints: &mut [Waypoint]) {
         let intervals = self.intervals(waypoints);
-        let mut time = begin;
         for (waypoint, interval) in waypoints.iter_mut().zip([0.0].iter().chain(&intervals)) {
-            time += interval;
-            waypoint.time = time;
+            waypoint.time = *interval;
         }
-        time
     }
 
     /// The time from each waypoint to the next, s.
@@ -155,7 +160,8 @@ mod tests {
 
     fn timed(positions: &[f64]) -> Vec<Waypoint> {
         let mut waypoints = along(positions);
-        let end = timing().set_times(&mut waypoints, 2.0);
+        timing().set_intervals(&mut waypoints);
+        let end = add_up(&mut waypoints, 2.0);
         assert_eq!((waypoints[0].time, waypoints.last().unwrap().time), (2.0, end));
         waypoints
     }

@@ -13,7 +13,7 @@ use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::Constraints;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::graph::Graph;
-use surefoot_planner::possibility::{Context, Growth, Label, Progress, Station, Stooping, Torso};
+use surefoot_planner::possibility::{self, Context, Growth, Label, Progress, Station, Stooping, Torso};
 use surefoot_planner::prepare::Preparation;
 use surefoot_planner::seeding::Seeding;
 use surefoot_planner::stoop::Stoop;
@@ -46,7 +46,6 @@ impl Site {
 /// A case, compiled for stage P alone.
 struct Compiled {
     site: Site,
-    scratch: [Scratch; 2],
     growth: Growth,
 }
 
@@ -63,11 +62,11 @@ impl Compiled {
         let torso = Torso::new(&case.model, &body);
         let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
         let placement = FootPlacementConfig::default();
-        let (scratch, surfaces) = ([(); 2].map(|()| Scratch::new(&placement)), Surfaces::new(&case.world, placement).unwrap());
-        let bounds = collision.world_bounds();
-        let growth = Growth::new(&case.scenario.start, &case.scenario.goal, config.station_spacing, vertices, &bounds);
+        let (bounds, ends) = (collision.world_bounds(), [&case.scenario.start, &case.scenario.goal]);
+        let growth = Growth::new(ends, config.station_spacing, vertices, &bounds, &placement);
+        let surfaces = Surfaces::new(&case.world, placement).unwrap();
         let constraints = Constraints { body, collision, config: config.clone() };
-        Self { site: Site { case, constraints, surfaces, torso, preparation }, scratch, growth }
+        Self { site: Site { case, constraints, surfaces, torso, preparation }, growth }
     }
 
     /// Advances to a route or to the end of all samples; answers which, and the work spent.
@@ -75,8 +74,8 @@ impl Compiled {
         let context = self.site.context(seed);
         let mut work = 0;
         loop {
-            let progress = self.growth.advance(&context, &mut self.scratch);
-            work += 1;
+            let (progress, spent) = self.growth.advance(&context, u64::MAX);
+            work += spent;
             if progress != Progress::Growing {
                 return (progress, work);
             }
@@ -130,7 +129,8 @@ fn stoops_past_a_bar(underside: f64) -> (Vec<Station>, Vec<Stoop>) {
     let mut stooping = Stooping::new(route.stations());
     stooping.begin();
     if !route.is_upright() {
-        while !stooping.advance(&constraints.body, torso, &constraints.collision, route) {}
+        let site = possibility::Site { body: &constraints.body, torso, collision: &constraints.collision, parallel: false };
+        while !stooping.advance(&site, route, 1).1 {}
     }
     (compiled.stations(), (0..route.stations()).map(|station| stooping.stoop(station)).collect())
 }
@@ -336,12 +336,12 @@ fn what_stage_m_has_crossed_is_possible_and_used_again() {
 fn turned_out(name: &str) -> Graph {
     let mut compiled = Compiled::new(Case::shipped(name));
     assert_eq!(compiled.grow(1).0, Progress::Route);
-    let Compiled { site, scratch, growth } = &mut compiled;
+    let Compiled { site, growth } = &compiled;
     let steps = site.preparation.possible_steps();
     let seeding = Seeding { constraints: &site.constraints, surfaces: &site.surfaces, steps, seed: 1 };
-    let mut graph = Graph::new(4096, 1, 1, 1.0);
+    let (mut graph, mut scratch) = (Graph::new(4096, 1, 1, 1.0), Scratch::new(&FootPlacementConfig::default()));
     for place in (0..growth.route().stations()).flat_map(|station| [(station, 0), (station, 1)]) {
-        seeding.turn_out(growth.route(), place, 0, &mut graph, &mut scratch[0]).unwrap();
+        seeding.turn_out(growth.route(), place, 0, &mut graph, &mut scratch).unwrap();
     }
     graph
 }

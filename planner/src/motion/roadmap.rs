@@ -6,7 +6,7 @@ use surefoot_shared_types::message::SupportMode;
 
 use crate::arena::reserve;
 use crate::body::Configuration;
-use crate::chunking::ChunkBuilder;
+use crate::chunking::Motion;
 use crate::constraint::{Mode, StartBalance};
 use crate::motion::edges::{EdgeRecord, EdgeTable};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
@@ -276,14 +276,11 @@ impl Roadmap {
         !self.graph.transitions()[to as usize].is_found() || record.motion.is_none() && record.failures > 0
     }
 
-    /// Hands the motion of a hop to the chunk builder.
-    ///
-    /// # Errors
-    /// The chunk arena is full.
-    pub fn assemble(&self, hop: Hop, chunks: &mut ChunkBuilder) -> Result<(), ArenaFull> {
-        let Some(track) = self.motion(hop) else { return Ok(()) };
+    /// The motion of a hop as chunks are made of it.
+    pub fn motion_of_plan(&self, hop: Hop) -> Option<Motion<'_>> {
+        let track = self.motion(hop)?;
         let (support, stance) = self.stance(hop);
-        chunks.append(support, &stance, &self.state(hop.from).configuration, track)
+        Some(Motion { support, stance, first: self.state(hop.from).configuration, track })
     }
 
     fn stance(&self, hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {

@@ -5,6 +5,7 @@
 //! search sees what another of its round found, so neither the number of threads nor the size of budgets can matter.
 //! Segments that are planned side by side share a round, each in a lane of its own.
 
+use crate::allowance::{self, Allowance, Piece};
 use crate::constraint::Rejection;
 use crate::motion::graph::{ArenaFull, Graph};
 use crate::motion::primitive::Emission;
@@ -15,7 +16,6 @@ use crate::motion::single_mode::{Problem, Search};
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 use crate::shared::Shared;
-use crate::threads;
 
 /// Segments that are planned side by side.
 pub const LANES_MAX: usize = 4;
@@ -56,10 +56,7 @@ struct Slot {
     workspace: Workspace,
     /// Where the trees of the workspace belong.
     lent: [Option<usize>; 2],
-    /// Units of work that it may spend now.
-    allowed: u64,
-    /// How many of these it has spent.
-    spent: u64,
+    allowance: Allowance,
 }
 
 #[derive(Debug)]
@@ -80,8 +77,7 @@ impl Default for Round {
             task: Task::Idle,
             workspace: Workspace::new(TRACK_MAX, TREE_NODES_MAX),
             lent: [None; 2],
-            allowed: 0,
-            spent: 0,
+            allowance: Allowance::default(),
         };
         Self { slots: (0..SLOTS).map(slot).collect(), count: 0, is_running: false }
     }
@@ -186,22 +182,7 @@ impl Round {
 
     /// Spends at most so many units of work; answers how many it spent. Less than allowed means that all searches have ended.
     pub fn advance(&mut self, shared: &Shared, roadmap: &Roadmap, budget: u64) -> u64 {
-        let mut spent = 0;
-        while spent < budget {
-            let left = self.allot(budget - spent);
-            if left == 0 {
-                break;
-            }
-            let graph = &roadmap.graph;
-            let slots = &mut self.slots[..self.count];
-            if shared.parallel {
-                threads::each(slots, |slot| slot.advance(shared, graph));
-            } else {
-                slots.iter_mut().for_each(|slot| slot.advance(shared, graph));
-            }
-            spent += slots.iter().map(|slot| slot.spent).sum::<u64>();
-        }
-        spent
+        allowance::advance(&mut self.slots[..self.count], budget, shared.parallel, |slot| slot.advance(shared, &roadmap.graph))
     }
 
     /// Merges what the searches found, in order.
@@ -246,19 +227,9 @@ impl Round {
         self.count += 1;
         true
     }
-
-    /// Shares a budget out among the searches that have not ended; answers how many these are.
-    fn allot(&mut self, budget: u64) -> u64 {
-        let slots = &mut self.slots[..self.count];
-        let active = slots.iter().filter(|slot| !slot.has_ended()).count() as u64;
-        for (index, slot) in slots.iter_mut().filter(|slot| !slot.has_ended()).enumerate() {
-            slot.allowed = budget / active + u64::from((index as u64) < budget % active);
-        }
-        active
-    }
 }
 
-impl Slot {
+impl Piece for Slot {
     fn has_ended(&self) -> bool {
         match &self.task {
             Task::Idle => true,
@@ -269,16 +240,14 @@ impl Slot {
         }
     }
 
-    /// Spends what it may, or less if its search ends.
-    fn advance(&mut self, shared: &Shared, graph: &Graph) {
-        self.spent = 0;
-        while self.spent < self.allowed && !self.has_ended() {
-            self.advance_once(shared, graph);
-            self.spent += 1;
-        }
+    fn allowance(&mut self) -> &mut Allowance {
+        &mut self.allowance
     }
+}
 
-    fn advance_once(&mut self, shared: &Shared, graph: &Graph) {
+impl Slot {
+    /// One unit of its search.
+    fn advance(&mut self, shared: &Shared, graph: &Graph) {
         match &mut self.task {
             Task::Idle => {}
             Task::Sample(sampling) => sampling.advance(&shared.constraints, shared.seed, graph, &mut self.workspace),

@@ -3,10 +3,9 @@
 use std::f64::consts::PI;
 
 use super::sampling::SIDES;
-use super::stance::{Context, Placed, Stance, Wish};
+use super::stance::{Context, Placed, ScratchOfFeet, Stance, Wish};
 use super::station::Station;
 use super::torso::Room;
-use crate::foot_placement::Scratch;
 
 /// Strides that are tried, as multiples of the station spacing, and how far each also leads aside, m: farther ones lead across gaps.
 const STRIDES: [(f64, f64); 7] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
@@ -66,7 +65,7 @@ pub enum Step {
 
 impl Extension {
     /// Grows the branch by one station from its tip. `name` is the query's in the random stream.
-    pub fn step(&self, context: &Context<'_>, tip: Tip<'_>, name: u64, scratch: &mut [Scratch; 2]) -> Step {
+    pub fn step(&self, context: &Context<'_>, tip: Tip<'_>, name: u64, scratch: &mut ScratchOfFeet<'_>) -> Step {
         let Tip { station: tip, placements } = tip;
         if let Some(room) = self.room_to_arrive(context, tip) {
             return Step::Arrived { is_upright: room == Room::Upright };

@@ -4,19 +4,23 @@ mod straighten;
 
 use surefoot_shared_types::config::Mark;
 
-use super::extension::{Extension, Step, Tip};
+use super::branch::{BRANCHES_MAX, Begin, Branch, Branches, End, Purpose};
+use super::extension::Extension;
+use super::forest::{Forest, Labelled, Vertex, push_branch};
 use super::label::Label;
 use super::route::Route;
-use super::sampling::{BACKWARD, Course, SIDES, bounds_around, draw, is_short, join_crowd, nearest, samples_max};
-use super::stance::{Context, Pair, Placed, Stance};
+use super::sampling::{BACKWARD, Course, SIDES, bounds_around, draw, is_short, nearest, samples_max};
+use super::stance::{Context, Pair, Placed};
 use super::station::Station;
 use crate::arena::reserve;
 use crate::collision::bvh::Aabb;
-use crate::foot_placement::Scratch;
+use crate::foot_placement::FootPlacementConfig;
 use crate::random::{Random, Stream};
 
-/// Stations added by one extension.
-const EXTENSION_MAX: u32 = 96;
+/// Branches that grow side by side toward samples at first, one of each tree. None sees what the others find, so a short search has few.
+const AT_ONCE_MIN: usize = 2;
+/// One more for each so many samples.
+const SAMPLES_PER_BRANCH: u32 = 32;
 /// Places where stage M gave up that are remembered.
 const GIVEN_UP_MAX: usize = 64;
 
@@ -46,87 +50,40 @@ pub enum Progress {
     Full,
 }
 
-/// A station of a tree.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Vertex {
-    pub station: Station,
-    /// The vertex it was reached from; the root's is itself.
-    pub parent: u32,
-    /// Its placements: first and count in the arena.
-    pub placements: (u32, u32),
-    /// The placements that it stands on, if it has two that are apart.
-    pub pair: Option<Pair>,
-    /// Whether primitives lead over it, once that was asked.
-    pub stands: Option<bool>,
-    /// Whether all that the root carries has room there with the robot upright.
-    pub is_upright: bool,
-    /// Whether stage M has crossed the edge that leads to it from the vertex before it on the route.
-    pub is_crossed: bool,
-    /// How far off the way it is walked on the robot faces, rad.
-    pub facing: f64,
-    /// Vertices of its tree that were added near it, and samples drawn about it.
-    pub crowd: u32,
-}
-
-impl Vertex {
-    pub(super) fn root(station: Station, pair: Option<Pair>) -> Self {
-        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_upright: true, is_crossed: false, facing: 0.0, crowd: 0 }
-    }
-}
-
-/// How many edges stage P has labelled.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Labelled {
-    /// Edges of the trees.
-    pub edges: u64,
-    /// Those of them that are possible.
-    pub possible: u64,
-}
-
 /// What the growth is busy with.
 #[derive(Debug, Clone, Copy)]
 enum Activity {
-    /// Drawing the next sample.
-    Sampling,
-    /// Growing a tree from its vertex `tip`; `added` stations so far.
-    Extending { tree: usize, tip: u32, added: u32, extension: Extension, ending: Ending },
-    /// Straightening the route: the branch from station `from` leads to station `to` and begins at `first` in the first tree.
-    Straightening { tried: u32, branch: Option<Branch> },
+    /// Growing branches of the trees.
+    Growing,
+    /// Straightening the route; so many shortcuts were tried.
+    Straightening { tried: usize },
     /// Labelling the edges of the route.
     Labelling,
     /// Nothing more to do.
     Over(Progress),
 }
 
+/// A branch that reaches out from vertex `tip` of a tree for vertex `met` of the other one.
 #[derive(Debug, Clone, Copy)]
-struct Branch {
-    from: usize,
-    to: usize,
-    first: u32,
-    tip: Vertex,
-}
-
-/// What an arrival means.
-#[derive(Debug, Clone, Copy)]
-enum Ending {
-    /// Nothing: the target was a sample.
-    Sample,
-    /// The trees meet: the target is this vertex of the other tree.
-    Meets(u32),
+struct Join {
+    tree: usize,
+    tip: u32,
+    met: u32,
+    /// How far off its way the robot faces, rad.
+    facing: f64,
 }
 
 /// The trees of stage P and the route found last, allocated once.
 #[derive(Debug)]
 pub struct Growth {
-    trees: [Vec<Vertex>; 2],
-    placements: Vec<Placed>,
+    forest: Forest,
+    branches: Branches,
     activity: Activity,
     /// Where the trees begin: at start and goal, or at both ends of a detour.
     ends: [Vertex; 2],
     whole_ends: [Vertex; 2],
     /// The way from the start that stage M has crossed.
     crossed: Vec<Vertex>,
-    labelled: Labelled,
     spacing: f64,
     world: Aabb,
     /// Where samples are drawn.
@@ -145,21 +102,19 @@ pub struct Growth {
     routes: u64,
     /// How often the growth began anew; names random streams.
     generation: u64,
-    queries: u64,
 }
 
 impl Growth {
-    /// Trees of at most `vertices_max` stations from `start` and `goal`, at most `spacing` metres apart, inside `world` (m).
-    pub fn new(start: &Mark, goal: &Mark, spacing: f64, vertices_max: usize, world: &Aabb) -> Self {
-        let vertices = || reserve(vertices_max);
+    /// Trees of at most `vertices_max` stations from both `ends`, start and goal, at most `spacing` metres apart, inside `world` (m).
+    pub fn new(ends: [&Mark; 2], spacing: f64, vertices_max: usize, world: &Aabb, placement: &FootPlacementConfig) -> Self {
+        let [start, goal] = ends;
         let mut growth = Self {
-            trees: [vertices(), vertices()],
-            placements: reserve(vertices_max * super::stance::PLACEMENTS_MAX / 2),
-            activity: Activity::Sampling,
+            forest: Forest::new(vertices_max),
+            branches: Branches::new(placement),
+            activity: Activity::Growing,
             ends: [start, goal].map(|mark| Vertex::root(Station::on(mark), None)),
             whole_ends: [start, goal].map(|mark| Vertex::root(Station::on(mark), None)),
             crossed: reserve(2 * vertices_max),
-            labelled: Labelled::default(),
             spacing,
             world: *world,
             bounds: *world,
@@ -173,7 +128,6 @@ impl Growth {
             facing: 0.0,
             routes: 0,
             generation: 0,
-            queries: 0,
         };
         growth.begin(growth.whole_ends);
         growth
@@ -196,7 +150,7 @@ impl Growth {
 
     /// How many edges of the trees were labelled so far, and how many of these are possible.
     pub fn labelled(&self) -> Labelled {
-        self.labelled
+        self.forest.labelled
     }
 
     /// Notes that stage M has crossed the route from the start to a station: that way is possible from now on.
@@ -222,7 +176,7 @@ impl Growth {
     /// The placements found along station `index` of the route.
     pub fn placements(&self, index: usize) -> &[Placed] {
         let (first, count) = self.route.vertices[index].placements;
-        &self.placements[first as usize..(first + count) as usize]
+        &self.forest.placements[first as usize..(first + count) as usize]
     }
 
     /// Makes the straight way the route, whatever stands or gapes there: what is left to try where no route was found.
@@ -276,56 +230,42 @@ impl Growth {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        let lists = [&self.trees[0], &self.trees[1], &self.spare, &self.whole, &self.crossed, &self.route.vertices];
+        let lists = [&self.spare, &self.whole, &self.crossed, &self.route.vertices];
         let vertices = lists.map(Vec::capacity).iter().sum::<usize>();
-        vertices * size_of::<Vertex>()
-            + self.route.labels.capacity() * size_of::<Label>()
-            + self.placements.capacity() * size_of::<Placed>()
+        vertices * size_of::<Vertex>() + self.route.labels.capacity() * size_of::<Label>() + self.forest.bytes() + self.branches.bytes()
     }
 
-    /// Does a small piece of work: at most one station is added.
-    pub fn advance(&mut self, context: &Context<'_>, scratch: &mut [Scratch; 2]) -> Progress {
+    /// Spends at most `budget` units of work, each a station that is tried; answers what that came to, and how much was spent.
+    pub fn advance(&mut self, context: &Context<'_>, budget: u64) -> (Progress, u64) {
         if matches!(self.activity, Activity::Labelling) {
-            return self.label_next(context);
+            return (self.label_next(context), 1);
         }
-        let progress = self.advance_within(context, scratch);
-        if progress == Progress::Route
-            && let Some([first, last]) = self.detour.take()
-        {
-            self.insert_detour(first, last);
+        let Self { forest, branches, given_up, .. } = self;
+        let is_barred = |station: &Station| given_up.iter().any(|known| known.place.distance(station) < known.radius);
+        let spent = branches.advance(context, &forest.placements, is_barred, budget);
+        if spent == budget {
+            return (Progress::Growing, spent);
         }
-        if progress == Progress::Route {
-            self.route.labels.clear();
-            self.activity = Activity::Labelling;
-            return Progress::Growing;
-        }
-        progress
+        (self.conclude(context), spent + 1)
     }
 
-    fn advance_within(&mut self, context: &Context<'_>, scratch: &mut [Scratch; 2]) -> Progress {
+    /// All branches have ended: they become part of the trees, or of the route, and the next ones begin.
+    fn conclude(&mut self, context: &Context<'_>) -> Progress {
         match self.activity {
-            Activity::Sampling => self.sample(context.seed),
-            Activity::Extending { tree, tip, added, extension, ending } => {
-                let name = self.next_query();
-                let step = extension.step(context, tip_at(&self.trees[tree][tip as usize], &self.placements), name, scratch);
-                self.extended((tree, tip, added), extension, ending, step, context);
-            }
-            Activity::Straightening { tried, branch: None } => self.next_shortcut(context.seed, tried),
-            Activity::Straightening { tried, branch: Some(branch) } if !self.may_be_shorter(&branch) => {
-                self.activity = Activity::Straightening { tried, branch: None };
-            }
-            Activity::Straightening { tried, branch: Some(branch) } => {
-                let extension = self.shortcut(&branch);
-                let name = self.next_query();
-                let step = extension.step(context, tip_at(&branch.tip, &self.placements), name, scratch);
-                self.straightened(tried, branch, step);
-            }
+            Activity::Growing => self.merge(context),
+            Activity::Straightening { tried } => self.straighten(context.seed, tried),
             Activity::Labelling | Activity::Over(_) => {}
         }
-        match self.activity {
-            Activity::Over(progress) => progress,
-            _ => Progress::Growing,
+        let Activity::Over(progress) = self.activity else { return Progress::Growing };
+        if progress != Progress::Route {
+            return progress;
         }
+        if let Some([first, last]) = self.detour.take() {
+            self.insert_detour(first, last);
+        }
+        self.route.labels.clear();
+        self.activity = Activity::Labelling;
+        Progress::Growing
     }
 
     /// The straight way is tried first: from the start to the goal, or from the farthest place that stage M has reached.
@@ -335,14 +275,14 @@ impl Growth {
         self.samples = 0;
         self.relaxed = false;
         self.plant();
-        self.activity = self.first_try();
+        self.try_first();
     }
 
     /// Leaves of the trees their roots, and what is crossed.
     fn plant(&mut self) {
-        self.placements.clear();
+        self.forest.placements.clear();
         self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
-        for (tree, &end) in self.trees.iter_mut().zip(&self.ends) {
+        for (tree, &end) in self.forest.trees.iter_mut().zip(&self.ends) {
             tree.clear();
             tree.push(Vertex { parent: 0, ..end });
         }
@@ -350,25 +290,31 @@ impl Growth {
     }
 
     /// Straight to the goal, from the vertex that is nearest to it.
-    fn first_try(&self) -> Activity {
+    fn try_first(&mut self) {
+        self.activity = Activity::Growing;
+        self.branches.clear();
         let goal = self.ends[1].station;
-        let tip = nearest(&self.trees[0], |station| station.distance(&goal));
-        self.join((0, tip), 0, self.facing)
+        let tip = nearest(&self.forest.trees[0], |station| station.distance(&goal));
+        self.join(Join { tree: 0, tip, met: 0, facing: self.facing });
     }
 
     fn grow_on_what_is_crossed(&mut self) {
-        let fits = self.crossed.len() <= self.trees[0].capacity();
+        let fits = self.crossed.len() <= self.forest.trees[0].capacity();
         if self.detour.is_none() && !self.crossed.is_empty() && fits {
-            self.trees[0].clear();
-            self.trees[0].extend_from_slice(&self.crossed);
+            self.forest.trees[0].clear();
+            self.forest.trees[0].extend_from_slice(&self.crossed);
         }
     }
 
-    /// Grows a tree from one of its vertices toward vertex `met` of the other tree.
-    fn join(&self, (tree, tip): (usize, u32), met: u32, facing: f64) -> Activity {
-        let target = self.trees[1 - tree][met as usize].station;
+    /// Begins to grow a tree from one of its vertices toward one of the other tree.
+    fn join(&mut self, Join { tree, tip, met, facing }: Join) {
+        let target = self.forest.trees[1 - tree][met as usize].station;
         let extension = self.extension(tree, target, facing, true);
-        Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Meets(met) }
+        self.grow(Purpose::Meet { tip, met }, extension, self.forest.trees[tree][tip as usize]);
+    }
+
+    fn grow(&mut self, purpose: Purpose, extension: Extension, from: Vertex) {
+        self.branches.begin(Begin { purpose, extension, from, stations_max: usize::MAX });
     }
 
     fn extension(&self, tree: usize, target: Station, facing: f64, joins: bool) -> Extension {
@@ -382,24 +328,30 @@ impl Growth {
         is_late && (self.generation > 0 || is_short(&self.bounds))
     }
 
-    fn next_query(&mut self) -> u64 {
-        self.queries += 1;
-        self.queries
+    /// Begins the next branches: those that join, and others toward samples, the more the longer they have been drawn. The first of all
+    /// join alone, since the straight way needs none besides.
+    fn begin_branches(&mut self, seed: u64, joins: &[Join]) {
+        self.branches.clear();
+        joins.iter().for_each(|&join| self.join(join));
+        let is_first = self.samples == 0 && !joins.is_empty();
+        let at_once = if is_first { 0 } else { (AT_ONCE_MIN + (self.samples / SAMPLES_PER_BRANCH) as usize).min(BRANCHES_MAX) };
+        while self.branches.len() < at_once && self.samples < samples_max(&self.bounds) {
+            self.sample(seed);
+        }
+        if self.branches.len() == 0 {
+            self.relax();
+        }
     }
 
     fn sample(&mut self, seed: u64) {
-        if self.samples == samples_max(&self.bounds) {
-            self.relax();
-            return;
-        }
         let mut random = Random::new(seed, Stream::Possibility, u64::from(self.samples) << 1 | u64::from(self.relaxed), self.generation);
         let tree = (self.samples % 2) as usize;
-        let toward = self.trees[1 - tree][0].station.position;
+        let toward = self.forest.trees[1 - tree][0].station.position;
         let course = Course { bounds: &self.bounds, toward, backward: tree == 1, facing: self.facing, sidles: self.sidles() };
-        let (tip, target, facing) = draw(&mut self.trees[tree], &course, self.samples / 2, &mut random);
+        let (tip, target, facing) = draw(&mut self.forest.trees[tree], &course, self.samples / 2, &mut random);
         self.samples += 1;
         let extension = self.extension(tree, target, facing, false);
-        self.activity = Activity::Extending { tree, tip, added: 0, extension, ending: Ending::Sample };
+        self.grow(Purpose::Sample { tip }, extension, self.forest.trees[tree][tip as usize]);
     }
 
     /// The sufficient conditions cannot be met all along: the necessary ones are enough from now on. What has grown meets them.
@@ -410,7 +362,7 @@ impl Growth {
         }
         self.relaxed = true;
         self.samples = 0;
-        self.activity = self.first_try();
+        self.try_first();
     }
 
     /// There is no room for more stations: what demands less may need fewer, so it begins anew with that; what demands least is over.
@@ -423,63 +375,54 @@ impl Growth {
         self.relax();
     }
 
-    fn extended(&mut self, branch: (usize, u32, u32), extension: Extension, ending: Ending, step: Step, context: &Context<'_>) {
-        let (tree, tip, added) = branch;
-        match step {
-            Step::Grown(stance) if self.is_given_up(&stance.station) => self.stopped(branch, extension.facing, ending),
-            Step::Grown(stance) => match self.add((tree, tip), extension.facing, &stance) {
-                Some(tip) if added < EXTENSION_MAX => {
-                    self.label_edge(tree, tip, context);
-                    self.activity = Activity::Extending { tree, tip, added: added + 1, extension, ending };
+    /// Adds the branches to their trees, in order, and begins the next ones; or makes a route of the first that meets the other tree.
+    fn merge(&mut self, context: &Context<'_>) {
+        let mut joins = heapless::Vec::<Join, BRANCHES_MAX>::new();
+        for index in 0..self.branches.len() {
+            let Branch { purpose, extension, end, .. } = self.branches.all()[index];
+            let tree = usize::from(extension.backward);
+            let (Purpose::Sample { tip } | Purpose::Meet { tip, .. }) = purpose else { continue };
+            let Some(tip) = self.add(index, (tree, tip), context) else { return self.overflow() };
+            match (end, purpose) {
+                (Some(End::Arrived { is_upright }), Purpose::Meet { met, .. }) => {
+                    self.forest.trees[tree][tip as usize].is_upright &= is_upright;
+                    return self.meet(tree, tip, met);
                 }
-                Some(_) => self.activity = Activity::Sampling,
-                None => self.overflow(),
-            },
-            Step::Arrived { is_upright } => match ending {
-                Ending::Meets(met) => {
-                    self.trees[tree][tip as usize].is_upright &= is_upright;
-                    self.met(tree, tip, met);
-                }
-                Ending::Sample => self.stopped(branch, extension.facing, ending),
-            },
-            Step::Blocked => self.stopped(branch, extension.facing, ending),
+                (Some(End::Long), _) => {}
+                _ => joins.extend(self.join_after(index, (tree, tip))),
+            }
         }
+        self.begin_branches(context.seed, &joins);
     }
 
-    /// A branch came to its end; if it grew toward a sample, or was the first try, the other tree reaches out for its tip. If that
-    /// has reached out already, facing as on all of the route, it tries once more sideways.
-    fn stopped(&mut self, (tree, tip, added): (usize, u32, u32), facing: f64, ending: Ending) {
-        if let Ending::Meets(met) = ending
-            && facing == self.facing
+    /// Adds a branch to its tree; answers its tip, or `None` where there is no room.
+    fn add(&mut self, branch: usize, (tree, mut tip): (usize, u32), context: &Context<'_>) -> Option<u32> {
+        let branch = &self.branches.all()[branch];
+        for stance in &branch.grown {
+            tip = self.forest.add((tree, tip), branch.extension.facing, stance)?;
+            self.forest.label_edge((tree, tip), context);
+        }
+        Some(tip)
+    }
+
+    /// What follows where a branch came to its end at a tip: if it grew toward a sample, or was the first try, the other tree reaches out
+    /// for its tip. If it reached out itself, facing as on all of the route, it tries once more sideways.
+    fn join_after(&self, branch: usize, (tree, tip): (usize, u32)) -> Option<Join> {
+        let Branch { purpose, extension, ref grown, .. } = self.branches.all()[branch];
+        if let Purpose::Meet { met, .. } = purpose
+            && extension.facing == self.facing
             && self.sidles()
         {
-            let side = SIDES[self.samples as usize / 2 % SIDES.len()];
-            self.activity = self.join((tree, tip), met, side);
-            return;
+            return Some(Join { tree, tip, met, facing: SIDES[self.samples as usize / 2 % SIDES.len()] });
         }
-        let reaches_out = added > 0 && (matches!(ending, Ending::Sample) || self.samples == 0 && tree == 0);
-        self.activity = if reaches_out {
-            let Vertex { station: at, facing, .. } = self.trees[tree][tip as usize];
-            let near = nearest(&self.trees[1 - tree], |station| station.distance(&at));
-            let is_alike = self.trees[1 - tree][near as usize].facing == facing;
-            self.join((1 - tree, near), tip, if is_alike { facing } else { self.facing })
-        } else {
-            Activity::Sampling
-        };
-    }
-
-    fn is_given_up(&self, station: &Station) -> bool {
-        self.given_up.iter().any(|known| known.place.distance(station) < known.radius)
-    }
-
-    fn label_edge(&mut self, tree: usize, tip: u32, context: &Context<'_>) {
-        let [parent, tip] = [self.trees[tree][tip as usize].parent, tip].map(|index| index as usize);
-        let label = {
-            let [from, to] = [parent, tip].map(|index| context.pair_of(&mut self.trees[tree][index]));
-            from.zip(to).map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to))
-        };
-        self.labelled.edges += 1;
-        self.labelled.possible += u64::from(label.is_possible());
+        let reaches_out = !grown.is_empty() && (matches!(purpose, Purpose::Sample { .. }) || self.samples == 0 && tree == 0);
+        reaches_out.then(|| {
+            let Vertex { station: at, facing, .. } = self.forest.trees[tree][tip as usize];
+            let other = &self.forest.trees[1 - tree];
+            let near = nearest(other, |station| station.distance(&at));
+            let is_alike = other[near as usize].facing == facing;
+            Join { tree: 1 - tree, tip: near, met: tip, facing: if is_alike { facing } else { self.facing } }
+        })
     }
 
     /// Labels the next edge of the route.
@@ -497,35 +440,16 @@ impl Growth {
         Progress::Route
     }
 
-    fn add(&mut self, (tree, parent): (usize, u32), facing: f64, stance: &Stance) -> Option<u32> {
-        if self.trees[tree].len() == self.trees[tree].capacity() {
-            return None;
-        }
-        let root = Vertex::root(stance.station, stance.pair);
-        let mut vertex = Vertex { placements: self.keep(stance)?, parent, facing, is_upright: stance.is_upright, ..root };
-        join_crowd(&mut self.trees[tree], &mut vertex);
-        self.trees[tree].push(vertex);
-        Some((self.trees[tree].len() - 1) as u32)
-    }
-
-    fn keep(&mut self, stance: &Stance) -> Option<(u32, u32)> {
-        let first = self.placements.len() as u32;
-        if self.placements.len() + stance.placements.len() > self.placements.capacity() {
-            return None;
-        }
-        self.placements.extend_from_slice(&stance.placements);
-        Some((first, stance.placements.len() as u32))
-    }
-
     /// The trees meet: the route leads from the start over both vertices to the goal.
-    fn met(&mut self, tree: usize, tip: u32, met: u32) {
+    fn meet(&mut self, tree: usize, tip: u32, met: u32) {
         let tips = if tree == 0 { [tip, met] } else { [met, tip] };
         self.route.clear();
-        push_branch(&self.trees[0], tips[0], &mut self.route.vertices);
+        push_branch(&self.forest.trees[0], tips[0], &mut self.route.vertices);
         self.route.vertices.reverse();
-        push_branch(&self.trees[1], tips[1], &mut self.route.vertices);
+        push_branch(&self.forest.trees[1], tips[1], &mut self.route.vertices);
         let is_straight = self.samples == 0 && !self.relaxed;
-        self.activity = if is_straight { Activity::Over(Progress::Route) } else { Activity::Straightening { tried: 0, branch: None } };
+        self.branches.clear();
+        self.activity = if is_straight { Activity::Over(Progress::Route) } else { Activity::Straightening { tried: 0 } };
     }
 
     /// Puts the route just found in place of the stations between two of the whole one, if that fits.
@@ -539,25 +463,5 @@ impl Growth {
         self.spare.extend_from_slice(&self.route.vertices);
         self.spare.extend_from_slice(&self.whole[last + 1..]);
         std::mem::swap(&mut self.spare, &mut self.route.vertices);
-    }
-}
-
-/// A vertex as the end of a branch, with its placements, or at least those that it stands on.
-fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [Placed]) -> Tip<'a> {
-    let (first, count) = vertex.placements;
-    let known =
-        if count > 0 { &placements[first as usize..(first + count) as usize] } else { vertex.pair.as_ref().map_or(&[][..], |pair| pair) };
-    Tip { station: &vertex.station, placements: known }
-}
-
-/// Appends a vertex and those it was reached from, the root last.
-fn push_branch(tree: &[Vertex], tip: u32, out: &mut Vec<Vertex>) {
-    let mut at = tip as usize;
-    while out.len() < out.capacity() {
-        out.push(tree[at]);
-        if at == 0 {
-            break;
-        }
-        at = tree[at].parent as usize;
     }
 }

@@ -5,7 +5,7 @@
 //! two possible ones always join there, unless primitives do not lead over the pair itself: such a vertex is indeterminate,
 //! an edge without length. What fails C_N never becomes a vertex or an edge.
 
-use super::growth::Vertex;
+use super::forest::Vertex;
 use super::stance::{Context, Pair, Placed};
 use crate::prepare::{Print, sufficient_pair};
 

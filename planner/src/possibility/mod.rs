@@ -9,7 +9,9 @@
 //! The root's pose is described by the ground under it: a point midway between both soles, and the heading. How far the
 //! robot crouches and leans there is found out by trying.
 
+mod branch;
 mod extension;
+mod forest;
 mod growth;
 mod label;
 mod route;
@@ -19,10 +21,11 @@ mod station;
 mod stooping;
 mod torso;
 
-pub use growth::{Growth, Labelled, Progress};
+pub use forest::Labelled;
+pub use growth::{Growth, Progress};
 pub use label::Label;
 pub use route::Route;
 pub use stance::{Context, Pair, Placed};
 pub use station::Station;
-pub use stooping::Stooping;
+pub use stooping::{Site, Stooping};
 pub use torso::Torso;

@@ -5,7 +5,7 @@ use surefoot_shared_types::config::Mark;
 
 use crate::arena::reserve;
 
-use super::growth::{Labelled, Vertex};
+use super::forest::{Labelled, Vertex};
 use super::label::Label;
 use super::sampling::BACKWARD;
 use super::stance::{Pair, Placed};

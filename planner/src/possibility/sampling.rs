@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec3;
 use surefoot_shared_types::spatial::rotation_about;
 
-use super::growth::Vertex;
+use super::forest::Vertex;
 use super::station::Station;
 use crate::collision::bvh::Aabb;
 use crate::random::Random;

@@ -47,10 +47,19 @@ pub struct Context<'a> {
     pub seed: u64,
     /// How far apart the feet ideally stand, m.
     pub feet_apart: f64,
-    /// Whether both feet's placements may be found side by side; then the caller is inside a thread pool.
+    /// Whether branches may grow side by side; then the caller is inside a thread pool.
     pub parallel: bool,
     /// Whether a step leads from the first placement to the second, as stage M would take it.
     pub is_step: fn(&Constraints, [&Placed; 2]) -> bool,
+}
+
+/// The memory in which the placements of both feet are found.
+#[derive(Debug)]
+pub enum ScratchOfFeet<'a> {
+    /// One foot after the other.
+    Shared(&'a mut Scratch),
+    /// Side by side; then the caller is inside a thread pool.
+    Each([&'a mut Scratch; 2]),
 }
 
 /// A foot placement that was found along the way.
@@ -96,7 +105,7 @@ pub struct Wish {
 impl Context<'_> {
     /// Finds placements for both feet near a station, and moves the station over the best pair of them: its elevation, and
     /// aside where the ground is narrow. `None` where C_N fails, or C_S where the wish insists on it.
-    pub fn stand(&self, wish: &Wish, scratch: &mut [Scratch; 2]) -> Option<Stance> {
+    pub fn stand(&self, wish: &Wish, scratch: &mut ScratchOfFeet<'_>) -> Option<Stance> {
         let placements = self.find_both_placements(wish, scratch)?;
         let (position, pair, are_apart) = self.best_pair(wish, &placements)?;
         let station = Station { position, yaw: wish.station.yaw };
@@ -141,16 +150,16 @@ impl Context<'_> {
     }
 
     /// Placements of the left foot, then of the right one; `None` where one of them has none.
-    fn find_both_placements(&self, wish: &Wish, scratch: &mut [Scratch; 2]) -> Option<heapless::Vec<Placed, PLACEMENTS_MAX>> {
-        let [left_scratch, right_scratch] = scratch;
-        let (left, right) = if self.parallel {
-            both(|| self.find_placements(wish, 0, left_scratch), || self.find_placements(wish, 1, right_scratch))
-        } else {
-            let left = self.find_placements(wish, 0, left_scratch);
-            if left.is_empty() {
-                return None;
+    fn find_both_placements(&self, wish: &Wish, scratch: &mut ScratchOfFeet<'_>) -> Option<heapless::Vec<Placed, PLACEMENTS_MAX>> {
+        let (left, right) = match scratch {
+            ScratchOfFeet::Each([left, right]) => both(|| self.find_placements(wish, 0, left), || self.find_placements(wish, 1, right)),
+            ScratchOfFeet::Shared(scratch) => {
+                let left = self.find_placements(wish, 0, scratch);
+                if left.is_empty() {
+                    return None;
+                }
+                (left, self.find_placements(wish, 1, scratch))
             }
-            (left, self.find_placements(wish, 1, right_scratch))
         };
         let has_both = !left.is_empty() && !right.is_empty();
         has_both.then(|| left.into_iter().chain(right).collect())

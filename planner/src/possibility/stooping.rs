@@ -20,6 +20,7 @@ use crate::region::Region;
 use crate::snapshot::Snapshot;
 use crate::statics::FootLoad;
 use crate::stoop::Stoop;
+use crate::threads::map;
 
 /// The shares of their standing reach that the legs may use.
 const SHARES: [f64; 5] = [1.0, 0.92, 0.84, 0.76, 0.68];
@@ -41,6 +42,24 @@ const TIGHT: f64 = 1.0;
 const BEND: f64 = 0.5;
 /// Rounds of bending at one station: enough to go from any stoop into any other.
 const BENDS_MAX: usize = SHARES.len() + PITCHES.len();
+
+/// Stoops or stations that are looked at side by side.
+const AT_ONCE: usize = 32;
+
+type Batch<T> = heapless::Vec<T, AT_ONCE>;
+
+/// Where the robot stoops.
+#[derive(Debug, Clone, Copy)]
+pub struct Site<'a> {
+    /// The robot.
+    pub body: &'a Body,
+    /// The robot above its legs.
+    pub torso: &'a Torso,
+    /// The world.
+    pub collision: &'a CollisionModel,
+    /// Whether stations may be looked at side by side; then the caller is inside a thread pool.
+    pub parallel: bool,
+}
 
 /// The choice of stoops, allocated once.
 #[derive(Debug)]
@@ -71,31 +90,55 @@ impl Stooping {
         self.costs = std::array::from_fn(bend_to_upright);
     }
 
-    /// Finds out whether the robot can take one more stoop, or once that is known, looks at the next station of a route; true once the
-    /// stoops of all are chosen.
-    pub fn advance(&mut self, body: &Body, torso: &Torso, collision: &CollisionModel, route: &Route) -> bool {
-        if self.known < COUNT {
-            let stand = Stand::new(body, collision, torso, stoop(self.known));
-            self.station_from_roots[self.known] = stand.station_from_root();
-            self.failures[self.known] = stand.failures();
-            self.known += 1;
-            return false;
+    /// Finds out which stoops the robot can take, or once that is known, looks at the next stations of a route: at most `budget` of these,
+    /// each a unit of work. Answers how many, and whether the stoops of all stations are chosen.
+    pub fn advance(&mut self, site: &Site<'_>, route: &Route, budget: u64) -> (u64, bool) {
+        let at_once = usize::try_from(budget).map_or(AT_ONCE, |budget| budget.min(AT_ONCE));
+        let spent = if self.known < COUNT { self.try_stoops(site, at_once) } else { self.look_at_stations(site, route, at_once) };
+        if self.entries.len() == route.stations() {
+            self.trace();
         }
-        let index = self.entries.len();
-        let (before, station) = (route.station(index.saturating_sub(1)), route.station(index));
-        let has_room = |root: &Pose, place: &Station| torso.has_room_above_legs(collision, &(place.world_from_station() * *root));
-        let looks: [Station; LOOKS] = std::array::from_fn(|look| before.toward_share(&station, (look + 1) as f64 / LOOKS as f64));
-        let blocked = self.station_from_roots.map(|root| root.map(|root| looks.iter().filter(|place| !has_room(&root, place)).count()));
+        (spent as u64, !self.chosen.is_empty())
+    }
+
+    /// Whether the robot can take the next stoops.
+    fn try_stoops(&mut self, site: &Site<'_>, at_once: usize) -> usize {
+        let next: Batch<usize> = (self.known..COUNT).take(at_once).collect();
+        let tried = map(site.parallel, &next, |index| {
+            let stand = Stand::new(site.body, site.collision, site.torso, stoop(index));
+            (stand.station_from_root(), stand.failures())
+        });
+        for (index, (station_from_root, failures)) in next.iter().zip(tried) {
+            (self.station_from_roots[*index], self.failures[*index]) = (station_from_root, failures);
+        }
+        self.known += next.len();
+        next.len()
+    }
+
+    /// What the next stations cost in each stoop.
+    fn look_at_stations(&mut self, site: &Site<'_>, route: &Route, at_once: usize) -> usize {
+        let has_room = |root: &Pose, place: &Station| site.torso.has_room_above_legs(site.collision, &(place.world_from_station() * *root));
+        let next: Batch<usize> = (self.entries.len()..route.stations()).take(at_once).collect();
+        let station_from_roots = &self.station_from_roots;
+        let blocked = map(site.parallel, &next, |index| {
+            let (before, station) = (route.station(index.saturating_sub(1)), route.station(index));
+            let looks: [Station; LOOKS] = std::array::from_fn(|look| before.toward_share(&station, (look + 1) as f64 / LOOKS as f64));
+            station_from_roots.map(|root| root.map(|root| looks.iter().filter(|place| !has_room(&root, place)).count()))
+        });
+        for (&index, blocked) in next.iter().zip(&blocked) {
+            self.enter(blocked);
+            self.bend(|halfway| has_room(halfway, &route.station(index)));
+        }
+        next.len()
+    }
+
+    /// Walks on to the next station: `blocked` are the looks on the way there that find no room, in each stoop.
+    fn enter(&mut self, blocked: &[Option<usize>; COUNT]) {
         for (index, cost) in self.costs.iter_mut().enumerate() {
             let tight = neighbours(index).filter(|&near| blocked[near] != Some(0)).count();
             let room = blocked[index].map_or(f64::INFINITY, |looks| BLOCKED * looks as f64);
             *cost += stoop(index).depth() + HARD * f64::from(self.failures[index]) + room + TIGHT * tight as f64;
         }
-        self.bend(|halfway| has_room(halfway, &station));
-        if self.entries.len() == route.stations() {
-            self.trace();
-        }
-        !self.chosen.is_empty()
     }
 
     /// How the robot stoops at a station: upright where no stoops were chosen.

@@ -36,7 +36,9 @@ impl Phase {
     pub(super) fn counts(&self) -> bool {
         matches!(
             self,
-            Self::Connect { .. }
+            Self::Route
+                | Self::Stoop
+                | Self::Connect { .. }
                 | Self::Judge
                 | Self::Vary { .. }
                 | Self::Emit
@@ -44,6 +46,8 @@ impl Phase {
                 | Self::Sample
                 | Self::Move
                 | Self::Polish(_)
+                | Self::Assemble { .. }
+                | Self::Seal
         )
     }
 
