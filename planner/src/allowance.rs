@@ -3,7 +3,7 @@
 //! Every piece is worked on by itself, and none is taken as done before all have ended. So neither the number of threads nor the size of
 //! budgets can matter to what is made.
 
-use crate::threads;
+use crate::threads::Threads;
 
 /// What a piece of work may spend now, and has spent of it, in units.
 #[derive(Debug, Clone, Copy, Default)]
@@ -21,9 +21,8 @@ pub trait Piece: Send {
     fn allowance(&mut self) -> &mut Allowance;
 }
 
-/// Advances all pieces by at most so many units together; where the caller is inside a thread pool, `parallel`, side by side. Answers how
-/// many were spent: less than the budget means that all have ended.
-pub fn advance<T: Piece>(pieces: &mut [T], budget: u64, parallel: bool, unit: impl Fn(&mut T) + Sync) -> u64 {
+/// Advances all pieces by at most so many units together. Answers how many were spent: less than the budget means that all have ended.
+pub fn advance<T: Piece>(pieces: &mut [T], budget: u64, threads: &Threads, unit: impl Fn(&mut T) + Sync) -> u64 {
     let advance_one = |piece: &mut T| {
         let allowed = std::mem::take(piece.allowance()).allowed;
         let mut spent = 0;
@@ -35,11 +34,7 @@ pub fn advance<T: Piece>(pieces: &mut [T], budget: u64, parallel: bool, unit: im
     };
     let mut spent = 0;
     while spent < budget && allot(pieces, budget - spent) {
-        if parallel {
-            threads::each(pieces, advance_one);
-        } else {
-            pieces.iter_mut().for_each(advance_one);
-        }
+        threads.each(pieces, advance_one);
         spent += pieces.iter_mut().map(|piece| piece.allowance().spent).sum::<u64>();
     }
     spent
@@ -74,7 +69,7 @@ mod tests {
     #[test]
     fn a_budget_is_spent_to_its_last_unit_or_until_all_have_ended() {
         let mut pieces = [5, 0, 1, 9].map(|units| Countdown(units, Allowance::default()));
-        let mut advance = |budget| advance(&mut pieces, budget, false, |piece| piece.0 -= 1);
+        let mut advance = |budget| advance(&mut pieces, budget, &Threads::default(), |piece| piece.0 -= 1);
         assert_eq!([advance(1), advance(7), advance(0), advance(100), advance(100)], [1, 7, 0, 7, 0]);
     }
 }

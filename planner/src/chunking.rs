@@ -9,7 +9,7 @@ use crate::arena::zeroed;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
 use crate::motion::graph::ArenaFull;
-use crate::threads::each;
+use crate::threads::Threads;
 use crate::timing::{Timing, add_up};
 
 /// Waypoints of a chunk besides the one that it begins at.
@@ -124,11 +124,11 @@ impl ChunkBuilder {
     }
 
     /// Appends motions, and seals as many of the chunks before them: times, name, sequence number, flags and digest. The last chunk is
-    /// left for [`ChunkBuilder::seal_last`]. All at once where the caller is inside a thread pool, `parallel`. Answers how many were sealed.
+    /// left for [`ChunkBuilder::seal_last`]. Answers how many were sealed.
     ///
     /// # Errors
     /// The arena is full.
-    pub fn append(&mut self, motions: &[Motion<'_>], seals: usize, parallel: bool) -> Result<usize, ArenaFull> {
+    pub fn append(&mut self, motions: &[Motion<'_>], seals: usize, threads: &Threads) -> Result<usize, ArenaFull> {
         let (sealed, before) = (self.sealed.count, self.written);
         for motion in motions {
             self.take(motion.track.len(), motion.track.len().div_ceil(STEPS_MAX))?;
@@ -143,11 +143,7 @@ impl ChunkBuilder {
             let _fits = tasks.push(Task::Write { chunks, motion });
         }
         let purpose = (&self.provenance, &self.timing);
-        if parallel {
-            each(&mut tasks, |task| task.run(purpose));
-        } else {
-            tasks.iter_mut().for_each(|task| task.run(purpose));
-        }
+        threads.each(&mut tasks, |task| task.run(purpose));
         Ok(seals)
     }
 

@@ -31,7 +31,7 @@ pub mod snapshot;
 pub mod stage;
 pub mod statics;
 pub mod stoop;
-mod threads;
+pub mod threads;
 mod timing;
 pub mod trouble;
 pub mod way_back;

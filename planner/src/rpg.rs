@@ -40,9 +40,7 @@ mod shorten;
 mod start;
 
 use std::num::NonZeroUsize;
-use std::sync::Arc;
 
-use rayon::ThreadPool;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::{PlannerConfig, Scenario};
 use surefoot_shared_types::digest::Digest;
@@ -66,6 +64,7 @@ use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::{Seeding, is_step};
 use crate::shared::Shared;
 use crate::stage::Stage;
+use crate::threads::Threads;
 use crate::timing::Timing;
 use crate::trouble::Focus;
 use hindrances::Hindrances;
@@ -108,7 +107,6 @@ pub enum PlannerError {
 #[derive(Debug)]
 pub struct Planner {
     shared: Shared,
-    pool: Option<Arc<ThreadPool>>,
     roadmap: Roadmap,
     round: Round,
     /// For queries about both feet side by side.
@@ -165,7 +163,8 @@ impl Planner {
             return Err(PreparationError::OtherRobot.into());
         }
         let provenance = Provenance { robot: model.digest, world: world.digest, config: scenario.digest, joints_len: body.joints_len };
-        let pool = start_threads(threads)?;
+        let started = Threads::new(threads);
+        let threads = started.map_err(|error| PlannerError::Threads { threads: threads.get(), reason: error.to_string() })?;
         let torso = Torso::new(model, &body);
         let stations_max = config.stations_max as usize;
         let reach = preparation.possible_steps().reach();
@@ -177,10 +176,9 @@ impl Planner {
                 constraints: Constraints { body, collision, config: config.clone() },
                 surfaces,
                 preparation,
-                parallel: pool.is_some(),
+                threads,
                 seed: scenario.seed,
             },
-            pool,
             roadmap: Roadmap::new(config, reach),
             round: Round::default(),
             scratch,
@@ -252,10 +250,8 @@ impl Planner {
     }
 
     fn in_pool(&mut self, advance: impl FnOnce(&mut Self) -> Status + Send) -> Status {
-        match self.pool.clone() {
-            Some(pool) => pool.install(|| advance(self)),
-            None => advance(self),
-        }
+        let threads = self.shared.threads.clone();
+        threads.run(|| advance(self))
     }
 
     /// Advances by at most `work` units, and no farther than to the end of a stage.
@@ -375,7 +371,7 @@ impl Planner {
             preparation: &self.shared.preparation,
             seed: self.shared.seed,
             feet_apart: self.scenario.start.feet_apart,
-            parallel: self.shared.parallel,
+            threads: &self.shared.threads,
             is_step,
         };
         let (progress, spent) = self.growth.advance(&context, budget);
@@ -410,7 +406,7 @@ impl Planner {
     /// Finds out how the robot stoops along the route.
     fn stoop(&mut self, budget: u64) -> Phase {
         let Constraints { body, collision, .. } = &self.shared.constraints;
-        let site = Site { body, torso: &self.torso, collision, parallel: self.shared.parallel };
+        let site = Site { body, torso: &self.torso, collision, threads: &self.shared.threads };
         let (spent, has_chosen) = self.stooping.advance(&site, self.growth.route(), budget);
         self.tally.work += spent;
         if has_chosen { self.cut_anew_or_shift() } else { Phase::Stoop }
@@ -451,7 +447,7 @@ impl Planner {
             return Ok(Phase::Seal);
         }
         let motions: heapless::Vec<Motion<'_>, MOTIONS_AT_ONCE> = hops.filter_map(|hop| self.roadmap.motion_of_plan(hop)).collect();
-        let sealed = self.chunks.append(&motions, seals_in(budget - count as u64), self.shared.parallel)?;
+        let sealed = self.chunks.append(&motions, seals_in(budget - count as u64), &self.shared.threads)?;
         self.tally.work += (count + sealed) as u64;
         Ok(Phase::Assemble { next: next + count })
     }
@@ -459,7 +455,7 @@ impl Planner {
     /// Seals what is left of the plan, each chunk a unit of work.
     fn seal(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if self.chunks.unsealed() > 1 {
-            self.tally.work += self.chunks.append(&[], seals_in(budget), self.shared.parallel)? as u64;
+            self.tally.work += self.chunks.append(&[], seals_in(budget), &self.shared.threads)? as u64;
             return Ok(Phase::Seal);
         }
         self.tally.work += 1;
@@ -471,27 +467,6 @@ impl Planner {
 /// How many chunks may be sealed within a budget.
 fn seals_in(budget: u64) -> usize {
     usize::try_from(budget).unwrap_or(usize::MAX)
-}
-
-/// A pool of threads, or none where one thread is asked for: the caller's own does the work then.
-fn start_threads(threads: NonZeroUsize) -> Result<Option<Arc<ThreadPool>>, PlannerError> {
-    if threads.get() == 1 {
-        return Ok(None);
-    }
-    let error = |error: rayon::ThreadPoolBuildError| PlannerError::Threads { threads: threads.get(), reason: error.to_string() };
-    // Where there are as many threads as cores, each stays on its own: a round lasts less than a scheduler takes to part two threads
-    // that it has woken on one core. Where there are more cores, others may be using the first ones.
-    let cores = core_affinity::get_core_ids().filter(|cores| threads.get() == cores.len()).unwrap_or_default();
-    let builder = rayon::ThreadPoolBuilder::new().num_threads(threads.get());
-    let stay = move |index: usize| {
-        if let Some(&core) = cores.get(index) {
-            core_affinity::set_for_current(core);
-        }
-    };
-    let pool = builder.start_handler(stay).build().map_err(error)?;
-    // A thread allocates while it starts, and when it first looks for another one's work: wait until each has done both.
-    pool.broadcast(|_| rayon::yield_now());
-    Ok(Some(Arc::new(pool)))
 }
 
 /// Foot placement with the bounds that this robot's soles and the world's friction allow.

@@ -3,6 +3,7 @@
 use crate::constraint::Constraints;
 use crate::foot_placement::Surfaces;
 use crate::prepare::Preparation;
+use crate::threads::Threads;
 
 /// What all stages read.
 #[derive(Debug)]
@@ -13,8 +14,8 @@ pub struct Shared {
     pub surfaces: Surfaces,
     /// What was made once for the robot.
     pub preparation: Preparation<'static>,
-    /// Whether searches may run side by side; then the caller is inside a thread pool.
-    pub parallel: bool,
+    /// The threads that share the work.
+    pub threads: Threads,
     /// The seed of all streams.
     pub seed: u64,
 }

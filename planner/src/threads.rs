@@ -1,122 +1,184 @@
 //! Work that the threads of a pool do side by side, with nobody asleep between two short pieces of it.
 //!
-//! Rayon's own loops split their items in two until each stands alone, and a thread that waits falls asleep after some 15 us; waking it
-//! takes as long again. Items take 20 us to some milliseconds here, so both cost much of what threads bring. What is made depends on
-//! neither: each item is worked on by itself.
+//! Rayon's own loops split their items in two until each stands alone, and a thread that waits falls asleep. Items take 20 us to some
+//! milliseconds here, so both cost much of what threads bring. What is made depends on neither: each item is worked on by itself.
 
+mod idle;
+
+use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
-use rayon::Yield;
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-/// How often a thread that waits looks again before it lets rayon put it to sleep: some 150 us, several times what waking it takes.
+use idle::{Idle, look};
+
+/// How often a thread that waits for another one looks again before it lets rayon put it to sleep: some 150 us.
 const LOOKS_MAX: u32 = 1024;
 
-/// Does both, side by side where another thread is free. To be called inside a thread pool.
-pub fn both<A: Send, B: Send>(first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B + Send) -> (A, B) {
-    let is_done = AtomicBool::new(false);
-    rayon::join(
-        || {
-            let made = first();
-            wait_for(&is_done);
-            made
-        },
-        || {
-            let made = second();
-            is_done.store(true, Ordering::Release);
-            made
-        },
-    )
+/// The threads that may share work: those of a pool, or the caller's alone.
+#[derive(Debug, Clone, Default)]
+pub struct Threads {
+    crew: Option<Arc<Crew>>,
 }
 
-/// Does the same work on each item, which is begun in their order; each thread takes the next one when it is done with one. To be
-/// called inside a thread pool.
-pub fn each<T: Send>(items: &mut [T], work: impl Fn(&mut T) + Sync) {
-    let workers = rayon::current_num_threads().min(items.len());
-    let queue = Mutex::new(items.iter_mut());
-    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-    do_with(workers, &|| {
-        while let Some(item) = next() {
-            work(item);
+#[derive(Debug)]
+struct Crew {
+    pool: ThreadPool,
+    idle: Idle,
+}
+
+impl Threads {
+    /// So many threads; where one is asked for, the caller's own.
+    ///
+    /// # Errors
+    /// They cannot be started.
+    pub fn new(threads: NonZeroUsize) -> Result<Self, ThreadPoolBuildError> {
+        if threads.get() == 1 {
+            return Ok(Self::default());
         }
-    });
-}
-
-/// What a function makes of each item, in order; side by side where the caller is inside a thread pool, `parallel`.
-pub fn map<T: Copy + Send, U: Default + Send, const N: usize>(
-    parallel: bool,
-    items: &heapless::Vec<T, N>,
-    make: impl Fn(T) -> U + Sync,
-) -> heapless::Vec<U, N> {
-    let mut made: heapless::Vec<U, N> = items.iter().map(|_| U::default()).collect();
-    if parallel {
-        let mut pairs: heapless::Vec<(&mut U, T), N> = made.iter_mut().zip(items.iter().copied()).collect();
-        each(&mut pairs, |(made, item)| **made = make(*item));
-    } else {
-        made.iter_mut().zip(items).for_each(|(made, &item)| *made = make(item));
+        // Where there are as many threads as cores, each stays on its own: a round lasts less than a scheduler takes to part two threads
+        // that it has woken on one core. Where there are more cores, others may be using the first ones.
+        let cores = core_affinity::get_core_ids().filter(|cores| threads.get() == cores.len()).unwrap_or_default();
+        let builder = ThreadPoolBuilder::new().num_threads(threads.get());
+        let stay = move |index: usize| {
+            if let Some(&core) = cores.get(index) {
+                core_affinity::set_for_current(core);
+            }
+        };
+        let pool = builder.start_handler(stay).build()?;
+        // A thread allocates while it starts, and when it first looks for another one's work: wait until each has done both.
+        pool.broadcast(|_| rayon::yield_now());
+        Ok(Self { crew: Some(Arc::new(Crew { pool, idle: Idle::new(threads.get()) })) })
     }
-    made
-}
 
-/// Does the work with so many threads.
-fn do_with(workers: usize, work: &(dyn Fn() + Sync)) {
-    if workers > 1 {
-        both(work, || do_with(workers - 1, work));
-    } else {
-        work();
+    /// Whether there are several.
+    pub fn are_several(&self) -> bool {
+        self.crew.is_some()
+    }
+
+    /// Works on one of them, while the others look for what it shares: all that follows is to be called within.
+    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+        match &self.crew {
+            Some(crew) => crew.pool.install(|| crew.idle.attend(work)),
+            None => work(),
+        }
+    }
+
+    /// Does both, side by side where another thread is free.
+    pub fn both<A: Send, B: Send>(&self, first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B + Send) -> (A, B) {
+        let Some(crew) = &self.crew else { return (first(), second()) };
+        let is_done = AtomicBool::new(false);
+        rayon::join(
+            || {
+                crew.idle.ring();
+                let made = first();
+                wait_for(&is_done);
+                made
+            },
+            || {
+                let made = second();
+                is_done.store(true, Ordering::Release);
+                made
+            },
+        )
+    }
+
+    /// Does the same work on each item, which is begun in their order; each thread takes the next one when it is done with one.
+    pub fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
+        let Some(crew) = &self.crew else { return items.iter_mut().for_each(work) };
+        let workers = crew.pool.current_num_threads().min(items.len());
+        let queue = Mutex::new(items.iter_mut());
+        let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
+        self.do_with(workers, &|| {
+            while let Some(item) = next() {
+                work(item);
+            }
+        });
+    }
+
+    /// What a function makes of each item, in order.
+    pub fn map<T: Copy + Send, U: Default + Send, const N: usize>(
+        &self,
+        items: &heapless::Vec<T, N>,
+        make: impl Fn(T) -> U + Sync,
+    ) -> heapless::Vec<U, N> {
+        let mut made: heapless::Vec<U, N> = items.iter().map(|_| U::default()).collect();
+        let mut pairs: heapless::Vec<(&mut U, T), N> = made.iter_mut().zip(items.iter().copied()).collect();
+        self.each(&mut pairs, |(made, item)| **made = make(*item));
+        drop(pairs);
+        made
+    }
+
+    /// Does the work with so many threads.
+    fn do_with(&self, workers: usize, work: &(dyn Fn() + Sync)) {
+        if workers > 1 {
+            self.both(work, || self.do_with(workers - 1, work));
+        } else {
+            work();
+        }
     }
 }
 
 /// Waits for a while without sleep, and does what else there is to do. What takes longer, or panics, rayon waits for.
 fn wait_for(is_done: &AtomicBool) {
-    let mut looks = 0;
-    while looks < LOOKS_MAX && !is_done.load(Ordering::Acquire) {
-        if rayon::yield_now() == Some(Yield::Executed) {
-            looks = 0;
-        } else {
-            looks += 1;
-            std::hint::spin_loop();
-        }
-    }
+    let is_done = || is_done.load(Ordering::Acquire);
+    while !is_done() && look(LOOKS_MAX, is_done) {}
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn inside_pool<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> T {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(work)
+    fn threads(count: usize) -> Threads {
+        Threads::new(NonZeroUsize::new(count).unwrap()).unwrap()
     }
 
     #[test]
     fn each_item_is_worked_on_once_whatever_the_threads() {
-        for threads in 1..=5 {
+        for count in 1..=5 {
             let mut items: Vec<usize> = (0..1000).collect();
+            let threads = threads(count);
             for _ in 0..20 {
-                inside_pool(threads, || each(&mut items, |item| *item += 1));
+                threads.run(|| threads.each(&mut items, |item| *item += 1));
             }
-            assert!(items.iter().enumerate().all(|(index, &item)| item == index + 20), "{threads} threads");
+            assert!(items.iter().enumerate().all(|(index, &item)| item == index + 20), "{count} threads");
+            threads.run(|| threads.each(&mut [], |item: &mut usize| *item += 1));
         }
-        inside_pool(2, || each(&mut [], |item: &mut usize| *item += 1));
     }
 
     #[test]
     fn both_are_done_within_both() {
-        fn leaves(depth: u32) -> u64 {
+        fn leaves(threads: &Threads, depth: u32) -> u64 {
             if depth == 0 {
                 return 1;
             }
-            let (left, right) = both(|| leaves(depth - 1), || leaves(depth - 1));
+            let (left, right) = threads.both(|| leaves(threads, depth - 1), || leaves(threads, depth - 1));
             left + right
         }
-        for threads in 1..=5 {
-            assert_eq!(inside_pool(threads, || leaves(10)), 1024, "{threads} threads");
+        for count in 1..=5 {
+            let threads = threads(count);
+            assert_eq!(threads.run(|| leaves(&threads, 10)), 1024, "{count} threads");
         }
     }
 
     #[test]
-    fn a_panic_is_passed_on() {
-        let caught = std::panic::catch_unwind(|| inside_pool(2, || each(&mut [1, 2, 3], |item| assert!(*item != 2))));
-        assert!(caught.is_err());
+    fn who_has_gone_to_sleep_is_woken_for_more() {
+        let threads = threads(3);
+        let long = || (0..2_000_000_u64).fold(0, |sum, item| std::hint::black_box(sum + item));
+        for _ in 0..20 {
+            let sums = threads.run(|| [(); 5].map(|()| (long(), threads.both(long, long))));
+            assert!(sums.iter().all(|&(alone, (first, second))| alone == first && first == second));
+        }
+    }
+
+    #[test]
+    fn a_panic_is_passed_on_and_the_threads_work_on() {
+        let threads = threads(2);
+        for _ in 0..3 {
+            let run = || threads.run(|| threads.each(&mut [1, 2, 3], |item| assert!(*item != 2)));
+            assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err());
+        }
+        assert_eq!(threads.run(|| threads.both(|| 1, || 2)), (1, 2));
     }
 }

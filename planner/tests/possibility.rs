@@ -17,6 +17,7 @@ use surefoot_planner::possibility::{self, Context, Growth, Label, Progress, Stat
 use surefoot_planner::prepare::Preparation;
 use surefoot_planner::seeding::Seeding;
 use surefoot_planner::stoop::Stoop;
+use surefoot_planner::threads::Threads;
 use surefoot_shared_types::spatial::{wrap_angle, yaw_of};
 
 /// What stage P reads.
@@ -26,6 +27,7 @@ struct Site {
     surfaces: Surfaces,
     torso: Torso,
     preparation: Preparation<'static>,
+    threads: Threads,
 }
 
 impl Site {
@@ -37,7 +39,7 @@ impl Site {
             preparation: &self.preparation,
             seed,
             feet_apart: self.case.scenario.start.feet_apart,
-            parallel: false,
+            threads: &self.threads,
             is_step: surefoot_planner::seeding::is_step,
         }
     }
@@ -66,7 +68,7 @@ impl Compiled {
         let growth = Growth::new(ends, config.station_spacing, vertices, &bounds, &placement);
         let surfaces = Surfaces::new(&case.world, placement).unwrap();
         let constraints = Constraints { body, collision, config: config.clone() };
-        Self { site: Site { case, constraints, surfaces, torso, preparation }, growth }
+        Self { site: Site { case, constraints, surfaces, torso, preparation, threads: Threads::default() }, growth }
     }
 
     /// Advances to a route or to the end of all samples; answers which, and the work spent.
@@ -125,11 +127,11 @@ fn a_wall_is_walked_around_with_every_station_where_the_robot_has_room() {
 fn stoops_past_a_bar(underside: f64) -> (Vec<Station>, Vec<Stoop>) {
     let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([1.6, 0.0, underside + 0.025], [0.025, 1.0, 0.025]));
     assert_eq!(compiled.grow(1).0, Progress::Route);
-    let (route, Site { constraints, torso, .. }) = (compiled.growth.route(), &compiled.site);
+    let (route, Site { constraints, torso, threads, .. }) = (compiled.growth.route(), &compiled.site);
     let mut stooping = Stooping::new(route.stations());
     stooping.begin();
     if !route.is_upright() {
-        let site = possibility::Site { body: &constraints.body, torso, collision: &constraints.collision, parallel: false };
+        let site = possibility::Site { body: &constraints.body, torso, collision: &constraints.collision, threads };
         while !stooping.advance(&site, route, 1).1 {}
     }
     (compiled.stations(), (0..route.stations()).map(|station| stooping.stoop(station)).collect())

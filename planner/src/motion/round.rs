@@ -182,7 +182,7 @@ impl Round {
 
     /// Spends at most so many units of work; answers how many it spent. Less than allowed means that all searches have ended.
     pub fn advance(&mut self, shared: &Shared, roadmap: &Roadmap, budget: u64) -> u64 {
-        allowance::advance(&mut self.slots[..self.count], budget, shared.parallel, |slot| slot.advance(shared, &roadmap.graph))
+        allowance::advance(&mut self.slots[..self.count], budget, &shared.threads, |slot| slot.advance(shared, &roadmap.graph))
     }
 
     /// Merges what the searches found, in order.

@@ -172,7 +172,7 @@ impl Branches {
         budget: u64,
     ) -> u64 {
         let site = (context, placements);
-        if let ([alone], true) = (&mut self.branches[..self.count], context.parallel) {
+        if let ([alone], true) = (&mut self.branches[..self.count], context.threads.are_several()) {
             let mut spent = 0;
             while spent < budget && !alone.has_ended() {
                 alone.advance(site, &is_barred, Some(&mut self.helper));
@@ -180,7 +180,7 @@ impl Branches {
             }
             return spent;
         }
-        allowance::advance(&mut self.branches[..self.count], budget, context.parallel, |branch| branch.advance(site, &is_barred, None))
+        allowance::advance(&mut self.branches[..self.count], budget, context.threads, |branch| branch.advance(site, &is_barred, None))
     }
 
     /// Bytes reserved.

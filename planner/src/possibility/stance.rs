@@ -11,7 +11,7 @@ use crate::constraint::Constraints;
 use crate::foot_placement::{Effort, Scratch, Surfaces};
 use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
 use crate::prepare::{Preparation, is_whole};
-use crate::threads::both;
+use crate::threads::Threads;
 
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.5, 0.5];
@@ -47,8 +47,8 @@ pub struct Context<'a> {
     pub seed: u64,
     /// How far apart the feet ideally stand, m.
     pub feet_apart: f64,
-    /// Whether branches may grow side by side; then the caller is inside a thread pool.
-    pub parallel: bool,
+    /// The threads that share the work.
+    pub threads: &'a Threads,
     /// Whether a step leads from the first placement to the second, as stage M would take it.
     pub is_step: fn(&Constraints, [&Placed; 2]) -> bool,
 }
@@ -58,7 +58,7 @@ pub struct Context<'a> {
 pub enum ScratchOfFeet<'a> {
     /// One foot after the other.
     Shared(&'a mut Scratch),
-    /// Side by side; then the caller is inside a thread pool.
+    /// Side by side.
     Each([&'a mut Scratch; 2]),
 }
 
@@ -152,7 +152,9 @@ impl Context<'_> {
     /// Placements of the left foot, then of the right one; `None` where one of them has none.
     fn find_both_placements(&self, wish: &Wish, scratch: &mut ScratchOfFeet<'_>) -> Option<heapless::Vec<Placed, PLACEMENTS_MAX>> {
         let (left, right) = match scratch {
-            ScratchOfFeet::Each([left, right]) => both(|| self.find_placements(wish, 0, left), || self.find_placements(wish, 1, right)),
+            ScratchOfFeet::Each([left, right]) => {
+                self.threads.both(|| self.find_placements(wish, 0, left), || self.find_placements(wish, 1, right))
+            }
             ScratchOfFeet::Shared(scratch) => {
                 let left = self.find_placements(wish, 0, scratch);
                 if left.is_empty() {

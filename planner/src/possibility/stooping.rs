@@ -20,7 +20,7 @@ use crate::region::Region;
 use crate::snapshot::Snapshot;
 use crate::statics::FootLoad;
 use crate::stoop::Stoop;
-use crate::threads::map;
+use crate::threads::Threads;
 
 /// The shares of their standing reach that the legs may use.
 const SHARES: [f64; 5] = [1.0, 0.92, 0.84, 0.76, 0.68];
@@ -57,8 +57,8 @@ pub struct Site<'a> {
     pub torso: &'a Torso,
     /// The world.
     pub collision: &'a CollisionModel,
-    /// Whether stations may be looked at side by side; then the caller is inside a thread pool.
-    pub parallel: bool,
+    /// The threads that share the work.
+    pub threads: &'a Threads,
 }
 
 /// The choice of stoops, allocated once.
@@ -104,7 +104,7 @@ impl Stooping {
     /// Whether the robot can take the next stoops.
     fn try_stoops(&mut self, site: &Site<'_>, at_once: usize) -> usize {
         let next: Batch<usize> = (self.known..COUNT).take(at_once).collect();
-        let tried = map(site.parallel, &next, |index| {
+        let tried = site.threads.map(&next, |index| {
             let stand = Stand::new(site.body, site.collision, site.torso, stoop(index));
             (stand.station_from_root(), stand.failures())
         });
@@ -120,7 +120,7 @@ impl Stooping {
         let has_room = |root: &Pose, place: &Station| site.torso.has_room_above_legs(site.collision, &(place.world_from_station() * *root));
         let next: Batch<usize> = (self.entries.len()..route.stations()).take(at_once).collect();
         let station_from_roots = &self.station_from_roots;
-        let blocked = map(site.parallel, &next, |index| {
+        let blocked = site.threads.map(&next, |index| {
             let (before, station) = (route.station(index.saturating_sub(1)), route.station(index));
             let looks: [Station; LOOKS] = std::array::from_fn(|look| before.toward_share(&station, (look + 1) as f64 / LOOKS as f64));
             station_from_roots.map(|root| root.map(|root| looks.iter().filter(|place| !has_room(&root, place)).count()))

@@ -5,7 +5,6 @@ use crate::motion::foothold::{Foothold, left_and_right};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::possibility::Station;
 use crate::seeding::{Neighbours, Seeding, judge};
-use crate::threads::map;
 use crate::trouble::nearest_station;
 
 /// Transitions or placements that are looked at side by side.
@@ -33,7 +32,7 @@ impl Planner {
             };
             seeding.neighbours(id, steps.reach(), is_due, graph)
         };
-        let connected: Batch<Neighbours> = map(self.shared.parallel, &ids, neighbours);
+        let connected: Batch<Neighbours> = self.shared.threads.map(&ids, neighbours);
         for (&id, neighbours) in ids.iter().zip(connected) {
             self.tally.work += 1;
             for neighbour in neighbours {
@@ -54,7 +53,7 @@ impl Planner {
             let suits = route.suits(&Station::of_sole(world_from_sole));
             (nearest_station(route, world_from_sole.translation), suits)
         };
-        let located: Batch<(usize, bool)> = map(self.shared.parallel, &ids, locate);
+        let located: Batch<(usize, bool)> = self.shared.threads.map(&ids, locate);
         self.tally.work += ids.len().max(1) as u64;
         for (&id, (station, suits)) in ids.iter().zip(located) {
             self.roadmap.graph.set_stoop(id as FootholdId, self.stooping.stoop(station));
@@ -81,7 +80,7 @@ impl Planner {
         let may_be_scant = self.tally.routes > 1 || self.tally.sweeps > 1;
         let (constraints, graph) = (&self.shared.constraints, &self.roadmap.graph);
         let judge_both = |id: TransitionId| [id, Graph::twin(id)].map(|id| judge(constraints, id, graph, may_be_scant));
-        let priors: Batch<[Prior; 2]> = map(self.shared.parallel, &next, judge_both);
+        let priors: Batch<[Prior; 2]> = self.shared.threads.map(&next, judge_both);
         let graph = &mut self.roadmap.graph;
         for (&id, [prior, twin_prior]) in next.iter().zip(priors) {
             graph.record_prior(id, prior);

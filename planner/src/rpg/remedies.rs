@@ -14,7 +14,6 @@ use crate::motion::sampling::ATTEMPTS_MAX;
 use crate::motion::sequence::Purpose;
 use crate::possibility::{Growth, Station};
 use crate::seeding::{Seeding, VARIATIONS_MAX};
-use crate::threads::both;
 use crate::trouble::{Remedy, detour_about, most_laboured, nearest_station, place_of};
 
 /// Around both ends (m, in the metric of Gamma_P) no place is given up: every route passes there.
@@ -185,11 +184,12 @@ impl Planner {
             tries.find_map(|tried| Some((tried, seeding.variation(id, (tried as u64, sequences), graph, scratch)?)))
         };
         let [scratch, other_scratch] = &mut self.scratch;
-        if !self.shared.parallel {
+        if !self.shared.threads.are_several() {
             return first_of(tries, scratch);
         }
         let middle = tries.start.midpoint(tries.end);
-        let (first, second) = both(|| first_of(tries.start..middle, scratch), || first_of(middle..tries.end, other_scratch));
+        let (first, second) =
+            self.shared.threads.both(|| first_of(tries.start..middle, scratch), || first_of(middle..tries.end, other_scratch));
         first.or(second)
     }
 }
