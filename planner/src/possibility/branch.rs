@@ -10,6 +10,8 @@ use crate::foot_placement::{FootPlacementConfig, Scratch};
 
 /// Branches that grow side by side.
 pub(super) const BRANCHES_MAX: usize = 8;
+/// Stations that each of two branches grows by, and each of more, before it is asked whether one is alone by now.
+const SLICES: [u64; 2] = [1, 8];
 /// Stations of one branch.
 const STATIONS_MAX: usize = 97;
 
@@ -172,15 +174,23 @@ impl Branches {
         budget: u64,
     ) -> u64 {
         let site = (context, placements);
-        if let ([alone], true) = (&mut self.branches[..self.count], context.threads.are_several()) {
-            let mut spent = 0;
-            while spent < budget && !alone.has_ended() {
-                alone.advance(site, &is_barred, Some(&mut self.helper));
-                spent += 1;
-            }
-            return spent;
+        let mut spent = 0;
+        while spent < budget {
+            let branches = &mut self.branches[..self.count];
+            let mut growing = branches.iter_mut().filter(|branch| !branch.has_ended());
+            spent += match (growing.next(), growing.count() as u64) {
+                (None, _) => break,
+                (Some(alone), 0) if context.threads.are_several() => {
+                    alone.advance(site, &is_barred, Some(&mut self.helper));
+                    1
+                }
+                (Some(_), others) => {
+                    let slice = (budget - spent).min((others + 1) * SLICES[usize::from(others > 1)]);
+                    allowance::advance(branches, slice, context.threads, |branch| branch.advance(site, &is_barred, None))
+                }
+            };
         }
-        allowance::advance(&mut self.branches[..self.count], budget, context.threads, |branch| branch.advance(site, &is_barred, None))
+        spent
     }
 
     /// Bytes reserved.
