@@ -78,6 +78,9 @@ struct Join {
 pub struct Growth {
     forest: Forest,
     branches: Branches,
+    /// How many of the branches that have ended are part of the trees, and what is to follow these.
+    merged: usize,
+    joins: heapless::Vec<Join, BRANCHES_MAX>,
     activity: Activity,
     /// Where the trees begin: at start and goal, or at both ends of a detour.
     ends: [Vertex; 2],
@@ -111,6 +114,8 @@ impl Growth {
         let mut growth = Self {
             forest: Forest::new(vertices_max),
             branches: Branches::new(placement),
+            merged: 0,
+            joins: heapless::Vec::new(),
             activity: Activity::Growing,
             ends: [start, goal].map(|mark| Vertex::root(Station::on(mark), None)),
             whole_ends: [start, goal].map(|mark| Vertex::root(Station::on(mark), None)),
@@ -249,7 +254,7 @@ impl Growth {
         (self.conclude(context), spent + 1)
     }
 
-    /// All branches have ended: they become part of the trees, or of the route, and the next ones begin.
+    /// All branches have ended: one after the other becomes part of the trees, or of the route, and the next ones begin.
     fn conclude(&mut self, context: &Context<'_>) -> Progress {
         match self.activity {
             Activity::Growing => self.merge(context),
@@ -292,7 +297,7 @@ impl Growth {
     /// Straight to the goal, from the vertex that is nearest to it.
     fn try_first(&mut self) {
         self.activity = Activity::Growing;
-        self.branches.clear();
+        self.forget_branches();
         let goal = self.ends[1].station;
         let tip = nearest(&self.forest.trees[0], |station| station.distance(&goal));
         self.join(Join { tree: 0, tip, met: 0, facing: self.facing });
@@ -328,10 +333,17 @@ impl Growth {
         is_late && (self.generation > 0 || is_short(&self.bounds))
     }
 
+    /// Forgets the branches that have ended; answers what is to follow them.
+    fn forget_branches(&mut self) -> heapless::Vec<Join, BRANCHES_MAX> {
+        self.branches.clear();
+        self.merged = 0;
+        std::mem::take(&mut self.joins)
+    }
+
     /// Begins the next branches: those that join, and others toward samples, the more the longer they have been drawn. The first of all
     /// join alone, since the straight way needs none besides.
-    fn begin_branches(&mut self, seed: u64, joins: &[Join]) {
-        self.branches.clear();
+    fn begin_branches(&mut self, seed: u64) {
+        let joins = self.forget_branches();
         joins.iter().for_each(|&join| self.join(join));
         let is_first = self.samples == 0 && !joins.is_empty();
         let at_once = if is_first { 0 } else { (AT_ONCE_MIN + (self.samples / SAMPLES_PER_BRANCH) as usize).min(BRANCHES_MAX) };
@@ -375,24 +387,23 @@ impl Growth {
         self.relax();
     }
 
-    /// Adds the branches to their trees, in order, and begins the next ones; or makes a route of the first that meets the other tree.
+    /// Adds the next branch to its tree, and once all are added begins others; or makes a route of the first that meets the other tree.
     fn merge(&mut self, context: &Context<'_>) {
-        let mut joins = heapless::Vec::<Join, BRANCHES_MAX>::new();
-        for index in 0..self.branches.len() {
-            let Branch { purpose, extension, end, .. } = self.branches.all()[index];
-            let tree = usize::from(extension.backward);
-            let (Purpose::Sample { tip } | Purpose::Meet { tip, .. }) = purpose else { continue };
-            let Some(tip) = self.add(index, (tree, tip), context) else { return self.overflow() };
-            match (end, purpose) {
-                (Some(End::Arrived { is_upright }), Purpose::Meet { met, .. }) => {
-                    self.forest.trees[tree][tip as usize].is_upright &= is_upright;
-                    return self.meet(tree, tip, met);
-                }
-                (Some(End::Long), _) => {}
-                _ => joins.extend(self.join_after(index, (tree, tip))),
+        let Some(&Branch { purpose, extension, end, .. }) = self.branches.all().get(self.merged) else {
+            return self.begin_branches(context.seed);
+        };
+        let tree = usize::from(extension.backward);
+        let (Purpose::Sample { tip } | Purpose::Meet { tip, .. }) = purpose else { return };
+        let Some(tip) = self.add(self.merged, (tree, tip), context) else { return self.overflow() };
+        match (end, purpose) {
+            (Some(End::Arrived { is_upright }), Purpose::Meet { met, .. }) => {
+                self.forest.trees[tree][tip as usize].is_upright &= is_upright;
+                return self.meet(tree, tip, met);
             }
+            (Some(End::Long), _) => {}
+            _ => self.joins.extend(self.join_after(self.merged, (tree, tip))),
         }
-        self.begin_branches(context.seed, &joins);
+        self.merged += 1;
     }
 
     /// Adds a branch to its tree; answers its tip, or `None` where there is no room.
@@ -448,7 +459,7 @@ impl Growth {
         self.route.vertices.reverse();
         push_branch(&self.forest.trees[1], tips[1], &mut self.route.vertices);
         let is_straight = self.samples == 0 && !self.relaxed;
-        self.branches.clear();
+        self.forget_branches();
         self.activity = if is_straight { Activity::Over(Progress::Route) } else { Activity::Straightening { tried: 0 } };
     }
 
