@@ -71,6 +71,12 @@ impl Route {
         self.vertices.iter().all(|vertex| vertex.is_upright)
     }
 
+    /// Whether it has room so at a station and at so many before and after it.
+    pub fn is_upright_about(&self, index: usize, reach: usize) -> bool {
+        let about = index.saturating_sub(reach)..self.vertices.len().min(index + reach + 1);
+        self.vertices[about].iter().all(|vertex| vertex.is_upright)
+    }
+
     /// Whether it is walked backward, at least in part.
     pub fn is_backward(&self) -> bool {
         self.vertices.iter().any(|vertex| vertex.facing == BACKWARD)

@@ -30,6 +30,8 @@ const PITCHES: [f64; 5] = [0.0, 0.3, 0.6, 0.9, 1.2];
 const COUNT: usize = SHARES.len() * PITCHES.len();
 /// How far ahead of the foot that carries it the robot's other foot stands where a stoop is tried, m.
 const STRIDES: [f64; 3] = [0.0, 0.2, -0.2];
+/// Where the upright robot has room at so many stations before and after, it has no reason to stoop, and is taken to have room however it does.
+const OPEN: usize = 6;
 /// Looks at the room on the way from one station to the next.
 const LOOKS: usize = 2;
 /// What a look costs where there is no room: not everything, since arms may give way and a robot on one foot is elsewhere by a hand.
@@ -122,12 +124,15 @@ impl Stooping {
         let station_from_roots = &self.station_from_roots;
         let blocked = site.threads.map(&next, |index| {
             let (before, station) = (route.station(index.saturating_sub(1)), route.station(index));
+            if route.is_upright_about(index, OPEN) {
+                return station_from_roots.map(|root| root.map(|_| 0));
+            }
             let looks: [Station; LOOKS] = std::array::from_fn(|look| before.toward_share(&station, (look + 1) as f64 / LOOKS as f64));
             station_from_roots.map(|root| root.map(|root| looks.iter().filter(|place| !has_room(&root, place)).count()))
         });
         for (&index, blocked) in next.iter().zip(&blocked) {
             self.enter(blocked);
-            self.bend(|halfway| has_room(halfway, &route.station(index)));
+            self.bend(|halfway| route.is_upright_about(index, OPEN) || has_room(halfway, &route.station(index)));
         }
         next.len()
     }
