@@ -91,7 +91,8 @@ impl ChunkBuilder {
         }
     }
 
-    /// Sets which plan of its session the chunks belong to, and how often it was planned again; at first plan 1, epoch 0.
+    /// Sets which plan of its session the chunks belong to, and how often it was planned again; at first plan 1, epoch 0. To be called
+    /// before any is sealed.
     pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
         (self.sealed.plan_id, self.sealed.epoch) = (plan_id, epoch);
     }
@@ -123,8 +124,8 @@ impl ChunkBuilder {
         Ok(())
     }
 
-    /// Appends motions, and seals as many of the chunks before them: times, name, sequence number, flags and digest. The last chunk is
-    /// left for [`ChunkBuilder::seal_last`]. Answers how many were sealed.
+    /// Appends motions, and gives at most `seals` of the chunks before them their seal: times, name, sequence number, flags and digest. The
+    /// last chunk is left for [`ChunkBuilder::seal_last`]. Answers how many were sealed.
     ///
     /// # Errors
     /// The arena is full.

@@ -219,7 +219,7 @@ impl Planner {
     }
 
     /// Sets the name that the plan's chunks carry: which plan of its session it is, and how often it was planned again. Plan 1,
-    /// epoch 0, unless told otherwise.
+    /// epoch 0, unless told otherwise. To be called before the first step.
     pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
         self.chunks.name_plan(plan_id, epoch);
     }
