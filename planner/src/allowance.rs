@@ -21,6 +21,11 @@ pub trait Piece: Send {
     fn allowance(&mut self) -> &mut Allowance;
 }
 
+/// How many of at most so many items a budget allows, each one unit of work.
+pub fn items_in(budget: u64, items_max: usize) -> usize {
+    usize::try_from(budget).map_or(items_max, |budget| budget.min(items_max))
+}
+
 /// Advances all pieces by at most so many units together. Answers how many were spent: less than the budget means that all have ended.
 pub fn advance<T: Piece>(pieces: &mut [T], budget: u64, threads: &Threads, unit: impl Fn(&mut T) + Sync) -> u64 {
     let advance_one = |piece: &mut T| {

@@ -44,6 +44,13 @@ pub struct Motion<'a> {
     pub track: &'a [Configuration],
 }
 
+impl Motion<'_> {
+    /// How many chunks it takes.
+    fn chunks(&self) -> usize {
+        self.track.len().div_ceil(STEPS_MAX)
+    }
+}
+
 /// Builds a plan's chunks into an arena allocated once.
 #[derive(Debug)]
 pub struct ChunkBuilder {
@@ -132,14 +139,14 @@ impl ChunkBuilder {
     pub fn append(&mut self, motions: &[Motion<'_>], seals: usize, threads: &Threads) -> Result<usize, ArenaFull> {
         let (sealed, before) = (self.sealed.count, self.written);
         for motion in motions {
-            self.take(motion.track.len(), motion.track.len().div_ceil(STEPS_MAX))?;
+            self.take(motion.track.len(), motion.chunks())?;
         }
         let seals = seals.min(before.saturating_sub(sealed + 1));
         let (old, mut new) = self.chunks.split_at_mut(before);
         let mut tasks = heapless::Vec::<Task<'_>, { MOTIONS_AT_ONCE + 1 }>::new();
         let _first = tasks.push(Task::Seal { chunks: &mut old[sealed..sealed + seals], sealed: &mut self.sealed });
         for motion in motions {
-            let (chunks, rest) = new.split_at_mut(motion.track.len().div_ceil(STEPS_MAX));
+            let (chunks, rest) = new.split_at_mut(motion.chunks());
             new = rest;
             let _fits = tasks.push(Task::Write { chunks, motion });
         }

@@ -48,6 +48,7 @@ use surefoot_shared_types::message::{PlanChunk, Standing};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
+use crate::allowance::items_in;
 use crate::arena::reserve;
 use crate::body::{Body, BodyError};
 use crate::chunking::{ChunkBuilder, MOTIONS_AT_ONCE, Motion, Provenance};
@@ -109,7 +110,7 @@ pub struct Planner {
     shared: Shared,
     roadmap: Roadmap,
     round: Round,
-    /// For queries about both feet side by side.
+    /// For queries about placements, by two threads at once.
     scratch: [Scratch; 2],
     torso: Torso,
     growth: Growth,
@@ -439,7 +440,7 @@ impl Planner {
 
     /// Makes chunks of the next motions of the walk, and seals those of motions before, each a unit of work.
     fn assemble(&mut self, next: usize, budget: u64) -> Result<Phase, ArenaFull> {
-        let at_once = usize::try_from(budget).map_or(MOTIONS_AT_ONCE, |budget| budget.min(MOTIONS_AT_ONCE));
+        let at_once = items_in(budget, MOTIONS_AT_ONCE);
         let hops = self.walk[next..].windows(2).take(at_once).map(|pair| Hop { from: pair[0], to: pair[1] });
         let count = hops.len();
         if count == 0 {
@@ -447,7 +448,7 @@ impl Planner {
             return Ok(Phase::Seal);
         }
         let motions: heapless::Vec<Motion<'_>, MOTIONS_AT_ONCE> = hops.filter_map(|hop| self.roadmap.motion_of_plan(hop)).collect();
-        let sealed = self.chunks.append(&motions, seals_in(budget - count as u64), &self.shared.threads)?;
+        let sealed = self.chunks.append(&motions, items_in(budget - count as u64, usize::MAX), &self.shared.threads)?;
         self.tally.work += (count + sealed) as u64;
         Ok(Phase::Assemble { next: next + count })
     }
@@ -455,18 +456,13 @@ impl Planner {
     /// Seals what is left of the plan, each chunk a unit of work.
     fn seal(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if self.chunks.unsealed() > 1 {
-            self.tally.work += self.chunks.append(&[], seals_in(budget), &self.shared.threads)? as u64;
+            self.tally.work += self.chunks.append(&[], items_in(budget, usize::MAX), &self.shared.threads)? as u64;
             return Ok(Phase::Seal);
         }
         self.tally.work += 1;
         self.digest = self.chunks.seal_last();
         Ok(Phase::Over(Outcome::Found))
     }
-}
-
-/// How many chunks may be sealed within a budget.
-fn seals_in(budget: u64) -> usize {
-    usize::try_from(budget).unwrap_or(usize::MAX)
 }
 
 /// Foot placement with the bounds that this robot's soles and the world's friction allow.

@@ -11,6 +11,7 @@ use surefoot_shared_types::spatial::{interpolate, rotation_from_rpy};
 use super::route::Route;
 use super::station::Station;
 use super::torso::Torso;
+use crate::allowance::items_in;
 use crate::arena::reserve;
 use crate::body::{Body, Configuration};
 use crate::carriage::Carriage;
@@ -95,7 +96,7 @@ impl Stooping {
     /// Finds out which stoops the robot can take, or once that is known, looks at the next stations of a route: at most `budget` of these,
     /// each a unit of work. Answers how many, and whether the stoops of all stations are chosen.
     pub fn advance(&mut self, site: &Site<'_>, route: &Route, budget: u64) -> (u64, bool) {
-        let at_once = usize::try_from(budget).map_or(AT_ONCE, |budget| budget.min(AT_ONCE));
+        let at_once = items_in(budget, AT_ONCE);
         let spent = if self.known < COUNT { self.try_stoops(site, at_once) } else { self.look_at_stations(site, route, at_once) };
         if self.entries.len() == route.stations() {
             self.trace();
@@ -131,8 +132,9 @@ impl Stooping {
             station_from_roots.map(|root| root.map(|root| looks.iter().filter(|place| !has_room(&root, place)).count()))
         });
         for (&index, blocked) in next.iter().zip(&blocked) {
+            let (is_open, station) = (route.is_upright_about(index, OPEN), route.station(index));
             self.enter(blocked);
-            self.bend(|halfway| route.is_upright_about(index, OPEN) || has_room(halfway, &route.station(index)));
+            self.bend(|halfway| is_open || has_room(halfway, &station));
         }
         next.len()
     }

@@ -1,6 +1,7 @@
 //! Transitions between the placements, and how likely each is [Grey 4.4.2].
 
 use super::{Phase, Planner};
+use crate::allowance::items_in;
 use crate::motion::foothold::{Foothold, left_and_right};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
 use crate::possibility::Station;
@@ -22,7 +23,7 @@ impl Planner {
         if next as usize == count {
             return if self.locate_next(budget) { Ok(Phase::Connect { next }) } else { self.after_connecting() };
         }
-        let ids: Batch<FootholdId> = (next..count as FootholdId).take(batch_len(budget)).collect();
+        let ids: Batch<FootholdId> = (next..count as FootholdId).take(items_in(budget, AT_ONCE)).collect();
         let steps = self.shared.preparation.possible_steps();
         let (seeding, graph, stretches) = (Seeding::of(&self.shared), &self.roadmap.graph, self.stretches);
         let neighbours = |id: FootholdId| {
@@ -47,7 +48,7 @@ impl Planner {
     /// `false` when each has been looked at.
     fn locate_next(&mut self, budget: u64) -> bool {
         let (route, footholds) = (self.growth.route(), self.roadmap.graph.footholds());
-        let ids: Batch<usize> = (self.nearest_stations.len()..footholds.len()).take(batch_len(budget)).collect();
+        let ids: Batch<usize> = (self.nearest_stations.len()..footholds.len()).take(items_in(budget, AT_ONCE)).collect();
         let locate = |id: usize| {
             let world_from_sole = &footholds[id].world_from_sole;
             let suits = route.suits(&Station::of_sole(world_from_sole));
@@ -104,8 +105,4 @@ impl Planner {
         }
         next
     }
-}
-
-fn batch_len(budget: u64) -> usize {
-    usize::try_from(budget).map_or(AT_ONCE, |budget| budget.min(AT_ONCE))
 }

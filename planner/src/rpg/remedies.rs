@@ -6,6 +6,7 @@ use surefoot_shared_types::config::Scenario;
 
 use super::lanes::{Lane, Turn};
 use super::{Phase, Planner};
+use crate::allowance::items_in;
 use crate::foot_placement::Scratch;
 use crate::motion::foothold::Foothold;
 use crate::motion::graph::{ArenaFull, TransitionId};
@@ -164,7 +165,7 @@ impl Planner {
             self.tally.work += 1;
             return Ok(next);
         }
-        let tries = tried..VARIATIONS_MAX.min(tried.saturating_add(usize::try_from(budget).unwrap_or(usize::MAX)));
+        let tries = tried..VARIATIONS_MAX.min(tried + items_in(budget, VARIATIONS_MAX));
         let drawn = self.first_variation(id, tries.clone());
         let drawn_last = drawn.as_ref().map_or(tries.end, |(last, _)| last + 1);
         self.tally.work += (drawn_last - tried) as u64;
