@@ -30,11 +30,13 @@
 mod connect;
 mod cycle;
 mod hindrances;
+mod judging;
 mod lanes;
 mod phase;
 mod polish;
 mod primitive_stretches;
 mod remedies;
+mod seeking;
 mod segments;
 mod shorten;
 mod start;
@@ -58,7 +60,6 @@ use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesErro
 use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
 use crate::motion::roadmap::{Boundary, Hop, Roadmap};
 use crate::motion::round::Round;
-use crate::motion::sequence::SequenceSearch;
 use crate::outcome::{Bound, Outcome, Status};
 use crate::possibility::{Context, Growth, Progress, Site, Stooping, Torso};
 use crate::prepare::{Preparation, PreparationError};
@@ -69,10 +70,12 @@ use crate::threads::Threads;
 use crate::timing::Timing;
 use crate::trouble::Focus;
 use hindrances::Hindrances;
+use judging::Judging;
 use lanes::Lanes;
 use phase::Phase;
 use polish::Polish;
 use primitive_stretches::Walker;
+use seeking::Seeker;
 use segments::Cuts;
 
 pub use hindrances::Hindrance;
@@ -116,7 +119,8 @@ pub struct Planner {
     growth: Growth,
     stooping: Stooping,
     scenario: Scenario,
-    search: SequenceSearch,
+    seeker: Seeker,
+    judging: Judging,
     chunks: ChunkBuilder,
     phase: Phase,
     standing: Option<Standing>,
@@ -187,7 +191,8 @@ impl Planner {
             growth,
             stooping,
             scenario: scenario.clone(),
-            search: SequenceSearch::new(config.footholds_max as usize, config.transitions_max as usize),
+            seeker: Seeker::new(config.footholds_max as usize, config.transitions_max as usize),
+            judging: Judging::default(),
             chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance, Timing::new(model)),
             phase: Phase::Ends,
             standing: None,
@@ -325,7 +330,7 @@ impl Planner {
     /// Bytes of all arenas by name.
     pub fn arena_bytes(&self) -> [(&'static str, usize); 9] {
         let walk = self.walk.capacity() * size_of::<TransitionId>() + self.nearest_stations.capacity() * size_of::<u32>();
-        let sequence = self.search.bytes() + self.lanes.bytes() + self.cuts.bytes() + self.focus.bytes() + walk;
+        let sequence = self.seeker.bytes() + self.lanes.bytes() + self.cuts.bytes() + self.focus.bytes() + walk;
         [
             ("possibility", self.growth.bytes() + self.stooping.bytes()),
             ("roadmap", self.roadmap.bytes()),
@@ -348,12 +353,12 @@ impl Planner {
             Phase::Cut { station } => self.cut(station),
             Phase::Seed { next } => self.seed(next),
             Phase::Connect { next } => self.connect(next, budget),
-            Phase::Judge => Ok(self.judge(budget)),
+            Phase::Judge => self.judge(budget),
             Phase::Scatter { index } => self.scatter(index),
             Phase::Vary { index, tried, end } => self.vary(index, tried, end, budget),
             Phase::Primitive => self.begin_primitive(),
             Phase::Emit => self.emit_primitives(budget),
-            Phase::Sequence { begun } => self.find_sequence(begun, budget),
+            Phase::Sequence => self.seek_alone(budget),
             Phase::Sample => self.sample(budget),
             Phase::Move => self.plan_motions(budget),
             Phase::Weigh { next } => Ok(self.weigh(next)),

@@ -1,14 +1,14 @@
-//! Transitions between the placements, and how likely each is [Grey 4.4.2].
+//! Transitions between the placements [Grey 4.4.2].
 
 use super::{Phase, Planner};
 use crate::allowance::items_in;
 use crate::motion::foothold::{Foothold, left_and_right};
-use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
+use crate::motion::graph::{ArenaFull, FootholdId};
 use crate::possibility::Station;
-use crate::seeding::{Neighbours, Seeding, judge};
+use crate::seeding::{Neighbours, Seeding};
 use crate::trouble::nearest_station;
 
-/// Transitions or placements that are looked at side by side.
+/// Placements that are looked at side by side.
 const AT_ONCE: usize = 64;
 /// The station of a placement that is not used on the route.
 const NOWHERE: u32 = u32::MAX;
@@ -68,41 +68,5 @@ impl Planner {
     pub(super) fn stretch(&mut self) -> Phase {
         self.stretches = true;
         Phase::Connect { next: 0 }
-    }
-
-    /// Judges how likely the next transitions are, each with its twin one unit of work; then looks for a sequence again. What is not
-    /// judged yet costs as little as it can, so the cheapest sequence is the cheapest of all once all that it holds is judged.
-    pub(super) fn judge(&mut self, budget: u64) -> Phase {
-        let next = self.next_to_judge(budget);
-        if next.is_empty() {
-            self.tally.work += 1;
-            return Phase::Sequence { begun: false };
-        }
-        let may_be_scant = self.tally.routes > 1 || self.tally.sweeps > 1;
-        let (constraints, graph) = (&self.shared.constraints, &self.roadmap.graph);
-        let judge_both = |id: TransitionId| [id, Graph::twin(id)].map(|id| judge(constraints, id, graph, may_be_scant));
-        let priors: Batch<[Prior; 2]> = self.shared.threads.map(&next, judge_both);
-        let graph = &mut self.roadmap.graph;
-        for (&id, [prior, twin_prior]) in next.iter().zip(priors) {
-            graph.record_prior(id, prior);
-            graph.record_prior(Graph::twin(id), twin_prior);
-        }
-        self.tally.work += next.len() as u64;
-        Phase::Judge
-    }
-
-    /// The next transitions to judge, as many as a budget allows, one of each pair of twins: those of the sequence found last, then all
-    /// on the placements of those that turn out to be unlikely, since the next sequence would only go through the next of these.
-    fn next_to_judge(&self, budget: u64) -> Batch<TransitionId> {
-        let (graph, sequence) = (&self.roadmap.graph, self.search.sequence());
-        let unlikely = sequence.iter().filter(|&&id| graph.is_unlikely(id)).flat_map(|&id| [id, Graph::twin(id)]);
-        let neighbours = unlikely.flat_map(|id| graph.from_stance(graph.transitions()[id as usize].stance));
-        let mut next = heapless::Vec::new();
-        for id in sequence.iter().copied().chain(neighbours).filter(|&id| graph.is_unjudged(id)).map(|id| id.min(Graph::twin(id))) {
-            if !next.contains(&id) && (next.len() as u64 == budget || next.push(id).is_err()) {
-                break;
-            }
-        }
-        next
     }
 }

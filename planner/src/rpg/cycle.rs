@@ -14,90 +14,13 @@
 //! [`Purpose::Join`] chooses the modes to search next among all transitions that have a configuration, by what the modes
 //! have cost so far [Grey 4.4.3], and there the trees grow on.
 
-use surefoot_shared_types::message::SupportMode;
-
 use super::lanes::{Lane, Turn};
-use super::{Boundary, Phase, Planner, boundary_node};
-use crate::motion::graph::{ArenaFull, TransitionId};
+use super::{Phase, Planner};
+use crate::motion::graph::ArenaFull;
 use crate::motion::round::{LANES_MAX, RoundTally};
-use crate::motion::sequence::{Purpose, Query};
-
-/// Transitions that a start on one foot leads to at the most; the others are reached through these.
-const STARTS_MAX: usize = 256;
+use crate::motion::sequence::Purpose;
 
 impl Planner {
-    /// Looks for the cheapest sequence of the current lane.
-    pub(super) fn find_sequence(&mut self, begun: bool, budget: u64) -> Result<Phase, ArenaFull> {
-        let lane = self.lanes.current();
-        let purpose = lane.purpose;
-        let [from, to] = match (self.cuts.boundaries(lane.segment), purpose) {
-            ([start, goal], Purpose::Return) => [goal, start],
-            (ends, _) => ends,
-        };
-        match purpose {
-            _ if begun => {}
-            Purpose::Join => self.roadmap.costs.spread(&self.roadmap.graph, [from, to].map(boundary_node)),
-            Purpose::Shorten => self.search.use_only(&self.roadmap.graph, &lane.best),
-            Purpose::Find | Purpose::Return => {}
-        }
-        let query = Query {
-            graph: &self.roadmap.graph,
-            edges: &self.roadmap.edges,
-            modes: &self.roadmap.costs,
-            purpose,
-            stations: &self.nearest_stations,
-            range: self.cuts.window(lane.segment),
-            ends: [from, to].map(boundary_node),
-            starts: &self.start_transitions(from),
-            goal: self.roadmap.boundary(to).footholds,
-        };
-        if !begun {
-            self.search.begin(&query);
-        }
-        let spent = self.search.advance(&query, budget);
-        self.tally.work += spent;
-        if spent == budget {
-            return Ok(Phase::Sequence { begun: true });
-        }
-        self.tally.work += 1;
-        self.after_sequence_search(purpose)
-    }
-
-    fn after_sequence_search(&mut self, purpose: Purpose) -> Result<Phase, ArenaFull> {
-        let has_found = self.search.has_found();
-        let is_unjudged = |id: &TransitionId| self.roadmap.graph.is_unjudged(*id);
-        match purpose {
-            Purpose::Find | Purpose::Shorten if has_found && self.search.sequence().iter().any(is_unjudged) => return Ok(Phase::Judge),
-            Purpose::Find => {
-                self.tally.sequences += 1;
-                if has_found { self.take_sequence(Turn::Sample { next: 0, failed: false })? } else { self.after_no_sequence() }
-            }
-            Purpose::Return => return self.between_frontiers(),
-            Purpose::Join if has_found => self.take_sequence(Turn::Move { next: 0, failed: false })?,
-            Purpose::Join => self.take_turn(Turn::Fail),
-            Purpose::Shorten => self.take_shorter()?,
-        }
-        self.next_turn()
-    }
-
-    /// Makes the sequence that was found the one that the current lane completes, beginning with a turn.
-    pub(super) fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
-        self.take_turn(turn);
-        self.lanes.current_mut().take(self.search.sequence())
-    }
-
-    /// The transitions that a boundary leads to: on both feet those between its two placements, on one foot all that this one
-    /// carries.
-    fn start_transitions(&self, boundary: usize) -> heapless::Vec<TransitionId, STARTS_MAX> {
-        let Boundary { footholds: [left, right], support, .. } = *self.roadmap.boundary(boundary);
-        let graph = &self.roadmap.graph;
-        match support {
-            SupportMode::Left => graph.from_stance(left).take(STARTS_MAX).collect(),
-            SupportMode::Right => graph.from_stance(right).take(STARTS_MAX).collect(),
-            SupportMode::Double => [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect(),
-        }
-    }
-
     /// Samples configurations for the transitions of all sequences that need some.
     pub(super) fn sample(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {

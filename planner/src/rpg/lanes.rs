@@ -19,6 +19,8 @@ pub enum Turn {
     Rest,
     /// It looks for a sequence.
     Seek,
+    /// It has a sequence of which some transitions are to be judged.
+    Judge,
     /// It samples its transitions from `next` on; some before have `failed`.
     Sample { next: usize, failed: bool },
     /// It plans its motions from hop `next` on; some before have `failed`.
@@ -113,6 +115,11 @@ impl Lanes {
         &mut self.lanes[self.current]
     }
 
+    /// One of them.
+    pub fn lane(&self, index: usize) -> &Lane {
+        &self.lanes[index]
+    }
+
     /// Those that do not wait, by their index.
     pub fn going(&mut self) -> impl Iterator<Item = (usize, &mut Lane)> {
         let last = self.last_segment();
@@ -170,15 +177,24 @@ impl Lanes {
 }
 
 impl Planner {
-    /// What comes next: lanes that fail or look for a sequence go before those that sample, and these before those that move, so that
-    /// a round serves as many lanes as it can; and all before another route is looked for, which keeps what they have crossed.
+    /// What comes next: lanes that fail go first, then those whose sequences are sought, beside others whose sequences are judged, before
+    /// those that sample, and these before those that move, so that a round serves as many lanes as it can; and all before another route is
+    /// looked for, which keeps what they have crossed.
     pub(super) fn next_turn(&mut self) -> Result<Phase, ArenaFull> {
-        if let Some(lane) = self.lanes.find(|turn| matches!(turn, Turn::Fail | Turn::Seek)) {
+        if let Some(lane) = self.lanes.find(|turn| turn == Turn::Fail) {
             self.lanes.go_to(lane);
-            return match self.lanes.current().turn {
-                Turn::Seek => Ok(Phase::Sequence { begun: false }),
-                _ => self.after_failure(),
-            };
+            return self.after_failure();
+        }
+        let seeking = self.lanes.find(|turn| turn == Turn::Seek);
+        if let Some(lane) = seeking {
+            self.begin_search(lane);
+        }
+        if self.lanes.find(|turn| turn == Turn::Judge).is_some() {
+            self.begin_judging();
+            return Ok(Phase::Judge);
+        }
+        if seeking.is_some() {
+            return Ok(Phase::Sequence);
         }
         if self.lanes.find(|turn| matches!(turn, Turn::Sample { .. })).is_some() {
             return Ok(Phase::Sample);

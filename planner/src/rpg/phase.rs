@@ -20,7 +20,7 @@ pub(super) enum Phase {
     Vary { index: usize, tried: usize, end: usize },
     Primitive,
     Emit,
-    Sequence { begun: bool },
+    Sequence,
     Judge,
     Sample,
     Move,
@@ -42,7 +42,7 @@ impl Phase {
                 | Self::Judge
                 | Self::Vary { .. }
                 | Self::Emit
-                | Self::Sequence { .. }
+                | Self::Sequence
                 | Self::Sample
                 | Self::Move
                 | Self::Polish(_)
@@ -58,7 +58,7 @@ impl Phase {
             Self::Route | Self::Stoop | Self::Cut { .. } => Stage::Route,
             Self::Seed { .. } | Self::Scatter { .. } | Self::Vary { .. } => Stage::Seed,
             Self::Connect { .. } | Self::Judge => Stage::Connect,
-            Self::Sequence { .. } => Stage::Sequence,
+            Self::Sequence => Stage::Sequence,
             Self::Sample => Stage::Sample,
             Self::Primitive | Self::Emit | Self::Move => Stage::Move,
             Self::Weigh { .. } | Self::Polish(_) => Stage::Polish,

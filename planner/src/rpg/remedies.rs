@@ -102,7 +102,7 @@ impl Planner {
     /// The stations of the segment near which the last search entered a stance.
     fn entered_stations(&self) -> impl Iterator<Item = usize> + '_ {
         let [first, last] = self.cuts.stations(self.lanes.current().segment);
-        let stations = self.search.entered().iter().map(|&id| self.nearest_stations[id as usize] as usize);
+        let stations = self.seeker.search().entered().iter().map(|&id| self.nearest_stations[id as usize] as usize);
         stations.filter(move |station| (first..=last).contains(station))
     }
 

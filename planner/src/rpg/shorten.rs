@@ -27,7 +27,7 @@ impl Planner {
     /// Tries the sequence that was found if it is shorter than the best.
     pub(super) fn take_shorter(&mut self) -> Result<(), ArenaFull> {
         let lane = self.lanes.current_mut();
-        if !self.search.has_found() || self.search.sequence().len() >= lane.best.len() {
+        if !self.seeker.search().has_found() || self.seeker.search().sequence().len() >= lane.best.len() {
             return self.keep_best();
         }
         lane.shortenings += 1;
