@@ -1,7 +1,6 @@
 //! Judging how likely transitions are [Grey 4.4.2], by itself or beside the search for another lane's sequence.
 
 use super::lanes::Turn;
-use super::seeking::Site;
 use super::{Phase, Planner};
 use crate::allowance::items_in;
 use crate::motion::graph::{ArenaFull, Graph, Prior, TransitionId};
@@ -28,17 +27,8 @@ impl Judging {
         left[..items_in(budget, left.len())].iter().copied().collect()
     }
 
-    /// Notes what came of those that were due.
-    fn note(&mut self, priors: Batch<[Prior; 2]>) {
-        self.priors.extend(priors);
-    }
-
     fn is_over(&self) -> bool {
         self.priors.len() == self.ids.len()
-    }
-
-    fn contains(&self, id: TransitionId) -> bool {
-        self.ids.contains(&id)
     }
 
     /// Tells the graph all that it does not know yet.
@@ -70,13 +60,12 @@ impl Planner {
     /// little as it can, so the cheapest sequence is the cheapest of all once all that it holds is judged.
     pub(super) fn judge(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         let may_be_scant = self.may_be_scant();
-        let Self { judging, seeker, shared, roadmap, lanes, cuts, nearest_stations, .. } = self;
-        let site = Site { roadmap, lanes, cuts, stations: nearest_stations };
+        let Self { judging, seeker, shared, roadmap, nearest_stations, .. } = self;
         let judge = |budget: u64| judge_all(shared, &roadmap.graph, &judging.due(budget), may_be_scant);
-        let (sought, priors) = seeker.advance_beside(site, &shared.threads, budget, judge);
+        let (sought, priors) = seeker.advance_beside((roadmap, nearest_stations), &shared.threads, budget, judge);
         let spent = sought + priors.len() as u64;
         self.tally.work += spent;
-        judging.note(priors);
+        judging.priors.extend(priors);
         if spent == budget || seeker.is_going() || !judging.is_over() {
             return Ok(Phase::Judge);
         }
@@ -95,7 +84,7 @@ impl Planner {
         let Self { judging, lanes, roadmap, .. } = self;
         for (_, lane) in lanes.going().filter(|(_, lane)| lane.turn == Turn::Judge) {
             for id in unjudged(&roadmap.graph, &lane.sequence) {
-                if !judging.contains(id) && judging.ids.push(id).is_err() {
+                if !judging.ids.contains(&id) && judging.ids.push(id).is_err() {
                     return;
                 }
             }

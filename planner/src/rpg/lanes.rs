@@ -115,11 +115,6 @@ impl Lanes {
         &mut self.lanes[self.current]
     }
 
-    /// One of them.
-    pub fn lane(&self, index: usize) -> &Lane {
-        &self.lanes[index]
-    }
-
     /// Those that do not wait, by their index.
     pub fn going(&mut self) -> impl Iterator<Item = (usize, &mut Lane)> {
         let last = self.last_segment();
@@ -187,7 +182,8 @@ impl Planner {
         }
         let seeking = self.lanes.find(|turn| turn == Turn::Seek);
         if let Some(lane) = seeking {
-            self.begin_search(lane);
+            self.lanes.go_to(lane);
+            self.begin_search();
         }
         if self.lanes.find(|turn| turn == Turn::Judge).is_some() {
             self.begin_judging();

@@ -2,10 +2,10 @@
 
 use surefoot_shared_types::message::SupportMode;
 
-use super::lanes::{Lane, Lanes, Turn};
+use super::lanes::{Lane, Turn};
 use super::segments::Cuts;
 use super::{Boundary, Phase, Planner, boundary_node};
-use crate::motion::graph::{ArenaFull, Graph, TransitionId};
+use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
 use crate::motion::roadmap::Roadmap;
 use crate::motion::sequence::{Purpose, Query, SequenceSearch};
 use crate::threads::Threads;
@@ -13,31 +13,52 @@ use crate::threads::Threads;
 /// Transitions that a start on one foot leads to at the most; the others are reached through these.
 const STARTS_MAX: usize = 256;
 
-/// What a search reads and leaves as it is.
-#[derive(Debug, Clone, Copy)]
-pub struct Site<'a> {
-    pub roadmap: &'a Roadmap,
-    pub lanes: &'a Lanes,
-    pub cuts: &'a Cuts,
-    /// The station nearest to each placement.
-    pub stations: &'a [u32],
+/// Between what a sequence is sought, and what for.
+#[derive(Debug)]
+struct Sought {
+    purpose: Purpose,
+    /// The first and the last station near which it may step.
+    range: [u32; 2],
+    /// The nodes before and after it.
+    ends: [TransitionId; 2],
+    starts: heapless::Vec<TransitionId, STARTS_MAX>,
+    goal: [FootholdId; 2],
 }
 
-/// The search for a lane's sequence, allocated once.
+impl Sought {
+    /// What the next sequence of a lane has to be. One that returns leads from the segment's end to its start.
+    fn by(lane: &Lane, roadmap: &Roadmap, cuts: &Cuts) -> Self {
+        let [start, goal] = cuts.boundaries(lane.segment);
+        let [from, to] = if lane.purpose == Purpose::Return { [goal, start] } else { [start, goal] };
+        Self {
+            purpose: lane.purpose,
+            range: cuts.window(lane.segment),
+            ends: [from, to].map(boundary_node),
+            starts: start_transitions(&roadmap.graph, roadmap.boundary(from)),
+            goal: roadmap.boundary(to).footholds,
+        }
+    }
+
+    fn query<'a>(&'a self, roadmap: &'a Roadmap, stations: &'a [u32]) -> Query<'a> {
+        let Self { purpose, range, ends, ref starts, goal } = *self;
+        let Roadmap { graph, edges, costs: modes, .. } = roadmap;
+        Query { graph, edges, modes, purpose, stations, range, ends, starts, goal }
+    }
+}
+
+/// The search for the current lane's sequence, allocated once.
 #[derive(Debug)]
 pub struct Seeker {
     search: SequenceSearch,
-    /// The lane that it is for, until that has learnt what came of it.
-    lane: Option<usize>,
-    starts: heapless::Vec<TransitionId, STARTS_MAX>,
+    /// What it looks for, until the lane has learnt what came of it.
+    sought: Option<Sought>,
     is_going: bool,
 }
 
 impl Seeker {
     /// Arrays for this many placements and transitions.
     pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
-        let search = SequenceSearch::new(footholds_max, transitions_max);
-        Self { search, lane: None, starts: heapless::Vec::new(), is_going: false }
+        Self { search: SequenceSearch::new(footholds_max, transitions_max), sought: None, is_going: false }
     }
 
     /// The search, with what was found last.
@@ -56,10 +77,10 @@ impl Seeker {
     }
 
     /// Works on something with a budget of its own while the search goes on; answers what each has spent. It has its share of the
-    /// budget until it has ended, the rest is the other's.
+    /// budget until it has ended, the rest is the other's. `stations` are the nearest to each placement.
     pub fn advance_beside<T: Send>(
         &mut self,
-        site: Site<'_>,
+        (roadmap, stations): (&Roadmap, &[u32]),
         threads: &Threads,
         budget: u64,
         work: impl FnOnce(u64) -> T + Send,
@@ -68,38 +89,15 @@ impl Seeker {
             return (0, work(budget));
         }
         let share = budget.div_ceil(2);
-        threads.both(|| self.advance(site, share), || work(budget - share))
+        threads.both(|| self.advance(roadmap, stations, share), || work(budget - share))
     }
 
     /// Spends at most so many units of work; answers how many it spent.
-    fn advance(&mut self, site: Site<'_>, budget: u64) -> u64 {
-        let Some(lane) = self.lane else { return 0 };
-        let spent = self.search.advance(&query(site, lane, &self.starts), budget);
+    fn advance(&mut self, roadmap: &Roadmap, stations: &[u32], budget: u64) -> u64 {
+        let Some(sought) = &self.sought else { return 0 };
+        let spent = self.search.advance(&sought.query(roadmap, stations), budget);
         self.is_going = spent == budget;
         spent
-    }
-}
-
-/// The boundaries between which a lane's sequence leads, in the order in which it is sought.
-fn boundaries(cuts: &Cuts, lane: &Lane) -> [usize; 2] {
-    let [start, goal] = cuts.boundaries(lane.segment);
-    if lane.purpose == Purpose::Return { [goal, start] } else { [start, goal] }
-}
-
-fn query<'a>(site: Site<'a>, lane: usize, starts: &'a [TransitionId]) -> Query<'a> {
-    let Site { roadmap, lanes, cuts, stations } = site;
-    let lane = lanes.lane(lane);
-    let [from, to] = boundaries(cuts, lane);
-    Query {
-        graph: &roadmap.graph,
-        edges: &roadmap.edges,
-        modes: &roadmap.costs,
-        purpose: lane.purpose,
-        stations,
-        range: cuts.window(lane.segment),
-        ends: [from, to].map(boundary_node),
-        starts,
-        goal: roadmap.boundary(to).footholds,
     }
 }
 
@@ -114,40 +112,36 @@ fn start_transitions(graph: &Graph, boundary: &Boundary) -> heapless::Vec<Transi
 }
 
 impl Planner {
-    /// Begins to look for the cheapest sequence of a lane.
-    pub(super) fn begin_search(&mut self, index: usize) {
+    /// Begins to look for the cheapest sequence of the current lane, which has the turn until it has learnt what came of it.
+    pub(super) fn begin_search(&mut self) {
         let Self { seeker, roadmap, lanes, cuts, nearest_stations, .. } = self;
-        let lane = lanes.lane(index);
-        let [from, to] = boundaries(cuts, lane);
+        let lane = lanes.current();
+        let sought = Sought::by(lane, roadmap, cuts);
         match lane.purpose {
-            Purpose::Join => roadmap.costs.spread(&roadmap.graph, [from, to].map(boundary_node)),
+            Purpose::Join => roadmap.costs.spread(&roadmap.graph, sought.ends),
             Purpose::Shorten => seeker.search.use_only(&roadmap.graph, &lane.best),
             Purpose::Find | Purpose::Return => {}
         }
-        seeker.starts = start_transitions(&roadmap.graph, roadmap.boundary(from));
-        (seeker.lane, seeker.is_going) = (Some(index), true);
-        let site = Site { roadmap, lanes, cuts, stations: nearest_stations };
-        seeker.search.begin(&query(site, index, &seeker.starts));
+        seeker.search.begin(&sought.query(roadmap, nearest_stations));
+        (seeker.sought, seeker.is_going) = (Some(sought), true);
     }
 
-    /// Looks for the sequence of the lane that waits for it, and does nothing besides.
+    /// Looks for the current lane's sequence, and does nothing besides.
     pub(super) fn seek_alone(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
-        let Self { seeker, roadmap, lanes, cuts, nearest_stations, .. } = self;
-        self.tally.work += seeker.advance(Site { roadmap, lanes, cuts, stations: nearest_stations }, budget);
-        if seeker.is_going {
+        self.tally.work += self.seeker.advance(&self.roadmap, &self.nearest_stations, budget);
+        if self.seeker.is_going {
             return Ok(Phase::Sequence);
         }
         self.tally.work += 1;
         self.after_search()
     }
 
-    /// Gives the lane for which a sequence was sought, if there is one, its next turn; then goes on.
+    /// Gives the current lane its next turn, if a sequence was sought for it; then goes on.
     pub(super) fn after_search(&mut self) -> Result<Phase, ArenaFull> {
-        let Some(lane) = self.seeker.lane.take() else { return self.next_turn() };
-        self.lanes.go_to(lane);
+        let Some(Sought { purpose, .. }) = self.seeker.sought.take() else { return self.next_turn() };
         let has_found = self.seeker.search.has_found();
         let is_unjudged = |id: &TransitionId| self.roadmap.graph.is_unjudged(*id);
-        match self.lanes.current().purpose {
+        match purpose {
             Purpose::Find | Purpose::Shorten if has_found && self.seeker.search.sequence().iter().any(is_unjudged) => {
                 self.take_sequence(Turn::Judge)?;
             }
