@@ -2,6 +2,11 @@
 //!
 //! Every piece is worked on by itself, and none is taken as done before all have ended. So neither the number of threads nor the size of
 //! budgets can matter to what is made.
+//!
+//! A thread that finds nothing left to take up need not wait until the others have used up what they were allowed: they leave off after
+//! the unit they are at, and what is left is shared anew.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::threads::Threads;
 
@@ -28,30 +33,39 @@ pub fn items_in(budget: u64, items_max: usize) -> usize {
 
 /// Advances all pieces by at most so many units together. Answers how many were spent: less than the budget means that all have ended.
 pub fn advance<T: Piece>(pieces: &mut [T], budget: u64, threads: &Threads, unit: impl Fn(&mut T) + Sync) -> u64 {
-    let advance_one = |piece: &mut T| {
-        let allowed = std::mem::take(piece.allowance()).allowed;
-        let mut spent = 0;
-        while spent < allowed && !piece.has_ended() {
-            unit(piece);
-            spent += 1;
-        }
-        piece.allowance().spent = spent;
-    };
-    let mut spent = 0;
-    while spent < budget && allot(pieces, budget - spent) {
-        threads.each(pieces, advance_one);
-        spent += pieces.iter_mut().map(|piece| piece.allowance().spent).sum::<u64>();
-    }
-    spent
+    advance_several(pieces, 1, budget, threads, unit)
 }
 
-/// Shares a budget out among the pieces that have not ended; `false` where there are none.
-fn allot<T: Piece>(pieces: &mut [T], budget: u64) -> bool {
-    let active = pieces.iter().filter(|piece| !piece.has_ended()).count() as u64;
+/// The same, but no farther once fewer than `several` are left that have not ended.
+pub fn advance_several<T: Piece>(pieces: &mut [T], several: usize, budget: u64, threads: &Threads, unit: impl Fn(&mut T) + Sync) -> u64 {
+    let mut spent = 0;
+    loop {
+        let active = pieces.iter().filter(|piece| !piece.has_ended()).count();
+        if spent == budget || active < several {
+            return spent;
+        }
+        allot(pieces, active as u64, budget - spent);
+        let enough = threads.count().min(active);
+        let busy = AtomicUsize::new(active);
+        threads.each(pieces, |piece| {
+            let allowed = std::mem::take(piece.allowance()).allowed;
+            let mut spent = 0;
+            while spent < allowed && !piece.has_ended() && (spent == 0 || busy.load(Ordering::Relaxed) >= enough) {
+                unit(piece);
+                spent += 1;
+            }
+            busy.fetch_sub(usize::from(spent > 0), Ordering::Relaxed);
+            piece.allowance().spent = spent;
+        });
+        spent += pieces.iter_mut().map(|piece| piece.allowance().spent).sum::<u64>();
+    }
+}
+
+/// Shares a budget out among the pieces that have not ended, which are so many.
+fn allot<T: Piece>(pieces: &mut [T], active: u64, budget: u64) {
     for (index, piece) in pieces.iter_mut().filter(|piece| !piece.has_ended()).enumerate() {
         piece.allowance().allowed = budget / active + u64::from((index as u64) < budget % active);
     }
-    active > 0
 }
 
 #[cfg(test)]
@@ -76,5 +90,20 @@ mod tests {
         let mut pieces = [5, 0, 1, 9].map(|units| Countdown(units, Allowance::default()));
         let mut advance = |budget| advance(&mut pieces, budget, &Threads::default(), |piece| piece.0 -= 1);
         assert_eq!([advance(1), advance(7), advance(0), advance(100), advance(100)], [1, 7, 0, 7, 0]);
+    }
+
+    #[test]
+    fn whoever_is_left_alone_is_left_to_the_caller() {
+        for threads in [1, 2, 3].map(|count| Threads::new(count.try_into().unwrap()).unwrap()) {
+            let mut pieces = [3, 40, 0, 7].map(|units| Countdown(units, Allowance::default()));
+            let mut advance = |several| {
+                let spent = threads.run(|| advance_several(&mut pieces, several, 100, &threads, |piece| piece.0 -= 1));
+                (spent, pieces.iter().filter(|piece| !piece.has_ended()).count())
+            };
+            let (spent, left) = advance(2);
+            assert!(left == 1 && (10..50).contains(&spent), "{spent} units, {left} left");
+            assert_eq!(advance(2), (0, 1));
+            assert_eq!(advance(1), (50 - spent, 0));
+        }
     }
 }

@@ -57,6 +57,11 @@ impl Threads {
         self.crew.is_some()
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.crew.as_ref().map_or(1, |crew| crew.pool.current_num_threads())
+    }
+
     /// Works on one of them, while the others look for what it shares: all that follows is to be called within.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.crew {
@@ -86,8 +91,10 @@ impl Threads {
 
     /// Does the same work on each item, which is begun in their order; each thread takes the next one when it is done with one.
     pub fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
-        let Some(crew) = &self.crew else { return items.iter_mut().for_each(work) };
-        let workers = crew.pool.current_num_threads().min(items.len());
+        if !self.are_several() {
+            return items.iter_mut().for_each(work);
+        }
+        let workers = self.count().min(items.len());
         let queue = Mutex::new(items.iter_mut());
         let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
         self.do_with(workers, &|| {

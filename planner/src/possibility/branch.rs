@@ -10,8 +10,6 @@ use crate::foot_placement::{FootPlacementConfig, Scratch};
 
 /// Branches that grow side by side.
 pub(super) const BRANCHES_MAX: usize = 8;
-/// Stations that each of two branches grows by, and each of more, before it is asked whether one is alone by now.
-const SLICES: [u64; 2] = [1, 8];
 /// Stations of one branch.
 const STATIONS_MAX: usize = 97;
 
@@ -174,20 +172,19 @@ impl Branches {
         budget: u64,
     ) -> u64 {
         let site = (context, placements);
+        let several = context.threads.count().min(2);
+        let grow = |branch: &mut Branch| branch.advance(site, &is_barred, None);
         let mut spent = 0;
         while spent < budget {
             let branches = &mut self.branches[..self.count];
             let mut growing = branches.iter_mut().filter(|branch| !branch.has_ended());
-            spent += match (growing.next(), growing.count() as u64) {
+            spent += match (growing.next(), growing.next()) {
                 (None, _) => break,
-                (Some(alone), 0) if context.threads.are_several() => {
+                (Some(alone), None) if several > 1 => {
                     alone.advance(site, &is_barred, Some(&mut self.helper));
                     1
                 }
-                (Some(_), others) => {
-                    let slice = (budget - spent).min((others + 1) * SLICES[usize::from(others > 1)]);
-                    allowance::advance(branches, slice, context.threads, |branch| branch.advance(site, &is_barred, None))
-                }
+                _ => allowance::advance_several(branches, several, budget - spent, context.threads, grow),
             };
         }
         spent
