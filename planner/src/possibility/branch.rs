@@ -1,9 +1,9 @@
 //! Branches of Gamma_P that grow side by side: each by itself until it ends, then all of them become part of the trees, in order.
 
 use super::extension::{Extension, Step, Tip};
-use super::forest::{Vertex, tip_at};
 use super::stance::{Context, Placed, ScratchOfFeet, Stance};
 use super::station::Station;
+use super::tree::{Vertex, tip_at};
 use crate::allowance::{self, Allowance, Piece};
 use crate::arena::reserve;
 use crate::foot_placement::{FootPlacementConfig, Scratch};

@@ -6,12 +6,13 @@ use surefoot_shared_types::config::Mark;
 
 use super::branch::{BRANCHES_MAX, Begin, Branch, Branches, End, Purpose};
 use super::extension::Extension;
-use super::forest::{Forest, Labelled, Vertex, push_branch};
+use super::forest::{Forest, Labelled};
 use super::label::Label;
 use super::route::Route;
-use super::sampling::{BACKWARD, Course, SIDES, bounds_around, draw, is_short, nearest, samples_max};
+use super::sampling::{BACKWARD, Course, SIDES, bounds_around, draw, is_short, samples_max};
 use super::stance::{Context, Pair, Placed};
 use super::station::Station;
+use super::tree::{Vertex, push_branch};
 use crate::arena::reserve;
 use crate::collision::bvh::Aabb;
 use crate::foot_placement::FootPlacementConfig;
@@ -288,8 +289,7 @@ impl Growth {
         self.forest.placements.clear();
         self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
         for (tree, &end) in self.forest.trees.iter_mut().zip(&self.ends) {
-            tree.clear();
-            tree.push(Vertex { parent: 0, ..end });
+            tree.set(&[Vertex { parent: 0, ..end }]);
         }
         self.grow_on_what_is_crossed();
     }
@@ -299,15 +299,13 @@ impl Growth {
         self.activity = Activity::Growing;
         self.forget_branches();
         let goal = self.ends[1].station;
-        let tip = nearest(&self.forest.trees[0], |station| station.distance(&goal));
+        let tip = self.forest.trees[0].nearest(|station| station.distance(&goal));
         self.join(Join { tree: 0, tip, met: 0, facing: self.facing });
     }
 
     fn grow_on_what_is_crossed(&mut self) {
-        let fits = self.crossed.len() <= self.forest.trees[0].capacity();
-        if self.detour.is_none() && !self.crossed.is_empty() && fits {
-            self.forest.trees[0].clear();
-            self.forest.trees[0].extend_from_slice(&self.crossed);
+        if self.detour.is_none() && !self.crossed.is_empty() {
+            self.forest.trees[0].set(&self.crossed);
         }
     }
 
@@ -430,7 +428,7 @@ impl Growth {
         reaches_out.then(|| {
             let Vertex { station: at, facing, .. } = self.forest.trees[tree][tip as usize];
             let other = &self.forest.trees[1 - tree];
-            let near = nearest(other, |station| station.distance(&at));
+            let near = other.nearest(|station| station.distance(&at));
             let is_alike = other[near as usize].facing == facing;
             Join { tree: 1 - tree, tip: near, met: tip, facing: if is_alike { facing } else { self.facing } }
         })

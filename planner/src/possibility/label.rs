@@ -5,8 +5,8 @@
 //! two possible ones always join there, unless primitives do not lead over the pair itself: such a vertex is indeterminate,
 //! an edge without length. What fails C_N never becomes a vertex or an edge.
 
-use super::forest::Vertex;
 use super::stance::{Context, Pair, Placed};
+use super::tree::Vertex;
 use crate::prepare::{Print, sufficient_pair};
 
 /// What is known of an edge of Gamma_P.

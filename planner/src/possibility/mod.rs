@@ -20,6 +20,7 @@ mod stance;
 mod station;
 mod stooping;
 mod torso;
+mod tree;
 
 pub use forest::Labelled;
 pub use growth::{Growth, Progress};

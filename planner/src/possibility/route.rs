@@ -5,11 +5,12 @@ use surefoot_shared_types::config::Mark;
 
 use crate::arena::reserve;
 
-use super::forest::{Labelled, Vertex};
+use super::forest::Labelled;
 use super::label::Label;
 use super::sampling::BACKWARD;
 use super::stance::{Pair, Placed};
 use super::station::Station;
+use super::tree::Vertex;
 
 /// A foot within so many metres (in the metric of Gamma_P) of a station faces as the robot does there: a turn about counts 0.94 m.
 const SUITS_WITHIN: f64 = 0.6;

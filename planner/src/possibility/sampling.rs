@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use glam::DVec3;
 use surefoot_shared_types::spatial::rotation_about;
 
-use super::forest::Vertex;
 use super::station::Station;
+use super::tree::{Tree, Vertex};
 use crate::collision::bvh::Aabb;
 use crate::random::Random;
 
@@ -37,8 +37,6 @@ const AHEAD_RISE_MAX: f64 = 0.4;
 pub(super) const BACKWARD: f64 = PI;
 /// How far off their way robots face that step sideways, rad.
 pub(super) const SIDES: [f64; 2] = [FRAC_PI_2, -FRAC_PI_2];
-/// Vertices this near (in the metric of Gamma_P, m) crowd each other.
-const CROWD_RADIUS: f64 = 0.5;
 
 /// Where stations are drawn: around both ends (world, m), not beyond the world.
 pub(super) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
@@ -81,20 +79,20 @@ pub(super) struct Course<'a> {
 type Drawn = (u32, Station, f64);
 
 /// Sample number `count` of a tree. The robot faces as at the vertex it grows from, unless it sidles besides.
-pub(super) fn draw(tree: &mut [Vertex], course: &Course<'_>, count: u32, random: &mut Random) -> Drawn {
+pub(super) fn draw(tree: &mut Tree, course: &Course<'_>, count: u32, random: &mut Random) -> Drawn {
     if count.is_multiple_of(ANYWHERE_EVERY) { anywhere(tree, course, random) } else { ahead(tree, course, random) }
 }
 
 /// A station anywhere, and the vertex nearest to it.
-fn anywhere(tree: &[Vertex], course: &Course<'_>, random: &mut Random) -> Drawn {
+fn anywhere(tree: &Tree, course: &Course<'_>, random: &mut Random) -> Drawn {
     let position = DVec3::from_array(std::array::from_fn(|axis| random.uniform(course.bounds.min[axis], course.bounds.max[axis])));
     let target = Station { position, yaw: random.uniform(-PI, PI) };
-    (nearest(tree, |station| station.place_distance_squared(position)), target, course.facing)
+    (tree.nearest(|station| station.place_distance_squared(position)), target, course.facing)
 }
 
 /// Of the latest vertices the one that is the least crowded, of several the last, and a station ahead of it; on a long course what lies
 /// behind the front counts as crowded.
-fn ahead(tree: &mut [Vertex], course: &Course<'_>, random: &mut Random) -> Drawn {
+fn ahead(tree: &mut Tree, course: &Course<'_>, random: &mut Random) -> Drawn {
     let per_metre = if is_short(course.bounds) { 0.0 } else { CROWD_PER_METRE };
     let crowd = |vertex: &Vertex| f64::from(vertex.crowd) + per_metre * libm::sqrt(vertex.station.place_distance_squared(course.toward));
     let inside = tree.iter().enumerate().rev().take(RECENT).filter(|(_, vertex)| course.bounds.contains(vertex.station.position));
@@ -106,29 +104,6 @@ fn ahead(tree: &mut [Vertex], course: &Course<'_>, random: &mut Random) -> Drawn
     let way = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
     let facing = if course.sidles { [course.facing, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
     (tip as u32, Station { position: at.position + rotation_about(DVec3::Z, yaw) * way, yaw: yaw + facing }, facing)
-}
-
-/// The vertex whose station is the least in some distance.
-pub(super) fn nearest(tree: &[Vertex], distance: impl Fn(&Station) -> f64) -> u32 {
-    let mut best = (0, f64::INFINITY);
-    for (index, vertex) in tree.iter().enumerate() {
-        let d = distance(&vertex.station);
-        if d < best.1 {
-            best = (index, d);
-        }
-    }
-    best.0 as u32
-}
-
-/// Counts a new vertex to the crowd about each that is near it, and these to the crowd about it.
-pub(super) fn join_crowd(tree: &mut [Vertex], vertex: &mut Vertex) {
-    let at = vertex.station;
-    let is_near =
-        |near: &Station| near.place_distance_squared(at.position) < CROWD_RADIUS * CROWD_RADIUS && near.distance(&at) < CROWD_RADIUS;
-    for near in tree.iter_mut().filter(|near| is_near(&near.station)) {
-        near.crowd += 1;
-        vertex.crowd += 1;
-    }
 }
 
 #[cfg(test)]
@@ -145,19 +120,22 @@ mod tests {
         Course { bounds, toward: bounds.max, backward: false, facing: 0.0, sidles: false }
     }
 
-    fn vertex(x: f64) -> Vertex {
-        Vertex::root(Station { position: DVec3::new(x, 0.0, 0.0), yaw: 0.0 }, None)
+    /// Stations along x, of which none crowds another.
+    fn tree(along_x: &[f64]) -> Tree {
+        let mut tree = Tree::new(1_000);
+        for &x in along_x {
+            tree.add(Vertex::root(Station { position: DVec3::new(x, 0.0, 0.0), yaw: 0.0 }, None));
+        }
+        tree
     }
 
     /// How far a tree gets along a corridor whatever its length, where each sample ahead adds a station a stride toward it.
     fn farthest(samples: u32) -> f64 {
-        let mut tree = vec![vertex(0.0)];
+        let mut tree = tree(&[0.0]);
         for count in 0..samples {
             let mut random = Random::new(1, Stream::Possibility, u64::from(count), 0);
             let (tip, target, _) = ahead(&mut tree, &course(&BOUNDS), &mut random);
-            let mut added = Vertex::root(tree[tip as usize].station.toward(&target, 0.25, 0.0), None);
-            join_crowd(&mut tree, &mut added);
-            tree.push(added);
+            tree.add(Vertex::root(tree[tip as usize].station.toward(&target, 0.25, 0.0), None));
         }
         tree.iter().map(|vertex| vertex.station.position.x).fold(0.0, f64::max)
     }
@@ -171,7 +149,7 @@ mod tests {
     #[test]
     fn a_tree_grows_where_it_is_the_least_crowded_and_ahead() {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
-        let mut tree = [vertex(0.0), vertex(5.0), vertex(9.0)];
+        let mut tree = tree(&[0.0, 5.0, 9.0]);
         (tree[0].crowd, tree[2].crowd) = (2, 2);
         for backward in [false, true] {
             let (tip, target, _) = ahead(&mut tree, &Course { backward, ..course(&WIDE) }, &mut random);
@@ -183,7 +161,7 @@ mod tests {
     #[test]
     fn nothing_grows_on_outside_the_place() {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
-        let mut tree = [vertex(0.0), vertex(70.0)];
+        let mut tree = tree(&[0.0, 70.0]);
         tree[0].crowd = 9;
         assert_eq!(ahead(&mut tree, &course(&BOUNDS), &mut random).0, 0);
     }
@@ -191,7 +169,7 @@ mod tests {
     #[test]
     fn a_long_course_is_tried_at_the_front_until_that_is_crowded() {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
-        let mut tree = [vertex(0.0), vertex(20.0), vertex(5.0)];
+        let mut tree = tree(&[0.0, 20.0, 5.0]);
         let tips: Vec<u32> = (0..60).map(|_| ahead(&mut tree, &course(&BOUNDS), &mut random).0).collect();
         assert!(tips[..25].iter().all(|&tip| tip == 1) && tips.contains(&2), "{tips:?}");
     }
