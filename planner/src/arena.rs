@@ -1,9 +1,12 @@
 //! Memory that is reserved once, its beginning written, so that short searches meet no page for the first time.
 
+use std::mem::MaybeUninit;
 use std::ops::{Index, IndexMut};
 
 use bytemuck::Zeroable;
 use bytemuck::allocation::zeroed_vec;
+
+use crate::threads::Threads;
 
 /// No page of any system in use is smaller.
 const PAGE: usize = 4_096;
@@ -27,6 +30,37 @@ pub fn reserve_written<T>(capacity: usize, written_max: usize) -> Vec<T> {
         unsafe { begin.add(offset).write_volatile(0) };
     }
     arena
+}
+
+/// Where a list stands in an arena: its first item, and how many there are.
+pub type Place = (u32, u32);
+
+/// Appends lists, one after the other, which threads copy side by side: much of it is memory that nobody has met before. Answers where
+/// each of them stands; `None`, and nothing is appended, where there is no room for all.
+pub fn append_all<T: Copy + Send + Sync, const N: usize>(
+    arena: &mut Vec<T>,
+    lists: &heapless::Vec<&[T], N>,
+    threads: &Threads,
+) -> Option<heapless::Vec<Place, N>> {
+    let mut end = arena.len();
+    let mut spare = arena.spare_capacity_mut();
+    let mut places = heapless::Vec::new();
+    let mut copies: heapless::Vec<(&mut [MaybeUninit<T>], &[T]), N> = heapless::Vec::new();
+    for list in lists {
+        let (room, rest) = spare.split_at_mut_checked(list.len())?;
+        let _as_many_as_lists = (places.push((end as u32, list.len() as u32)), copies.push((room, list)));
+        end += list.len();
+        spare = rest;
+    }
+    threads.each(&mut copies, |(room, list)| {
+        for (item, known) in room.iter_mut().zip(list.iter()) {
+            item.write(*known);
+        }
+    });
+    drop(copies);
+    // SAFETY: all rooms together are the spare room up to `end`, and each was written from its beginning to its end.
+    unsafe { arena.set_len(end) };
+    Some(places)
 }
 
 /// A list of `count` items of nothing but zeros, its beginning backed by memory.
@@ -94,6 +128,17 @@ impl<T: Copy> IndexMut<usize> for Uniform<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lists_are_appended_in_order_or_not_at_all() {
+        let threads = Threads::new(2.try_into().unwrap()).unwrap();
+        let mut arena: Vec<u8> = Vec::with_capacity(6);
+        arena.push(9);
+        let lists: heapless::Vec<&[u8], 3> = [&[1, 2][..], &[], &[3]].into_iter().collect();
+        let append = |arena: &mut Vec<u8>| threads.run(|| append_all(arena, &lists, &threads));
+        assert_eq!(append(&mut arena).unwrap(), [(1, 2), (3, 0), (3, 1)]);
+        assert_eq!((append(&mut arena), arena), (None, vec![9, 1, 2, 3]));
+    }
 
     #[test]
     fn a_uniform_list_is_as_long_as_it_was_made_and_keeps_what_is_changed() {

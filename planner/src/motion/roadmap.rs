@@ -4,7 +4,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
 
-use crate::arena::reserve;
+use crate::arena::{Place, append_all, reserve};
 use crate::body::Configuration;
 use crate::chunking::Motion;
 use crate::constraint::{Mode, StartBalance};
@@ -16,6 +16,7 @@ use crate::motion::sampling::Sampling;
 use crate::motion::track::State;
 use crate::motion::transition::{TransitionPair, world_from_soles};
 use crate::motion::trees::{TreeKey, TreePool};
+use crate::threads::Threads;
 
 /// Most nodes of one tree.
 pub const TREE_NODES_MAX: usize = 1024;
@@ -45,8 +46,8 @@ pub struct Roadmap {
 struct LiftRecord {
     /// Both soles in the world at the end.
     lifted: [Pose; 2],
-    /// The way there: first index and count in the waypoint arena.
-    waypoints: (u32, u32),
+    /// The way there, in the waypoint arena.
+    waypoints: Place,
 }
 
 /// Where two segments meet: the robot standing on two placements; also the start and the goal.
@@ -117,14 +118,25 @@ impl Roadmap {
             + self.waypoints.capacity() * size_of::<Configuration>()
     }
 
-    /// Notes what came of sampling a transition, and how its foot is lifted: waypoints after the configuration itself.
+    /// Stores the waypoints of motions and lifts; answers where.
+    ///
+    /// # Errors
+    /// There is no room for all of them.
+    pub fn store<const N: usize>(
+        &mut self,
+        ways: &heapless::Vec<&[Configuration], N>,
+        threads: &Threads,
+    ) -> Result<heapless::Vec<Place, N>, ArenaFull> {
+        append_all(&mut self.waypoints, ways, threads).ok_or(ArenaFull::Waypoints)
+    }
+
+    /// Notes what came of sampling a transition, and how its foot is lifted: where the waypoints after the configuration itself are stored.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_sampling(&mut self, sampling: &Sampling, lift: &[Configuration]) -> Result<(), ArenaFull> {
+    pub fn record_sampling(&mut self, sampling: &Sampling, waypoints: Place) -> Result<(), ArenaFull> {
         self.graph.record_failures(sampling.id, sampling.failed());
         let Some(found) = sampling.found() else { return Ok(()) };
-        let waypoints = self.store(lift)?;
         let lift = LiftRecord { lifted: found.lifted.world_from_soles, waypoints };
         self.record_found(sampling.id, found.configuration, lift)
     }
@@ -134,7 +146,7 @@ impl Roadmap {
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_primitive(&mut self, hop: Hop, ends: &[State; 2], track: &[Configuration]) -> Result<(), ArenaFull> {
+    pub fn record_primitive(&mut self, hop: Hop, ends: &[State; 2], track: Place) -> Result<(), ArenaFull> {
         for (id, state) in [hop.from, hop.to].into_iter().zip(ends) {
             match self.graph.configuration(id) {
                 Some(known) if known != &state.configuration => return Ok(()),
@@ -152,12 +164,12 @@ impl Roadmap {
         Ok(())
     }
 
-    /// Notes a motion that was found for a hop: its waypoints after the first.
+    /// Notes a motion that was found for a hop: where its waypoints after the first are stored.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_motion(&mut self, hop: Hop, track: &[Configuration]) -> Result<(), ArenaFull> {
-        let motion = Some(self.store(track)?);
+    pub fn record_motion(&mut self, hop: Hop, track: Place) -> Result<(), ArenaFull> {
+        let motion = Some(track);
         let failures = self.edges.get(hop.from, hop.to).failures;
         self.edges.set(hop.from, hop.to, EdgeRecord { failures, motion })?;
         self.costs.add_motion([hop.from, hop.to], self.is_double(hop))
@@ -230,15 +242,6 @@ impl Roadmap {
             let way = &self.waypoints[first as usize..(first + count) as usize];
             Some((State { configuration: *way.last()?, world_from_soles: lifted }, way))
         })
-    }
-
-    fn store(&mut self, waypoints: &[Configuration]) -> Result<(u32, u32), ArenaFull> {
-        if self.waypoints.len() + waypoints.len() > self.waypoints.capacity() {
-            return Err(ArenaFull::Waypoints);
-        }
-        let first = self.waypoints.len() as u32;
-        self.waypoints.extend_from_slice(waypoints);
-        Ok((first, waypoints.len() as u32))
     }
 
     /// The trees of both ends of a hop.

@@ -6,6 +6,8 @@
 //! Segments that are planned side by side share a round, each in a lane of its own.
 
 use crate::allowance::{self, Allowance, Piece};
+use crate::arena::Place;
+use crate::body::Configuration;
 use crate::constraint::Rejection;
 use crate::motion::graph::{ArenaFull, Graph};
 use crate::motion::primitive::Emission;
@@ -16,6 +18,7 @@ use crate::motion::single_mode::{Problem, Search};
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 use crate::shared::Shared;
+use crate::threads::Threads;
 
 /// Segments that are planned side by side.
 pub const LANES_MAX: usize = 4;
@@ -189,12 +192,13 @@ impl Round {
     ///
     /// # Errors
     /// An arena is full.
-    pub fn merge(&mut self, roadmap: &mut Roadmap) -> Result<RoundTally, ArenaFull> {
+    pub fn merge(&mut self, threads: &Threads, roadmap: &mut Roadmap) -> Result<RoundTally, ArenaFull> {
+        let places = self.store(threads, roadmap)?;
         let has_search = |lane: &usize| self.slots[..self.count].iter().any(|slot| slot.lane == *lane);
         let mut tally = RoundTally { lanes: (0..LANES_MAX).filter(has_search).count() as u64, ..RoundTally::default() };
-        for slot in &mut self.slots[..self.count] {
+        for (slot, way) in self.slots.iter_mut().zip(places) {
             slot.return_trees(roadmap);
-            let found = slot.merge(roadmap)?;
+            let found = slot.merge(roadmap, way)?;
             if found {
                 tally.found += 1
             } else {
@@ -207,6 +211,12 @@ impl Round {
         roadmap.trees.end_round();
         self.is_running = false;
         Ok(tally)
+    }
+
+    /// Stores the ways that the searches found; answers where.
+    fn store(&self, threads: &Threads, roadmap: &mut Roadmap) -> Result<heapless::Vec<Place, SLOTS>, ArenaFull> {
+        let ways: heapless::Vec<&[Configuration], SLOTS> = self.slots[..self.count].iter().map(Slot::way).collect();
+        roadmap.store(&ways, threads)
     }
 
     /// Bytes reserved.
@@ -280,16 +290,25 @@ impl Slot {
         }
     }
 
-    /// Notes what the search found; answers whether that is anything.
-    fn merge(&self, roadmap: &mut Roadmap) -> Result<bool, ArenaFull> {
+    /// The waypoints that the search has found, if they are new.
+    fn way(&self) -> &[Configuration] {
+        match &self.task {
+            Task::Sample(sampling) if sampling.found().is_some() => &self.workspace.lifts[0],
+            Task::Move { found: Some(true), .. } | Task::Emit { has_failed: false, .. } => &self.workspace.track,
+            _ => &[],
+        }
+    }
+
+    /// Notes what the search found, its way stored there; answers whether that is anything.
+    fn merge(&self, roadmap: &mut Roadmap, way: Place) -> Result<bool, ArenaFull> {
         match &self.task {
             Task::Idle => Ok(false),
             Task::Sample(sampling) => {
-                roadmap.record_sampling(sampling, &self.workspace.lifts[0])?;
+                roadmap.record_sampling(sampling, way)?;
                 Ok(sampling.found().is_some())
             }
             Task::Move { hop, found: Some(true), .. } => {
-                roadmap.record_motion(*hop, &self.workspace.track)?;
+                roadmap.record_motion(*hop, way)?;
                 Ok(true)
             }
             Task::Shorten { hop, .. } => {
@@ -298,7 +317,7 @@ impl Slot {
             }
             Task::Emit { has_failed: true, .. } => Ok(false),
             Task::Emit { hop, emission, .. } => {
-                roadmap.record_primitive(*hop, emission.ends(), &self.workspace.track)?;
+                roadmap.record_primitive(*hop, emission.ends(), way)?;
                 Ok(true)
             }
             Task::Move { hop, search, .. } => {

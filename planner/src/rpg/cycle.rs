@@ -94,7 +94,7 @@ impl Planner {
             return Ok(None);
         }
         self.tally.work += 1;
-        let round = self.round.merge(&mut self.roadmap)?;
+        let round = self.round.merge(&self.shared.threads, &mut self.roadmap)?;
         self.tally.segments_at_once = self.tally.segments_at_once.max(round.lanes);
         for (total, count) in self.tally.rejections.iter_mut().zip(round.rejections) {
             *total += count;
