@@ -1,6 +1,10 @@
 //! Branches of Gamma_P that grow side by side: each by itself until it ends, then all of them become part of the trees, in order.
+//!
+//! Where one is left alone and there are several threads, both feet's placements are looked for side by side, and while the next station
+//! is, whether a step leads to the one before it. That is taken for granted meanwhile: where it turns out to be wrong, the branch goes on
+//! from before as if nothing had been looked for.
 
-use super::extension::{Extension, Step, Tip};
+use super::extension::{Extension, Step};
 use super::stance::{Context, Placed, ScratchOfFeet, Stance};
 use super::station::Station;
 use super::tree::{Vertex, tip_at};
@@ -38,6 +42,15 @@ pub(super) enum End {
     Long,
 }
 
+/// Where a branch ends so far.
+#[derive(Debug, Clone, Copy)]
+pub struct Tip<'a> {
+    /// The station.
+    pub station: &'a Station,
+    /// The placements there; none where they are not known.
+    pub placements: &'a [Placed],
+}
+
 /// A branch that is to be grown.
 #[derive(Debug)]
 pub(super) struct Begin {
@@ -56,6 +69,8 @@ pub(super) struct Branch {
     /// What has grown, from the vertex that it began at.
     pub grown: Vec<Stance>,
     pub end: Option<End>,
+    /// The stride that led to the last one, where it is still to be asked whether a step does.
+    unproven: Option<usize>,
     from: Vertex,
     stations_max: usize,
     /// Names its random stream.
@@ -83,6 +98,7 @@ impl Branch {
             extension,
             grown: reserve(STATIONS_MAX),
             end: Some(End::Blocked),
+            unproven: None,
             from: Vertex::root(nowhere, None),
             stations_max: 0,
             name: 0,
@@ -91,31 +107,82 @@ impl Branch {
         }
     }
 
-    /// Grows by a station, or ends; with a `helper` the placements of both feet are found side by side.
-    fn advance(
+    /// Grows by a station, by a stride from `first` on, or ends.
+    fn grow(&mut self, (context, placements): (&Context<'_>, &[Placed]), is_barred: &impl Fn(&Station) -> bool, mut first: usize) {
+        loop {
+            let tip = tip_of(&self.from, &self.grown, placements);
+            if self.is_long(tip.station) {
+                self.end = Some(End::Long);
+                return;
+            }
+            let name = self.name_of_step();
+            let step = self.extension.step(context, tip.station, first, name, &mut ScratchOfFeet::Shared(&mut self.scratch));
+            match step {
+                Step::Reached { stance, stride } if !context.has_step_between(tip.placements, &stance.placements) => first = stride + 1,
+                step => return self.take(step, is_barred),
+            }
+        }
+    }
+
+    /// Grows by a station, or ends, the placements of both feet found side by side with a `helper`'s memory; meanwhile it is asked whether
+    /// a step leads to the station before. Answers how many units of work that took: none where none does.
+    fn grow_alone(
         &mut self,
         (context, placements): (&Context<'_>, &[Placed]),
         is_barred: &impl Fn(&Station) -> bool,
-        helper: Option<&mut Scratch>,
-    ) {
-        let tip = match self.grown.last() {
-            Some(stance) => Tip { station: &stance.station, placements: &stance.placements },
-            None => tip_at(&self.from, placements),
+        helper: &mut Scratch,
+    ) -> u64 {
+        let tip = tip_of(&self.from, &self.grown, placements);
+        let (is_long, name) = (self.is_long(tip.station), self.name_of_step());
+        let scratch = &mut self.scratch;
+        let look = || (!is_long).then(|| self.extension.step(context, tip.station, 0, name, &mut ScratchOfFeet::Each([scratch, helper])));
+        let leads = || {
+            let before = self.unproven.and_then(|_| self.grown.split_last());
+            before.is_none_or(|(_, before)| context.has_step_between(tip_of(&self.from, before, placements).placements, tip.placements))
         };
-        if self.grown.len() == STATIONS_MAX || self.grown.len() + self.extension.stations_left(tip.station) >= self.stations_max {
-            self.end = Some(End::Long);
-            return;
+        let (step, leads) = context.threads.both(look, leads);
+        match (self.unproven.take(), step) {
+            (Some(stride), _) if !leads => {
+                self.grown.pop();
+                self.grow((context, placements), is_barred, stride + 1);
+                return 0;
+            }
+            (_, None) => self.end = Some(End::Long),
+            (_, Some(Step::Reached { stance, stride })) if is_barred(&stance.station) => {
+                self.grow((context, placements), is_barred, stride)
+            }
+            (_, Some(step)) => {
+                self.unproven = if let Step::Reached { stride, .. } = step { Some(stride) } else { None };
+                self.take(step, is_barred);
+            }
         }
-        let name = self.name << 7 | self.grown.len() as u64;
-        let mut scratch = match helper {
-            Some(helper) => ScratchOfFeet::Each([&mut self.scratch, helper]),
-            None => ScratchOfFeet::Shared(&mut self.scratch),
-        };
-        match self.extension.step(context, tip, name, &mut scratch) {
-            Step::Grown(stance) if !is_barred(&stance.station) => self.grown.push(stance),
-            Step::Grown(_) | Step::Blocked => self.end = Some(End::Blocked),
+        1
+    }
+
+    /// Grows by a station, none where it is barred, or ends.
+    fn take(&mut self, step: Step, is_barred: &impl Fn(&Station) -> bool) {
+        match step {
+            Step::Reached { stance, .. } if !is_barred(&stance.station) => self.grown.push(stance),
+            Step::Reached { .. } | Step::Blocked => self.end = Some(End::Blocked),
             Step::Arrived { is_upright } => self.end = Some(End::Arrived { is_upright }),
         }
+    }
+
+    fn is_long(&self, tip: &Station) -> bool {
+        self.grown.len() == STATIONS_MAX || self.grown.len() + self.extension.stations_left(tip) >= self.stations_max
+    }
+
+    /// Names the next step in the random stream.
+    fn name_of_step(&self) -> u64 {
+        self.name << 7 | self.grown.len() as u64
+    }
+}
+
+/// Where a branch that began at a vertex ends so far.
+fn tip_of<'a>(from: &'a Vertex, grown: &'a [Stance], placements: &'a [Placed]) -> Tip<'a> {
+    match grown.last() {
+        Some(stance) => Tip { station: &stance.station, placements: &stance.placements },
+        None => tip_at(from, placements),
     }
 }
 
@@ -151,7 +218,7 @@ impl Branches {
         let branch = &mut self.branches[self.count];
         let Begin { purpose, extension, from, stations_max } = begin;
         (branch.purpose, branch.extension, branch.from, branch.stations_max) = (purpose, extension, from, stations_max);
-        (branch.name, branch.end) = (self.begun, None);
+        (branch.name, branch.end, branch.unproven) = (self.begun, None, None);
         branch.grown.clear();
         self.begun += 1;
         self.count += 1;
@@ -173,17 +240,14 @@ impl Branches {
     ) -> u64 {
         let site = (context, placements);
         let several = context.threads.count().min(2);
-        let grow = |branch: &mut Branch| branch.advance(site, &is_barred, None);
+        let grow = |branch: &mut Branch| branch.grow(site, &is_barred, 0);
         let mut spent = 0;
         while spent < budget {
             let branches = &mut self.branches[..self.count];
             let mut growing = branches.iter_mut().filter(|branch| !branch.has_ended());
             spent += match (growing.next(), growing.next()) {
                 (None, _) => break,
-                (Some(alone), None) if several > 1 => {
-                    alone.advance(site, &is_barred, Some(&mut self.helper));
-                    1
-                }
+                (Some(alone), None) if several > 1 => alone.grow_alone(site, &is_barred, &mut self.helper),
                 _ => allowance::advance_several(branches, several, budget - spent, context.threads, grow),
             };
         }

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::sampling::SIDES;
-use super::stance::{Context, Placed, ScratchOfFeet, Stance, Wish};
+use super::stance::{Context, ScratchOfFeet, Stance, Wish};
 use super::station::Station;
 use super::torso::Room;
 
@@ -39,21 +39,17 @@ pub struct Extension {
     pub spacing: f64,
 }
 
-/// Where a branch ends so far.
-#[derive(Debug, Clone, Copy)]
-pub struct Tip<'a> {
-    /// The station.
-    pub station: &'a Station,
-    /// The placements there; none where they are not known.
-    pub placements: &'a [Placed],
-}
-
-/// What one step of a branch came to.
+/// How a branch may go on from its tip.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
 pub enum Step {
-    /// It has a new tip.
-    Grown(Stance),
+    /// To a new tip, if a step leads there: that is still to be asked.
+    Reached {
+        /// The new tip.
+        stance: Stance,
+        /// The stride that leads to it; longer ones are to be tried where no step does.
+        stride: usize,
+    },
     /// It has arrived.
     Arrived {
         /// Whether the upright robot has room on the last piece of the way.
@@ -64,14 +60,15 @@ pub enum Step {
 }
 
 impl Extension {
-    /// Grows the branch by one station from its tip. `name` is the query's in the random stream.
-    pub fn step(&self, context: &Context<'_>, tip: Tip<'_>, name: u64, scratch: &mut ScratchOfFeet<'_>) -> Step {
-        let Tip { station: tip, placements } = tip;
-        if let Some(room) = self.room_to_arrive(context, tip) {
+    /// Looks for the next station after the tip, by strides from `first` on. `name` is the query's in the random stream.
+    pub fn step(&self, context: &Context<'_>, tip: &Station, first: usize, name: u64, scratch: &mut ScratchOfFeet<'_>) -> Step {
+        if first == 0
+            && let Some(room) = self.room_to_arrive(context, tip)
+        {
             return Step::Arrived { is_upright: room == Room::Upright };
         }
         let strides = if SIDES.contains(&self.facing) { &STRIDES[..] } else { &STRIDES[..STRIDES_AHEAD] };
-        for (index, &(stride, aside)) in strides.iter().enumerate() {
+        for (index, &(stride, aside)) in strides.iter().enumerate().skip(first) {
             let wished = self.wished(tip, stride, aside);
             let turns_in_place = wished.position == tip.position;
             if index > 0 && (turns_in_place || tip.way_to(&self.target).length() < self.spacing) {
@@ -89,11 +86,9 @@ impl Extension {
             if !advances || !self.can_climb(context, tip, &stance.station) {
                 continue;
             }
-            if let Some(room) = context.room_between(tip, &stance.station, self.relaxed)
-                && context.has_step_between(placements, &stance.placements)
-            {
+            if let Some(room) = context.room_between(tip, &stance.station, self.relaxed) {
                 let is_upright = stance.is_upright && room == Room::Upright;
-                return Step::Grown(Stance { is_upright, ..stance });
+                return Step::Reached { stance: Stance { is_upright, ..stance }, stride: index };
             }
         }
         Step::Blocked

@@ -2,7 +2,7 @@
 
 use std::ops::{Deref, DerefMut};
 
-use super::extension::Tip;
+use super::branch::Tip;
 use super::stance::{Pair, Placed};
 use super::station::Station;
 use crate::arena::reserve;
