@@ -42,9 +42,11 @@ impl Judging {
     }
 }
 
-/// How likely these transitions and their twins are.
+/// How likely these transitions and their twins are, each of both by itself: often there are only one or two.
 fn judge_all(shared: &Shared, graph: &Graph, ids: &Batch<TransitionId>, may_be_scant: bool) -> Batch<[Prior; 2]> {
-    shared.threads.map(ids, |id| [id, Graph::twin(id)].map(|id| judge(&shared.constraints, id, graph, may_be_scant)))
+    let all: heapless::Vec<TransitionId, { 2 * AT_ONCE }> = ids.iter().flat_map(|&id| [id, Graph::twin(id)]).collect();
+    let priors = shared.threads.map(&all, |id| judge(&shared.constraints, id, graph, may_be_scant));
+    priors.as_chunks().0.iter().copied().collect()
 }
 
 /// The transitions to judge for a sequence, twins by one of them, some perhaps twice: those that it holds, then all on the placements of
