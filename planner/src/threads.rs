@@ -6,7 +6,8 @@
 mod idle;
 
 use std::num::NonZeroUsize;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
@@ -117,6 +118,32 @@ impl Threads {
         made
     }
 
+    /// The first of these numbers for which something can be made, and that. Two threads take them in order, each with a memory of its own.
+    pub fn first<M: Send, U: Send>(
+        &self,
+        numbers: Range<usize>,
+        memories: [&mut M; 2],
+        make: impl Fn(usize, &mut M) -> Option<U> + Sync,
+    ) -> Option<(usize, U)> {
+        let next = AtomicUsize::new(numbers.start);
+        let least = AtomicUsize::new(numbers.end);
+        let seek = |memory: &mut M| {
+            loop {
+                let number = next.fetch_add(1, Ordering::Relaxed);
+                if number >= least.load(Ordering::Relaxed) {
+                    return None;
+                }
+                if let Some(made) = make(number, memory) {
+                    least.fetch_min(number, Ordering::Relaxed);
+                    return Some((number, made));
+                }
+            }
+        };
+        let [memory, other_memory] = memories;
+        let (found, also_found) = self.both(|| seek(memory), || seek(other_memory));
+        found.into_iter().chain(also_found).min_by_key(|(number, _)| *number)
+    }
+
     /// Does the work with so many threads.
     fn do_with(&self, workers: usize, work: &(dyn Fn() + Sync)) {
         if workers > 1 {
@@ -166,6 +193,25 @@ mod tests {
         for count in 1..=5 {
             let threads = threads(count);
             assert_eq!(threads.run(|| leaves(&threads, 10)), 1024, "{count} threads");
+        }
+    }
+
+    #[test]
+    fn the_first_of_all_is_found_whatever_the_threads() {
+        for count in 1..=3 {
+            let threads = threads(count);
+            for first in 0..40 {
+                let mut tried = [0, 0];
+                let [one, other] = &mut tried;
+                let make = |number: usize, tried: &mut usize| {
+                    *tried += 1;
+                    (number == first || number > first && number.is_multiple_of(3)).then_some(10 * number)
+                };
+                let found = threads.run(|| threads.first(2..30, [one, other], make));
+                let expected = if first < 2 { 3 } else { first };
+                assert_eq!(found, (expected < 30).then_some((expected, 10 * expected)), "{count} threads, {first}");
+                assert!(count > 1 || tried == [expected.min(29) - 1, 0], "one thread tries no more than it must: {tried:?}");
+            }
         }
     }
 

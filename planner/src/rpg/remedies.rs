@@ -176,22 +176,12 @@ impl Planner {
         Ok(next)
     }
 
-    /// The first of several variations of a transition that is possible, and which. Where there are threads, one looks through the first
-    /// half of them and another one through the rest.
+    /// The first of several variations of a transition that is possible, and which.
     fn first_variation(&mut self, id: TransitionId, tries: Range<usize>) -> Option<(usize, [Foothold; 2])> {
         let seeding = Seeding::of(&self.shared);
         let (graph, sequences) = (&self.roadmap.graph, self.tally.sequences);
-        let first_of = |mut tries: Range<usize>, scratch: &mut Scratch| {
-            tries.find_map(|tried| Some((tried, seeding.variation(id, (tried as u64, sequences), graph, scratch)?)))
-        };
-        let [scratch, other_scratch] = &mut self.scratch;
-        if !self.shared.threads.are_several() {
-            return first_of(tries, scratch);
-        }
-        let middle = tries.start.midpoint(tries.end);
-        let (first, second) =
-            self.shared.threads.both(|| first_of(tries.start..middle, scratch), || first_of(middle..tries.end, other_scratch));
-        first.or(second)
+        let vary = |tried: usize, scratch: &mut Scratch| seeding.variation(id, (tried as u64, sequences), graph, scratch);
+        self.shared.threads.first(tries, self.scratch.each_mut(), vary)
     }
 }
 
