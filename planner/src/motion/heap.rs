@@ -5,13 +5,10 @@ use crate::arena::{Uniform, reserve};
 /// Position of a node that is not in the heap.
 const ABSENT: u32 = u32::MAX;
 
-/// A node and what it is ordered by: cost first, then the number of edges, then the index, so that no two are equal.
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    cost: f64,
-    edges: u32,
-    node: u32,
-}
+/// A node and what it is ordered by: cost first, then the number of edges, then the index, so that no two are equal. All of it is one
+/// number, which is compared at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry(u128);
 
 /// The heap.
 #[derive(Debug)]
@@ -29,13 +26,13 @@ impl IndexHeap {
     /// Empties it.
     pub fn clear(&mut self) {
         for entry in self.order.drain(..) {
-            self.positions[entry.node as usize] = ABSENT;
+            self.positions[entry.node() as usize] = ABSENT;
         }
     }
 
-    /// Inserts a node or lowers its key.
+    /// Inserts a node or lowers its key, whose cost is not negative.
     pub fn push(&mut self, node: u32, cost: f64, edges: u32) {
-        let entry = Entry { cost, edges, node };
+        let entry = Entry::new(node, cost, edges);
         let known = self.positions[node as usize];
         if known == ABSENT {
             self.order.push(entry);
@@ -49,11 +46,11 @@ impl IndexHeap {
     pub fn pop(&mut self) -> Option<(u32, f64, u32)> {
         let first = *self.order.first()?;
         let last = self.order.pop()?;
-        self.positions[first.node as usize] = ABSENT;
-        if last.node != first.node {
+        self.positions[first.node() as usize] = ABSENT;
+        if last != first {
             self.sink(last, 0);
         }
-        Some((first.node, first.cost, first.edges))
+        Some((first.node(), first.cost(), first.edges()))
     }
 
     /// Bytes reserved.
@@ -65,7 +62,7 @@ impl IndexHeap {
     fn rise(&mut self, entry: Entry, mut position: usize) {
         while position > 0 {
             let parent = (position - 1) / 2;
-            if !entry.is_before(&self.order[parent]) {
+            if entry > self.order[parent] {
                 break;
             }
             self.put(self.order[parent], position);
@@ -78,12 +75,10 @@ impl IndexHeap {
     fn sink(&mut self, entry: Entry, mut position: usize) {
         loop {
             let left = 2 * position + 1;
-            let Some(mut least) = self.order.get(left).copied() else { break };
-            let mut child = left;
-            if let Some(right) = self.order.get(left + 1).filter(|right| right.is_before(&least)) {
-                (least, child) = (*right, left + 1);
-            }
-            if !least.is_before(&entry) {
+            let Some(&first) = self.order.get(left) else { break };
+            let second = *self.order.get(left + 1).unwrap_or(&first);
+            let (least, child) = (first.min(second), left + usize::from(second < first));
+            if least > entry {
                 break;
             }
             self.put(least, position);
@@ -94,13 +89,27 @@ impl IndexHeap {
 
     fn put(&mut self, entry: Entry, position: usize) {
         self.order[position] = entry;
-        self.positions[entry.node as usize] = position as u32;
+        self.positions[entry.node() as usize] = position as u32;
     }
 }
 
 impl Entry {
-    fn is_before(&self, other: &Self) -> bool {
-        self.cost.total_cmp(&other.cost).then(self.edges.cmp(&other.edges)).then(self.node.cmp(&other.node)).is_lt()
+    /// The bits of numbers that are not negative are ordered as these are.
+    fn new(node: u32, cost: f64, edges: u32) -> Self {
+        debug_assert!(cost.is_sign_positive(), "{cost}");
+        Self(u128::from(cost.to_bits()) << 64 | u128::from(edges) << 32 | u128::from(node))
+    }
+
+    fn node(self) -> u32 {
+        self.0 as u32
+    }
+
+    fn edges(self) -> u32 {
+        (self.0 >> 32) as u32
+    }
+
+    fn cost(self) -> f64 {
+        f64::from_bits((self.0 >> 64) as u64)
     }
 }
 
