@@ -35,6 +35,11 @@ pub fn reserve_written<T>(capacity: usize, written_max: usize) -> Vec<T> {
 /// Where a list stands in an arena: its first item, and how many there are.
 pub type Place = (u32, u32);
 
+/// The list that stands there.
+pub fn list_at<T>(arena: &[T], (first, count): Place) -> &[T] {
+    &arena[first as usize..(first + count) as usize]
+}
+
 /// Appends lists, one after the other, which threads copy side by side: much of it is memory that nobody has met before. Answers where
 /// each of them stands; `None`, and nothing is appended, where there is no room for all.
 pub fn append_all<T: Copy + Send + Sync, const N: usize>(

@@ -1,6 +1,6 @@
 //! What single-mode planning knows of each pair of transitions within a mode: how often it failed, or the motion it found.
 
-use crate::arena::filled;
+use crate::arena::{Place, filled};
 use crate::motion::graph::{ArenaFull, TransitionId};
 
 /// A motion between two transitions within their common mode.
@@ -8,8 +8,8 @@ use crate::motion::graph::{ArenaFull, TransitionId};
 pub struct EdgeRecord {
     /// Failed searches in this mode between these two.
     pub failures: u32,
-    /// The waypoints of the motion, if found: first index and count in the waypoint arena.
-    pub motion: Option<(u32, u32)>,
+    /// The waypoints of the motion, if found, in the waypoint arena.
+    pub motion: Option<Place>,
 }
 
 #[derive(Debug, Clone, Copy)]

@@ -4,7 +4,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
 
-use crate::arena::{Place, append_all, reserve};
+use crate::arena::{Place, append_all, list_at, reserve};
 use crate::body::Configuration;
 use crate::chunking::Motion;
 use crate::constraint::{Mode, StartBalance};
@@ -169,9 +169,8 @@ impl Roadmap {
     /// # Errors
     /// An arena is full.
     pub fn record_motion(&mut self, hop: Hop, track: Place) -> Result<(), ArenaFull> {
-        let motion = Some(track);
         let failures = self.edges.get(hop.from, hop.to).failures;
-        self.edges.set(hop.from, hop.to, EdgeRecord { failures, motion })?;
+        self.edges.set(hop.from, hop.to, EdgeRecord { failures, motion: Some(track) })?;
         self.costs.add_motion([hop.from, hop.to], self.is_double(hop))
     }
 
@@ -194,8 +193,7 @@ impl Roadmap {
 
     /// The motion that was found for a hop: its waypoints after the first.
     pub fn motion(&self, hop: Hop) -> Option<&[Configuration]> {
-        let (first, count) = self.edges.get(hop.from, hop.to).motion?;
-        Some(&self.waypoints[first as usize..(first + count) as usize])
+        Some(list_at(&self.waypoints, self.edges.get(hop.from, hop.to).motion?))
     }
 
     /// Notes a search that failed after so many attempts to extend its trees.
@@ -238,8 +236,8 @@ impl Roadmap {
         let is_swing = !self.is_double(hop);
         [hop.from, hop.to].map(|node| {
             let place = boundary_of(node).is_none().then(|| self.graph.configuration_place(node)).flatten();
-            let LiftRecord { lifted, waypoints: (first, count) } = self.lifts[place.filter(|_| is_swing)?];
-            let way = &self.waypoints[first as usize..(first + count) as usize];
+            let LiftRecord { lifted, waypoints } = self.lifts[place.filter(|_| is_swing)?];
+            let way = list_at(&self.waypoints, waypoints);
             Some((State { configuration: *way.last()?, world_from_soles: lifted }, way))
         })
     }

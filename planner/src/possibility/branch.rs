@@ -148,13 +148,13 @@ impl Branch {
                 return 0;
             }
             (_, None) => self.end = Some(End::Long),
-            (_, Some(Step::Reached { stance, stride })) if is_barred(&stance.station) => {
-                self.grow((context, placements), is_barred, stride)
+            (_, Some(Step::Reached { stance, stride })) if !is_barred(&stance.station) => {
+                self.unproven = Some(stride);
+                self.grown.push(stance);
             }
-            (_, Some(step)) => {
-                self.unproven = if let Step::Reached { stride, .. } = step { Some(stride) } else { None };
-                self.take(step, is_barred);
-            }
+            // It ends there if a step leads there; else it goes on by longer strides.
+            (_, Some(Step::Reached { stride, .. })) => self.grow((context, placements), is_barred, stride),
+            (_, Some(step)) => self.take(step, is_barred),
         }
         1
     }

@@ -3,7 +3,7 @@
 use super::label::Label;
 use super::stance::{Context, PLACEMENTS_MAX, Placed, Stance};
 use super::tree::{Tree, Vertex};
-use crate::arena::reserve;
+use crate::arena::{Place, reserve};
 
 /// How many edges stage P has labelled.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -53,7 +53,7 @@ impl Forest {
         self.trees.iter().map(Tree::bytes).sum::<usize>() + self.placements.capacity() * size_of::<Placed>()
     }
 
-    fn keep(&mut self, stance: &Stance) -> Option<(u32, u32)> {
+    fn keep(&mut self, stance: &Stance) -> Option<Place> {
         let first = self.placements.len() as u32;
         if self.placements.len() + stance.placements.len() > self.placements.capacity() {
             return None;

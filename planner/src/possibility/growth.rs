@@ -13,7 +13,7 @@ use super::sampling::{BACKWARD, Course, SIDES, bounds_around, draw, is_short, sa
 use super::stance::{Context, Pair, Placed};
 use super::station::Station;
 use super::tree::{Vertex, push_branch};
-use crate::arena::reserve;
+use crate::arena::{list_at, reserve};
 use crate::collision::bvh::Aabb;
 use crate::foot_placement::FootPlacementConfig;
 use crate::random::{Random, Stream};
@@ -181,8 +181,7 @@ impl Growth {
 
     /// The placements found along station `index` of the route.
     pub fn placements(&self, index: usize) -> &[Placed] {
-        let (first, count) = self.route.vertices[index].placements;
-        &self.forest.placements[first as usize..(first + count) as usize]
+        list_at(&self.forest.placements, self.route.vertices[index].placements)
     }
 
     /// Makes the straight way the route, whatever stands or gapes there: what is left to try where no route was found.

@@ -5,7 +5,7 @@ use std::ops::{Deref, DerefMut};
 use super::branch::Tip;
 use super::stance::{Pair, Placed};
 use super::station::Station;
-use crate::arena::reserve;
+use crate::arena::{Place, list_at, reserve};
 
 /// Vertices this near (in the metric of Gamma_P, m) crowd each other.
 const CROWD_RADIUS: f64 = 0.5;
@@ -16,8 +16,8 @@ pub(super) struct Vertex {
     pub station: Station,
     /// The vertex it was reached from; the root's is itself.
     pub parent: u32,
-    /// Its placements: first and count in the arena.
-    pub placements: (u32, u32),
+    /// Its placements, in the arena.
+    pub placements: Place,
     /// The placements that it stands on, if it has two that are apart.
     pub pair: Option<Pair>,
     /// Whether primitives lead over it, once that was asked.
@@ -118,9 +118,8 @@ impl DerefMut for Tree {
 
 /// A vertex as the end of a branch, with its placements, or at least those that it stands on.
 pub(super) fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [Placed]) -> Tip<'a> {
-    let (first, count) = vertex.placements;
-    let known =
-        if count > 0 { &placements[first as usize..(first + count) as usize] } else { vertex.pair.as_ref().map_or(&[][..], |pair| pair) };
+    let kept = list_at(placements, vertex.placements);
+    let known = if kept.is_empty() { vertex.pair.as_ref().map_or(kept, |pair| pair) } else { kept };
     Tip { station: &vertex.station, placements: known }
 }
 
