@@ -1,8 +1,15 @@
-//! How long each layer of the planner takes, from forward kinematics to a motion within a mode: `cargo bench --bench kernels [-- --json]`
-//! prints nanoseconds per call (the median and the fastest of some batches) and work units per call. `-- --robot ROBOT.toml`
-//! measures another robot, on the flat floor only. Whole plans: `--bench plan`.
+//! How long each layer of the planner takes, from forward kinematics to a motion within a mode:
+//! `cargo bench --bench kernels [-- --json]` prints nanoseconds per call (the median and the
+//! fastest of some batches) and work units per call. `-- --robot ROBOT.toml` measures another
+//! robot, on the flat floor only. Whole plans: `--bench plan`.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::disallowed_methods, missing_docs, reason = "a command that times")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    missing_docs,
+    reason = "a command that times"
+)]
 
 #[path = "kernels/dump.rs"]
 mod dump;
@@ -35,7 +42,8 @@ use surefoot_shared_types::spatial::rotation_from_scaled_axis;
 use timing::{Kernel, time};
 
 /// The scenarios whose worlds are measured, where they are shipped.
-const SCENARIOS: [&str; 5] = ["flat_walk", "stepping_stones", "ibeam_hallway", "ibeam_gap", "cinder_blocks"];
+const SCENARIOS: [&str; 5] =
+    ["flat_walk", "stepping_stones", "ibeam_hallway", "ibeam_gap", "cinder_blocks"];
 /// Shapes of the crowded world.
 const CROWD: usize = 60;
 /// Different leg poses in a batch.
@@ -43,7 +51,8 @@ const POSES: usize = 2_048;
 /// Nodes of the tree in which the nearest is sought.
 const NODES: usize = 512;
 
-/// The robot with its left hip pitch axis off the point where the other hip axes meet, so that no closed form fits.
+/// The robot with its left hip pitch axis off the point where the other hip axes meet, so that no
+/// closed form fits.
 fn with_split_hip(model: &RobotModel) -> Option<RobotModel> {
     let mut model = model.clone();
     let child = model.joints.iter().find(|joint| joint.name == "left_hip_pitch")?.child;
@@ -55,7 +64,11 @@ fn with_split_hip(model: &RobotModel) -> Option<RobotModel> {
 fn soles(model: &RobotModel, leg: &Leg) -> Vec<(Pose, Vec<f64>)> {
     let mut random = Random::new(SEED, Stream::Preparation, 0, 0);
     let one = |_| {
-        let q: Vec<f64> = model.joints.iter().map(|joint| random.uniform(0.95 * joint.lower, 0.95 * joint.upper)).collect();
+        let q: Vec<f64> = model
+            .joints
+            .iter()
+            .map(|joint| random.uniform(0.95 * joint.lower, 0.95 * joint.upper))
+            .collect();
         let hint = q.iter().map(|position| position + random.uniform(-0.04, 0.04)).collect();
         (leg.root_from_sole(&q), hint)
     };
@@ -81,7 +94,9 @@ fn time_body(scene: &Scene) -> Vec<Kernel> {
     let whole = time("snapshot: forward kinematics, centre of mass", |call| {
         let mut at = *black_box(standing);
         // Every joint moves, those above the legs too.
-        at.q[..body.joints_len].iter_mut().for_each(|position| *position += 1e-3 * (call % 2) as f64);
+        at.q[..body.joints_len]
+            .iter_mut()
+            .for_each(|position| *position += 1e-3 * (call % 2) as f64);
         body.snapshot_into(&at, black_box(&mut kept));
         0
     });
@@ -90,7 +105,8 @@ fn time_body(scene: &Scene) -> Vec<Kernel> {
         0
     });
     let leg = time_leg("leg inverse kinematics", &scene.model);
-    let newton = with_split_hip(&scene.model).map(|model| time_leg("leg inverse kinematics, Newton", &model));
+    let newton = with_split_hip(&scene.model)
+        .map(|model| time_leg("leg inverse kinematics, Newton", &model));
     [whole, legs, leg].into_iter().chain(newton).collect()
 }
 
@@ -110,7 +126,11 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
             let mut at = *black_box(scene.standing());
             // A little aside each time, so that no branch is learnt by heart.
             at.world_from_root.translation.z -= 1e-4 * (call % 64) as f64;
-            constraints.body.free_joints.iter().for_each(|joint| at.q[joint.index] += arms * (call % 64) as f64);
+            constraints
+                .body
+                .free_joints
+                .iter()
+                .for_each(|joint| at.q[joint.index] += arms * (call % 64) as f64);
             assert!(constraints.body.place_soles(&mut at, &soles));
             constraints.body.snapshot_into(&at, &mut snapshot);
             constraints.check(&mode, &snapshot, feet).unwrap();
@@ -125,12 +145,19 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
     let reached = constraints.body.snapshot(&to);
     let mut between = 0;
     let edge = time(format!("{name}: edge check, root 1 cm down"), |_| {
-        let bound = constraints.collision.motion_bound(black_box(&scene.snapshot), black_box(&reached));
-        between = constraints.check_between(&mode, black_box([from, &to]), bound, feet, &mut snapshot).unwrap();
+        let bound =
+            constraints.collision.motion_bound(black_box(&scene.snapshot), black_box(&reached));
+        between = constraints
+            .check_between(&mode, black_box([from, &to]), bound, feet, &mut snapshot)
+            .unwrap();
         0
     });
     let edge = edge.noted(format!("{shapes}, {between} configurations"));
-    [check, held, whole].map(|kernel| kernel.noted(shapes.clone())).into_iter().chain([edge]).collect()
+    [check, held, whole]
+        .map(|kernel| kernel.noted(shapes.clone()))
+        .into_iter()
+        .chain([edge])
+        .collect()
 }
 
 fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
@@ -141,7 +168,8 @@ fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
         black_box(surfaces.support(scratch, sole, black_box(&at))).unwrap();
         0
     });
-    let is_free = |pose: &Pose| constraints.collision.foot_hit(0, pose, FootState::Stance).is_none();
+    let is_free =
+        |pose: &Pose| constraints.collision.foot_hit(0, pose, FootState::Stance).is_none();
     let mut found = 0;
     let effort = Effort { geometric_max: 48, varied_max: 8, sampled_max: 60 };
     let propose = time(format!("{name}: foothold query, all within 0.35 m"), |call| {
@@ -181,18 +209,22 @@ fn time_transitions(name: &str, scene: &Scene) -> Kernel {
     holding(kernel, good, tried)
 }
 
-/// Random stances on both feet: the root within 3 cm and 0.1 rad of standing and up to 6 cm lower, every other joint within 0.1 rad.
+/// Random stances on both feet: the root within 3 cm and 0.1 rad of standing and up to 6 cm lower,
+/// every other joint within 0.1 rad.
 fn time_stances(name: &str, scene: &Scene) -> Kernel {
     let (constraints, mode) = (&scene.constraints, scene.standing_mode());
     let (body, soles) = (&constraints.body, scene.end.state.world_from_soles);
     let mut random = Random::new(SEED, Stream::Preparation, 1, 0);
     let mut draw = |_| {
         let mut at = *scene.standing();
-        let mut vector = |half: f64| DVec3::from_array(std::array::from_fn(|_| random.uniform(-half, half)));
+        let mut vector =
+            |half: f64| DVec3::from_array(std::array::from_fn(|_| random.uniform(-half, half)));
         at.world_from_root.translation += vector(0.03) - DVec3::Z * 0.03;
-        at.world_from_root.rotation = rotation_from_scaled_axis(vector(0.1)) * at.world_from_root.rotation;
+        at.world_from_root.rotation =
+            rotation_from_scaled_axis(vector(0.1)) * at.world_from_root.rotation;
         for joint in &body.free_joints {
-            at.q[joint.index] = (at.q[joint.index] + random.uniform(-0.1, 0.1)).clamp(joint.lower, joint.upper);
+            at.q[joint.index] =
+                (at.q[joint.index] + random.uniform(-0.1, 0.1)).clamp(joint.lower, joint.upper);
         }
         at
     };
@@ -215,12 +247,16 @@ fn time_stances(name: &str, scene: &Scene) -> Kernel {
 fn holding(kernel: Kernel, good: u64, tried: u64) -> Kernel {
     let share = good as f64 / tried as f64;
     let per_second = share * 1e9 / kernel.median_ns;
-    Kernel { per_second: Some(per_second), ..kernel.noted(format!("{:.0} % hold: {per_second:.0}/s", 100.0 * share)) }
+    Kernel {
+        per_second: Some(per_second),
+        ..kernel.noted(format!("{:.0} % hold: {per_second:.0}/s", 100.0 * share))
+    }
 }
 
 fn time_motion(name: &str, scene: &Scene, problem: &Problem) -> Kernel {
     let mut workspace = Workspace::new(1024, 1536);
-    let kernel = time(name, |_| solve(&scene.constraints, black_box(problem), &mut workspace).unwrap());
+    let kernel =
+        time(name, |_| solve(&scene.constraints, black_box(problem), &mut workspace).unwrap());
     kernel.noted(format!("{} waypoints", workspace.track.len()))
 }
 
@@ -239,7 +275,8 @@ fn time_step(name: &str, scene: &mut Scene) -> Vec<Kernel> {
         black_box(nearest(&nodes, &swing, black_box(&swing.to)));
         0
     });
-    let shift = time_motion(&format!("{name}: single-mode plan, weight shift"), scene, &step.shift());
+    let shift =
+        time_motion(&format!("{name}: single-mode plan, weight shift"), scene, &step.shift());
     let swing = time_motion(&format!("{name}: single-mode plan, swing"), scene, &swing);
     vec![nearest, shift, swing]
 }
@@ -255,7 +292,12 @@ fn time_scenario(name: &str, mut scene: Scene) -> Vec<Kernel> {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let after = |option: &str| arguments.iter().position(|argument| argument == option).and_then(|at| arguments.get(at + 1));
+    let after = |option: &str| {
+        arguments
+            .iter()
+            .position(|argument| argument == option)
+            .and_then(|at| arguments.get(at + 1))
+    };
     let mut flat = shipped("flat_walk");
     let robot = after("--robot");
     if let Some(path) = robot {
@@ -266,7 +308,11 @@ fn main() {
     if robot.is_some() {
         kernels.extend(time_scenario("flat_walk", Scene::new(flat.clone())));
     } else {
-        let is_shipped = |name: &&str| Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml")).exists();
+        let is_shipped = |name: &&str| {
+            Path::new(env!("CARGO_MANIFEST_DIR"))
+                .join(format!("configs/scenarios/{name}.toml"))
+                .exists()
+        };
         for name in SCENARIOS.into_iter().filter(is_shipped) {
             kernels.extend(time_scenario(name, Scene::new(shipped(name))));
         }

@@ -9,7 +9,8 @@ static COUNT: AtomicU64 = AtomicU64::new(0);
 #[derive(Debug, Clone, Copy)]
 pub struct CountingAllocator;
 
-/// Allocations and reallocations of all threads so far; 0 where [`CountingAllocator`] is not the global allocator.
+/// Allocations and reallocations of all threads so far; 0 where [`CountingAllocator`] is not the
+/// global allocator.
 pub fn count() -> u64 {
     COUNT.load(Ordering::Relaxed)
 }

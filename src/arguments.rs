@@ -13,13 +13,14 @@ use crate::commands::bench::arguments::BenchArguments;
 const RATE_MAX: f64 = 1e6;
 /// Most planner threads.
 pub const THREADS_MAX: i64 = 256;
-/// How often a plan is made again where the world turns out to be another, unless told otherwise: for as many differences as a controller
-/// can tell of.
+/// How often a plan is made again where the world turns out to be another, unless told otherwise:
+/// for as many differences as a controller can tell of.
 const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
 /// How often a killed process is started again, unless told otherwise.
 const RESTARTS_MAX: u32 = 8;
 
-/// Plans whole-body, quasi-static walks and has them checked by a second process over shared memory.
+/// Plans whole-body, quasi-static walks and has them checked by a second process over shared
+/// memory.
 #[derive(Debug, Parser)]
 #[command(
     name = "surefoot",
@@ -67,13 +68,16 @@ pub struct WalkArguments {
     /// How often a process that was killed is started again, both counted together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
-    /// The world in which the robot really walks, if it is not the scenario's; shapes are matched by name
+    /// The world in which the robot really walks, if it is not the scenario's; shapes are matched
+    /// by name
     #[arg(long, value_name = "WORLD")]
     pub truth: Option<PathBuf>,
-    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and say how the robot is
+    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
+    /// say how the robot is
     #[arg(long, value_name = "RATE", value_parser = rate)]
     pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as this seed says
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as
+    /// this seed says
     #[arg(long, value_name = "SEED")]
     pub disturb: Option<u64>,
 }
@@ -109,13 +113,16 @@ pub struct ControlArguments {
     /// Where to listen
     #[arg(long, value_name = "NAME")]
     pub instance: String,
-    /// The world in which the robot really walks, if it is not the scenario's; shapes are matched by name
+    /// The world in which the robot really walks, if it is not the scenario's; shapes are matched
+    /// by name
     #[arg(long, value_name = "WORLD")]
     pub truth: Option<PathBuf>,
-    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and say how the robot is
+    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
+    /// say how the robot is
     #[arg(long, value_name = "RATE", value_parser = rate)]
     pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as this seed says
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as
+    /// this seed says
     #[arg(long, value_name = "SEED")]
     pub disturb: Option<u64>,
     /// Stay up for further plans until a signal comes
@@ -170,8 +177,12 @@ fn prints(text: &str) -> Result<Prints, String> {
         .split(',')
         .map(|part| part.trim().parse().ok().filter(|number: &f64| number.abs() <= NUMBER_MAX))
         .collect::<Option<_>>()
-        .ok_or_else(|| format!("four numbers of at most {NUMBER_MAX:e} with commas between them are needed"))?;
-    let [x, y, z, yaw] = numbers[..] else { return Err(format!("{} numbers, four are needed: x,y,z,yaw", numbers.len())) };
+        .ok_or_else(|| {
+            format!("four numbers of at most {NUMBER_MAX:e} with commas between them are needed")
+        })?;
+    let [x, y, z, yaw] = numbers[..] else {
+        return Err(format!("{} numbers, four are needed: x,y,z,yaw", numbers.len()));
+    };
     Ok(Prints { position: [x, y, z], yaw })
 }
 
@@ -237,7 +248,8 @@ pub struct SearchArguments {
     /// How often the rest of the way is planned again where the world turns out to be another
     #[arg(long, value_name = "N", default_value_t = REPLANS_MAX)]
     pub replans_max: u32,
-    /// Keep all of the planner's memory from being paged out; a warning where the system does not permit it
+    /// Keep all of the planner's memory from being paged out; a warning where the system does not
+    /// permit it
     #[arg(long)]
     pub lock_memory: bool,
 }

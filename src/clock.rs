@@ -1,4 +1,5 @@
-//! The command's only clock. Time is reported and paces the display; it never decides what is planned.
+//! The command's only clock. Time is reported and paces the display; it never decides what is
+//! planned.
 
 use std::time::Instant;
 
@@ -8,7 +9,10 @@ pub struct Stopwatch(Instant);
 
 impl Stopwatch {
     /// Starts now.
-    #[allow(clippy::disallowed_methods, reason = "the command may time; the crates of the search may not")]
+    #[allow(
+        clippy::disallowed_methods,
+        reason = "the command may time; the crates of the search may not"
+    )]
     pub fn start() -> Self {
         Self(Instant::now())
     }
@@ -19,8 +23,8 @@ impl Stopwatch {
     }
 }
 
-/// Time that this process's threads have spent on the processor, s; 0 where the system does not say. Unlike [`Stopwatch`] it does not run
-/// while others have the processor.
+/// Time that this process's threads have spent on the processor, s; 0 where the system does not
+/// say. Unlike [`Stopwatch`] it does not run while others have the processor.
 pub fn processor_seconds() -> f64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the pointer is to a timespec of ours that outlives the call.

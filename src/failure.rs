@@ -70,7 +70,9 @@ pub enum Failure {
     #[error("the result cannot be printed: standard output cannot be written to")]
     Unprinted,
     /// The controller walks the last plan or epoch that can be numbered.
-    #[error("the controller walks plan {plan_id}, epoch {epoch}, and no number is left for the next; start the controller anew")]
+    #[error(
+        "the controller walks plan {plan_id}, epoch {epoch}, and no number is left for the next; start the controller anew"
+    )]
     LastName {
         /// Its plan.
         plan_id: u64,
@@ -81,7 +83,9 @@ pub enum Failure {
     #[error("{0}")]
     Usage(String),
     /// Nobody serves requests.
-    #[error("no planner answers; start 'surefoot plan SCENARIO --serve' with the same instance name")]
+    #[error(
+        "no planner answers; start 'surefoot plan SCENARIO --serve' with the same instance name"
+    )]
     NoPlanner,
     /// The robot cannot stand where the scenario wants it to.
     #[error("{0}; change the scenario's mark, its world or the robot's posture")]
@@ -114,7 +118,9 @@ pub enum Failure {
         message: String,
     },
     /// A process ended before its work was done.
-    #[error("the {role} process ended unexpectedly ({how}); run 'surefoot doctor', then walk again")]
+    #[error(
+        "the {role} process ended unexpectedly ({how}); run 'surefoot doctor', then walk again"
+    )]
     Died {
         /// Which.
         role: Role,
@@ -122,7 +128,9 @@ pub enum Failure {
         how: String,
     },
     /// No controller answers.
-    #[error("no controller answers: its process hangs or was never started; start 'surefoot control' with the same instance name")]
+    #[error(
+        "no controller answers: its process hangs or was never started; start 'surefoot control' with the same instance name"
+    )]
     ControllerLost,
     /// Something that every walk needs is missing.
     #[error("this machine cannot run a walk: {missing} of the findings above must be seen to")]
@@ -150,8 +158,11 @@ impl Failure {
     /// The outcome's name in reports, if a run that had begun ended in this.
     pub fn word(&self) -> Option<&'static str> {
         match self {
-            Self::Role { role: Role::Planner, .. } | Self::Died { role: Role::Planner, .. } => Some("planner_failed"),
-            Self::Role { role: Role::Controller, .. } | Self::Died { role: Role::Controller, .. } => Some("controller_failed"),
+            Self::Role { role: Role::Planner, .. } | Self::Died { role: Role::Planner, .. } => {
+                Some("planner_failed")
+            }
+            Self::Role { role: Role::Controller, .. }
+            | Self::Died { role: Role::Controller, .. } => Some("controller_failed"),
             Self::ControllerLost => Some("controller_lost"),
             _ => None,
         }

@@ -219,12 +219,18 @@ pub struct Refusal {
 impl Refusal {
     /// A refusal as the controller sees it.
     pub fn of(chunk: RefusedChunk, detail: String) -> Self {
-        Self { check: chunk.check.word().to_owned(), sequence: chunk.sequence, waypoint: chunk.waypoint, detail }
+        Self {
+            check: chunk.check.word().to_owned(),
+            sequence: chunk.sequence,
+            waypoint: chunk.waypoint,
+            detail,
+        }
     }
 
     /// One line for a person.
     pub fn describe(&self) -> String {
-        let detail = if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
+        let detail =
+            if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
         format!("{} at waypoint {} of chunk {}{detail}", self.check, self.waypoint, self.sequence)
     }
 }
@@ -248,9 +254,10 @@ impl From<&Delivery> for Delivered {
     fn from(delivery: &Delivery) -> Self {
         let (end, refusal) = match delivery.outcome {
             DeliveryOutcome::Accepted => (DeliveryEnd::Accepted, None),
-            DeliveryOutcome::Refused { sequence, check, waypoint } => {
-                (DeliveryEnd::Refused, Some(Refusal::of(RefusedChunk { sequence, check, waypoint }, String::new())))
-            }
+            DeliveryOutcome::Refused { sequence, check, waypoint } => (
+                DeliveryEnd::Refused,
+                Some(Refusal::of(RefusedChunk { sequence, check, waypoint }, String::new())),
+            ),
             DeliveryOutcome::Superseded => (DeliveryEnd::Superseded, None),
             DeliveryOutcome::ControllerLost => (DeliveryEnd::ControllerLost, None),
             DeliveryOutcome::Stopped => (DeliveryEnd::Stopped, None),
@@ -262,7 +269,10 @@ impl From<&Delivery> for Delivered {
             accepted: delivery.accepted,
             withdrawn: 0,
             duplicated: delivery.feedback.map_or(0, |feedback| feedback.duplicated),
-            margins: delivery.feedback.map(|feedback| WorstMargins::from(&feedback.margins)).unwrap_or_default(),
+            margins: delivery
+                .feedback
+                .map(|feedback| WorstMargins::from(&feedback.margins))
+                .unwrap_or_default(),
             refusal,
         }
     }

@@ -45,7 +45,9 @@ impl WorstMargins {
             ("self_collision", self.self_collision),
             ("torque", self.torque),
         ];
-        let measured = named.into_iter().filter_map(|(check, margin)| Some(format!("{} {}", check, with_unit(check, margin?))));
+        let measured = named
+            .into_iter()
+            .filter_map(|(check, margin)| Some(format!("{} {}", check, with_unit(check, margin?))));
         measured.collect::<Vec<_>>().join(", ")
     }
 }

@@ -13,7 +13,9 @@ pub fn lock() -> Result<(), String> {
 /// Memory of this process that is in use at this moment, bytes; 0 where the system does not say.
 pub fn resident_bytes() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let kib = status.lines().find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix("kB")?.trim().parse::<u64>().ok());
+    let kib = status.lines().find_map(|line| {
+        line.strip_prefix("VmRSS:")?.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()
+    });
     kib.unwrap_or(0) * 1024
 }
 

@@ -16,23 +16,29 @@ use crate::picture::{PictureScene, check_extension, render};
 /// Checks that every file asked for can be written, so that a long run need not fail at its end.
 ///
 /// # Errors
-/// When a folder is missing or cannot be written to, a name is a folder's, a device's or a link's, two names are one, or a picture's
-/// extension is unknown.
+/// When a folder is missing or cannot be written to, a name is a folder's, a device's or a link's,
+/// two names are one, or a picture's extension is unknown.
 pub fn check(outputs: &OutputArguments) -> Result<(), Failure> {
     if let Some(picture) = &outputs.picture {
         check_extension(picture)?;
     }
-    let paths: Vec<&PathBuf> = [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().collect();
+    let paths: Vec<&PathBuf> =
+        [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().collect();
     paths.iter().try_for_each(|path| check_place(path))?;
     check_apart(&paths)
 }
 
 /// Complains about two paths of one file, of which the later would replace the earlier.
 fn check_apart(paths: &[&PathBuf]) -> Result<(), Failure> {
-    let place = |path: &Path| (folder_of(path).canonicalize().ok(), path.file_name().map(std::ffi::OsStr::to_owned));
-    let is_repeated = |index: &usize| paths[..*index].iter().any(|before| place(before) == place(paths[*index]));
+    let place = |path: &Path| {
+        (folder_of(path).canonicalize().ok(), path.file_name().map(std::ffi::OsStr::to_owned))
+    };
+    let is_repeated =
+        |index: &usize| paths[..*index].iter().any(|before| place(before) == place(paths[*index]));
     match (0..paths.len()).find(is_repeated) {
-        Some(index) => Err(unwritable(paths[index], "two outputs have this name; give each its own")),
+        Some(index) => {
+            Err(unwritable(paths[index], "two outputs have this name; give each its own"))
+        }
         None => Ok(()),
     }
 }
@@ -73,13 +79,16 @@ pub fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
 /// # Errors
 /// When the file cannot be written.
 pub fn write_json(value: &impl Serialize, path: &Path) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(value).map_err(|error| unwritable(path, &error.to_string()))?;
+    let text = serde_json::to_string_pretty(value)
+        .map_err(|error| unwritable(path, &error.to_string()))?;
     write_text(&format!("{text}\n"), path)
 }
 
 /// The folder that a file stands in.
 pub fn folder_of(path: &Path) -> PathBuf {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or_else(|| PathBuf::from("."), Path::to_owned)
+    path.parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .map_or_else(|| PathBuf::from("."), Path::to_owned)
 }
 
 fn check_place(path: &Path) -> Result<(), Failure> {
@@ -90,15 +99,24 @@ fn check_place(path: &Path) -> Result<(), Failure> {
         return Err(unwritable(path, "its folder does not exist; create it first"));
     }
     if std::fs::symlink_metadata(path).is_ok_and(|there| !there.is_file()) {
-        return Err(unwritable(path, "what has this name is no ordinary file; choose another name"));
+        return Err(unwritable(
+            path,
+            "what has this name is no ordinary file; choose another name",
+        ));
     }
-    temporary_beside(path).map(drop).map_err(|error| unwritable(path, &format!("{error}; choose another folder")))
+    temporary_beside(path)
+        .map(drop)
+        .map_err(|error| unwritable(path, &format!("{error}; choose another folder")))
 }
 
 fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
     // The permissions of an ordinary new file; the process's mask still applies.
     let readable = Permissions::from_mode(0o666);
-    tempfile::Builder::new().prefix(".surefoot-").suffix(".tmp").permissions(readable).tempfile_in(folder_of(path))
+    tempfile::Builder::new()
+        .prefix(".surefoot-")
+        .suffix(".tmp")
+        .permissions(readable)
+        .tempfile_in(folder_of(path))
 }
 
 fn unwritable(path: &Path, reason: &str) -> Failure {

@@ -1,5 +1,6 @@
-//! Where the preparation of a robot comes from: a file of the user's cache, or made now and kept there. The cache is only
-//! ever a convenience: what is damaged in it is made again, and where nothing can be kept a line says so.
+//! Where the preparation of a robot comes from: a file of the user's cache, or made now and kept
+//! there. The cache is only ever a convenience: what is damaged in it is made again, and where
+//! nothing can be kept a line says so.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -55,12 +56,17 @@ impl Prepared {
 /// What this process has obtained so far, by what it was made from.
 static OBTAINED: Mutex<BTreeMap<Digest, Prepared>> = Mutex::new(BTreeMap::new());
 
-/// The preparation of a robot, from the cache or else made now, once in a process. It stays in memory until the program ends:
-/// whoever plans needs it to the last. `quiet` shows no progress and no warning.
+/// The preparation of a robot, from the cache or else made now, once in a process. It stays in
+/// memory until the program ends: whoever plans needs it to the last. `quiet` shows no progress and
+/// no warning.
 ///
 /// # Errors
 /// When the robot is none that the planner can move.
-pub fn obtain(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Prepared, Failure> {
+pub fn obtain(
+    model: &RobotModel,
+    config: &PlannerConfig,
+    quiet: bool,
+) -> Result<Prepared, Failure> {
     let key = prepare::key(model, config);
     let mut obtained = OBTAINED.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = obtained.get(&key) {
@@ -71,7 +77,11 @@ pub fn obtain(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result
     Ok(prepared)
 }
 
-fn find_or_make(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Prepared, Failure> {
+fn find_or_make(
+    model: &RobotModel,
+    config: &PlannerConfig,
+    quiet: bool,
+) -> Result<Prepared, Failure> {
     let key = prepare::key(model, config);
     let place = cache_folder().map(|folder| folder.join(format!("{key}.prepared")));
     if let Some(found) = place.as_deref().and_then(|path| from_cache(path, &key)) {
@@ -89,15 +99,19 @@ fn find_or_make(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Resu
         warn(reason);
     }
     let saved = saved.ok();
-    let preparation = Preparation::from_bytes(bytes, &key).map_err(|error| Failure::Preparation(error.to_string()))?;
+    let preparation = Preparation::from_bytes(bytes, &key)
+        .map_err(|error| Failure::Preparation(error.to_string()))?;
     Ok(Prepared { preparation, origin: Origin::Built { seconds, saved }, bytes })
 }
 
 fn warn(reason: &str) {
-    terminal::remark(&format!("warning: the robot's preparation cannot be kept, so the next run makes it again: {reason}"));
+    terminal::remark(&format!(
+        "warning: the robot's preparation cannot be kept, so the next run makes it again: {reason}"
+    ));
 }
 
-/// What the cache holds for `key`, mapped for good. A file that is damaged counts as none; it will be replaced.
+/// What the cache holds for `key`, mapped for good. A file that is damaged counts as none; it will
+/// be replaced.
 fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
     let file = File::open(path).ok()?;
     // SAFETY: files of the cache are never changed in place, only replaced as a whole.
@@ -109,14 +123,18 @@ fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
 
 fn build(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Vec<u64>, Failure> {
     let bar = if quiet || !terminal::is_watched() { ProgressBar::hidden() } else { new_bar() };
-    let built = prepare::build(model, config, &|share| bar.set_position((BAR_STEPS * share) as u64));
+    let built =
+        prepare::build(model, config, &|share| bar.set_position((BAR_STEPS * share) as u64));
     bar.finish_and_clear();
     built.map_err(|source| Failure::Robot { urdf: model.urdf_path.clone(), source })
 }
 
 fn new_bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("preparing the robot {bar:20} {percent:>3}%  once for all its walks");
-    ProgressBar::new(BAR_STEPS as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    let style = ProgressStyle::with_template(
+        "preparing the robot {bar:20} {percent:>3}%  once for all its walks",
+    );
+    ProgressBar::new(BAR_STEPS as u64)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Writes a file of the cache as a whole or not at all.
@@ -129,10 +147,14 @@ fn keep(bytes: &[u8], path: &Path) -> Result<(), String> {
     file.persist(path).map(drop).map_err(|error| failed(error.error))
 }
 
-/// `surefoot` in the user's cache folder, as the XDG base directory specification names it; `None` where there is none.
+/// `surefoot` in the user's cache folder, as the XDG base directory specification names it; `None`
+/// where there is none.
 fn cache_folder() -> Option<PathBuf> {
     let absolute = |path: PathBuf| path.is_absolute().then_some(path);
     let named = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).and_then(absolute);
-    let home = std::env::var_os("HOME").map(PathBuf::from).and_then(absolute).map(|home| home.join(".cache"));
+    let home = std::env::var_os("HOME")
+        .map(PathBuf::from)
+        .and_then(absolute)
+        .map(|home| home.join(".cache"));
     named.or(home).map(|folder| folder.join("surefoot"))
 }

@@ -1,4 +1,5 @@
-//! Shows a person what the roles tell: bars on a terminal, a few plain lines elsewhere, nothing if quiet.
+//! Shows a person what the roles tell: bars on a terminal, a few plain lines elsewhere, nothing if
+//! quiet.
 
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -52,18 +53,30 @@ impl Progress {
 
 fn milestone(line: &Line) -> Option<String> {
     match line {
-        Line::PlannerReady { ready_seconds, arena_bytes } => {
-            Some(format!("planner ready in {ready_seconds:.3} s, {:.1} MiB", *arena_bytes as f64 / f64::from(1 << 20)))
+        Line::PlannerReady { ready_seconds, arena_bytes } => Some(format!(
+            "planner ready in {ready_seconds:.3} s, {:.1} MiB",
+            *arena_bytes as f64 / f64::from(1 << 20)
+        )),
+        Line::Planned(planned) => Some(format!(
+            "{} in {:.3} s, {} work units",
+            planned.description, planned.plan_seconds, planned.work
+        )),
+        Line::Replanning { epoch, corrections } => Some(format!(
+            "the world differs in {corrections} places: planning again from here, epoch {epoch}"
+        )),
+        Line::WalkingBack => {
+            Some("no plan leads on from here: looking for one that leads back first".to_owned())
         }
-        Line::Planned(planned) => Some(format!("{} in {:.3} s, {} work units", planned.description, planned.plan_seconds, planned.work)),
-        Line::Replanning { epoch, corrections } => {
-            Some(format!("the world differs in {corrections} places: planning again from here, epoch {epoch}"))
-        }
-        Line::WalkingBack => Some("no plan leads on from here: looking for one that leads back first".to_owned()),
         Line::PlannerServes => Some("waiting for requests".to_owned()),
-        Line::Holding { accepted } => Some(format!("no planner speaks: the robot holds after {accepted} chunks")),
-        Line::Restarted { role, how } => Some(format!("the {role} process ended ({how}) and is started again")),
-        Line::Judged(judged) => Some(format!("{} chunks checked in {:.3} s", judged.accepted, judged.check_seconds)),
+        Line::Holding { accepted } => {
+            Some(format!("no planner speaks: the robot holds after {accepted} chunks"))
+        }
+        Line::Restarted { role, how } => {
+            Some(format!("the {role} process ended ({how}) and is started again"))
+        }
+        Line::Judged(judged) => {
+            Some(format!("{} chunks checked in {:.3} s", judged.accepted, judged.check_seconds))
+        }
         _ => None,
     }
 }
@@ -78,8 +91,14 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, line: &Line) {
                 searching.work, searching.sequences, searching.transitions, searching.motions
             ));
         }
-        Line::Delivering { accepted, chunks } => bar.get_or_insert_with(|| new_bar(*chunks, WALKING)).set_position(*accepted),
-        Line::Planned(_) | Line::Delivered(_) | Line::Restarted { .. } | Line::Replanning { .. } | Line::Failed { .. } => clear(bar),
+        Line::Delivering { accepted, chunks } => {
+            bar.get_or_insert_with(|| new_bar(*chunks, WALKING)).set_position(*accepted)
+        }
+        Line::Planned(_)
+        | Line::Delivered(_)
+        | Line::Restarted { .. }
+        | Line::Replanning { .. }
+        | Line::Failed { .. } => clear(bar),
         Line::WalkingBack
         | Line::PlannerServes
         | Line::Holding { .. }
@@ -90,7 +109,8 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, line: &Line) {
 }
 
 fn new_bar(length: u64, template: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let style =
+        ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(length).with_style(style)
 }
 

@@ -11,8 +11,9 @@ use crate::signals;
 /// The report of a run; `--json` writes it. What a run did not come to is null or 0.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Report {
-    /// The planner's outcome, or once a plan was delivered `accepted`, `refused`, `stopped`, `controller_lost`; `planner_failed` or
-    /// `controller_failed` when a process ended before its work was done.
+    /// The planner's outcome, or once a plan was delivered `accepted`, `refused`, `stopped`,
+    /// `controller_lost`; `planner_failed` or `controller_failed` when a process ended before its
+    /// work was done.
     pub outcome: String,
     /// The parameter of the budget that ended the search.
     pub bound: Option<String>,
@@ -83,7 +84,8 @@ pub struct Chunks {
     pub refused: u64,
     /// Chunks sent and, without any refusal, never accepted.
     pub lost: u64,
-    /// Chunks that the controller received again after it had accepted them, and did not walk again.
+    /// Chunks that the controller received again after it had accepted them, and did not walk
+    /// again.
     pub duplicated: u64,
     /// How often a chunk was sent again.
     pub resent: u64,
@@ -96,7 +98,11 @@ impl Report {
         Self {
             scenario: scenario.name.clone(),
             robot: inputs.model.name.clone(),
-            world: scenario.world_path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+            world: scenario
+                .world_path
+                .file_stem()
+                .map(|stem| stem.to_string_lossy().into_owned())
+                .unwrap_or_default(),
             seed: scenario.seed,
             threads,
             ..Self::default()
@@ -150,14 +156,19 @@ impl Report {
     /// How the command ends.
     ///
     /// # Errors
-    /// When that is no answer: the robot cannot stand at an end, no controller answers, or a signal came.
+    /// When that is no answer: the robot cannot stand at an end, no controller answers, or a signal
+    /// came.
     pub fn ending(&self) -> Result<Ending, Failure> {
         match (self.end, self.delivery) {
             (Some(PlanEnd::NoPlan), _) => Ok(Ending::NoPlan),
             (Some(PlanEnd::Found), None | Some(DeliveryEnd::Accepted)) => Ok(Ending::Done),
             (Some(PlanEnd::Found), Some(DeliveryEnd::Refused)) => Ok(Ending::Refused),
-            (Some(PlanEnd::Found), Some(DeliveryEnd::Superseded | DeliveryEnd::ControllerLost)) => Err(Failure::ControllerLost),
-            (Some(PlanEnd::StartInvalid | PlanEnd::GoalInvalid), _) => Err(Failure::Ends(self.description.clone())),
+            (Some(PlanEnd::Found), Some(DeliveryEnd::Superseded | DeliveryEnd::ControllerLost)) => {
+                Err(Failure::ControllerLost)
+            }
+            (Some(PlanEnd::StartInvalid | PlanEnd::GoalInvalid), _) => {
+                Err(Failure::Ends(self.description.clone()))
+            }
             _ => Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
         }
     }
@@ -181,7 +192,8 @@ impl Report {
     }
 
     fn note_delivered(&mut self, delivered: &Delivered) {
-        // A planner that was started again sent less than what was accepted: its predecessor sent the rest.
+        // A planner that was started again sent less than what was accepted: its predecessor sent
+        // the rest.
         let sent = (delivered.sent - delivered.resent.min(delivered.sent)).max(delivered.accepted);
         let refused = delivered.end == DeliveryEnd::Refused;
         self.delivery = Some(delivered.end);
@@ -197,7 +209,11 @@ impl Report {
             sent,
             accepted: delivered.accepted,
             refused: u64::from(refused),
-            lost: if refused { 0 } else { sent.saturating_sub(delivered.accepted + delivered.withdrawn) },
+            lost: if refused {
+                0
+            } else {
+                sent.saturating_sub(delivered.accepted + delivered.withdrawn)
+            },
             duplicated: delivered.duplicated.max(self.chunks.duplicated),
             resent: delivered.resent,
         };
@@ -261,17 +277,29 @@ mod tests {
 
     fn judged() -> Line {
         let margins = WorstMargins { torque: Some(0.25), ..WorstMargins::default() };
-        Line::Judged(Judged { check_seconds: 0.5, accepted: 3, duplicated: 2, margins, refusal: Some(refusal("left_knee 120 %")) })
+        Line::Judged(Judged {
+            check_seconds: 0.5,
+            accepted: 3,
+            duplicated: 2,
+            margins,
+            refusal: Some(refusal("left_knee 120 %")),
+        })
     }
 
     #[test]
     fn a_refusal_keeps_the_controllers_detail_in_whatever_order_the_lines_come() {
-        for lines in [[delivered(DeliveryEnd::Refused, 3), judged()], [judged(), delivered(DeliveryEnd::Refused, 3)]] {
+        for lines in [
+            [delivered(DeliveryEnd::Refused, 3), judged()],
+            [judged(), delivered(DeliveryEnd::Refused, 3)],
+        ] {
             let mut report = Report::default();
             report.note(&planned(PlanEnd::Found));
             lines.iter().for_each(|line| report.note(line));
             assert_eq!(report.refusal.as_ref().unwrap().detail, "left_knee 120 %");
-            assert_eq!(report.chunks, Chunks { sent: 7, accepted: 3, refused: 1, lost: 0, duplicated: 2, resent: 2 });
+            assert_eq!(
+                report.chunks,
+                Chunks { sent: 7, accepted: 3, refused: 1, lost: 0, duplicated: 2, resent: 2 }
+            );
             assert_eq!(report.margins.torque, Some(0.25));
             assert_eq!(report.ending().unwrap(), Ending::Refused);
         }
@@ -292,7 +320,11 @@ mod tests {
             let mut report = Report::default();
             report.note(&planned(end));
             delivery.iter().for_each(|delivery| report.note(&delivered(*delivery, 7)));
-            assert_eq!(report.ending().map_or_else(|failure| failure.code(), Ending::code), code, "{end:?} {delivery:?}");
+            assert_eq!(
+                report.ending().map_or_else(|failure| failure.code(), Ending::code),
+                code,
+                "{end:?} {delivery:?}"
+            );
         }
     }
 
@@ -300,12 +332,17 @@ mod tests {
     fn chunks_that_nobody_accepted_are_lost() {
         let mut report = Report::default();
         report.note(&delivered(DeliveryEnd::ControllerLost, 5));
-        assert_eq!((report.chunks.sent, report.chunks.lost, report.outcome.as_str()), (7, 2, "controller_lost"));
+        assert_eq!(
+            (report.chunks.sent, report.chunks.lost, report.outcome.as_str()),
+            (7, 2, "controller_lost")
+        );
     }
 
     #[test]
     fn chunks_of_a_plan_that_was_given_up_are_not_lost() {
-        let Line::Delivered(replanned) = delivered(DeliveryEnd::Accepted, 5) else { panic!("another line") };
+        let Line::Delivered(replanned) = delivered(DeliveryEnd::Accepted, 5) else {
+            panic!("another line")
+        };
         let mut report = Report::default();
         report.note(&Line::Delivered(Delivered { withdrawn: 2, ..replanned }));
         assert_eq!((report.chunks.sent, report.chunks.accepted, report.chunks.lost), (7, 5, 0));

@@ -9,11 +9,11 @@ use crate::failure::Failure;
 use crate::line::{Diagnosis, Hindrance, Line, Planned, Searching};
 use crate::signals;
 
-/// Fewest work units between two looks at the clock: a fraction of a second. How often it looks has no influence on
-/// the plan.
+/// Fewest work units between two looks at the clock: a fraction of a second. How often it looks has
+/// no influence on the plan.
 const WORK_PER_STEP_MIN: u64 = 20_000;
-/// A long search looks again after this share of what it has spent: so seldom that entering the planner's thread pool does not
-/// make its queue grow.
+/// A long search looks again after this share of what it has spent: so seldom that entering the
+/// planner's thread pool does not make its queue grow.
 const SHARE_PER_STEP: u64 = 16;
 /// Time between two words about the search, s.
 const TELL_EVERY_SECONDS: f64 = 0.1;
@@ -22,12 +22,17 @@ const TELL_EVERY_SECONDS: f64 = 0.1;
 ///
 /// # Errors
 /// When a signal asks for the end, or telling fails.
-pub fn run(planner: &mut Planner, work_max: u64, tell: &mut dyn FnMut(&Line) -> Result<(), Failure>) -> Result<Planned, Failure> {
+pub fn run(
+    planner: &mut Planner,
+    work_max: u64,
+    tell: &mut dyn FnMut(&Line) -> Result<(), Failure>,
+) -> Result<Planned, Failure> {
     let ended = run_until(planner, work_max, tell, &mut || false)?;
     ended.ok_or_else(|| Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)))
 }
 
-/// Like [`run`], but nothing once a signal asks for the end, or `is_over` says so between two steps.
+/// Like [`run`], but nothing once a signal asks for the end, or `is_over` says so between two
+/// steps.
 ///
 /// # Errors
 /// When telling fails.
@@ -60,7 +65,13 @@ pub fn run_until(
 
 fn searching(planner: &Planner, work_max: u64) -> Searching {
     let tally = planner.tally();
-    Searching { work: tally.work, work_max, sequences: tally.sequences, transitions: tally.transitions_found, motions: tally.motions_found }
+    Searching {
+        work: tally.work,
+        work_max,
+        sequences: tally.sequences,
+        transitions: tally.transitions_found,
+        motions: tally.motions_found,
+    }
 }
 
 fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations: u64) -> Planned {
@@ -89,7 +100,10 @@ fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations:
 /// An outcome in words, with the names of what is in the way.
 fn describe(planner: &Planner, outcome: &Outcome) -> String {
     let collision = &planner.constraints().collision;
-    outcome.hit().map_or_else(|| outcome.describe(), |hit| format!("{}: {}", outcome.describe(), collision.describe(hit)))
+    outcome.hit().map_or_else(
+        || outcome.describe(),
+        |hit| format!("{}: {}", outcome.describe(), collision.describe(hit)),
+    )
 }
 
 fn diagnosis(planner: &Planner) -> Diagnosis {
@@ -97,7 +111,14 @@ fn diagnosis(planner: &Planner) -> Diagnosis {
     Diagnosis {
         is_unguided: tally.is_unguided,
         routes: tally.routes,
-        hindrance: planner.hindrance().map(|place| Hindrance { xyz: place.position.to_array(), failures: place.failures }),
-        rejections: Rejection::WORDS.map(str::to_owned).into_iter().zip(tally.rejections).filter(|(_, count)| *count > 0).collect(),
+        hindrance: planner
+            .hindrance()
+            .map(|place| Hindrance { xyz: place.position.to_array(), failures: place.failures }),
+        rejections: Rejection::WORDS
+            .map(str::to_owned)
+            .into_iter()
+            .zip(tally.rejections)
+            .filter(|(_, count)| *count > 0)
+            .collect(),
     }
 }

@@ -6,15 +6,18 @@ use libc::c_int;
 
 static RAISED: AtomicI32 = AtomicI32::new(0);
 
-/// Notes SIGINT, SIGTERM and SIGHUP from now on. A second SIGINT ends the process at once; of the others more may come, as the
-/// kernel sends one for each thread of a dying parent.
+/// Notes SIGINT, SIGTERM and SIGHUP from now on. A second SIGINT ends the process at once; of the
+/// others more may come, as the kernel sends one for each thread of a dying parent.
 pub fn install() {
-    for (signal, flags) in [(libc::SIGINT, libc::SA_RESETHAND), (libc::SIGTERM, 0), (libc::SIGHUP, 0)] {
+    for (signal, flags) in
+        [(libc::SIGINT, libc::SA_RESETHAND), (libc::SIGTERM, 0), (libc::SIGHUP, 0)]
+    {
         // SAFETY: an all-zero sigaction is a valid one.
         let mut action: libc::sigaction = unsafe { std::mem::zeroed() };
         action.sa_sigaction = note as extern "C" fn(c_int) as libc::sighandler_t;
         action.sa_flags = libc::SA_RESTART | flags;
-        // SAFETY: `note` only stores an atomic, which is allowed in a handler. A failure leaves the default action in place.
+        // SAFETY: `note` only stores an atomic, which is allowed in a handler. A failure leaves the
+        // default action in place.
         unsafe { libc::sigaction(signal, &action, std::ptr::null_mut()) };
     }
 }
@@ -24,9 +27,11 @@ pub fn raised() -> Option<i32> {
     Some(RAISED.load(Ordering::Relaxed)).filter(|signal| *signal != 0)
 }
 
-/// Asks the kernel to send SIGTERM to this process when the thread that started it ends, however that comes about.
+/// Asks the kernel to send SIGTERM to this process when the thread that started it ends, however
+/// that comes about.
 pub fn end_with_parent() {
-    // SAFETY: prctl with these arguments touches no memory. A failure only means that an orphan ends later.
+    // SAFETY: prctl with these arguments touches no memory. A failure only means that an orphan
+    // ends later.
     unsafe { libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGTERM) };
 }
 

@@ -1,4 +1,5 @@
-//! Words to the person at the terminal. Results go to stdout, complaints to stderr; nobody listening is no error.
+//! Words to the person at the terminal. Results go to stdout, complaints to stderr; nobody
+//! listening is no error.
 
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -1,8 +1,9 @@
 //! Rolling rubble as one triangle mesh of any size: how cost grows with the size of the world.
 //!
-//! Square plates, each level with itself but tilted and shifted against its neighbours, follow a gentle wave; strips of steep
-//! triangles join them. More triangles make a larger field of the same rubble, so that the same walk over its middle meets the same
-//! ground whatever the size. Around both marks the ground is flat.
+//! Square plates, each level with itself but tilted and shifted against its neighbours, follow a
+//! gentle wave; strips of steep triangles join them. More triangles make a larger field of the same
+//! rubble, so that the same walk over its middle meets the same ground whatever the size. Around
+//! both marks the ground is flat.
 
 use glam::{DVec2, DVec3};
 use surefoot_planner::random::{Random, Stream};
@@ -29,8 +30,9 @@ const SLOPE: f64 = 0.1;
 /// How far from a mark the ground is flat, m.
 const FLAT: f64 = 0.8;
 
-/// A field of `2 * n * m` triangles, `n` by `m` squares as nearly square as possible, the longer side along x, its middle at the
-/// origin. An odd number of triangles is rounded down; there are at least two.
+/// A field of `2 * n * m` triangles, `n` by `m` squares as nearly square as possible, the longer
+/// side along x, its middle at the origin. An odd number of triangles is rounded down; there are at
+/// least two.
 pub fn mesh_terrain(triangles: usize) -> World {
     let squares = squares_of((triangles / 2).max(1));
     let half = 0.5 * CELL * DVec2::new(squares[0] as f64, squares[1] as f64);
@@ -45,13 +47,20 @@ pub fn mesh_terrain(triangles: usize) -> World {
         let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
         [[a, b, c], [a, c, d]]
     };
-    let triangles = (0..squares[0]).flat_map(|i| (0..squares[1]).map(move |j| (i, j))).flat_map(halves).collect();
+    let triangles = (0..squares[0])
+        .flat_map(|i| (0..squares[1]).map(move |j| (i, j)))
+        .flat_map(halves)
+        .collect();
     world_of(vertices, triangles)
 }
 
 /// The two factors of a number that are nearest to each other, the larger first.
 fn squares_of(count: usize) -> [usize; 2] {
-    let side = (1..=count).take_while(|n| n * n <= count).filter(|n| count.is_multiple_of(*n)).last().unwrap_or(1);
+    let side = (1..=count)
+        .take_while(|n| n * n <= count)
+        .filter(|n| count.is_multiple_of(*n))
+        .last()
+        .unwrap_or(1);
     [count / side, side]
 }
 
@@ -63,7 +72,8 @@ fn height_at(i: usize, j: usize, half: DVec2) -> f64 {
     if MARKS.iter().any(|mark| (plate - mark.truncate()).abs().max_element() <= FLAT) {
         return 0.0;
     }
-    // Named by its place about the middle, so that a larger field continues a smaller one where their grids agree.
+    // Named by its place about the middle, so that a larger field continues a smaller one where
+    // their grids agree.
     let name = |x: f64| libm::round(x / CELL * 2.0) as i64 as u64 & 0xFFFF_FFFF;
     let mut random = Random::new(SEED, Stream::Preparation, name(plate.x) << 32 | name(plate.y), 0);
     let shift = random.uniform(-SHIFT, SHIFT);
@@ -75,11 +85,20 @@ fn height_at(i: usize, j: usize, half: DVec2) -> f64 {
 }
 
 fn world_of(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> World {
-    let numbers: Vec<u8> = vertices.iter().flat_map(|v| v.to_array()).flat_map(f64::to_le_bytes).collect();
+    let numbers: Vec<u8> =
+        vertices.iter().flat_map(|v| v.to_array()).flat_map(f64::to_le_bytes).collect();
     let digest = Digest::of(&[b"mesh_terrain", &numbers]);
     let source = MeshSource { path: "mesh_terrain".into(), scale: DVec3::ONE };
     let shape = Shape::Mesh { vertices, triangles, source };
-    World { mu: 0.6, shapes: vec![WorldShape { name: "terrain".into(), world_from_shape: Pose::IDENTITY, shape }], digest }
+    World {
+        mu: 0.6,
+        shapes: vec![WorldShape {
+            name: "terrain".into(),
+            world_from_shape: Pose::IDENTITY,
+            shape,
+        }],
+        digest,
+    }
 }
 
 #[cfg(test)]
@@ -99,11 +118,15 @@ mod tests {
             let world = mesh_terrain(triangles);
             let (vertices, faces) = mesh(&world);
             assert_eq!(faces.len(), triangles);
-            let extent = |pick: fn(&DVec3) -> f64| 2.0 * vertices.iter().map(pick).fold(f64::MIN, f64::max);
+            let extent =
+                |pick: fn(&DVec3) -> f64| 2.0 * vertices.iter().map(pick).fold(f64::MIN, f64::max);
             let (length, width) = (extent(|v| v.x), extent(|v| v.y));
             assert!((length * width - CELL * CELL * triangles as f64 / 2.0).abs() < 1e-6);
             assert!(width <= length && length <= 2.0 * width, "{length} by {width}");
-            assert!(MARKS.iter().all(|mark| mark.x.abs() + 0.5 < 0.5 * length), "the marks lie on it");
+            assert!(
+                MARKS.iter().all(|mark| mark.x.abs() + 0.5 < 0.5 * length),
+                "the marks lie on it"
+            );
         }
     }
 
@@ -118,11 +141,20 @@ mod tests {
         let columns = 51;
         let on_plate = |face: &[u32; 3]| {
             let place = face.map(|i| (i as usize / columns, i as usize % columns));
-            place.iter().all(|&(i, j)| (i / PITCH, j / PITCH) == (place[0].0 / PITCH, place[0].1 / PITCH))
+            place
+                .iter()
+                .all(|&(i, j)| (i / PITCH, j / PITCH) == (place[0].0 / PITCH, place[0].1 / PITCH))
         };
-        let steepest = faces.iter().filter(|face| on_plate(face)).map(|face| libm::acos(normal(face).z)).fold(0.0, f64::max);
+        let steepest = faces
+            .iter()
+            .filter(|face| on_plate(face))
+            .map(|face| libm::acos(normal(face).z))
+            .fold(0.0, f64::max);
         assert!((0.1..0.15).contains(&steepest), "{steepest} rad");
-        assert!(faces.iter().any(|face| !on_plate(face) && normal(face).z < 0.95), "between plates it is steep");
+        assert!(
+            faces.iter().any(|face| !on_plate(face) && normal(face).z < 0.95),
+            "between plates it is steep"
+        );
     }
 
     #[test]
@@ -130,7 +162,9 @@ mod tests {
         let world = mesh_terrain(10_000);
         let (vertices, _) = mesh(&world);
         for mark in MARKS {
-            let near = vertices.iter().filter(|v| (v.truncate() - mark.truncate()).abs().max_element() < 0.5);
+            let near = vertices
+                .iter()
+                .filter(|v| (v.truncate() - mark.truncate()).abs().max_element() < 0.5);
             assert!(near.clone().count() > 80 && near.clone().all(|v| v.z == 0.0));
         }
     }

@@ -11,7 +11,13 @@ const REASONS_TOLD: usize = 3;
 
 /// The verdict on a run, several lines without a line break at the end.
 pub fn text(report: &Report) -> String {
-    let mut text = format!("{}, {}, seed {}: {}", report.scenario, report.robot, report.seed, headline(report));
+    let mut text = format!(
+        "{}, {}, seed {}: {}",
+        report.scenario,
+        report.robot,
+        report.seed,
+        headline(report)
+    );
     let mut line = |name: &str, content: String| add(&mut text, name, &content);
     if report.has_plan() {
         line("plan", format!("{} steps, {} waypoints", report.steps, report.waypoints));
@@ -19,7 +25,10 @@ pub fn text(report: &Report) -> String {
     if report.has_plan() {
         line(
             "route",
-            format!("{} edges, {} of them possible; {} primitives", report.route_edges, report.route_edges_possible, report.primitives),
+            format!(
+                "{} edges, {} of them possible; {} primitives",
+                report.route_edges, report.route_edges_possible, report.primitives
+            ),
         );
     }
     explain(report.diagnosis.as_deref(), &mut line);
@@ -50,10 +59,21 @@ pub fn text(report: &Report) -> String {
 pub fn of_search(name: &str, planned: &Planned) -> String {
     let mut text = format!("{name}: {}", planned.description);
     if planned.end == PlanEnd::Found {
-        add(&mut text, "plan", &format!("{} steps, {} waypoints, {} chunks", planned.steps, planned.waypoints, planned.chunks));
+        add(
+            &mut text,
+            "plan",
+            &format!(
+                "{} steps, {} waypoints, {} chunks",
+                planned.steps, planned.waypoints, planned.chunks
+            ),
+        );
     }
     explain(planned.diagnosis.as_deref(), &mut |name, content| add(&mut text, name, &content));
-    add(&mut text, "search", &format!("{:.3} s, {} work units", planned.plan_seconds, planned.work));
+    add(
+        &mut text,
+        "search",
+        &format!("{:.3} s, {} work units", planned.plan_seconds, planned.work),
+    );
     text
 }
 
@@ -79,7 +99,9 @@ fn headline(report: &Report) -> String {
         None => found.to_owned(),
         Some(DeliveryEnd::Accepted) => format!("{found}, walked and accepted"),
         Some(DeliveryEnd::Refused) => format!("{found}, but refused by the controller"),
-        Some(DeliveryEnd::Superseded) => format!("{found}, but another planner planned again meanwhile"),
+        Some(DeliveryEnd::Superseded) => {
+            format!("{found}, but another planner planned again meanwhile")
+        }
         Some(DeliveryEnd::ControllerLost) => format!("{found}, but no controller answers"),
         Some(DeliveryEnd::Stopped) => format!("{found}, delivery stopped"),
     }
@@ -103,7 +125,10 @@ fn rejected(rejections: &BTreeMap<String, u64>) -> String {
     let mut reasons: Vec<_> = rejections.iter().collect();
     reasons.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
     let share = |count: u64| 100.0 * count as f64 / total as f64;
-    let told = reasons.iter().take(REASONS_TOLD).map(|(reason, count)| format!("{reason} {:.0} %", share(**count)));
+    let told = reasons
+        .iter()
+        .take(REASONS_TOLD)
+        .map(|(reason, count)| format!("{reason} {:.0} %", share(**count)));
     told.collect::<Vec<String>>().join(", ")
 }
 
@@ -122,6 +147,10 @@ fn search(report: &Report) -> String {
 
 fn chunks(report: &Report) -> String {
     let chunks = &report.chunks;
-    let checked = report.check_seconds.map(|time| format!(", checked in {time:.3} s")).unwrap_or_default();
-    format!("{} sent, {} accepted, {} lost, {} duplicated{checked}", chunks.sent, chunks.accepted, chunks.lost, chunks.duplicated)
+    let checked =
+        report.check_seconds.map(|time| format!(", checked in {time:.3} s")).unwrap_or_default();
+    format!(
+        "{} sent, {} accepted, {} lost, {} duplicated{checked}",
+        chunks.sent, chunks.accepted, chunks.lost, chunks.duplicated
+    )
 }

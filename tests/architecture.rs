@@ -17,7 +17,12 @@ struct Rule {
 }
 
 const RULES: [Rule; 13] = [
-    Rule { why: "stage M knows nothing of possibility", binds: &["planner/src/motion"], except: &[], words: &["possibility"] },
+    Rule {
+        why: "stage M knows nothing of possibility",
+        binds: &["planner/src/motion"],
+        except: &[],
+        words: &["possibility"],
+    },
     Rule {
         why: "possibility knows nothing of stage M",
         binds: &["planner/src/possibility"],
@@ -65,7 +70,12 @@ const RULES: [Rule; 13] = [
         why: "shared types know neither side",
         binds: &["shared-types/src", "shared-types/Cargo.toml"],
         except: &[],
-        words: &["surefoot_planner", "surefoot-planner", "surefoot_controller_sim", "surefoot-controller-sim"],
+        words: &[
+            "surefoot_planner",
+            "surefoot-planner",
+            "surefoot_controller_sim",
+            "surefoot-controller-sim",
+        ],
     },
     Rule {
         why: "geometry and mechanics lie below the search",
@@ -83,7 +93,13 @@ const RULES: [Rule; 13] = [
             "planner/src/random.rs",
         ],
         except: &[],
-        words: &["crate::motion", "crate::possibility", "crate::rpg", "crate::seeding", "crate::chunking"],
+        words: &[
+            "crate::motion",
+            "crate::possibility",
+            "crate::rpg",
+            "crate::seeding",
+            "crate::chunking",
+        ],
     },
     Rule {
         why: "nothing below calls the planner as a whole, and the search never sends",
@@ -129,7 +145,9 @@ fn files(path: &Path) -> Vec<PathBuf> {
     }
     let Ok(entries) = std::fs::read_dir(path) else { return vec![] };
     let mut found: Vec<PathBuf> = entries.flat_map(|entry| files(&entry.unwrap().path())).collect();
-    found.retain(|file| file.extension().is_some_and(|extension| extension == "rs" || extension == "toml"));
+    found.retain(|file| {
+        file.extension().is_some_and(|extension| extension == "rs" || extension == "toml")
+    });
     found.sort();
     found
 }
@@ -149,8 +167,10 @@ fn shown(file: &Path) -> String {
 
 /// Where a rule is broken.
 fn offences(rule: &Rule) -> Vec<String> {
-    let is_free = |file: &PathBuf| rule.except.iter().any(|free| file.starts_with(root().join(free)));
-    let bound = rule.binds.iter().flat_map(|path| files(&root().join(path))).filter(|file| !is_free(file));
+    let is_free =
+        |file: &PathBuf| rule.except.iter().any(|free| file.starts_with(root().join(free)));
+    let bound =
+        rule.binds.iter().flat_map(|path| files(&root().join(path))).filter(|file| !is_free(file));
     let mut offences = vec![];
     for file in bound {
         let text = std::fs::read_to_string(&file).unwrap();
@@ -172,7 +192,11 @@ fn no_rule_is_broken() {
 #[test]
 fn every_rule_but_those_for_possibility_binds_some_file() {
     for rule in RULES.iter().filter(|rule| !rule.why.starts_with("possibility")) {
-        assert!(rule.binds.iter().all(|path| !files(&root().join(path)).is_empty()), "{}: binds nothing", rule.why);
+        assert!(
+            rule.binds.iter().all(|path| !files(&root().join(path)).is_empty()),
+            "{}: binds nothing",
+            rule.why
+        );
     }
 }
 
@@ -188,13 +212,17 @@ fn the_reader_of_rules_sees_what_is_there() {
 fn functions(text: &str) -> Vec<(&str, usize, usize)> {
     let lines: Vec<&str> = text.lines().collect();
     let length = |from: usize, indent: usize| {
-        let closes = |line: &&str| line.len() > indent && &line[indent..=indent] == "}" && line[..indent].trim().is_empty();
+        let closes = |line: &&str| {
+            line.len() > indent && &line[indent..=indent] == "}" && line[..indent].trim().is_empty()
+        };
         lines[from..].iter().position(closes).map_or(0, |last| last + 1)
     };
     let mut found = vec![];
     for (number, line) in lines.iter().enumerate() {
         let Some((before, after)) = line.split_once("fn ") else { continue };
-        let is_head = before.split_whitespace().all(|word| ["pub", "pub(crate)", "pub(super)", "const", "unsafe", "async"].contains(&word));
+        let is_head = before.split_whitespace().all(|word| {
+            ["pub", "pub(crate)", "pub(super)", "const", "unsafe", "async"].contains(&word)
+        });
         if is_head && !line.trim_end().ends_with('}') && !line.trim_end().ends_with(';') {
             let name = after.split(['(', '<']).next().unwrap_or_default();
             found.push((name, number + 1, length(number, line.len() - line.trim_start().len())));

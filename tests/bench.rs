@@ -1,4 +1,5 @@
-//! `surefoot bench`: what it measures and prints, and how it ends when something is wrong. No test looks at how long anything takes.
+//! `surefoot bench`: what it measures and prints, and how it ends when something is wrong. No test
+//! looks at how long anything takes.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
@@ -24,7 +25,8 @@ impl Room {
         let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
         let text = fs::read_to_string(configs.join("scenarios/flat_walk.toml")).unwrap();
         let goal = text.find("[goal]").unwrap();
-        let text = format!("{}[goal]\nxyz = [1.0, 0.0, 0.0]\n{more}", &text[..goal]).replace("\"../", &format!("\"{}/", configs.display()));
+        let text = format!("{}[goal]\nxyz = [1.0, 0.0, 0.0]\n{more}", &text[..goal])
+            .replace("\"../", &format!("\"{}/", configs.display()));
         fs::write(folder.path().join("short.toml"), text).unwrap();
         Self { folder }
     }
@@ -41,13 +43,18 @@ impl Room {
 }
 
 fn json(said: &Said) -> Value {
-    serde_json::from_str(&said.out).unwrap_or_else(|error| panic!("{error}: {}{}", said.out, said.err))
+    serde_json::from_str(&said.out)
+        .unwrap_or_else(|error| panic!("{error}: {}{}", said.out, said.err))
 }
 
 fn assert_bad_input(said: &Said, expected: &str) {
     assert_eq!(said.code, 2, "{}{}", said.out, said.err);
     assert_eq!(said.err.lines().count(), 1, "more than one line: {}", said.err);
-    assert!(said.err.starts_with("error: ") && said.err.contains(expected), "'{expected}' is not in: {}", said.err);
+    assert!(
+        said.err.starts_with("error: ") && said.err.contains(expected),
+        "'{expected}' is not in: {}",
+        said.err
+    );
     assert_eq!(said.out, "");
 }
 
@@ -60,8 +67,14 @@ fn thesis_reports_all_that_its_rows_promise() {
     assert!(report["caveat"].as_str().unwrap().contains("reconstruction"));
     assert!(report["machine"]["cores"].as_u64().unwrap() > 0);
     let row = &report["rows"][0];
-    assert_eq!((&row["scenario"], &row["trials"], &row["found"]), (&"short".into(), &2.into(), &2.into()));
-    assert_eq!((&row["checked"], &row["refused"], &row["thesis"]), (&2.into(), &0.into(), &Value::Null));
+    assert_eq!(
+        (&row["scenario"], &row["trials"], &row["found"]),
+        (&"short".into(), &2.into(), &2.into())
+    );
+    assert_eq!(
+        (&row["checked"], &row["refused"], &row["thesis"]),
+        (&2.into(), &0.into(), &Value::Null)
+    );
     for name in [
         "mean_seconds",
         "std_seconds",
@@ -74,7 +87,12 @@ fn thesis_reports_all_that_its_rows_promise() {
     ] {
         assert!(row[name].as_f64().unwrap() > 0.0, "{name}: {row}");
     }
-    let sum: f64 = row["mean_work_by_stage"].as_object().unwrap().values().map(|work| work.as_f64().unwrap()).sum();
+    let sum: f64 = row["mean_work_by_stage"]
+        .as_object()
+        .unwrap()
+        .values()
+        .map(|work| work.as_f64().unwrap())
+        .sum();
     assert_eq!(sum, row["mean_work"].as_f64().unwrap(), "the stages' work adds up");
     assert!(row["mean_seconds_by_stage"]["move"].as_f64().unwrap() > 0.0);
     assert_eq!(row["digest"].as_str().unwrap().len(), 64);
@@ -82,9 +100,19 @@ fn thesis_reports_all_that_its_rows_promise() {
 
 #[test]
 fn thesis_prints_the_thesis_beside_our_own_figures() {
-    let said = run(&["bench", "thesis", "--scenario", "ibeam_hallway", "--trials", "1", "--threads", "1"]);
+    let said =
+        run(&["bench", "thesis", "--scenario", "ibeam_hallway", "--trials", "1", "--threads", "1"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    for expected in ["machine: ", "reconstruction", "Table 4.1", "30.59 (64.91)", "100 %", "1/1", " x\n", "sequence"] {
+    for expected in [
+        "machine: ",
+        "reconstruction",
+        "Table 4.1",
+        "30.59 (64.91)",
+        "100 %",
+        "1/1",
+        " x\n",
+        "sequence",
+    ] {
         assert!(said.out.contains(expected), "'{expected}' is not in:\n{}", said.out);
     }
     assert!(!said.out.contains("Table 4.2"));
@@ -95,7 +123,10 @@ fn thesis_takes_up_where_it_was() {
     let room = Room::new("");
     let out = room.path("results");
     let bench = |trials: &str, more: &[&str]| {
-        let said = room.bench("thesis", &[&["--trials", trials, "--threads", "1", "--json", "--out", &out], more].concat());
+        let said = room.bench(
+            "thesis",
+            &[&["--trials", trials, "--threads", "1", "--json", "--out", &out], more].concat(),
+        );
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
         json(&said)["rows"][0].clone()
     };
@@ -108,7 +139,8 @@ fn thesis_takes_up_where_it_was() {
     let fresh = bench("1", &["--fresh"]);
     assert_eq!((lines(), &fresh["digest"]), (1, &first["digest"]));
     assert_ne!(fresh["mean_seconds"], first["mean_seconds"], "measured anew");
-    let kept: Value = serde_json::from_slice(&fs::read(room.path("results/thesis.json")).unwrap()).unwrap();
+    let kept: Value =
+        serde_json::from_slice(&fs::read(room.path("results/thesis.json")).unwrap()).unwrap();
     assert_eq!(kept["rows"][0], fresh);
 }
 
@@ -118,7 +150,10 @@ fn thesis_does_not_hide_that_nothing_was_found() {
     let said = room.bench("thesis", &["--trials", "2", "--json"]);
     assert_eq!(said.code, 3, "{}{}", said.out, said.err);
     let row = &json(&said)["rows"][0];
-    assert_eq!((&row["found"], &row["outcomes"]["budget_exhausted"], &row["mean_seconds"]), (&0.into(), &2.into(), &Value::Null));
+    assert_eq!(
+        (&row["found"], &row["outcomes"]["budget_exhausted"], &row["mean_seconds"]),
+        (&0.into(), &2.into(), &Value::Null)
+    );
     assert!(room.bench("thesis", &["--trials", "1"]).out.contains("0/1"));
 }
 
@@ -126,8 +161,14 @@ fn thesis_does_not_hide_that_nothing_was_found() {
 fn missing_scenarios_are_named_before_anything_is_measured() {
     let room = Room::new("");
     let out = room.path("results");
-    assert_bad_input(&room.bench("thesis", &["--scenario", "no_such", "--out", &out]), "configs/scenarios/no_such.toml");
-    assert_bad_input(&run(&["bench", "thesis", "--configs", "nowhere"]), "nowhere/ibeam_hallway.toml");
+    assert_bad_input(
+        &room.bench("thesis", &["--scenario", "no_such", "--out", &out]),
+        "configs/scenarios/no_such.toml",
+    );
+    assert_bad_input(
+        &run(&["bench", "thesis", "--configs", "nowhere"]),
+        "nowhere/ibeam_hallway.toml",
+    );
     assert!(!Path::new(&out).exists(), "something half-written");
 }
 
@@ -136,8 +177,14 @@ fn a_broken_journal_is_named() {
     let room = Room::new("");
     fs::create_dir(room.path("results")).unwrap();
     fs::write(room.path("results/thesis.jsonl"), "{\"key\": 7}\n").unwrap();
-    assert_bad_input(&room.bench("thesis", &["--trials", "1", "--out", &room.path("results")]), "thesis.jsonl:1: ");
-    assert_bad_input(&room.bench("thesis", &["--trials", "1", "--out", &room.path("short.toml")]), "short.toml");
+    assert_bad_input(
+        &room.bench("thesis", &["--trials", "1", "--out", &room.path("results")]),
+        "thesis.jsonl:1: ",
+    );
+    assert_bad_input(
+        &room.bench("thesis", &["--trials", "1", "--out", &room.path("short.toml")]),
+        "short.toml",
+    );
 }
 
 #[test]
@@ -160,17 +207,28 @@ fn limit_compares_planning_with_checking() {
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let row = &json(&said)["rows"][0];
     assert_eq!((&row["found"], row["faults"].as_array().unwrap().len()), (&2.into(), 0), "{row}");
-    let (plan, check) = (row["processor_mean_seconds"].as_f64().unwrap(), row["check_mean_seconds"].as_f64().unwrap());
+    let (plan, check) = (
+        row["processor_mean_seconds"].as_f64().unwrap(),
+        row["check_mean_seconds"].as_f64().unwrap(),
+    );
     assert!((row["ratio"].as_f64().unwrap() - plan / check).abs() < 1e-9);
-    let (checked, waypoints) = (row["check_mean_configurations"].as_f64().unwrap(), row["mean_waypoints"].as_f64().unwrap());
-    assert!(checked >= 2.0 * waypoints - 1.0, "each waypoint, and one configuration between any two: {row}");
+    let (checked, waypoints) = (
+        row["check_mean_configurations"].as_f64().unwrap(),
+        row["mean_waypoints"].as_f64().unwrap(),
+    );
+    assert!(
+        checked >= 2.0 * waypoints - 1.0,
+        "each waypoint, and one configuration between any two: {row}"
+    );
     assert!(Room::new("").bench("limit", &["--trials", "1"]).out.contains("check once"));
 }
 
 #[test]
 fn ipc_leaves_nothing_in_shared_memory() {
     let left = || {
-        let names = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let names = fs::read_dir("/dev/shm")
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap());
         names.filter(|name| name.starts_with("sfbench")).collect::<std::collections::BTreeSet<_>>()
     };
     let before = left();
@@ -183,13 +241,19 @@ fn ipc_leaves_nothing_in_shared_memory() {
 fn replan_goes_on_from_where_the_robot_stands() {
     let replan = |seeds: &str| {
         let counts = ["--trials", seeds, "--refusals", "2", "--threads", "1"];
-        let said = run(&[&["bench", "replan", "--scenario", "flat_walk", "--json"][..], &counts].concat());
+        let said =
+            run(&[&["bench", "replan", "--scenario", "flat_walk", "--json"][..], &counts].concat());
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
         json(&said)["rows"][0].clone()
     };
     let row = replan("2");
-    assert_eq!((&row["plans"], &row["trials"], &row["found"]), (&2.into(), &4.into(), &4.into()), "{row}");
-    let [ready, search, first] = ["ready", "", "first_chunk"].map(|name| format!("{name}_mean_seconds").trim_start_matches('_').to_owned());
+    assert_eq!(
+        (&row["plans"], &row["trials"], &row["found"]),
+        (&2.into(), &4.into(), &4.into()),
+        "{row}"
+    );
+    let [ready, search, first] = ["ready", "", "first_chunk"]
+        .map(|name| format!("{name}_mean_seconds").trim_start_matches('_').to_owned());
     let [ready, search, first] = [ready, search, first].map(|name| row[name].as_f64().unwrap());
     assert!((ready + search - first).abs() < 1e-9, "{row}");
     assert!(row["first_chunk_p50_seconds"].as_f64() <= row["first_chunk_max_seconds"].as_f64());
@@ -204,15 +268,28 @@ fn steps_reports_times_and_units_of_every_stage() {
     let report = json(&said);
     assert_eq!((&report["core"], &report["step_seconds"]), (&0.into(), &5e-4.into()));
     let row = &report["rows"][0];
-    let [p50, p95, p99, max] = ["p50", "p95", "p99", "max"].map(|name| row[format!("{name}_seconds")].as_f64().unwrap());
+    let [p50, p95, p99, max] =
+        ["p50", "p95", "p99", "max"].map(|name| row[format!("{name}_seconds")].as_f64().unwrap());
     assert!(0.0 < p50 && p50 <= p95 && p95 <= p99 && p99 <= max, "{row}");
     assert!(row["steps"].as_u64().unwrap() > 1);
-    assert_eq!((&row["trials"], &row["found"], row["digest"].as_str().unwrap().len()), (&1.into(), &1.into(), 64));
-    assert!(row["std_seconds"].as_f64().unwrap() > 0.0 && row["mean_work"].as_f64() <= row["step_work"].as_f64(), "{row}");
-    assert!(row["max_work"].as_u64() <= row["step_work"].as_u64() && row["overrun_work"] == 0, "{row}");
+    assert_eq!(
+        (&row["trials"], &row["found"], row["digest"].as_str().unwrap().len()),
+        (&1.into(), &1.into(), 64)
+    );
+    assert!(
+        row["std_seconds"].as_f64().unwrap() > 0.0
+            && row["mean_work"].as_f64() <= row["step_work"].as_f64(),
+        "{row}"
+    );
+    assert!(
+        row["max_work"].as_u64() <= row["step_work"].as_u64() && row["overrun_work"] == 0,
+        "{row}"
+    );
     let stages = row["stages"].as_array().unwrap();
     assert_eq!(stages.len(), 9);
-    assert!(stages.iter().all(|stage| stage["longest_seconds"].as_f64() <= stage["seconds"].as_f64()));
+    assert!(
+        stages.iter().all(|stage| stage["longest_seconds"].as_f64() <= stage["seconds"].as_f64())
+    );
     assert_bad_input(&Room::new("").bench("steps", &["--core", "9999"]), "--core 9999");
 }
 
@@ -220,16 +297,38 @@ fn steps_reports_times_and_units_of_every_stage() {
 fn scale_walks_over_meshes_and_draws() {
     let room = Room::new("");
     let out = room.path("results");
-    let said = run(&["bench", "scale", "--part", "terrain", "--triangles", "10000,20000", "--trials", "1", "--out", &out, "--json"]);
+    let said = run(&[
+        "bench",
+        "scale",
+        "--part",
+        "terrain",
+        "--triangles",
+        "10000,20000",
+        "--trials",
+        "1",
+        "--out",
+        &out,
+        "--json",
+    ]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let report = json(&said);
     let rows = report["terrain"].as_array().unwrap();
     assert_eq!((&rows[0]["size"], &rows[1]["size"]), (&10_000.into(), &20_000.into()));
     assert_eq!(rows[0]["growth"], 1.0);
-    assert!(rows.iter().all(|row| row["resident_bytes"].as_u64().unwrap() > row["arena_bytes"].as_u64().unwrap() / 100));
-    assert_eq!(fs::read_to_string(room.path("results/scale_terrain.svg")).unwrap().matches("<circle").count(), 8);
+    assert!(
+        rows.iter().all(|row| row["resident_bytes"].as_u64().unwrap()
+            > row["arena_bytes"].as_u64().unwrap() / 100)
+    );
+    assert_eq!(
+        fs::read_to_string(room.path("results/scale_terrain.svg"))
+            .unwrap()
+            .matches("<circle")
+            .count(),
+        8
+    );
     assert!(!Path::new(&room.path("results/scale_gauntlet.svg")).exists());
-    let kept: Value = serde_json::from_slice(&fs::read(room.path("results/scale.json")).unwrap()).unwrap();
+    let kept: Value =
+        serde_json::from_slice(&fs::read(room.path("results/scale.json")).unwrap()).unwrap();
     assert_eq!(kept, report);
 }
 
@@ -237,6 +336,9 @@ fn scale_walks_over_meshes_and_draws() {
 fn scale_names_what_is_missing() {
     let missing = run(&["bench", "scale", "--part", "gauntlet", "--configs", "nowhere"]);
     assert_bad_input(&missing, "nowhere/gauntlet_1.toml");
-    assert_bad_input(&run(&["bench", "scale", "--part", "terrain", "--configs", "nowhere"]), "nowhere/flat_walk.toml");
+    assert_bad_input(
+        &run(&["bench", "scale", "--part", "terrain", "--configs", "nowhere"]),
+        "nowhere/flat_walk.toml",
+    );
     assert_eq!(run(&["bench", "scale", "--triangles", "0"]).code, 2);
 }

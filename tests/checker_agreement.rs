@@ -1,8 +1,13 @@
-//! Planner and checker compute kinematics and statics with code of their own: both must say the same.
+//! Planner and checker compute kinematics and statics with code of their own: both must say the
+//! same.
 //!
 //! `SUREFOOT_ROBOTS=a/robot.toml:b/robot.toml` adds robots that are not shipped.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a panic fails the test; what was compared is said")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic fails the test; what was compared is said"
+)]
 
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
@@ -30,9 +35,11 @@ const TORQUE_MAX: f64 = 1e-9;
 
 fn robots() -> Vec<PathBuf> {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs/robots");
-    let folders = std::fs::read_dir(shipped).unwrap().map(|entry| entry.unwrap().path().join("robot.toml"));
+    let folders =
+        std::fs::read_dir(shipped).unwrap().map(|entry| entry.unwrap().path().join("robot.toml"));
     let named = std::env::var_os("SUREFOOT_ROBOTS").unwrap_or_default();
-    let mut robots: Vec<PathBuf> = folders.filter(|path| path.is_file()).chain(std::env::split_paths(&named)).collect();
+    let mut robots: Vec<PathBuf> =
+        folders.filter(|path| path.is_file()).chain(std::env::split_paths(&named)).collect();
     robots.retain(|path| !path.as_os_str().is_empty());
     robots.sort();
     robots
@@ -41,8 +48,18 @@ fn robots() -> Vec<PathBuf> {
 fn random_configuration(model: &RobotModel, random: &mut Random) -> Configuration {
     let mut between = |low: f64, high: f64| random.uniform(low, high);
     let position = DVec3::from_array([between(-9.0, 9.0), between(-9.0, 9.0), between(-2.0, 2.0)]);
-    let rotation = DQuat::from_array([between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 1.0), between(0.1, 1.0)]).normalize();
-    let q = model.joints.iter().map(|joint| between(joint.lower.max(-PI), joint.upper.min(PI))).collect();
+    let rotation = DQuat::from_array([
+        between(-1.0, 1.0),
+        between(-1.0, 1.0),
+        between(-1.0, 1.0),
+        between(0.1, 1.0),
+    ])
+    .normalize();
+    let q = model
+        .joints
+        .iter()
+        .map(|joint| between(joint.lower.max(-PI), joint.upper.min(PI)))
+        .collect();
     Configuration { world_from_root: Pose::from_parts(position, rotation), q }
 }
 
@@ -68,7 +85,8 @@ struct Worst {
 }
 
 fn compare(model: &RobotModel) -> Worst {
-    let body = Body::new(model, &PlannerConfig { effort_share: 1.0, ..PlannerConfig::default() }).unwrap();
+    let body =
+        Body::new(model, &PlannerConfig { effort_share: 1.0, ..PlannerConfig::default() }).unwrap();
     let mut snapshot = Snapshot::default();
     let mut worst = Worst::default();
     for index in 0..CONFIGURATIONS {
@@ -77,22 +95,30 @@ fn compare(model: &RobotModel) -> Worst {
         let posture = Posture::new(model, &configuration);
         let mut q = body.standing_q;
         q[..model.joints.len()].copy_from_slice(&configuration.q[..model.joints.len()]);
-        body.snapshot_into(&planner::Configuration { world_from_root: configuration.world_from_root, q }, &mut snapshot);
+        body.snapshot_into(
+            &planner::Configuration { world_from_root: configuration.world_from_root, q },
+            &mut snapshot,
+        );
         for (link, mine) in posture.world_from_link.iter().enumerate() {
             let other = body.world_from_link(&snapshot, link);
             worst.position = worst.position.max(mine.translation.distance(other.translation));
             worst.rotation = worst.rotation.max(rotation_distance(mine.rotation, other.rotation));
         }
         let centre = snapshot.com;
-        worst.centre_of_mass = worst.centre_of_mass.max(posture.centre_of_mass(model).distance(centre));
+        worst.centre_of_mass =
+            worst.centre_of_mass.max(posture.centre_of_mass(model).distance(centre));
         let share = random.uniform(0.0, 1.0);
-        let mut at =
-            |share: f64| FootLoad { share, point: centre.truncate() + DVec2::new(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)) };
+        let mut at = |share: f64| FootLoad {
+            share,
+            point: centre.truncate()
+                + DVec2::new(random.uniform(-0.3, 0.3), random.uniform(-0.3, 0.3)),
+        };
         let loads = [at(share), at(1.0 - share)];
         let mut torques = [0.0; JOINTS_MAX];
         body.statics.torques(&snapshot, &loads, &mut torques);
         let mine = carried_torques(model, &posture, &loads);
-        let difference = mine.iter().zip(torques).map(|(mine, other)| (mine - other).abs()).fold(0.0, f64::max);
+        let difference =
+            mine.iter().zip(torques).map(|(mine, other)| (mine - other).abs()).fold(0.0, f64::max);
         worst.torque = worst.torque.max(difference / model.mass());
     }
     worst

@@ -1,4 +1,5 @@
-//! A valid plan is damaged in many ways, one at a time. The checker must refuse every one, for the right reason.
+//! A valid plan is damaged in many ways, one at a time. The checker must refuse every one, for the
+//! right reason.
 
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
@@ -37,12 +38,24 @@ enum Reason {
 }
 
 fn planned(scenario: &str, folder: &Path) -> Walk {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{scenario}.toml"));
+    let path =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{scenario}.toml"));
     let scenario = load_scenario(&path).unwrap();
-    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
+    let (model, world) =
+        (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let mut planner = Planner::new(
+        &model,
+        &world,
+        &scenario,
+        preparation_for(&model, &scenario.planner),
+        NonZeroUsize::MIN,
+    )
+    .unwrap();
     assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
-    Walk { plan: plan_from_chunks(&model, &world, &scenario, planner.chunks(), folder), folder: folder.to_owned() }
+    Walk {
+        plan: plan_from_chunks(&model, &world, &scenario, planner.chunks(), folder),
+        folder: folder.to_owned(),
+    }
 }
 
 /// What `surefoot check` says of a plan, by way of a file: the report, or the complaint.
@@ -57,16 +70,19 @@ fn judged(walk: &Walk) -> Result<PlanReport, String> {
 fn miss(reason: Reason, answer: &Result<PlanReport, String>) -> Option<String> {
     let right = match (reason, answer) {
         (Reason::File(word), Err(complaint)) => complaint.contains(word),
-        (Reason::Violates(check, word), Ok(report)) => {
-            report.violations().any(|found| found.violation.check == check && found.violation.detail.contains(word))
-        }
+        (Reason::Violates(check, word), Ok(report)) => report
+            .violations()
+            .any(|found| found.violation.check == check && found.violation.detail.contains(word)),
         (Reason::Start, Ok(report)) => report.start.violation.is_some(),
         (Reason::Goal, Ok(report)) => report.goal.violation.is_some(),
         _ => false,
     };
     (!right).then(|| match answer {
         Err(complaint) => complaint.clone(),
-        Ok(report) => format!("{:?}", report.violations().map(|found| found.violation.to_string()).collect::<Vec<_>>()),
+        Ok(report) => format!(
+            "{:?}",
+            report.violations().map(|found| found.violation.to_string()).collect::<Vec<_>>()
+        ),
     })
 }
 
@@ -84,7 +100,8 @@ fn every_damage_is_refused_for_its_own_reason() {
             let mut walk = Walk { plan: whole.plan.clone(), folder: whole.folder.clone() };
             damage(&mut walk);
             assert_ne!(walk.plan, whole.plan, "{name} changes nothing");
-            miss(reason, &judged(&walk)).map(|answer| format!("{name}: expected {reason:?}, got {answer}"))
+            miss(reason, &judged(&walk))
+                .map(|answer| format!("{name}: expected {reason:?}, got {answer}"))
         })
         .collect();
     assert!(missed.is_empty(), "{}", missed.join("\n"));

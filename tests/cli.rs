@@ -1,4 +1,5 @@
-//! The command's manners: what it says and how it ends when something is wrong, and what it leaves behind.
+//! The command's manners: what it says and how it ends when something is wrong, and what it leaves
+//! behind.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
@@ -24,7 +25,8 @@ impl Room {
         let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
         let text = fs::read_to_string(configs.join("scenarios/flat_walk.toml")).unwrap();
         assert!(text.contains(from), "flat_walk.toml has no '{from}'");
-        let text = text.replacen(from, to, 1).replace("\"../", &format!("\"{}/", configs.display()));
+        let text =
+            text.replacen(from, to, 1).replace("\"../", &format!("\"{}/", configs.display()));
         fs::write(folder.path().join("scenario.toml"), text).unwrap();
         Self { folder }
     }
@@ -34,8 +36,10 @@ impl Room {
     }
 
     fn files(&self) -> Vec<String> {
-        let mut names: Vec<String> =
-            fs::read_dir(self.folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<String> = fs::read_dir(self.folder.path())
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
         names.sort();
         names
     }
@@ -72,7 +76,10 @@ fn usage_errors_end_with_2_and_help_with_0() {
     for word in ["walk", "plan", "control", "check", "doctor", "Exit codes"] {
         assert!(said.out.contains(word), "{word}");
     }
-    assert!(!run(&["plan", "--help"]).out.contains("report-lines"), "how a supervisor runs a role is nobody's business");
+    assert!(
+        !run(&["plan", "--help"]).out.contains("report-lines"),
+        "how a supervisor runs a role is nobody's business"
+    );
 }
 
 #[test]
@@ -102,13 +109,17 @@ fn broken_scenarios_are_named_with_their_line() {
 fn two_outputs_of_one_name_are_refused() {
     let room = Room::new("seed = 1", "seed = 1");
     let (scenario, file, same) = (room.path("scenario.toml"), room.path("out"), room.path("./out"));
-    assert_bad_input(&run(&["plan", &scenario, "--export", &file, "--json", &same, "--quiet"]), "two outputs");
+    assert_bad_input(
+        &run(&["plan", &scenario, "--export", &file, "--json", &same, "--quiet"]),
+        "two outputs",
+    );
 }
 
 #[test]
 fn a_result_that_cannot_be_printed_is_no_success() {
     let full = fs::File::create("/dev/full").unwrap();
-    let said = Command::new(env!("CARGO_BIN_EXE_surefoot")).arg("doctor").stdout(full).output().unwrap();
+    let said =
+        Command::new(env!("CARGO_BIN_EXE_surefoot")).arg("doctor").stdout(full).output().unwrap();
     assert_eq!(said.status.code(), Some(2), "{}", String::from_utf8_lossy(&said.stderr));
     assert!(String::from_utf8_lossy(&said.stderr).contains("standard output"));
 }
@@ -138,9 +149,16 @@ fn outputs_that_cannot_be_written_are_refused_before_anything_is_planned() {
 fn a_start_in_the_air_is_bad_input_and_still_reported() {
     let room = Room::new("xyz = [0.5, 0.0, 0.0]", "xyz = [0.5, 0.0, 3.0]");
     for word in ["walk", "plan"] {
-        let said = run(&[word, &room.path("scenario.toml"), "--quiet", "--json", &room.path("report.json")]);
+        let said = run(&[
+            word,
+            &room.path("scenario.toml"),
+            "--quiet",
+            "--json",
+            &room.path("report.json"),
+        ]);
         assert_bad_input(&said, "the start is invalid");
-        let report: serde_json::Value = serde_json::from_slice(&fs::read(room.path("report.json")).unwrap()).unwrap();
+        let report: serde_json::Value =
+            serde_json::from_slice(&fs::read(room.path("report.json")).unwrap()).unwrap();
         assert_eq!(report["outcome"], "start_invalid");
         assert!(report["digest"].is_null());
     }
@@ -158,17 +176,29 @@ fn plans_that_are_none_are_named() {
 
 #[test]
 fn instance_names_are_checked() {
-    assert_bad_input(&run(&["control", &scenario("flat_walk"), "--instance", "../../etc"]), "instance name");
-    assert_bad_input(&run(&["plan", &scenario("flat_walk"), "--quiet", "--instance", ""]), "instance name");
+    assert_bad_input(
+        &run(&["control", &scenario("flat_walk"), "--instance", "../../etc"]),
+        "instance name",
+    );
+    assert_bad_input(
+        &run(&["plan", &scenario("flat_walk"), "--quiet", "--instance", ""]),
+        "instance name",
+    );
 }
 
 #[test]
 fn the_doctor_finds_this_machine_fit() {
     let said = run(&["doctor", &scenario("ibeam_hallway")]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    for expected in
-        ["shared memory", "cores", "open files", "locked memory", "64 chunks delivered", "bytes of arenas", "good     robot: 'hubo' on "]
-    {
+    for expected in [
+        "shared memory",
+        "cores",
+        "open files",
+        "locked memory",
+        "64 chunks delivered",
+        "bytes of arenas",
+        "good     robot: 'hubo' on ",
+    ] {
         assert!(said.out.contains(expected), "'{expected}' is not in: {}", said.out);
     }
 }
@@ -179,7 +209,10 @@ fn the_doctor_says_which_joint_is_too_weak_for_one_foot() {
     let said = run(&["doctor", &room.path("scenario.toml")]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let advice = said.out.lines().find(|line| line.starts_with("advice   robot: 'hubo'")).unwrap();
-    assert!(advice.contains(" alone needs ") && advice.contains("planner.effort_share is 0.1"), "{advice}");
+    assert!(
+        advice.contains(" alone needs ") && advice.contains("planner.effort_share is 0.1"),
+        "{advice}"
+    );
 }
 
 #[test]

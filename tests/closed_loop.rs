@@ -1,4 +1,5 @@
-//! A walk that meets another world: the robot holds, says what it met, and goes on by a plan made from where it stands.
+//! A walk that meets another world: the robot holds, says what it met, and goes on by a plan made
+//! from where it stands.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped scenario cannot be used")]
 
@@ -16,7 +17,9 @@ use surefoot_planner::rpg::WayBack;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, Sealed, Standing, SupportMode};
+use surefoot_shared_types::message::{
+    Check, Contact, Correction, Feedback, PlanChunk, Sealed, Standing, SupportMode,
+};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
@@ -33,13 +36,23 @@ struct Case {
 impl Case {
     fn load(name: &str) -> Self {
         let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
-        let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+        let (model, world) =
+            (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
         Self { scenario, model, world }
     }
 
     fn walker(&self) -> Walker {
-        let identity = Identity { instance: INSTANCE, robot: self.model.digest, world: self.world.digest, config: self.scenario.digest };
-        Walker::new(Checker::new(self.model.clone(), self.world.clone(), self.scenario.checker.clone()).unwrap(), identity)
+        let identity = Identity {
+            instance: INSTANCE,
+            robot: self.model.digest,
+            world: self.world.digest,
+            config: self.scenario.digest,
+        };
+        Walker::new(
+            Checker::new(self.model.clone(), self.world.clone(), self.scenario.checker.clone())
+                .unwrap(),
+            identity,
+        )
     }
 
     /// A plan in a world, from the scenario's start or from where the robot stands.
@@ -52,8 +65,14 @@ impl Case {
     ) -> Result<Vec<PlanChunk>, Outcome> {
         let start = standing.and_then(Standing::mark).unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
-        let mut planner =
-            Planner::new(&self.model, world, &scenario, preparation_for(&self.model, &scenario.planner), NonZeroUsize::MIN).unwrap();
+        let mut planner = Planner::new(
+            &self.model,
+            world,
+            &scenario,
+            preparation_for(&self.model, &scenario.planner),
+            NonZeroUsize::MIN,
+        )
+        .unwrap();
         if let Some(standing) = standing {
             planner.begin_at(world, standing).unwrap();
         }
@@ -80,7 +99,9 @@ fn addressed(chunk: &PlanChunk) -> PlanChunk {
 /// Walks chunks; where the robot stands then.
 fn walk(walker: &mut Walker, chunks: &[PlanChunk], standing: Standing) -> Standing {
     chunks.iter().fold(standing, |standing, chunk| {
-        walker.admit_and_walk(&addressed(chunk)).unwrap_or_else(|violation| panic!("chunk {}: {violation:?}", chunk.sequence));
+        walker
+            .admit_and_walk(&addressed(chunk))
+            .unwrap_or_else(|violation| panic!("chunk {}: {violation:?}", chunk.sequence));
         standing.after(chunk.mode, chunk.contacts(), chunk.waypoints().last().unwrap())
     })
 }
@@ -88,7 +109,9 @@ fn walk(walker: &mut Walker, chunks: &[PlanChunk], standing: Standing) -> Standi
 /// The chunks of a plan before which the robot stands on one foot and the other is about to land.
 fn landings(chunks: &[PlanChunk]) -> Vec<usize> {
     let is_double = |chunk: &PlanChunk| chunk.mode == SupportMode::Double as u32;
-    (1..chunks.len()).filter(|&index| is_double(&chunks[index]) && !is_double(&chunks[index - 1])).collect()
+    (1..chunks.len())
+        .filter(|&index| is_double(&chunks[index]) && !is_double(&chunks[index - 1]))
+        .collect()
 }
 
 /// Replans at a landing whose ground turns out to be missing; answers the rest of the way.
@@ -105,7 +128,10 @@ fn replan_at_landing(case: &Case, landing: usize) -> (Vec<PlanChunk>, Correction
     assert_eq!(stale.check, Check::World, "a plan for the world as it was believed is refused now");
     let corrected = case.world.corrected(&[correction]).unwrap();
     let rest = case.plan(&corrected, Some(&correction), Some(&standing), 1).unwrap();
-    assert!((1..rest.len()).all(|index| rest[index].epoch == 1) && rest[0].mode != SupportMode::Double as u32);
+    assert!(
+        (1..rest.len()).all(|index| rest[index].epoch == 1)
+            && rest[0].mode != SupportMode::Double as u32
+    );
     walk(&mut walker, &rest, standing);
     assert!(walker.finished());
     (rest, correction)
@@ -128,7 +154,10 @@ fn the_robot_goes_on_from_one_foot_and_shuns_the_place_that_did_not_carry() {
 fn the_robot_goes_on_from_both_feet() {
     let case = Case::load("flat_walk");
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
-    let both = (0..chunks.len()).filter(|&index| chunks[index].mode == SupportMode::Double as u32).nth(3).unwrap();
+    let both = (0..chunks.len())
+        .filter(|&index| chunks[index].mode == SupportMode::Double as u32)
+        .nth(3)
+        .unwrap();
     let mut walker = case.walker();
     let standing = walk(&mut walker, &chunks[..=both], Standing::zeroed());
     let rest = case.plan(&case.world, None, Some(&standing), 1).unwrap();
@@ -151,7 +180,8 @@ fn across(contact: &Contact) -> [f64; 2] {
     ys.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], y| [low.min(y), high.max(y)])
 }
 
-/// Walks on the stones until the robot stands on both feet, one of them on a stone: where it stands, that foot, and the stone.
+/// Walks on the stones until the robot stands on both feet, one of them on a stone: where it
+/// stands, that foot, and the stone.
 fn standing_on_a_stone(case: &Case) -> (Standing, Contact, usize) {
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let stone_under = |contact: &Contact| {
@@ -162,12 +192,19 @@ fn standing_on_a_stone(case: &Case) -> (Standing, Contact, usize) {
         case.world.shapes.iter().position(carries)
     };
     let is_double = |chunk: &&PlanChunk| chunk.mode == SupportMode::Double as u32;
-    let stands = |chunk: &PlanChunk| chunk.contacts().iter().find_map(|contact| Some((*contact, stone_under(contact)?)));
-    let (at, (contact, stone)) = chunks.iter().filter(is_double).find_map(|chunk| Some((chunk.sequence, stands(chunk)?))).unwrap();
+    let stands = |chunk: &PlanChunk| {
+        chunk.contacts().iter().find_map(|contact| Some((*contact, stone_under(contact)?)))
+    };
+    let (at, (contact, stone)) = chunks
+        .iter()
+        .filter(is_double)
+        .find_map(|chunk| Some((chunk.sequence, stands(chunk)?)))
+        .unwrap();
     (walk(&mut case.walker(), &chunks[..=at as usize], Standing::zeroed()), contact, stone)
 }
 
-/// The stone as a correction says that it stands: so far aside that `uncovered` (m) of the sole's low side lie over the void.
+/// The stone as a correction says that it stands: so far aside that `uncovered` (m) of the sole's
+/// low side lie over the void.
 fn moved_aside(case: &Case, stone: usize, contact: &Contact, uncovered: f64) -> (Correction, f64) {
     let mut pose = case.world.shapes[stone].world_from_shape;
     let edge = across(contact)[0] + uncovered;
@@ -177,10 +214,25 @@ fn moved_aside(case: &Case, stone: usize, contact: &Contact, uncovered: f64) -> 
 
 /// A controller that knows the corrected world, with the robot as it stands.
 fn successor(case: &Case, corrected: World, correction: Correction, standing: &Standing) -> Walker {
-    let identity = Identity { instance: INSTANCE, robot: case.model.digest, world: case.world.digest, config: case.scenario.digest };
-    let mut word = Feedback { session: 1, plan_id: 1, corrections_len: 1, standing: *standing, ..Feedback::zeroed() };
+    let identity = Identity {
+        instance: INSTANCE,
+        robot: case.model.digest,
+        world: case.world.digest,
+        config: case.scenario.digest,
+    };
+    let mut word = Feedback {
+        session: 1,
+        plan_id: 1,
+        corrections_len: 1,
+        standing: *standing,
+        ..Feedback::zeroed()
+    };
     word.corrections[0] = correction;
-    Walker::take_over(Checker::new(case.model.clone(), corrected, case.scenario.checker.clone()).unwrap(), identity, &word)
+    Walker::take_over(
+        Checker::new(case.model.clone(), corrected, case.scenario.checker.clone()).unwrap(),
+        identity,
+        &word,
+    )
 }
 
 #[test]
@@ -190,7 +242,12 @@ fn a_standing_foot_keeps_only_what_the_corrected_world_gives_it() {
     let (correction, edge) = moved_aside(&case, stone, &sole, 0.03);
     let corrected = case.world.corrected(&[correction]).unwrap();
     let rest = case.plan(&corrected, None, Some(&standing), 1).unwrap();
-    let kept: Vec<_> = rest.iter().flat_map(PlanChunk::contacts).filter(|contact| contact.position == sole.position).map(across).collect();
+    let kept: Vec<_> = rest
+        .iter()
+        .flat_map(PlanChunk::contacts)
+        .filter(|contact| contact.position == sole.position)
+        .map(across)
+        .collect();
     assert!(!kept.is_empty() && kept.iter().all(|[low, _]| *low > edge - 1e-6), "{edge}: {kept:?}");
     walk(&mut successor(&case, corrected, correction, &standing), &rest, standing);
 }
@@ -201,16 +258,25 @@ fn a_standing_foot_that_nothing_carries_any_more_ends_the_walk_honestly() {
     let (standing, sole, stone) = standing_on_a_stone(&case);
     let (correction, _) = moved_aside(&case, stone, &sole, 0.3);
     let corrected = case.world.corrected(&[correction]).unwrap();
-    let Err(Outcome::StartInvalid(EndFault::Unsupported { limb, .. })) = case.plan(&corrected, None, Some(&standing), 1) else {
+    let Err(Outcome::StartInvalid(EndFault::Unsupported { limb, .. })) =
+        case.plan(&corrected, None, Some(&standing), 1)
+    else {
         panic!("a plan from where nothing carries")
     };
     assert_eq!(limb, sole.limb as usize);
 }
 
 /// A plan from where the robot stands once it has gone so many places back.
-fn plan_from_back(case: &Case, standing: &Standing, walked: &[PlanChunk], places: usize) -> (Vec<PlanChunk>, WayBack) {
+fn plan_from_back(
+    case: &Case,
+    standing: &Standing,
+    walked: &[PlanChunk],
+    places: usize,
+) -> (Vec<PlanChunk>, WayBack) {
     let preparation = preparation_for(&case.model, &case.scenario.planner);
-    let mut planner = Planner::new(&case.model, &case.world, &case.scenario, preparation, NonZeroUsize::MIN).unwrap();
+    let mut planner =
+        Planner::new(&case.model, &case.world, &case.scenario, preparation, NonZeroUsize::MIN)
+            .unwrap();
     planner.begin_at(&case.world, standing).unwrap();
     planner.walk_back(&case.world, walked, places).unwrap();
     planner.name_plan(1, 1);
@@ -228,13 +294,19 @@ fn the_robot_walks_back_the_way_it_came() {
     let (rest, way_back) = plan_from_back(&case, &standing, &chunks[..at], 2);
     assert_eq!(way_back.places, 2);
     for (back, walked) in rest[..way_back.chunks].iter().zip(chunks[..at].iter().rev()) {
-        let configurations = |chunk: &PlanChunk| chunk.waypoints().iter().map(|at| (at.root_position, at.q)).collect::<Vec<_>>();
+        let configurations = |chunk: &PlanChunk| {
+            chunk.waypoints().iter().map(|at| (at.root_position, at.q)).collect::<Vec<_>>()
+        };
         let mut backwards = configurations(walked);
         backwards.reverse();
-        assert_eq!((configurations(back), back.mode, back.contacts()), (backwards, walked.mode, walked.contacts()));
+        assert_eq!(
+            (configurations(back), back.mode, back.contacts()),
+            (backwards, walked.mode, walked.contacts())
+        );
     }
-    let lift_offs =
-        rest[..way_back.chunks].windows(2).filter(|pair| pair[0].mode != pair[1].mode && pair[1].mode == SupportMode::Double as u32);
+    let lift_offs = rest[..way_back.chunks]
+        .windows(2)
+        .filter(|pair| pair[0].mode != pair[1].mode && pair[1].mode == SupportMode::Double as u32);
     assert_eq!(lift_offs.count(), 1, "one foot is set down on the way, the other one at its end");
     walk(&mut walker, &rest, standing);
     assert!(walker.finished());
@@ -246,9 +318,14 @@ fn the_way_back_ends_where_the_memory_of_it_does() {
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let at = landings(&chunks)[3];
     let standing = walk(&mut case.walker(), &chunks[..at], Standing::zeroed());
-    let places = |walked: &[PlanChunk], places| plan_from_back(&case, &standing, walked, places).1.places;
+    let places =
+        |walked: &[PlanChunk], places| plan_from_back(&case, &standing, walked, places).1.places;
     assert_eq!(places(&chunks[..at], 100), 4, "as many as it has lifted a foot");
-    assert_eq!((places(&chunks[..at - 1], 1), places(&[], 1)), (0, 0), "what does not end where the robot stands leads nowhere");
+    assert_eq!(
+        (places(&chunks[..at - 1], 1), places(&[], 1)),
+        (0, 0),
+        "what does not end where the robot stands leads nowhere"
+    );
     let gap = [&chunks[..at - 12], &chunks[at - 11..at]].concat();
     assert!(places(&gap, 100) < 4, "past a gap nothing is known");
 }

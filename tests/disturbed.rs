@@ -1,5 +1,5 @@
-//! Feet that come down elsewhere than planned, and words that get lost or come late: the walk goes on as the feet really stand,
-//! or holds and is planned again from there.
+//! Feet that come down elsewhere than planned, and words that get lost or come late: the walk goes
+//! on as the feet really stand, or holds and is planned again from there.
 
 #![allow(clippy::print_stdout, reason = "a test says what it found")]
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped scenario cannot be used")]
@@ -42,30 +42,39 @@ struct Course {
     off: [f64; 2],
 }
 
-/// How far a joint may leap where a foot slides 5 mm as it lands, rad: a knee of two segments of 0.38 m that is straight bends by
-/// 2 sqrt(0.005 / 0.38) = 0.23 when the ankle comes nearer by so much.
+/// How far a joint may leap where a foot slides 5 mm as it lands, rad: a knee of two segments of
+/// 0.38 m that is straight bends by 2 sqrt(0.005 / 0.38) = 0.23 when the ankle comes nearer by so
+/// much.
 const LANDING_LEAP: f64 = 0.23;
 
 /// The joints between the root and a foot.
 fn leg_joints(model: &RobotModel, limb: usize) -> Vec<usize> {
     let attachment = |link: usize| model.links[link].parent.as_ref();
-    let links = std::iter::successors(Some(model.feet[limb].link), |&link| attachment(link).map(|attachment| attachment.parent));
+    let links = std::iter::successors(Some(model.feet[limb].link), |&link| {
+        attachment(link).map(|attachment| attachment.parent)
+    });
     links.filter_map(|link| attachment(link)?.joint).collect()
 }
 
-/// How far the root (m, and numbers of its rotation), the joints but these, and these (rad) lie apart.
+/// How far the root (m, and numbers of its rotation), the joints but these, and these (rad) lie
+/// apart.
 fn difference(a: &Waypoint, b: &Waypoint, of_a_leg: &[usize]) -> [f64; 3] {
-    let root = |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).collect::<Vec<f64>>();
+    let root =
+        |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).collect::<Vec<f64>>();
     let apart = |(x, y): (&f64, &f64)| (x - y).abs();
     let most = |among: &dyn Fn(usize) -> bool| {
-        (0..a.q.len()).filter(|&joint| among(joint)).map(|joint| apart((&a.q[joint], &b.q[joint]))).fold(0.0, f64::max)
+        (0..a.q.len())
+            .filter(|&joint| among(joint))
+            .map(|joint| apart((&a.q[joint], &b.q[joint])))
+            .fold(0.0, f64::max)
     };
     let moved = root(a).iter().zip(&root(b)).map(apart).fold(0.0, f64::max);
     [moved, most(&|joint| !of_a_leg.contains(&joint)), most(&|joint| of_a_leg.contains(&joint))]
 }
 
-/// Walks one plan until its end or until it does not fit; where the robot stands then. Every chunk really begins where the one
-/// before really ended, but that the leg of a landing foot follows its slide.
+/// Walks one plan until its end or until it does not fit; where the robot stands then. Every chunk
+/// really begins where the one before really ended, but that the leg of a landing foot follows its
+/// slide.
 fn walk_plan(
     model: &RobotModel,
     walker: &mut Walker,
@@ -77,8 +86,11 @@ fn walk_plan(
     for chunk in chunks {
         let mut chunk = PlanChunk { target_instance: INSTANCE, session: 1, ..*chunk };
         chunk.seal();
-        walker.admit(&chunk, &mut || {}).unwrap_or_else(|violation| panic!("chunk {}: {violation}", chunk.sequence));
-        let landing = walker.landing(&chunk).map(|contact| leg_joints(model, contact.limb as usize));
+        walker
+            .admit(&chunk, &mut || {})
+            .unwrap_or_else(|violation| panic!("chunk {}: {violation}", chunk.sequence));
+        let landing =
+            walker.landing(&chunk).map(|contact| leg_joints(model, contact.limb as usize));
         let Walked::As(real, _) = disturbance.walk(walker, &chunk, &mut || {}) else {
             walker.hold();
             course.replans += 1;
@@ -86,13 +98,20 @@ fn walk_plan(
         };
         course.landings += u64::from(landing.is_some());
         if standing.is_known() {
-            let [root, joint, of_leg] = difference(&standing.waypoint, &real.waypoints()[0], &landing.unwrap_or_default());
-            let differs = format!("root {root:.1e}, joint {joint:.1e}, of the leg that lands {of_leg:.1e}");
-            assert!(root < 1e-6 && joint < 1e-6 && of_leg < LANDING_LEAP, "chunk {}: {differs}", chunk.sequence);
+            let [root, joint, of_leg] =
+                difference(&standing.waypoint, &real.waypoints()[0], &landing.unwrap_or_default());
+            let differs =
+                format!("root {root:.1e}, joint {joint:.1e}, of the leg that lands {of_leg:.1e}");
+            assert!(
+                root < 1e-6 && joint < 1e-6 && of_leg < LANDING_LEAP,
+                "chunk {}: {differs}",
+                chunk.sequence
+            );
         }
         for (planned, stands) in chunk.contacts().iter().zip(real.contacts()) {
             let (a, b) = (planned.world_from_sole(), stands.world_from_sole());
-            let off = [a.translation.distance(b.translation), rotation_distance(a.rotation, b.rotation)];
+            let off =
+                [a.translation.distance(b.translation), rotation_distance(a.rotation, b.rotation)];
             course.off = [course.off[0].max(off[0]), course.off[1].max(off[1])];
         }
         *standing = standing.after(real.mode, real.contacts(), real.waypoints().last().unwrap());
@@ -102,15 +121,31 @@ fn walk_plan(
 /// A disturbed walk of a scenario.
 fn walk(name: &str, seed: u64) -> Course {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
-    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let identity = Identity { instance: INSTANCE, robot: model.digest, world: world.digest, config: scenario.digest };
-    let mut walker = Walker::new(Checker::new(model.clone(), world.clone(), scenario.checker.clone()).unwrap(), identity);
+    let (model, world) =
+        (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let identity = Identity {
+        instance: INSTANCE,
+        robot: model.digest,
+        world: world.digest,
+        config: scenario.digest,
+    };
+    let mut walker = Walker::new(
+        Checker::new(model.clone(), world.clone(), scenario.checker.clone()).unwrap(),
+        identity,
+    );
     let mut disturbance = Disturbance::new(seed);
     let (mut standing, mut course) = (Standing::zeroed(), Course::default());
     for epoch in 0..EPOCHS_MAX {
         let start = standing.mark().unwrap_or(scenario.start);
         let scenario = Scenario { start, ..scenario.clone() };
-        let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
+        let mut planner = Planner::new(
+            &model,
+            &world,
+            &scenario,
+            preparation_for(&model, &scenario.planner),
+            NonZeroUsize::MIN,
+        )
+        .unwrap();
         if standing.is_known() {
             planner.begin_at(&world, &standing).unwrap();
         }
@@ -118,7 +153,14 @@ fn walk(name: &str, seed: u64) -> Course {
         if planner.step(u64::MAX) != Status::Done(Outcome::Found) {
             return course;
         }
-        walk_plan(&model, &mut walker, &mut disturbance, planner.chunks(), &mut standing, &mut course);
+        walk_plan(
+            &model,
+            &mut walker,
+            &mut disturbance,
+            planner.chunks(),
+            &mut standing,
+            &mut course,
+        );
         if walker.finished() {
             return Course { arrived: true, ..course };
         }
@@ -137,7 +179,10 @@ fn the_robot_arrives_though_its_feet_come_down_elsewhere() {
             assert!(course.landings > 3 && off > 0.002 && off < 0.00501, "{course:?}");
             assert!(turn > 0.2_f64.to_radians() && turn < 1.001_f64.to_radians(), "{course:?}");
             arrived += u64::from(course.arrived);
-            assert!(course.arrived || name != "flat_walk", "there is room everywhere on flat ground");
+            assert!(
+                course.arrived || name != "flat_walk",
+                "there is room everywhere on flat ground"
+            );
         }
     }
     assert!(arrived >= 7, "{arrived} of 9 arrived");
@@ -155,12 +200,24 @@ fn a_disturbed_walk_of_two_processes_loses_nothing() {
     let walked = |seed: &str| {
         let folder = tempfile::tempdir().unwrap();
         let json = folder.path().join("report.json");
-        let said = run(&["walk", &scenario("stepping_stones"), "--quiet", "--disturb", seed, "--json", json.to_str().unwrap()]);
+        let said = run(&[
+            "walk",
+            &scenario("stepping_stones"),
+            "--quiet",
+            "--disturb",
+            seed,
+            "--json",
+            json.to_str().unwrap(),
+        ]);
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
         assert_nothing_left(said.pid);
         let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
         let count = |what: &str| report["chunks"][what].as_u64().unwrap();
-        assert_eq!((report["outcome"].as_str(), count("lost"), count("duplicated")), (Some("accepted"), 0, 0), "{report}");
+        assert_eq!(
+            (report["outcome"].as_str(), count("lost"), count("duplicated")),
+            (Some("accepted"), 0, 0),
+            "{report}"
+        );
         (report["digest"].clone(), report["replans"].clone(), report["margins"].clone())
     };
     let [first, again, other] = ["1", "1", "2"].map(walked);

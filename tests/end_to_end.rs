@@ -37,7 +37,8 @@ impl Walk {
 
     /// A copy of the plan with one change.
     fn damaged(&self, change: impl FnOnce(&mut Value)) -> String {
-        let mut plan: Value = serde_json::from_slice(&fs::read(self.path("plan.json")).unwrap()).unwrap();
+        let mut plan: Value =
+            serde_json::from_slice(&fs::read(self.path("plan.json")).unwrap()).unwrap();
         change(&mut plan);
         fs::write(self.path("damaged.json"), plan.to_string()).unwrap();
         self.path("damaged.json")
@@ -50,7 +51,10 @@ fn count(value: &Value) -> u64 {
 
 fn assert_complete(name: &str, report: &Value) {
     assert_eq!((&report["outcome"], &report["bound"]), (&"accepted".into(), &Value::Null));
-    assert_eq!((&report["scenario"], &report["robot"], &report["world"]), (&name.into(), &"hubo".into(), &name.into()));
+    assert_eq!(
+        (&report["scenario"], &report["robot"], &report["world"]),
+        (&name.into(), &"hubo".into(), &name.into())
+    );
     assert_eq!(report["digest"].as_str().unwrap().len(), 64);
     assert_eq!(report["refusal"], Value::Null);
     for field in ["seed", "threads", "work", "steps", "waypoints", "arena_bytes"] {
@@ -106,15 +110,35 @@ fn ibeam_gap() {
 fn no_way_ends_at_a_bound_that_is_named() {
     for name in ["no_way_wall", "no_way_ceiling", "no_way_island", "no_way_slope"] {
         let folder = tempfile::tempdir().unwrap();
-        let [plan, json, picture] = ["plan.json", "report.json", "walk.png"].map(|file| folder.path().join(file));
+        let [plan, json, picture] =
+            ["plan.json", "report.json", "walk.png"].map(|file| folder.path().join(file));
         let texts = [&plan, &json, &picture].map(|path| path.to_str().unwrap());
-        let said = run(&["walk", &scenario(name), "--quiet", "--export", texts[0], "--json", texts[1], "--picture", texts[2]]);
+        let said = run(&[
+            "walk",
+            &scenario(name),
+            "--quiet",
+            "--export",
+            texts[0],
+            "--json",
+            texts[1],
+            "--picture",
+            texts[2],
+        ]);
         assert_eq!(said.code, 3, "{name}: {}{}", said.out, said.err);
         let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
-        let bound = report["bound"].as_str().unwrap_or_else(|| panic!("{name}: no bound in {report}"));
-        assert!(said.out.contains(&format!("planner.{bound}")), "{name}: '{bound}' is not in: {}", said.out);
+        let bound =
+            report["bound"].as_str().unwrap_or_else(|| panic!("{name}: no bound in {report}"));
+        assert!(
+            said.out.contains(&format!("planner.{bound}")),
+            "{name}: '{bound}' is not in: {}",
+            said.out
+        );
         let failures = report["diagnosis"]["hindrance"]["failures"].as_u64();
-        assert!(failures > Some(0) && said.out.contains("\n  stuck "), "{name}: where it got stuck is not in {report}: {}", said.out);
+        assert!(
+            failures > Some(0) && said.out.contains("\n  stuck "),
+            "{name}: where it got stuck is not in {report}: {}",
+            said.out
+        );
         assert!(!plan.exists() && !picture.exists(), "{name}: a plan where there is none");
         assert_eq!(count(&report["chunks"]["sent"]), 0);
         assert_eq!(said.err, "", "{name}: quiet is quiet");
@@ -126,13 +150,19 @@ fn no_way_ends_at_a_bound_that_is_named() {
 fn where_a_wall_stands_across_a_search_is_stuck_before_it() {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("report.json");
-    let said = run(&["plan", &scenario("no_way_wall"), "--quiet", "--json", json.to_str().unwrap()]);
+    let said =
+        run(&["plan", &scenario("no_way_wall"), "--quiet", "--json", json.to_str().unwrap()]);
     assert_eq!(said.code, 3, "{}{}", said.out, said.err);
     let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
     let diagnosis = &report["diagnosis"];
     let x = diagnosis["hindrance"]["xyz"][0].as_f64().unwrap();
     assert!((2.6..=3.4).contains(&x), "the wall stands at x = 3: {diagnosis}");
-    let most = diagnosis["rejections"].as_object().unwrap().iter().max_by_key(|(_, count)| count.as_u64()).unwrap();
+    let most = diagnosis["rejections"]
+        .as_object()
+        .unwrap()
+        .iter()
+        .max_by_key(|(_, count)| count.as_u64())
+        .unwrap();
     assert_eq!(most.0, "collision", "{diagnosis}");
     let found = run(&["plan", &scenario("flat_walk"), "--quiet", "--json", json.to_str().unwrap()]);
     assert!(found.code == 0 && !found.out.contains("stuck"), "{}", found.out);
@@ -145,7 +175,9 @@ fn a_damaged_plan_is_refused_with_its_place() {
     let walk = Walk::of("flat_walk", &["--quiet"]);
     let turned = walk.damaged(|plan| {
         let names = plan["joint_names"].as_array().unwrap();
-        let knees: Vec<usize> = (0..names.len()).filter(|&joint| names[joint].as_str().unwrap().contains("knee")).collect();
+        let knees: Vec<usize> = (0..names.len())
+            .filter(|&joint| names[joint].as_str().unwrap().contains("knee"))
+            .collect();
         assert_eq!(knees.len(), 2);
         let middle = plan["waypoints"].as_array().unwrap().len() / 2;
         for knee in knees {
@@ -155,7 +187,13 @@ fn a_damaged_plan_is_refused_with_its_place() {
     });
     let said = run(&["check", &turned]);
     assert_eq!(said.code, 4, "{}{}", said.out, said.err);
-    assert!(said.out.lines().any(|line| line.starts_with("contact") && line.contains("VIOLATED in phase")), "{}", said.out);
+    assert!(
+        said.out
+            .lines()
+            .any(|line| line.starts_with("contact") && line.contains("VIOLATED in phase")),
+        "{}",
+        said.out
+    );
 
     let moved = walk.damaged(|plan| {
         let phase = plan["phases"].as_array().unwrap().len() / 2;
@@ -166,7 +204,12 @@ fn a_damaged_plan_is_refused_with_its_place() {
     assert_eq!(said.code, 4, "{}{}", said.out, said.err);
     let report: Value = serde_json::from_str(&said.out).unwrap();
     assert_eq!(report["outcome"], "refused");
-    let contact = report["checks"].as_array().unwrap().iter().find(|line| line["check"] == "contact").unwrap();
+    let contact = report["checks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|line| line["check"] == "contact")
+        .unwrap();
     assert!(contact["violation"]["detail"].is_string(), "{report}");
 }
 
@@ -176,7 +219,17 @@ fn the_plan_is_the_same_with_any_number_of_threads_and_with_or_without_a_control
     assert_eq!((count(&walked.report["seed"]), count(&walked.report["threads"])), (3, 1));
     for threads in ["1", "2", "4"] {
         let json = walked.path("plan_only.json");
-        let said = run(&["plan", &scenario("stepping_stones"), "--quiet", "--seed", "3", "--threads", threads, "--json", &json]);
+        let said = run(&[
+            "plan",
+            &scenario("stepping_stones"),
+            "--quiet",
+            "--seed",
+            "3",
+            "--threads",
+            threads,
+            "--json",
+            &json,
+        ]);
         assert_eq!(said.code, 0, "{}{}", said.out, said.err);
         let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
         assert_eq!(report["outcome"], "found");
@@ -189,7 +242,8 @@ fn the_plan_is_the_same_with_any_number_of_threads_and_with_or_without_a_control
 fn a_picture_of_the_walk_is_drawn_without_an_export() {
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("walk.png");
-    let said = run(&["walk", &scenario("flat_walk"), "--quiet", "--picture", picture.to_str().unwrap()]);
+    let said =
+        run(&["walk", &scenario("flat_walk"), "--quiet", "--picture", picture.to_str().unwrap()]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     assert_eq!(&fs::read(&picture).unwrap()[..8], b"\x89PNG\r\n\x1a\n");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);

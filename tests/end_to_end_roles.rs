@@ -32,7 +32,9 @@ impl Endless {
         let folder = tempfile::tempdir().unwrap();
         let configs = format!("\"{}/configs/", env!("CARGO_MANIFEST_DIR"));
         let text = fs::read_to_string(scenario("no_way_wall")).unwrap();
-        let text = text.replace("\"../", &configs).replace("work_max = 30_000", "work_max = 1_000_000_000_000");
+        let text = text
+            .replace("\"../", &configs)
+            .replace("work_max = 30_000", "work_max = 1_000_000_000_000");
         let file = folder.path().join("endless.toml");
         fs::write(&file, text).unwrap();
         let report = folder.path().join("report.json");
@@ -53,7 +55,11 @@ impl Endless {
             let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
             line.split(|byte| *byte == 0).nth(1) == Some(word.as_bytes())
         };
-        children.split_whitespace().find(is_role).unwrap_or_else(|| panic!("no {word} among {children}")).to_owned()
+        children
+            .split_whitespace()
+            .find(is_role)
+            .unwrap_or_else(|| panic!("no {word} among {children}"))
+            .to_owned()
     }
 
     /// Its exit code, and what else it said on stderr.
@@ -107,9 +113,14 @@ fn a_role_that_is_killed_too_often_is_named_and_the_other_one_ended() {
         let (code, err, folder) = walk.end();
         assert_eq!(code, 2, "{err}");
         assert_eq!(err.lines().count(), 1, "{err}");
-        assert!(err.contains(&format!("the {name} process ended unexpectedly")) && err.contains("SIGKILL"), "{err}");
+        assert!(
+            err.contains(&format!("the {name} process ended unexpectedly"))
+                && err.contains("SIGKILL"),
+            "{err}"
+        );
         assert!(!is_alive(&survivor), "the {other} process lives on");
-        let report: Value = serde_json::from_slice(&fs::read(folder.path().join("report.json")).unwrap()).unwrap();
+        let report: Value =
+            serde_json::from_slice(&fs::read(folder.path().join("report.json")).unwrap()).unwrap();
         assert_eq!(report["outcome"], format!("{name}_failed"));
     }
 }
@@ -136,7 +147,15 @@ fn the_roles_find_each_other_when_started_by_hand() {
     let control = surefoot(&["control", &file, "--instance", &name]).spawn().unwrap();
     let plan = run(&["plan", &file, "--quiet", "--instance", &name]);
     let control = finish(control);
-    assert_eq!((plan.code, control.code), (0, 0), "{}{}{}{}", plan.out, plan.err, control.out, control.err);
+    assert_eq!(
+        (plan.code, control.code),
+        (0, 0),
+        "{}{}{}{}",
+        plan.out,
+        plan.err,
+        control.out,
+        control.err
+    );
     assert!(plan.out.contains("walked and accepted"), "{}", plan.out);
     assert!(control.out.contains("chunks walked and accepted"), "{}", control.out);
 }
@@ -145,10 +164,23 @@ fn the_roles_find_each_other_when_started_by_hand() {
 fn a_plan_of_another_seed_is_refused_by_both_accounts() {
     let name = instance("seed");
     let file = scenario("flat_walk");
-    let control = surefoot(&["control", &file, "--instance", &name, "--seed", "2"]).spawn().unwrap();
+    let control =
+        surefoot(&["control", &file, "--instance", &name, "--seed", "2"]).spawn().unwrap();
     let plan = run(&["plan", &file, "--quiet", "--instance", &name, "--seed", "3"]);
     let control = finish(control);
-    assert_eq!((plan.code, control.code), (4, 4), "{}{}{}{}", plan.out, plan.err, control.out, control.err);
+    assert_eq!(
+        (plan.code, control.code),
+        (4, 4),
+        "{}{}{}{}",
+        plan.out,
+        plan.err,
+        control.out,
+        control.err
+    );
     assert!(plan.out.contains("refused") && plan.out.contains("config"), "{}", plan.out);
-    assert!(control.out.contains("refused: config at waypoint 0 of chunk 0: made for another scenario"), "{}", control.out);
+    assert!(
+        control.out.contains("refused: config at waypoint 0 of chunk 0: made for another scenario"),
+        "{}",
+        control.out
+    );
 }

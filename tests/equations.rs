@@ -1,4 +1,5 @@
-//! `docs/EQUATIONS.md` names files and tests that exist, and claims nothing without naming its code.
+//! `docs/EQUATIONS.md` names files and tests that exist, and claims nothing without naming its
+//! code.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a file cannot be read")]
 
@@ -20,7 +21,10 @@ fn cells(line: &str) -> Option<Vec<&str>> {
 }
 
 fn rows(text: &str) -> Vec<Row<'_>> {
-    let numbered = text.lines().enumerate().filter_map(|(index, line)| Some(Row { line: index + 1, cells: cells(line)? }));
+    let numbered = text
+        .lines()
+        .enumerate()
+        .filter_map(|(index, line)| Some(Row { line: index + 1, cells: cells(line)? }));
     numbered.filter(|row| row.cells[0] != "Thesis" && !row.cells[0].starts_with("---")).collect()
 }
 
@@ -33,7 +37,9 @@ fn has_test(path: &str, name: &str) -> bool {
     let Some(text) = read(path) else { return false };
     let head = format!("fn {name}(");
     let lines: Vec<&str> = text.lines().map(str::trim).collect();
-    lines.iter().enumerate().any(|(at, line)| line.starts_with(&head) && lines[..at].iter().rev().take(3).any(|line| *line == "#[test]"))
+    lines.iter().enumerate().any(|(at, line)| {
+        line.starts_with(&head) && lines[..at].iter().rev().take(3).any(|line| *line == "#[test]")
+    })
 }
 
 fn faults(text: &str) -> Vec<String> {
@@ -57,8 +63,12 @@ fn faults(text: &str) -> Vec<String> {
         }
         let (has_code, has_tests) = (quoted(code).next().is_some(), quoted(tests).next().is_some());
         match state.split(':').next().unwrap_or_default() {
-            "done" if !(has_code && has_tests) => fault("done, but without code or test".to_owned()),
-            "partly" if !has_code || !state.contains(": ") => fault("partly, but without code or remark".to_owned()),
+            "done" if !(has_code && has_tests) => {
+                fault("done, but without code or test".to_owned())
+            }
+            "partly" if !has_code || !state.contains(": ") => {
+                fault("partly, but without code or remark".to_owned())
+            }
             "missing" if has_code => fault("missing, but with code".to_owned()),
             "done" | "partly" | "missing" => {}
             other => fault(format!("'{other}' is no state")),
@@ -78,9 +88,15 @@ fn every_file_and_test_it_names_exists() {
 #[test]
 fn what_is_wrong_with_a_row_is_seen() {
     let row = |rest: &str| faults(&format!("| Eq | rule | {rest} |"));
-    assert_eq!(row("`tests/equations.rs` | `tests/equations.rs::what_is_wrong_with_a_row_is_seen` | done"), Vec::<String>::new());
+    assert_eq!(
+        row("`tests/equations.rs` | `tests/equations.rs::what_is_wrong_with_a_row_is_seen` | done"),
+        Vec::<String>::new()
+    );
     for (rest, expected) in [
-        ("`tests/no.rs` | `tests/equations.rs::what_is_wrong_with_a_row_is_seen` | done", "no file tests/no.rs"),
+        (
+            "`tests/no.rs` | `tests/equations.rs::what_is_wrong_with_a_row_is_seen` | done",
+            "no file tests/no.rs",
+        ),
         ("`tests/equations.rs` | `tests/equations.rs::rows` | done", "no test"),
         ("`tests/equations.rs` | | done", "without code or test"),
         ("`tests/equations.rs` | | partly", "without code or remark"),
@@ -89,6 +105,9 @@ fn what_is_wrong_with_a_row_is_seen() {
         ("| done", "4 cells"),
     ] {
         let found = row(rest);
-        assert!(found.iter().any(|fault| fault.contains(expected)), "'{expected}' is not in {found:?}");
+        assert!(
+            found.iter().any(|fault| fault.contains(expected)),
+            "'{expected}' is not in {found:?}"
+        );
     }
 }

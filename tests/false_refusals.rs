@@ -1,7 +1,9 @@
-//! The checker refuses no plan of the planner's: plans of many scenarios and seeds, exported and checked as a user would.
+//! The checker refuses no plan of the planner's: plans of many scenarios and seeds, exported and
+//! checked as a user would.
 //!
-//! `cargo test --release --test false_refusals -- --ignored --nocapture` makes 500 plans. `SUREFOOT_PLANS=N` makes N, and
-//! `SUREFOOT_PLANS_KEPT=DIR` keeps what is refused there, and every 33rd plan for another judge.
+//! `cargo test --release --test false_refusals -- --ignored --nocapture` makes 500 plans.
+//! `SUREFOOT_PLANS=N` makes N, and `SUREFOOT_PLANS_KEPT=DIR` keeps what is refused there, and every
+//! 33rd plan for another judge.
 
 #![allow(clippy::print_stdout, reason = "a test says what it found")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
@@ -36,7 +38,17 @@ const KEPT_EVERY: usize = 33;
 /// Makes a plan and checks it; whether it was found and, if so, what the checker refused.
 fn try_one(name: &str, seed: usize, plan: &Path) -> Option<Result<(), String>> {
     let path = plan.to_str().unwrap();
-    let planned = run(&["plan", &scenario(name), "--seed", &seed.to_string(), "--threads", "1", "--quiet", "--export", path]);
+    let planned = run(&[
+        "plan",
+        &scenario(name),
+        "--seed",
+        &seed.to_string(),
+        "--threads",
+        "1",
+        "--quiet",
+        "--export",
+        path,
+    ]);
     if planned.code == 3 {
         return None;
     }
@@ -82,5 +94,7 @@ fn a_few_plans_pass_the_check() {
 #[test]
 #[ignore = "takes a quarter of an hour; run it by command"]
 fn five_hundred_plans_pass_the_check() {
-    make_and_check(std::env::var("SUREFOOT_PLANS").ok().and_then(|text| text.parse().ok()).unwrap_or(500));
+    make_and_check(
+        std::env::var("SUREFOOT_PLANS").ok().and_then(|text| text.parse().ok()).unwrap_or(500),
+    );
 }

@@ -1,6 +1,7 @@
 //! Another user of the machine can neither read, nor write, nor stop, nor enter a running pair.
 //!
-//! Needs root, to become somebody else; says so and skips otherwise, or fails where `SUREFOOT_REQUIRE_ALL` is set.
+//! Needs root, to become somebody else; says so and skips otherwise, or fails where
+//! `SUREFOOT_REQUIRE_ALL` is set.
 
 #![allow(clippy::print_stdout, reason = "a test says what it found")]
 #![allow(clippy::unwrap_used, reason = "a test ends where a system call does not do its part")]
@@ -34,7 +35,14 @@ fn is_root() -> bool {
 
 /// Runs a shell line as a stranger; answers its exit code.
 fn as_stranger(line: &str) -> i32 {
-    Command::new("sh").args(["-c", line]).uid(STRANGER).gid(STRANGER).status().unwrap().code().unwrap_or(-1)
+    Command::new("sh")
+        .args(["-c", line])
+        .uid(STRANGER)
+        .gid(STRANGER)
+        .status()
+        .unwrap()
+        .code()
+        .unwrap_or(-1)
 }
 
 struct Pair {
@@ -45,7 +53,8 @@ struct Pair {
 impl Pair {
     fn start(word: &str) -> Self {
         let name = format!("test-{word}-{}", std::process::id());
-        let mut control = surefoot(&["control", &scenario("flat_walk"), "--instance", &name]).spawn().unwrap();
+        let mut control =
+            surefoot(&["control", &scenario("flat_walk"), "--instance", &name]).spawn().unwrap();
         while control.try_wait().unwrap().is_none() {
             if let Ok(instance) = Instance::attach(&name)
                 && instance.root().join("robot").exists()
@@ -61,7 +70,9 @@ impl Pair {
     fn things(&self) -> Vec<PathBuf> {
         let segments = fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path());
         let prefix = self.instance.segment_prefix().to_owned();
-        let mut things: Vec<PathBuf> = segments.filter(|path| path.file_name().unwrap().to_string_lossy().starts_with(&prefix)).collect();
+        let mut things: Vec<PathBuf> = segments
+            .filter(|path| path.file_name().unwrap().to_string_lossy().starts_with(&prefix))
+            .collect();
         things.push(self.instance.root().to_owned());
         things.push(self.instance.root().join("robot"));
         things.push(self.instance.root().join("lock"));
@@ -80,17 +91,24 @@ fn a_stranger_can_neither_read_nor_write_nor_remove_nor_stop() {
     for thing in &things {
         let path = thing.display();
         assert_ne!(
-            as_stranger(&format!("cat '{path}' >/dev/null 2>&1 || ls '{path}' >/dev/null 2>&1 && test -d '{path}'")),
+            as_stranger(&format!(
+                "cat '{path}' >/dev/null 2>&1 || ls '{path}' >/dev/null 2>&1 && test -d '{path}'"
+            )),
             0,
             "{path} read"
         );
-        assert_ne!(as_stranger(&format!("(printf x >> '{path}') 2>/dev/null")), 0, "{path} written");
+        assert_ne!(
+            as_stranger(&format!("(printf x >> '{path}') 2>/dev/null")),
+            0,
+            "{path} written"
+        );
         assert_ne!(as_stranger(&format!("rm -rf '{path}' 2>/dev/null")), 0, "{path} removed");
         assert!(thing.exists());
     }
     assert_ne!(as_stranger(&format!("kill -9 {} 2>/dev/null", pair.control.id())), 0, "stopped");
     let Pair { control, instance } = pair;
-    let walked = command::run(&["plan", &scenario("flat_walk"), "--quiet", "--instance", instance.name()]);
+    let walked =
+        command::run(&["plan", &scenario("flat_walk"), "--quiet", "--instance", instance.name()]);
     drop(instance);
     let said = finish(control);
     assert_eq!((walked.code, said.code), (0, 0), "{}{}", walked.err, said.err);

@@ -1,7 +1,8 @@
-//! Full shared memory and full disks: one clear line, exit code 2, nothing half-written, and no crash.
+//! Full shared memory and full disks: one clear line, exit code 2, nothing half-written, and no
+//! crash.
 //!
-//! Needs root, to mount small file systems in a namespace of its own; says so and skips otherwise, or fails where
-//! `SUREFOOT_REQUIRE_ALL` is set.
+//! Needs root, to mount small file systems in a namespace of its own; says so and skips otherwise,
+//! or fails where `SUREFOOT_REQUIRE_ALL` is set.
 
 #![allow(clippy::print_stdout, reason = "a test says what it skips")]
 #![allow(clippy::unwrap_used, reason = "a test ends where a system call does not do its part")]
@@ -15,7 +16,9 @@ const SUREFOOT: &str = env!("CARGO_BIN_EXE_surefoot");
 
 /// Whether this process may mount in a namespace of its own.
 fn may_mount() -> bool {
-    let mounted = Command::new("unshare").args(["-m", "sh", "-c", "mount -t tmpfs -o size=1m tmpfs /mnt"]).output();
+    let mounted = Command::new("unshare")
+        .args(["-m", "sh", "-c", "mount -t tmpfs -o size=1m tmpfs /mnt"])
+        .output();
     let may = mounted.is_ok_and(|said| said.status.success());
     if !may {
         absent::skip("may not mount");
@@ -28,7 +31,11 @@ fn with_tmpfs(size: &str, place: &str, line: &str) -> Output {
     let script = format!("mount -t tmpfs -o mode=1777,size={size} tmpfs {place} && {line}");
     let mut command = Command::new("unshare");
     command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
-    command.args(["-m", "sh", "-c", &script]).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
+    command
+        .args(["-m", "sh", "-c", &script])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap()
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -42,7 +49,9 @@ fn full_shared_memory_is_an_error_and_never_a_crash() {
     }
     let mut refused = 0;
     for size in ["64k", "1m", "6m", "9m", "11m", "13m", "16m", "20m"] {
-        let line = format!("{SUREFOOT} walk configs/scenarios/flat_walk.toml --quiet; code=$?; ls -A /dev/shm; exit $code");
+        let line = format!(
+            "{SUREFOOT} walk configs/scenarios/flat_walk.toml --quiet; code=$?; ls -A /dev/shm; exit $code"
+        );
         let said = with_tmpfs(size, "/dev/shm", &line);
         let (out, err) = (text(&said.stdout), text(&said.stderr));
         match said.status.code() {
@@ -50,7 +59,10 @@ fn full_shared_memory_is_an_error_and_never_a_crash() {
             Some(2) => {
                 refused += 1;
                 assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{size}: {out}{err}");
-                assert!(err.contains("shared memory is full") || err.contains("No space left"), "{size}: {err}");
+                assert!(
+                    err.contains("shared memory is full") || err.contains("No space left"),
+                    "{size}: {err}"
+                );
             }
             code => panic!("{size}: {code:?} {out}{err}"),
         }
@@ -63,7 +75,9 @@ fn a_full_disk_is_an_error_and_leaves_nothing_half_written() {
     if !may_mount() {
         return;
     }
-    let line = format!("{SUREFOOT} plan configs/scenarios/flat_walk.toml --quiet --export /mnt/plan.json; code=$?; ls -A /mnt; exit $code");
+    let line = format!(
+        "{SUREFOOT} plan configs/scenarios/flat_walk.toml --quiet --export /mnt/plan.json; code=$?; ls -A /mnt; exit $code"
+    );
     let said = with_tmpfs("100k", "/mnt", &line);
     let (out, err) = (text(&said.stdout), text(&said.stderr));
     assert_eq!(said.status.code(), Some(2), "{out}{err}");

@@ -1,7 +1,8 @@
-//! Hostile bytes: whatever is written into shared memory, nothing that is not a sound message is ever walked, believed or
-//! served, and nobody crashes.
+//! Hostile bytes: whatever is written into shared memory, nothing that is not a sound message is
+//! ever walked, believed or served, and nobody crashes.
 //!
-//! `SUREFOOT_FUZZ=10000000 cargo test --release --test fuzz -- --nocapture` makes ten million messages of it.
+//! `SUREFOOT_FUZZ=10000000 cargo test --release --test fuzz -- --nocapture` makes ten million
+//! messages of it.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
 
@@ -36,13 +37,16 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// Spoils a sound message: all bytes, or some, or some after which the seal is put right for every second one.
+    /// Spoils a sound message: all bytes, or some, or some after which the seal is put right for
+    /// every second one.
     fn spoil<M: Sealed + PartialEq>(&mut self, sound: &M) -> M {
         let mut message = *sound;
         let kind = self.roll() % 4;
         let bytes = bytes_of_mut(&mut message);
         match kind {
-            0 => bytes.chunks_mut(8).for_each(|word| word.copy_from_slice(&self.roll().to_le_bytes()[..word.len()])),
+            0 => bytes
+                .chunks_mut(8)
+                .for_each(|word| word.copy_from_slice(&self.roll().to_le_bytes()[..word.len()])),
             _ => {
                 for _ in 0..=self.roll() % 8 {
                     let at = self.roll() as usize % bytes.len();
@@ -56,7 +60,8 @@ impl Dice {
         }
         if kind == 1 && self.roll().is_multiple_of(2) {
             // A forger who knows the seal, but not what the message must say: a wrong schema.
-            bytes_of_mut(&mut message)[..8].copy_from_slice(&(1000 + self.roll() % 1000).to_le_bytes());
+            bytes_of_mut(&mut message)[..8]
+                .copy_from_slice(&(1000 + self.roll() % 1000).to_le_bytes());
             message.seal();
         }
         message
@@ -69,7 +74,11 @@ fn messages() -> u64 {
 
 fn room() -> (tempfile::TempDir, Instance) {
     let private = fs::Permissions::from_mode(0o700);
-    let base = tempfile::Builder::new().prefix("sf-fuzz").permissions(private).tempdir_in("/dev/shm").unwrap();
+    let base = tempfile::Builder::new()
+        .prefix("sf-fuzz")
+        .permissions(private)
+        .tempdir_in("/dev/shm")
+        .unwrap();
     let instance = Instance::create_in(base.path(), "fuzz").unwrap();
     (base, instance)
 }
@@ -81,30 +90,46 @@ fn sealed<M: Sealed>(mut message: M) -> M {
 
 /// A chunk as a controller waits for, as far as the transport looks.
 fn sound_chunk(id: u64) -> PlanChunk {
-    sealed(PlanChunk { schema: 1, session: 5, target_instance: id, plan_id: 1, flags: 1, waypoints_len: 2, ..PlanChunk::zeroed() })
+    sealed(PlanChunk {
+        schema: 1,
+        session: 5,
+        target_instance: id,
+        plan_id: 1,
+        flags: 1,
+        waypoints_len: 2,
+        ..PlanChunk::zeroed()
+    })
 }
 
 /// A controller's robot that waits for its first chunk, and its identity.
 fn walker() -> (Walker, Identity) {
     let scenario = load_scenario("configs/scenarios/flat_walk.toml".as_ref()).unwrap();
-    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let identity = Identity { instance: 3, robot: model.digest, world: world.digest, config: scenario.digest };
+    let (model, world) =
+        (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let identity =
+        Identity { instance: 3, robot: model.digest, world: world.digest, config: scenario.digest };
     (Walker::new(Checker::new(model, world, scenario.checker).unwrap(), identity), identity)
 }
 
 #[test]
 fn forged_chunks_are_never_walked() {
     let (mut walker, identity) = walker();
-    let joints_len = load_robot("configs/robots/hubo/robot.toml".as_ref()).unwrap().joints.len() as u32;
+    let joints_len =
+        load_robot("configs/robots/hubo/robot.toml".as_ref()).unwrap().joints.len() as u32;
     let mut dice = Dice(5);
     let mut chunk = PlanChunk::zeroed();
     for _ in 0..messages() {
-        bytes_of_mut(&mut chunk).chunks_mut(8).for_each(|word| word.copy_from_slice(&dice.roll().to_le_bytes()[..word.len()]));
+        bytes_of_mut(&mut chunk)
+            .chunks_mut(8)
+            .for_each(|word| word.copy_from_slice(&dice.roll().to_le_bytes()[..word.len()]));
         // A forger who knows everything about the message but how a robot walks.
-        (chunk.schema, chunk.target_instance, chunk.sequence, chunk.flags) = (1, identity.instance, 0, 1);
-        (chunk.mode, chunk.contacts_len, chunk.joints_len) = (dice.roll() as u32 % 4, dice.roll() as u32 % 4, joints_len);
+        (chunk.schema, chunk.target_instance, chunk.sequence, chunk.flags) =
+            (1, identity.instance, 0, 1);
+        (chunk.mode, chunk.contacts_len, chunk.joints_len) =
+            (dice.roll() as u32 % 4, dice.roll() as u32 % 4, joints_len);
         chunk.waypoints_len = dice.roll() as u32 % 34;
-        (chunk.robot, chunk.world, chunk.config) = (identity.robot, identity.world, identity.config);
+        (chunk.robot, chunk.world, chunk.config) =
+            (identity.robot, identity.world, identity.config);
         if dice.roll().is_multiple_of(2) {
             tame(&mut chunk, &mut dice);
         }
@@ -119,7 +144,8 @@ fn tame(chunk: &mut PlanChunk, dice: &mut Dice) {
     let mut number = || (dice.roll() % 2000) as f64 * 1e-3 - 1.0;
     for (index, contact) in chunk.contacts.iter_mut().enumerate() {
         (contact.limb, contact.polygon_len) = (index as u32, 4);
-        (contact.position, contact.rotation) = ([number(), number(), number()], [0.0, 0.0, 0.0, 1.0]);
+        (contact.position, contact.rotation) =
+            ([number(), number(), number()], [0.0, 0.0, 0.0, 1.0]);
         contact.polygon = std::array::from_fn(|_| [number(), number()]);
     }
     for waypoint in &mut chunk.waypoints {
@@ -135,7 +161,8 @@ fn spoiled_chunks_never_reach_the_judge_as_sound() {
     let link = Link::open(&instance).unwrap();
     let publisher = link.chunks.publisher_builder().create().unwrap();
     let mut dice = Dice(1);
-    // A controller that has refused looks at nothing more: each message gets a new one, which takes its time.
+    // A controller that has refused looks at nothing more: each message gets a new one, which takes
+    // its time.
     for _ in 0..messages() / 500 {
         fs::remove_file(instance.root().join("robot")).unwrap_or_default();
         let id = draw_id();
@@ -190,7 +217,10 @@ fn spoiled_words_are_never_believed() {
         }
         over.store(true, Ordering::Relaxed);
         let delivery = deliverer.join().unwrap();
-        assert_eq!((delivery.outcome, delivery.accepted, delivery.sent, delivery.feedback), (Outcome::Stopped, 0, 0, None));
+        assert_eq!(
+            (delivery.outcome, delivery.accepted, delivery.sent, delivery.feedback),
+            (Outcome::Stopped, 0, 0, None)
+        );
     });
 }
 
@@ -217,7 +247,10 @@ fn a_spoiled_record_is_never_taken_over() {
     let mut dice = Dice(4);
     let count = messages() / 500;
     for _ in 0..count {
-        let bytes: Vec<u8> = (0..2 * surefoot_shared_types::message::RobotRecord::FIELDS.iter().map(|field| field.size).sum::<usize>())
+        let bytes: Vec<u8> = (0..2 * surefoot_shared_types::message::RobotRecord::FIELDS
+            .iter()
+            .map(|field| field.size)
+            .sum::<usize>())
             .map(|_| dice.roll() as u8)
             .collect();
         fs::write(&path, bytes).unwrap();

@@ -1,7 +1,9 @@
-//! Kills and stops the processes of running walks at random moments and asks that nothing is lost and nothing walked twice.
+//! Kills and stops the processes of running walks at random moments and asks that nothing is lost
+//! and nothing walked twice.
 //!
-//! Two witnesses: the command's own report, and a logger that listens to the controllers' words all the time. The long
-//! version runs by command: `cargo test --release --test kills -- --ignored --nocapture`. A run is named by its seed:
+//! Two witnesses: the command's own report, and a logger that listens to the controllers' words all
+//! the time. The long version runs by command:
+//! `cargo test --release --test kills -- --ignored --nocapture`. A run is named by its seed:
 //! `SUREFOOT_KILLS_SEED=7` replays another one.
 
 #![allow(clippy::print_stdout, reason = "a test says what it found")]
@@ -80,7 +82,8 @@ fn sleep(millis: u64) {
     std::thread::sleep(Duration::from_millis(millis));
 }
 
-/// Does harm to a walk until it is over or has suffered enough; answers how many of `harms` were done.
+/// Does harm to a walk until it is over or has suffered enough; answers how many of `harms` were
+/// done.
 fn harm(walk: &mut Child, harms: &[Harm], dice: &mut Dice) -> usize {
     let mut done = 0;
     while done < harms.len() && (done as u64) < PER_WALK_MAX {
@@ -89,9 +92,14 @@ fn harm(walk: &mut Child, harms: &[Harm], dice: &mut Dice) -> usize {
             break;
         }
         done += match harms[done] {
-            Harm::Kill(word) => usize::from(role(walk.id(), word).is_some_and(|pid| signal(pid, libc::SIGKILL))),
+            Harm::Kill(word) => {
+                usize::from(role(walk.id(), word).is_some_and(|pid| signal(pid, libc::SIGKILL)))
+            }
             Harm::Stop(word) => {
-                let Some(pid) = role(walk.id(), word).filter(|pid| signal(*pid, libc::SIGSTOP)) else { continue };
+                let Some(pid) = role(walk.id(), word).filter(|pid| signal(*pid, libc::SIGSTOP))
+                else {
+                    continue;
+                };
                 sleep(dice.roll(STOP_MILLIS_MAX));
                 usize::from(signal(pid, libc::SIGCONT))
             }
@@ -100,7 +108,8 @@ fn harm(walk: &mut Child, harms: &[Harm], dice: &mut Dice) -> usize {
     done
 }
 
-/// Listens to all controllers of a walk; answers the last word. Fails where the robot's progress ever goes back.
+/// Listens to all controllers of a walk; answers the last word. Fails where the robot's progress
+/// ever goes back.
 fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
     let mut observer = None;
     let mut last: Option<Feedback> = None;
@@ -116,8 +125,18 @@ fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
         };
         while let Some(word) = observer.feedback().unwrap() {
             if let Some(before) = &last {
-                assert!(word.walked >= before.walked, "walked went back: {} after {}", word.walked, before.walked);
-                assert!(word.next_sequence >= before.next_sequence, "{} after {}", word.next_sequence, before.next_sequence);
+                assert!(
+                    word.walked >= before.walked,
+                    "walked went back: {} after {}",
+                    word.walked,
+                    before.walked
+                );
+                assert!(
+                    word.next_sequence >= before.next_sequence,
+                    "{} after {}",
+                    word.next_sequence,
+                    before.next_sequence
+                );
             }
             assert_eq!(word.walked, word.next_sequence, "a chunk was walked twice or left out");
             last = Some(word);
@@ -131,7 +150,15 @@ fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
 fn undisturbed() -> (Value, u64) {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("report.json");
-    let said = run(&["walk", &scenario(SCENARIO), "--quiet", "--threads", "1", "--json", json.to_str().unwrap()]);
+    let said = run(&[
+        "walk",
+        &scenario(SCENARIO),
+        "--quiet",
+        "--threads",
+        "1",
+        "--json",
+        json.to_str().unwrap(),
+    ]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let report: Value = serde_json::from_slice(&fs::read(json).unwrap()).unwrap();
     (report["digest"].clone(), report["chunks"]["accepted"].as_u64().unwrap())
@@ -141,7 +168,17 @@ fn undisturbed() -> (Value, u64) {
 fn suffer(harms: &[Harm], dice: &mut Dice, expected: &(Value, u64)) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("report.json");
-    let arguments = ["walk", &scenario(SCENARIO), "--quiet", "--threads", "1", "--restarts-max", "1000", "--json", json.to_str().unwrap()];
+    let arguments = [
+        "walk",
+        &scenario(SCENARIO),
+        "--quiet",
+        "--threads",
+        "1",
+        "--restarts-max",
+        "1000",
+        "--json",
+        json.to_str().unwrap(),
+    ];
     let mut walk = surefoot(&arguments).spawn().unwrap();
     let name = format!("walk-{}", walk.id());
     let over = AtomicBool::new(false);
@@ -158,16 +195,28 @@ fn suffer(harms: &[Harm], dice: &mut Dice, expected: &(Value, u64)) -> usize {
     let chunks = &report["chunks"];
     assert_eq!(report["outcome"], "accepted", "{report}");
     assert_eq!(report["digest"], expected.0, "{report}");
-    assert_eq!((chunks["accepted"].as_u64(), chunks["sent"].as_u64()), (Some(expected.1), Some(expected.1)), "{report}");
-    assert_eq!((chunks["lost"].as_u64(), chunks["refused"].as_u64()), (Some(0), Some(0)), "{report}");
+    assert_eq!(
+        (chunks["accepted"].as_u64(), chunks["sent"].as_u64()),
+        (Some(expected.1), Some(expected.1)),
+        "{report}"
+    );
+    assert_eq!(
+        (chunks["lost"].as_u64(), chunks["refused"].as_u64()),
+        (Some(0), Some(0)),
+        "{report}"
+    );
     if let Some(word) = word.filter(|word| word.finished == 1) {
-        assert_eq!((word.walked, Value::from(word.stream.to_string())), (expected.1, expected.0.clone()));
+        assert_eq!(
+            (word.walked, Value::from(word.stream.to_string())),
+            (expected.1, expected.0.clone())
+        );
     }
     done
 }
 
 fn survive(kills: u64, stops: u64) {
-    let seed = std::env::var("SUREFOOT_KILLS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
+    let seed =
+        std::env::var("SUREFOOT_KILLS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
     let mut dice = Dice(seed);
     let harms = harms(kills, stops, &mut dice);
     let expected = undisturbed();
@@ -180,7 +229,9 @@ fn survive(kills: u64, stops: u64) {
         }
         assert!(walks < 20 + 10 * harms.len(), "the walks are over before any harm is done");
     }
-    println!("seed {seed}: {walks} walks survived {kills} kills and {stops} stops: 0 chunks lost, 0 walked twice, nothing left");
+    println!(
+        "seed {seed}: {walks} walks survived {kills} kills and {stops} stops: 0 chunks lost, 0 walked twice, nothing left"
+    );
 }
 
 #[test]

@@ -6,12 +6,17 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
-use surefoot::picture::{PictureError, PictureScene, check_extension, render, render_apng, render_png};
+use surefoot::picture::{
+    PictureError, PictureScene, check_extension, render, render_apng, render_png,
+};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::plan_file::{
-    ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, SceneBlock, WaypointBlock,
+    ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, SceneBlock,
+    WaypointBlock,
 };
-use surefoot_shared_types::robot::{Attachment, Foot, Joint, JointKind, Link, LinkShape, RobotModel};
+use surefoot_shared_types::robot::{
+    Attachment, Foot, Joint, JointKind, Link, LinkShape, RobotModel,
+};
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -24,12 +29,23 @@ fn at(x: f64, y: f64, z: f64) -> Pose {
 
 fn link(name: &str, parent: Option<Attachment>, shape: Shape) -> Link {
     let shapes = vec![LinkShape { link_from_shape: at(0.0, 0.0, 0.1), shape }];
-    Link { name: name.into(), parent, mass: 5.0, com: DVec3::ZERO, inertia: DMat3::IDENTITY, shapes }
+    Link {
+        name: name.into(),
+        parent,
+        mass: 5.0,
+        com: DVec3::ZERO,
+        inertia: DMat3::IDENTITY,
+        shapes,
+    }
 }
 
 /// A ball with two feet on sliding legs.
 fn robot() -> RobotModel {
-    let leg = |index: usize, y: f64| Attachment { parent: 0, parent_from_joint: at(0.0, y, -0.8), joint: Some(index) };
+    let leg = |index: usize, y: f64| Attachment {
+        parent: 0,
+        parent_from_joint: at(0.0, y, -0.8),
+        joint: Some(index),
+    };
     let foot_box = Shape::Box { half_extents: DVec3::new(0.1, 0.05, 0.1) };
     let joint = |name: &str, child| Joint {
         name: name.into(),
@@ -42,8 +58,14 @@ fn robot() -> RobotModel {
         velocity: 1.0,
         acceleration: 10.0,
     };
-    let sole = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]].map(DVec2::from_array).to_vec();
-    let foot = |name: &str, link| Foot { name: name.into(), link, link_from_sole: Pose::IDENTITY, polygon: sole.clone() };
+    let sole =
+        [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]].map(DVec2::from_array).to_vec();
+    let foot = |name: &str, link| Foot {
+        name: name.into(),
+        link,
+        link_from_sole: Pose::IDENTITY,
+        polygon: sole.clone(),
+    };
     RobotModel {
         name: "ball".into(),
         urdf_path: "ball.urdf".into(),
@@ -89,7 +111,10 @@ fn plan() -> PlanFile {
         first: i,
         last: i + 1,
         mode: "double".into(),
-        contacts: vec![contact("left", STEP * i as f64, 0.15), contact("right", STEP * i as f64, -0.15)],
+        contacts: vec![
+            contact("left", STEP * i as f64, 0.15),
+            contact("right", STEP * i as f64, -0.15),
+        ],
     };
     PlanFile {
         schema: SCHEMA.into(),
@@ -106,8 +131,19 @@ fn plan() -> PlanFile {
         joint_names: vec!["right_leg".into(), "left_leg".into()],
         waypoints: (0..=STANCES).map(waypoint).collect(),
         phases: (0..STANCES).map(phase).collect(),
-        start: EndBlock::Config { root_xyz: [0.0, 0.0, 0.8], root_quat_xyzw: [0.0, 0.0, 0.0, 1.0], q: vec![0.0, 0.0], tol: 1e-3 },
-        goal: EndBlock::RootRegion { xy: [STEP * STANCES as f64, 0.0], radius: 0.2, z_range: None, yaw: None, yaw_tol: None },
+        start: EndBlock::Config {
+            root_xyz: [0.0, 0.0, 0.8],
+            root_quat_xyzw: [0.0, 0.0, 0.0, 1.0],
+            q: vec![0.0, 0.0],
+            tol: 1e-3,
+        },
+        goal: EndBlock::RootRegion {
+            xy: [STEP * STANCES as f64, 0.0],
+            radius: 0.2,
+            z_range: None,
+            yaw: None,
+            yaw_tol: None,
+        },
     }
 }
 
@@ -153,7 +189,8 @@ fn a_still_shows_the_walk_from_blue_to_red_on_teal_and_magenta_footholds() {
     render_png(&scene(false), &path).unwrap();
     let (width, height, frames, pixels) = read(&path);
     assert_eq!((width, height, frames), (1280, 720, 1));
-    let counts = [count(&pixels, blue), count(&pixels, red), count(&pixels, teal), count(&pixels, magenta)];
+    let counts =
+        [count(&pixels, blue), count(&pixels, red), count(&pixels, teal), count(&pixels, magenta)];
     assert!(counts.iter().all(|&n| n > 500), "blue, red, teal, magenta pixels: {counts:?}");
 }
 
@@ -197,8 +234,12 @@ fn the_camera_follows_a_long_walk() {
     let mut data = vec![0; reader.output_buffer_size().unwrap()];
     for _ in 0..60 {
         let info = reader.next_frame(&mut data).unwrap();
-        let pixels: Vec<[u8; 3]> = data[..info.buffer_size()].chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
-        assert!(count(&pixels, |r, g, b| blue(r, g, b) || red(r, g, b) || b - g > 40) > 2000, "the robot left the picture");
+        let pixels: Vec<[u8; 3]> =
+            data[..info.buffer_size()].chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
+        assert!(
+            count(&pixels, |r, g, b| blue(r, g, b) || red(r, g, b) || b - g > 40) > 2000,
+            "the robot left the picture"
+        );
     }
     assert!(std::fs::metadata(&path).unwrap().len() < 6_000_000);
 }
@@ -220,14 +261,21 @@ fn other_extensions_are_refused_with_the_two_choices() {
     for name in ["walk.gif", "walk", "png"] {
         let error = check_extension(Path::new(name)).unwrap_err();
         assert!(matches!(error, PictureError::Extension { .. }));
-        assert!(error.to_string().contains(".png") && error.to_string().contains(".apng"), "{error}");
+        assert!(
+            error.to_string().contains(".png") && error.to_string().contains(".apng"),
+            "{error}"
+        );
     }
 }
 
 #[test]
 fn a_file_that_cannot_be_written_is_named() {
     let error = render(&scene(false), Path::new("/no/such/folder/walk.png")).unwrap_err();
-    assert!(matches!(error, PictureError::Write { .. }) && error.to_string().contains("/no/such/folder/walk.png"), "{error}");
+    assert!(
+        matches!(error, PictureError::Write { .. })
+            && error.to_string().contains("/no/such/folder/walk.png"),
+        "{error}"
+    );
 }
 
 #[test]
@@ -253,7 +301,10 @@ fn plans_that_do_not_fit_the_robot_are_refused() {
 fn a_robot_without_shapes_is_refused() {
     let mut robot = robot();
     robot.links.iter_mut().for_each(|link| link.shapes.clear());
-    assert!(matches!(PictureScene::new(&robot, &world(false), &plan()), Err(PictureError::NoRobotShapes)));
+    assert!(matches!(
+        PictureScene::new(&robot, &world(false), &plan()),
+        Err(PictureError::NoRobotShapes)
+    ));
 }
 
 #[test]
@@ -263,6 +314,10 @@ fn a_plan_that_stands_still_is_drawn() {
     still.phases = vec![PhaseBlock { first: 0, last: 0, ..still.phases[0].clone() }];
     let folder = tempfile::tempdir().unwrap();
     for name in ["one.png", "one.apng"] {
-        render(&PictureScene::new(&robot(), &world(false), &still).unwrap(), &folder.path().join(name)).unwrap();
+        render(
+            &PictureScene::new(&robot(), &world(false), &still).unwrap(),
+            &folder.path().join(name),
+        )
+        .unwrap();
     }
 }

@@ -1,4 +1,5 @@
-//! What post-processing makes of a walk is as valid as what was found: the controller's checks hold.
+//! What post-processing makes of a walk is as valid as what was found: the controller's checks
+//! hold.
 
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
@@ -19,7 +20,8 @@ use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
 
 /// Swings over obstacles, primitives on a floor, steps on edges, and hardly any room for the feet.
-const SCENARIOS: [&str; 6] = ["flat_walk", "ibeam_gap", "ibeam_hallway", "stairs", "cinder_blocks", "monkey_bars"];
+const SCENARIOS: [&str; 6] =
+    ["flat_walk", "ibeam_gap", "ibeam_hallway", "stairs", "cinder_blocks", "monkey_bars"];
 /// Far more work than by default, so that all motions are gone through.
 const SHARE: f64 = 2.0;
 
@@ -27,14 +29,20 @@ const SHARE: f64 = 2.0;
 fn the_controller_accepts_what_was_made_shorter() {
     let folder = tempfile::tempdir().unwrap();
     for name in SCENARIOS {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml"));
+        let path =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml"));
         let mut scenario = load_scenario(&path).unwrap();
         scenario.planner.polish_share = SHARE;
-        let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+        let (model, world) =
+            (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
         let preparation = preparation_for(&model, &scenario.planner);
-        let mut planner = Planner::new(&model, &world, &scenario, preparation, NonZeroUsize::MIN).unwrap();
+        let mut planner =
+            Planner::new(&model, &world, &scenario, preparation, NonZeroUsize::MIN).unwrap();
         assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found), "{name}");
-        assert!(planner.tally().work_by_stage[Stage::Polish as usize] > 100, "{name}: nothing was tried");
+        assert!(
+            planner.tally().work_by_stage[Stage::Polish as usize] > 100,
+            "{name}: nothing was tried"
+        );
         let plan = plan_from_chunks(&model, &world, &scenario, planner.chunks(), folder.path());
         let path = folder.path().join("plan.json");
         std::fs::write(&path, serde_json::to_vec(&plan).unwrap()).unwrap();

@@ -1,5 +1,5 @@
-//! `surefoot prepare` and its cache: kept once, read again, made again where it is damaged, and no trouble where it cannot
-//! be kept.
+//! `surefoot prepare` and its cache: kept once, read again, made again where it is damaged, and no
+//! trouble where it cannot be kept.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
@@ -27,7 +27,13 @@ fn a_preparation_is_kept_read_again_and_made_again_where_it_is_damaged() {
     let cache = tempfile::tempdir().unwrap();
     let first = prepare(ROBOT, cache.path());
     assert_eq!((first.code, first.err.as_str()), (0, ""), "{}", first.out);
-    assert!(first.out.contains("made in") && first.out.contains("reach left") && first.out.contains("range right"), "{}", first.out);
+    assert!(
+        first.out.contains("made in")
+            && first.out.contains("reach left")
+            && first.out.contains("range right"),
+        "{}",
+        first.out
+    );
     let kept = files(cache.path());
     assert_eq!(kept.len(), 1);
     let sound = fs::read(&kept[0]).unwrap();
@@ -50,7 +56,10 @@ fn plan(cache: &Path, options: &[&str]) -> Said {
 
 /// The line of a plan's summary that names its digest.
 fn digest(said: &Said) -> &str {
-    said.out.lines().find(|line| line.contains("digest")).unwrap_or_else(|| panic!("{}{}", said.out, said.err))
+    said.out
+        .lines()
+        .find(|line| line.contains("digest"))
+        .unwrap_or_else(|| panic!("{}{}", said.out, said.err))
 }
 
 #[test]
@@ -62,7 +71,9 @@ fn planning_prepares_the_robot_and_trusts_no_damaged_or_outdated_file() {
     assert_eq!(kept.len(), 1);
     let sound = fs::read(&kept[0]).unwrap();
     let version = 8;
-    for (name, at) in [("version", version), ("key", 20), ("contents", sound.len() / 2), ("end", sound.len())] {
+    for (name, at) in
+        [("version", version), ("key", 20), ("contents", sound.len() / 2), ("end", sound.len())]
+    {
         let mut damaged = sound.clone();
         match damaged.get_mut(at) {
             Some(byte) => *byte ^= 1,
@@ -82,7 +93,12 @@ fn a_walk_needs_no_cache_and_says_so() {
     fs::write(&file, "no folder").unwrap();
     let said = plan(&file, &[]);
     assert_eq!(said.code, 0, "{}", said.err);
-    assert_eq!(said.err.lines().filter(|line| line.starts_with("warning: ")).count(), 1, "{}", said.err);
+    assert_eq!(
+        said.err.lines().filter(|line| line.starts_with("warning: ")).count(),
+        1,
+        "{}",
+        said.err
+    );
 }
 
 #[test]

@@ -1,5 +1,6 @@
-//! The Python listener hears a running walk. Skipped where the `iceoryx2` package is missing, or fails there if
-//! `SUREFOOT_REQUIRE_ALL` is set; `SUREFOOT_PYTHON` names another interpreter, such as that of an environment which has it.
+//! The Python listener hears a running walk. Skipped where the `iceoryx2` package is missing, or
+//! fails there if `SUREFOOT_REQUIRE_ALL` is set; `SUREFOOT_PYTHON` names another interpreter, such
+//! as that of an environment which has it.
 
 #![allow(clippy::print_stdout, reason = "a test says what it skips")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
@@ -17,39 +18,65 @@ use command::{finish, scenario, surefoot};
 use surefoot_shared_types::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 
-/// Chunks that a listener may miss: who falls eight behind on a busy machine does, and nobody waits for it.
+/// Chunks that a listener may miss: who falls eight behind on a busy machine does, and nobody waits
+/// for it.
 const MISSED_MAX: usize = 8;
 
 #[test]
 fn a_python_program_hears_the_chunks_and_the_robot() {
     let python = std::env::var("SUREFOOT_PYTHON").unwrap_or_else(|_| "python3".into());
-    let imports = Command::new(&python).args(["-c", "import iceoryx2"]).stderr(Stdio::null()).status();
+    let imports =
+        Command::new(&python).args(["-c", "import iceoryx2"]).stderr(Stdio::null()).status();
     if !imports.is_ok_and(|status| status.success()) {
-        return absent::skip(&format!("{python} has no iceoryx2 package; pip install iceoryx2==0.10.0, or set SUREFOOT_PYTHON"));
+        return absent::skip(&format!(
+            "{python} has no iceoryx2 package; pip install iceoryx2==0.10.0, or set SUREFOOT_PYTHON"
+        ));
     }
     let name = format!("test-python-{}", std::process::id());
     let instance = Instance::create(&name).unwrap();
     let _services = Observer::open(&instance).unwrap();
     let mut listener = Command::new(python);
-    listener.args(["tools/mirrors/listen.py", &name, "--states-every", "500"]).current_dir(env!("CARGO_MANIFEST_DIR"));
+    listener
+        .args(["tools/mirrors/listen.py", &name, "--states-every", "500"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"));
     let mut listener = listener.stdout(Stdio::piped()).spawn().unwrap();
     let mut out = BufReader::new(listener.stdout.take().unwrap());
     let mut line = String::new();
     out.read_line(&mut line).unwrap();
     assert_eq!(line, format!("listening to {name}\n"));
     let file = scenario("stepping_stones");
-    let control = surefoot(&["control", &file, "--instance", &name, "--rate", "40"]).spawn().unwrap();
+    let control =
+        surefoot(&["control", &file, "--instance", &name, "--rate", "40"]).spawn().unwrap();
     let plan = surefoot(&["plan", &file, "--quiet", "--instance", &name]).spawn().unwrap();
     let (control, plan) = (finish(control), finish(plan));
     assert_eq!((control.code, plan.code), (0, 0), "{}{}", control.err, plan.err);
     let mut rest = String::new();
     out.read_to_string(&mut rest).unwrap();
     assert!(listener.wait().unwrap().success());
-    let number = |line: &str| line.strip_prefix("chunk ")?.split_once(" of plan 1, epoch 0: ")?.0.parse::<usize>().ok();
+    let number = |line: &str| {
+        line.strip_prefix("chunk ")?.split_once(" of plan 1, epoch 0: ")?.0.parse::<usize>().ok()
+    };
     let heard: Vec<usize> = rest.lines().filter_map(number).collect();
-    let accepted: usize = control.out.split(" chunks walked").next().unwrap().trim().rsplit(' ').next().unwrap().parse().unwrap();
-    assert!(heard.is_sorted_by(|a, b| a < b) && heard.last().is_some_and(|last| *last < accepted), "{rest}");
+    let accepted: usize = control
+        .out
+        .split(" chunks walked")
+        .next()
+        .unwrap()
+        .trim()
+        .rsplit(' ')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!(
+        heard.is_sorted_by(|a, b| a < b) && heard.last().is_some_and(|last| *last < accepted),
+        "{rest}"
+    );
     assert!(heard.len() + MISSED_MAX >= accepted, "{} of {accepted} heard: {rest}", heard.len());
-    let is_robot = |line: &str| line.starts_with("robot at ") && line.contains(" s: centre of mass ") && line.contains(", feet carry ");
+    let is_robot = |line: &str| {
+        line.starts_with("robot at ")
+            && line.contains(" s: centre of mass ")
+            && line.contains(", feet carry ")
+    };
     assert!(rest.lines().any(is_robot), "{rest}");
 }

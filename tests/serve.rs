@@ -23,7 +23,8 @@ impl Pair {
     fn start(word: &str) -> Self {
         let name = format!("test-{word}-{}", std::process::id());
         let file = scenario("flat_walk");
-        let control = surefoot(&["control", &file, "--instance", &name, "--serve"]).spawn().unwrap();
+        let control =
+            surefoot(&["control", &file, "--instance", &name, "--serve"]).spawn().unwrap();
         let plan = surefoot(&["plan", &file, "--instance", &name, "--serve"]).spawn().unwrap();
         while Instance::attach(&name).is_err() {
             std::thread::sleep(std::time::Duration::from_millis(5));
@@ -43,7 +44,10 @@ impl Pair {
         let (plan, control) = (finish(self.plan), finish(self.control));
         assert_eq!((plan.code, control.code), (143, 0), "{}{}", plan.err, control.err);
         let left = Instance::attach(&self.name).err().map(|error| error.to_string());
-        assert!(left.is_some_and(|error| error.contains("does not exist")), "the instance lives on");
+        assert!(
+            left.is_some_and(|error| error.contains("does not exist")),
+            "the instance lives on"
+        );
         plan.out
     }
 }
@@ -51,8 +55,12 @@ impl Pair {
 #[test]
 fn clients_ask_for_one_walk_after_the_other_and_a_monitor_hears_them() {
     let pair = Pair::start("serve");
-    let monitor = surefoot(&["monitor", "--instance", &pair.name, "--json", "--seconds", "1000"]).spawn().unwrap();
-    for (goal, plan) in [("1.5,0,0,0", "plan 1.0"), ("2.5,0.2,0,0.5", "plan 2.0"), ("1.2,0,0,0", "plan 3.0")] {
+    let monitor = surefoot(&["monitor", "--instance", &pair.name, "--json", "--seconds", "1000"])
+        .spawn()
+        .unwrap();
+    for (goal, plan) in
+        [("1.5,0,0,0", "plan 1.0"), ("2.5,0.2,0,0.5", "plan 2.0"), ("1.2,0,0,0", "plan 3.0")]
+    {
         let said = pair.request(&["--goal", goal]);
         assert_eq!(said.code, 0, "{goal}: {}{}", said.out, said.err);
         assert!(said.out.starts_with(&format!("accepted: {plan}")), "{}", said.out);
@@ -60,19 +68,55 @@ fn clients_ask_for_one_walk_after_the_other_and_a_monitor_hears_them() {
     let said = pair.request(&["--replan", "--seed", "5"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let said = pair.request(&["--goal", "1.5,0,4,0"]);
-    assert!(said.code == 2 && said.out.starts_with("goal_invalid"), "a goal in the air: {}{}", said.out, said.err);
+    assert!(
+        said.code == 2 && said.out.starts_with("goal_invalid"),
+        "a goal in the air: {}{}",
+        said.out,
+        said.err
+    );
     let said = pair.request(&["--start", "1.5,0,4,0", "--goal", "1.5,0,0,0"]);
-    assert!(said.code == 2 && said.out.starts_with("start_invalid"), "a start in the air: {}{}", said.out, said.err);
+    assert!(
+        said.code == 2 && said.out.starts_with("start_invalid"),
+        "a start in the air: {}{}",
+        said.out,
+        said.err
+    );
     let said = pair.request(&["--cancel"]);
-    assert_eq!((said.code, said.out.starts_with("cancelled")), (0, true), "{}{}", said.out, said.err);
-    assert!(Command::new("kill").args(["-INT", &monitor.id().to_string()]).status().unwrap().success());
+    assert_eq!(
+        (said.code, said.out.starts_with("cancelled")),
+        (0, true),
+        "{}{}",
+        said.out,
+        said.err
+    );
+    assert!(
+        Command::new("kill").args(["-INT", &monitor.id().to_string()]).status().unwrap().success()
+    );
     let heard = finish(monitor);
-    let events: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let events: Vec<Value> =
+        heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let count = |event: &str| events.iter().filter(|line| line["event"] == event).count();
-    assert_eq!((count("planner"), count("controller"), count("refused")), (1, 1, 0), "{}", heard.out);
-    assert!(count("finished") >= 3 && count("plan") >= 3 && count("summary") >= 1 && count("request") >= 6, "{}", heard.out);
+    assert_eq!(
+        (count("planner"), count("controller"), count("refused")),
+        (1, 1, 0),
+        "{}",
+        heard.out
+    );
+    assert!(
+        count("finished") >= 3
+            && count("plan") >= 3
+            && count("summary") >= 1
+            && count("request") >= 6,
+        "{}",
+        heard.out
+    );
     let planner_said = pair.end();
-    for word in ["plan 1.0: accepted", "the goal is invalid", "the start is invalid", "there is nothing to stand on"] {
+    for word in [
+        "plan 1.0: accepted",
+        "the goal is invalid",
+        "the start is invalid",
+        "there is nothing to stand on",
+    ] {
         assert!(planner_said.contains(word), "'{word}' is not in: {planner_said}");
     }
 }
@@ -80,7 +124,8 @@ fn clients_ask_for_one_walk_after_the_other_and_a_monitor_hears_them() {
 #[test]
 fn a_walk_that_was_cancelled_goes_on_from_where_the_robot_stands() {
     let pair = Pair::start("cancel");
-    let long = surefoot(&["request", "--instance", &pair.name, "--goal", "9.0,0,0,0"]).spawn().unwrap();
+    let long =
+        surefoot(&["request", "--instance", &pair.name, "--goal", "9.0,0,0,0"]).spawn().unwrap();
     std::thread::sleep(std::time::Duration::from_millis(900));
     let cancel = pair.request(&["--cancel"]);
     assert_eq!(cancel.code, 0, "{}{}", cancel.out, cancel.err);
@@ -95,7 +140,13 @@ fn a_walk_that_was_cancelled_goes_on_from_where_the_robot_stands() {
 fn requests_without_a_planner_end_with_one_line() {
     let said = run(&["request", "--instance", "nobody-is-here", "--goal", "1,0,0,0"]);
     assert_eq!((said.code, said.err.lines().count()), (2, 1), "{}", said.err);
-    for wrong in [&["--goal", "1,0,0"][..], &["--goal", "1,0,0,nan"], &["--goal", "1,0,0,0", "--cancel"], &["--start", "1,0,0,0"], &[]] {
+    for wrong in [
+        &["--goal", "1,0,0"][..],
+        &["--goal", "1,0,0,nan"],
+        &["--goal", "1,0,0,0", "--cancel"],
+        &["--start", "1,0,0,0"],
+        &[],
+    ] {
         let said = run(&[&["request", "--instance", "nobody-is-here"], wrong].concat());
         assert_eq!(said.code, 2, "{wrong:?}: {}", said.out);
     }

@@ -1,4 +1,5 @@
-//! The simulated walk: what the state service says at every tick, and that nobody who listens slows the pair.
+//! The simulated walk: what the state service says at every tick, and that nobody who listens slows
+//! the pair.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
@@ -35,11 +36,25 @@ const TICK: f64 = 0.01;
 /// Walks a scenario in simulated time; the states of all ticks.
 fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<State>) {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
-    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
+    let (model, world) =
+        (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let mut planner = Planner::new(
+        &model,
+        &world,
+        &scenario,
+        preparation_for(&model, &scenario.planner),
+        NonZeroUsize::MIN,
+    )
+    .unwrap();
     assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
-    let identity = Identity { instance: INSTANCE, robot: model.digest, world: world.digest, config: scenario.digest };
-    let mut walker = Walker::new(Checker::new(model.clone(), world, scenario.checker).unwrap(), identity);
+    let identity = Identity {
+        instance: INSTANCE,
+        robot: model.digest,
+        world: world.digest,
+        config: scenario.digest,
+    };
+    let mut walker =
+        Walker::new(Checker::new(model.clone(), world, scenario.checker).unwrap(), identity);
     let mut simulation = Simulation::new(INSTANCE, TICK);
     let mut states = vec![];
     for chunk in planner.chunks() {
@@ -54,12 +69,21 @@ fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<State>) {
 /// Every multiple of the tick within `seconds`, each once and in order, and the end.
 fn assert_every_instant(states: &[State], seconds: f64) {
     let instants = (seconds / TICK).floor() as usize + 1;
-    assert!((instants..=instants + 1).contains(&states.len()), "{} states, {instants} instants", states.len());
+    assert!(
+        (instants..=instants + 1).contains(&states.len()),
+        "{} states, {instants} instants",
+        states.len()
+    );
     for (index, state) in states.iter().enumerate() {
         assert!(state.is_well_formed());
         assert_eq!(state.tick, index as u64 + 1);
         let wanted = (index as f64 * TICK).min(seconds);
-        assert!((state.waypoint.time - wanted).abs() < 1e-9, "{} at tick {}", state.waypoint.time, state.tick);
+        assert!(
+            (state.waypoint.time - wanted).abs() < 1e-9,
+            "{} at tick {}",
+            state.waypoint.time,
+            state.tick
+        );
     }
 }
 
@@ -79,11 +103,19 @@ fn the_forces_of_every_tick_hold_the_robot() {
         assert_eq!(state.feet().len(), if mode == SupportMode::Double { 2 } else { 1 });
         let force: DVec3 = state.feet().iter().map(|foot| DVec3::from(foot.force)).sum();
         assert!(force.distance(weight * DVec3::Z) < 1e-3, "{force} at tick {}", state.tick);
-        // The torques about the origin of the forces and of the weight; level soles press at their centres.
-        let turn: DVec3 = state.feet().iter().map(|foot| DVec3::from(foot.centre).cross(DVec3::from(foot.force))).sum();
+        // The torques about the origin of the forces and of the weight; level soles press at their
+        // centres.
+        let turn: DVec3 = state
+            .feet()
+            .iter()
+            .map(|foot| DVec3::from(foot.centre).cross(DVec3::from(foot.force)))
+            .sum();
         let off = turn + DVec3::from(state.centre_of_mass).cross(-weight * DVec3::Z);
         assert!(off.x.abs() < 0.01 && off.y.abs() < 0.01, "{off} at tick {}", state.tick);
-        assert!(state.balance_margin > 0.0 && (0.0..=1.0).contains(&state.friction_use), "{state:?}");
+        assert!(
+            state.balance_margin > 0.0 && (0.0..=1.0).contains(&state.friction_use),
+            "{state:?}"
+        );
         assert!(state.torque_use > 0.0 && state.torque_use < 1.0, "{}", state.torque_use);
     }
     assert!(modes.iter().all(|ticks| *ticks > 0), "{modes:?}");
@@ -102,7 +134,8 @@ fn short_walk(folder: &Path) -> String {
 
 /// The roles by hand, the controller in simulated time; both witnesses' words.
 fn walk_by_hand(name: &str, file: &str, rate: &str, mut meanwhile: impl FnMut()) -> [Said; 2] {
-    let mut control = surefoot(&["control", file, "--instance", name, "--rate", rate]).spawn().unwrap();
+    let mut control =
+        surefoot(&["control", file, "--instance", name, "--rate", rate]).spawn().unwrap();
     let mut plan = surefoot(&["plan", file, "--quiet", "--instance", name]).spawn().unwrap();
     while control.try_wait().unwrap().is_none() || plan.try_wait().unwrap().is_none() {
         meanwhile();
@@ -136,7 +169,9 @@ fn a_listener_that_never_reads_holds_nobody_up() {
     let deaf = Observer::open(&instance).unwrap();
     // It listens until it hears the first tick, and never again.
     let mut first = None;
-    let [control, plan] = walk_by_hand(&name, &scenario("ibeam_gap"), "0", || first = first.or_else(|| deaf.state().unwrap()));
+    let [control, plan] = walk_by_hand(&name, &scenario("ibeam_gap"), "0", || {
+        first = first.or_else(|| deaf.state().unwrap())
+    });
     assert_eq!((control.code, plan.code), (0, 0), "{}{}", control.err, plan.err);
     assert!(plan.out.contains("walked and accepted"), "{}", plan.out);
     assert!(first.is_some());

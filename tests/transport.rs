@@ -1,7 +1,7 @@
 //! The transport end to end: both ends in one process, on two threads, over real shared memory.
 //!
-//! What must hold: every chunk is judged exactly once per controller instance, in order, whoever is restarted and
-//! however slow the controller is; damage is refused; nothing stays behind.
+//! What must hold: every chunk is judged exactly once per controller instance, in order, whoever is
+//! restarted and however slow the controller is; damage is refused; nothing stays behind.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
 
@@ -27,7 +27,11 @@ struct Room {
 impl Room {
     fn new() -> Self {
         let private = fs::Permissions::from_mode(0o700);
-        let base = tempfile::Builder::new().prefix("sf-test").permissions(private).tempdir_in("/dev/shm").unwrap();
+        let base = tempfile::Builder::new()
+            .prefix("sf-test")
+            .permissions(private)
+            .tempdir_in("/dev/shm")
+            .unwrap();
         let instance = Instance::create_in(base.path(), "transport").unwrap();
         Self { base, instance: Some(instance) }
     }
@@ -40,8 +44,14 @@ impl Room {
     fn close(mut self) {
         let prefix = self.instance.as_ref().unwrap().segment_prefix().to_owned();
         self.instance = None;
-        let segments = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-        assert_eq!(segments.filter(|name| name.starts_with(&prefix)).count(), 0, "segments left behind");
+        let segments = fs::read_dir("/dev/shm")
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        assert_eq!(
+            segments.filter(|name| name.starts_with(&prefix)).count(),
+            0,
+            "segments left behind"
+        );
         assert!(!self.base.path().join("transport").exists(), "root left behind");
     }
 }
@@ -50,8 +60,10 @@ fn plan(len: u64) -> Vec<PlanChunk> {
     let mut chunks: Vec<PlanChunk> = Vec::new();
     for sequence in 0..len {
         let stream = chunks.last().map_or(Digest::default(), PlanChunk::stream_after);
-        let mut chunk = PlanChunk { schema: CHUNK_SCHEMA, plan_id: 1, sequence, stream, ..PlanChunk::zeroed() };
-        chunk.flags = if sequence == 0 { FLAG_FIRST } else { 0 } | if sequence + 1 == len { FLAG_LAST } else { 0 };
+        let mut chunk =
+            PlanChunk { schema: CHUNK_SCHEMA, plan_id: 1, sequence, stream, ..PlanChunk::zeroed() };
+        chunk.flags = if sequence == 0 { FLAG_FIRST } else { 0 }
+            | if sequence + 1 == len { FLAG_LAST } else { 0 };
         chunk.waypoints_len = 2;
         chunk.waypoints[1] = Waypoint { time: sequence as f64 + 1.0, ..chunk.waypoints[1] };
         chunks.push(chunk);
@@ -60,7 +72,10 @@ fn plan(len: u64) -> Vec<PlanChunk> {
 }
 
 /// A judge that accepts everything after `time_per_chunk` and notes the sequence numbers.
-fn accept_all(seen: &mut Vec<u64>, time_per_chunk: Duration) -> impl FnMut(&PlanChunk, &mut dyn FnMut()) -> Judgement {
+fn accept_all(
+    seen: &mut Vec<u64>,
+    time_per_chunk: Duration,
+) -> impl FnMut(&PlanChunk, &mut dyn FnMut()) -> Judgement {
     move |chunk, _| {
         std::thread::sleep(time_per_chunk);
         seen.push(chunk.sequence);
@@ -103,7 +118,10 @@ fn five_hundred_chunks_reach_a_slow_controller_in_order_once_each() {
         let delivery = deliver(&to, &chunks);
         (delivery, controller.join().unwrap())
     });
-    assert_eq!((delivery.outcome, delivery.accepted, ended), (Outcome::Accepted, 500, Ended::Finished));
+    assert_eq!(
+        (delivery.outcome, delivery.accepted, ended),
+        (Outcome::Accepted, 500, Ended::Finished)
+    );
     assert_eq!(seen, (0..500).collect::<Vec<_>>());
     assert_eq!(delivery.feedback.unwrap().margins.balance, 0.5);
     assert_eq!(tally.accepted, 500);
@@ -167,7 +185,8 @@ fn restarted_controllers_go_on_where_the_robot_stands() {
                     judged.fetch_add(1, Ordering::Relaxed);
                     accept(chunk, alive)
                 };
-                let ended = receiver.run(&mut judge, &|| judged.load(Ordering::Relaxed) < life).unwrap();
+                let ended =
+                    receiver.run(&mut judge, &|| judged.load(Ordering::Relaxed) < life).unwrap();
                 assert_eq!(ended, Ended::Stopped);
                 drop((receiver, accept));
                 lives.push(seen);
@@ -180,7 +199,11 @@ fn restarted_controllers_go_on_where_the_robot_stands() {
     assert_eq!(delivery.outcome, Outcome::Accepted);
     let lengths: Vec<usize> = lives.iter().map(Vec::len).collect();
     assert_eq!(lengths, [37, 1, 8, 120, 34]);
-    assert_eq!(lives.concat(), (0..200).collect::<Vec<_>>(), "contiguous, once each, over all controllers");
+    assert_eq!(
+        lives.concat(),
+        (0..200).collect::<Vec<_>>(),
+        "contiguous, once each, over all controllers"
+    );
     assert_eq!(delivery.feedback.unwrap().walked, 200);
     room.close();
 }
@@ -196,14 +219,23 @@ fn restarted_planners_go_on_where_the_controller_stands() {
         for life in [5, 60, 61, 150, 1000] {
             let accepted = AtomicUsize::new(0);
             let mut sender = ChunkSender::open(&to, draw_id()).unwrap();
-            let mut note = |word: &surefoot_shared_types::message::Feedback| accepted.store(word.next_sequence as usize, Ordering::Relaxed);
-            deliveries.push(sender.deliver(&chunks, &mut note, &|| accepted.load(Ordering::Relaxed) < life).unwrap());
+            let mut note = |word: &surefoot_shared_types::message::Feedback| {
+                accepted.store(word.next_sequence as usize, Ordering::Relaxed)
+            };
+            deliveries.push(
+                sender
+                    .deliver(&chunks, &mut note, &|| accepted.load(Ordering::Relaxed) < life)
+                    .unwrap(),
+            );
         }
         (deliveries, controller.join().unwrap())
     });
     assert_eq!(ended, Ended::Finished);
     assert_eq!(seen, (0..200).collect::<Vec<_>>(), "contiguous, once each, over all planners");
-    assert_eq!(deliveries.iter().filter(|delivery| delivery.outcome == Outcome::Stopped).count(), 4);
+    assert_eq!(
+        deliveries.iter().filter(|delivery| delivery.outcome == Outcome::Stopped).count(),
+        4
+    );
     assert_eq!(deliveries.last().unwrap().outcome, Outcome::Accepted);
     println!("{tally:?}");
     room.close();
@@ -226,7 +258,9 @@ fn a_finished_plan_is_not_walked_again_for_a_new_planner_but_another_plan_is() {
             let mut seen = Vec::new();
             let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
             let mut judge = accept_all(&mut seen, Duration::ZERO);
-            while receiver.run(&mut judge, &|| !stop.load(Ordering::Relaxed)).unwrap() != Ended::Stopped {}
+            while receiver.run(&mut judge, &|| !stop.load(Ordering::Relaxed)).unwrap()
+                != Ended::Stopped
+            {}
             drop(judge);
             seen
         });
@@ -260,7 +294,10 @@ fn a_refusal_ends_the_delivery_with_its_reason() {
         (deliver(&to, &chunks), controller.join().unwrap())
     });
     assert_eq!(ended, Ended::Refused(Refusal { sequence: 17, check: Check::Balance, waypoint: 3 }));
-    assert_eq!(delivery.outcome, Outcome::Refused { sequence: 17, check: Check::Balance, waypoint: 3 });
+    assert_eq!(
+        delivery.outcome,
+        Outcome::Refused { sequence: 17, check: Check::Balance, waypoint: 3 }
+    );
     assert_eq!(delivery.accepted, 17);
     room.close();
 }
@@ -270,7 +307,8 @@ fn damaged_chunks_are_refused_over_shared_memory() {
     let room = Room::new();
     let instance = room.enter();
     let header_bits = (0..8 * std::mem::offset_of!(PlanChunk, contacts)).step_by(5);
-    let body_bits = (8 * std::mem::offset_of!(PlanChunk, contacts)..8 * size_of::<PlanChunk>()).step_by(4001);
+    let body_bits =
+        (8 * std::mem::offset_of!(PlanChunk, contacts)..8 * size_of::<PlanChunk>()).step_by(4001);
     let link = Link::open(&instance).unwrap();
     let publisher = link.chunks.publisher_builder().create().unwrap();
     for bit in header_bits.chain(body_bits) {
@@ -282,9 +320,14 @@ fn damaged_chunks_are_refused_over_shared_memory() {
         chunk.seal();
         bytemuck::bytes_of_mut(&mut chunk)[bit / 8] ^= 1 << (bit % 8);
         publisher.send_copy(chunk).unwrap();
-        let mut judge = |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a damaged chunk reached the judge");
+        let mut judge =
+            |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a damaged chunk reached the judge");
         let ended = receiver.run(&mut judge, &|| true).unwrap();
-        assert_eq!(ended, Ended::Refused(Refusal { sequence: 0, check: Check::Crc, waypoint: 0 }), "bit {bit}");
+        assert_eq!(
+            ended,
+            Ended::Refused(Refusal { sequence: 0, check: Check::Crc, waypoint: 0 }),
+            "bit {bit}"
+        );
     }
     drop((publisher, link, instance));
     room.close();
@@ -299,8 +342,14 @@ fn without_a_controller_the_delivery_ends_honestly() {
     assert_eq!(sender.deliver(&chunks, &mut |_| {}, &|| false).unwrap().outcome, Outcome::Stopped);
     sender.set_lost_after(Duration::from_millis(50));
     let delivery = sender.deliver(&chunks, &mut |_| {}, &|| true).unwrap();
-    assert_eq!((delivery.outcome, delivery.sent, delivery.feedback), (Outcome::ControllerLost, 0, None));
-    assert!(matches!(sender.deliver(&chunks[1..], &mut |_| {}, &|| true), Err(ChannelError::Stream { index: 0 })));
+    assert_eq!(
+        (delivery.outcome, delivery.sent, delivery.feedback),
+        (Outcome::ControllerLost, 0, None)
+    );
+    assert!(matches!(
+        sender.deliver(&chunks[1..], &mut |_| {}, &|| true),
+        Err(ChannelError::Stream { index: 0 })
+    ));
     assert!(matches!(ChunkSender::open(&instance, 0), Err(ChannelError::Id)));
     drop((sender, instance));
     room.close();

@@ -1,5 +1,5 @@
-//! The world is not as the planner believes: the robot never steps on a refused foothold, says what it met, and a new
-//! plan from where it stands goes on.
+//! The world is not as the planner believes: the robot never steps on a refused foothold, says what
+//! it met, and a new plan from where it stands goes on.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped scenario cannot be used")]
 
@@ -44,23 +44,39 @@ struct Walked {
 impl Case {
     fn new(name: &str, change: impl FnOnce(&mut World)) -> Self {
         let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
-        let (model, belief) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+        let (model, belief) =
+            (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
         let mut truth = belief.clone();
         change(&mut truth);
         Self { scenario, model, belief, truth }
     }
 
     fn walker(&self) -> Walker {
-        let identity = Identity { instance: INSTANCE, robot: self.model.digest, world: self.belief.digest, config: self.scenario.digest };
-        Walker::new(Checker::new(self.model.clone(), self.truth.clone(), self.scenario.checker.clone()).unwrap(), identity)
+        let identity = Identity {
+            instance: INSTANCE,
+            robot: self.model.digest,
+            world: self.belief.digest,
+            config: self.scenario.digest,
+        };
+        Walker::new(
+            Checker::new(self.model.clone(), self.truth.clone(), self.scenario.checker.clone())
+                .unwrap(),
+            identity,
+        )
     }
 
     fn plan(&self, met: &[Correction], standing: &Standing, epoch: u64) -> Option<Vec<PlanChunk>> {
         let world = self.belief.corrected(met).unwrap();
         let start = standing.mark().unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
-        let mut planner =
-            Planner::new(&self.model, &world, &scenario, preparation_for(&self.model, &scenario.planner), NonZeroUsize::MIN).unwrap();
+        let mut planner = Planner::new(
+            &self.model,
+            &world,
+            &scenario,
+            preparation_for(&self.model, &scenario.planner),
+            NonZeroUsize::MIN,
+        )
+        .unwrap();
         if standing.is_known() {
             planner.begin_at(&world, standing).unwrap();
         }
@@ -82,11 +98,17 @@ impl Case {
                 let chunk = addressed(chunk);
                 let before = walker.standing().cloned();
                 let Err(violation) = walker.admit_and_walk(&chunk) else {
-                    standing = standing.after(chunk.mode, chunk.contacts(), chunk.waypoints().last().unwrap());
+                    standing = standing.after(
+                        chunk.mode,
+                        chunk.contacts(),
+                        chunk.waypoints().last().unwrap(),
+                    );
                     continue;
                 };
                 assert_eq!(walker.standing(), before.as_ref(), "a refused chunk moves nothing");
-                let correction = truth.met(&walker, &chunk, &violation).unwrap_or_else(|| panic!("not by the world: {violation}"));
+                let correction = truth
+                    .met(&walker, &chunk, &violation)
+                    .unwrap_or_else(|| panic!("not by the world: {violation}"));
                 walker.correct(&correction);
                 met.push(correction);
                 break;
@@ -113,27 +135,50 @@ fn shift(world: &mut World, name: &str, by: [f64; 3]) {
     shape(world, name).world_from_shape.translation += DVec3::from(by);
 }
 
-/// The box of this kind on which the planner, as it believes the world to be, stands with most of a sole.
+/// The box of this kind on which the planner, as it believes the world to be, stands with most of a
+/// sole.
 fn most_used(case: &Case, kind: &str) -> String {
     let chunks = case.plan(&[], &Standing::zeroed(), 0).unwrap();
-    let soles = chunks.iter().flat_map(PlanChunk::contacts).map(|contact| (contact.world_from_sole(), contact.limb as usize));
-    let corners: Vec<Vec<DVec3>> =
-        soles.map(|(pose, limb)| case.model.feet[limb].polygon.iter().map(|corner| pose * corner.extend(0.0)).collect()).collect();
+    let soles = chunks
+        .iter()
+        .flat_map(PlanChunk::contacts)
+        .map(|contact| (contact.world_from_sole(), contact.limb as usize));
+    let corners: Vec<Vec<DVec3>> = soles
+        .map(|(pose, limb)| {
+            case.model.feet[limb].polygon.iter().map(|corner| pose * corner.extend(0.0)).collect()
+        })
+        .collect();
     let inside = |stone: &WorldShape, corner: &DVec3| match &stone.shape {
         Shape::Box { half_extents } => {
             let at = stone.world_from_shape.inverse() * *corner;
-            at.x.abs() <= half_extents.x && at.y.abs() <= half_extents.y && (at.z - half_extents.z).abs() < 1e-3
+            at.x.abs() <= half_extents.x
+                && at.y.abs() <= half_extents.y
+                && (at.z - half_extents.z).abs() < 1e-3
         }
         _ => false,
     };
-    let used = |stone: &&WorldShape| corners.iter().map(|sole| sole.iter().filter(|corner| inside(stone, corner)).count()).max().unwrap();
-    case.belief.shapes.iter().filter(|shape| shape.name.starts_with(kind)).max_by_key(used).unwrap().name.clone()
+    let used = |stone: &&WorldShape| {
+        corners
+            .iter()
+            .map(|sole| sole.iter().filter(|corner| inside(stone, corner)).count())
+            .max()
+            .unwrap()
+    };
+    case.belief
+        .shapes
+        .iter()
+        .filter(|shape| shape.name.starts_with(kind))
+        .max_by_key(used)
+        .unwrap()
+        .name
+        .clone()
 }
 
 /// Walks to the goal and meets exactly the one difference that there is.
 fn arrives_after_meeting(case: &Case, kind: CorrectionKind) {
     let walked = case.walk();
-    let kinds: Vec<_> = walked.met.iter().map(|correction| correction.known_kind().unwrap()).collect();
+    let kinds: Vec<_> =
+        walked.met.iter().map(|correction| correction.known_kind().unwrap()).collect();
     assert!(walked.arrived, "met {kinds:?}");
     assert_eq!(kinds, [kind]);
 }
@@ -141,7 +186,10 @@ fn arrives_after_meeting(case: &Case, kind: CorrectionKind) {
 #[test]
 fn a_stone_stands_lower() {
     let name = most_used(&Case::new("stepping_stones", |_| ()), "stone");
-    arrives_after_meeting(&Case::new("stepping_stones", |world| shift(world, &name, [0.0, 0.0, -0.03])), CorrectionKind::Moved);
+    arrives_after_meeting(
+        &Case::new("stepping_stones", |world| shift(world, &name, [0.0, 0.0, -0.03])),
+        CorrectionKind::Moved,
+    );
 }
 
 #[test]
@@ -150,9 +198,16 @@ fn whichever_stone_stands_lower_the_robot_arrives() {
     let stones = belief.shapes.iter().filter(|shape| shape.name.starts_with("stone"));
     let mut met = 0;
     for stone in stones.map(|stone| &stone.name) {
-        let walked = Case::new("stepping_stones", |world| shift(world, stone, [0.0, 0.0, -0.03])).walk();
+        let walked =
+            Case::new("stepping_stones", |world| shift(world, stone, [0.0, 0.0, -0.03])).walk();
         assert!(walked.arrived, "{stone}");
-        assert!(walked.met.iter().all(|correction| correction.known_kind() == Some(CorrectionKind::Moved)), "{stone}");
+        assert!(
+            walked
+                .met
+                .iter()
+                .all(|correction| correction.known_kind() == Some(CorrectionKind::Moved)),
+            "{stone}"
+        );
         met += walked.met.len();
     }
     assert!(met > 8, "hardly any stone is used");
@@ -161,7 +216,10 @@ fn whichever_stone_stands_lower_the_robot_arrives() {
 #[test]
 fn a_stone_stands_higher() {
     let name = most_used(&Case::new("stepping_stones", |_| ()), "stone");
-    arrives_after_meeting(&Case::new("stepping_stones", |world| shift(world, &name, [0.0, 0.0, 0.03])), CorrectionKind::Moved);
+    arrives_after_meeting(
+        &Case::new("stepping_stones", |world| shift(world, &name, [0.0, 0.0, 0.03])),
+        CorrectionKind::Moved,
+    );
 }
 
 #[test]
@@ -177,7 +235,10 @@ fn a_stone_is_tilted() {
 fn a_stone_stands_aside() {
     let name = most_used(&Case::new("stepping_stones", |_| ()), "stone");
     let outward = if name.contains("left") { 0.16 } else { -0.16 };
-    arrives_after_meeting(&Case::new("stepping_stones", |world| shift(world, &name, [0.0, outward, 0.0])), CorrectionKind::Moved);
+    arrives_after_meeting(
+        &Case::new("stepping_stones", |world| shift(world, &name, [0.0, outward, 0.0])),
+        CorrectionKind::Moved,
+    );
 }
 
 #[test]
@@ -200,7 +261,10 @@ fn a_block_lies_in_the_way() {
 #[test]
 fn a_cinder_block_stands_lower() {
     let name = most_used(&Case::new("cinder_blocks", |_| ()), "block");
-    arrives_after_meeting(&Case::new("cinder_blocks", |world| shift(world, &name, [0.0, 0.0, -0.03])), CorrectionKind::Moved);
+    arrives_after_meeting(
+        &Case::new("cinder_blocks", |world| shift(world, &name, [0.0, 0.0, -0.03])),
+        CorrectionKind::Moved,
+    );
 }
 
 #[test]
@@ -227,5 +291,10 @@ fn where_no_way_remains_the_walk_ends_honestly() {
     case.scenario.planner.work_max = 300_000;
     let walked = case.walk();
     assert!(!walked.arrived && !walked.met.is_empty());
-    assert!(walked.met.iter().all(|correction| correction.known_kind() == Some(CorrectionKind::Missing)));
+    assert!(
+        walked
+            .met
+            .iter()
+            .all(|correction| correction.known_kind() == Some(CorrectionKind::Missing))
+    );
 }

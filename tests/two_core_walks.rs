@@ -1,7 +1,9 @@
-//! The planner on one core and the controller on another, over a whole walk at the pace of a real robot.
+//! The planner on one core and the controller on another, over a whole walk at the pace of a real
+//! robot.
 //!
-//! Every chunk must be there before the robot needs it; what the transport adds to a verdict is put beside a raw ping-pong
-//! through shared memory in the same run. Only counts, orders and ratios are asserted. On one core the pinning is skipped.
+//! Every chunk must be there before the robot needs it; what the transport adds to a verdict is put
+//! beside a raw ping-pong through shared memory in the same run. Only counts, orders and ratios are
+//! asserted. On one core the pinning is skipped.
 
 #![allow(clippy::print_stdout, reason = "a test says what it found")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
@@ -31,8 +33,8 @@ use surefoot_shared_types::scene::load::load_world;
 
 /// Faster than real time, so that a test is over soon: seconds of the walk in a second of the test.
 const HASTE: f64 = 4.0;
-/// What the median outside the judge may be of that of two sides that sleep in the kernel between pings: with a generous factor
-/// for a machine that does other work beside.
+/// What the median outside the judge may be of that of two sides that sleep in the kernel between
+/// pings: with a generous factor for a machine that does other work beside.
 const RATIO_MAX: f64 = 100.0;
 /// Pings of the sleeping sides.
 const SLEEPY_PINGS: u64 = 200;
@@ -47,7 +49,8 @@ fn now() -> Instant {
 /// What the controller's side saw.
 #[derive(Default)]
 struct Log {
-    /// Seconds by which each chunk came before the robot reached its start; negative means that the robot waited.
+    /// Seconds by which each chunk came before the robot reached its start; negative means that the
+    /// robot waited.
     ahead: Vec<f64>,
     /// Sequence numbers in the order in which they were judged.
     order: Vec<u64>,
@@ -58,9 +61,15 @@ struct Log {
 /// The robot's pace: judges a chunk when it comes, and counts when it would have been needed.
 fn control(instance: &Instance, scenario: &str) -> Log {
     let scenario = load_scenario(scenario.as_ref()).unwrap();
-    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let (model, world) =
+        (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
     let id = draw_id();
-    let identity = Identity { instance: id, robot: model.digest, world: world.digest, config: scenario.digest };
+    let identity = Identity {
+        instance: id,
+        robot: model.digest,
+        world: world.digest,
+        config: scenario.digest,
+    };
     let mut walker = Walker::new(Checker::new(model, world, scenario.checker).unwrap(), identity);
     let mut receiver = ChunkReceiver::open(instance, id).unwrap();
     let mut log = Log::default();
@@ -78,15 +87,27 @@ fn control(instance: &Instance, scenario: &str) -> Log {
     };
     let ended = receiver.run(&mut judge, &|| true).unwrap();
     assert_eq!(ended, Ended::Finished);
-    receiver.linger(&mut |_, _| panic!("a chunk after the end"), Some(Duration::from_secs(10)), &|| true).unwrap();
+    receiver
+        .linger(&mut |_, _| panic!("a chunk after the end"), Some(Duration::from_secs(10)), &|| {
+            true
+        })
+        .unwrap();
     log
 }
 
 /// Plans the walk; its chunks.
 fn plan(scenario: &str) -> Vec<PlanChunk> {
     let scenario = load_scenario(scenario.as_ref()).unwrap();
-    let (model, world) = (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(&model, &world, &scenario, preparation_for(&model, &scenario.planner), NonZeroUsize::MIN).unwrap();
+    let (model, world) =
+        (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
+    let mut planner = Planner::new(
+        &model,
+        &world,
+        &scenario,
+        preparation_for(&model, &scenario.planner),
+        NonZeroUsize::MIN,
+    )
+    .unwrap();
     while planner.step(100_000) == Status::Working {}
     assert!(!planner.chunks().is_empty());
     planner.chunks().to_vec()
@@ -122,7 +143,8 @@ fn ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
     })
 }
 
-/// The median round trip of a byte between two sides that sleep until it comes, as ours do while a chunk is judged, s.
+/// The median round trip of a byte between two sides that sleep until it comes, as ours do while a
+/// chunk is judged, s.
 fn sleepy_ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
     let (mut near, mut far) = UnixStream::pair().unwrap();
     std::thread::scope(|scope| {
@@ -164,7 +186,9 @@ fn histogram(seconds: &[f64]) -> String {
     let mut counts = [0_u32; 40];
     seconds.iter().for_each(|second| counts[bucket(second).min(39)] += 1);
     let used = counts.iter().enumerate().filter(|(_, count)| **count > 0);
-    used.map(|(power, count)| format!("{} us: {count}", 1_u64 << power)).collect::<Vec<_>>().join(", ")
+    used.map(|(power, count)| format!("{} us: {count}", 1_u64 << power))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn walk_at_pace(name: &str) {
@@ -174,7 +198,11 @@ fn walk_at_pace(name: &str) {
         println!("one core: nothing is pinned");
     }
     let private = fs::Permissions::from_mode(0o700);
-    let base = tempfile::Builder::new().prefix("sf-two").permissions(private).tempdir_in("/dev/shm").unwrap();
+    let base = tempfile::Builder::new()
+        .prefix("sf-two")
+        .permissions(private)
+        .tempdir_in("/dev/shm")
+        .unwrap();
     let instance = Instance::create_in(base.path(), "two").unwrap();
     let chunks = plan(&scenario);
     let (log, verdicts) = std::thread::scope(|scope| {
@@ -185,7 +213,8 @@ fn walk_at_pace(name: &str) {
         let planner = scope.spawn(|| {
             affinity::pin(cores.0);
             let mut sender = ChunkSender::open(&instance, draw_id()).unwrap();
-            // One on its way at a time: the time between two verdicts is then a publication, a judgement and an answer.
+            // One on its way at a time: the time between two verdicts is then a publication, a
+            // judgement and an answer.
             sender.set_credit(1);
             let mut verdicts = Vec::new();
             let mut heard = (0, now());
@@ -196,7 +225,10 @@ fn walk_at_pace(name: &str) {
                 }
             };
             let delivery = sender.deliver(&chunks, &mut note, &|| true).unwrap();
-            assert_eq!((delivery.outcome, delivery.accepted), (Outcome::Accepted, chunks.len() as u64));
+            assert_eq!(
+                (delivery.outcome, delivery.accepted),
+                (Outcome::Accepted, chunks.len() as u64)
+            );
             assert_eq!(delivery.resent, 0);
             verdicts
         });
@@ -206,7 +238,12 @@ fn walk_at_pace(name: &str) {
     let starved = log.ahead.iter().skip(1).filter(|ahead| **ahead < 0.0).count();
     assert_eq!(starved, 0, "{name}: the robot waited for {starved} chunks: {:?}", log.ahead);
     assert_eq!(verdicts.len(), chunks.len());
-    let mut overhead: Vec<f64> = verdicts.iter().zip(&log.judged).skip(1).map(|(verdict, judged)| verdict - judged).collect();
+    let mut overhead: Vec<f64> = verdicts
+        .iter()
+        .zip(&log.judged)
+        .skip(1)
+        .map(|(verdict, judged)| verdict - judged)
+        .collect();
     let (raw, sleepy) = (ping_pong(cores), sleepy_ping_pong(cores));
     println!("{name}: publication to verdict: {}", histogram(&verdicts[1..]));
     println!("{name}: of it outside the judge: {}", histogram(&overhead));

@@ -11,7 +11,8 @@ use std::fs;
 use command::{run, scenario};
 use serde_json::Value;
 
-/// Walks a scenario in a world that differs from its own by `changes` of its text; answers the report, and what was said meanwhile.
+/// Walks a scenario in a world that differs from its own by `changes` of its text; answers the
+/// report, and what was said meanwhile.
 fn walk_in_truth(name: &str, seed: u32, changes: &[(&str, &str)]) -> (Value, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = |file: &str| folder.path().join(file).to_str().unwrap().to_owned();
@@ -22,10 +23,25 @@ fn walk_in_truth(name: &str, seed: u32, changes: &[(&str, &str)]) -> (Value, Str
     }
     let (truth, json, plan) = (path("truth.toml"), path("report.json"), path("plan.json"));
     fs::write(&truth, world).unwrap();
-    let said = run(&["walk", &scenario(name), "--seed", &seed.to_string(), "--truth", &truth, "--json", &json, "--export", &plan]);
+    let said = run(&[
+        "walk",
+        &scenario(name),
+        "--seed",
+        &seed.to_string(),
+        "--truth",
+        &truth,
+        "--json",
+        &json,
+        "--export",
+        &plan,
+    ]);
     assert_eq!(said.code, 0, "{name}: {}{}", said.out, said.err);
     let check = run(&["check", &plan]);
-    assert_eq!(check.code, 0, "{name}, from where the robot stood at last: {}{}", check.out, check.err);
+    assert_eq!(
+        check.code, 0,
+        "{name}, from where the robot stood at last: {}{}",
+        check.out, check.err
+    );
     (serde_json::from_slice(&fs::read(json).unwrap()).unwrap(), said.err)
 }
 
@@ -37,7 +53,10 @@ fn a_lifted_foot_that_touches_goes_back_to_where_it_was_lifted() {
         ("xyz = [0.565947, 0.411951, 0.729286]", "xyz = [0.5916, 0.4403, 0.7486]"),
     ];
     let (report, _) = walk_in_truth("spiral_steps", 6, &slabs);
-    assert!(report["replans"].as_u64().unwrap() >= 1 && report["refusal"] == Value::Null, "{report}");
+    assert!(
+        report["replans"].as_u64().unwrap() >= 1 && report["refusal"] == Value::Null,
+        "{report}"
+    );
 }
 
 #[test]
@@ -50,8 +69,16 @@ fn where_that_is_not_enough_the_robot_goes_farther_back() {
 
 #[test]
 fn more_differences_than_eight_are_told() {
-    let bars = ["1.72", "1.88", "2.04", "2.2", "2.36", "2.52", "2.68", "2.84", "3.0", "3.16", "3.32", "3.48"];
-    let changes = bars.map(|x| (format!("xyz = [{x}, 0.0, -0.02]"), format!("xyz = [{x}, 0.01, -0.03]")));
-    let (report, _) = walk_in_truth("monkey_bars", 1, &changes.each_ref().map(|(believed, true_one)| (&believed[..], &true_one[..])));
+    let bars = [
+        "1.72", "1.88", "2.04", "2.2", "2.36", "2.52", "2.68", "2.84", "3.0", "3.16", "3.32",
+        "3.48",
+    ];
+    let changes =
+        bars.map(|x| (format!("xyz = [{x}, 0.0, -0.02]"), format!("xyz = [{x}, 0.01, -0.03]")));
+    let (report, _) = walk_in_truth(
+        "monkey_bars",
+        1,
+        &changes.each_ref().map(|(believed, true_one)| (&believed[..], &true_one[..])),
+    );
     assert!(report["outcome"] == "accepted" && report["replans"].as_u64().unwrap() > 8, "{report}");
 }

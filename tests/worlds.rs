@@ -1,4 +1,5 @@
-//! The worlds of the first walk are what their description says, so that none is easier than it claims to be.
+//! The worlds of the first walk are what their description says, so that none is easier than it
+//! claims to be.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -7,7 +8,8 @@
 mod footing;
 
 use footing::{
-    LONGEST_STEP, SOLE_SIZE, bounds, contacts, half_extents, named, rests_wholly, shape, sole_at, support_area, top_face, world,
+    LONGEST_STEP, SOLE_SIZE, bounds, contacts, half_extents, named, rests_wholly, shape, sole_at,
+    support_area, top_face, world,
 };
 use glam::{DVec3, dvec3};
 use surefoot_shared_types::config::load::load_scenario;
@@ -21,8 +23,11 @@ fn assert_near(actual: f64, expected: f64, what: &str) {
 }
 
 fn files(folder: &str) -> Vec<std::path::PathBuf> {
-    let entries = std::fs::read_dir(footing::configs(folder)).unwrap().map(|entry| entry.unwrap().path());
-    let mut files: Vec<_> = entries.filter(|path| path.extension().is_some_and(|extension| extension == "toml")).collect();
+    let entries =
+        std::fs::read_dir(footing::configs(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = entries
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .collect();
     files.sort();
     files
 }
@@ -48,14 +53,22 @@ fn every_start_and_goal_has_both_soles_wholly_on_the_ground() {
     for path in files {
         let scenario = load_scenario(&path).unwrap();
         let world = load_world(&scenario.world_path).unwrap();
-        assert_eq!(Some(scenario.name.as_str()), scenario.world_path.file_stem().and_then(|stem| stem.to_str()));
+        assert_eq!(
+            Some(scenario.name.as_str()),
+            scenario.world_path.file_stem().and_then(|stem| stem.to_str())
+        );
         assert_eq!(scenario.seed, 1);
         assert_near(scenario.goal_position_tolerance, 0.10, "position tolerance");
         assert_near(scenario.goal_yaw_tolerance, 0.35, "yaw tolerance");
         for mark in [scenario.start, scenario.goal] {
             assert_near(mark.feet_apart, 0.2, "feet apart");
             for sole in mark.world_from_soles() {
-                assert!(rests_wholly(&world, &sole), "{}: a sole hangs over at {}", scenario.name, sole.translation);
+                assert!(
+                    rests_wholly(&world, &sole),
+                    "{}: a sole hangs over at {}",
+                    scenario.name,
+                    sole.translation
+                );
             }
         }
     }
@@ -69,11 +82,13 @@ fn flat_walk_is_ten_metres_of_floor() {
     assert_near(high.x - low.x, 10.0, "length");
 }
 
-/// The two I-beams: their parts' sizes, and how they lie to each other. Returns the first beam's centre x.
+/// The two I-beams: their parts' sizes, and how they lie to each other. Returns the first beam's
+/// centre x.
 fn check_beams(world: &World, top: f64) -> f64 {
     let mut centres = Vec::new();
     for beam in ["beam_1", "beam_2"] {
-        let [bottom, web, flange] = ["bottom_flange", "web", "top_flange"].map(|part| bounds(shape(world, &format!("{beam}_{part}"))));
+        let [bottom, web, flange] = ["bottom_flange", "web", "top_flange"]
+            .map(|part| bounds(shape(world, &format!("{beam}_{part}"))));
         for (low, high) in [bottom, flange] {
             assert_near(high.x - low.x, 0.05, "flange width");
             assert_near(high.z - low.z, 0.015, "flange thickness");
@@ -90,7 +105,8 @@ fn check_beams(world: &World, top: f64) -> f64 {
     centres[0]
 }
 
-/// A sole that faces across the beams has room enough over both tops together, and not over one top alone.
+/// A sole that faces across the beams has room enough over both tops together, and not over one top
+/// alone.
 fn check_beam_support(world: &World, first_centre: f64, top: f64) {
     let (mut spanning, mut single) = (0, 0);
     for step in 0..600 {
@@ -98,8 +114,14 @@ fn check_beam_support(world: &World, first_centre: f64, top: f64) {
         for yaw in [0.0, std::f64::consts::PI] {
             let sole = sole_at(dvec3(x, 0.0, top), yaw);
             let (touched, area) = (contacts(world, &sole), support_area(world, &sole));
-            let on = |centre: f64| touched.iter().any(|point| (point.x - centre).abs() <= 0.025 + EPSILON);
-            let whole = |centre: f64| [-0.025, 0.025].iter().all(|edge| touched.iter().any(|p| (p.x - centre - edge).abs() < EPSILON));
+            let on = |centre: f64| {
+                touched.iter().any(|point| (point.x - centre).abs() <= 0.025 + EPSILON)
+            };
+            let whole = |centre: f64| {
+                [-0.025, 0.025]
+                    .iter()
+                    .all(|edge| touched.iter().any(|p| (p.x - centre - edge).abs() < EPSILON))
+            };
             if whole(first_centre) && whole(first_centre + 0.15) {
                 spanning += 1;
                 assert!(area >= 0.02, "across both tops, but only {area} m2 at x = {x}");
@@ -132,7 +154,10 @@ fn ibeam_gap_is_wider_than_the_longest_step() {
     let world = world("ibeam_gap");
     let (start, goal) = (bounds(shape(&world, "floor_start")), bounds(shape(&world, "floor_goal")));
     assert_near(goal.0.x - start.1.x, 1.0, "trench length");
-    assert!(goal.0.x - start.1.x - SOLE_SIZE.x > LONGEST_STEP, "with both soles almost wholly over the edge it is still too wide");
+    assert!(
+        goal.0.x - start.1.x - SOLE_SIZE.x > LONGEST_STEP,
+        "with both soles almost wholly over the edge it is still too wide"
+    );
     let bottom = bounds(shape(&world, "trench_floor")).1.z;
     assert_near(bottom, -0.8, "trench depth");
     let first = check_beams(&world, 0.10);
@@ -153,7 +178,10 @@ fn ibeam_gap_has_nothing_else_to_step_on() {
         let x = 2.0 + 0.01 * f64::from(step);
         for height in [-0.4, -0.2, 0.0, 0.2] {
             let over_floor = height == 0.0 && !(2.09..=2.87).contains(&x);
-            assert!(over_floor || !footing(x, height), "something to stand on at x = {x}, z = {height}");
+            assert!(
+                over_floor || !footing(x, height),
+                "something to stand on at x = {x}, z = {height}"
+            );
         }
     }
 }
@@ -174,7 +202,8 @@ fn stepping_stones_have_their_size_and_lie_apart() {
     for (at, one) in world.shapes.iter().enumerate() {
         for other in &world.shapes[at + 1..] {
             let ((low, high), (other_low, other_high)) = (bounds(one), bounds(other));
-            let apart = low.cmpge(other_high - DVec3::splat(EPSILON)) | high.cmple(other_low + DVec3::splat(EPSILON));
+            let apart = low.cmpge(other_high - DVec3::splat(EPSILON))
+                | high.cmple(other_low + DVec3::splat(EPSILON));
             assert!(apart.any(), "'{}' overlaps '{}'", one.name, other.name);
         }
     }
@@ -184,14 +213,27 @@ fn stepping_stones_have_their_size_and_lie_apart() {
 fn stepping_stones_are_two_irregular_columns() {
     let world = world("stepping_stones");
     for (column, y) in [("stone_left", 0.15), ("stone_right", -0.15)] {
-        let centres: Vec<DVec3> = named(&world, column).iter().map(|stone| stone.world_from_shape.translation).collect();
+        let centres: Vec<DVec3> =
+            named(&world, column).iter().map(|stone| stone.world_from_shape.translation).collect();
         assert_eq!(centres.len(), 8);
         let spacings: Vec<f64> = centres.windows(2).map(|pair| pair[1].x - pair[0].x).collect();
-        assert!(spacings.iter().all(|spacing| (0.28..=0.42).contains(spacing)), "{column}: {spacings:?}");
-        assert!(centres.iter().all(|centre| (centre.y - y).abs() <= 0.05), "{column} leaves its line");
-        let spread = |values: &[f64]| values.iter().copied().fold(f64::MIN, f64::max) - values.iter().copied().fold(f64::MAX, f64::min);
+        assert!(
+            spacings.iter().all(|spacing| (0.28..=0.42).contains(spacing)),
+            "{column}: {spacings:?}"
+        );
+        assert!(
+            centres.iter().all(|centre| (centre.y - y).abs() <= 0.05),
+            "{column} leaves its line"
+        );
+        let spread = |values: &[f64]| {
+            values.iter().copied().fold(f64::MIN, f64::max)
+                - values.iter().copied().fold(f64::MAX, f64::min)
+        };
         assert!(spread(&spacings) > 0.02, "{column} is regular along x");
-        assert!(spread(&centres.iter().map(|centre| centre.y).collect::<Vec<_>>()) > 0.02, "{column} is regular along y");
+        assert!(
+            spread(&centres.iter().map(|centre| centre.y).collect::<Vec<_>>()) > 0.02,
+            "{column} is regular along y"
+        );
     }
 }
 
@@ -202,7 +244,9 @@ fn stepping_stones_hold_a_whole_sole_each_but_not_the_whole_way() {
         let centred = stone.world_from_shape.translation.with_z(0.0) - dvec3(0.02, 0.0, 0.0);
         assert!(rests_wholly(&world, &sole_at(centred, 0.0)), "'{}' is too small", stone.name);
     }
-    let shifted = (0..100).filter(|step| !rests_wholly(&world, &sole_at(dvec3(2.1 + 0.028 * f64::from(*step), 0.0, 0.0), 0.0)));
+    let shifted = (0..100).filter(|step| {
+        !rests_wholly(&world, &sole_at(dvec3(2.1 + 0.028 * f64::from(*step), 0.0, 0.0), 0.0))
+    });
     assert_eq!(shifted.count(), 100, "the middle line carries nothing");
 }
 
@@ -212,14 +256,21 @@ fn no_way_island_is_out_of_reach() {
     assert_eq!(world.shapes.len(), 2);
     let (floor, island) = (bounds(shape(&world, "floor")), bounds(shape(&world, "island")));
     assert!(island.0.x - floor.1.x - SOLE_SIZE.x > LONGEST_STEP);
-    let goal = load_scenario(&footing::configs("scenarios").join("no_way_island.toml")).unwrap().goal.position;
-    assert!(goal.cmpge(island.0).all() && goal.cmple(island.1).all(), "the goal lies on the island");
+    let goal = load_scenario(&footing::configs("scenarios").join("no_way_island.toml"))
+        .unwrap()
+        .goal
+        .position;
+    assert!(
+        goal.cmpge(island.0).all() && goal.cmple(island.1).all(),
+        "the goal lies on the island"
+    );
 }
 
 #[test]
 fn no_way_wall_leaves_no_opening() {
     let world = world("no_way_wall");
-    let [across, left, right, floor] = ["wall_across", "wall_left", "wall_right", "floor"].map(|name| bounds(shape(&world, name)));
+    let [across, left, right, floor] =
+        ["wall_across", "wall_left", "wall_right", "floor"].map(|name| bounds(shape(&world, name)));
     assert_near(across.1.y, left.0.y, "meets the left wall");
     assert_near(across.0.y, right.1.y, "meets the right wall");
     assert_near(across.0.z, floor.1.z, "meets the floor");
@@ -234,7 +285,8 @@ fn no_way_wall_leaves_no_opening() {
 #[test]
 fn no_way_worlds_carry_a_budget_that_ends_soon() {
     let default = surefoot_shared_types::config::PlannerConfig::default().work_max;
-    for path in files("scenarios").iter().filter(|path| path.to_string_lossy().contains("no_way_")) {
+    for path in files("scenarios").iter().filter(|path| path.to_string_lossy().contains("no_way_"))
+    {
         assert!(load_scenario(path).unwrap().planner.work_max < default, "{}", path.display());
     }
 }
@@ -243,6 +295,7 @@ fn no_way_worlds_carry_a_budget_that_ends_soon() {
 fn a_tilted_box_has_no_level_top() {
     let mut world = world("flat_walk");
     assert!(top_face(&world.shapes[0]).is_some());
-    world.shapes[0].world_from_shape.rotation = surefoot_shared_types::spatial::rotation_from_rpy(0.01, 0.0, 0.0);
+    world.shapes[0].world_from_shape.rotation =
+        surefoot_shared_types::spatial::rotation_from_rpy(0.01, 0.0, 0.0);
     assert!(top_face(&world.shapes[0]).is_none());
 }

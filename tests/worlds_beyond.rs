@@ -1,4 +1,5 @@
-//! The further worlds (stairs, beam, bars, spiral, checkers, bars overhead, hopeless ones) are what they claim to be.
+//! The further worlds (stairs, beam, bars, spiral, checkers, bars overhead, hopeless ones) are what
+//! they claim to be.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -6,7 +7,10 @@
 #[path = "common/footing.rs"]
 mod footing;
 
-use footing::{LONGEST_STEP, SOLE, SOLE_SIZE, area, bounds, half_extents, heading, hull, named, rests_wholly, shape, sole_at, world};
+use footing::{
+    LONGEST_STEP, SOLE, SOLE_SIZE, area, bounds, half_extents, heading, hull, named, rests_wholly,
+    shape, sole_at, world,
+};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::scene::World;
@@ -84,10 +88,22 @@ fn monkey_bars_span_two_metres_in_twelve_bars() {
     assert!(centres.windows(2).all(|pair| (pair[1] - pair[0] - 0.16).abs() < EPSILON));
     for bar in named(&world, "bar_") {
         assert_eq!(bar.shape, Shape::Cylinder { radius: 0.02, half_length: 0.6 });
-        assert_near((bar.world_from_shape.rotation * DVec3::Z).y.abs(), 1.0, "a bar lies across the walk");
-        assert_near(bar.world_from_shape.translation.z, -0.02, "its top is level with the platforms");
+        assert_near(
+            (bar.world_from_shape.rotation * DVec3::Z).y.abs(),
+            1.0,
+            "a bar lies across the walk",
+        );
+        assert_near(
+            bar.world_from_shape.translation.z,
+            -0.02,
+            "its top is level with the platforms",
+        );
     }
-    assert_near(bounds(shape(&world, "floor_goal")).0.x - bounds(shape(&world, "floor_start")).1.x, 2.0, "span");
+    assert_near(
+        bounds(shape(&world, "floor_goal")).0.x - bounds(shape(&world, "floor_start")).1.x,
+        2.0,
+        "span",
+    );
     assert_near(bounds(shape(&world, "ground")).1.z, -1.0, "above the ground");
 }
 
@@ -98,8 +114,12 @@ fn monkey_bars_carry_a_sole_on_two_bars_at_most() {
     for step in 0..1500 {
         let bars = bars_under(&centres, 1.8 + 1e-3 * f64::from(step));
         assert!(bars.len() <= 2);
-        let ends: Vec<DVec2> = bars.iter().flat_map(|&x| [dvec2(x, -0.07), dvec2(x, 0.07)]).collect();
-        assert!(ends.is_empty() || area(&hull(ends)) <= 0.75 * area(&SOLE), "two bars carry too much");
+        let ends: Vec<DVec2> =
+            bars.iter().flat_map(|&x| [dvec2(x, -0.07), dvec2(x, 0.07)]).collect();
+        assert!(
+            ends.is_empty() || area(&hull(ends)) <= 0.75 * area(&SOLE),
+            "two bars carry too much"
+        );
     }
     let centred = 0.5 * (centres[4] + centres[5]) - 0.02;
     assert_eq!(bars_under(&centres, centred).len(), 2);
@@ -120,11 +140,16 @@ fn spiral_steps_wind_up_in_seven_equal_rises() {
         assert_near(centre.z + 0.025, 1.32 * (index + 1) as f64 / 7.0, "height");
         let outward = libm::atan2(centre.y, centre.x);
         assert_near(wrap_angle(outward - heading(slab)), 0.0, "the long side points outward");
-        let before = index.checked_sub(1).map_or(-std::f64::consts::FRAC_PI_2, |at| heading(slabs[at]));
+        let before =
+            index.checked_sub(1).map_or(-std::f64::consts::FRAC_PI_2, |at| heading(slabs[at]));
         assert_near(wrap_angle(heading(slab) - before), 0.55, "angle between slabs");
     }
     let platform = shape(&world, "platform");
-    assert_near(platform.world_from_shape.translation.z + half_extents(platform).z, 1.32, "platform height");
+    assert_near(
+        platform.world_from_shape.translation.z + half_extents(platform).z,
+        1.32,
+        "platform height",
+    );
 }
 
 #[test]
@@ -148,7 +173,9 @@ fn checkers_misses_every_other_square() {
         assert_near(high.x - low.x, 0.26, "tile length");
         assert_near(high.y - low.y, 0.26, "tile width");
         assert_near(high.z, 0.0, "tile top");
-        let beside = corners.iter().filter(|(other, _)| (*other - *low).truncate().length() < 0.26 + EPSILON);
+        let beside = corners
+            .iter()
+            .filter(|(other, _)| (*other - *low).truncate().length() < 0.26 + EPSILON);
         assert_eq!(beside.count(), 1, "a tile touches its neighbours at corners only");
     }
     let extent = |pick: fn(&DVec3) -> f64| {
@@ -157,13 +184,19 @@ fn checkers_misses_every_other_square() {
     };
     assert_near(extent(|corner| corner.y), 1.3, "width");
     assert!((2.86 - EPSILON..=3.0).contains(&extent(|corner| corner.x)));
-    assert_near(bounds(shape(&world, "floor_goal")).0.x - bounds(shape(&world, "floor_start")).1.x, 3.0, "gap");
+    assert_near(
+        bounds(shape(&world, "floor_goal")).0.x - bounds(shape(&world, "floor_start")).1.x,
+        3.0,
+        "gap",
+    );
 }
 
 #[test]
 fn pass_under_is_lower_than_the_robot() {
     let world = world("pass_under");
-    for (bar, (x, underside)) in named(&world, "bar_").into_iter().zip([(1.4, 1.30), (2.0, 1.20), (2.6, 1.30)]) {
+    for (bar, (x, underside)) in
+        named(&world, "bar_").into_iter().zip([(1.4, 1.30), (2.0, 1.20), (2.6, 1.30)])
+    {
         let (low, high) = bounds(bar);
         assert_near(0.5 * (low.x + high.x), x, "bar position");
         assert_near(low.z, underside, "underside");
@@ -178,7 +211,9 @@ fn pass_under_is_lower_than_the_robot() {
 #[test]
 fn rough_ground_has_hardly_two_triangles_in_one_plane() {
     let world = world("rough_ground");
-    let Shape::Mesh { vertices, triangles, .. } = &shape(&world, "ground").shape else { panic!("not a mesh") };
+    let Shape::Mesh { vertices, triangles, .. } = &shape(&world, "ground").shape else {
+        panic!("not a mesh")
+    };
     let is_level_end = |v: &DVec3| !(0.5..=4.5).contains(&v.x);
     assert!(vertices.iter().filter(|v| is_level_end(v)).all(|v| v.z == 0.0));
     let heights = vertices.iter().map(|v| v.z);
@@ -189,11 +224,16 @@ fn rough_ground_has_hardly_two_triangles_in_one_plane() {
         let [a, b, c] = corners(triangle);
         (b - a).cross(c - a).normalize()
     };
-    let is_rough = |pair: &&[[u32; 3]]| pair.iter().flat_map(corners).all(|v| (1.0..=4.0).contains(&v.x));
+    let is_rough =
+        |pair: &&[[u32; 3]]| pair.iter().flat_map(corners).all(|v| (1.0..=4.0).contains(&v.x));
     let halves = || triangles.as_chunks::<2>().0.iter().map(|pair| &pair[..]).filter(is_rough);
-    let bent = halves().filter(|pair| normal(&pair[0]).dot(normal(&pair[1])) < libm::cos(0.2f64.to_radians()));
+    let bent = halves()
+        .filter(|pair| normal(&pair[0]).dot(normal(&pair[1])) < libm::cos(0.2f64.to_radians()));
     assert!(10 * bent.count() > 9 * halves().count(), "the two halves of a square");
-    assert!(triangles.iter().all(|triangle| normal(triangle).z > libm::cos(25f64.to_radians())), "friction holds everywhere");
+    assert!(
+        triangles.iter().all(|triangle| normal(triangle).z > libm::cos(25f64.to_radians())),
+        "friction holds everywhere"
+    );
 }
 
 #[test]
@@ -203,19 +243,26 @@ fn no_way_slope_is_beyond_friction() {
     let normal = slope.world_from_shape.rotation * DVec3::Z;
     let tilt = libm::acos(normal.z);
     let checker = surefoot_shared_types::config::CheckerConfig::default();
-    assert!(tilt > libm::atan(world.mu) + checker.contact_tilt_max, "even a sole tilted to the limit slips");
+    assert!(
+        tilt > libm::atan(world.mu) + checker.contact_tilt_max,
+        "even a sole tilted to the limit slips"
+    );
     let half = half_extents(slope);
     let end = |side: f64| slope.world_from_shape * dvec3(side * half.x, 0.0, half.z);
     assert!((end(-1.0) - dvec3(2.0, 0.0, 0.0)).length() < 1e-5, "begins at the floor's end");
     let platform = bounds(shape(&world, "platform"));
-    assert!((end(1.0) - dvec3(platform.0.x, 0.0, platform.1.z)).length() < 1e-5, "ends at the platform's edge");
+    assert!(
+        (end(1.0) - dvec3(platform.0.x, 0.0, platform.1.z)).length() < 1e-5,
+        "ends at the platform's edge"
+    );
     assert!(platform.0.x - 2.0 - SOLE_SIZE.x > LONGEST_STEP);
 }
 
 #[test]
 fn no_way_ceiling_is_too_low_for_too_long() {
     let world = world("no_way_ceiling");
-    let [ceiling, left, right, floor] = ["ceiling", "wall_left", "wall_right", "floor"].map(|name| bounds(shape(&world, name)));
+    let [ceiling, left, right, floor] =
+        ["ceiling", "wall_left", "wall_right", "floor"].map(|name| bounds(shape(&world, name)));
     assert_near(ceiling.0.z - floor.1.z, 0.35, "headroom");
     assert!(ceiling.0.z - floor.1.z < 0.12 + 0.33, "lower than a knee above an upright shank");
     assert!(ceiling.1.z >= 2.0, "nobody climbs over");

@@ -8,7 +8,10 @@ mod footing;
 
 use std::f64::consts::PI;
 
-use footing::{LONGEST_STEP, SOLE_SIZE, bounds, half_extents, heading, named, rests_wholly, shape, sole_at, world};
+use footing::{
+    LONGEST_STEP, SOLE_SIZE, bounds, half_extents, heading, named, rests_wholly, shape, sole_at,
+    world,
+};
 use glam::{DVec3, dvec3};
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::spatial::wrap_angle;
@@ -35,12 +38,22 @@ fn sl1m_tiles_alternate_left_and_right_tilted_to_fifteen_degrees() {
         let side = if index % 2 == 0 { 1.0 } else { -1.0 };
         assert_near(top.y, side * 0.165, "left and right in turn");
         assert!(-normal.y * side >= 0.0, "'{}' is tilted to the other side", tile.name);
-        assert!(normal.z >= libm::cos(15f64.to_radians()) - EPSILON, "'{}' is too steep", tile.name);
+        assert!(
+            normal.z >= libm::cos(15f64.to_radians()) - EPSILON,
+            "'{}' is too steep",
+            tile.name
+        );
         tilts.push(libm::acos(normal.z).to_degrees());
     }
-    assert!(tilts.iter().any(|&tilt| tilt > 8.0) && tilts.iter().any(|&tilt| tilt < 8.0), "{tilts:?}");
+    assert!(
+        tilts.iter().any(|&tilt| tilt > 8.0) && tilts.iter().any(|&tilt| tilt < 8.0),
+        "{tilts:?}"
+    );
     let [start, middle] = ["floor_start", "floor_middle"].map(|name| bounds(shape(&world, name)));
-    assert!(middle.0.x - start.1.x - SOLE_SIZE.x > LONGEST_STEP, "the rubble cannot be stepped over");
+    assert!(
+        middle.0.x - start.1.x - SOLE_SIZE.x > LONGEST_STEP,
+        "the rubble cannot be stepped over"
+    );
 }
 
 #[test]
@@ -84,19 +97,23 @@ fn gauntlets_are_copies_end_to_end() {
         let mut before: Option<DVec3> = None;
         for number in 1..=copies {
             let shapes = copy(&world, number);
-            let offset = shapes[0].1.world_from_shape.translation - first[0].1.world_from_shape.translation;
+            let offset =
+                shapes[0].1.world_from_shape.translation - first[0].1.world_from_shape.translation;
             assert_near(offset.x, stride.x * (number - 1) as f64, "copies follow each other");
             assert_near(offset.z, 0.0, "copies are level");
             for ((name, shape), (first_name, first_shape)) in shapes.iter().zip(&first) {
                 assert_eq!((name, &shape.shape), (first_name, &first_shape.shape));
-                let moved = shape.world_from_shape.translation - first_shape.world_from_shape.translation;
+                let moved =
+                    shape.world_from_shape.translation - first_shape.world_from_shape.translation;
                 assert!((moved - offset).length() < EPSILON, "'{}' is elsewhere", shape.name);
                 assert_eq!(shape.world_from_shape.rotation, first_shape.world_from_shape.rotation);
             }
             if let Some(end) = before {
                 let start = bounds(shape(&world, &format!("c{number}_floor_start")));
                 assert!(
-                    end.y > start.0.y + 0.3 && end.y < start.1.y && (end.x - start.0.x).abs() < EPSILON,
+                    end.y > start.0.y + 0.3
+                        && end.y < start.1.y
+                        && (end.x - start.0.x).abs() < EPSILON,
                     "copy {number} is not reached"
                 );
             }
@@ -107,17 +124,23 @@ fn gauntlets_are_copies_end_to_end() {
 
 #[test]
 fn a_gauntlet_holds_the_trench_and_the_stones() {
-    let (gauntlet, gap, stones) = (world("gauntlet_1"), world("ibeam_gap"), world("stepping_stones"));
+    let (gauntlet, gap, stones) =
+        (world("gauntlet_1"), world("ibeam_gap"), world("stepping_stones"));
     let parts = [(&gap, "beam_", -1.0), (&gap, "post_", -1.0), (&stones, "stone_", 1.0)];
     for (original, prefix, shift) in parts {
         for part in named(original, prefix) {
             let here = shape(&gauntlet, &format!("c1_{}", part.name));
             assert_eq!(here.shape, part.shape);
             let expected = part.world_from_shape.translation + dvec3(shift, 0.0, 0.0);
-            assert!((here.world_from_shape.translation - expected).length() < EPSILON, "'{}' is elsewhere", here.name);
+            assert!(
+                (here.world_from_shape.translation - expected).length() < EPSILON,
+                "'{}' is elsewhere",
+                here.name
+            );
         }
     }
-    let floors = ["floor_start", "floor_middle", "floor_spiral"].map(|name| bounds(shape(&gauntlet, &format!("c1_{name}"))));
+    let floors = ["floor_start", "floor_middle", "floor_spiral"]
+        .map(|name| bounds(shape(&gauntlet, &format!("c1_{name}"))));
     assert_near(floors[1].0.x - floors[0].1.x, 1.0, "trench");
     assert_near(floors[2].0.x - floors[1].1.x, 3.0, "gap");
 }
@@ -129,7 +152,8 @@ fn a_gauntlets_spirals_are_the_same_up_and_down() {
     let middle = shape(&gauntlet, "c1_platform").world_from_shape.translation.with_z(0.0);
     for number in 1..=6 {
         let original = shape(&spiral, &format!("slab_{number}"));
-        let [up, down] = ["up", "down"].map(|way| shape(&gauntlet, &format!("c1_slab_{way}_{number}")));
+        let [up, down] =
+            ["up", "down"].map(|way| shape(&gauntlet, &format!("c1_slab_{way}_{number}")));
         assert_eq!((&up.shape, &down.shape), (&original.shape, &original.shape));
         let place = axis + original.world_from_shape.translation;
         assert!((up.world_from_shape.translation - place).length() < EPSILON);
@@ -140,7 +164,10 @@ fn a_gauntlets_spirals_are_the_same_up_and_down() {
     }
     let end = bounds(shape(&gauntlet, "c1_floor_end"));
     let landing = (2.0 * middle - dvec3(8.0, 0.0, 0.0)).with_z(0.0);
-    assert!(rests_wholly(&gauntlet, &sole_at(landing - dvec3(0.02, 0.0, 0.0), 0.0)), "the way down ends on the floor");
+    assert!(
+        rests_wholly(&gauntlet, &sole_at(landing - dvec3(0.02, 0.0, 0.0), 0.0)),
+        "the way down ends on the floor"
+    );
     assert!(
         named(&gauntlet, "c1_slab_up").iter().all(|slab| {
             let centre = slab.world_from_shape.translation;

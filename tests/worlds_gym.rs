@@ -1,4 +1,5 @@
-//! The jungle gyms keep every relation of their description, and each variant is the full one without one of its ways.
+//! The jungle gyms keep every relation of their description, and each variant is the full one
+//! without one of its ways.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -8,7 +9,10 @@ mod footing;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use footing::{LONGEST_STEP, SOLE_SIZE, bounds, clip, half_extents, heading, named, rests_wholly, shape, sole_at, top_face, world};
+use footing::{
+    LONGEST_STEP, SOLE_SIZE, bounds, clip, half_extents, heading, named, rests_wholly, shape,
+    sole_at, top_face, world,
+};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::config::load::load_scenario;
@@ -25,7 +29,8 @@ fn assert_near(actual: f64, expected: f64, what: &str) {
 
 /// Lower and upper corners of the platforms: south-east, south-west, north-east, north-west.
 fn platforms(world: &World) -> [(DVec3, DVec3); 4] {
-    ["south_east", "south_west", "north_east", "north_west"].map(|corner| bounds(shape(world, &format!("platform_{corner}"))))
+    ["south_east", "south_west", "north_east", "north_west"]
+        .map(|corner| bounds(shape(world, &format!("platform_{corner}"))))
 }
 
 #[test]
@@ -42,23 +47,31 @@ fn four_platforms_stand_at_two_heights() {
         assert_near(south_east.0.x - south_west.1.x, 2.0, "the beam's span");
         assert_near(north_east.0.x - north_west.1.x, 2.0, "the bars' span");
         assert_near(bounds(shape(&world, "ground")).1.z, -0.8, "the void's depth");
-        assert_eq!((south_east.0.x, south_west.0.x), (north_east.0.x, north_west.0.x), "the platforms make a rectangle");
+        assert_eq!(
+            (south_east.0.x, south_west.0.x),
+            (north_east.0.x, north_west.0.x),
+            "the platforms make a rectangle"
+        );
     }
 }
 
 #[test]
 fn each_variant_lacks_one_way_and_only_that() {
     let full = world("jungle_gym_full");
-    for (name, missing, count) in
-        [("jungle_gym_spiral_route", ["bar_", "ground_below_bars"], 13), ("jungle_gym_stair_route", ["beam_", "beam_"], 3)]
-    {
+    for (name, missing, count) in [
+        ("jungle_gym_spiral_route", ["bar_", "ground_below_bars"], 13),
+        ("jungle_gym_stair_route", ["beam_", "beam_"], 3),
+    ] {
         let variant = world(name);
         assert_eq!(variant.shapes.len() + count, full.shapes.len());
         for shape in &full.shapes {
             let is_missing = missing.iter().any(|prefix| shape.name.starts_with(prefix));
             let kept = variant.shapes.iter().find(|other| other.name == shape.name);
             assert_eq!(kept.is_none(), is_missing, "{name}: '{}'", shape.name);
-            assert!(kept.is_none_or(|kept| kept.shape == shape.shape && kept.world_from_shape == shape.world_from_shape));
+            assert!(
+                kept.is_none_or(|kept| kept.shape == shape.shape
+                    && kept.world_from_shape == shape.world_from_shape)
+            );
         }
     }
 }
@@ -91,7 +104,11 @@ fn bars_lie_from_north_east_to_north_west() {
     assert_eq!(bars.len(), 12);
     for bar in &bars {
         assert_eq!(bar.shape, Shape::Cylinder { radius: 0.02, half_length: 0.6 });
-        assert_near((bar.world_from_shape.rotation * DVec3::Z).y.abs(), 1.0, "a bar lies across the walk");
+        assert_near(
+            (bar.world_from_shape.rotation * DVec3::Z).y.abs(),
+            1.0,
+            "a bar lies across the walk",
+        );
         let centre = bar.world_from_shape.translation;
         assert_near(centre.z + 0.02, TOP, "its top is level with the platforms");
         assert_near(centre.y, 0.5 * (north_east.0.y + north_east.1.y), "in the platforms' middle");
@@ -106,7 +123,8 @@ fn bars_lie_from_north_east_to_north_west() {
 fn beam_lies_from_south_east_to_south_west() {
     let world = world("jungle_gym_full");
     let [south_east, south_west, ..] = platforms(&world);
-    let [bottom, web, top] = ["bottom_flange", "web", "top_flange"].map(|part| bounds(shape(&world, &format!("beam_{part}"))));
+    let [bottom, web, top] = ["bottom_flange", "web", "top_flange"]
+        .map(|part| bounds(shape(&world, &format!("beam_{part}"))));
     assert_near(top.1.z, 0.0, "level with the platforms");
     assert_near(top.1.z - bottom.0.z, 0.20, "height");
     assert_near(top.1.y - top.0.y, 0.12, "flange width");
@@ -121,7 +139,9 @@ fn spiral_winds_from_south_west_to_north_west() {
     let world = world("jungle_gym_full");
     let slabs = named(&world, "slab_");
     assert_eq!(slabs.len(), 6);
-    let axis = (0.5 * (slabs[0].world_from_shape.translation + slabs[5].world_from_shape.translation)).truncate();
+    let axis = (0.5
+        * (slabs[0].world_from_shape.translation + slabs[5].world_from_shape.translation))
+        .truncate();
     let axis = axis + dvec2(0.70 * libm::cos(1.375), 0.0);
     for (index, slab) in slabs.iter().enumerate() {
         let centre = slab.world_from_shape.translation;
@@ -129,8 +149,16 @@ fn spiral_winds_from_south_west_to_north_west() {
         assert_near((centre.truncate() - axis).length(), 0.70, "radius");
         assert_near(centre.z + 0.025, TOP * (index + 1) as f64 / 7.0, "height");
         let outward = centre.truncate() - axis;
-        assert_near(wrap_angle(libm::atan2(outward.y, outward.x) - heading(slab)), 0.0, "the long side points outward");
-        assert_near(wrap_angle(heading(slab) - PI), (2.5 - index as f64) * 0.55, "angle between slabs");
+        assert_near(
+            wrap_angle(libm::atan2(outward.y, outward.x) - heading(slab)),
+            0.0,
+            "the long side points outward",
+        );
+        assert_near(
+            wrap_angle(heading(slab) - PI),
+            (2.5 - index as f64) * 0.55,
+            "angle between slabs",
+        );
     }
 }
 
@@ -144,13 +172,19 @@ fn spiral_begins_and_ends_a_whole_step_from_the_platforms() {
     let world = world("jungle_gym_full");
     let [_, south_west, _, north_west] = platforms(&world);
     for (slab, (low, high)) in [("slab_1", south_west), ("slab_6", north_west)] {
-        let platform = [dvec2(low.x, low.y), dvec2(high.x, low.y), dvec2(high.x, high.y), dvec2(low.x, high.y)];
+        let platform = [
+            dvec2(low.x, low.y),
+            dvec2(high.x, low.y),
+            dvec2(high.x, high.y),
+            dvec2(low.x, high.y),
+        ];
         assert!(clip(&outline(&world, slab), &platform).is_empty(), "{slab} lies over a platform");
         let centre = shape(&world, slab).world_from_shape.translation;
         let along = heading(shape(&world, slab)) - FRAC_PI_2;
         // The nearest sole wholly on the platform, turned as on the slab.
         let nearest = (0..200).map(|step| low.x + 0.005 * f64::from(step)).find(|x| {
-            let pose = sole_at(dvec3(*x, centre.y.clamp(low.y + 0.15, high.y - 0.15), high.z), along);
+            let pose =
+                sole_at(dvec3(*x, centre.y.clamp(low.y + 0.15, high.y - 0.15), high.z), along);
             rests_wholly(&world, &pose)
         });
         let reach = nearest.unwrap() - centre.x;
@@ -175,26 +209,49 @@ fn there_is_no_short_cut_between_the_ways() {
     let world = world("jungle_gym_full");
     let groups = [&["step_", "platform_north_east"][..], &["bar_"], &["beam_"], &["slab_"]];
     let centres = |prefixes: &[&str]| -> Vec<DVec3> {
-        prefixes.iter().flat_map(|prefix| named(&world, prefix)).map(|shape| shape.world_from_shape.translation).collect()
+        prefixes
+            .iter()
+            .flat_map(|prefix| named(&world, prefix))
+            .map(|shape| shape.world_from_shape.translation)
+            .collect()
     };
     for slab in centres(groups[3]) {
-        let nearest = |others: &[&str]| centres(others).iter().map(|at| at.truncate().distance(slab.truncate())).fold(f64::MAX, f64::min);
-        assert!(nearest(groups[0]) > 2.0 * LONGEST_STEP && nearest(groups[1]) > LONGEST_STEP && nearest(groups[2]) > LONGEST_STEP);
+        let nearest = |others: &[&str]| {
+            centres(others)
+                .iter()
+                .map(|at| at.truncate().distance(slab.truncate()))
+                .fold(f64::MAX, f64::min)
+        };
+        assert!(
+            nearest(groups[0]) > 2.0 * LONGEST_STEP
+                && nearest(groups[1]) > LONGEST_STEP
+                && nearest(groups[2]) > LONGEST_STEP
+        );
     }
     let [south_east, south_west, north_east, north_west] = platforms(&world);
-    assert!(south_east.0.x - south_west.1.x - SOLE_SIZE.x > LONGEST_STEP && north_east.0.x - north_west.1.x - SOLE_SIZE.x > LONGEST_STEP);
-    assert!(north_west.1.z - south_west.1.z > LONGEST_STEP, "nobody steps up from platform to platform");
+    assert!(
+        south_east.0.x - south_west.1.x - SOLE_SIZE.x > LONGEST_STEP
+            && north_east.0.x - north_west.1.x - SOLE_SIZE.x > LONGEST_STEP
+    );
+    assert!(
+        north_west.1.z - south_west.1.z > LONGEST_STEP,
+        "nobody steps up from platform to platform"
+    );
 }
 
 #[test]
 fn start_and_goal_are_opposite_corners() {
     for name in GYMS {
-        let scenario = load_scenario(&footing::configs("scenarios").join(format!("{name}.toml"))).unwrap();
+        let scenario =
+            load_scenario(&footing::configs("scenarios").join(format!("{name}.toml"))).unwrap();
         let [south_east, _, _, north_west] = platforms(&world(name));
         let middle = |(low, high): (DVec3, DVec3)| (0.5 * (low + high)).with_z(high.z);
         assert!((scenario.start.position - middle(south_east)).length() < EPSILON);
         assert!((scenario.goal.position - middle(north_west)).length() < EPSILON);
         let way = scenario.goal.position - scenario.start.position;
-        assert!(wrap_angle(libm::atan2(way.y, way.x) - scenario.start.yaw).abs() < 1e-3, "{name}: the robot faces the goal");
+        assert!(
+            wrap_angle(libm::atan2(way.y, way.x) - scenario.start.yaw).abs() < 1e-3,
+            "{name}: the robot faces the goal"
+        );
     }
 }

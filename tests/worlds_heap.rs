@@ -1,4 +1,5 @@
-//! The cinder block heap is a heap: close, tilted, with no foothold shared by two blocks and no even way across.
+//! The cinder block heap is a heap: close, tilted, with no foothold shared by two blocks and no
+//! even way across.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -17,7 +18,8 @@ const EPSILON: f64 = 1e-6;
 const HALF: DVec3 = dvec3(0.195, 0.095, 0.095);
 /// Half the sole's length and width, m.
 const SOLE_HALF: DVec2 = dvec2(0.11, 0.07);
-/// The grid of soles tried on a block: step, m, and turn, rad. No sole's point is farther than `SLACK` from a tried one's.
+/// The grid of soles tried on a block: step, m, and turn, rad. No sole's point is farther than
+/// `SLACK` from a tried one's.
 const GRID: (f64, f64) = (2.5e-3, 0.025);
 const SLACK: f64 = 0.5 * GRID.0 * std::f64::consts::SQRT_2 + 0.13 * 0.5 * GRID.1;
 /// A foot is this high, m: what stands less far over a block's top stands in its way.
@@ -45,8 +47,10 @@ fn distance(polygon: &[DVec2], point: DVec2) -> f64 {
     if sides().all(|(a, b)| (b - a).perp_dot(point - a) >= 0.0) {
         return 0.0;
     }
-    let to_side =
-        |(a, b): (DVec2, DVec2)| (a + (b - a) * ((point - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0)).distance(point);
+    let to_side = |(a, b): (DVec2, DVec2)| {
+        (a + (b - a) * ((point - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0))
+            .distance(point)
+    };
     sides().map(to_side).fold(f64::MAX, f64::min)
 }
 
@@ -69,12 +73,16 @@ fn cut(polygon: &[DVec3], inside: impl Fn(DVec3) -> f64) -> Vec<DVec3> {
 #[test]
 fn pit_and_corridor_have_their_size() {
     let world = world("cinder_blocks");
-    let [start, goal, pit] = ["floor_start", "floor_goal", "pit_floor"].map(|name| bounds(shape(&world, name)));
+    let [start, goal, pit] =
+        ["floor_start", "floor_goal", "pit_floor"].map(|name| bounds(shape(&world, name)));
     assert!((goal.0.x - start.1.x - 2.4).abs() < EPSILON && (pit.1.z + 0.25).abs() < EPSILON);
     assert!((pit.0.x - start.1.x).abs() < EPSILON && (pit.1.x - goal.0.x).abs() < EPSILON);
     let [left, right] = ["wall_left", "wall_right"].map(|name| bounds(shape(&world, name)));
     assert!((left.0.y - right.1.y - 2.0).abs() < EPSILON);
-    assert!(left.0.x <= start.0.x && left.1.x >= goal.1.x && left.1.z >= 2.0, "the walls go all the way");
+    assert!(
+        left.0.x <= start.0.x && left.1.x >= goal.1.x && left.1.z >= 2.0,
+        "the walls go all the way"
+    );
 }
 
 #[test]
@@ -84,10 +92,22 @@ fn blocks_are_tilted_within_their_ranges_and_head_everywhere() {
     for block in named(&world, "block_") {
         assert_eq!(half_extents(block), HALF);
         let (yaw, pitch, roll) = block.world_from_shape.rotation.to_euler(EulerRot::ZYX);
-        assert!(roll.abs() <= 0.35 + EPSILON && pitch.abs() <= 0.35 + EPSILON, "'{}' is too steep", block.name);
+        assert!(
+            roll.abs() <= 0.35 + EPSILON && pitch.abs() <= 0.35 + EPSILON,
+            "'{}' is too steep",
+            block.name
+        );
         let centre = block.world_from_shape.translation;
-        assert!((centre.z + 0.095).abs() <= 0.06 + EPSILON, "'{}' lies too high or too low", block.name);
-        assert!((2.0..=4.4).contains(&centre.x) && centre.y.abs() <= 1.0, "'{}' lies outside the pit", block.name);
+        assert!(
+            (centre.z + 0.095).abs() <= 0.06 + EPSILON,
+            "'{}' lies too high or too low",
+            block.name
+        );
+        assert!(
+            (2.0..=4.4).contains(&centre.x) && centre.y.abs() <= 1.0,
+            "'{}' lies outside the pit",
+            block.name
+        );
         headings[((yaw + PI) / (2.0 * PI) * 8.0).min(7.0) as usize] += 1;
         steep += usize::from(roll.abs().max(pitch.abs()) > 0.2);
     }
@@ -101,15 +121,23 @@ fn blocks_lie_as_close_as_a_heap_does() {
     for i in 0..220 {
         for j in 0..200 {
             let point = dvec2(2.105 + 0.01 * f64::from(i), -0.995 + 0.01 * f64::from(j));
-            let gap = outlines.iter().map(|outline| distance(outline, point)).fold(f64::MAX, f64::min);
-            assert!(gap <= 0.025 + 0.5e-2 * std::f64::consts::SQRT_2, "nothing lies within {gap} of {point}");
+            let gap =
+                outlines.iter().map(|outline| distance(outline, point)).fold(f64::MAX, f64::min);
+            assert!(
+                gap <= 0.025 + 0.5e-2 * std::f64::consts::SQRT_2,
+                "nothing lies within {gap} of {point}"
+            );
         }
     }
     for (i, one) in outlines.iter().enumerate() {
         let near = |other: &Vec<DVec2>| {
-            one.iter().map(|p| distance(other, *p)).chain(other.iter().map(|p| distance(one, *p))).fold(f64::MAX, f64::min)
+            one.iter()
+                .map(|p| distance(other, *p))
+                .chain(other.iter().map(|p| distance(one, *p)))
+                .fold(f64::MAX, f64::min)
         };
-        let neighbours = outlines.iter().enumerate().filter(|(j, other)| i != *j && near(other) <= 0.05);
+        let neighbours =
+            outlines.iter().enumerate().filter(|(j, other)| i != *j && near(other) <= 0.05);
         assert!(neighbours.count() >= 2, "block {} lies alone", i + 1);
     }
 }
@@ -119,7 +147,12 @@ fn width(polygon: &[DVec3]) -> f64 {
     let across = |i: usize| {
         let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
         let along = (b - a).try_normalize()?;
-        Some(polygon.iter().map(|p| (*p - a).reject_from_normalized(along).length()).fold(0.0, f64::max))
+        Some(
+            polygon
+                .iter()
+                .map(|p| (*p - a).reject_from_normalized(along).length())
+                .fold(0.0, f64::max),
+        )
     };
     (0..polygon.len()).filter_map(across).fold(f64::MAX, f64::min)
 }
@@ -131,8 +164,13 @@ fn no_sole_that_lies_on_one_block_rests_on_another() {
         let normal = below.rotation * DVec3::Z;
         let top = *below * dvec3(0.0, 0.0, HALF.z);
         let over = |point: DVec3| normal.dot(point - top);
-        for (j, beside) in blocks.iter().enumerate().filter(|(j, beside)| i != *j && beside.translation.distance(below.translation) < 0.7) {
-            let face = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| *beside * (HALF * dvec3(x, y, 1.0)));
+        for (j, beside) in blocks
+            .iter()
+            .enumerate()
+            .filter(|(j, beside)| i != *j && beside.translation.distance(below.translation) < 0.7)
+        {
+            let face = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                .map(|(x, y)| *beside * (HALF * dvec3(x, y, 1.0)));
             let shared = cut(&cut(&face, |p| -over(p)), |p| over(p) + 3e-3);
             let carries = shared.len() >= 3 && width(&shared) >= 0.011;
             assert!(!carries, "a sole on block {} rests on block {}", i + 1, j + 1);
@@ -140,9 +178,11 @@ fn no_sole_that_lies_on_one_block_rests_on_another() {
     }
 }
 
-/// What of a block stands over another's top within a foot's height, seen along that top's normal, in its frame.
+/// What of a block stands over another's top within a foot's height, seen along that top's normal,
+/// in its frame.
 fn obstacle(one: &Pose, other: &Pose) -> Vec<DVec2> {
-    const FACES: [[usize; 4]; 6] = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
+    const FACES: [[usize; 4]; 6] =
+        [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
     let corners = corners(other).map(|corner| one.inverse_transform_point(corner));
     let pieces = FACES.iter().flat_map(|face| {
         let outline = face.map(|i| corners[i]);
@@ -151,10 +191,16 @@ fn obstacle(one: &Pose, other: &Pose) -> Vec<DVec2> {
     hull(pieces.map(|point| point.truncate()).collect())
 }
 
-/// Whether a rectangle (centre, unit direction of its length, half sizes) and a convex polygon overlap.
+/// Whether a rectangle (centre, unit direction of its length, half sizes) and a convex polygon
+/// overlap.
 fn overlaps(centre: DVec2, along: DVec2, half: DVec2, polygon: &[DVec2]) -> bool {
-    let local: Vec<DVec2> = polygon.iter().map(|p| dvec2((*p - centre).dot(along), (*p - centre).dot(along.perp()))).collect();
-    let beside = |pick: fn(&DVec2) -> f64, half: f64| local.iter().all(|p| pick(p) >= half) || local.iter().all(|p| pick(p) <= -half);
+    let local: Vec<DVec2> = polygon
+        .iter()
+        .map(|p| dvec2((*p - centre).dot(along), (*p - centre).dot(along.perp())))
+        .collect();
+    let beside = |pick: fn(&DVec2) -> f64, half: f64| {
+        local.iter().all(|p| pick(p) >= half) || local.iter().all(|p| pick(p) <= -half)
+    };
     if local.len() < 3 || beside(|p| p.x, half.x) || beside(|p| p.y, half.y) {
         return false;
     }
@@ -171,13 +217,17 @@ struct Foothold {
     heading: f64,
 }
 
-/// All whole soles of a grid on a block, the sole made smaller by the grid's slack: where there is none, no whole sole lies.
+/// All whole soles of a grid on a block, the sole made smaller by the grid's slack: where there is
+/// none, no whole sole lies.
 fn footholds(block: &Pose, obstacles: &[Vec<DVec2>]) -> Vec<Foothold> {
     let half = SOLE_HALF - DVec2::splat(SLACK);
     let mut found = Vec::new();
     for turn in (0..).map(|turn| GRID.1 * f64::from(turn)).take_while(|turn| *turn < PI) {
         let along = dvec2(libm::cos(turn), libm::sin(turn));
-        let reach = dvec2(half.x * along.x.abs() + half.y * along.y.abs(), half.x * along.y.abs() + half.y * along.x.abs());
+        let reach = dvec2(
+            half.x * along.x.abs() + half.y * along.y.abs(),
+            half.x * along.y.abs() + half.y * along.x.abs(),
+        );
         let room = (HALF.truncate() - reach) / GRID.0;
         let direction = block.rotation * along.extend(0.0);
         let heading = libm::atan2(direction.y, direction.x).rem_euclid(PI);
@@ -195,7 +245,9 @@ fn footholds(block: &Pose, obstacles: &[Vec<DVec2>]) -> Vec<Foothold> {
 static FOOTHOLDS: LazyLock<Vec<Vec<Foothold>>> = LazyLock::new(|| {
     let blocks = blocks();
     let near = |one: &Pose| -> Vec<Vec<DVec2>> {
-        let others = blocks.iter().filter(|other| *other != one && other.translation.distance(one.translation) < 0.7);
+        let others = blocks
+            .iter()
+            .filter(|other| *other != one && other.translation.distance(one.translation) < 0.7);
         others.map(|other| obstacle(one, other)).filter(|polygon| polygon.len() >= 3).collect()
     };
     blocks.iter().map(|block| footholds(block, &near(block))).collect()
@@ -232,17 +284,24 @@ fn no_crossing_keeps_to_one_height_and_heading() {
     let turned = |a: f64, b: f64| (a - b + 0.5 * PI).rem_euclid(PI) - 0.5 * PI;
     let mut ways = Vec::new();
     for heading in (0..).map(|turn| GRID.1 * f64::from(turn)).take_while(|turn| *turn < PI) {
-        // Whatever heading a crossing keeps to, a tried sole is within one step of the grid; the same for heights, 1 mm for the slope.
-        let alike: Vec<DVec3> =
-            FOOTHOLDS.iter().flatten().filter(|f| turned(f.heading, heading).abs() <= GRID.1).map(|f| f.centre).collect();
+        // Whatever heading a crossing keeps to, a tried sole is within one step of the grid; the
+        // same for heights, 1 mm for the slope.
+        let alike: Vec<DVec3> = FOOTHOLDS
+            .iter()
+            .flatten()
+            .filter(|f| turned(f.heading, heading).abs() <= GRID.1)
+            .map(|f| f.centre)
+            .collect();
         for height in (-40..40).map(|level| 5e-3 * f64::from(level)) {
-            let even: Vec<DVec3> = alike.iter().copied().filter(|at| (at.z - height).abs() <= 2.5e-3 + 1e-3).collect();
+            let even: Vec<DVec3> =
+                alike.iter().copied().filter(|at| (at.z - height).abs() <= 2.5e-3 + 1e-3).collect();
             if cross(&even) {
                 ways.push((heading, height));
             }
         }
     }
     assert!(ways.is_empty(), "{} ways of one height and heading: {ways:?}", ways.len());
-    let one_each: Vec<DVec3> = FOOTHOLDS.iter().filter_map(|found| found.get(found.len() / 2)).map(|f| f.centre).collect();
+    let one_each: Vec<DVec3> =
+        FOOTHOLDS.iter().filter_map(|found| found.get(found.len() / 2)).map(|f| f.centre).collect();
     assert!(cross(&one_each), "with all heights and headings there is a way");
 }

@@ -1,4 +1,5 @@
-//! What a peer needs to work on the same problem: the robot's names, the pairs of links not checked, and the weight shift.
+//! What a peer needs to work on the same problem: the robot's names, the pairs of links not
+//! checked, and the weight shift.
 
 use serde_json::{Value, json};
 use surefoot_planner::body::Configuration;
@@ -10,14 +11,21 @@ pub fn problem(scene: &mut Scene) -> Value {
     let step = scene.step();
     let model = &scene.model;
     let link = |index: usize| &model.links[index].name;
-    let allowed = scene.constraints.collision.allowed_pairs().iter().map(|(a, b)| json!([link(*a), link(*b)]));
+    let allowed = scene
+        .constraints
+        .collision
+        .allowed_pairs()
+        .iter()
+        .map(|(a, b)| json!([link(*a), link(*b)]));
     let configuration = |at: &Configuration| {
-        let (position, rotation) = (at.world_from_root.translation.to_array(), at.world_from_root.rotation.to_array());
+        let (position, rotation) =
+            (at.world_from_root.translation.to_array(), at.world_from_root.rotation.to_array());
         json!({ "root_xyz": position, "root_quat_xyzw": rotation, "q": at.q[..model.joints.len()] })
     };
     let shift = step.map(|step| {
         let problem = step.shift();
-        let region: Vec<[f64; 2]> = problem.mode.region.vertices().iter().map(|vertex| vertex.to_array()).collect();
+        let region: Vec<[f64; 2]> =
+            problem.mode.region.vertices().iter().map(|vertex| vertex.to_array()).collect();
         json!({
             "from": configuration(&problem.from.configuration),
             "to": configuration(&problem.to.configuration),

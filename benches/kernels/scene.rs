@@ -1,4 +1,5 @@
-//! What the kernels work on: a robot standing at a scenario's start, one step it can take, and the world about it.
+//! What the kernels work on: a robot standing at a scenario's start, one step it can take, and the
+//! world about it.
 
 use std::path::Path;
 
@@ -26,10 +27,15 @@ const ATTEMPTS: u64 = 200;
 
 /// The inputs of a shipped scenario.
 pub fn shipped(name: &str) -> Inputs {
-    Inputs::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml")), None).unwrap()
+    Inputs::load(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml")),
+        None,
+    )
+    .unwrap()
 }
 
-/// The inputs with so many boxes about the start that the world holds `count` shapes, none in the robot's way, all within its reach.
+/// The inputs with so many boxes about the start that the world holds `count` shapes, none in the
+/// robot's way, all within its reach.
 pub fn crowded(mut inputs: Inputs, count: usize) -> Inputs {
     let middle = inputs.scenario.start.position;
     for index in inputs.world.shapes.len()..count {
@@ -85,8 +91,10 @@ impl Scene {
         let [left, right] = self.end.footholds.clone();
         let mut ahead = left.world_from_sole;
         ahead.translation += ahead.rotation * glam::DVec3::X * STEP;
-        let landing = foothold_at(&self.constraints, &self.surfaces, &mut self.scratch, 0, &ahead).ok()?;
-        let at = |stance: &Foothold, other: &Foothold, object| self.transition(stance, other, object);
+        let landing =
+            foothold_at(&self.constraints, &self.surfaces, &mut self.scratch, 0, &ahead).ok()?;
+        let at =
+            |stance: &Foothold, other: &Foothold, object| self.transition(stance, other, object);
         let states = [at(&left, &right, 1)?, at(&right, &left, 2)?, at(&right, &landing, 3)?];
         Some(Step { left, right, states })
     }
@@ -94,7 +102,9 @@ impl Scene {
     fn transition(&self, stance: &Foothold, other: &Foothold, object: u64) -> Option<State> {
         let pair = TransitionPair { stance, other };
         let mode = single_mode(stance);
-        let found = (0..ATTEMPTS).find_map(|attempt| sample(&self.constraints, &mode, pair, (SEED, object), attempt).ok())?;
+        let found = (0..ATTEMPTS).find_map(|attempt| {
+            sample(&self.constraints, &mode, pair, (SEED, object), attempt).ok()
+        })?;
         Some(State { configuration: found, world_from_soles: world_from_soles(pair) })
     }
 }
@@ -118,6 +128,12 @@ impl Step {
     }
 
     fn problem(&self, mode: Mode, first: usize) -> Problem {
-        Problem { mode, from: self.states[first], to: self.states[first + 1], random: (SEED, first as u64), failures: 0 }
+        Problem {
+            mode,
+            from: self.states[first],
+            to: self.states[first + 1],
+            random: (SEED, first as u64),
+            failures: 0,
+        }
     }
 }

@@ -40,7 +40,8 @@ pub struct Kernel {
     pub note: String,
 }
 
-/// Times a function that is told which call it is, counting from 0 in each batch, and answers the work it spent.
+/// Times a function that is told which call it is, counting from 0 in each batch, and answers the
+/// work it spent.
 pub fn time(name: impl Into<String>, mut call: impl FnMut(usize) -> u64) -> Kernel {
     let mut batch = |calls: usize| {
         let begin = Instant::now();
@@ -82,6 +83,9 @@ impl Kernel {
     /// One line of the table.
     pub fn line(&self) -> String {
         let work = self.mean_work.map_or("-".to_owned(), |work| format!("{work:.1}"));
-        format!("{:<52}{:>12.0}{:>12.0}{:>10}  {}", self.name, self.median_ns, self.best_ns, work, self.note)
+        format!(
+            "{:<52}{:>12.0}{:>12.0}{:>10}  {}",
+            self.name, self.median_ns, self.best_ns, work, self.note
+        )
     }
 }

@@ -1,10 +1,13 @@
 //! Whether a received chunk is a sound message for this controller, before anything in it is used.
 //!
-//! Whoever may write to the shared memory may write anything: all counts, indices and numbers are checked.
+//! Whoever may write to the shared memory may write anything: all counts, indices and numbers are
+//! checked.
 
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, POLYGON_VERTICES_MAX};
+use surefoot_shared_types::message::limits::{
+    CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, POLYGON_VERTICES_MAX,
+};
 use surefoot_shared_types::message::{Check, Contact, PlanChunk, Sealed, SupportMode, Waypoint};
 
 use crate::check::Violation;
@@ -28,9 +31,14 @@ pub struct Identity {
     pub config: Digest,
 }
 
-/// A sound message: its CRC is right, its form is right, and it is meant for this controller, robot, world and scenario.
-/// Returns its mode. Tested in the order CRC, form, instance, robot, world, configuration.
-pub fn check_message(chunk: &PlanChunk, identity: &Identity, joints: usize) -> Result<SupportMode, Violation> {
+/// A sound message: its CRC is right, its form is right, and it is meant for this controller,
+/// robot, world and scenario. Returns its mode. Tested in the order CRC, form, instance, robot,
+/// world, configuration.
+pub fn check_message(
+    chunk: &PlanChunk,
+    identity: &Identity,
+    joints: usize,
+) -> Result<SupportMode, Violation> {
     let computed = chunk.computed_crc();
     if chunk.crc != computed {
         let detail = format!("the CRC says {:08x}, the bytes {computed:08x}", chunk.crc);
@@ -59,43 +67,66 @@ fn check_form(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Violation
         return Err(bad(format!("unknown flags {:#x}", chunk.flags)));
     }
     if (chunk.flags & FLAG_FIRST != 0) != (chunk.sequence == 0) {
-        return Err(bad(format!("the first-chunk flag does not fit sequence number {}", chunk.sequence)));
+        return Err(bad(format!(
+            "the first-chunk flag does not fit sequence number {}",
+            chunk.sequence
+        )));
     }
     if chunk.joints_len as usize != joints {
         return Err(bad(format!("{} joints, the robot has {joints}", chunk.joints_len)));
     }
     if !(1..=CHUNK_WAYPOINTS_MAX).contains(&(chunk.waypoints_len as usize)) {
-        return Err(bad(format!("{} waypoints, 1 to {CHUNK_WAYPOINTS_MAX} are possible", chunk.waypoints_len)));
+        return Err(bad(format!(
+            "{} waypoints, 1 to {CHUNK_WAYPOINTS_MAX} are possible",
+            chunk.waypoints_len
+        )));
     }
     if chunk.contacts_len as usize > CONTACTS_MAX {
-        return Err(bad(format!("{} contacts, at most {CONTACTS_MAX} are possible", chunk.contacts_len)));
+        return Err(bad(format!(
+            "{} contacts, at most {CONTACTS_MAX} are possible",
+            chunk.contacts_len
+        )));
     }
-    let mode = SupportMode::from_wire(chunk.mode).ok_or_else(|| bad(format!("unknown mode {}", chunk.mode)))?;
+    let mode = SupportMode::from_wire(chunk.mode)
+        .ok_or_else(|| bad(format!("unknown mode {}", chunk.mode)))?;
     chunk.contacts().iter().try_for_each(|contact| check_contact(contact).map_err(bad))?;
     if !contacts_match(&Stance { mode, contacts: chunk.contacts() }) {
         return Err(bad(format!("the contacts are not those of {} support", mode.word())));
     }
     for (index, waypoint) in chunk.waypoints().iter().enumerate() {
-        check_waypoint(waypoint).map_err(|detail| Violation::new(Check::Malformed, index, detail))?;
+        check_waypoint(waypoint)
+            .map_err(|detail| Violation::new(Check::Malformed, index, detail))?;
     }
     Ok(mode)
 }
 
 fn check_contact(contact: &Contact) -> Result<(), String> {
     if contact.polygon_len as usize > POLYGON_VERTICES_MAX {
-        return Err(format!("a support polygon of {} vertices, at most {POLYGON_VERTICES_MAX} are possible", contact.polygon_len));
+        return Err(format!(
+            "a support polygon of {} vertices, at most {POLYGON_VERTICES_MAX} are possible",
+            contact.polygon_len
+        ));
     }
     check_numbers(contact.position.iter().chain(contact.polygon.as_flattened()), "contact")?;
     check_unit(contact.rotation, "contact")
 }
 
 fn check_waypoint(waypoint: &Waypoint) -> Result<(), String> {
-    check_numbers(waypoint.root_position.iter().chain(&waypoint.q).chain([&waypoint.time]), "waypoint")?;
+    check_numbers(
+        waypoint.root_position.iter().chain(&waypoint.q).chain([&waypoint.time]),
+        "waypoint",
+    )?;
     check_unit(waypoint.root_rotation, "waypoint")
 }
 
 fn check_numbers<'a>(mut numbers: impl Iterator<Item = &'a f64>, what: &str) -> Result<(), String> {
-    numbers.try_for_each(|number| if number.abs() <= NUMBER_MAX { Ok(()) } else { Err(format!("a {what} with a number of {number}")) })
+    numbers.try_for_each(|number| {
+        if number.abs() <= NUMBER_MAX {
+            Ok(())
+        } else {
+            Err(format!("a {what} with a number of {number}"))
+        }
+    })
 }
 
 fn check_unit(quaternion: [f64; 4], what: &str) -> Result<(), String> {

@@ -1,8 +1,10 @@
-//! The controller's end of the transport: receives chunks in order, once each, and says how far it got.
+//! The controller's end of the transport: receives chunks in order, once each, and says how far it
+//! got.
 //!
-//! A chunk is judged where it lies in shared memory. Which chunks reach the judge is decided in `position`; this file
-//! adds shared memory and the clock. Feedback is cumulative and repeated, so that a planner that joins late, or missed a
-//! word, learns it. `journal` keeps where the robot stands for the controller that takes over when this one is killed.
+//! A chunk is judged where it lies in shared memory. Which chunks reach the judge is decided in
+//! `position`; this file adds shared memory and the clock. Feedback is cumulative and repeated, so
+//! that a planner that joins late, or missed a word, learns it. `journal` keeps where the robot
+//! stands for the controller that takes over when this one is killed.
 
 mod journal;
 mod lateness;
@@ -36,10 +38,11 @@ const CLEAN_EVERY: Duration = Duration::from_millis(500);
 /// What the judge thinks of a chunk.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Judgement {
-    /// Walked; these were its worst margins, and this is the digest of the stream with it ([`PlanChunk::stream_after`]), which
-    /// the word tells.
+    /// Walked; these were its worst margins, and this is the digest of the stream with it
+    /// ([`PlanChunk::stream_after`]), which the word tells.
     Accepted(Margins, Digest),
-    /// As before, but walked as this chunk says, since the robot's feet stand elsewhere than planned.
+    /// As before, but walked as this chunk says, since the robot's feet stand elsewhere than
+    /// planned.
     AcceptedAs(Margins, Digest, Box<PlanChunk>),
     /// Not walked.
     Refused {
@@ -47,14 +50,15 @@ pub enum Judgement {
         check: Check,
         /// Where in the chunk.
         waypoint: u32,
-        /// With [`Check::WorldDiffers`], what was met. From the next epoch on the chunks must carry the digest of the world so
-        /// corrected (`surefoot_shared_types::scene::correction::corrected_digest`).
+        /// With [`Check::WorldDiffers`], what was met. From the next epoch on the chunks must carry
+        /// the digest of the world so corrected
+        /// (`surefoot_shared_types::scene::correction::corrected_digest`).
         correction: Option<Correction>,
     },
 }
 
-/// Judges chunks, each once and in order. While it works it may call `alive` now and then, so that the planner hears that the
-/// controller lives.
+/// Judges chunks, each once and in order. While it works it may call `alive` now and then, so that
+/// the planner hears that the controller lives.
 pub type Judge<'a> = dyn FnMut(&PlanChunk, &mut dyn FnMut()) -> Judgement + 'a;
 
 /// A refused chunk.
@@ -75,8 +79,8 @@ pub enum Ended {
     Finished,
     /// A chunk is refused; the robot stands at the end of the one before.
     Refused(Refusal),
-    /// No planner is attached any more, and the plan is not finished; the robot stands at the end of the last chunk that it
-    /// walked. Told once until another chunk comes.
+    /// No planner is attached any more, and the plan is not finished; the robot stands at the end
+    /// of the last chunk that it walked. Told once until another chunk comes.
     Left,
     /// The caller ended it.
     Stopped,
@@ -125,8 +129,9 @@ struct Mouth {
 }
 
 impl ChunkReceiver {
-    /// Enters the instance as a controller, where the one before left the robot. `id` must not be 0 and must differ from
-    /// that of every controller before (`instance::draw_id`): chunks are addressed to it.
+    /// Enters the instance as a controller, where the one before left the robot. `id` must not be 0
+    /// and must differ from that of every controller before (`instance::draw_id`): chunks are
+    /// addressed to it.
     pub fn open(instance: &Instance, id: u64) -> Result<Self, ChannelError> {
         if id == 0 {
             return Err(ChannelError::Id);
@@ -134,10 +139,12 @@ impl ChunkReceiver {
         let link = Link::open(instance)?;
         let (journal, record) = Journal::open(instance)?;
         let subscriber = link.chunks.subscriber_builder().buffer_size(CREDIT).create();
-        let subscriber = subscriber.map_err(|error| ChannelError::transport("creating the chunk subscriber", error))?;
+        let subscriber = subscriber
+            .map_err(|error| ChannelError::transport("creating the chunk subscriber", error))?;
         let mouth = Mouth::open(&link)?;
         instance.reserve_segments()?;
-        let position = record.map_or_else(|| Position::new(id), |record| Position::take_over(id, &record));
+        let position =
+            record.map_or_else(|| Position::new(id), |record| Position::take_over(id, &record));
         let taken_over = record.map(|record| record.word);
         let start = now();
         let mut receiver = Self {
@@ -164,7 +171,8 @@ impl ChunkReceiver {
         StatePublisher::open(&self.link)
     }
 
-    /// Loses and delays words on purpose, as the seed says. Any word may be missed, so nothing may come of it.
+    /// Loses and delays words on purpose, as the seed says. Any word may be missed, so nothing may
+    /// come of it.
     pub fn disturb_words(&mut self, seed: u64) {
         self.mouth.lateness = Some(Lateness::new(seed));
     }
@@ -174,9 +182,14 @@ impl ChunkReceiver {
         self.taken_over.as_ref()
     }
 
-    /// Listens until the plan is finished, a chunk is refused, or `keep_going` says no. `judge` sees each chunk once, in
-    /// order, its CRC checked, and that it names the stream so far. Call it again to wait for a new plan or epoch.
-    pub fn run(&mut self, judge: &mut Judge<'_>, keep_going: &dyn Fn() -> bool) -> Result<Ended, ChannelError> {
+    /// Listens until the plan is finished, a chunk is refused, or `keep_going` says no. `judge`
+    /// sees each chunk once, in order, its CRC checked, and that it names the stream so far. Call
+    /// it again to wait for a new plan or epoch.
+    pub fn run(
+        &mut self,
+        judge: &mut Judge<'_>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<Ended, ChannelError> {
         while keep_going() {
             match self.take_one(judge)? {
                 Took::Nothing => {
@@ -198,15 +211,17 @@ impl ChunkReceiver {
         Ok(Ended::Stopped)
     }
 
-    /// How the stream ended at which the robot stands, if it did. A controller that takes over need not wait for a chunk then.
+    /// How the stream ended at which the robot stands, if it did. A controller that takes over need
+    /// not wait for a chunk then.
     pub fn ended(&self) -> Option<Ended> {
         let refused = self.position.refusal().map(Ended::Refused);
         refused.or(self.position.is_finished().then_some(Ended::Finished))
     }
 
-    /// Goes on after an end: repeats the last word, so that the planner learns it, and walks whatever new plan or epoch comes.
-    /// Answers its end, or nothing once `keep_going` says no. With a `longest`, also nothing when no planner is attached or
-    /// none has begun anything for so long.
+    /// Goes on after an end: repeats the last word, so that the planner learns it, and walks
+    /// whatever new plan or epoch comes. Answers its end, or nothing once `keep_going` says no.
+    /// With a `longest`, also nothing when no planner is attached or none has begun anything for so
+    /// long.
     pub fn linger(
         &mut self,
         judge: &mut Judge<'_>,
@@ -248,7 +263,10 @@ impl ChunkReceiver {
 
     /// Receives a chunk and answers it.
     fn take_one(&mut self, judge: &mut Judge<'_>) -> Result<Took, ChannelError> {
-        let received = self.subscriber.receive().map_err(|error| ChannelError::transport("receiving a chunk", error))?;
+        let received = self
+            .subscriber
+            .receive()
+            .map_err(|error| ChannelError::transport("receiving a chunk", error))?;
         let Some(sample) = received else { return Ok(Took::Nothing) };
         let chunk = sample.payload();
         match self.position.admit(chunk) {
@@ -276,13 +294,18 @@ impl ChunkReceiver {
         position.set_busy(false);
         match judgement {
             Judgement::Accepted(margins, stream) => position.accept(chunk, stream, &margins, chunk),
-            Judgement::AcceptedAs(margins, stream, walked) => position.accept(chunk, stream, &margins, &walked),
-            Judgement::Refused { check, waypoint, correction } => position.refuse(check, waypoint, correction),
+            Judgement::AcceptedAs(margins, stream, walked) => {
+                position.accept(chunk, stream, &margins, &walked)
+            }
+            Judgement::Refused { check, waypoint, correction } => {
+                position.refuse(check, waypoint, correction)
+            }
         }
         said
     }
 
-    /// Nothing to read: a heartbeat when it is time; a short spin after something happened, then sleep until the bell.
+    /// Nothing to read: a heartbeat when it is time; a short spin after something happened, then
+    /// sleep until the bell.
     fn idle(&mut self) -> Result<(), ChannelError> {
         if self.mouth.is_due() {
             self.mouth.say(&self.position)?;
@@ -311,9 +334,16 @@ enum Took {
 impl Mouth {
     fn open(link: &Link) -> Result<Self, ChannelError> {
         let publisher = link.feedback.publisher_builder().max_loaned_samples(WORD_POOL).create();
-        let publisher = publisher.map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
+        let publisher = publisher
+            .map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
         link.instance.reserve_segments()?;
-        Ok(Self { stock: Stock::new(publisher, WORD_POOL, STOCK)?, words: 0, spoke_at: now(), answered_at: now(), lateness: None })
+        Ok(Self {
+            stock: Stock::new(publisher, WORD_POOL, STOCK)?,
+            words: 0,
+            spoke_at: now(),
+            answered_at: now(),
+            lateness: None,
+        })
     }
 
     /// Whether it is time for a heartbeat.
@@ -356,7 +386,10 @@ impl Mouth {
     }
 }
 
-#[allow(clippy::disallowed_methods, reason = "time decides only when to repeat a word, never what is judged")]
+#[allow(
+    clippy::disallowed_methods,
+    reason = "time decides only when to repeat a word, never what is judged"
+)]
 fn now() -> Instant {
     Instant::now()
 }

@@ -1,11 +1,13 @@
-//! Which step from one mode to the next is legal: one foot at a time, and the foot that stays does not move.
+//! Which step from one mode to the next is legal: one foot at a time, and the foot that stays does
+//! not move.
 
 use surefoot_shared_types::message::{Contact, SupportMode};
 use surefoot_shared_types::spatial::rotation_distance;
 
 use crate::bound::within;
 
-/// How far a kept foot's declared pose may differ between two modes, m (and rad, counted as a tenth of a metre).
+/// How far a kept foot's declared pose may differ between two modes, m (and rad, counted as a tenth
+/// of a metre).
 pub const KEPT_POSE_MAX: f64 = 1e-6;
 
 /// A mode with its contacts.
@@ -37,13 +39,21 @@ pub fn contacts_match(stance: &Stance) -> bool {
 pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
     let both_single = before.mode != SupportMode::Double && after.mode != SupportMode::Double;
     if both_single && before.mode != after.mode {
-        return Err(format!("from {} to {} support without both feet on the ground between", before.mode.word(), after.mode.word()));
+        return Err(format!(
+            "from {} to {} support without both feet on the ground between",
+            before.mode.word(),
+            after.mode.word()
+        ));
     }
     for old in before.contacts {
         for new in after.contacts.iter().filter(|new| new.limb == old.limb) {
             let moved = pose_difference(old, new);
             if !within(moved, KEPT_POSE_MAX) {
-                return Err(format!("foot {} is declared {:.6} mm from where it stood before", old.limb, 1e3 * moved));
+                return Err(format!(
+                    "foot {} is declared {:.6} mm from where it stood before",
+                    old.limb,
+                    1e3 * moved
+                ));
             }
         }
     }
@@ -52,5 +62,6 @@ pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
 
 fn pose_difference(a: &Contact, b: &Contact) -> f64 {
     let (a, b) = (a.world_from_sole(), b.world_from_sole());
-    a.translation.distance(b.translation) + 0.1 * rotation_distance(a.rotation.normalize(), b.rotation.normalize())
+    a.translation.distance(b.translation)
+        + 0.1 * rotation_distance(a.rotation.normalize(), b.rotation.normalize())
 }

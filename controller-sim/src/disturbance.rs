@@ -1,9 +1,10 @@
 //! Feet that come down elsewhere than planned, and a robot that goes on all the same.
 //!
-//! When a foot lands, it stands up to 5 mm and 1 degree off, in the plane of its sole. As long as it stands there, the leg makes
-//! up for it: the root moves as planned, and the leg's joints reach the sole where it really is. When the foot is lifted, it
-//! goes back to its planned way. Where that asks too much of a joint, it takes longer than planned, and what follows is as late.
-//! What is so walked passes every check of the plan, or the robot holds and says where it stands.
+//! When a foot lands, it stands up to 5 mm and 1 degree off, in the plane of its sole. As long as
+//! it stands there, the leg makes up for it: the root moves as planned, and the leg's joints reach
+//! the sole where it really is. When the foot is lifted, it goes back to its planned way. Where
+//! that asks too much of a joint, it takes longer than planned, and what follows is as late. What
+//! is so walked passes every check of the plan, or the robot holds and says where it stands.
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, Margins, PlanChunk, SupportMode, Waypoint};
@@ -50,8 +51,14 @@ impl Disturbance {
         Self { seed, planned_from_real: [Pose::IDENTITY; 2], late: 0.0 }
     }
 
-    /// Walks a chunk that `walker` has admitted, as the feet really stand. `alive` is called now and then meanwhile.
-    pub fn walk(&mut self, walker: &mut Walker, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Walked {
+    /// Walks a chunk that `walker` has admitted, as the feet really stand. `alive` is called now
+    /// and then meanwhile.
+    pub fn walk(
+        &mut self,
+        walker: &mut Walker,
+        chunk: &PlanChunk,
+        alive: &mut dyn FnMut(),
+    ) -> Walked {
         if chunk.sequence == 0 {
             // A plan begins where the robot really stands.
             (self.planned_from_real, self.late) = ([Pose::IDENTITY; 2], 0.0);
@@ -79,11 +86,16 @@ impl Disturbance {
 
     /// Where a foot comes down that lands with this chunk.
     fn misplaced(&self, chunk: &PlanChunk, attempt: u64) -> Pose {
-        let draw = |what: u64| draw::unit(self.seed, &[chunk.plan_id, chunk.epoch, chunk.sequence, attempt, what]);
+        let draw = |what: u64| {
+            draw::unit(self.seed, &[chunk.plan_id, chunk.epoch, chunk.sequence, attempt, what])
+        };
         let off = OFF_MAX * draw(0).sqrt();
         let (sin, cos) = libm::sincos(std::f64::consts::TAU * draw(1));
         let turn = TURN_MAX * (2.0 * draw(2) - 1.0);
-        Pose::from_parts(glam::DVec3::new(off * cos, off * sin, 0.0), rotation_about(glam::DVec3::Z, turn))
+        Pose::from_parts(
+            glam::DVec3::new(off * cos, off * sin, 0.0),
+            rotation_about(glam::DVec3::Z, turn),
+        )
     }
 }
 
@@ -96,7 +108,8 @@ fn stands(chunk: &PlanChunk, limb: usize) -> bool {
     chunk.contacts().iter().any(|contact| contact.limb as usize == limb)
 }
 
-/// Walks a chunk with its feet where they really are; the chunk as it was walked, or why it cannot be.
+/// Walks a chunk with its feet where they really are; the chunk as it was walked, or why it cannot
+/// be.
 fn walk_really(
     walker: &mut Walker,
     chunk: &PlanChunk,
@@ -130,8 +143,14 @@ fn end_of(chunk: &PlanChunk) -> f64 {
 }
 
 /// Whether the landing foot may slide from its planned place to where it comes to rest.
-fn check_slide(walker: &mut Walker, real: &PlanChunk, alive: &mut dyn FnMut()) -> Result<(), String> {
-    let Some(Standing { waypoint, mode, contacts }) = walker.really_standing().cloned() else { return Ok(()) };
+fn check_slide(
+    walker: &mut Walker,
+    real: &PlanChunk,
+    alive: &mut dyn FnMut(),
+) -> Result<(), String> {
+    let Some(Standing { waypoint, mode, contacts }) = walker.really_standing().cloned() else {
+        return Ok(());
+    };
     let end = Waypoint { time: waypoint.time + 1.0, ..real.waypoints()[0] };
     let slide = Segment { mode, contacts: &contacts, waypoints: &[waypoint, end] };
     walker.check(&slide, alive).map(drop).map_err(|violation| violation.to_string())
@@ -143,7 +162,11 @@ fn really(checker: &Checker, chunk: &PlanChunk, feet: &[Pose; 2]) -> Result<Plan
     let moved = (0..2).filter(|&limb| feet[limb] != Pose::IDENTITY);
     for limb in moved {
         let planned_from_real = &feet[limb];
-        let contact = real.contacts.iter_mut().take(chunk.contacts_len as usize).find(|contact| contact.limb as usize == limb);
+        let contact = real
+            .contacts
+            .iter_mut()
+            .take(chunk.contacts_len as usize)
+            .find(|contact| contact.limb as usize == limb);
         let standing_at = contact.map(|contact| {
             let pose = contact.world_from_sole() * *planned_from_real;
             contact.position = pose.translation.to_array();
@@ -155,14 +178,22 @@ fn really(checker: &Checker, chunk: &PlanChunk, feet: &[Pose; 2]) -> Result<Plan
             let share = if end > begin { (waypoint.time - begin) / (end - begin) } else { 0.0 };
             // It leaves where it stood and joins its planned way without a jerk.
             let left = 1.0 - share * share * (3.0 - 2.0 * share);
-            let swinging = |planned: Pose| planned * interpolate(&Pose::IDENTITY, planned_from_real, left);
-            place_foot(checker, waypoint, limb, |planned| standing_at.unwrap_or_else(|| swinging(planned)))?;
+            let swinging =
+                |planned: Pose| planned * interpolate(&Pose::IDENTITY, planned_from_real, left);
+            place_foot(checker, waypoint, limb, |planned| {
+                standing_at.unwrap_or_else(|| swinging(planned))
+            })?;
         }
     }
     Ok(real)
 }
 
-fn place_foot(checker: &Checker, waypoint: &mut Waypoint, limb: usize, wanted: impl Fn(Pose) -> Pose) -> Result<(), String> {
+fn place_foot(
+    checker: &Checker,
+    waypoint: &mut Waypoint,
+    limb: usize,
+    wanted: impl Fn(Pose) -> Pose,
+) -> Result<(), String> {
     let model = checker.model();
     let mut configuration = Configuration::of_waypoint(waypoint, model.joints.len());
     let planned = Posture::new(model, &configuration).world_from_sole(model, limb);

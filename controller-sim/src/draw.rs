@@ -1,5 +1,5 @@
-//! Seeded draws: each a function of the seed and of what it is for, so that they come out the same however often a controller
-//! is started again.
+//! Seeded draws: each a function of the seed and of what it is for, so that they come out the same
+//! however often a controller is started again.
 
 /// 64 uniform bits for the thing that `keys` name.
 pub fn bits(seed: u64, keys: &[u64]) -> u64 {

@@ -1,4 +1,5 @@
-//! Where every link is, where the mass is, and what gravity asks of the joints: from the definitions.
+//! Where every link is, where the mass is, and what gravity asks of the joints: from the
+//! definitions.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -20,10 +21,14 @@ impl Configuration {
     /// What a waypoint says about a robot with `joints` moving joints.
     pub fn of_waypoint(waypoint: &Waypoint, joints: usize) -> Self {
         let pose = waypoint.world_from_root();
-        Self { world_from_root: Pose::from_parts(pose.translation, pose.rotation.normalize()), q: waypoint.q[..joints].to_vec() }
+        Self {
+            world_from_root: Pose::from_parts(pose.translation, pose.rotation.normalize()),
+            q: waypoint.q[..joints].to_vec(),
+        }
     }
 
-    /// The configuration a fraction `t` of the way to `end`, as the plan format defines motion between waypoints.
+    /// The configuration a fraction `t` of the way to `end`, as the plan format defines motion
+    /// between waypoints.
     pub fn towards(&self, end: &Self, t: f64) -> Self {
         Self {
             world_from_root: interpolate(&self.world_from_root, &end.world_from_root, t),
@@ -40,17 +45,24 @@ pub struct Posture {
 }
 
 impl Posture {
-    /// Forward kinematics: each link's pose is its parent's, times the joint frame, times the joint's motion.
+    /// Forward kinematics: each link's pose is its parent's, times the joint frame, times the
+    /// joint's motion.
     pub fn new(model: &RobotModel, configuration: &Configuration) -> Self {
         let mut world_from_link: Vec<Pose> = Vec::with_capacity(model.links.len());
         for link in &model.links {
             world_from_link.push(match &link.parent {
                 None => configuration.world_from_root,
                 Some(attachment) => {
-                    let world_from_joint = world_from_link[attachment.parent] * attachment.parent_from_joint;
+                    let world_from_joint =
+                        world_from_link[attachment.parent] * attachment.parent_from_joint;
                     attachment.joint.map_or(world_from_joint, |joint| {
                         let joint_model = &model.joints[joint];
-                        world_from_joint * joint_motion(joint_model.kind, joint_model.axis, configuration.q[joint])
+                        world_from_joint
+                            * joint_motion(
+                                joint_model.kind,
+                                joint_model.axis,
+                                configuration.q[joint],
+                            )
                     })
                 }
             });
@@ -66,7 +78,12 @@ impl Posture {
 
     /// The centre of mass of the whole robot.
     pub fn centre_of_mass(&self, model: &RobotModel) -> DVec3 {
-        let moment: DVec3 = model.links.iter().zip(&self.world_from_link).map(|(link, pose)| link.mass * (*pose * link.com)).sum();
+        let moment: DVec3 = model
+            .links
+            .iter()
+            .zip(&self.world_from_link)
+            .map(|(link, pose)| link.mass * (*pose * link.com))
+            .sum();
         moment / model.mass()
     }
 
@@ -76,12 +93,17 @@ impl Posture {
         (world_from_child.rotation * model.joints[joint].axis, world_from_child.translation)
     }
 
-    /// The joint torques (N m) or forces (N) that hold the robot against gravity alone, its root being held: the derivative
-    /// of the potential energy, which is for each joint the weight beyond it times its lever about the axis.
+    /// The joint torques (N m) or forces (N) that hold the robot against gravity alone, its root
+    /// being held: the derivative of the potential energy, which is for each joint the weight
+    /// beyond it times its lever about the axis.
     pub fn gravity_torques(&self, model: &RobotModel) -> Vec<f64> {
         let mut mass: Vec<f64> = model.links.iter().map(|link| link.mass).collect();
-        let mut moment: Vec<DVec3> =
-            model.links.iter().zip(&self.world_from_link).map(|(link, pose)| link.mass * (*pose * link.com)).collect();
+        let mut moment: Vec<DVec3> = model
+            .links
+            .iter()
+            .zip(&self.world_from_link)
+            .map(|(link, pose)| link.mass * (*pose * link.com))
+            .collect();
         for (index, link) in model.links.iter().enumerate().rev() {
             if let Some(attachment) = &link.parent {
                 mass[attachment.parent] += mass[index];
@@ -97,8 +119,9 @@ impl Posture {
         (0..model.joints.len()).map(lift).collect()
     }
 
-    /// The joint torques (N m) or forces (N) of standing still on one foot: the ground carries the whole weight straight
-    /// through the centre of mass, which unloads the joints between the root and that foot.
+    /// The joint torques (N m) or forces (N) of standing still on one foot: the ground carries the
+    /// whole weight straight through the centre of mass, which unloads the joints between the root
+    /// and that foot.
     pub fn standing_torques(&self, model: &RobotModel, limb: LimbIndex) -> Vec<f64> {
         let (weight, centre) = (model.mass() * GRAVITY * DVec3::Z, self.centre_of_mass(model));
         let mut torques = self.gravity_torques(model);
@@ -108,14 +131,21 @@ impl Posture {
         torques
     }
 
-    /// The part of a force (N) through a point (m, both in the world) that acts along a joint's motion.
+    /// The part of a force (N) through a point (m, both in the world) that acts along a joint's
+    /// motion.
     pub fn along_joint(&self, model: &RobotModel, joint: usize, point: DVec3, force: DVec3) -> f64 {
         along_axis(model.joints[joint].kind, self.joint_axis(model, joint), point, force)
     }
 }
 
-/// The part of a force (N) through a point (m) that acts along a joint's motion, by its axis and a point on it.
-pub fn along_axis(kind: JointKind, (axis, origin): (DVec3, DVec3), point: DVec3, force: DVec3) -> f64 {
+/// The part of a force (N) through a point (m) that acts along a joint's motion, by its axis and a
+/// point on it.
+pub fn along_axis(
+    kind: JointKind,
+    (axis, origin): (DVec3, DVec3),
+    point: DVec3,
+    force: DVec3,
+) -> f64 {
     match kind {
         JointKind::Revolute => axis.dot((point - origin).cross(force)),
         JointKind::Prismatic => axis.dot(force),

@@ -1,5 +1,5 @@
-//! How a leg reaches a sole that is a little elsewhere than its configuration puts it: Newton's method on the joints that carry its
-//! foot and no other, damped where the leg is nearly straight.
+//! How a leg reaches a sole that is a little elsewhere than its configuration puts it: Newton's
+//! method on the joints that carry its foot and no other, damped where the leg is nearly straight.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -16,9 +16,14 @@ const REACHED: f64 = 1e-10;
 /// Added to the normal equations' diagonal.
 const DAMPING: f64 = 1e-9;
 
-/// Moves the joints of one leg until its sole is at `world_from_sole`. False if it is not reached; joint limits are the caller's
-/// to check.
-pub fn reach(model: &RobotModel, configuration: &mut Configuration, limb: LimbIndex, world_from_sole: &Pose) -> bool {
+/// Moves the joints of one leg until its sole is at `world_from_sole`. False if it is not reached;
+/// joint limits are the caller's to check.
+pub fn reach(
+    model: &RobotModel,
+    configuration: &mut Configuration,
+    limb: LimbIndex,
+    world_from_sole: &Pose,
+) -> bool {
     let chain = model.leg(limb);
     for _ in 0..STEPS_MAX {
         let posture = Posture::new(model, configuration);
@@ -29,7 +34,8 @@ pub fn reach(model: &RobotModel, configuration: &mut Configuration, limb: LimbIn
         if missed.iter().all(|value| value.abs() <= REACHED) {
             return true;
         }
-        let columns: Vec<[f64; 6]> = chain.iter().map(|&joint| column(model, &posture, joint, sole.translation)).collect();
+        let columns: Vec<[f64; 6]> =
+            chain.iter().map(|&joint| column(model, &posture, joint, sole.translation)).collect();
         let Some(step) = least_step(&columns, &missed) else { return false };
         for (&joint, step) in chain.iter().zip(step) {
             configuration.q[joint] += step;
@@ -50,9 +56,17 @@ fn column(model: &RobotModel, posture: &Posture, joint: usize, sole: DVec3) -> [
 
 /// The shortest step of the joints that makes up for `missed`.
 fn least_step(columns: &[[f64; 6]], missed: &[f64; 6]) -> Option<Vec<f64>> {
-    let entry = |row: usize, other: usize| columns.iter().map(|column| column[row] * column[other]).sum::<f64>();
-    let damped = |row: usize, other: usize| entry(row, other) + if row == other { DAMPING } else { 0.0 };
+    let entry = |row: usize, other: usize| {
+        columns.iter().map(|column| column[row] * column[other]).sum::<f64>()
+    };
+    let damped =
+        |row: usize, other: usize| entry(row, other) + if row == other { DAMPING } else { 0.0 };
     let matrix = (0..6).map(|row| (0..6).map(|other| damped(row, other)).collect()).collect();
     let weights = solve(matrix, missed.to_vec())?;
-    Some(columns.iter().map(|column| column.iter().zip(&weights).map(|(value, weight)| value * weight).sum()).collect())
+    Some(
+        columns
+            .iter()
+            .map(|column| column.iter().zip(&weights).map(|(value, weight)| value * weight).sum())
+            .collect(),
+    )
 }

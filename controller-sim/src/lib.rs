@@ -1,8 +1,10 @@
-//! The controller's side of Surefoot: it walks plan chunks quasi-statically and refuses what does not hold.
+//! The controller's side of Surefoot: it walks plan chunks quasi-statically and refuses what does
+//! not hold.
 //!
-//! Read [`walk`] first: one received chunk, from its bytes to the verdict. [`check`] judges the physics, [`plan`] applies the
-//! same checks to an exported plan. Everything here is written from the definitions (plain kinematics, statics, ray casts and
-//! separating directions) and shares no algorithm with the planner: only data, file loading and rigid motions.
+//! Read [`walk`] first: one received chunk, from its bytes to the verdict. [`check`] judges the
+//! physics, [`plan`] applies the same checks to an exported plan. Everything here is written from
+//! the definitions (plain kinematics, statics, ray casts and separating directions) and shares no
+//! algorithm with the planner: only data, file loading and rigid motions.
 
 pub mod admission;
 mod bound;

@@ -11,7 +11,9 @@ use surefoot_shared_types::message::feedback::Margins;
 use surefoot_shared_types::message::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
 use surefoot_shared_types::plan_file::load::joint_order;
-use surefoot_shared_types::plan_file::{ContactBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock};
+use surefoot_shared_types::plan_file::{
+    ContactBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
+};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::scene::load::world_from_block;
@@ -41,7 +43,8 @@ pub struct PlanReport {
 pub struct CheckLine {
     /// The check.
     pub check: Check,
-    /// The worst margin among the phases that pass, and the phase; nothing for checks that measure none.
+    /// The worst margin among the phases that pass, and the phase; nothing for checks that measure
+    /// none.
     pub worst: Option<WorstMargin>,
     /// The first violation, and its phase; its waypoint counts from the plan's beginning.
     pub violation: Option<PlacedViolation>,
@@ -68,7 +71,9 @@ pub struct PlacedViolation {
 impl PlanReport {
     /// Whether nothing was found wrong.
     pub fn is_valid(&self) -> bool {
-        self.violations().next().is_none() && self.start.violation.is_none() && self.goal.violation.is_none()
+        self.violations().next().is_none()
+            && self.start.violation.is_none()
+            && self.goal.violation.is_none()
     }
 
     /// The first violation of each violated check.
@@ -89,7 +94,10 @@ impl PlanReport {
             let found = report.violations.iter().find(|violation| violation.check == line.check);
             if let (None, Some(violation)) = (&line.violation, found) {
                 let waypoint = first_waypoint + violation.waypoint;
-                line.violation = Some(PlacedViolation { phase, violation: Violation { waypoint, ..violation.clone() } });
+                line.violation = Some(PlacedViolation {
+                    phase,
+                    violation: Violation { waypoint, ..violation.clone() },
+                });
             }
         }
     }
@@ -110,13 +118,22 @@ pub fn check_plan(plan: &PlanFile, plan_path: &Path) -> Result<PlanReport, Input
     let mut report = PlanReport {
         checks: PHYSICAL.into_iter().chain([Check::Continuity]).map(line).collect(),
         start: ends::check_end(checker.model(), &plan.start, &walk.waypoints[0], &walk.joint_order),
-        goal: ends::check_end(checker.model(), &plan.goal, &walk.waypoints[walk.waypoints.len() - 1], &walk.joint_order),
+        goal: ends::check_end(
+            checker.model(),
+            &plan.goal,
+            &walk.waypoints[walk.waypoints.len() - 1],
+            &walk.joint_order,
+        ),
         margins: Margins::UNMEASURED,
         reserves: Reserves::UNMEASURED,
     };
     let mut before: Option<&Phase> = None;
     for (index, phase) in walk.phases.iter().enumerate() {
-        let segment = Segment { mode: phase.mode, contacts: &phase.contacts, waypoints: &walk.waypoints[phase.range.clone()] };
+        let segment = Segment {
+            mode: phase.mode,
+            contacts: &phase.contacts,
+            waypoints: &walk.waypoints[phase.range.clone()],
+        };
         let mut found = checker.check_all(&segment);
         found.violations.extend(before.and_then(|before| transition_violation(before, phase)));
         report.add(index, phase.range.start, &found);
@@ -167,15 +184,21 @@ impl Phase {
 impl Walk {
     fn new(plan: &PlanFile, model: &RobotModel, plan_path: &Path) -> Result<Self, InputError> {
         let joint_order = joint_order(plan, model, plan_path)?;
-        let unfit = |element: String, message: &str| InputError::element(plan_path, element, message);
+        let unfit =
+            |element: String, message: &str| InputError::element(plan_path, element, message);
         if plan.waypoints.is_empty() || plan.phases.is_empty() || joint_order.len() > JOINTS_MAX {
             let message = format!("needs waypoints, phases and at most {JOINTS_MAX} joints");
             return Err(InputError::file(plan_path, message));
         }
-        if let Some(index) = plan.waypoints.iter().position(|waypoint| waypoint.q.len() != joint_order.len()) {
+        if let Some(index) =
+            plan.waypoints.iter().position(|waypoint| waypoint.q.len() != joint_order.len())
+        {
             return Err(unfit(format!("waypoint {index}"), "q has not one entry per joint name"));
         }
-        let phase = |(index, block)| phase(model, block, plan.waypoints.len()).map_err(|message| unfit(format!("phase {index}"), message));
+        let phase = |(index, block)| {
+            phase(model, block, plan.waypoints.len())
+                .map_err(|message| unfit(format!("phase {index}"), message))
+        };
         Ok(Self {
             waypoints: plan.waypoints.iter().map(|block| waypoint(block, &joint_order)).collect(),
             phases: plan.phases.iter().enumerate().map(phase).collect::<Result<_, _>>()?,
@@ -193,12 +216,19 @@ fn waypoint(block: &WaypointBlock, joint_order: &[usize]) -> Waypoint {
 
 fn phase(model: &RobotModel, block: &PhaseBlock, waypoints: usize) -> Result<Phase, &'static str> {
     let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
-    let mode = modes.into_iter().find(|mode| mode.word() == block.mode).ok_or("its mode is none of left, right, double")?;
+    let mode = modes
+        .into_iter()
+        .find(|mode| mode.word() == block.mode)
+        .ok_or("its mode is none of left, right, double")?;
     if block.last < block.first || block.last >= waypoints {
         return Err("it covers waypoints that are not there");
     }
-    let contacts: Vec<Contact> =
-        block.contacts.iter().map(|block| contact(model, block)).collect::<Option<_>>().ok_or("a contact of an unknown foot")?;
+    let contacts: Vec<Contact> = block
+        .contacts
+        .iter()
+        .map(|block| contact(model, block))
+        .collect::<Option<_>>()
+        .ok_or("a contact of an unknown foot")?;
     if !contacts_match(&Stance { mode, contacts: &contacts }) {
         return Err("its contacts are not those of its mode");
     }
@@ -212,5 +242,11 @@ fn contact(model: &RobotModel, block: &ContactBlock) -> Option<Contact> {
     polygon.iter_mut().zip(sole).for_each(|(vertex, at)| *vertex = at.to_array());
     let PoseBlock { xyz, quat_xyzw } = block.sole_pose;
     let rotation = glam::DQuat::from_array(quat_xyzw).normalize().to_array();
-    Some(Contact { limb: limb as u32, polygon_len: sole.len().min(POLYGON_VERTICES_MAX) as u32, position: xyz, rotation, polygon })
+    Some(Contact {
+        limb: limb as u32,
+        polygon_len: sole.len().min(POLYGON_VERTICES_MAX) as u32,
+        position: xyz,
+        rotation,
+        polygon,
+    })
 }

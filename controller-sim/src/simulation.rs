@@ -1,7 +1,8 @@
-//! The walk in simulated time: at every tick where the robot is, what the ground does to its feet, and what its motors do.
+//! The walk in simulated time: at every tick where the robot is, what the ground does to its feet,
+//! and what its motors do.
 //!
-//! Quasi-static: the robot tracks the chunk exactly, and at every tick the contact forces are those of least squares
-//! within the friction pyramids.
+//! Quasi-static: the robot tracks the chunk exactly, and at every tick the contact forces are those
+//! of least squares within the friction pyramids.
 
 use bytemuck::Zeroable;
 use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
@@ -26,8 +27,8 @@ impl Simulation {
         Self { instance, tick_seconds, ticks: 0 }
     }
 
-    /// Walks a chunk that `checker` accepts. `tell` hears of every instant of the plan that is a multiple of the tick, each once
-    /// over all its chunks, and of the plan's end.
+    /// Walks a chunk that `checker` accepts. `tell` hears of every instant of the plan that is a
+    /// multiple of the tick, each once over all its chunks, and of the plan's end.
     pub fn walk(&mut self, checker: &mut Checker, chunk: &PlanChunk, tell: &mut dyn FnMut(&State)) {
         let footing = checker.footing(chunk.contacts());
         for time in self.instants(chunk) {
@@ -44,11 +45,20 @@ impl Simulation {
         let last_before = |time: f64| (time / tick_seconds).floor() as i64;
         let is_first = chunk.flags & FLAG_FIRST != 0;
         let (first, last) = (last_before(begin) + i64::from(!is_first), last_before(end));
-        let at_end = (chunk.flags & FLAG_LAST != 0 && last as f64 * tick_seconds < end).then_some(end);
-        (first..=last).map(move |index| (index as f64 * tick_seconds).clamp(begin, end)).chain(at_end)
+        let at_end =
+            (chunk.flags & FLAG_LAST != 0 && last as f64 * tick_seconds < end).then_some(end);
+        (first..=last)
+            .map(move |index| (index as f64 * tick_seconds).clamp(begin, end))
+            .chain(at_end)
     }
 
-    fn state(&self, checker: &mut Checker, chunk: &PlanChunk, footing: &Footing, waypoint: &Waypoint) -> State {
+    fn state(
+        &self,
+        checker: &mut Checker,
+        chunk: &PlanChunk,
+        footing: &Footing,
+        waypoint: &Waypoint,
+    ) -> State {
         let configuration = Configuration::of_waypoint(waypoint, checker.model().joints.len());
         let load = checker.load(footing, &configuration);
         let mut state = State {
@@ -69,10 +79,19 @@ impl Simulation {
 
 fn put(state: &mut State, load: &Load, joints: usize) {
     state.centre_of_mass = load.centre_of_mass.to_array();
-    (state.balance_margin, state.friction_use, state.torque_use) = (load.balance_margin, load.friction_use, load.torque_use);
-    state.torques.iter_mut().zip(&load.torques[..joints]).for_each(|(slot, torque)| *slot = *torque);
+    (state.balance_margin, state.friction_use, state.torque_use) =
+        (load.balance_margin, load.friction_use, load.torque_use);
+    state
+        .torques
+        .iter_mut()
+        .zip(&load.torques[..joints])
+        .for_each(|(slot, torque)| *slot = *torque);
     for (slot, foot) in state.feet.iter_mut().zip(&load.feet) {
-        *slot = FootForce { limb: foot.limb as u64, force: foot.force.to_array(), centre: foot.centre.to_array() };
+        *slot = FootForce {
+            limb: foot.limb as u64,
+            force: foot.force.to_array(),
+            centre: foot.centre.to_array(),
+        };
     }
     state.feet_len = load.feet.len().min(CONTACTS_MAX) as u32;
 }

@@ -1,8 +1,8 @@
 //! A world that is not as the planner believes, and which of its differences the robot meets.
 //!
-//! The controller checks every chunk against the true world, so that it never steps on what is not there. What it then
-//! says is only what it met: the differences near the robot's way in the refused chunk, one at a time. Shapes are
-//! matched by their names.
+//! The controller checks every chunk against the true world, so that it never steps on what is not
+//! there. What it then says is only what it met: the differences near the robot's way in the
+//! refused chunk, one at a time. Shapes are matched by their names.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -40,7 +40,8 @@ struct Difference {
 }
 
 impl Truth {
-    /// The differences between what the planner believes and what is true; or which shape has no geometry to tell.
+    /// The differences between what the planner believes and what is true; or which shape has no
+    /// geometry to tell.
     pub fn new(model: &RobotModel, belief: &World, truth: &World) -> Result<Self, String> {
         let mut untold = Vec::new();
         for (index, believed) in belief.shapes.iter().enumerate() {
@@ -49,19 +50,30 @@ impl Truth {
                 Some(real) if real.shape == believed.shape => {
                     if !same_pose(&real.world_from_shape, &believed.world_from_shape) {
                         let places = vec![place(real)?, place(believed)?];
-                        untold.push(Difference { correction: Correction::moved(index as u32, &real.world_from_shape), places });
+                        untold.push(Difference {
+                            correction: Correction::moved(index as u32, &real.world_from_shape),
+                            places,
+                        });
                     }
                 }
-                _ => untold.push(Difference { correction: Correction::missing(index as u32), places: vec![place(believed)?] }),
+                _ => untold.push(Difference {
+                    correction: Correction::missing(index as u32),
+                    places: vec![place(believed)?],
+                }),
             }
         }
-        let known = |real: &&WorldShape| belief.shapes.iter().any(|shape| shape.name == real.name && shape.shape == real.shape);
+        let known = |real: &&WorldShape| {
+            belief.shapes.iter().any(|shape| shape.name == real.name && shape.shape == real.shape)
+        };
         for real in truth.shapes.iter().filter(|real| !known(real)) {
             let places = vec![place(real)?];
             let bounds = places[0].0.local_bounds();
             let world_from_box = real.world_from_shape * Pose::from_translation(bounds.centre());
             let half_extents = 0.5 * (bounds.high - bounds.low);
-            untold.push(Difference { correction: Correction::extra(&world_from_box, half_extents.to_array()), places });
+            untold.push(Difference {
+                correction: Correction::extra(&world_from_box, half_extents.to_array()),
+                places,
+            });
         }
         Ok(Self { robot: Body::of_robot(model)?, untold, told: 0 })
     }
@@ -72,35 +84,48 @@ impl Truth {
         self.told += told.len();
     }
 
-    /// What the robot meets in a chunk that the true world refuses: the untold difference nearest its way. Where none is
-    /// near and the ground gave way, only that nothing carries the sole of the foot about to land. Nothing if the refusal has
-    /// another reason than the world, or if a word holds no more corrections.
-    pub fn met(&mut self, walker: &Walker, chunk: &PlanChunk, violation: &Violation) -> Option<Correction> {
-        let by_world = matches!(violation.check, Check::Contact | Check::Balance | Check::Collision);
+    /// What the robot meets in a chunk that the true world refuses: the untold difference nearest
+    /// its way. Where none is near and the ground gave way, only that nothing carries the sole of
+    /// the foot about to land. Nothing if the refusal has another reason than the world, or if a
+    /// word holds no more corrections.
+    pub fn met(
+        &mut self,
+        walker: &Walker,
+        chunk: &PlanChunk,
+        violation: &Violation,
+    ) -> Option<Correction> {
+        let by_world =
+            matches!(violation.check, Check::Contact | Check::Balance | Check::Collision);
         if !by_world || self.told >= CORRECTIONS_MAX {
             return None;
         }
         let model = walker.checker().model();
-        let distances: Vec<f64> = self.untold.iter().map(|difference| self.distance(model, chunk, difference)).collect();
+        let distances: Vec<f64> =
+            self.untold.iter().map(|difference| self.distance(model, chunk, difference)).collect();
         let nearest = (0..distances.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]));
         let met = match nearest.filter(|&index| distances[index] < MET_WITHIN) {
             Some(index) => Some(self.untold.remove(index).correction),
-            None if violation.check == Check::Contact => walker.landing(chunk).map(|contact| nothing_carries(model, contact)),
+            None if violation.check == Check::Contact => {
+                walker.landing(chunk).map(|contact| nothing_carries(model, contact))
+            }
             None => None,
         };
         self.told += usize::from(met.is_some());
         met
     }
 
-    /// The smallest distance of the robot, on its way through the chunk, to a difference; at most [`MET_WITHIN`].
+    /// The smallest distance of the robot, on its way through the chunk, to a difference; at most
+    /// [`MET_WITHIN`].
     fn distance(&self, model: &RobotModel, chunk: &PlanChunk, difference: &Difference) -> f64 {
         let mut nearest = MET_WITHIN;
         for waypoint in chunk.waypoints() {
-            let posture = Posture::new(model, &Configuration::of_waypoint(waypoint, model.joints.len()));
+            let posture =
+                Posture::new(model, &Configuration::of_waypoint(waypoint, model.joints.len()));
             for (body, link) in self.robot.iter().filter_map(|body| Some((body, body.link?))) {
                 let placed = Placed::new(body, &posture.world_from_link[link]);
                 for (solid, there) in &difference.places {
-                    let found = separation((&body.solid, &placed), (solid, there), DVec3::Z, nearest);
+                    let found =
+                        separation((&body.solid, &placed), (solid, there), DVec3::Z, nearest);
                     nearest = nearest.min(found.distance);
                 }
             }
@@ -110,7 +135,8 @@ impl Truth {
 }
 
 fn same_pose(a: &Pose, b: &Pose) -> bool {
-    a.translation.distance(b.translation) <= SAME_POSE_MAX && rotation_distance(a.rotation, b.rotation) <= SAME_POSE_MAX
+    a.translation.distance(b.translation) <= SAME_POSE_MAX
+        && rotation_distance(a.rotation, b.rotation) <= SAME_POSE_MAX
 }
 
 fn place(shape: &WorldShape) -> Result<(Solid, Placed), String> {

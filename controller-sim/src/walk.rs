@@ -1,12 +1,14 @@
 //! One received chunk, from its bytes to the verdict: the controller's heart.
 //!
-//! The walker stands at a statically stable configuration. A chunk that passes every test moves it to the chunk's end; any
-//! other leaves it where it stands, so a refusal is always safe.
+//! The walker stands at a statically stable configuration. A chunk that passes every test moves it
+//! to the chunk's end; any other leaves it where it stands, so a refusal is always safe.
 
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::Margins;
-use surefoot_shared_types::message::{Check, Contact, Correction, Feedback, PlanChunk, State, SupportMode, Waypoint};
+use surefoot_shared_types::message::{
+    Check, Contact, Correction, Feedback, PlanChunk, State, SupportMode, Waypoint,
+};
 use surefoot_shared_types::scene::correction::corrected_digest;
 
 pub use crate::admission::Identity;
@@ -16,7 +18,8 @@ use crate::check::{Checker, Segment, Violation};
 use crate::continuity::{Stance, check_transition, standing_limbs};
 use crate::simulation::Simulation;
 
-/// How far the first waypoint of a chunk may be from the configuration in which the robot stands, in any number.
+/// How far the first waypoint of a chunk may be from the configuration in which the robot stands,
+/// in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
 
 /// The simulated robot, and how far it got in the plan it walks.
@@ -74,7 +77,9 @@ impl Walker {
     pub fn take_over(checker: Checker, identity: Identity, word: &Feedback) -> Self {
         let standing = &word.standing;
         let limbs = SupportMode::from_wire(standing.mode).map(|mode| (mode, standing_limbs(mode)));
-        let contacts = |limbs: &[u32]| limbs.iter().filter_map(|&limb| standing.contact_of(limb)).copied().collect();
+        let contacts = |limbs: &[u32]| {
+            limbs.iter().filter_map(|&limb| standing.contact_of(limb)).copied().collect()
+        };
         let world = corrected_digest(&identity.world, word.corrections());
         Self {
             checker,
@@ -93,22 +98,28 @@ impl Walker {
         }
     }
 
-    /// Expects chunks made for the world as `correction` says it is, from now on: to be called with every correction that the
-    /// planner is told.
+    /// Expects chunks made for the world as `correction` says it is, from now on: to be called with
+    /// every correction that the planner is told.
     pub fn correct(&mut self, correction: &Correction) {
         self.identity.world = corrected_digest(&self.identity.world, &[*correction]);
     }
 
-    /// Admits a chunk, checks it, and walks it: the worst margins of the chunk, or why it is refused. Tested in the order
-    /// CRC, form, instance, robot, world, configuration, sequence, stream, continuity, physics.
+    /// Admits a chunk, checks it, and walks it: the worst margins of the chunk, or why it is
+    /// refused. Tested in the order CRC, form, instance, robot, world, configuration, sequence,
+    /// stream, continuity, physics.
     pub fn admit_and_walk(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
         let margins = self.admit(chunk, &mut || {})?;
         self.walk(chunk, &margins);
         Ok(margins)
     }
 
-    /// As [`Self::admit_and_walk`], but the robot does not move. `alive` is called now and then meanwhile.
-    pub fn admit(&mut self, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Result<Margins, Violation> {
+    /// As [`Self::admit_and_walk`], but the robot does not move. `alive` is called now and then
+    /// meanwhile.
+    pub fn admit(
+        &mut self,
+        chunk: &PlanChunk,
+        alive: &mut dyn FnMut(),
+    ) -> Result<Margins, Violation> {
         let mode = check_message(chunk, &self.identity, self.checker.model().joints.len())?;
         let starts_plan = self.starts_plan(chunk);
         self.check_sequence(chunk, starts_plan)?;
@@ -122,12 +133,18 @@ impl Walker {
     pub fn landing<'a>(&self, chunk: &'a PlanChunk) -> Option<&'a Contact> {
         let standing = self.standing()?;
         let is_double = SupportMode::from_wire(chunk.mode) == Some(SupportMode::Double);
-        let stands = |contact: &Contact| standing.contacts.iter().any(|old| old.limb == contact.limb);
+        let stands =
+            |contact: &Contact| standing.contacts.iter().any(|old| old.limb == contact.limb);
         chunk.contacts().iter().find(|contact| is_double && !stands(contact))
     }
 
-    /// The physical checks of a motion that is not the plan's. `alive` is called now and then meanwhile.
-    pub fn check(&mut self, segment: &Segment, alive: &mut dyn FnMut()) -> Result<Margins, Violation> {
+    /// The physical checks of a motion that is not the plan's. `alive` is called now and then
+    /// meanwhile.
+    pub fn check(
+        &mut self,
+        segment: &Segment,
+        alive: &mut dyn FnMut(),
+    ) -> Result<Margins, Violation> {
         self.checker.check_segment(segment, alive)
     }
 
@@ -151,7 +168,12 @@ impl Walker {
     }
 
     /// Walks an accepted chunk in simulated time; `tell` hears of every tick.
-    pub fn simulate(&mut self, simulation: &mut Simulation, chunk: &PlanChunk, tell: &mut dyn FnMut(&State)) {
+    pub fn simulate(
+        &mut self,
+        simulation: &mut Simulation,
+        chunk: &PlanChunk,
+        tell: &mut dyn FnMut(&State),
+    ) {
         simulation.walk(&mut self.checker, chunk, tell);
     }
 
@@ -205,8 +227,12 @@ impl Walker {
         }
         match got.cmp(&expected) {
             std::cmp::Ordering::Less => bad(format!("chunk {got} again; {expected} comes next")),
-            std::cmp::Ordering::Greater => bad(format!("chunk {got} leaves a gap; {expected} comes next")),
-            std::cmp::Ordering::Equal if self.finished => bad(format!("chunk {got} after the plan's last one")),
+            std::cmp::Ordering::Greater => {
+                bad(format!("chunk {got} leaves a gap; {expected} comes next"))
+            }
+            std::cmp::Ordering::Equal if self.finished => {
+                bad(format!("chunk {got} after the plan's last one"))
+            }
             std::cmp::Ordering::Equal => Ok(()),
         }
     }
@@ -216,21 +242,36 @@ impl Walker {
         if chunk.stream == expected {
             return Ok(());
         }
-        Err(Violation::new(Check::Stream, 0, format!("it continues stream {}, accepted is {expected}", chunk.stream)))
+        Err(Violation::new(
+            Check::Stream,
+            0,
+            format!("it continues stream {}, accepted is {expected}", chunk.stream),
+        ))
     }
 
-    /// A new plan may start its clock anew and put its weight on another foot, but begins where the robot stands.
-    fn check_continuity(&self, chunk: &PlanChunk, mode: SupportMode, starts_plan: bool) -> Result<(), Violation> {
+    /// A new plan may start its clock anew and put its weight on another foot, but begins where the
+    /// robot stands.
+    fn check_continuity(
+        &self,
+        chunk: &PlanChunk,
+        mode: SupportMode,
+        starts_plan: bool,
+    ) -> Result<(), Violation> {
         let bad = |detail| Err(Violation::new(Check::Continuity, 0, detail));
         let Some(standing) = &self.standing else { return Ok(()) };
         let first = &chunk.waypoints()[0];
         let jump = largest_difference(&standing.waypoint, first);
         if !within(jump, CONTINUITY_MAX) {
-            return bad(format!("it begins {jump:.3e} from where the robot stands, limit {CONTINUITY_MAX:.0e}"));
+            return bad(format!(
+                "it begins {jump:.3e} from where the robot stands, limit {CONTINUITY_MAX:.0e}"
+            ));
         }
         let late = (first.time - standing.waypoint.time).abs();
         if !starts_plan && !within(late, CONTINUITY_MAX) {
-            return bad(format!("it begins at {} s, the chunk before ended at {} s", first.time, standing.waypoint.time));
+            return bad(format!(
+                "it begins at {} s, the chunk before ended at {} s",
+                first.time, standing.waypoint.time
+            ));
         }
         let before = Stance { mode: standing.mode, contacts: &standing.contacts };
         check_transition(&before, &Stance { mode, contacts: chunk.contacts() }).or_else(bad)
@@ -251,6 +292,8 @@ impl Walker {
 }
 
 fn largest_difference(a: &Waypoint, b: &Waypoint) -> f64 {
-    let numbers = |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).chain(w.q).collect::<Vec<f64>>();
+    let numbers = |w: &Waypoint| {
+        w.root_position.into_iter().chain(w.root_rotation).chain(w.q).collect::<Vec<f64>>()
+    };
     numbers(a).iter().zip(numbers(b)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }

@@ -1,7 +1,11 @@
-//! The judge's example plans, where they exist: the good ones pass, the bad ones fail for the right reason. A clone has none, so
-//! `SUREFOOT_REQUIRE_ALL` does not ask for them.
+//! The judge's example plans, where they exist: the good ones pass, the bad ones fail for the right
+//! reason. A clone has none, so `SUREFOOT_REQUIRE_ALL` does not ask for them.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a panic fails the test; what is skipped is said")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a panic fails the test; what is skipped is said"
+)]
 
 use std::path::Path;
 
@@ -20,8 +24,16 @@ fn judged(name: &str) -> Option<PlanReport> {
     }
     let report = check_plan(&load_plan(&path).unwrap(), &path).unwrap();
     for line in &report.checks {
-        let violation = line.violation.as_ref().map(|found| format!("phase {}: {}", found.phase, found.violation));
-        println!("{name}: {} {:?} {}", line.check.word(), line.worst, violation.unwrap_or_default());
+        let violation = line
+            .violation
+            .as_ref()
+            .map(|found| format!("phase {}: {}", found.phase, found.violation));
+        println!(
+            "{name}: {} {:?} {}",
+            line.check.word(),
+            line.worst,
+            violation.unwrap_or_default()
+        );
     }
     Some(report)
 }

@@ -1,4 +1,5 @@
-//! Each physical check against cases computed by hand: what holds passes with the right margin, what does not is named.
+//! Each physical check against cases computed by hand: what holds passes with the right margin,
+//! what does not is named.
 
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
@@ -16,7 +17,12 @@ use surefoot_shared_types::scene::{GRAVITY, World};
 use surefoot_shared_types::spatial::rotation_about;
 use surefoot_shared_types::{Pose, Shape};
 
-fn judge(robot: RobotModel, world: World, contacts: &[Contact], waypoints: &[Waypoint]) -> Result<Margins, Violation> {
+fn judge(
+    robot: RobotModel,
+    world: World,
+    contacts: &[Contact],
+    waypoints: &[Waypoint],
+) -> Result<Margins, Violation> {
     let mode = match contacts {
         [one] if one.limb == 0 => SupportMode::Left,
         [_] => SupportMode::Right,
@@ -35,13 +41,16 @@ fn refused(result: Result<Margins, Violation>, check: Check, words: &str) -> Vio
 
 #[test]
 fn standing_is_accepted_with_the_margins_of_the_drawing() {
-    let margins = judge(robot(), world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.3, 0.0), 4)).unwrap();
+    let margins =
+        judge(robot(), world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.3, 0.0), 4)).unwrap();
     // The elbow is 2.5 from its limits at 0, the shoulder 2.2 at 0.3.
     assert!((margins.limits - 2.2).abs() < 1e-9, "{margins:?}");
     assert!((margins.contact - 2e-3).abs() < 1e-9, "{margins:?}");
-    // The support polygon is 0.2 m long; the arm (4 of 34 kg) moves the centre of mass by less than 3 cm forwards.
+    // The support polygon is 0.2 m long; the arm (4 of 34 kg) moves the centre of mass by less than
+    // 3 cm forwards.
     assert!(margins.balance > 0.07 && margins.balance < 0.1, "{margins:?}");
-    // The shin ends 0.04 m over the floor but belongs to the foot's link; the hand hangs 0.33 m over the floor.
+    // The shin ends 0.04 m over the floor but belongs to the foot's link; the hand hangs 0.33 m
+    // over the floor.
     assert_eq!(margins.collision, 0.1);
     // The forearm hangs 0.25 - 0.03 - 0.14 m beside the torso, and 0.08 m beside the thigh.
     assert!((margins.self_collision - 0.08).abs() < 1e-6, "{margins:?}");
@@ -50,8 +59,12 @@ fn standing_is_accepted_with_the_margins_of_the_drawing() {
 #[test]
 fn a_pendulum_needs_weight_times_lever() {
     let (model, lean) = (robot(), 0.7);
-    let posture = Posture::new(&model, &Configuration { world_from_root: at(0., 0., 0.9), q: vec![0., 0., lean, 0.] });
-    // Swinging an arm back by a positive turn about y: its links' centres lie 0.2 and 0.6 m from the shoulder.
+    let posture = Posture::new(
+        &model,
+        &Configuration { world_from_root: at(0., 0., 0.9), q: vec![0., 0., lean, 0.] },
+    );
+    // Swinging an arm back by a positive turn about y: its links' centres lie 0.2 and 0.6 m from
+    // the shoulder.
     let expected = -MASSES[2] * GRAVITY * (0.2 + 0.6) * -libm::sin(lean);
     let torques = posture.gravity_torques(&model);
     assert!((torques[SHOULDER] - expected).abs() < 1e-9, "{torques:?}");
@@ -69,8 +82,10 @@ fn a_pendulum_needs_weight_times_lever() {
 fn a_robot_turned_as_a_whole_keeps_its_shape() {
     let model = robot();
     let q = vec![0.1, -0.2, 0.7, 0.4];
-    let upright = Posture::new(&model, &Configuration { world_from_root: Pose::IDENTITY, q: q.clone() });
-    let turn = Pose::from_parts(DVec3::new(1., 2., 3.), rotation_about(DVec3::new(0.6, 0.0, 0.8), 1.1));
+    let upright =
+        Posture::new(&model, &Configuration { world_from_root: Pose::IDENTITY, q: q.clone() });
+    let turn =
+        Pose::from_parts(DVec3::new(1., 2., 3.), rotation_about(DVec3::new(0.6, 0.0, 0.8), 1.1));
     let turned = Posture::new(&model, &Configuration { world_from_root: turn, q });
     for (a, b) in upright.world_from_link.iter().zip(&turned.world_from_link) {
         assert!((turn * a.translation - b.translation).length() < 1e-12);
@@ -80,7 +95,8 @@ fn a_robot_turned_as_a_whole_keeps_its_shape() {
 #[test]
 fn a_joint_past_its_limit_is_named() {
     let waypoints = swing((2.3, 0.0), (2.51, 0.0), 3);
-    let violation = refused(judge(robot(), world(vec![]), &both_feet(), &waypoints), Check::Limits, "shoulder");
+    let violation =
+        refused(judge(robot(), world(vec![]), &both_feet(), &waypoints), Check::Limits, "shoulder");
     assert_eq!(violation.waypoint, 2);
 }
 
@@ -90,7 +106,11 @@ fn jumps_and_stopped_clocks_are_refused() {
     refused(judge(robot(), world(vec![]), &both_feet(), &jump), Check::Spacing, "shoulder");
     let mut stopped = swing((0.0, 0.0), (0.1, 0.0), 3);
     stopped[2].time = stopped[1].time;
-    assert_eq!(refused(judge(robot(), world(vec![]), &both_feet(), &stopped), Check::Spacing, "time").waypoint, 1);
+    assert_eq!(
+        refused(judge(robot(), world(vec![]), &both_feet(), &stopped), Check::Spacing, "time")
+            .waypoint,
+        1
+    );
     let mut slide = swing((0.0, 0.0), (0.1, 0.0), 2);
     slide[1].root_position[0] = 1e6;
     refused(judge(robot(), world(vec![]), &both_feet(), &slide), Check::Spacing, "root");
@@ -100,7 +120,11 @@ fn jumps_and_stopped_clocks_are_refused() {
 fn a_foot_off_its_declared_pose_is_refused() {
     let mut contacts = both_feet();
     contacts[1].position[0] = 0.0021;
-    refused(judge(robot(), world(vec![]), &contacts, &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "right sole");
+    refused(
+        judge(robot(), world(vec![]), &contacts, &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        Check::Contact,
+        "right sole",
+    );
     // A hip turned by 0.004 rad moves its sole by 3.6 mm.
     let mut waypoints = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
     waypoints[1].q[0] = 0.004;
@@ -110,32 +134,60 @@ fn a_foot_off_its_declared_pose_is_refused() {
 #[test]
 fn a_sole_needs_ground_under_it() {
     let mut on_edge = world(vec![]);
-    // The floor ends 2 mm behind the toes: 2 mm x 10 cm support the left sole, which is less than 5 cm2.
+    // The floor ends 2 mm behind the toes: 2 mm x 10 cm support the left sole, which is less than 5
+    // cm2.
     on_edge.shapes[0].world_from_shape = at(3.098, 0.0, -0.25);
-    refused(judge(robot(), on_edge, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "cm2");
+    refused(
+        judge(robot(), on_edge, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        Check::Contact,
+        "cm2",
+    );
     let mut sunk = world(vec![]);
     sunk.shapes[0].world_from_shape = at(0.0, 0.0, -0.246);
-    refused(judge(robot(), sunk, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "deep");
+    refused(
+        judge(robot(), sunk, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        Check::Contact,
+        "deep",
+    );
     let mut far = world(vec![]);
     far.shapes[0].world_from_shape = at(0.0, 0.0, -0.2531);
-    refused(judge(robot(), far, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "0.00 cm2");
+    refused(
+        judge(robot(), far, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        Check::Contact,
+        "0.00 cm2",
+    );
 }
 
 #[test]
 fn two_bars_support_a_sole_over_their_span() {
     let mut bars = world(vec![]);
     bars.shapes.clear();
-    let lying = |x: f64| Pose::from_parts(DVec3::new(x, 0.0, -0.02), rotation_about(DVec3::X, std::f64::consts::FRAC_PI_2));
+    let lying = |x: f64| {
+        Pose::from_parts(
+            DVec3::new(x, 0.0, -0.02),
+            rotation_about(DVec3::X, std::f64::consts::FRAC_PI_2),
+        )
+    };
     for (name, x) in [("rear", -0.06), ("front", 0.07)] {
         let bar = Shape::Cylinder { radius: 0.02, half_length: 1.0 };
-        bars.shapes.push(surefoot_shared_types::scene::WorldShape { name: name.into(), world_from_shape: lying(x), shape: bar });
+        bars.shapes.push(surefoot_shared_types::scene::WorldShape {
+            name: name.into(),
+            world_from_shape: lying(x),
+            shape: bar,
+        });
     }
-    let margins = judge(robot(), bars.clone(), &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)).unwrap();
-    // The centre of mass is near the middle; the rear bar is 6 cm behind it, the line of contact a few mm wide.
+    let margins =
+        judge(robot(), bars.clone(), &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)).unwrap();
+    // The centre of mass is near the middle; the rear bar is 6 cm behind it, the line of contact a
+    // few mm wide.
     assert!(margins.balance > 0.05 && margins.balance < 0.065, "{margins:?}");
     // One bar alone carries each sole on a strip of a few millimetres.
     bars.shapes.pop();
-    refused(judge(robot(), bars, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)), Check::Contact, "cm2");
+    refused(
+        judge(robot(), bars, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        Check::Contact,
+        "cm2",
+    );
 }
 
 #[test]
@@ -143,7 +195,8 @@ fn a_slope_beyond_friction_or_a_tilted_surface_is_no_ground() {
     let tilted = |angle: f64, mu: f64| {
         let mut slope = world(vec![]);
         let turn = rotation_about(DVec3::Y, angle);
-        slope.shapes[0].world_from_shape = Pose::from_parts(turn * DVec3::new(0.0, 0.0, -0.25), turn);
+        slope.shapes[0].world_from_shape =
+            Pose::from_parts(turn * DVec3::new(0.0, 0.0, -0.25), turn);
         slope.mu = mu;
         judge(robot(), slope, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2))
     };
@@ -168,8 +221,14 @@ fn a_weak_joint_is_named() {
     let mut weak = robot();
     // Held level, the arm needs 2 kg x 9.81 x (0.2 + 0.6) m = 15.7 N m.
     weak.joints[SHOULDER].effort = 15.6;
-    let level =
-        |world: World, robot: RobotModel| judge(robot, world, &both_feet(), &swing((-1.4, 0.0), (-std::f64::consts::FRAC_PI_2, 0.0), 2));
+    let level = |world: World, robot: RobotModel| {
+        judge(
+            robot,
+            world,
+            &both_feet(),
+            &swing((-1.4, 0.0), (-std::f64::consts::FRAC_PI_2, 0.0), 2),
+        )
+    };
     refused(level(world(vec![]), weak.clone()), Check::Torque, "shoulder");
     weak.joints[SHOULDER].effort = 15.8;
     let margins = level(world(vec![]), weak).unwrap();
@@ -197,7 +256,8 @@ fn robot_with_locked_elbow(effort: f64) -> RobotModel {
     let attachment = robot.links[elbow.child].parent.as_mut().unwrap();
     let parent_from_joint = attachment.parent_from_joint;
     attachment.joint = None;
-    attachment.parent_from_joint = parent_from_joint * Pose::from_parts(DVec3::ZERO, rotation_about(elbow.axis, 0.5));
+    attachment.parent_from_joint =
+        parent_from_joint * Pose::from_parts(DVec3::ZERO, rotation_about(elbow.axis, 0.5));
     robot.locked_joints.push(LockedJoint { joint: elbow, position: 0.5, parent_from_joint });
     robot
 }
@@ -205,7 +265,14 @@ fn robot_with_locked_elbow(effort: f64) -> RobotModel {
 #[test]
 fn a_locked_joint_must_hold_its_load_too() {
     let needed = MASSES[2] * GRAVITY * 0.2 * libm::sin(0.5);
-    let stand = |effort| judge(robot_with_locked_elbow(effort), world(vec![]), &both_feet(), &[waypoint(0.0, 0.0, 0.0)]);
+    let stand = |effort| {
+        judge(
+            robot_with_locked_elbow(effort),
+            world(vec![]),
+            &both_feet(),
+            &[waypoint(0.0, 0.0, 0.0)],
+        )
+    };
     refused(stand(0.99 * needed), Check::Torque, "elbow");
     assert!((stand(2.0 * needed).unwrap().torque - 0.5).abs() < 1e-4);
     assert!(stand(f64::INFINITY).is_ok());
@@ -213,7 +280,8 @@ fn a_locked_joint_must_hold_its_load_too() {
 
 #[test]
 fn two_feet_share_the_load_as_well_as_they_can() {
-    // Both hips turn about one line, so together they hold the arm's 2 kg x 9.81 x 0.8 m x sin(0.6); at best half each.
+    // Both hips turn about one line, so together they hold the arm's 2 kg x 9.81 x 0.8 m x
+    // sin(0.6); at best half each.
     let half = 0.5 * MASSES[2] * GRAVITY * 0.8 * libm::sin(0.6);
     let hips_of = |effort: f64| {
         let mut weak = robot();
@@ -227,10 +295,16 @@ fn two_feet_share_the_load_as_well_as_they_can() {
 
 #[test]
 fn a_thin_rod_between_two_waypoints_is_met() {
-    // The hand moves 0.77 m x 0.2 rad = 0.15 m in one step, over a rod of 1 cm that neither end touches.
-    let rod = |x: f64| ("rod", at(x, 0.25, 0.45), Shape::Cylinder { radius: 0.005, half_length: 0.05 });
+    // The hand moves 0.77 m x 0.2 rad = 0.15 m in one step, over a rod of 1 cm that neither end
+    // touches.
+    let rod =
+        |x: f64| ("rod", at(x, 0.25, 0.45), Shape::Cylinder { radius: 0.005, half_length: 0.05 });
     let waypoints = swing((-0.1, 0.0), (0.1, 0.0), 2);
-    refused(judge(robot(), world(vec![rod(0.0)]), &both_feet(), &waypoints), Check::Collision, "forearm overlaps rod");
+    refused(
+        judge(robot(), world(vec![rod(0.0)]), &both_feet(), &waypoints),
+        Check::Collision,
+        "forearm overlaps rod",
+    );
     let margins = judge(robot(), world(vec![rod(0.15)]), &both_feet(), &waypoints).unwrap();
     assert!(margins.collision > 0.03 && margins.collision < 0.1, "{margins:?}");
 }
@@ -238,26 +312,40 @@ fn a_thin_rod_between_two_waypoints_is_met() {
 #[test]
 fn overlaps_up_to_the_tolerance_pass() {
     // The hanging hand ends at z = 0.9 + 0.2 - 0.4 - 0.38 = 0.32.
-    let block = |depth: f64| ("block", at(0.0, 0.25, 0.32 + depth - 0.05), box_of(0.01, 0.01, 0.05));
+    let block =
+        |depth: f64| ("block", at(0.0, 0.25, 0.32 + depth - 0.05), box_of(0.01, 0.01, 0.05));
     let still = [waypoint(0.0, 0.0, 0.0)];
     let margins = judge(robot(), world(vec![block(0.0015)]), &both_feet(), &still).unwrap();
     assert!((margins.collision + 0.0015).abs() < 1e-6, "{margins:?}");
-    refused(judge(robot(), world(vec![block(0.0025)]), &both_feet(), &still), Check::Collision, "2.50 mm");
+    refused(
+        judge(robot(), world(vec![block(0.0025)]), &both_feet(), &still),
+        Check::Collision,
+        "2.50 mm",
+    );
 }
 
 #[test]
 fn feet_may_not_stand_in_things_beside_their_soles() {
-    // A step whose riser cuts into the shin, 0.04 m ahead of the ankle, over the toes: the sole itself is on the floor.
+    // A step whose riser cuts into the shin, 0.04 m ahead of the ankle, over the toes: the sole
+    // itself is on the floor.
     let step = |depth: f64| ("step", at(0.04 - depth + 0.2, -0.1, 0.4), box_of(0.2, 0.03, 0.2));
     let still = [waypoint(0.0, 0.0, 0.0)];
     judge(robot(), world(vec![step(0.0025)]), &both_feet(), &still).unwrap();
-    refused(judge(robot(), world(vec![step(0.0035)]), &both_feet(), &still), Check::Collision, "right_leg overlaps step by 3.50 mm");
+    refused(
+        judge(robot(), world(vec![step(0.0035)]), &both_feet(), &still),
+        Check::Collision,
+        "right_leg overlaps step by 3.50 mm",
+    );
     // A foot that does not carry may press less deep.
     let mut light = robot();
     light.links[2].mass = 0.1;
     light.links[0].com.y = 0.1;
     judge(light.clone(), world(vec![step(0.0015)]), &[contact(0)], &still).unwrap();
-    refused(judge(light, world(vec![step(0.0025)]), &[contact(0)], &still), Check::Collision, "right_leg overlaps step by 2.50 mm");
+    refused(
+        judge(light, world(vec![step(0.0025)]), &[contact(0)], &still),
+        Check::Collision,
+        "right_leg overlaps step by 2.50 mm",
+    );
 }
 
 #[test]
@@ -273,12 +361,21 @@ fn links_that_overlap_at_joint_position_zero_may_touch_if_they_are_near() {
 
 #[test]
 fn a_robot_inside_a_closed_mesh_is_refused() {
-    let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 4.0 - 2.0;
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let triangles = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    let source = surefoot_shared_types::shape::MeshSource { path: "room.stl".into(), scale: DVec3::ONE };
+    let corner =
+        |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 4.0 - 2.0;
+    let quads =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles =
+        quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    let source =
+        surefoot_shared_types::shape::MeshSource { path: "room.stl".into(), scale: DVec3::ONE };
     let solid = Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source };
-    let result = judge(robot(), world(vec![("rock", at(0., 0., 0.), solid)]), &both_feet(), &[waypoint(0.0, 0.0, 0.0)]);
+    let result = judge(
+        robot(),
+        world(vec![("rock", at(0., 0., 0.), solid)]),
+        &both_feet(),
+        &[waypoint(0.0, 0.0, 0.0)],
+    );
     // The soles are probed first: they lie two metres deep.
     refused(result, Check::Contact, "deep");
 }
@@ -296,7 +393,11 @@ fn check_all_names_every_violated_check() {
     weak.joints[SHOULDER].effort = 1.0;
     let mut checker = Checker::new(weak, world(vec![]), CheckerConfig::default()).unwrap();
     let waypoints = swing((0.9, 0.0), (0.9, -1.5), 11);
-    let report = checker.check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &waypoints });
+    let report = checker.check_all(&Segment {
+        mode: SupportMode::Double,
+        contacts: &both_feet(),
+        waypoints: &waypoints,
+    });
     let found: Vec<Check> = report.violations.iter().map(|violation| violation.check).collect();
     assert_eq!(found, [Check::Torque]);
     assert!(report.margins.balance.is_finite() && report.margins.torque == f64::INFINITY);
@@ -311,13 +412,21 @@ fn what_is_not_a_number_passes_no_check() {
     };
     refused(standing(|waypoint| waypoint.q[SHOULDER] = f64::NAN), Check::Limits, "shoulder");
     refused(standing(|waypoint| waypoint.root_position[2] = f64::NAN), Check::Contact, "left sole");
-    refused(standing(|waypoint| waypoint.root_rotation = [f64::NAN; 4]), Check::Contact, "left sole");
+    refused(
+        standing(|waypoint| waypoint.root_rotation = [f64::NAN; 4]),
+        Check::Contact,
+        "left sole",
+    );
     let mut swing = swing((0.0, 0.0), (0.1, 0.0), 3);
     swing[1].time = f64::NAN;
     refused(judge(robot(), world(vec![]), &both_feet(), &swing), Check::Spacing, "time");
     let mut contacts = both_feet();
     contacts[1].position[0] = f64::NAN;
-    refused(judge(robot(), world(vec![]), &contacts, &[waypoint(0.0, 0.0, 0.0)]), Check::Contact, "right sole");
+    refused(
+        judge(robot(), world(vec![]), &contacts, &[waypoint(0.0, 0.0, 0.0)]),
+        Check::Contact,
+        "right sole",
+    );
 }
 
 #[test]
@@ -325,9 +434,17 @@ fn links_whose_place_is_not_a_number_collide() {
     let mut lost = waypoint(0.0, 0.0, 0.0);
     lost.q[SHOULDER] = f64::NAN;
     let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
-    let report = checker.check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &[lost] });
+    let report = checker.check_all(&Segment {
+        mode: SupportMode::Double,
+        contacts: &both_feet(),
+        waypoints: &[lost],
+    });
     let checks: Vec<Check> = report.violations.iter().map(|violation| violation.check).collect();
-    assert!(checks.contains(&Check::Collision) && checks.contains(&Check::SelfCollision), "{:?}", report.violations);
+    assert!(
+        checks.contains(&Check::Collision) && checks.contains(&Check::SelfCollision),
+        "{:?}",
+        report.violations
+    );
 }
 
 #[test]
@@ -335,7 +452,8 @@ fn a_check_gives_a_sign_of_life_at_every_waypoint() {
     let waypoints = swing((0.0, 0.0), (0.3, 0.0), 8);
     let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
     let mut signs = 0;
-    let segment = Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &waypoints };
+    let segment =
+        Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &waypoints };
     checker.check_segment(&segment, &mut || signs += 1).unwrap();
     // Torque, collision and self-collision.
     assert!(signs >= 3 * waypoints.len(), "{signs}");
@@ -345,26 +463,40 @@ fn a_check_gives_a_sign_of_life_at_every_waypoint() {
 fn robots_that_cannot_be_judged_are_refused() {
     let mut one_legged = robot();
     one_legged.feet.pop();
-    assert!(matches!(Checker::new(one_legged, world(vec![]), CheckerConfig::default()), Err(CheckerError::NotABiped { feet: 1 })));
+    assert!(matches!(
+        Checker::new(one_legged, world(vec![]), CheckerConfig::default()),
+        Err(CheckerError::NotABiped { feet: 1 })
+    ));
     let mut giant = robot();
     giant.feet[0].polygon[0].x = -0.11;
-    assert!(matches!(Checker::new(giant, world(vec![]), CheckerConfig::default()), Err(CheckerError::SoleOffFoot { .. })));
+    assert!(matches!(
+        Checker::new(giant, world(vec![]), CheckerConfig::default()),
+        Err(CheckerError::SoleOffFoot { .. })
+    ));
 }
 
 #[test]
 fn starts_stops_and_turns_are_accelerations() {
     let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
-    let mut unused =
-        |waypoints: &[Waypoint]| checker.check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints }).acceleration;
+    let mut unused = |waypoints: &[Waypoint]| {
+        checker
+            .check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints })
+            .acceleration
+    };
     // From rest to 0.1 rad/s within half a second, at a limit of 10 rad/s2.
     assert!((unused(&[waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.1, 0.0)]) - 0.98).abs() < 1e-9);
-    // A turn from 0.25 to -0.25 rad/s between two intervals of 0.1 s asks for 5 rad/s2, as starting and stopping do.
+    // A turn from 0.25 to -0.25 rad/s between two intervals of 0.1 s asks for 5 rad/s2, as starting
+    // and stopping do.
     let turn = [waypoint(0.0, 0.0, 0.0), waypoint(0.1, 0.025, 0.0), waypoint(0.2, 0.0, 0.0)];
     assert!((unused(&turn) - 0.5).abs() < 1e-9);
     assert_eq!(unused(&[waypoint(0.0, 0.3, 0.0)]), 1.0);
     // Half the time is four times the acceleration.
     let quicker = turn.map(|waypoint| Waypoint { time: 0.5 * waypoint.time, ..waypoint });
-    refused(judge(robot(), world(vec![]), &both_feet(), &quicker), Check::Acceleration, "joint shoulder accelerates by 20.00");
+    refused(
+        judge(robot(), world(vec![]), &both_feet(), &quicker),
+        Check::Acceleration,
+        "joint shoulder accelerates by 20.00",
+    );
 }
 
 #[test]
@@ -372,8 +504,17 @@ fn a_motion_that_does_not_stop_at_its_end_is_refused() {
     // Gently up to 0.6 rad/s, and then no further waypoint.
     let times_and_angles = [(0.0, 0.0), (0.4, 0.1), (0.6, 0.2), (0.75, 0.29), (0.8, 0.32)];
     let waypoints = times_and_angles.map(|(time, shoulder)| waypoint(time, shoulder, 0.0));
-    let violation = refused(judge(robot(), world(vec![]), &both_feet(), &waypoints), Check::Acceleration, "shoulder");
+    let violation = refused(
+        judge(robot(), world(vec![]), &both_feet(), &waypoints),
+        Check::Acceleration,
+        "shoulder",
+    );
     assert_eq!(violation.waypoint, 4);
-    let whole = judge(robot(), world(vec![]), &both_feet(), &[&waypoints[..], &[waypoint(1.2, 0.33, 0.0)]].concat());
+    let whole = judge(
+        robot(),
+        world(vec![]),
+        &both_feet(),
+        &[&waypoints[..], &[waypoint(1.2, 0.33, 0.0)]].concat(),
+    );
     assert!(whole.is_ok(), "{whole:?}");
 }

@@ -1,4 +1,5 @@
-//! Every reason for which a received chunk is refused, and that a refusal leaves the robot where it stands.
+//! Every reason for which a received chunk is refused, and that a refusal leaves the robot where it
+//! stands.
 
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
@@ -11,13 +12,24 @@ use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Check, Contact, PlanChunk, Sealed, SupportMode, Waypoint};
 
-const IDENTITY: Identity = Identity { instance: 7, robot: Digest([1; 32]), world: Digest([2; 32]), config: Digest([3; 32]) };
+const IDENTITY: Identity = Identity {
+    instance: 7,
+    robot: Digest([1; 32]),
+    world: Digest([2; 32]),
+    config: Digest([3; 32]),
+};
 
 fn walker() -> Walker {
     Walker::new(Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap(), IDENTITY)
 }
 
-fn chunk(sequence: u64, stream: Digest, mode: SupportMode, contacts: &[Contact], waypoints: &[Waypoint]) -> Box<PlanChunk> {
+fn chunk(
+    sequence: u64,
+    stream: Digest,
+    mode: SupportMode,
+    contacts: &[Contact],
+    waypoints: &[Waypoint],
+) -> Box<PlanChunk> {
     let mut chunk: Box<PlanChunk> = Box::new(bytemuck::Zeroable::zeroed());
     chunk.schema = CHUNK_SCHEMA;
     chunk.target_instance = 7;
@@ -29,7 +41,8 @@ fn chunk(sequence: u64, stream: Digest, mode: SupportMode, contacts: &[Contact],
     chunk.waypoints_len = waypoints.len() as u32;
     chunk.waypoints[..waypoints.len()].copy_from_slice(waypoints);
     chunk.joints_len = 4;
-    (chunk.robot, chunk.world, chunk.config, chunk.stream) = (IDENTITY.robot, IDENTITY.world, IDENTITY.config, stream);
+    (chunk.robot, chunk.world, chunk.config, chunk.stream) =
+        (IDENTITY.robot, IDENTITY.world, IDENTITY.config, stream);
     signed(chunk)
 }
 
@@ -39,7 +52,13 @@ fn signed(mut chunk: Box<PlanChunk>) -> Box<PlanChunk> {
 }
 
 fn first() -> Box<PlanChunk> {
-    chunk(0, Digest::default(), SupportMode::Double, &both_feet(), &swing((0.0, 0.0), (0.2, 0.0), 3))
+    chunk(
+        0,
+        Digest::default(),
+        SupportMode::Double,
+        &both_feet(),
+        &swing((0.0, 0.0), (0.2, 0.0), 3),
+    )
 }
 
 /// The chunk after [`first`].
@@ -57,7 +76,11 @@ fn refusal(change: impl Fn(&mut PlanChunk)) -> Check {
     let mut changed = second();
     change(&mut changed);
     let check = walker.admit_and_walk(&signed(changed)).expect_err("must be refused").check;
-    assert_eq!((walker.standing().cloned(), walker.next_sequence()), (before, 1), "a refusal must not move the robot");
+    assert_eq!(
+        (walker.standing().cloned(), walker.next_sequence()),
+        (before, 1),
+        "a refusal must not move the robot"
+    );
     walker.admit_and_walk(&second()).expect("the right chunk is still accepted");
     check
 }
@@ -83,7 +106,11 @@ fn any_flipped_bit_is_refused_by_the_crc() {
     for bit in (0..8 * size).step_by(997) {
         let mut bad = good.clone();
         bytemuck::bytes_of_mut(&mut *bad)[bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(walker_cached(|walker| walker.admit_and_walk(&bad).unwrap_err().check), Check::Crc, "bit {bit}");
+        assert_eq!(
+            walker_cached(|walker| walker.admit_and_walk(&bad).unwrap_err().check),
+            Check::Crc,
+            "bit {bit}"
+        );
     }
 }
 
@@ -145,7 +172,10 @@ fn a_foot_may_be_lifted_but_not_swapped() {
     let mut light = robot();
     light.links[2].mass = 0.1;
     light.links[0].com.y = 0.1;
-    let mut walker = Walker::new(Checker::new(light, world(vec![]), CheckerConfig::default()).unwrap(), IDENTITY);
+    let mut walker = Walker::new(
+        Checker::new(light, world(vec![]), CheckerConfig::default()).unwrap(),
+        IDENTITY,
+    );
     let still = [waypoint(0.0, 0.0, 0.0)];
     let start = chunk(0, Digest::default(), SupportMode::Left, &[contact(0)], &still);
     walker.admit_and_walk(&start).unwrap();
@@ -158,13 +188,22 @@ fn a_foot_may_be_lifted_but_not_swapped() {
 #[test]
 fn physics_is_judged_last_and_a_new_plan_begins_where_the_robot_stands() {
     assert_eq!(refusal(|chunk| chunk.waypoints[2].q[2] = 0.5), Check::Spacing);
-    assert_eq!(refusal(|chunk| chunk.waypoints[2].time = chunk.waypoints[1].time + 0.1), Check::Acceleration);
+    assert_eq!(
+        refusal(|chunk| chunk.waypoints[2].time = chunk.waypoints[1].time + 0.1),
+        Check::Acceleration
+    );
     let mut walker = walker();
     walker.admit_and_walk(&first()).unwrap();
     let mut elsewhere = first();
     elsewhere.plan_id = 1;
     assert_eq!(walker.admit_and_walk(&signed(elsewhere)).unwrap_err().check, Check::Continuity);
-    let mut here = chunk(0, Digest::default(), SupportMode::Double, &both_feet(), &swing((0.2, 0.0), (0.1, 0.0), 3));
+    let mut here = chunk(
+        0,
+        Digest::default(),
+        SupportMode::Double,
+        &both_feet(),
+        &swing((0.2, 0.0), (0.1, 0.0), 3),
+    );
     here.plan_id = 1;
     walker.admit_and_walk(&signed(here)).unwrap();
     assert_eq!((walker.plan_id(), walker.next_sequence()), (Some(1), 1));

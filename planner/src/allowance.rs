@@ -1,10 +1,10 @@
 //! Pieces of work that are advanced side by side, a unit at a time, within one budget.
 //!
-//! Every piece is worked on by itself, and none is taken as done before all have ended. So neither the number of threads nor the size of
-//! budgets can matter to what is made.
+//! Every piece is worked on by itself, and none is taken as done before all have ended. So neither
+//! the number of threads nor the size of budgets can matter to what is made.
 //!
-//! A thread that finds nothing left to take up need not wait until the others have used up what they were allowed: they leave off after
-//! the unit they are at, and what is left is shared anew.
+//! A thread that finds nothing left to take up need not wait until the others have used up what
+//! they were allowed: they leave off after the unit they are at, and what is left is shared anew.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -31,13 +31,25 @@ pub fn items_in(budget: u64, items_max: usize) -> usize {
     usize::try_from(budget).map_or(items_max, |budget| budget.min(items_max))
 }
 
-/// Advances all pieces by at most so many units together. Answers how many were spent: less than the budget means that all have ended.
-pub fn advance<T: Piece>(pieces: &mut [T], budget: u64, threads: &Threads, unit: impl Fn(&mut T) + Sync) -> u64 {
+/// Advances all pieces by at most so many units together. Answers how many were spent: less than
+/// the budget means that all have ended.
+pub fn advance<T: Piece>(
+    pieces: &mut [T],
+    budget: u64,
+    threads: &Threads,
+    unit: impl Fn(&mut T) + Sync,
+) -> u64 {
     advance_several(pieces, 1, budget, threads, unit)
 }
 
 /// The same, but no farther once fewer than `several` are left that have not ended.
-pub fn advance_several<T: Piece>(pieces: &mut [T], several: usize, budget: u64, threads: &Threads, unit: impl Fn(&mut T) + Sync) -> u64 {
+pub fn advance_several<T: Piece>(
+    pieces: &mut [T],
+    several: usize,
+    budget: u64,
+    threads: &Threads,
+    unit: impl Fn(&mut T) + Sync,
+) -> u64 {
     let mut spent = 0;
     loop {
         let active = pieces.iter().filter(|piece| !piece.has_ended()).count();
@@ -50,7 +62,10 @@ pub fn advance_several<T: Piece>(pieces: &mut [T], several: usize, budget: u64, 
         threads.each(pieces, |piece| {
             let allowed = std::mem::take(piece.allowance()).allowed;
             let mut spent = 0;
-            while spent < allowed && !piece.has_ended() && (spent == 0 || busy.load(Ordering::Relaxed) >= enough) {
+            while spent < allowed
+                && !piece.has_ended()
+                && (spent == 0 || busy.load(Ordering::Relaxed) >= enough)
+            {
                 unit(piece);
                 spent += 1;
             }
@@ -88,8 +103,12 @@ mod tests {
     #[test]
     fn a_budget_is_spent_to_its_last_unit_or_until_all_have_ended() {
         let mut pieces = [5, 0, 1, 9].map(|units| Countdown(units, Allowance::default()));
-        let mut advance = |budget| advance(&mut pieces, budget, &Threads::default(), |piece| piece.0 -= 1);
-        assert_eq!([advance(1), advance(7), advance(0), advance(100), advance(100)], [1, 7, 0, 7, 0]);
+        let mut advance =
+            |budget| advance(&mut pieces, budget, &Threads::default(), |piece| piece.0 -= 1);
+        assert_eq!(
+            [advance(1), advance(7), advance(0), advance(100), advance(100)],
+            [1, 7, 0, 7, 0]
+        );
     }
 
     #[test]
@@ -97,7 +116,9 @@ mod tests {
         for threads in [1, 2, 3].map(|count| Threads::new(count.try_into().unwrap()).unwrap()) {
             let mut pieces = [3, 40, 0, 7].map(|units| Countdown(units, Allowance::default()));
             let mut advance = |several| {
-                let spent = threads.run(|| advance_several(&mut pieces, several, 100, &threads, |piece| piece.0 -= 1));
+                let spent = threads.run(|| {
+                    advance_several(&mut pieces, several, 100, &threads, |piece| piece.0 -= 1)
+                });
                 (spent, pieces.iter().filter(|piece| !piece.has_ended()).count())
             };
             let (spent, left) = advance(2);

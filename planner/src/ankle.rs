@@ -1,5 +1,6 @@
-//! Where on its sole an ankle can hold the robot's whole weight: its joints turn the sole against the leg, so each of their torques
-//! grows with the distance of the centre of pressure from the joint's axis, whatever the rest of the robot does.
+//! Where on its sole an ankle can hold the robot's whole weight: its joints turn the sole against
+//! the leg, so each of their torques grows with the distance of the centre of pressure from the
+//! joint's axis, whatever the rest of the robot does.
 
 use glam::DVec2;
 use heapless::Vec as BoundedVec;
@@ -21,7 +22,8 @@ const HELD_SHARE_MIN: f64 = 0.02;
 /// A polygon on its way through the half planes.
 type Clipped = BoundedVec<DVec2, CLIPPED_MAX>;
 
-/// Half planes of a level sole's frame, outside of which a joint of the ankle would need more than its usable effort.
+/// Half planes of a level sole's frame, outside of which a joint of the ankle would need more than
+/// its usable effort.
 #[derive(Debug, Clone)]
 pub struct AnkleHold {
     half_planes: BoundedVec<HalfPlane, { 2 * ANKLE_JOINTS }>,
@@ -35,29 +37,40 @@ struct HalfPlane {
 }
 
 impl AnkleHold {
-    /// Of a leg in the standing posture. `margin` (m) is what the centre of mass keeps from the border of a region, so that the region may
-    /// be that much larger.
+    /// Of a leg in the standing posture. `margin` (m) is what the centre of mass keeps from the
+    /// border of a region, so that the region may be that much larger.
     pub fn new(leg: &Leg, standing_q: &[f64], statics: &Statics, margin: f64) -> Self {
         let sole_from_root = leg.root_from_sole(standing_q).inverse();
         let ankle = leg.axes(standing_q).skip(leg.joints().len().saturating_sub(ANKLE_JOINTS));
         let mut half_planes = BoundedVec::new();
-        for (joint, root_from_joint) in ankle.filter(|(joint, _)| joint.kind == JointKind::Revolute) {
+        for (joint, root_from_joint) in ankle.filter(|(joint, _)| joint.kind == JointKind::Revolute)
+        {
             let motion = sole_from_root * root_from_joint;
             let (axis, point) = (motion.rotation * joint.axis, motion * joint.point);
             // The torque of a vertical force of 1 N at p is `arm . (p - point)`.
             let arm = DVec2::new(-axis.y, axis.x);
-            let most = statics.usable_effort(joint.index) / (statics.mass() * GRAVITY) + margin * arm.length();
+            let most = statics.usable_effort(joint.index) / (statics.mass() * GRAVITY)
+                + margin * arm.length();
             let middle = arm.dot(point.truncate());
-            half_planes.extend([(arm, most + middle), (-arm, most - middle)].map(|(normal, offset)| HalfPlane { normal, offset }));
+            half_planes.extend(
+                [(arm, most + middle), (-arm, most - middle)]
+                    .map(|(normal, offset)| HalfPlane { normal, offset }),
+            );
         }
         Self { half_planes }
     }
 
-    /// The part of a polygon (sole frame) that the ankle can hold; all of it where that is next to nothing, which torques tell then.
+    /// The part of a polygon (sole frame) that the ankle can hold; all of it where that is next to
+    /// nothing, which torques tell then.
     pub fn clip(&self, polygon: &[DVec2]) -> Clipped {
         let whole: Clipped = polygon.iter().copied().take(POLYGON_VERTICES_MAX).collect();
-        let held = self.half_planes.iter().fold(whole.clone(), |held, half_plane| half_plane.clip(&held));
-        if area_and_centroid(&held).0 < HELD_SHARE_MIN * area_and_centroid(&whole).0 { whole } else { held }
+        let held =
+            self.half_planes.iter().fold(whole.clone(), |held, half_plane| half_plane.clip(&held));
+        if area_and_centroid(&held).0 < HELD_SHARE_MIN * area_and_centroid(&whole).0 {
+            whole
+        } else {
+            held
+        }
     }
 }
 

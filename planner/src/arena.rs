@@ -1,4 +1,5 @@
-//! Memory that is reserved once, its beginning written, so that short searches meet no page for the first time.
+//! Memory that is reserved once, its beginning written, so that short searches meet no page for the
+//! first time.
 
 use std::mem::MaybeUninit;
 use std::ops::{Index, IndexMut};
@@ -10,8 +11,8 @@ use crate::threads::Threads;
 
 /// No page of any system in use is smaller.
 const PAGE: usize = 4_096;
-/// Of each arena so many bytes are written: more than short searches use, where all of it would take longer than the search.
-/// Whoever locks the process's memory first has all of it.
+/// Of each arena so many bytes are written: more than short searches use, where all of it would
+/// take longer than the search. Whoever locks the process's memory first has all of it.
 const WRITTEN_MAX: usize = 512 << 10;
 
 /// An empty list with room for `capacity` items, its beginning backed by memory.
@@ -40,8 +41,9 @@ pub fn list_at<T>(arena: &[T], (first, count): Place) -> &[T] {
     &arena[first as usize..(first + count) as usize]
 }
 
-/// Appends lists, one after the other, which threads copy side by side: much of it is memory that nobody has met before. Answers where
-/// each of them stands; `None`, and nothing is appended, where there is no room for all.
+/// Appends lists, one after the other, which threads copy side by side: much of it is memory that
+/// nobody has met before. Answers where each of them stands; `None`, and nothing is appended, where
+/// there is no room for all.
 pub fn append_all<T: Copy + Send + Sync, const N: usize>(
     arena: &mut Vec<T>,
     lists: &heapless::Vec<&[T], N>,
@@ -53,7 +55,8 @@ pub fn append_all<T: Copy + Send + Sync, const N: usize>(
     let mut copies: heapless::Vec<(&mut [MaybeUninit<T>], &[T]), N> = heapless::Vec::new();
     for list in lists {
         let (room, rest) = spare.split_at_mut_checked(list.len())?;
-        let _as_many_as_lists = (places.push((end as u32, list.len() as u32)), copies.push((room, list)));
+        let _as_many_as_lists =
+            (places.push((end as u32, list.len() as u32)), copies.push((room, list)));
         end += list.len();
         spare = rest;
     }
@@ -63,7 +66,8 @@ pub fn append_all<T: Copy + Send + Sync, const N: usize>(
         }
     });
     drop(copies);
-    // SAFETY: all rooms together are the spare room up to `end`, and each was written from its beginning to its end.
+    // SAFETY: all rooms together are the spare room up to `end`, and each was written from its
+    // beginning to its end.
     unsafe { arena.set_len(end) };
     Some(places)
 }
@@ -83,8 +87,9 @@ pub fn filled<T: Clone>(item: T, count: usize) -> Vec<T> {
     arena
 }
 
-/// A list of `count` times an item, of which only the beginning is written: up to the last item that was ever changed. So a short
-/// search pays for no more of it than it uses. Never reserves again.
+/// A list of `count` times an item, of which only the beginning is written: up to the last item
+/// that was ever changed. So a short search pays for no more of it than it uses. Never reserves
+/// again.
 #[derive(Debug)]
 pub struct Uniform<T> {
     written: Vec<T>,
@@ -153,7 +158,11 @@ mod tests {
         list[3] += 1;
         list[999] = 2;
         assert_eq!([0, 3, 4, 500, 501, 999].map(|index| list[index]), [7, 8, 7, 1, 7, 2]);
-        assert_eq!((list.written.capacity(), list.bytes()), (capacity, 4_000), "no memory but that of the beginning");
+        assert_eq!(
+            (list.written.capacity(), list.bytes()),
+            (capacity, 4_000),
+            "no memory but that of the beginning"
+        );
     }
 
     #[test]

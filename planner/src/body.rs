@@ -47,7 +47,8 @@ pub enum BodyError {
     },
 }
 
-/// What a finger or a gripper carries at the most, as a share of the robot's mass: wrists of humanoids carry from 0.18 % on.
+/// What a finger or a gripper carries at the most, as a share of the robot's mass: wrists of
+/// humanoids carry from 0.18 % on.
 const FINGER_SHARE_MAX: f64 = 1.6e-3;
 /// A joint on which this share of the robot's mass hangs carries its trunk.
 const TRUNK_SHARE: f64 = 0.2;
@@ -98,7 +99,8 @@ pub struct FreeJoint {
     pub lower: f64,
     /// Upper limit with the planner's margin.
     pub upper: f64,
-    /// Whether samples move it. Fingers neither balance the robot nor make room for it, and stay as they are.
+    /// Whether samples move it. Fingers neither balance the robot nor make room for it, and stay as
+    /// they are.
     pub is_sampled: bool,
 }
 
@@ -108,7 +110,9 @@ impl Body {
     /// # Errors
     /// The robot is no biped that this planner can move; the message says why.
     pub fn new(model: &RobotModel, config: &PlannerConfig) -> Result<Self, BodyError> {
-        let [left, right] = model.feet.as_slice() else { return Err(BodyError::FeetCount { feet: model.feet.len() }) };
+        let [left, right] = model.feet.as_slice() else {
+            return Err(BodyError::FeetCount { feet: model.feet.len() });
+        };
         if model.links.len() > LINKS_MAX {
             return Err(BodyError::TooManyLinks { links: model.links.len() });
         }
@@ -116,13 +120,17 @@ impl Body {
         let legs = [Leg::new(model, 0, margin)?, Leg::new(model, 1, margin)?];
         let mut standing_q = [0.0; JOINTS_MAX];
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
-        let standing_reach_share = legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
+        let standing_reach_share =
+            legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
         let statics = Statics::new(model, config.effort_share);
         let free_joints = free_joints(model, margin, &statics);
-        let ankle = |limb: usize| AnkleHold::new(&legs[limb], &standing_q, &statics, config.com_margin);
+        let ankle =
+            |limb: usize| AnkleHold::new(&legs[limb], &standing_q, &statics, config.com_margin);
         let tree = Tree::new(model);
-        let carries_trunk = |joint: &&FreeJoint| statics.carried_mass(joint.index) >= TRUNK_SHARE * statics.mass();
-        let trunk_joints = free_joints.iter().filter(carries_trunk).take(TRUNK_JOINTS_MAX).copied().collect();
+        let carries_trunk =
+            |joint: &&FreeJoint| statics.carried_mass(joint.index) >= TRUNK_SHARE * statics.mass();
+        let trunk_joints =
+            free_joints.iter().filter(carries_trunk).take(TRUNK_JOINTS_MAX).copied().collect();
         let mut body = Self {
             balls: body_balls(model, &tree),
             tree,
@@ -140,7 +148,8 @@ impl Body {
             standing_com: DVec3::ZERO,
             standing_reach_share,
         };
-        body.standing_com = body.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: standing_q }).com;
+        body.standing_com =
+            body.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: standing_q }).com;
         body.carriages = [0, 1].map(|limb| Carriage::derive(&body, limb));
         Ok(body)
     }
@@ -152,8 +161,8 @@ impl Body {
         snapshot
     }
 
-    /// The same, over another configuration's snapshot: what no leg moves stays where it is in the root's frame while its joints
-    /// do, and nothing is copied.
+    /// The same, over another configuration's snapshot: what no leg moves stays where it is in the
+    /// root's frame while its joints do, and nothing is copied.
     pub fn snapshot_into(&self, configuration: &Configuration, snapshot: &mut Snapshot) {
         snapshot.take(self, configuration);
     }
@@ -169,21 +178,37 @@ impl Body {
         self.world_from_link(snapshot, self.foot_links[limb]) * self.links_from_soles[limb]
     }
 
-    /// Where the ankle of a foot whose whole sole is carried can hold the weight, for a pose of the sole (world x and y).
+    /// Where the ankle of a foot whose whole sole is carried can hold the weight, for a pose of the
+    /// sole (world x and y).
     pub fn held_region(&self, limb: usize, world_from_sole: &Pose) -> Region {
         Region::seen_from_above(world_from_sole, &self.ankles[limb].clip(&self.sole_polygons[limb]))
     }
 
     /// Moves both legs so that their soles stand at these poses; `false` where a leg cannot.
-    pub fn place_soles(&self, configuration: &mut Configuration, world_from_soles: &[Pose; 2]) -> bool {
+    pub fn place_soles(
+        &self,
+        configuration: &mut Configuration,
+        world_from_soles: &[Pose; 2],
+    ) -> bool {
         let root_from_world = configuration.world_from_root.inverse();
-        self.legs.iter().zip(world_from_soles).all(|(leg, sole)| leg.solve(&(root_from_world * *sole), &mut configuration.q))
+        self.legs
+            .iter()
+            .zip(world_from_soles)
+            .all(|(leg, sole)| leg.solve(&(root_from_world * *sole), &mut configuration.q))
     }
 
-    /// The same, but only where [`Leg::solve_near`] finds a way: for samples, many of which have none.
-    pub fn place_soles_near(&self, configuration: &mut Configuration, world_from_soles: &[Pose; 2]) -> bool {
+    /// The same, but only where [`Leg::solve_near`] finds a way: for samples, many of which have
+    /// none.
+    pub fn place_soles_near(
+        &self,
+        configuration: &mut Configuration,
+        world_from_soles: &[Pose; 2],
+    ) -> bool {
         let root_from_world = configuration.world_from_root.inverse();
-        self.legs.iter().zip(world_from_soles).all(|(leg, sole)| leg.solve_near(&(root_from_world * *sole), &mut configuration.q))
+        self.legs
+            .iter()
+            .zip(world_from_soles)
+            .all(|(leg, sole)| leg.solve_near(&(root_from_world * *sole), &mut configuration.q))
     }
 
     /// The reach of the shorter leg, m.
@@ -191,9 +216,14 @@ impl Body {
         self.legs.iter().map(Leg::reach).fold(f64::INFINITY, f64::min)
     }
 
-    /// The greatest root height (m) at which, seen from `root`'s place and rotation, each hip is at most its share of
-    /// reach away from its ankle; `None` where a foot is too far to the side.
-    pub fn root_height(&self, root: &Pose, world_from_soles: &[Pose; 2], reach_shares: [f64; 2]) -> Option<f64> {
+    /// The greatest root height (m) at which, seen from `root`'s place and rotation, each hip is at
+    /// most its share of reach away from its ankle; `None` where a foot is too far to the side.
+    pub fn root_height(
+        &self,
+        root: &Pose,
+        world_from_soles: &[Pose; 2],
+        reach_shares: [f64; 2],
+    ) -> Option<f64> {
         let mut height = f64::INFINITY;
         for ((leg, sole), share) in self.legs.iter().zip(world_from_soles).zip(reach_shares) {
             let hip = root.rotation * leg.hip();
@@ -212,7 +242,8 @@ impl Body {
 
 /// The joints that carry no foot.
 fn free_joints(model: &RobotModel, margin: f64, statics: &Statics) -> Vec<FreeJoint> {
-    let carry_feet: Vec<usize> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
+    let carry_feet: Vec<usize> =
+        model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
     let free = model.joints.iter().enumerate().filter(|(index, _)| !carry_feet.contains(index));
     let within = |(index, joint)| {
         let [lower, upper] = limits_within(joint, margin);

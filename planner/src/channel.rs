@@ -1,8 +1,9 @@
-//! The planner's end of the transport: delivers the chunks of a plan, whoever is killed or stopped meanwhile.
+//! The planner's end of the transport: delivers the chunks of a plan, whoever is killed or stopped
+//! meanwhile.
 //!
-//! A chunk counts as delivered only when a controller acknowledges it; what iceoryx2's `send` returns counts for
-//! nothing, because readers other than the controller may listen. The protocol stands in `window`, this file adds
-//! shared memory and the clock.
+//! A chunk counts as delivered only when a controller acknowledges it; what iceoryx2's `send`
+//! returns counts for nothing, because readers other than the controller may listen. The protocol
+//! stands in `window`, this file adds shared memory and the clock.
 
 mod window;
 
@@ -24,13 +25,15 @@ use window::Window;
 
 /// Time without progress after which chunks are sent again, if the controller has nothing to read.
 const RESEND_AFTER: Duration = Duration::from_millis(20);
-/// Time without a word from any controller after which dead processes are cleaned away, and again and again after it.
+/// Time without a word from any controller after which dead processes are cleaned away, and again
+/// and again after it.
 const CLEAN_EVERY: Duration = Duration::from_millis(200);
 /// Time without a word from any controller after which it counts as lost, unless told otherwise.
 const LOST_AFTER: Duration = Duration::from_secs(30);
 /// How long the sender sleeps where no bell wakes it.
 const SLEEP: Duration = Duration::from_millis(4);
-/// The longest time between two looks that counts as silence of the controller: whoever was stopped heard nothing.
+/// The longest time between two looks that counts as silence of the controller: whoever was stopped
+/// heard nothing.
 const LOOK_MAX: Duration = Duration::from_millis(100);
 
 /// How a delivery ended.
@@ -47,9 +50,11 @@ pub enum Outcome {
         /// Where in the chunk.
         waypoint: u32,
     },
-    /// The controller walks a later epoch of the same plan: another planner planned again meanwhile.
+    /// The controller walks a later epoch of the same plan: another planner planned again
+    /// meanwhile.
     Superseded,
-    /// No controller was heard for too long, or the one that was heard never received what was sent.
+    /// No controller was heard for too long, or the one that was heard never received what was
+    /// sent.
     ControllerLost,
     /// The caller ended it.
     Stopped,
@@ -97,13 +102,15 @@ struct Course<'a> {
     active_at: Instant,
     progress_at: Instant,
     cleaned_at: Instant,
-    /// Whether it slept since it last sent something: then nobody knows whether the controller did, too.
+    /// Whether it slept since it last sent something: then nobody knows whether the controller did,
+    /// too.
     has_slept: bool,
 }
 
 impl ChunkSender {
-    /// Enters the instance as a planner. `session` must not be 0 and must differ from that of every planner before
-    /// (`instance::draw_id`): it tells this process's chunks from a killed one's leftovers.
+    /// Enters the instance as a planner. `session` must not be 0 and must differ from that of every
+    /// planner before (`instance::draw_id`): it tells this process's chunks from a killed one's
+    /// leftovers.
     pub fn open(instance: &Instance, session: u64) -> Result<Self, ChannelError> {
         if session == 0 {
             return Err(ChannelError::Id);
@@ -116,11 +123,10 @@ impl ChunkSender {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(|error| ChannelError::transport("creating the chunk publisher", error))?;
-        let subscriber = link
-            .feedback
-            .subscriber_builder()
-            .create()
-            .map_err(|error| ChannelError::transport("creating the feedback subscriber", error))?;
+        let subscriber =
+            link.feedback.subscriber_builder().create().map_err(|error| {
+                ChannelError::transport("creating the feedback subscriber", error)
+            })?;
         instance.reserve_segments()?;
         let stock = Stock::new(publisher, CHUNK_POOL, STOCK)?;
         Ok(Self { stock, subscriber, link, session, lost_after: LOST_AFTER, credit: CREDIT })
@@ -142,18 +148,27 @@ impl ChunkSender {
     /// The transport fails.
     pub fn overhear(&self) -> Result<Option<Feedback>, ChannelError> {
         let mut latest = None;
-        while let Some(sample) = self.subscriber.receive().map_err(|error| ChannelError::transport("receiving feedback", error))? {
+        while let Some(sample) = self
+            .subscriber
+            .receive()
+            .map_err(|error| ChannelError::transport("receiving feedback", error))?
+        {
             latest = Some(*sample.payload()).filter(Feedback::is_well_formed).or(latest);
         }
         Ok(latest)
     }
 
-    /// Waits until the controller has nothing more to read, so that the robot stays where its word says; answers that word, or
-    /// nothing where no controller speaks for `longest` or `keep_going` says no.
+    /// Waits until the controller has nothing more to read, so that the robot stays where its word
+    /// says; answers that word, or nothing where no controller speaks for `longest` or `keep_going`
+    /// says no.
     ///
     /// # Errors
     /// The transport fails.
-    pub fn settle(&self, longest: Duration, keep_going: &dyn Fn() -> bool) -> Result<Option<Feedback>, ChannelError> {
+    pub fn settle(
+        &self,
+        longest: Duration,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<Option<Feedback>, ChannelError> {
         let mut heard_at = now();
         let mut settled: Option<(Feedback, u64)> = None;
         while keep_going() && heard_at.elapsed() < longest {
@@ -184,9 +199,10 @@ impl ChunkSender {
         self.lost_after = lost_after;
     }
 
-    /// Delivers a whole stream: complete chunks in order, to which only session, target instance and CRC are added.
-    /// Returns when all are accepted, one is refused, no controller is heard for too long, or `keep_going` says no.
-    /// `on_progress` gets every word of the listening controller.
+    /// Delivers a whole stream: complete chunks in order, to which only session, target instance
+    /// and CRC are added. Returns when all are accepted, one is refused, no controller is heard for
+    /// too long, or `keep_going` says no. `on_progress` gets every word of the listening
+    /// controller.
     pub fn deliver(
         &mut self,
         chunks: &[PlanChunk],
@@ -212,9 +228,17 @@ impl ChunkSender {
         }
     }
 
-    fn listen(&self, course: &mut Course<'_>, on_progress: &mut dyn FnMut(&Feedback)) -> Result<(), ChannelError> {
+    fn listen(
+        &self,
+        course: &mut Course<'_>,
+        on_progress: &mut dyn FnMut(&Feedback),
+    ) -> Result<(), ChannelError> {
         course.note_look();
-        while let Some(sample) = self.subscriber.receive().map_err(|error| ChannelError::transport("receiving feedback", error))? {
+        while let Some(sample) = self
+            .subscriber
+            .receive()
+            .map_err(|error| ChannelError::transport("receiving feedback", error))?
+        {
             let feedback = sample.payload();
             let acknowledged = course.window.acknowledged();
             if !course.window.hear(feedback) {
@@ -231,10 +255,13 @@ impl ChunkSender {
         Ok(())
     }
 
-    /// Makes the chunk ready that goes next. Looks again at once after something happened; where nothing does, fills the stock and
-    /// sleeps until the bell.
+    /// Makes the chunk ready that goes next. Looks again at once after something happened; where
+    /// nothing does, fills the stock and sleeps until the bell.
     fn rest(&mut self, course: &mut Course<'_>) -> Result<(), ChannelError> {
-        let coming = course.window.coming().filter(|coming| course.ready.as_ref().is_none_or(|ready| ready.meant != *coming));
+        let coming = course
+            .window
+            .coming()
+            .filter(|coming| course.ready.as_ref().is_none_or(|ready| ready.meant != *coming));
         if let Some(coming) = coming {
             course.ready = Some(self.place(course.window.chunk(coming.0), coming)?);
             return Ok(());
@@ -270,7 +297,8 @@ impl ChunkSender {
             sent += 1;
         }
         if sent > 0 {
-            let may_sleep = std::mem::take(&mut course.has_slept) || course.progress_at.elapsed() > AWAKE_FOR;
+            let may_sleep =
+                std::mem::take(&mut course.has_slept) || course.progress_at.elapsed() > AWAKE_FOR;
             course.progress_at = now();
             course.active_at = course.progress_at;
             if may_sleep {
@@ -304,7 +332,17 @@ impl<'a> Course<'a> {
         let start = now();
         let (looked_at, active_at, progress_at, cleaned_at) = (start, start, start, start);
         let silence = Duration::ZERO;
-        Self { window, ready: None, last_word: None, looked_at, silence, active_at, progress_at, cleaned_at, has_slept: true }
+        Self {
+            window,
+            ready: None,
+            last_word: None,
+            looked_at,
+            silence,
+            active_at,
+            progress_at,
+            cleaned_at,
+            has_slept: true,
+        }
     }
 
     /// Adds the time since the last look to the controller's silence.
@@ -316,7 +354,13 @@ impl<'a> Course<'a> {
 
     fn delivery(&self, outcome: Outcome) -> Delivery {
         let (sent, resent) = self.window.counts();
-        Delivery { outcome, sent, resent, accepted: self.window.acknowledged() as u64, feedback: self.last_word }
+        Delivery {
+            outcome,
+            sent,
+            resent,
+            accepted: self.window.acknowledged() as u64,
+            feedback: self.last_word,
+        }
     }
 }
 
@@ -325,18 +369,27 @@ fn send(ready: Ready) -> Result<usize, ChannelError> {
     match ready.sample.send() {
         Ok(readers) => Ok(readers),
         // A reader died or its buffer is full: the chunk goes again after the stall.
-        Err(SendError::UnableToDeliver | SendError::ConnectionCorrupted | SendError::ConnectionError(_)) => Ok(0),
+        Err(
+            SendError::UnableToDeliver
+            | SendError::ConnectionCorrupted
+            | SendError::ConnectionError(_),
+        ) => Ok(0),
         Err(error) => Err(ChannelError::transport("sending a chunk", error)),
     }
 }
 
 /// Whether a controller was idle between two of its words.
 fn is_same_place(before: &Feedback, after: &Feedback) -> bool {
-    let place = |word: &Feedback| (word.instance, word.plan_id, word.epoch, word.next_sequence, word.walked);
+    let place = |word: &Feedback| {
+        (word.instance, word.plan_id, word.epoch, word.next_sequence, word.walked)
+    };
     after.busy == 0 && after.count > before.count && place(before) == place(after)
 }
 
-#[allow(clippy::disallowed_methods, reason = "time decides only when to send again, never what is sent")]
+#[allow(
+    clippy::disallowed_methods,
+    reason = "time decides only when to send again, never what is sent"
+)]
 fn now() -> Instant {
     Instant::now()
 }

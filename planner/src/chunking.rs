@@ -1,4 +1,5 @@
-//! Cuts a walk into plan chunks at waypoints, all of which are statically stable, and times and seals them.
+//! Cuts a walk into plan chunks at waypoints, all of which are statically stable, and times and
+//! seals them.
 
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
@@ -98,8 +99,8 @@ impl ChunkBuilder {
         }
     }
 
-    /// Sets which plan of its session the chunks belong to, and how often it was planned again; at first plan 1, epoch 0. To be called
-    /// before any is sealed.
+    /// Sets which plan of its session the chunks belong to, and how often it was planned again; at
+    /// first plan 1, epoch 0. To be called before any is sealed.
     pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
         (self.sealed.plan_id, self.sealed.epoch) = (plan_id, epoch);
     }
@@ -127,16 +128,28 @@ impl ChunkBuilder {
         let at = self.written;
         self.take(walked.waypoints().len() - 1, 1)?;
         let waypoints = walked.waypoints().iter().rev().copied();
-        write(&mut self.chunks[at], (&self.provenance, &self.timing), walked.mode, walked.contacts().iter().copied(), waypoints);
+        write(
+            &mut self.chunks[at],
+            (&self.provenance, &self.timing),
+            walked.mode,
+            walked.contacts().iter().copied(),
+            waypoints,
+        );
         Ok(())
     }
 
-    /// Appends motions, and gives at most `seals` of the chunks before them their seal: times, name, sequence number, flags and digest. The
-    /// last chunk is left for [`ChunkBuilder::seal_last`]. Answers how many were sealed.
+    /// Appends motions, and gives at most `seals` of the chunks before them their seal: times,
+    /// name, sequence number, flags and digest. The last chunk is left for
+    /// [`ChunkBuilder::seal_last`]. Answers how many were sealed.
     ///
     /// # Errors
     /// The arena is full.
-    pub fn append(&mut self, motions: &[Motion<'_>], seals: usize, threads: &Threads) -> Result<usize, ArenaFull> {
+    pub fn append(
+        &mut self,
+        motions: &[Motion<'_>],
+        seals: usize,
+        threads: &Threads,
+    ) -> Result<usize, ArenaFull> {
         let (sealed, before) = (self.sealed.count, self.written);
         for motion in motions {
             self.take(motion.track.len(), motion.chunks())?;
@@ -144,7 +157,10 @@ impl ChunkBuilder {
         let seals = seals.min(before.saturating_sub(sealed + 1));
         let (old, mut new) = self.chunks.split_at_mut(before);
         let mut tasks = heapless::Vec::<Task<'_>, { MOTIONS_AT_ONCE + 1 }>::new();
-        let _first = tasks.push(Task::Seal { chunks: &mut old[sealed..sealed + seals], sealed: &mut self.sealed });
+        let _first = tasks.push(Task::Seal {
+            chunks: &mut old[sealed..sealed + seals],
+            sealed: &mut self.sealed,
+        });
         for motion in motions {
             let (chunks, rest) = new.split_at_mut(motion.chunks());
             new = rest;
@@ -185,7 +201,8 @@ impl Sealed {
     fn seal(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
         self.time = add_up(&mut chunk.waypoints[..used], self.time);
-        (chunk.plan_id, chunk.epoch, chunk.sequence) = (self.plan_id, self.epoch, self.count as u64);
+        (chunk.plan_id, chunk.epoch, chunk.sequence) =
+            (self.plan_id, self.epoch, self.count as u64);
         chunk.flags |= if self.count == 0 { FLAG_FIRST } else { 0 };
         chunk.stream = self.stream;
         self.stream = chunk.stream_after();
@@ -201,7 +218,13 @@ impl Task<'_> {
                 let mut first = &motion.first;
                 for (chunk, piece) in chunks.iter_mut().zip(motion.track.chunks(STEPS_MAX)) {
                     let contacts = motion.stance.iter().map(|foothold| contact_of(foothold));
-                    write(chunk, purpose, motion.support as u32, contacts, [first].into_iter().chain(piece).map(waypoint));
+                    write(
+                        chunk,
+                        purpose,
+                        motion.support as u32,
+                        contacts,
+                        [first].into_iter().chain(piece).map(waypoint),
+                    );
                     first = &piece[piece.len() - 1];
                 }
             }
@@ -209,7 +232,8 @@ impl Task<'_> {
     }
 }
 
-/// Writes a chunk that is zero, but for its seal; the waypoints' times are those since the one before.
+/// Writes a chunk that is zero, but for its seal; the waypoints' times are those since the one
+/// before.
 fn write(
     chunk: &mut PlanChunk,
     (provenance, timing): (&Provenance, &Timing),
@@ -217,8 +241,10 @@ fn write(
     contacts: impl Iterator<Item = Contact>,
     waypoints: impl Iterator<Item = Waypoint>,
 ) {
-    (chunk.schema, chunk.mode, chunk.joints_len) = (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
-    (chunk.robot, chunk.world, chunk.config) = (provenance.robot, provenance.world, provenance.config);
+    (chunk.schema, chunk.mode, chunk.joints_len) =
+        (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
+    (chunk.robot, chunk.world, chunk.config) =
+        (provenance.robot, provenance.world, provenance.config);
     for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
         *slot = contact;
         chunk.contacts_len += 1;
@@ -234,7 +260,12 @@ fn write(
 /// Its time is not known before the chunk is sealed.
 fn waypoint(configuration: &Configuration) -> Waypoint {
     let pose = &configuration.world_from_root;
-    Waypoint { time: 0.0, root_position: pose.translation.to_array(), root_rotation: pose.rotation.to_array(), q: configuration.q }
+    Waypoint {
+        time: 0.0,
+        root_position: pose.translation.to_array(),
+        root_rotation: pose.rotation.to_array(),
+        q: configuration.q,
+    }
 }
 
 fn contact_of(foothold: &Foothold) -> Contact {

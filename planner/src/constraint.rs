@@ -1,6 +1,6 @@
-//! The conditions that every configuration of a plan meets, and every motion between two of them [Grey 4.1]: the centre of
-//! mass over the support polygon, joint limits, torque limits, and no collision. Joint limits are kept where joints are
-//! set; the rest is checked here, cheapest first.
+//! The conditions that every configuration of a plan meets, and every motion between two of them
+//! [Grey 4.1]: the centre of mass over the support polygon, joint limits, torque limits, and no
+//! collision. Joint limits are kept where joints are set; the rest is checked here, cheapest first.
 
 use glam::DVec2;
 use surefoot_shared_types::Pose;
@@ -39,8 +39,15 @@ impl Rejection {
     /// How many kinds there are.
     pub const COUNT: usize = 7;
     /// Their names in reports, by discriminant.
-    pub const WORDS: [&'static str; Self::COUNT] =
-        ["unreachable", "balance", "torque", "collision", "self_collision", "foot_drift", "discontinuous"];
+    pub const WORDS: [&'static str; Self::COUNT] = [
+        "unreachable",
+        "balance",
+        "torque",
+        "collision",
+        "self_collision",
+        "foot_drift",
+        "discontinuous",
+    ];
 }
 
 /// What one mode fixes: which feet stand where, and where the centre of mass may be.
@@ -60,7 +67,8 @@ pub struct Mode {
     pub start: Option<StartBalance>,
 }
 
-/// How a robot is balanced that was found standing, maybe nearer to its support's edge than a plan would bring it.
+/// How a robot is balanced that was found standing, maybe nearer to its support's edge than a plan
+/// would bring it.
 #[derive(Debug, Clone, Copy)]
 pub struct StartBalance {
     /// Its centre of mass, world x and y, m.
@@ -71,7 +79,8 @@ pub struct StartBalance {
 
 /// The share of a small region's depth that the margin of the centre of mass takes up at most.
 const MARGIN_SHARE_MAX: f64 = 0.6;
-/// How much nearer to the edge than at its beginning a motion from a bad start may come, m; at most half of what there is.
+/// How much nearer to the edge than at its beginning a motion from a bad start may come, m; at most
+/// half of what there is.
 const START_EASE: f64 = 4e-3;
 
 impl Mode {
@@ -86,7 +95,8 @@ impl Mode {
     }
 }
 
-/// Shares of the weight on the right foot that are tried for double support, after the one that follows the centre of mass.
+/// Shares of the weight on the right foot that are tried for double support, after the one that
+/// follows the centre of mass.
 const LOAD_SHARES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
 
 /// The compiled constraints: constant during a search, shared by all threads.
@@ -101,14 +111,19 @@ pub struct Constraints {
 }
 
 impl Constraints {
-    /// How far the centre of mass stays inside a mode's support polygon, m: as configured, or less where the polygon is so
-    /// small that hardly anything would be left of it, or what a start allows that is nearer to the edge.
+    /// How far the centre of mass stays inside a mode's support polygon, m: as configured, or less
+    /// where the polygon is so small that hardly anything would be left of it, or what a start
+    /// allows that is nearer to the edge.
     pub fn com_margin(&self, mode: &Mode) -> f64 {
         let wanted = self.config.com_margin.min(MARGIN_SHARE_MAX * mode.depth);
         let Some(StartBalance { com, margin_min }) = mode.start else { return wanted };
         let margin = mode.region.margin(com);
         let spare = margin - margin_min;
-        if margin >= wanted || spare <= 0.0 { wanted } else { margin_min + (spare - START_EASE).max(0.5 * spare) }
+        if margin >= wanted || spare <= 0.0 {
+            wanted
+        } else {
+            margin_min + (spare - START_EASE).max(0.5 * spare)
+        }
     }
 
     /// Whether the centre of mass is as far inside a mode's support region as it shall be.
@@ -120,7 +135,12 @@ impl Constraints {
     ///
     /// # Errors
     /// The first condition that it violates.
-    pub fn check(&self, mode: &Mode, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
+    pub fn check(
+        &self,
+        mode: &Mode,
+        snapshot: &Snapshot,
+        feet: [FootState; 2],
+    ) -> Result<(), Rejection> {
         if !self.is_balanced(mode, snapshot) {
             return Err(Rejection::Balance);
         }
@@ -130,8 +150,9 @@ impl Constraints {
         self.check_collision(snapshot, feet)
     }
 
-    /// Checks the joint-linear motion between two configurations, both of which are checked themselves, on whose way no point
-    /// moves further than `bound` (m, [`CollisionModel::motion_bound`]); answers how many configurations it checked. `scratch` is
+    /// Checks the joint-linear motion between two configurations, both of which are checked
+    /// themselves, on whose way no point moves further than `bound` (m,
+    /// [`CollisionModel::motion_bound`]); answers how many configurations it checked. `scratch` is
     /// written over.
     ///
     /// # Errors
@@ -169,10 +190,12 @@ impl Constraints {
 
     fn soles_hold(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
         (0..2).filter(|&limb| mode.stands(limb)).all(|limb| {
-            let (is, wanted) = (self.body.world_from_sole(snapshot, limb), &mode.world_from_soles[limb]);
+            let (is, wanted) =
+                (self.body.world_from_sole(snapshot, limb), &mode.world_from_soles[limb]);
             // The vector part of a turn's quaternion is as long as the sine of half its angle.
             let half_turn = (is.rotation.conjugate() * wanted.rotation).xyz().length();
-            is.translation.distance(wanted.translation) <= FOOT_DRIFT_MAX && 2.0 * half_turn <= FOOT_TURN_MAX
+            is.translation.distance(wanted.translation) <= FOOT_DRIFT_MAX
+                && 2.0 * half_turn <= FOOT_TURN_MAX
         })
     }
 
@@ -185,16 +208,20 @@ impl Constraints {
             SupportMode::Double => {
                 let [left, right] = [&mode.regions[0], &mode.regions[1]];
                 let between = right.centroid() - left.centroid();
-                let natural = ((com - left.centroid()).dot(between) / between.length_squared().max(1e-9)).clamp(0.0, 1.0);
+                let natural = ((com - left.centroid()).dot(between)
+                    / between.length_squared().max(1e-9))
+                .clamp(0.0, 1.0);
                 let shares = std::iter::once(natural).chain(LOAD_SHARES);
-                shares.filter_map(|share| balance_loads([left, right], com, share)).any(|loads| holds(&loads))
+                shares
+                    .filter_map(|share| balance_loads([left, right], com, share))
+                    .any(|loads| holds(&loads))
             }
         }
     }
 }
 
-/// The configuration a fraction `t` of the way between two, as the robot moves between waypoints: joints and root
-/// position linearly, root rotation along the shortest arc.
+/// The configuration a fraction `t` of the way between two, as the robot moves between waypoints:
+/// joints and root position linearly, root rotation along the shortest arc.
 pub fn midway(a: &Configuration, b: &Configuration, t: f64) -> Configuration {
     let world_from_root = interpolate(&a.world_from_root, &b.world_from_root, t);
     let q = std::array::from_fn(|i| a.q[i] + t * (b.q[i] - a.q[i]));

@@ -11,7 +11,9 @@ use surefoot_shared_types::scene::World;
 use crate::body::{Body, Configuration};
 use crate::collision::{FootState, Hit};
 use crate::constraint::{Constraints, Mode, Rejection, StartBalance};
-use crate::foot_placement::{Effort, FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
+use crate::foot_placement::{
+    Effort, FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError,
+};
 use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::track::State;
@@ -40,11 +42,17 @@ const ASIDE_MAX: f64 = 0.03;
 /// How hard ground near a print is looked for.
 const GROUND_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
 
-/// Stands the robot on a mark: exactly where the ground is level there, and else as the ground near it takes each sole.
+/// Stands the robot on a mark: exactly where the ground is level there, and else as the ground near
+/// it takes each sole.
 ///
 /// # Errors
 /// Why it cannot stand there.
-pub fn stand_on(constraints: &Constraints, surfaces: &Surfaces, scratch: &mut Scratch, mark: &Mark) -> Result<End, EndFault> {
+pub fn stand_on(
+    constraints: &Constraints,
+    surfaces: &Surfaces,
+    scratch: &mut Scratch,
+    mark: &Mark,
+) -> Result<End, EndFault> {
     let prints = mark.world_from_soles();
     let left = foothold_near(constraints, surfaces, scratch, 0, &prints[0])?;
     let right = foothold_near(constraints, surfaces, scratch, 1, &prints[1])?;
@@ -53,7 +61,8 @@ pub fn stand_on(constraints: &Constraints, surfaces: &Surfaces, scratch: &mut Sc
     Ok(End { footholds, state, support: SupportMode::Double })
 }
 
-/// The smallest area that is looked for under a foot that stands already, m2: whatever carries it counts.
+/// The smallest area that is looked for under a foot that stands already, m2: whatever carries it
+/// counts.
 const STANDING_AREA_MIN: f64 = 1e-4;
 /// The narrowest piece of a face that counts then, m: the robot was seen to stand on it.
 const STANDING_WIDTH_MIN: f64 = 2e-3;
@@ -79,15 +88,19 @@ impl StandingGround {
         Ok(Self { scratch: Scratch::new(&config), surfaces: Surfaces::new(world, config)? })
     }
 
-    /// Where the robot stands with the support that the world gives each foot that carries it. One that it gives none loses its
-    /// polygon: [`stand_as`] refuses it then.
+    /// Where the robot stands with the support that the world gives each foot that carries it. One
+    /// that it gives none loses its polygon: [`stand_as`] refuses it then.
     pub(crate) fn supported_anew(&mut self, body: &Body, standing: &Standing) -> Standing {
         let mut standing = *standing;
         let mode = SupportMode::from_wire(standing.mode);
         for contact in &mut standing.contacts[..standing.contacts_len as usize] {
             let limb = contact.limb as usize;
             if mode.is_some_and(|mode| mode.carries(limb)) {
-                let support = self.surfaces.support(&mut self.scratch, &body.sole_polygons[limb], &contact.world_from_sole());
+                let support = self.surfaces.support(
+                    &mut self.scratch,
+                    &body.sole_polygons[limb],
+                    &contact.world_from_sole(),
+                );
                 set_polygon(contact, support.as_ref().map_or(&[], |support| &support.polygon));
             }
         }
@@ -101,14 +114,17 @@ fn set_polygon(contact: &mut Contact, polygon: &[DVec2]) {
     contact.polygon_len = polygon.len() as u32;
 }
 
-/// Takes the robot as it stands where a walk was broken off, on both feet or on one. A foot that carries it is supported as it
-/// says, so where the world was corrected meanwhile it is to be supported anew first; a lifted one is remembered where it stood last.
+/// Takes the robot as it stands where a walk was broken off, on both feet or on one. A foot that
+/// carries it is supported as it says, so where the world was corrected meanwhile it is to be
+/// supported anew first; a lifted one is remembered where it stood last.
 ///
 /// # Errors
 /// It is not known where both feet stood, or nothing carries one that the robot stands on.
 pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, EndFault> {
     let support = SupportMode::from_wire(standing.mode).ok_or(EndFault::UnknownStance)?;
-    let [Some(left), Some(right)] = [0, 1].map(|limb| standing.contact_of(limb)) else { return Err(EndFault::UnknownStance) };
+    let [Some(left), Some(right)] = [0, 1].map(|limb| standing.contact_of(limb)) else {
+        return Err(EndFault::UnknownStance);
+    };
     for (limb, contact) in [left, right].into_iter().enumerate() {
         if support.carries(limb) && contact.polygon_len < 3 {
             return Err(EndFault::Unsupported { limb, reason: NoSupport::NothingBelow });
@@ -119,7 +135,10 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
         let support = polygon.iter().map(|vertex| DVec2::from_array(*vertex)).collect();
         Foothold::of(&constraints.body, contact.limb as usize, contact.world_from_sole(), support)
     });
-    let configuration = Configuration { world_from_root: standing.waypoint.world_from_root(), q: standing.waypoint.q };
+    let configuration = Configuration {
+        world_from_root: standing.waypoint.world_from_root(),
+        q: standing.waypoint.q,
+    };
     let snapshot = constraints.body.snapshot(&configuration);
     let world_from_soles = [0, 1].map(|limb| match support.carries(limb) {
         false => constraints.body.world_from_sole(&snapshot, limb),
@@ -129,8 +148,8 @@ pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, E
 }
 
 impl End {
-    /// Whether every condition holds where the robot stands, its centre of mass `margin_min` (m) inside its support, a lifted foot as
-    /// near to the world as one that is just leaving it.
+    /// Whether every condition holds where the robot stands, its centre of mass `margin_min` (m)
+    /// inside its support, a lifted foot as near to the world as one that is just leaving it.
     pub fn holds(&self, constraints: &Constraints, margin_min: f64) -> bool {
         let [left, right] = &self.footholds;
         let mode = match self.support {
@@ -138,7 +157,8 @@ impl End {
             SupportMode::Right => single_mode(right),
             SupportMode::Double => double_mode(left, right),
         };
-        let feet = [0, 1].map(|limb| if self.stands(limb) { FootState::Stance } else { FootState::Leaving });
+        let feet = [0, 1]
+            .map(|limb| if self.stands(limb) { FootState::Stance } else { FootState::Leaving });
         let snapshot = constraints.body.snapshot(&self.state.configuration);
         let start = Some(StartBalance { com: snapshot.com.truncate(), margin_min });
         constraints.check(&Mode { start, ..mode }, &snapshot, feet).is_ok()
@@ -150,7 +170,8 @@ impl End {
     }
 }
 
-/// The placement of a foot at a pose, or where that is not carried the nearest one that the ground offers.
+/// The placement of a foot at a pose, or where that is not carried the nearest one that the ground
+/// offers.
 fn foothold_near(
     constraints: &Constraints,
     surfaces: &Surfaces,
@@ -203,20 +224,33 @@ pub fn foothold_at(
 /// A standing configuration over two placements, the centre of mass between both feet.
 ///
 /// # Errors
-/// What is wrong with the posture that the robot file asks for; where the legs do not reach in that one, with the next that they reach in.
-pub fn stand(constraints: &Constraints, footholds: &[Foothold; 2], yaw: f64) -> Result<State, EndFault> {
+/// What is wrong with the posture that the robot file asks for; where the legs do not reach in that
+/// one, with the next that they reach in.
+pub fn stand(
+    constraints: &Constraints,
+    footholds: &[Foothold; 2],
+    yaw: f64,
+) -> Result<State, EndFault> {
     let mode = double_mode(&footholds[0], &footholds[1]);
     let world_from_soles = [footholds[0].world_from_sole, footholds[1].world_from_sole];
     let middle: DVec2 = 0.5 * (footholds[0].region.centroid() + footholds[1].region.centroid());
     let world_from_root = surefoot_shared_types::spatial::rotation_about(glam::DVec3::Z, yaw);
     let mut fault = None;
     for share in REACH_SHARES {
-        let posture = Posture { world_from_root, reach_share: share * constraints.body.standing_reach_share, com: middle };
-        let settled = settle(&constraints.body, &world_from_soles, &posture, constraints.body.standing_q);
+        let posture = Posture {
+            world_from_root,
+            reach_share: share * constraints.body.standing_reach_share,
+            com: middle,
+        };
+        let settled =
+            settle(&constraints.body, &world_from_soles, &posture, constraints.body.standing_q);
         let Ok((configuration, snapshot)) = settled else { continue };
         match constraints.check(&mode, &snapshot, [FootState::Stance; 2]) {
             Ok(()) => return Ok(State { configuration, world_from_soles }),
-            Err(rejection) => fault = fault.or_else(|| Some((rejection, what_hits(constraints, &snapshot, rejection)))),
+            Err(rejection) => {
+                fault = fault
+                    .or_else(|| Some((rejection, what_hits(constraints, &snapshot, rejection))))
+            }
         }
     }
     let (rejection, hit) = fault.unwrap_or((Rejection::Unreachable, None));

@@ -1,4 +1,5 @@
-//! The placements of one foot near where it is wished for, as both stages ask for them [Grey 4.2, 4.4.4].
+//! The placements of one foot near where it is wished for, as both stages ask for them
+//! [Grey 4.2, 4.4.4].
 
 use std::ops::ControlFlow;
 
@@ -37,8 +38,9 @@ pub struct FootQuery {
 }
 
 impl FootQuery {
-    /// Hands placements where the foot is free to `keep`, best first, until enough are kept or one is the ideal itself. `keep`
-    /// answers whether it kept the placement, or breaks where it has no room.
+    /// Hands placements where the foot is free to `keep`, best first, until enough are kept or one
+    /// is the ideal itself. `keep` answers whether it kept the placement, or breaks where it has no
+    /// room.
     pub fn run(
         &self,
         (constraints, surfaces): (&Constraints, &Surfaces),
@@ -55,11 +57,14 @@ impl FootQuery {
             object: self.name.0,
             attempt: self.name.1,
             effort: self.effort,
-            is_free: &|pose| constraints.collision.foot_hit(self.limb, pose, FootState::Leaving).is_none(),
+            is_free: &|pose| {
+                constraints.collision.foot_hit(self.limb, pose, FootState::Leaving).is_none()
+            },
         };
         let mut kept = 0;
         surfaces.propose(scratch, &request, &mut |placement: Placement| {
-            let is_ideal = placement.world_from_sole.translation.distance(self.ideal.translation) < EXACT;
+            let is_ideal =
+                placement.world_from_sole.translation.distance(self.ideal.translation) < EXACT;
             let ControlFlow::Continue(is_kept) = keep(placement) else { return false };
             kept += usize::from(is_kept);
             kept < self.kept_max && !is_ideal

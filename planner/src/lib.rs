@@ -1,4 +1,5 @@
-//! A bounded, deterministic planner of whole-body, quasi-static walks (Randomized Possibility Graph).
+//! A bounded, deterministic planner of whole-body, quasi-static walks (Randomized Possibility
+//! Graph).
 //!
 //! [`rpg`] shows the whole search; read it first.
 

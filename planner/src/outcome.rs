@@ -79,7 +79,8 @@ impl Outcome {
     /// What is too near to what where the robot would stand, if that is why it cannot.
     pub fn hit(&self) -> Option<Hit> {
         match self {
-            Self::StartInvalid(EndFault::NoPosture { hit, .. }) | Self::GoalInvalid(EndFault::NoPosture { hit, .. }) => *hit,
+            Self::StartInvalid(EndFault::NoPosture { hit, .. })
+            | Self::GoalInvalid(EndFault::NoPosture { hit, .. }) => *hit,
             _ => None,
         }
     }
@@ -109,10 +110,14 @@ impl EndFault {
     fn describe(&self) -> String {
         let foot = |limb: &usize| ["left", "right"][*limb];
         match self {
-            Self::Unsupported { limb, reason } => format!("the {} sole is not supported there: {}", foot(limb), reason.describe()),
+            Self::Unsupported { limb, reason } => {
+                format!("the {} sole is not supported there: {}", foot(limb), reason.describe())
+            }
             Self::UnknownStance => "it is not known where both feet stood last".into(),
             Self::FootCollides { limb } => format!("the {} foot meets the world there", foot(limb)),
-            Self::NoPosture { rejection, .. } => format!("no standing posture there ({})", Rejection::WORDS[*rejection as usize]),
+            Self::NoPosture { rejection, .. } => {
+                format!("no standing posture there ({})", Rejection::WORDS[*rejection as usize])
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
-//! The robot put over its soles: its root's rotation and height are wished for, its place follows from putting the centre of mass where
-//! it shall be (a few fixed-point shifts), the legs follow by inverse kinematics.
+//! The robot put over its soles: its root's rotation and height are wished for, its place follows
+//! from putting the centre of mass where it shall be (a few fixed-point shifts), the legs follow by
+//! inverse kinematics.
 
 use glam::{DQuat, DVec2};
 use surefoot_shared_types::Pose;
@@ -11,7 +12,8 @@ use crate::snapshot::Snapshot;
 
 /// Fixed-point shifts of the root that bring the centre of mass over its target.
 const COM_SHIFTS_MAX: usize = 8;
-/// How much further the root is shifted than the centre of mass shall go, since the legs come along only half the way.
+/// How much further the root is shifted than the centre of mass shall go, since the legs come along
+/// only half the way.
 pub(crate) const LEGS_LAG: f64 = 1.15;
 /// How near the centre of mass must come to its target, m.
 pub const COM_TOLERANCE: f64 = 5e-4;
@@ -29,7 +31,8 @@ pub struct Posture {
     pub com: DVec2,
 }
 
-/// Puts the robot over its soles in the wished-for posture: the root shifts until the centre of mass is where it shall be.
+/// Puts the robot over its soles in the wished-for posture: the root shifts until the centre of
+/// mass is where it shall be.
 ///
 /// # Errors
 /// The legs do not reach, or the shifts do not converge.
@@ -72,11 +75,20 @@ pub fn settle_into(
     Err(Rejection::Balance)
 }
 
-/// The root put where the wished-for posture has it, whether or not the legs reach from there; the legs are left as they are.
-pub fn unsettled(body: &Body, world_from_soles: &[Pose; 2], posture: &Posture, start_q: [f64; JOINTS_MAX]) -> Configuration {
+/// The root put where the wished-for posture has it, whether or not the legs reach from there; the
+/// legs are left as they are.
+pub fn unsettled(
+    body: &Body,
+    world_from_soles: &[Pose; 2],
+    posture: &Posture,
+    start_q: [f64; JOINTS_MAX],
+) -> Configuration {
     let mut configuration = root_over(body, posture, start_q);
     let standing = || {
-        let heights = [0, 1].map(|limb| world_from_soles[limb].translation.z - body.legs[limb].root_from_sole(&start_q).translation.z);
+        let heights = [0, 1].map(|limb| {
+            world_from_soles[limb].translation.z
+                - body.legs[limb].root_from_sole(&start_q).translation.z
+        });
         0.5 * (heights[0] + heights[1])
     };
     let height = height_over(body, &configuration.world_from_root, world_from_soles, posture);
@@ -84,12 +96,21 @@ pub fn unsettled(body: &Body, world_from_soles: &[Pose; 2], posture: &Posture, s
     configuration
 }
 
-/// The root turned as wished for, over the place where the centre of mass shall be; its height is 0.
+/// The root turned as wished for, over the place where the centre of mass shall be; its height is
+/// 0.
 fn root_over(body: &Body, posture: &Posture, q: [f64; JOINTS_MAX]) -> Configuration {
     let place = posture.com - (posture.world_from_root * body.standing_com).truncate();
-    Configuration { world_from_root: Pose::from_parts(place.extend(0.0), posture.world_from_root), q }
+    Configuration {
+        world_from_root: Pose::from_parts(place.extend(0.0), posture.world_from_root),
+        q,
+    }
 }
 
-fn height_over(body: &Body, root: &Pose, world_from_soles: &[Pose; 2], posture: &Posture) -> Option<f64> {
+fn height_over(
+    body: &Body,
+    root: &Pose,
+    world_from_soles: &[Pose; 2],
+    posture: &Posture,
+) -> Option<f64> {
     body.root_height(root, world_from_soles, [posture.reach_share.min(REACH_SHARE_MAX); 2])
 }

@@ -1,8 +1,10 @@
-//! A configuration that stands on two soles, from one that is near: steps of the root, the trunk and both legs together, each the
-//! smallest that brings both soles to their places and the centre of mass over what carries it, no joint beyond its limits.
+//! A configuration that stands on two soles, from one that is near: steps of the root, the trunk
+//! and both legs together, each the smallest that brings both soles to their places and the centre
+//! of mass over what carries it, no joint beyond its limits.
 //!
-//! Inverse kinematics of one leg and then the other needs a pose of the root for which both have a solution. Where joints have little
-//! room, such poses are few, and this finds what samples of the root's pose all miss.
+//! Inverse kinematics of one leg and then the other needs a pose of the root for which both have a
+//! solution. Where joints have little room, such poses are few, and this finds what samples of the
+//! root's pose all miss.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -26,17 +28,20 @@ const STALLS_MAX: usize = 4;
 const NEAR: f64 = 1e-4;
 /// The largest error (m and rad) that one step makes up for.
 const ERROR_MAX: f64 = 0.5;
-/// How readily the root turns, compared with a joint: where it was wished for is left only where it must be.
+/// How readily the root turns, compared with a joint: where it was wished for is left only where it
+/// must be.
 const ROOT_EASE: f64 = 0.05;
-/// How much deeper than its margin inside its region the centre of mass is wished for, m: it is moved where it is not as deep as the
-/// first, and then as deep as the second.
+/// How much deeper than its margin inside its region the centre of mass is wished for, m: it is
+/// moved where it is not as deep as the first, and then as deep as the second.
 const DEEPER: [f64; 2] = [1e-3, 3e-3];
 
-/// Rows of the error: the twist of each sole, linear before angular, and the centre of mass in x and y.
+/// Rows of the error: the twist of each sole, linear before angular, and the centre of mass in x
+/// and y.
 const ROWS: usize = 14;
 /// The row of the centre of mass.
 const COM: usize = 12;
-/// Unknowns of a step: the root's shift and turn, the joints that carry the trunk, and those of both legs.
+/// Unknowns of a step: the root's shift and turn, the joints that carry the trunk, and those of
+/// both legs.
 const UNKNOWNS: usize = 6 + TRUNK_JOINTS_MAX + 2 * LEG_JOINTS_MAX;
 
 /// What a configuration shall stand on.
@@ -50,13 +55,21 @@ pub struct Ground<'a> {
     pub com_margin: f64,
 }
 
-/// The configuration to which the steps from `start` lead, if they do; `snapshot` is the one of the last step.
-pub fn project(body: &Body, ground: &Ground<'_>, start: &Configuration, snapshot: &mut Snapshot) -> Option<Configuration> {
+/// The configuration to which the steps from `start` lead, if they do; `snapshot` is the one of the
+/// last step.
+pub fn project(
+    body: &Body,
+    ground: &Ground<'_>,
+    start: &Configuration,
+    snapshot: &mut Snapshot,
+) -> Option<Configuration> {
     let mut configuration = *start;
     let (mut last, mut stalls) = (f64::INFINITY, 0);
     for _ in 0..STEPS_MAX {
         body.snapshot_into(&configuration, snapshot);
-        let reached = [0, 1].map(|limb| configuration.world_from_root * body.legs[limb].root_from_sole(&configuration.q));
+        let reached = [0, 1].map(|limb| {
+            configuration.world_from_root * body.legs[limb].root_from_sole(&configuration.q)
+        });
         let mut error = error(ground, &reached, snapshot);
         let size = error.iter().fold(0.0_f64, |size, row| size.max(row.abs()));
         if size < NEAR {
@@ -96,7 +109,8 @@ fn write_twist(rows: &mut [f64; ROWS], limb: usize, linear: DVec3, angular: DVec
     rows[6 * limb + 3..6 * limb + 6].copy_from_slice(&angular.to_array());
 }
 
-/// What shifting and turning the root and moving each joint of the trunk and the legs does to the rows of the error.
+/// What shifting and turning the root and moving each joint of the trunk and the legs does to the
+/// rows of the error.
 fn unknowns(
     body: &Body,
     configuration: &Configuration,
@@ -111,10 +125,12 @@ fn unknowns(
         (root_effect(reached, moved, axis, moved(snapshot.com)), ROOT_EASE)
     };
     let free = |(effect, ease)| Unknown { effect, ease, room: [f64::NEG_INFINITY, f64::INFINITY] };
-    let mut unknowns: heapless::Vec<_, UNKNOWNS> = axes.map(shift).into_iter().chain(axes.map(turn)).map(free).collect();
+    let mut unknowns: heapless::Vec<_, UNKNOWNS> =
+        axes.map(shift).into_iter().chain(axes.map(turn)).map(free).collect();
     unknowns.extend(body.trunk_joints.iter().map(|joint| {
         let mut effect = [0.0; ROWS];
-        [effect[COM], effect[COM + 1]] = body.statics.com_shift(snapshot, joint.index).truncate().to_array();
+        [effect[COM], effect[COM + 1]] =
+            body.statics.com_shift(snapshot, joint.index).truncate().to_array();
         joint_unknown(effect, [joint.lower, joint.upper], configuration.q[joint.index])
     }));
     for (limb, leg) in body.legs.iter().enumerate() {
@@ -124,7 +140,8 @@ fn unknowns(
             let mut effect = [0.0; ROWS];
             match joint.kind {
                 JointKind::Revolute => {
-                    let linear = axis.cross(reached[limb].translation - world_from_joint * joint.point);
+                    let linear =
+                        axis.cross(reached[limb].translation - world_from_joint * joint.point);
                     write_twist(&mut effect, limb, linear, axis);
                 }
                 JointKind::Prismatic => write_twist(&mut effect, limb, axis, DVec3::ZERO),
@@ -140,8 +157,14 @@ fn joint_unknown(effect: [f64; ROWS], [lower, upper]: [f64; 2], position: f64) -
     Unknown { effect, ease: 1.0, room: [(lower - position).min(0.0), (upper - position).max(0.0)] }
 }
 
-/// What a motion of the root does: how it moves the points of the soles, how it turns them, and how it moves the centre of mass.
-fn root_effect(reached: &[Pose; 2], moved: impl Fn(DVec3) -> DVec3, angular: DVec3, com: DVec3) -> [f64; ROWS] {
+/// What a motion of the root does: how it moves the points of the soles, how it turns them, and how
+/// it moves the centre of mass.
+fn root_effect(
+    reached: &[Pose; 2],
+    moved: impl Fn(DVec3) -> DVec3,
+    angular: DVec3,
+    com: DVec3,
+) -> [f64; ROWS] {
     let mut effect = [0.0; ROWS];
     for (limb, sole) in reached.iter().enumerate() {
         write_twist(&mut effect, limb, moved(sole.translation), angular);
@@ -156,7 +179,11 @@ fn take_step(body: &Body, configuration: &mut Configuration, step: &[f64; UNKNOW
     let rotation = (rotation_from_scaled_axis(turn) * root.rotation).normalize();
     configuration.world_from_root = Pose::from_parts(root.translation + shift, rotation);
     let trunk = body.trunk_joints.iter().map(|joint| (joint.index, joint.lower, joint.upper));
-    let legs = body.legs.iter().flat_map(|leg| leg.joints()).map(|joint| (joint.index, joint.lower, joint.upper));
+    let legs = body
+        .legs
+        .iter()
+        .flat_map(|leg| leg.joints())
+        .map(|joint| (joint.index, joint.lower, joint.upper));
     for ((index, lower, upper), change) in trunk.chain(legs).zip(&step[6..]) {
         let position = &mut configuration.q[index];
         *position = (*position + change).clamp(lower, upper);

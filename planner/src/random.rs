@@ -1,7 +1,8 @@
-//! Counter-based random streams: a draw is a function of the seed, the stream and the index, so adding a draw in one
-//! place shifts nothing elsewhere, and no thread order can matter.
+//! Counter-based random streams: a draw is a function of the seed, the stream and the index, so
+//! adding a draw in one place shifts nothing elsewhere, and no thread order can matter.
 
-/// The streams in use. A stream names what is drawn; the keys beside it say for which object and which attempt.
+/// The streams in use. A stream names what is drawn; the keys beside it say for which object and
+/// which attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Stream {
@@ -19,7 +20,8 @@ pub enum Stream {
     Shortcut = 6,
 }
 
-/// A generator for one object and attempt. Cheap to make: make a new one wherever a new thing is sampled.
+/// A generator for one object and attempt. Cheap to make: make a new one wherever a new thing is
+/// sampled.
 #[derive(Debug, Clone)]
 pub struct Random {
     key: u64,
@@ -29,7 +31,9 @@ pub struct Random {
 impl Random {
     /// The draws of `stream` for the object `object` at attempt `attempt`.
     pub fn new(seed: u64, stream: Stream, object: u64, attempt: u64) -> Self {
-        let key = [stream as u64, object, attempt].into_iter().fold(mix(seed), |key, word| mix(key ^ mix(word)));
+        let key = [stream as u64, object, attempt]
+            .into_iter()
+            .fold(mix(seed), |key, word| mix(key ^ mix(word)));
         Self { key, counter: 0 }
     }
 

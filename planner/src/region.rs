@@ -7,10 +7,12 @@ use surefoot_shared_types::Pose;
 /// Most vertices of a region: two support polygons of 16 vertices.
 pub const REGION_VERTICES_MAX: usize = 32;
 
-/// Points are snapped to a grid of this width (m), so that rounding errors make no needle-thin corners.
+/// Points are snapped to a grid of this width (m), so that rounding errors make no needle-thin
+/// corners.
 const GRID: f64 = 1e-9;
 
-/// How much deeper (m) than asked [`Region::nearest_inside`] aims, so that rounding does not leave its point short.
+/// How much deeper (m) than asked [`Region::nearest_inside`] aims, so that rounding does not leave
+/// its point short.
 const DEPTH_ROUNDING: f64 = 1e-12;
 
 /// A convex polygon, counter-clockwise, in world x and y (m).
@@ -41,9 +43,11 @@ impl Side {
 }
 
 impl Region {
-    /// The convex hull of some points; those beyond [`REGION_VERTICES_MAX`] are left out, which only shrinks it.
+    /// The convex hull of some points; those beyond [`REGION_VERTICES_MAX`] are left out, which
+    /// only shrinks it.
     pub fn hull(points: impl IntoIterator<Item = DVec2>) -> Self {
-        let snapped = points.into_iter().take(REGION_VERTICES_MAX).map(|point| (point / GRID).round() * GRID);
+        let snapped =
+            points.into_iter().take(REGION_VERTICES_MAX).map(|point| (point / GRID).round() * GRID);
         let mut sorted: BoundedVec<DVec2, REGION_VERTICES_MAX> = snapped.collect();
         sorted.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
         let mut chain: BoundedVec<DVec2, { 2 * REGION_VERTICES_MAX }> = BoundedVec::new();
@@ -51,7 +55,8 @@ impl Region {
         chain.pop();
         half_hull(sorted.iter().rev().copied(), &mut chain);
         chain.pop();
-        let vertices: BoundedVec<DVec2, REGION_VERTICES_MAX> = chain.into_iter().take(REGION_VERTICES_MAX).collect();
+        let vertices: BoundedVec<DVec2, REGION_VERTICES_MAX> =
+            chain.into_iter().take(REGION_VERTICES_MAX).collect();
         let sides = edges(&vertices).map(|(a, b)| Side::new(a, b)).collect();
         let centroid = centroid(&vertices);
         Self { vertices, sides, centroid }
@@ -67,7 +72,8 @@ impl Region {
         &self.vertices
     }
 
-    /// The signed distance of a point to the border, positive inside; minus infinity for a degenerate region.
+    /// The signed distance of a point to the border, positive inside; minus infinity for a
+    /// degenerate region.
     pub fn margin(&self, point: DVec2) -> f64 {
         if self.sides.len() < 3 {
             return f64::NEG_INFINITY;
@@ -76,7 +82,8 @@ impl Region {
         if inside >= 0.0 { inside } else { -self.nearest_on_border(point).distance(point) }
     }
 
-    /// Whether a point lies at least `depth` (m, not negative) inside; never for a degenerate region.
+    /// Whether a point lies at least `depth` (m, not negative) inside; never for a degenerate
+    /// region.
     pub fn holds(&self, point: DVec2, depth: f64) -> bool {
         self.sides.len() >= 3 && self.sides.iter().all(|side| side.depth(point) >= depth)
     }
@@ -91,8 +98,8 @@ impl Region {
         self.centroid
     }
 
-    /// The first point on the way from `point` to the centroid that is at least `depth` (m, not negative) inside, or the
-    /// centroid where there is none.
+    /// The first point on the way from `point` to the centroid that is at least `depth` (m, not
+    /// negative) inside, or the centroid where there is none.
     pub fn nearest_inside(&self, point: DVec2, depth: f64) -> DVec2 {
         if self.holds(point, depth) {
             return point;
@@ -116,11 +123,18 @@ impl Region {
         let on_side = |(a, b): (DVec2, DVec2)| {
             let along = b - a;
             let length_squared = along.length_squared();
-            let t = if length_squared > 0.0 { ((point - a).dot(along) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
+            let t = if length_squared > 0.0 {
+                ((point - a).dot(along) / length_squared).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
             a + t * along
         };
-        let nearer = |a: DVec2, b: DVec2| if b.distance_squared(point) < a.distance_squared(point) { b } else { a };
-        let facing = edges(&self.vertices).zip(&self.sides).filter(|(_, side)| side.depth(point) < 0.0);
+        let nearer = |a: DVec2, b: DVec2| {
+            if b.distance_squared(point) < a.distance_squared(point) { b } else { a }
+        };
+        let facing =
+            edges(&self.vertices).zip(&self.sides).filter(|(_, side)| side.depth(point) < 0.0);
         facing.map(|(edge, _)| on_side(edge)).reduce(nearer).unwrap_or_else(|| {
             let all = edges(&self.vertices).map(on_side);
             all.reduce(nearer).unwrap_or(point)
@@ -149,7 +163,10 @@ fn centroid(vertices: &[DVec2]) -> DVec2 {
 }
 
 /// Appends one side of the hull (Andrew's monotone chain) behind what `chain` holds.
-fn half_hull<const N: usize>(points: impl Iterator<Item = DVec2>, chain: &mut BoundedVec<DVec2, N>) {
+fn half_hull<const N: usize>(
+    points: impl Iterator<Item = DVec2>,
+    chain: &mut BoundedVec<DVec2, N>,
+) {
     let base = chain.len();
     for point in points {
         while chain.len() > base + 1 {
@@ -170,13 +187,17 @@ mod tests {
     use super::*;
 
     fn square() -> Region {
-        let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)];
+        let corners =
+            [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)];
         Region::hull(corners.map(DVec2::from))
     }
 
     #[test]
     fn hull_keeps_the_corners_only() {
-        assert_eq!(square().vertices(), [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(DVec2::from));
+        assert_eq!(
+            square().vertices(),
+            [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(DVec2::from)
+        );
     }
 
     #[test]
@@ -201,7 +222,9 @@ mod tests {
 
     #[test]
     fn nearest_is_on_the_border_for_points_outside() {
-        for (point, nearest) in [((3.0, 1.0), (2.0, 1.0)), ((3.0, 4.0), (2.0, 2.0)), ((0.5, 0.25), (0.5, 0.25))] {
+        for (point, nearest) in
+            [((3.0, 1.0), (2.0, 1.0)), ((3.0, 4.0), (2.0, 2.0)), ((0.5, 0.25), (0.5, 0.25))]
+        {
             assert!(square().nearest(DVec2::from(point)).distance(DVec2::from(nearest)) < 1e-12);
         }
     }
@@ -209,7 +232,8 @@ mod tests {
     #[test]
     fn holding_agrees_with_the_margin() {
         for index in 0..400 {
-            let point = DVec2::new(0.15 * f64::from(index % 20) - 0.5, 0.15 * f64::from(index / 20) - 0.5);
+            let point =
+                DVec2::new(0.15 * f64::from(index % 20) - 0.5, 0.15 * f64::from(index / 20) - 0.5);
             assert_eq!(square().holds(point, 0.1), square().margin(point) >= 0.1, "{point}");
         }
     }

@@ -22,10 +22,11 @@
 //! Vary      the placements of a step that is not found   [Grey 4.4.4]
 //! ```
 //!
-//! A sequence that cannot be completed has become dearer, so the next one is another; where the sequences grow too dear or
-//! there is none, more placements are sampled, and stage P looks for another route. All routes' placements stand in one
-//! graph, so that each sequence may use any of them. A sequence that is complete is shortened [Grey 4.4.6]. Several segments are
-//! planned side by side (`rpg/lanes.rs`); once all are complete, so is the plan.
+//! A sequence that cannot be completed has become dearer, so the next one is another; where the
+//! sequences grow too dear or there is none, more placements are sampled, and stage P looks for
+//! another route. All routes' placements stand in one graph, so that each sequence may use any of
+//! them. A sequence that is complete is shortened [Grey 4.4.6]. Several segments are planned side
+//! by side (`rpg/lanes.rs`); once all are complete, so is the plan.
 
 mod connect;
 mod cycle;
@@ -57,7 +58,9 @@ use crate::chunking::{ChunkBuilder, MOTIONS_AT_ONCE, Motion, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::Constraints;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
-use crate::motion::graph::{ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of};
+use crate::motion::graph::{
+    ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of,
+};
 use crate::motion::roadmap::{Boundary, Hop, Roadmap};
 use crate::motion::round::Round;
 use crate::outcome::{Bound, Outcome, Status};
@@ -145,12 +148,12 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// Compiles the robot and the world and allocates all that a search needs. `preparation` is the robot's, for the scenario's
-    /// margins.
+    /// Compiles the robot and the world and allocates all that a search needs. `preparation` is the
+    /// robot's, for the scenario's margins.
     ///
     /// # Errors
-    /// The robot or the world is none that this planner can use, the preparation is another robot's, or the threads cannot be
-    /// started.
+    /// The robot or the world is none that this planner can use, the preparation is another
+    /// robot's, or the threads cannot be started.
     pub fn new(
         model: &RobotModel,
         world: &World,
@@ -167,15 +170,29 @@ impl Planner {
         if !preparation.is_for(model, config) {
             return Err(PreparationError::OtherRobot.into());
         }
-        let provenance = Provenance { robot: model.digest, world: world.digest, config: scenario.digest, joints_len: body.joints_len };
+        let provenance = Provenance {
+            robot: model.digest,
+            world: world.digest,
+            config: scenario.digest,
+            joints_len: body.joints_len,
+        };
         let started = Threads::new(threads);
-        let threads = started.map_err(|error| PlannerError::Threads { threads: threads.get(), reason: error.to_string() })?;
+        let threads = started.map_err(|error| PlannerError::Threads {
+            threads: threads.get(),
+            reason: error.to_string(),
+        })?;
         let torso = Torso::new(model, &body);
         let stations_max = config.stations_max as usize;
         let reach = preparation.possible_steps().reach();
         let stooping = Stooping::new(stations_max);
         let ends = [&scenario.start, &scenario.goal];
-        let growth = Growth::new(ends, config.station_spacing, stations_max, &collision.world_bounds(), &placement);
+        let growth = Growth::new(
+            ends,
+            config.station_spacing,
+            stations_max,
+            &collision.world_bounds(),
+            &placement,
+        );
         Ok(Self {
             shared: Shared {
                 constraints: Constraints { body, collision, config: config.clone() },
@@ -193,7 +210,11 @@ impl Planner {
             scenario: scenario.clone(),
             seeker: Seeker::new(config.footholds_max as usize, config.transitions_max as usize),
             judging: Judging::default(),
-            chunks: ChunkBuilder::new(config.waypoints_max as usize, provenance, Timing::new(model)),
+            chunks: ChunkBuilder::new(
+                config.waypoints_max as usize,
+                provenance,
+                Timing::new(model),
+            ),
             phase: Phase::Ends,
             standing: None,
             way_back: WayBack::default(),
@@ -218,14 +239,15 @@ impl Planner {
         *configured = work_max.min(*configured);
     }
 
-    /// Keeps soles away from where one was not carried, whatever the world's shapes say; see [`CollisionModel::shun`]. To be
-    /// called before the first step.
+    /// Keeps soles away from where one was not carried, whatever the world's shapes say; see
+    /// [`CollisionModel::shun`]. To be called before the first step.
     pub fn shun(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
         self.shared.constraints.collision.shun(world_from_sole, half_sides);
     }
 
-    /// Sets the name that the plan's chunks carry: which plan of its session it is, and how often it was planned again. Plan 1,
-    /// epoch 0, unless told otherwise. To be called before the first step.
+    /// Sets the name that the plan's chunks carry: which plan of its session it is, and how often
+    /// it was planned again. Plan 1, epoch 0, unless told otherwise. To be called before the first
+    /// step.
     pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
         self.chunks.name_plan(plan_id, epoch);
     }
@@ -235,13 +257,14 @@ impl Planner {
         self.step_while(work, &|| true)
     }
 
-    /// The same, but no farther once `goes_on`, asked now and then, says no: for a signal that asks for the end. When it does so
-    /// has no influence on the plan.
+    /// The same, but no farther once `goes_on`, asked now and then, says no: for a signal that asks
+    /// for the end. When it does so has no influence on the plan.
     pub fn step_while(&mut self, work: u64, goes_on: &(dyn Fn() -> bool + Sync)) -> Status {
         let until = self.tally.work.saturating_add(work);
         self.in_pool(|planner| {
             loop {
-                let status = planner.step_inside((until - planner.tally.work).min(WORK_PER_LOOK), None);
+                let status =
+                    planner.step_inside((until - planner.tally.work).min(WORK_PER_LOOK), None);
                 if status != Status::Working || planner.tally.work >= until || !goes_on() {
                     return status;
                 }
@@ -249,7 +272,8 @@ impl Planner {
         })
     }
 
-    /// The same, but no farther than to the end of the stage that the search is in: for whoever times stages.
+    /// The same, but no farther than to the end of the stage that the search is in: for whoever
+    /// times stages.
     pub fn step_stage(&mut self, work: u64) -> Status {
         let stage = self.phase.stage();
         self.in_pool(|planner| planner.step_inside(work, Some(stage)))
@@ -262,7 +286,8 @@ impl Planner {
 
     /// Advances by at most `work` units, and no farther than to the end of a stage.
     fn step_inside(&mut self, work: u64, only: Option<Stage>) -> Status {
-        let until = self.tally.work.saturating_add(work).min(self.shared.constraints.config.work_max);
+        let until =
+            self.tally.work.saturating_add(work).min(self.shared.constraints.config.work_max);
         while self.tally.work < until && only.is_none_or(|stage| stage == self.phase.stage()) {
             if let Phase::Over(outcome) = self.phase {
                 return Status::Done(outcome);
@@ -271,7 +296,9 @@ impl Planner {
             if !self.phase.counts() {
                 self.tally.work += 1;
             }
-            self.phase = self.advance(until - before).unwrap_or_else(|full| Phase::Over(Outcome::ArenaFull(full)));
+            self.phase = self
+                .advance(until - before)
+                .unwrap_or_else(|full| Phase::Over(Outcome::ArenaFull(full)));
             self.tally.work_by_stage[stage as usize] += self.tally.work - before;
         }
         if let Phase::Over(outcome) = self.phase {
@@ -323,14 +350,21 @@ impl Planner {
     pub fn steps(&self) -> u64 {
         let walk = if self.has_found() { self.walk.as_slice() } else { &[] };
         let is_boundary = |node: TransitionId| boundary_of(node).is_some();
-        let is_swing = |pair: &&[TransitionId]| !is_boundary(pair[0]) && !is_boundary(pair[1]) && pair[1] != Graph::twin(pair[0]);
+        let is_swing = |pair: &&[TransitionId]| {
+            !is_boundary(pair[0]) && !is_boundary(pair[1]) && pair[1] != Graph::twin(pair[0])
+        };
         (walk.windows(2).filter(is_swing).count() + self.steps_back()) as u64
     }
 
     /// Bytes of all arenas by name.
     pub fn arena_bytes(&self) -> [(&'static str, usize); 9] {
-        let walk = self.walk.capacity() * size_of::<TransitionId>() + self.nearest_stations.capacity() * size_of::<u32>();
-        let sequence = self.seeker.bytes() + self.lanes.bytes() + self.cuts.bytes() + self.focus.bytes() + walk;
+        let walk = self.walk.capacity() * size_of::<TransitionId>()
+            + self.nearest_stations.capacity() * size_of::<u32>();
+        let sequence = self.seeker.bytes()
+            + self.lanes.bytes()
+            + self.cuts.bytes()
+            + self.focus.bytes()
+            + walk;
         [
             ("possibility", self.growth.bytes() + self.stooping.bytes()),
             ("roadmap", self.roadmap.bytes()),
@@ -438,22 +472,37 @@ impl Planner {
             }
             seeding.turn_out(route, (station, limb), self.tally.sweeps, graph, scratch)?;
         } else {
-            seeding.sweep_station(route, (station, limb), (sweeps, self.tally.sweeps), graph, scratch)?;
+            seeding.sweep_station(
+                route,
+                (station, limb),
+                (sweeps, self.tally.sweeps),
+                graph,
+                scratch,
+            )?;
         }
         Ok(Phase::Seed { next: next + 1 })
     }
 
-    /// Makes chunks of the next motions of the walk, and seals those of motions before, each a unit of work.
+    /// Makes chunks of the next motions of the walk, and seals those of motions before, each a unit
+    /// of work.
     fn assemble(&mut self, next: usize, budget: u64) -> Result<Phase, ArenaFull> {
         let at_once = items_in(budget, MOTIONS_AT_ONCE);
-        let hops = self.walk[next..].windows(2).take(at_once).map(|pair| Hop { from: pair[0], to: pair[1] });
+        let hops = self.walk[next..]
+            .windows(2)
+            .take(at_once)
+            .map(|pair| Hop { from: pair[0], to: pair[1] });
         let count = hops.len();
         if count == 0 {
             self.tally.work += 1;
             return Ok(Phase::Seal);
         }
-        let motions: heapless::Vec<Motion<'_>, MOTIONS_AT_ONCE> = hops.filter_map(|hop| self.roadmap.motion_of_plan(hop)).collect();
-        let sealed = self.chunks.append(&motions, items_in(budget - count as u64, usize::MAX), &self.shared.threads)?;
+        let motions: heapless::Vec<Motion<'_>, MOTIONS_AT_ONCE> =
+            hops.filter_map(|hop| self.roadmap.motion_of_plan(hop)).collect();
+        let sealed = self.chunks.append(
+            &motions,
+            items_in(budget - count as u64, usize::MAX),
+            &self.shared.threads,
+        )?;
         self.tally.work += (count + sealed) as u64;
         Ok(Phase::Assemble { next: next + count })
     }
@@ -461,7 +510,8 @@ impl Planner {
     /// Seals what is left of the plan, each chunk a unit of work.
     fn seal(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if self.chunks.unsealed() > 1 {
-            self.tally.work += self.chunks.append(&[], items_in(budget, usize::MAX), &self.shared.threads)? as u64;
+            self.tally.work +=
+                self.chunks.append(&[], items_in(budget, usize::MAX), &self.shared.threads)? as u64;
             return Ok(Phase::Seal);
         }
         self.tally.work += 1;
@@ -472,12 +522,16 @@ impl Planner {
 
 /// Foot placement with the bounds that this robot's soles and the world's friction allow.
 fn placement_config(body: &Body, world: &World, scenario: &Scenario) -> FootPlacementConfig {
-    let standard =
-        FootPlacementConfig::for_soles(&body.sole_polygons, scenario.planner.support_area_min, scenario.checker.support_area_min);
+    let standard = FootPlacementConfig::for_soles(
+        &body.sole_polygons,
+        scenario.planner.support_area_min,
+        scenario.checker.support_area_min,
+    );
     let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
     FootPlacementConfig {
         friction_margin: standard.friction_margin.max(libm::atan(world.mu) - steepest),
-        // Nearer placements first, however little they carry: the search weighs them (docs/decisions/0010-foot-placement.md).
+        // Nearer placements first, however little they carry: the search weighs them
+        // (docs/decisions/0010-foot-placement.md).
         support_area_inflation: 1.0,
         ..standard
     }
@@ -485,5 +539,6 @@ fn placement_config(body: &Body, world: &World, scenario: &Scenario) -> FootPlac
 
 /// Work units between two looks at whether a step shall go on.
 const WORK_PER_LOOK: u64 = 4_096;
-/// Sides of the pyramid that a checker may put inside the friction cone: vertical forces must lie in it too.
+/// Sides of the pyramid that a checker may put inside the friction cone: vertical forces must lie
+/// in it too.
 const FRICTION_SIDES: f64 = 8.0;

@@ -1,5 +1,5 @@
-//! What follows from a configuration: where every part of the robot is. Kept in the root's frame, so that what the legs do not
-//! move is worked out only when it changes.
+//! What follows from a configuration: where every part of the robot is. Kept in the root's frame,
+//! so that what the legs do not move is worked out only when it changes.
 
 use glam::{DAffine3, DMat3, DVec3};
 use heapless::Vec as BoundedVec;
@@ -41,10 +41,13 @@ impl Default for Held {
 }
 
 impl Snapshot {
-    /// The snapshot of a robot whose links have these poses, one for each; they need not fit together.
+    /// The snapshot of a robot whose links have these poses, one for each; they need not fit
+    /// together.
     pub fn of_links(body: &Body, world_from_links: &[Pose]) -> Self {
         let mut snapshot = Self { world_rotation: DMat3::IDENTITY, ..Self::default() };
-        let _ = snapshot.root_from_nodes.extend_from_slice(&[DAffine3::IDENTITY; NODES_MAX][..body.tree.nodes().len()]);
+        let _ = snapshot
+            .root_from_nodes
+            .extend_from_slice(&[DAffine3::IDENTITY; NODES_MAX][..body.tree.nodes().len()]);
         for (node, frame) in body.tree.nodes().iter().zip(&mut snapshot.root_from_nodes) {
             *frame = affine(&world_from_links[node.link]);
         }
@@ -58,7 +61,9 @@ impl Snapshot {
         let tree = &body.tree;
         let q = &configuration.q;
         // Never a number before the first time.
-        if tree.held_joints().any(|joint| q[joint] != self.held.q[joint]) || self.root_from_nodes.is_empty() {
+        if tree.held_joints().any(|joint| q[joint] != self.held.q[joint])
+            || self.root_from_nodes.is_empty()
+        {
             let _ = self.root_from_nodes.resize(tree.nodes().len(), DAffine3::IDENTITY);
             tree.place(0..tree.held_len(), q, &mut self.root_from_nodes);
             self.finish_held(body);

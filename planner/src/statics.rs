@@ -1,5 +1,5 @@
-//! Gravity torques of a robot at rest. Contact forces are taken as vertical, which the inclination bound of foot
-//! placements keeps inside the friction cone.
+//! Gravity torques of a robot at rest. Contact forces are taken as vertical, which the inclination
+//! bound of foot placements keeps inside the friction cone.
 
 use glam::{DAffine3, DVec2, DVec3};
 use surefoot_shared_types::message::limits::JOINTS_MAX;
@@ -41,8 +41,8 @@ struct StaticJoint {
     carries: [bool; 2],
 }
 
-/// What each held joint does against gravity: its torque or force is `-gravity` times the lever along the vertical. In the root's
-/// frame; kg m or kg.
+/// What each held joint does against gravity: its torque or force is `-gravity` times the lever
+/// along the vertical. In the root's frame; kg m or kg.
 pub type Levers = heapless::Vec<DVec3, JOINTS_MAX>;
 
 /// A vertical force on a foot: the share of the weight, and where it acts in world x and y.
@@ -65,7 +65,11 @@ impl Statics {
     /// Compiles a robot; only `effort_share` of each joint's effort may be used.
     pub fn new(model: &RobotModel, effort_share: f64) -> Self {
         let tree = Tree::new(model);
-        let nodes: Vec<_> = tree.nodes().iter().map(|node| MassNode { parent: node.parent, mass: node.mass, com: node.com }).collect();
+        let nodes: Vec<_> = tree
+            .nodes()
+            .iter()
+            .map(|node| MassNode { parent: node.parent, mass: node.mass, com: node.com })
+            .collect();
         let mut masses: Vec<f64> = nodes.iter().map(|node| node.mass).collect();
         for index in (1..nodes.len()).rev() {
             masses[nodes[index].parent] += masses[index];
@@ -78,10 +82,13 @@ impl Statics {
             kind: model.joints[joint].kind,
             mass: masses[node],
             effort: model.joints[joint].effort * effort_share,
-            carries: [0, 1].map(|limb| chains.get(limb).is_some_and(|chain| chain.contains(&joint))),
+            carries: [0, 1]
+                .map(|limb| chains.get(limb).is_some_and(|chain| chain.contains(&joint))),
         };
-        let joints = tree.nodes().iter().enumerate().filter_map(|(index, node)| Some((index, node.joint?)));
-        let (held, moving) = joints.map(static_joint).partition(|joint: &StaticJoint| joint.node < tree.held_len());
+        let joints =
+            tree.nodes().iter().enumerate().filter_map(|(index, node)| Some((index, node.joint?)));
+        let (held, moving) =
+            joints.map(static_joint).partition(|joint: &StaticJoint| joint.node < tree.held_len());
         Self { nodes, held_len: tree.held_len(), held, moving, mass: masses[0] }
     }
 
@@ -114,21 +121,35 @@ impl Statics {
         }));
     }
 
-    /// By how much the centre of mass moves in the world when a held joint does, m for each rad or m of it.
+    /// By how much the centre of mass moves in the world when a held joint does, m for each rad or
+    /// m of it.
     pub fn com_shift(&self, snapshot: &Snapshot, joint: JointIndex) -> DVec3 {
-        let lever = self.held.iter().zip(snapshot.levers()).find(|(held, _)| held.joint == joint).map_or(DVec3::ZERO, |(_, lever)| *lever);
+        let lever = self
+            .held
+            .iter()
+            .zip(snapshot.levers())
+            .find(|(held, _)| held.joint == joint)
+            .map_or(DVec3::ZERO, |(_, lever)| *lever);
         *snapshot.world_rotation() * (-lever / self.mass)
     }
 
-    /// The largest share of a joint's usable effort that gravity asks for when the feet carry `loads`.
+    /// The largest share of a joint's usable effort that gravity asks for when the feet carry
+    /// `loads`.
     pub fn effort_use(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> f64 {
         let mut most: f64 = 0.0;
-        self.each_torque(snapshot, loads, |joint, torque| most = most.max(torque.abs() / joint.effort));
+        self.each_torque(snapshot, loads, |joint, torque| {
+            most = most.max(torque.abs() / joint.effort)
+        });
         most
     }
 
-    /// The joint of which gravity asks the largest share of its usable effort then, and that share, if it asks anything of any.
-    pub fn most_strained(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> Option<(JointIndex, f64)> {
+    /// The joint of which gravity asks the largest share of its usable effort then, and that share,
+    /// if it asks anything of any.
+    pub fn most_strained(
+        &self,
+        snapshot: &Snapshot,
+        loads: &[FootLoad; 2],
+    ) -> Option<(JointIndex, f64)> {
         let mut most: Option<(JointIndex, f64)> = None;
         self.each_torque(snapshot, loads, |joint, torque| {
             let share = torque.abs() / joint.effort;
@@ -140,11 +161,21 @@ impl Statics {
     }
 
     /// The torque (N m) or force (N) that each joint must hold, in joint order.
-    pub fn torques(&self, snapshot: &Snapshot, loads: &[FootLoad; 2], torques: &mut [f64; JOINTS_MAX]) {
+    pub fn torques(
+        &self,
+        snapshot: &Snapshot,
+        loads: &[FootLoad; 2],
+        torques: &mut [f64; JOINTS_MAX],
+    ) {
         self.each_torque(snapshot, loads, |joint, torque| torques[joint.joint] = torque);
     }
 
-    fn each_torque(&self, snapshot: &Snapshot, loads: &[FootLoad; 2], mut take: impl FnMut(&StaticJoint, f64)) {
+    fn each_torque(
+        &self,
+        snapshot: &Snapshot,
+        loads: &[FootLoad; 2],
+        mut take: impl FnMut(&StaticJoint, f64),
+    ) {
         let down = snapshot.turned_to_root(DVec3::NEG_Z * GRAVITY);
         for (joint, lever) in self.held.iter().zip(snapshot.levers()) {
             take(joint, down.dot(*lever));
@@ -153,14 +184,17 @@ impl Statics {
         let moments = self.subtree_moments(self.held_len, self.nodes.len(), frames);
         // Where each load acts, at whatever height: all forces are vertical.
         let pressed = loads.map(|load| {
-            let point = snapshot.turned_to_root(load.point.extend(0.0) - snapshot.world_from_root.translation);
+            let point = snapshot
+                .turned_to_root(load.point.extend(0.0) - snapshot.world_from_root.translation);
             (point, self.mass * load.share)
         });
         for joint in &self.moving {
             let frame = &frames[joint.node];
             let mut lift = -joint.mass;
             let mut arm = frame.translation * joint.mass - moments[joint.node];
-            for ((point, mass), _) in pressed.iter().zip(joint.carries).filter(|(_, carries)| *carries) {
+            for ((point, mass), _) in
+                pressed.iter().zip(joint.carries).filter(|(_, carries)| *carries)
+            {
                 lift += mass;
                 arm += (*point - frame.translation) * *mass;
             }
@@ -168,8 +202,14 @@ impl Statics {
         }
     }
 
-    /// The first mass moment (kg m) of each node of a range and what hangs on it, in the root's frame.
-    fn subtree_moments(&self, first: usize, end: usize, root_from_nodes: &[DAffine3]) -> [DVec3; NODES_MAX] {
+    /// The first mass moment (kg m) of each node of a range and what hangs on it, in the root's
+    /// frame.
+    fn subtree_moments(
+        &self,
+        first: usize,
+        end: usize,
+        root_from_nodes: &[DAffine3],
+    ) -> [DVec3; NODES_MAX] {
         let mut moments = [DVec3::ZERO; NODES_MAX];
         for index in (first..end).rev() {
             let node = &self.nodes[index];
@@ -184,8 +224,8 @@ impl Statics {
 }
 
 impl StaticJoint {
-    /// Its lever, where `lift` is the mass that pushes up beyond it less what it carries, and `arm` the sum of each times where
-    /// it acts from the joint.
+    /// Its lever, where `lift` is the mass that pushes up beyond it less what it carries, and `arm`
+    /// the sum of each times where it acts from the joint.
     fn lever(&self, root_from_node: &DAffine3, lift: f64, arm: DVec3) -> DVec3 {
         let axis = root_from_node.matrix3 * self.axis;
         match self.kind {
@@ -195,8 +235,8 @@ impl StaticJoint {
     }
 }
 
-/// Vertical loads on both feet that balance a centre of mass at `com` with `share` of the weight on foot 1, each within
-/// its own support polygon; `None` where this share admits none.
+/// Vertical loads on both feet that balance a centre of mass at `com` with `share` of the weight on
+/// foot 1, each within its own support polygon; `None` where this share admits none.
 pub fn balance_loads(regions: [&Region; 2], com: DVec2, share: f64) -> Option<[FootLoad; 2]> {
     let shares = [1.0 - share, share];
     let mut points = regions.map(Region::centroid);
@@ -204,7 +244,8 @@ pub fn balance_loads(regions: [&Region; 2], com: DVec2, share: f64) -> Option<[F
         for foot in 0..2 {
             let other = 1 - foot;
             if shares[foot] > 1e-6 {
-                points[foot] = regions[foot].nearest((com - points[other] * shares[other]) / shares[foot]);
+                points[foot] =
+                    regions[foot].nearest((com - points[other] * shares[other]) / shares[foot]);
             }
         }
         let balanced = points[0] * shares[0] + points[1] * shares[1];

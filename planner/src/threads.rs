@@ -1,7 +1,9 @@
-//! Work that the threads of a pool do side by side, with nobody asleep between two short pieces of it.
+//! Work that the threads of a pool do side by side, with nobody asleep between two short pieces of
+//! it.
 //!
-//! Rayon's own loops split their items in two until each stands alone, and a thread that waits falls asleep. Items take 20 us to some
-//! milliseconds here, so both cost much of what threads bring. What is made depends on neither: each item is worked on by itself.
+//! Rayon's own loops split their items in two until each stands alone, and a thread that waits
+//! falls asleep. Items take 20 us to some milliseconds here, so both cost much of what threads
+//! bring. What is made depends on neither: each item is worked on by itself.
 
 mod idle;
 
@@ -14,7 +16,8 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use idle::{Idle, look};
 
-/// How often a thread that waits for another one looks again before it lets rayon put it to sleep: some 150 us.
+/// How often a thread that waits for another one looks again before it lets rayon put it to sleep:
+/// some 150 us.
 const LOOKS_MAX: u32 = 1024;
 
 /// The threads that may share work: those of a pool, or the caller's alone.
@@ -38,9 +41,12 @@ impl Threads {
         if threads.get() == 1 {
             return Ok(Self::default());
         }
-        // Where there are as many threads as cores, each stays on its own: a round lasts less than a scheduler takes to part two threads
-        // that it has woken on one core. Where there are more cores, others may be using the first ones.
-        let cores = core_affinity::get_core_ids().filter(|cores| threads.get() == cores.len()).unwrap_or_default();
+        // Where there are as many threads as cores, each stays on its own: a round lasts less than
+        // a scheduler takes to part two threads that it has woken on one core. Where there are more
+        // cores, others may be using the first ones.
+        let cores = core_affinity::get_core_ids()
+            .filter(|cores| threads.get() == cores.len())
+            .unwrap_or_default();
         let builder = ThreadPoolBuilder::new().num_threads(threads.get());
         let stay = move |index: usize| {
             if let Some(&core) = cores.get(index) {
@@ -48,7 +54,8 @@ impl Threads {
             }
         };
         let pool = builder.start_handler(stay).build()?;
-        // A thread allocates while it starts, and when it first looks for another one's work: wait until each has done both.
+        // A thread allocates while it starts, and when it first looks for another one's work: wait
+        // until each has done both.
         pool.broadcast(|_| rayon::yield_now());
         Ok(Self { crew: Some(Arc::new(Crew { pool, idle: Idle::new(threads.get()) })) })
     }
@@ -63,7 +70,8 @@ impl Threads {
         self.crew.as_ref().map_or(1, |crew| crew.pool.current_num_threads())
     }
 
-    /// Works on one of them, while the others look for what it shares: all that follows is to be called within.
+    /// Works on one of them, while the others look for what it shares: all that follows is to be
+    /// called within.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.crew {
             Some(crew) => crew.pool.install(|| crew.idle.attend(work)),
@@ -72,7 +80,11 @@ impl Threads {
     }
 
     /// Does both, side by side where another thread is free.
-    pub fn both<A: Send, B: Send>(&self, first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B + Send) -> (A, B) {
+    pub fn both<A: Send, B: Send>(
+        &self,
+        first: impl FnOnce() -> A + Send,
+        second: impl FnOnce() -> B + Send,
+    ) -> (A, B) {
         let Some(crew) = &self.crew else { return (first(), second()) };
         let is_done = AtomicBool::new(false);
         rayon::join(
@@ -90,7 +102,8 @@ impl Threads {
         )
     }
 
-    /// Does the same work on each item, which is begun in their order; each thread takes the next one when it is done with one.
+    /// Does the same work on each item, which is begun in their order; each thread takes the next
+    /// one when it is done with one.
     pub fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
         if !self.are_several() {
             return items.iter_mut().for_each(work);
@@ -112,13 +125,15 @@ impl Threads {
         make: impl Fn(T) -> U + Sync,
     ) -> heapless::Vec<U, N> {
         let mut made: heapless::Vec<U, N> = items.iter().map(|_| U::default()).collect();
-        let mut pairs: heapless::Vec<(&mut U, T), N> = made.iter_mut().zip(items.iter().copied()).collect();
+        let mut pairs: heapless::Vec<(&mut U, T), N> =
+            made.iter_mut().zip(items.iter().copied()).collect();
         self.each(&mut pairs, |(made, item)| **made = make(*item));
         drop(pairs);
         made
     }
 
-    /// The first of these numbers for which something can be made, and that. Two threads take them in order, each with a memory of its own.
+    /// The first of these numbers for which something can be made, and that. Two threads take them
+    /// in order, each with a memory of its own.
     pub fn first<M: Send, U: Send>(
         &self,
         numbers: Range<usize>,
@@ -154,7 +169,8 @@ impl Threads {
     }
 }
 
-/// Waits for a while without sleep, and does what else there is to do. What takes longer, or panics, rayon waits for.
+/// Waits for a while without sleep, and does what else there is to do. What takes longer, or
+/// panics, rayon waits for.
 fn wait_for(is_done: &AtomicBool) {
     let is_done = || is_done.load(Ordering::Acquire);
     while !is_done() && look(LOOKS_MAX, is_done) {}
@@ -176,7 +192,10 @@ mod tests {
             for _ in 0..20 {
                 threads.run(|| threads.each(&mut items, |item| *item += 1));
             }
-            assert!(items.iter().enumerate().all(|(index, &item)| item == index + 20), "{count} threads");
+            assert!(
+                items.iter().enumerate().all(|(index, &item)| item == index + 20),
+                "{count} threads"
+            );
             threads.run(|| threads.each(&mut [], |item: &mut usize| *item += 1));
         }
     }
@@ -187,7 +206,8 @@ mod tests {
             if depth == 0 {
                 return 1;
             }
-            let (left, right) = threads.both(|| leaves(threads, depth - 1), || leaves(threads, depth - 1));
+            let (left, right) =
+                threads.both(|| leaves(threads, depth - 1), || leaves(threads, depth - 1));
             left + right
         }
         for count in 1..=5 {
@@ -205,12 +225,20 @@ mod tests {
                 let [one, other] = &mut tried;
                 let make = |number: usize, tried: &mut usize| {
                     *tried += 1;
-                    (number == first || number > first && number.is_multiple_of(3)).then_some(10 * number)
+                    (number == first || number > first && number.is_multiple_of(3))
+                        .then_some(10 * number)
                 };
                 let found = threads.run(|| threads.first(2..30, [one, other], make));
                 let expected = if first < 2 { 3 } else { first };
-                assert_eq!(found, (expected < 30).then_some((expected, 10 * expected)), "{count} threads, {first}");
-                assert!(count > 1 || tried == [expected.min(29) - 1, 0], "one thread tries no more than it must: {tried:?}");
+                assert_eq!(
+                    found,
+                    (expected < 30).then_some((expected, 10 * expected)),
+                    "{count} threads, {first}"
+                );
+                assert!(
+                    count > 1 || tried == [expected.min(29) - 1, 0],
+                    "one thread tries no more than it must: {tried:?}"
+                );
             }
         }
     }

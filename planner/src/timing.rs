@@ -1,18 +1,21 @@
-//! When a chunk's waypoints are reached: as soon as the joints' speeds and accelerations allow, and no sooner than quasi-static.
+//! When a chunk's waypoints are reached: as soon as the joints' speeds and accelerations allow, and
+//! no sooner than quasi-static.
 //!
-//! Between waypoints all moves linearly, so the speed changes at waypoints alone: by `|v[k] - v[k-1]|`, over half the time of both
-//! intervals beside the waypoint. A chunk begins and ends at rest, because the robot may have to stand there for good: the next
-//! chunk may never come.
+//! Between waypoints all moves linearly, so the speed changes at waypoints alone: by
+//! `|v[k] - v[k-1]|`, over half the time of both intervals beside the waypoint. A chunk begins and
+//! ends at rest, because the robot may have to stand there for good: the next chunk may never come.
 //!
-//! An interval of `sqrt(2 d / a)` for a way `d` may begin and end at rest by itself. Where every interval is that long, each change of
-//! speed is at most the sum of two stops, which both intervals have the time for. From there sweeps shorten one interval
-//! after the other as far as its neighbours allow, so every sweep leaves times that hold.
+//! An interval of `sqrt(2 d / a)` for a way `d` may begin and end at rest by itself. Where every
+//! interval is that long, each change of speed is at most the sum of two stops, which both
+//! intervals have the time for. From there sweeps shorten one interval after the other as far as
+//! its neighbours allow, so every sweep leaves times that hold.
 
 use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::message::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
 use surefoot_shared_types::robot::{Joint, RobotModel};
 
-/// The fastest joint of a plan, rad/s or m/s: slow enough to be quasi-static for every robot we tried in physical replay.
+/// The fastest joint of a plan, rad/s or m/s: slow enough to be quasi-static for every robot we
+/// tried in physical replay.
 const JOINT_SPEED_MAX: f64 = 0.4;
 /// The fastest root of a plan, m/s.
 const ROOT_SPEED_MAX: f64 = 0.12;
@@ -40,7 +43,8 @@ pub struct Timing {
 /// The way of every joint within an interval over its largest acceleration, s2.
 type Ways = [f64; JOINTS_MAX];
 
-/// Makes times of the intervals between a chunk's waypoints, the first of which is reached at `begin` (s); answers when the last one is.
+/// Makes times of the intervals between a chunk's waypoints, the first of which is reached at
+/// `begin` (s); answers when the last one is.
 pub fn add_up(waypoints: &mut [Waypoint], begin: f64) -> f64 {
     waypoints.iter_mut().fold(begin, |time, waypoint| {
         waypoint.time += time;
@@ -62,7 +66,8 @@ impl Timing {
         }
     }
 
-    /// Sets the time of each of a chunk's waypoints to what passes since the one before it, s; 0 at the first.
+    /// Sets the time of each of a chunk's waypoints to what passes since the one before it, s; 0 at
+    /// the first.
     pub fn set_intervals(&self, waypoints: &mut [Waypoint]) {
         let intervals = self.intervals(waypoints);
         for (waypoint, interval) in waypoints.iter_mut().zip([0.0].iter().chain(&intervals)) {
@@ -90,13 +95,17 @@ impl Timing {
     }
 
     fn ways(&self, pair: &[Waypoint]) -> Ways {
-        std::array::from_fn(|joint| (pair[1].q[joint] - pair[0].q[joint]) / self.accelerations[joint])
+        std::array::from_fn(|joint| {
+            (pair[1].q[joint] - pair[0].q[joint]) / self.accelerations[joint]
+        })
     }
 
     /// The time that speeds alone ask for.
     fn shortest(&self, pair: &[Waypoint]) -> f64 {
-        let joint = (0..JOINTS_MAX).map(|joint| (pair[1].q[joint] - pair[0].q[joint]).abs() / self.speeds[joint]);
-        let root = pair[0].world_from_root().translation.distance(pair[1].world_from_root().translation);
+        let joint = (0..JOINTS_MAX)
+            .map(|joint| (pair[1].q[joint] - pair[0].q[joint]).abs() / self.speeds[joint]);
+        let root =
+            pair[0].world_from_root().translation.distance(pair[1].world_from_root().translation);
         joint.fold(root / ROOT_SPEED_MAX, f64::max).max(WAYPOINT_INTERVAL_MIN)
     }
 }
@@ -106,7 +115,8 @@ fn rest_to_rest(ways: &Ways) -> f64 {
     (2.0 * ways.iter().fold(0.0, |longest: f64, way| longest.max(way.abs()))).sqrt()
 }
 
-/// The shortest time of an interval, not below `shortest`, with which the changes of speed at both its ends are allowed.
+/// The shortest time of an interval, not below `shortest`, with which the changes of speed at both
+/// its ends are allowed.
 fn shortened(ways: &[Ways], times: &[f64], index: usize, shortest: f64) -> f64 {
     if times[index] <= shortest {
         return times[index];
@@ -114,7 +124,8 @@ fn shortened(ways: &[Ways], times: &[f64], index: usize, shortest: f64) -> f64 {
     let fits = |time: f64| {
         let this = Some((&ways[index], time));
         let other = |at: usize| ways.get(at).map(|way| (way, times[at]));
-        change_fits(index.checked_sub(1).and_then(other), this) && change_fits(this, other(index + 1))
+        change_fits(index.checked_sub(1).and_then(other), this)
+            && change_fits(this, other(index + 1))
     };
     if fits(shortest) {
         return shortest;
@@ -130,9 +141,13 @@ fn shortened(ways: &[Ways], times: &[f64], index: usize, shortest: f64) -> f64 {
 /// Whether no joint's speed changes too much at a waypoint between two intervals; none is rest.
 fn change_fits(before: Option<(&Ways, f64)>, after: Option<(&Ways, f64)>) -> bool {
     const REST: Ways = [0.0; JOINTS_MAX];
-    let [(a, a_time), (b, b_time)] = [before, after].map(|interval| interval.unwrap_or((&REST, 0.0)));
+    let [(a, a_time), (b, b_time)] =
+        [before, after].map(|interval| interval.unwrap_or((&REST, 0.0)));
     let [a_rate, b_rate] = [a_time, b_time].map(|time| if time > 0.0 { 1.0 / time } else { 0.0 });
-    let largest = a.iter().zip(b).fold(0.0, |largest: f64, (a, b)| largest.max((b * b_rate - a * a_rate).abs()));
+    let largest = a
+        .iter()
+        .zip(b)
+        .fold(0.0, |largest: f64, (a, b)| largest.max((b * b_rate - a * a_rate).abs()));
     largest <= 0.5 * (a_time + b_time)
 }
 
@@ -170,8 +185,12 @@ mod tests {
     fn hardest(waypoints: &[Waypoint]) -> f64 {
         let mut before = (0.0, 0.0);
         let mut hardest: f64 = 0.0;
-        let intervals = waypoints.windows(2).map(|pair| (pair[1].time - pair[0].time, pair[1].q[3] - pair[0].q[3]));
-        for (seconds, way) in intervals.map(|(seconds, way)| (seconds, way / seconds)).chain([(0.0, 0.0)]) {
+        let intervals = waypoints
+            .windows(2)
+            .map(|pair| (pair[1].time - pair[0].time, pair[1].q[3] - pair[0].q[3]));
+        for (seconds, way) in
+            intervals.map(|(seconds, way)| (seconds, way / seconds)).chain([(0.0, 0.0)])
+        {
             hardest = hardest.max((way - before.1).abs() / (0.5 * (seconds + before.0)));
             before = (seconds, way);
         }
@@ -181,7 +200,9 @@ mod tests {
     #[test]
     fn a_single_way_takes_the_time_to_start_and_stop() {
         let waypoints = timed(&[0.0, 0.01]);
-        assert!((waypoints[1].time - waypoints[0].time - (2.0 * 0.01 / LIMIT).sqrt()).abs() < 1e-12);
+        assert!(
+            (waypoints[1].time - waypoints[0].time - (2.0 * 0.01 / LIMIT).sqrt()).abs() < 1e-12
+        );
     }
 
     #[test]
@@ -191,7 +212,9 @@ mod tests {
         assert!(hardest(&waypoints) <= LIMIT * (1.0 + 1e-9));
         let speed = |at: usize| 0.01 / (waypoints[at + 1].time - waypoints[at].time);
         assert!((speed(INTERVALS_MAX / 2) - JOINT_SPEED_MAX).abs() < 1e-9);
-        assert!(speed(0) < 0.5 * JOINT_SPEED_MAX && speed(INTERVALS_MAX - 1) < 0.5 * JOINT_SPEED_MAX);
+        assert!(
+            speed(0) < 0.5 * JOINT_SPEED_MAX && speed(INTERVALS_MAX - 1) < 0.5 * JOINT_SPEED_MAX
+        );
         let at_full_speed = INTERVALS_MAX as f64 * 0.01 / JOINT_SPEED_MAX;
         assert!(waypoints[INTERVALS_MAX].time - waypoints[0].time < 1.2 * at_full_speed);
     }
@@ -199,12 +222,18 @@ mod tests {
     #[test]
     fn turns_short_ways_and_standing_still_are_allowed_for() {
         let mut positions = vec![0.0];
-        for step in [0.03, -0.03, 0.0, 1e-5, 0.035, 1e-4, -0.02, 0.0, 0.0, 0.04, 0.04, 1e-9, 0.04, -0.001] {
+        for step in
+            [0.03, -0.03, 0.0, 1e-5, 0.035, 1e-4, -0.02, 0.0, 0.0, 0.04, 0.04, 1e-9, 0.04, -0.001]
+        {
             positions.push(positions.last().unwrap() + step);
         }
         let waypoints = timed(&positions);
         assert!(hardest(&waypoints) <= LIMIT * (1.0 + 1e-9), "{}", hardest(&waypoints));
-        assert!(waypoints.windows(2).all(|pair| pair[1].time - pair[0].time >= WAYPOINT_INTERVAL_MIN - 1e-12));
+        assert!(
+            waypoints
+                .windows(2)
+                .all(|pair| pair[1].time - pair[0].time >= WAYPOINT_INTERVAL_MIN - 1e-12)
+        );
     }
 
     #[test]

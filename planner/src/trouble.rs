@@ -1,8 +1,9 @@
 //! What to do where stage M does not get on, and where along the route [Grey 4.4.4].
 //!
-//! New placements bring new cheap sequences that distract from old ones. So they are added only once the cheapest sequence has a
-//! transition that costs more than is acceptable, or many sequences have failed, ever more rarely, and only near the trouble:
-//! first with the feet wider apart and the toes turned out, then at random, then along a detour, then along another route.
+//! New placements bring new cheap sequences that distract from old ones. So they are added only
+//! once the cheapest sequence has a transition that costs more than is acceptable, or many
+//! sequences have failed, ever more rarely, and only near the trouble: first with the feet wider
+//! apart and the toes turned out, then at random, then along a detour, then along another route.
 
 use glam::DVec3;
 
@@ -13,8 +14,9 @@ use crate::possibility::{Route, Station};
 
 /// Failed sequences after which more placements are sampled, at first and at the most.
 const PATIENCE: [u32; 2] = [24, 192];
-/// What a transition of the cheapest sequence may cost before more placements are sampled, at first and at the most, m3: one
-/// on which no posture holds, 0.3 m long, is beyond the first from its beginning.
+/// What a transition of the cheapest sequence may cost before more placements are sampled, at first
+/// and at the most, m3: one on which no posture holds, 0.3 m long, is beyond the first from its
+/// beginning.
 const ACCEPTABLE_COST: [f64; 2] = [3.2, 9.6];
 /// Sequences that are tried however dear they are.
 const DEAR_SEQUENCES: u32 = 2;
@@ -26,7 +28,8 @@ const DETOUR_WINDOW: usize = 4;
 /// The ways out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Remedy {
-    /// Sweep the stations about what is not found once more, the feet wider apart and the toes turned out.
+    /// Sweep the stations about what is not found once more, the feet wider apart and the toes
+    /// turned out.
     Sweep,
     /// Sample placements at random about the transitions that cannot be found.
     Sample,
@@ -37,7 +40,14 @@ pub enum Remedy {
 }
 
 /// The ways out, in the order in which they are taken; all but the first again and again.
-const REMEDIES: [Remedy; 6] = [Remedy::Sweep, Remedy::Sample, Remedy::Detour, Remedy::Sample, Remedy::Sample, Remedy::Reroute];
+const REMEDIES: [Remedy; 6] = [
+    Remedy::Sweep,
+    Remedy::Sample,
+    Remedy::Detour,
+    Remedy::Sample,
+    Remedy::Sample,
+    Remedy::Reroute,
+];
 /// Where the repetition begins.
 const REPEATED_FROM: usize = 1;
 
@@ -53,12 +63,18 @@ pub struct Trouble {
 impl Default for Trouble {
     /// None so far.
     fn default() -> Self {
-        Self { failed_sequences: 0, patience: PATIENCE[0], acceptable_cost: ACCEPTABLE_COST[0], remedies: 0 }
+        Self {
+            failed_sequences: 0,
+            patience: PATIENCE[0],
+            acceptable_cost: ACCEPTABLE_COST[0],
+            remedies: 0,
+        }
     }
 }
 
 impl Trouble {
-    /// Counts a failed sequence, of which the dearest transition costs so much (m3); answers what to do, if patience is at its end.
+    /// Counts a failed sequence, of which the dearest transition costs so much (m3); answers what
+    /// to do, if patience is at its end.
     pub fn sequence_failed(&mut self, dearest: f64) -> Option<Remedy> {
         self.failed_sequences += 1;
         let is_too_dear = dearest > self.acceptable_cost && self.failed_sequences > DEAR_SEQUENCES;
@@ -123,18 +139,26 @@ impl Focus {
 /// The station of a route that is nearest to a place.
 pub fn nearest_station(route: &Route, place: DVec3) -> usize {
     let distance = |index: usize| route.station(index).place_distance_squared(place);
-    let nearer = |best: usize, index: usize| if distance(index) < distance(best) { index } else { best };
+    let nearer =
+        |best: usize, index: usize| if distance(index) < distance(best) { index } else { best };
     (1..route.stations()).fold(0, nearer)
 }
 
-/// The ends of a detour about a station: far enough on either side within a segment, or `None` where that is all of it.
+/// The ends of a detour about a station: far enough on either side within a segment, or `None`
+/// where that is all of it.
 pub fn detour_about([first, last]: [usize; 2], station: usize) -> Option<[usize; 2]> {
-    let ends = [station.saturating_sub(DETOUR_WINDOW).max(first), (station + DETOUR_WINDOW).min(last)];
+    let ends =
+        [station.saturating_sub(DETOUR_WINDOW).max(first), (station + DETOUR_WINDOW).min(last)];
     (ends != [first, last] && ends[0] < ends[1]).then_some(ends)
 }
 
-/// The mode along a sequence with the highest S(sigma), if any was searched in vain; the first of several.
-pub fn most_laboured(graph: &Graph, costs: &ModeCosts, sequence: &[TransitionId]) -> Option<ModeId> {
+/// The mode along a sequence with the highest S(sigma), if any was searched in vain; the first of
+/// several.
+pub fn most_laboured(
+    graph: &Graph,
+    costs: &ModeCosts,
+    sequence: &[TransitionId],
+) -> Option<ModeId> {
     let modes = sequence.iter().flat_map(|&id| ModeId::of(graph, id));
     let more = |best: Option<ModeId>, mode: ModeId| {
         let least = best.map_or(1, |best| costs.attempts(best));
@@ -146,7 +170,8 @@ pub fn most_laboured(graph: &Graph, costs: &ModeCosts, sequence: &[TransitionId]
 /// Where a transition's feet stand.
 pub fn place_of(graph: &Graph, id: TransitionId) -> Station {
     let (stance, other) = graph.pair(id);
-    Station::of_sole(&stance.world_from_sole).toward_share(&Station::of_sole(&other.world_from_sole), 0.5)
+    Station::of_sole(&stance.world_from_sole)
+        .toward_share(&Station::of_sole(&other.world_from_sole), 0.5)
 }
 
 #[cfg(test)]
@@ -172,13 +197,18 @@ mod tests {
             .collect();
         assert!(rounds.windows(2).all(|pair| pair[0].0 <= pair[1].0));
         assert_eq!(rounds[0], (PATIENCE[0] + 1, Remedy::Sweep));
-        assert!(rounds[1..6].iter().any(|round| round.1 == Remedy::Detour) && rounds[6..].iter().any(|round| round.1 == Remedy::Reroute));
+        assert!(
+            rounds[1..6].iter().any(|round| round.1 == Remedy::Detour)
+                && rounds[6..].iter().any(|round| round.1 == Remedy::Reroute)
+        );
         assert!(rounds[1..].iter().all(|round| round.1 != Remedy::Sweep));
     }
 
     #[test]
     fn what_is_too_dear_ends_patience_early_and_the_more_remedies_the_later() {
-        let failures = |trouble: &mut Trouble, cost: f64| (1..).find(|_| trouble.sequence_failed(cost).is_some()).unwrap();
+        let failures = |trouble: &mut Trouble, cost: f64| {
+            (1..).find(|_| trouble.sequence_failed(cost).is_some()).unwrap()
+        };
         let mut trouble = Trouble::default();
         assert_eq!(failures(&mut trouble, 1.5 * ACCEPTABLE_COST[0]), DEAR_SEQUENCES + 1);
         assert!(failures(&mut trouble, 1.5 * ACCEPTABLE_COST[0]) > PATIENCE[0], "acceptable now");
@@ -188,8 +218,15 @@ mod tests {
     #[test]
     fn the_most_laboured_mode_is_the_one_searched_in_vain_most() {
         let mut graph = Graph::new(3, 4, 4, 1.0);
-        let foothold = |limb, x| Foothold::new(limb, Pose::from_parts(DVec3::new(x, 0.0, 0.0), DQuat::IDENTITY), heapless::Vec::new());
-        let [left, right, ahead] = [(0, 0.0), (1, 0.1), (1, 0.3)].map(|(limb, x)| graph.add_foothold(foothold(limb, x)).unwrap());
+        let foothold = |limb, x| {
+            Foothold::new(
+                limb,
+                Pose::from_parts(DVec3::new(x, 0.0, 0.0), DQuat::IDENTITY),
+                heapless::Vec::new(),
+            )
+        };
+        let [left, right, ahead] = [(0, 0.0), (1, 0.1), (1, 0.3)]
+            .map(|(limb, x)| graph.add_foothold(foothold(limb, x)).unwrap());
         graph.connect(left, right).unwrap();
         graph.connect(left, ahead).unwrap();
         let mut costs = ModeCosts::new(3, 4, 4);
@@ -198,6 +235,10 @@ mod tests {
         costs.add_attempts(ModeId::Single(left), 7);
         costs.add_attempts(ModeId::Single(right), 3);
         assert_eq!(most_laboured(&graph, &costs, &sequence), Some(ModeId::Single(left)));
-        assert_eq!(most_laboured(&graph, &costs, &sequence[..1]), Some(ModeId::Single(right)), "of this sequence alone");
+        assert_eq!(
+            most_laboured(&graph, &costs, &sequence[..1]),
+            Some(ModeId::Single(right)),
+            "of this sequence alone"
+        );
     }
 }

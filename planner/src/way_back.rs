@@ -1,9 +1,10 @@
 //! Back to where the robot can stand, the way it came.
 //!
-//! A robot that met what nobody knew of may stand where a search cannot begin: its lifted foot touches what turned out to be there, or what
-//! carries it is not quite where it should be. What it walked last it can walk backwards, whatever the planner believes of the
-//! world: it has been there. So the lifted foot goes back to where it was lifted, farther back if need be, and the search begins
-//! there.
+//! A robot that met what nobody knew of may stand where a search cannot begin: its lifted foot
+//! touches what turned out to be there, or what carries it is not quite where it should be. What it
+//! walked last it can walk backwards, whatever the planner believes of the world: it has been
+//! there. So the lifted foot goes back to where it was lifted, farther back if need be, and the
+//! search begins there.
 
 use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode, Waypoint};
 use surefoot_shared_types::scene::World;
@@ -26,9 +27,10 @@ pub struct Earlier<'a> {
     pub places: usize,
 }
 
-/// Where a foot was lifted, the robot stood on both and everything holds in `world`, its centre of mass `margin_min` (m) inside its support:
-/// the last such place but `places - 1`, or the farthest there is. `walked` are the chunks that it walked, the last one to where
-/// it stands now. Allocates.
+/// Where a foot was lifted, the robot stood on both and everything holds in `world`, its centre of
+/// mass `margin_min` (m) inside its support: the last such place but `places - 1`, or the farthest
+/// there is. `walked` are the chunks that it walked, the last one to where it stands now.
+/// Allocates.
 ///
 /// # Errors
 /// The world has a shape that cannot be used.
@@ -48,8 +50,10 @@ pub fn lift_off_before<'a>(
         if passed == places {
             break;
         }
-        let (mode, contacts, waypoint) = (pair[0].mode, pair[0].contacts(), &pair[1].waypoints()[0]);
-        let standing = ground.supported_anew(&constraints.body, &standing.after(mode, contacts, waypoint));
+        let (mode, contacts, waypoint) =
+            (pair[0].mode, pair[0].contacts(), &pair[1].waypoints()[0]);
+        let standing =
+            ground.supported_anew(&constraints.body, &standing.after(mode, contacts, waypoint));
         if stand_as(constraints, &standing).is_ok_and(|end| end.holds(constraints, margin_min)) {
             farthest = Some(Earlier { standing, since: &walked[index + 1..], places: passed + 1 });
         }
@@ -57,8 +61,8 @@ pub fn lift_off_before<'a>(
     Ok(farthest)
 }
 
-/// From which chunk on each begins where the one before it ends, and the last one ends where the robot stands; past the last
-/// one if it does not.
+/// From which chunk on each begins where the one before it ends, and the last one ends where the
+/// robot stands; past the last one if it does not.
 fn connected_from(standing: &Standing, walked: &[PlanChunk]) -> usize {
     let mut at = &standing.waypoint;
     let mut first = walked.len();

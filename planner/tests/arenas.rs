@@ -1,4 +1,5 @@
-//! The memory that everything is reserved in. Alone in its file: page faults are counted for the whole process.
+//! The memory that everything is reserved in. Alone in its file: page faults are counted for the
+//! whole process.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the system tells nothing of itself")]
 

@@ -1,4 +1,5 @@
-//! The chunk stream of a plan that was found: what its receiver may rely on, recomputed from the chunks alone.
+//! The chunk stream of a plan that was found: what its receiver may rely on, recomputed from the
+//! chunks alone.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -16,7 +17,8 @@ use surefoot_shared_types::spatial::rotation_distance;
 
 /// How far a stance sole may be from its contact, m and rad.
 const CONTACT_TOLERANCE: f64 = 1e-6;
-/// The share of a small support polygon's depth that `com_margin` takes up at most, as its documentation says.
+/// The share of a small support polygon's depth that `com_margin` takes up at most, as its
+/// documentation says.
 const MARGIN_SHARE_MAX: f64 = 0.6;
 
 fn for_each_walk(check: impl Fn(&Case, &Planner)) {
@@ -49,9 +51,16 @@ fn headers_say_what_the_plan_was_made_for() {
     for_each_walk(|case, planner| {
         for (index, chunk) in planner.chunks().iter().enumerate() {
             let is_last = index + 1 == planner.chunks().len();
-            let flags = if index == 0 { FLAG_FIRST } else { 0 } | if is_last { FLAG_LAST } else { 0 };
-            assert_eq!((chunk.schema, chunk.sequence, chunk.flags), (CHUNK_SCHEMA, index as u64, flags));
-            assert_eq!((chunk.robot, chunk.world, chunk.config), (case.model.digest, case.world.digest, case.scenario.digest));
+            let flags =
+                if index == 0 { FLAG_FIRST } else { 0 } | if is_last { FLAG_LAST } else { 0 };
+            assert_eq!(
+                (chunk.schema, chunk.sequence, chunk.flags),
+                (CHUNK_SCHEMA, index as u64, flags)
+            );
+            assert_eq!(
+                (chunk.robot, chunk.world, chunk.config),
+                (case.model.digest, case.world.digest, case.scenario.digest)
+            );
             assert_eq!(chunk.joints_len as usize, case.model.joints.len());
             assert!((2..=chunk.waypoints.len()).contains(&(chunk.waypoints_len as usize)));
         }
@@ -75,9 +84,18 @@ fn each_chunk_begins_where_and_when_the_last_one_ended() {
     for_each_walk(|_, planner| {
         assert_eq!(planner.chunks()[0].waypoints()[0].time, 0.0);
         for pair in planner.chunks().windows(2) {
-            assert_eq!(pair[0].waypoints().last(), pair[1].waypoints().first(), "chunk {}", pair[1].sequence);
+            assert_eq!(
+                pair[0].waypoints().last(),
+                pair[1].waypoints().first(),
+                "chunk {}",
+                pair[1].sequence
+            );
         }
-        let count = 1 + planner.chunks().iter().map(|chunk| chunk.waypoints().len() as u64 - 1).sum::<u64>();
+        let count = 1 + planner
+            .chunks()
+            .iter()
+            .map(|chunk| chunk.waypoints().len() as u64 - 1)
+            .sum::<u64>();
         assert_eq!(planner.waypoints(), count);
     });
 }
@@ -110,8 +128,14 @@ fn a_foot_is_lifted_and_set_down_before_the_other() {
             let is_allowed = modes[0] == modes[1] || modes.contains(&SupportMode::Double);
             assert!(is_allowed, "chunk {}: {modes:?}", pair[1].sequence);
             for limb in [0, 1] {
-                if let (Some(before), Some(after)) = (contact(&pair[0], limb), contact(&pair[1], limb)) {
-                    assert_eq!(before, after, "chunk {}: foot {limb} moves while it stands", pair[1].sequence);
+                if let (Some(before), Some(after)) =
+                    (contact(&pair[0], limb), contact(&pair[1], limb))
+                {
+                    assert_eq!(
+                        before, after,
+                        "chunk {}: foot {limb} moves while it stands",
+                        pair[1].sequence
+                    );
                 }
             }
         }
@@ -128,7 +152,12 @@ fn steps_are_counted_as_the_contacts_change() {
             moved += u64::from(place.is_some_and(|known| known != *placed));
             *place = Some(*placed);
         }
-        assert!(moved > 0 && moved <= planner.steps(), "{}: {moved}, {} told", case.scenario.name, planner.steps());
+        assert!(
+            moved > 0 && moved <= planner.steps(),
+            "{}: {moved}, {} told",
+            case.scenario.name,
+            planner.steps()
+        );
     });
 }
 
@@ -142,8 +171,12 @@ fn contacts_are_those_of_the_mode() {
                 assert!((DQuat::from_array(contact.rotation).length() - 1.0).abs() < 1e-9);
                 let polygon = &contact.polygon[..contact.polygon_len as usize];
                 assert!(polygon.len() >= 3);
-                let outline = Region::hull(case.model.feet[contact.limb as usize].polygon.iter().copied());
-                assert!(polygon.iter().all(|&corner| outline.margin(corner.into()) > -1e-6), "support beyond the sole");
+                let outline =
+                    Region::hull(case.model.feet[contact.limb as usize].polygon.iter().copied());
+                assert!(
+                    polygon.iter().all(|&corner| outline.margin(corner.into()) > -1e-6),
+                    "support beyond the sole"
+                );
             }
         }
     });
@@ -153,8 +186,14 @@ fn contacts_are_those_of_the_mode() {
 fn time_runs_and_rotations_are_unit() {
     for_each_walk(|_, planner| {
         for chunk in planner.chunks() {
-            assert!(chunk.waypoints().windows(2).all(|pair| pair[0].time < pair[1].time), "chunk {}", chunk.sequence);
-            let is_unit = |waypoint: &Waypoint| (DQuat::from_array(waypoint.root_rotation).length() - 1.0).abs() < 1e-9;
+            assert!(
+                chunk.waypoints().windows(2).all(|pair| pair[0].time < pair[1].time),
+                "chunk {}",
+                chunk.sequence
+            );
+            let is_unit = |waypoint: &Waypoint| {
+                (DQuat::from_array(waypoint.root_rotation).length() - 1.0).abs() < 1e-9
+            };
             assert!(chunk.waypoints().iter().all(is_unit), "chunk {}", chunk.sequence);
         }
     });
@@ -168,15 +207,27 @@ fn joints_keep_their_margins_steps_and_speeds() {
             for waypoint in chunk.waypoints() {
                 for (joint, position) in case.model.joints.iter().zip(waypoint.q) {
                     let margin = config.joint_margin - 1e-12;
-                    assert!((joint.lower + margin..=joint.upper - margin).contains(&position), "{}: {position}", joint.name);
+                    assert!(
+                        (joint.lower + margin..=joint.upper - margin).contains(&position),
+                        "{}: {position}",
+                        joint.name
+                    );
                 }
                 assert!(waypoint.q[case.model.joints.len()..].iter().all(|&unused| unused == 0.0));
             }
             for pair in chunk.waypoints().windows(2) {
                 for (index, joint) in case.model.joints.iter().enumerate() {
                     let step = (pair[1].q[index] - pair[0].q[index]).abs();
-                    assert!(step <= config.waypoint_joint_step + 1e-12, "{} moves {step}", joint.name);
-                    assert!(step / (pair[1].time - pair[0].time) <= joint.velocity, "{} races", joint.name);
+                    assert!(
+                        step <= config.waypoint_joint_step + 1e-12,
+                        "{} moves {step}",
+                        joint.name
+                    );
+                    assert!(
+                        step / (pair[1].time - pair[0].time) <= joint.velocity,
+                        "{} races",
+                        joint.name
+                    );
                 }
             }
         }
@@ -189,11 +240,23 @@ fn joints_start_stop_and_turn_within_their_accelerations() {
         for chunk in planner.chunks() {
             for (index, joint) in case.model.joints.iter().enumerate() {
                 let (mut speed_before, mut seconds_before) = (0.0, 0.0);
-                let interval = |pair: &[Waypoint]| (pair[1].time - pair[0].time, pair[1].q[index] - pair[0].q[index]);
-                let intervals = chunk.waypoints().windows(2).map(interval).map(|(seconds, way)| (seconds, way / seconds));
+                let interval = |pair: &[Waypoint]| {
+                    (pair[1].time - pair[0].time, pair[1].q[index] - pair[0].q[index])
+                };
+                let intervals = chunk
+                    .waypoints()
+                    .windows(2)
+                    .map(interval)
+                    .map(|(seconds, way)| (seconds, way / seconds));
                 for (seconds, speed) in intervals.chain([(0.0, 0.0)]) {
-                    let acceleration = f64::abs(speed - speed_before) / (0.5 * (seconds + seconds_before));
-                    assert!(acceleration < joint.acceleration, "chunk {}: {} by {acceleration}", chunk.sequence, joint.name);
+                    let acceleration =
+                        f64::abs(speed - speed_before) / (0.5 * (seconds + seconds_before));
+                    assert!(
+                        acceleration < joint.acceleration,
+                        "chunk {}: {} by {acceleration}",
+                        chunk.sequence,
+                        joint.name
+                    );
                     (speed_before, seconds_before) = (speed, seconds);
                 }
             }
@@ -209,7 +272,9 @@ fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
             let corners = chunk.contacts().iter().flat_map(|contact| {
                 let sole = contact.world_from_sole();
                 let polygon = &contact.polygon[..contact.polygon_len as usize];
-                polygon.iter().map(move |corner| (sole * DVec2::from(*corner).extend(0.0)).truncate())
+                polygon
+                    .iter()
+                    .map(move |corner| (sole * DVec2::from(*corner).extend(0.0)).truncate())
             });
             let region = Region::hull(corners);
             let depth = region.margin(region.centroid());
@@ -217,11 +282,26 @@ fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
             for waypoint in chunk.waypoints() {
                 let snapshot = body.snapshot(&configuration_of(waypoint));
                 let margin = region.margin(snapshot.com.truncate());
-                assert!(margin >= margin_min, "chunk {}: margin {margin}, depth {depth}", chunk.sequence);
+                assert!(
+                    margin >= margin_min,
+                    "chunk {}: margin {margin}, depth {depth}",
+                    chunk.sequence
+                );
                 for contact in chunk.contacts() {
-                    let (is, wanted) = (body.world_from_sole(&snapshot, contact.limb as usize), contact.world_from_sole());
-                    assert!(is.translation.distance(wanted.translation) < CONTACT_TOLERANCE, "chunk {}", chunk.sequence);
-                    assert!(rotation_distance(is.rotation, wanted.rotation) < CONTACT_TOLERANCE, "chunk {}", chunk.sequence);
+                    let (is, wanted) = (
+                        body.world_from_sole(&snapshot, contact.limb as usize),
+                        contact.world_from_sole(),
+                    );
+                    assert!(
+                        is.translation.distance(wanted.translation) < CONTACT_TOLERANCE,
+                        "chunk {}",
+                        chunk.sequence
+                    );
+                    assert!(
+                        rotation_distance(is.rotation, wanted.rotation) < CONTACT_TOLERANCE,
+                        "chunk {}",
+                        chunk.sequence
+                    );
                 }
             }
         }

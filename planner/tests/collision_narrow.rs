@@ -17,14 +17,20 @@ const TOLERANCE: f64 = 1e-7;
 const CURVED_TOLERANCE: f64 = 1e-4;
 
 fn vector(random: &mut Random, lower: f64, upper: f64) -> DVec3 {
-    DVec3::new(random.uniform(lower, upper), random.uniform(lower, upper), random.uniform(lower, upper))
+    DVec3::new(
+        random.uniform(lower, upper),
+        random.uniform(lower, upper),
+        random.uniform(lower, upper),
+    )
 }
 
 fn rotation(random: &mut Random) -> DQuat {
     // One in four is square with the axes, where edges are parallel.
     if random.below(4) == 0 {
-        let turns = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X].map(|axis| axis * std::f64::consts::FRAC_PI_2);
-        return rotation_from_scaled_axis(turns[random.below(4)]) * rotation_from_scaled_axis(turns[random.below(4)]);
+        let turns = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X]
+            .map(|axis| axis * std::f64::consts::FRAC_PI_2);
+        return rotation_from_scaled_axis(turns[random.below(4)])
+            * rotation_from_scaled_axis(turns[random.below(4)]);
     }
     rotation_from_scaled_axis(vector(random, -3.0, 3.0))
 }
@@ -35,7 +41,8 @@ fn boxed(half_extents: DVec3) -> Shape {
 
 fn cloud(count: usize, seed: u64) -> Shape {
     let mut random = Random::new(seed, Stream::Preparation, 9, 0);
-    let on_ball = (0..count).map(|_| vector(&mut random, -1.0, 1.0).normalize() * DVec3::new(0.2, 0.3, 0.15));
+    let on_ball =
+        (0..count).map(|_| vector(&mut random, -1.0, 1.0).normalize() * DVec3::new(0.2, 0.3, 0.15));
     Shape::ConvexHull { points: on_ball.collect() }
 }
 
@@ -48,11 +55,17 @@ fn bumpy_block() -> Shape {
         for row in 0..=CELLS {
             for column in 0..=CELLS {
                 let height = if level == 1 { 0.2 + random.uniform(0.0, 0.1) } else { -0.1 };
-                vertices.push(DVec3::new(row as f64 * 0.1 - 0.3, column as f64 * 0.1 - 0.3, height));
+                vertices.push(DVec3::new(
+                    row as f64 * 0.1 - 0.3,
+                    column as f64 * 0.1 - 0.3,
+                    height,
+                ));
             }
         }
     }
-    let at = |level: usize, row: usize, column: usize| ((level * (CELLS + 1) + row) * (CELLS + 1) + column) as u32;
+    let at = |level: usize, row: usize, column: usize| {
+        ((level * (CELLS + 1) + row) * (CELLS + 1) + column) as u32
+    };
     let mut quad = |a, b, c, d| triangles.extend([[a, b, c], [a, c, d]]);
     for i in 0..CELLS {
         for j in 0..CELLS {
@@ -64,24 +77,40 @@ fn bumpy_block() -> Shape {
         quad(at(0, 0, i), at(1, 0, i), at(1, 0, i + 1), at(0, 0, i + 1));
         quad(at(0, CELLS, i), at(0, CELLS, i + 1), at(1, CELLS, i + 1), at(1, CELLS, i));
     }
-    Shape::Mesh { vertices, triangles, source: MeshSource { path: "block".into(), scale: DVec3::ONE } }
+    Shape::Mesh {
+        vertices,
+        triangles,
+        source: MeshSource { path: "block".into(), scale: DVec3::ONE },
+    }
 }
 
-/// The same shape in parry's words: a core, its place (cylinders lie along y there), and the radius around it.
+/// The same shape in parry's words: a core, its place (cylinders lie along y there), and the radius
+/// around it.
 fn of_parry(shape: &Shape) -> (SharedShape, Pose, f64) {
-    let upright = Pose::from_parts(DVec3::ZERO, rotation_from_scaled_axis(DVec3::X * std::f64::consts::FRAC_PI_2));
+    let upright = Pose::from_parts(
+        DVec3::ZERO,
+        rotation_from_scaled_axis(DVec3::X * std::f64::consts::FRAC_PI_2),
+    );
     let segment = |half: f64| SharedShape::new(Segment::new(DVec3::Z * half, DVec3::Z * -half));
     match shape {
-        Shape::Box { half_extents } => (SharedShape::new(Cuboid::new(*half_extents)), Pose::IDENTITY, 0.0),
+        Shape::Box { half_extents } => {
+            (SharedShape::new(Cuboid::new(*half_extents)), Pose::IDENTITY, 0.0)
+        }
         Shape::Sphere { radius } => (SharedShape::new(Ball::new(*radius)), Pose::IDENTITY, 0.0),
-        Shape::Cylinder { radius, half_length } => (SharedShape::new(Cylinder::new(*half_length, *radius)), upright, 0.0),
+        Shape::Cylinder { radius, half_length } => {
+            (SharedShape::new(Cylinder::new(*half_length, *radius)), upright, 0.0)
+        }
         Shape::Capsule { radius, half_length } => (segment(*half_length), Pose::IDENTITY, *radius),
-        Shape::ConvexHull { points } => {
-            (SharedShape::new(ConvexPolyhedron::from_convex_hull(points).expect("a solid hull")), Pose::IDENTITY, 0.0)
-        }
-        Shape::Mesh { vertices, triangles, .. } => {
-            (SharedShape::new(TriMesh::new(vertices.clone(), triangles.clone()).expect("a mesh")), Pose::IDENTITY, 0.0)
-        }
+        Shape::ConvexHull { points } => (
+            SharedShape::new(ConvexPolyhedron::from_convex_hull(points).expect("a solid hull")),
+            Pose::IDENTITY,
+            0.0,
+        ),
+        Shape::Mesh { vertices, triangles, .. } => (
+            SharedShape::new(TriMesh::new(vertices.clone(), triangles.clone()).expect("a mesh")),
+            Pose::IDENTITY,
+            0.0,
+        ),
     }
 }
 
@@ -95,18 +124,31 @@ fn agrees(a: &Shape, b: &Shape, poses: usize) {
     let (mut free, mut hit) = (0, 0);
     for _ in 0..poses {
         let a_from_b = Pose::from_parts(vector(&mut random, -0.9, 0.9), rotation(&mut random));
-        let of_cores = distance(&turn_a, &*parry_a, &(a_from_b * turn_b), &*parry_b).expect("parry knows the pair").distance;
+        let of_cores = distance(&turn_a, &*parry_a, &(a_from_b * turn_b), &*parry_b)
+            .expect("parry knows the pair")
+            .distance;
         let truth = (of_cores - radius_a - radius_b).max(0.0);
         let within = |margin| is_within(&solid_a, &solid_b, &a_from_b, margin);
         let both = |margin| {
-            assert_eq!(within(margin), is_within(&solid_b, &solid_a, &a_from_b.inverse(), margin), "not symmetric at {a_from_b:?}");
+            assert_eq!(
+                within(margin),
+                is_within(&solid_b, &solid_a, &a_from_b.inverse(), margin),
+                "not symmetric at {a_from_b:?}"
+            );
             within(margin)
         };
         for margin in [truth + TOLERANCE, truth + 0.01] {
-            assert!(both(margin), "{a:?}\n{b:?}\n{a_from_b:?}: distance {truth} is within {margin}");
+            assert!(
+                both(margin),
+                "{a:?}\n{b:?}\n{a_from_b:?}: distance {truth} is within {margin}"
+            );
         }
         if truth > early {
-            assert!(!both(truth - early), "{a:?}\n{b:?}\n{a_from_b:?}: distance {truth} is beyond {}", truth - early);
+            assert!(
+                !both(truth - early),
+                "{a:?}\n{b:?}\n{a_from_b:?}: distance {truth} is beyond {}",
+                truth - early
+            );
             assert!(!within(0.0));
             free += 1;
         } else {
@@ -165,28 +207,39 @@ fn a_solid_within_a_closed_mesh_is_a_hit_and_within_an_open_one_is_not() {
     let small = Solid::new(&Shape::Sphere { radius: 0.01 }, "small").unwrap();
     let Shape::Mesh { vertices, triangles, source } = closed.clone() else { unreachable!() };
     let open = Shape::Mesh { vertices, triangles: triangles[1..].to_vec(), source };
-    let (closed, open) = (Solid::new(&closed, "closed").unwrap(), Solid::new(&open, "open").unwrap());
+    let (closed, open) =
+        (Solid::new(&closed, "closed").unwrap(), Solid::new(&open, "open").unwrap());
     let mut random = Random::new(5, Stream::Preparation, 6, 0);
     for _ in 0..POSES {
-        let at = DVec3::new(random.uniform(-0.5, 0.5), random.uniform(-0.5, 0.5), random.uniform(-0.3, 0.18));
+        let at = DVec3::new(
+            random.uniform(-0.5, 0.5),
+            random.uniform(-0.5, 0.5),
+            random.uniform(-0.3, 0.18),
+        );
         let inside = at.abs().cmple(DVec3::new(0.28, 0.28, 1.0)).all() && at.z > -0.08;
         let outside = at.abs().cmpge(DVec3::new(0.32, 0.32, 1.0)).any() || at.z < -0.12;
         let hit = is_within(&closed, &small, &Pose::from_parts(at, DQuat::IDENTITY), 0.0);
         assert!(!inside || hit, "{at} is inside");
         assert!(!outside || !hit, "{at} is outside");
     }
-    assert!(is_within(&closed, &small, &Pose::IDENTITY, 0.0) && is_within(&small, &closed, &Pose::IDENTITY, 0.0));
+    assert!(
+        is_within(&closed, &small, &Pose::IDENTITY, 0.0)
+            && is_within(&small, &closed, &Pose::IDENTITY, 0.0)
+    );
     // On lattice lines a ray along an axis would run through edges.
     assert!(!is_within(&open, &small, &Pose::IDENTITY, 0.0));
 }
 
 #[test]
 fn barely_turned_edges_and_capsules_are_not_lost() {
-    let (box_shape, capsule) = (boxed(DVec3::splat(0.2)), Shape::Capsule { radius: 0.05, half_length: 0.4 });
+    let (box_shape, capsule) =
+        (boxed(DVec3::splat(0.2)), Shape::Capsule { radius: 0.05, half_length: 0.4 });
     let solids = [&box_shape, &capsule].map(|shape| Solid::new(shape, "s").unwrap());
     let mut random = Random::new(2, Stream::Preparation, 5, 0);
     for _ in 0..POSES {
-        let turn = rotation_from_scaled_axis(vector(&mut random, -1.0, 1.0) * libm::pow(10.0, random.uniform(-14.0, -2.0)));
+        let turn = rotation_from_scaled_axis(
+            vector(&mut random, -1.0, 1.0) * libm::pow(10.0, random.uniform(-14.0, -2.0)),
+        );
         for (solid, half) in solids.iter().zip([0.2, 0.05]) {
             let apart = 2.0 * half + 0.03;
             let along_x = Pose::from_parts(DVec3::new(apart, 0.0, random.uniform(-0.1, 0.1)), turn);
@@ -215,13 +268,17 @@ fn a_sphere_of_no_radius_is_a_point() {
         let solid = Solid::new(&shape, "s").unwrap();
         let side = solid.aabb().max.x;
         let beside = Pose::from_parts(DVec3::X * (side + 0.03), DQuat::IDENTITY);
-        assert!(is_within(&solid, &point, &beside, 0.031) && !is_within(&solid, &point, &beside, 0.029), "{shape:?}");
+        assert!(
+            is_within(&solid, &point, &beside, 0.031) && !is_within(&solid, &point, &beside, 0.029),
+            "{shape:?}"
+        );
     }
 }
 
 #[test]
 fn degenerate_shapes_are_refused_by_name() {
-    let flat = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::new(0.3, 0.4, 0.0)];
+    let flat =
+        [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::new(0.3, 0.4, 0.0)];
     let source = || MeshSource { path: "m".into(), scale: DVec3::ONE };
     let bad = [
         Shape::ConvexHull { points: flat.to_vec() },

@@ -1,4 +1,5 @@
-//! No query of the collision model touches the heap. Alone in its file: the allocator counts for the whole process.
+//! No query of the collision model touches the heap. Alone in its file: the allocator counts for
+//! the whole process.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -39,14 +40,31 @@ static ALLOCATOR: Counting = Counting;
 /// One shape of every kind around a robot, and a sheet of 20 000 triangles below it.
 fn world_of_every_shape() -> World {
     const ROWS: u32 = 101;
-    let at =
-        |i: u32, j: u32| DVec3::new(f64::from(i) * 0.04 - 2.0, f64::from(j) * 0.04 - 2.0, -1.0 + f64::from((i * 7 + j * 3) % 5) * 0.03);
+    let at = |i: u32, j: u32| {
+        DVec3::new(
+            f64::from(i) * 0.04 - 2.0,
+            f64::from(j) * 0.04 - 2.0,
+            -1.0 + f64::from((i * 7 + j * 3) % 5) * 0.03,
+        )
+    };
     let vertices = (0..ROWS * ROWS).map(|k| at(k / ROWS, k % ROWS)).collect();
     let cells = (0..ROWS - 1).flat_map(|i| (0..ROWS - 1).map(move |j| i * ROWS + j));
-    let triangles = cells.flat_map(|k| [[k, k + ROWS, k + ROWS + 1], [k, k + ROWS + 1, k + 1]]).collect();
-    let corners = (0..40).map(|k| DVec3::new(f64::from(k * 7 % 11), f64::from(k * 5 % 13), f64::from(k * 3 % 17)) * 0.02).collect();
+    let triangles =
+        cells.flat_map(|k| [[k, k + ROWS, k + ROWS + 1], [k, k + ROWS + 1, k + 1]]).collect();
+    let corners = (0..40)
+        .map(|k| {
+            DVec3::new(f64::from(k * 7 % 11), f64::from(k * 5 % 13), f64::from(k * 3 % 17)) * 0.02
+        })
+        .collect();
     let shapes = [
-        (Shape::Mesh { vertices, triangles, source: MeshSource { path: "sheet".into(), scale: DVec3::ONE } }, DVec3::ZERO),
+        (
+            Shape::Mesh {
+                vertices,
+                triangles,
+                source: MeshSource { path: "sheet".into(), scale: DVec3::ONE },
+            },
+            DVec3::ZERO,
+        ),
         (Shape::Box { half_extents: DVec3::splat(0.2) }, DVec3::new(0.8, 0.0, 0.0)),
         (Shape::Sphere { radius: 0.2 }, DVec3::new(-0.8, 0.0, 0.0)),
         (Shape::Cylinder { radius: 0.1, half_length: 0.5 }, DVec3::new(0.0, 0.8, 0.0)),
@@ -58,12 +76,19 @@ fn world_of_every_shape() -> World {
         world_from_shape: Pose::from_parts(at, DQuat::IDENTITY),
         shape,
     };
-    World { mu: 0.6, shapes: shapes.into_iter().enumerate().map(place).collect(), digest: Default::default() }
+    World {
+        mu: 0.6,
+        shapes: shapes.into_iter().enumerate().map(place).collect(),
+        digest: Default::default(),
+    }
 }
 
 #[test]
 fn queries_allocate_nothing() {
-    let robot = load_robot(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml")).unwrap();
+    let robot = load_robot(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml"),
+    )
+    .unwrap();
     let model = CollisionModel::new(&robot, &world_of_every_shape(), 0.01).unwrap();
     let body = Body::new(&robot, &PlannerConfig::default()).unwrap();
     let mut snapshot = Snapshot::default();
@@ -76,8 +101,14 @@ fn queries_allocate_nothing() {
         for (value, joint) in q.iter_mut().zip(&robot.joints) {
             *value = random.uniform(joint.lower, joint.upper).clamp(-0.6, 0.6);
         }
-        let root =
-            Pose::from_parts(DVec3::new(random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8), random.uniform(-0.3, 0.6)), DQuat::IDENTITY);
+        let root = Pose::from_parts(
+            DVec3::new(
+                random.uniform(-0.8, 0.8),
+                random.uniform(-0.8, 0.8),
+                random.uniform(-0.3, 0.6),
+            ),
+            DQuat::IDENTITY,
+        );
         body.snapshot_into(&Configuration { world_from_root: root, q }, &mut snapshot);
         let states = [FootState::Stance, FootState::Leaving, FootState::Free];
         let feet = [states[random.below(3)], states[random.below(3)]];
@@ -86,8 +117,10 @@ fn queries_allocate_nothing() {
         }
         self_hits += usize::from(model.self_hit(&snapshot).is_some());
         free += usize::from(model.hit(&snapshot, &feet).is_none());
-        foot_hits +=
-            usize::from(model.foot_hit(random.below(2), &root, feet[0]).is_some() || model.feet_hit([&root, &snapshot.world_from_node(1)]));
+        foot_hits += usize::from(
+            model.foot_hit(random.below(2), &root, feet[0]).is_some()
+                || model.feet_hit([&root, &snapshot.world_from_node(1)]),
+        );
         assert!(model.motion_bound(&snapshot, &snapshot) < 1e-9);
     }
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before, "queries allocated");

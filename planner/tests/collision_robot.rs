@@ -20,7 +20,8 @@ const CLEARANCE: f64 = 0.01;
 const STANCE: [FootState; 2] = [FootState::Stance; 2];
 
 fn hubo() -> RobotModel {
-    load_robot(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml")).expect("the reference robot loads")
+    load_robot(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml"))
+        .expect("the reference robot loads")
 }
 
 fn world(boxes: &[(DVec3, DVec3)]) -> World {
@@ -29,7 +30,11 @@ fn world(boxes: &[(DVec3, DVec3)]) -> World {
         world_from_shape: Pose::from_parts(center, DQuat::IDENTITY),
         shape: Shape::Box { half_extents },
     };
-    World { mu: 0.6, shapes: boxes.iter().enumerate().map(place).collect(), digest: Default::default() }
+    World {
+        mu: 0.6,
+        shapes: boxes.iter().enumerate().map(place).collect(),
+        digest: Default::default(),
+    }
 }
 
 /// A floor whose top is at `top`.
@@ -44,7 +49,10 @@ fn poses_at(robot: &RobotModel, root: &Pose, q: &[f64]) -> Vec<Pose> {
 }
 
 fn seen(robot: &RobotModel, poses: &[Pose]) -> Snapshot {
-    Snapshot::of_links(&Body::new(robot, &PlannerConfig::default()).expect("the robot walks"), poses)
+    Snapshot::of_links(
+        &Body::new(robot, &PlannerConfig::default()).expect("the robot walks"),
+        poses,
+    )
 }
 
 /// Standing with the left sole at the height 0.
@@ -56,7 +64,10 @@ fn standing(robot: &RobotModel) -> Vec<Pose> {
 }
 
 fn raised(poses: &[Pose], by: f64) -> Vec<Pose> {
-    poses.iter().map(|pose| Pose::from_parts(pose.translation + DVec3::Z * by, pose.rotation)).collect()
+    poses
+        .iter()
+        .map(|pose| Pose::from_parts(pose.translation + DVec3::Z * by, pose.rotation))
+        .collect()
 }
 
 #[test]
@@ -75,9 +86,11 @@ fn self_clearance_never_asks_for_more_than_half_of_what_standing_leaves() {
     let poses = standing(&robot);
     assert_eq!(model.self_hit(&seen(&robot, &poses)), None);
     // The feet stand `apart` beside each other, so half of the gap between their boxes is asked.
-    let soles = [0, 1].map(|limb: usize| poses[robot.feet[limb].link] * robot.feet[limb].link_from_sole);
+    let soles =
+        [0, 1].map(|limb: usize| poses[robot.feet[limb].link] * robot.feet[limb].link_from_sole);
     let gap = (soles[0].translation.y - soles[1].translation.y) - 0.14;
-    let left_at = |apart: f64| Pose::from_parts(DVec3::new(0.0, 0.14 + apart, 0.0), DQuat::IDENTITY);
+    let left_at =
+        |apart: f64| Pose::from_parts(DVec3::new(0.0, 0.14 + apart, 0.0), DQuat::IDENTITY);
     assert!(model.feet_hit([&left_at(0.5 * gap - 1e-6), &Pose::IDENTITY]));
     assert!(!model.feet_hit([&left_at(0.5 * gap + 1e-6), &Pose::IDENTITY]));
 }
@@ -87,10 +100,24 @@ fn what_a_foot_does_decides_how_near_the_floor_may_be() {
     let robot = hubo();
     let model = CollisionModel::new(&robot, &world(&[floor(0.0)]), CLEARANCE).unwrap();
     let poses = standing(&robot);
-    let hits = |by: f64, state: FootState| model.world_hit(&seen(&robot, &raised(&poses, by)), &[state; 2]).is_some();
-    assert!(!hits(0.0, FootState::Stance) && !hits(-0.0014, FootState::Stance) && hits(-0.0016, FootState::Stance));
-    assert!(!hits(0.0, FootState::Leaving) && !hits(-0.0004, FootState::Leaving) && hits(-0.0006, FootState::Leaving));
-    assert!(hits(0.0, FootState::Free) && hits(0.0099, FootState::Free) && !hits(0.0101, FootState::Free));
+    let hits = |by: f64, state: FootState| {
+        model.world_hit(&seen(&robot, &raised(&poses, by)), &[state; 2]).is_some()
+    };
+    assert!(
+        !hits(0.0, FootState::Stance)
+            && !hits(-0.0014, FootState::Stance)
+            && hits(-0.0016, FootState::Stance)
+    );
+    assert!(
+        !hits(0.0, FootState::Leaving)
+            && !hits(-0.0004, FootState::Leaving)
+            && hits(-0.0006, FootState::Leaving)
+    );
+    assert!(
+        hits(0.0, FootState::Free)
+            && hits(0.0099, FootState::Free)
+            && !hits(0.0101, FootState::Free)
+    );
 }
 
 #[test]
@@ -115,7 +142,13 @@ fn clearance_is_asked_beside_a_leaving_foot_and_not_beside_a_standing_one() {
 fn a_foot_alone_is_judged_as_in_the_whole_robot() {
     let robot = hubo();
     let mut random = Random::new(4, Stream::Preparation, 1, 0);
-    let mut offset = |reach: f64| DVec3::new(random.uniform(-reach, reach), random.uniform(-reach, reach), random.uniform(-reach, reach));
+    let mut offset = |reach: f64| {
+        DVec3::new(
+            random.uniform(-reach, reach),
+            random.uniform(-reach, reach),
+            random.uniform(-reach, reach),
+        )
+    };
     let blocks: Vec<_> = (0..20).map(|_| (offset(0.5), DVec3::splat(0.03))).collect();
     let model = CollisionModel::new(&robot, &world(&blocks), CLEARANCE).unwrap();
     let at_rest = standing(&robot);
@@ -154,12 +187,25 @@ fn every_link_that_touches_a_block_is_found() {
     let robot = hubo();
     let tree = Tree::new(&robot);
     let poses = standing(&robot);
-    for (link, pose) in poses.iter().enumerate().filter(|&(link, _)| !robot.links[link].shapes.is_empty()) {
+    for (link, pose) in
+        poses.iter().enumerate().filter(|&(link, _)| !robot.links[link].shapes.is_empty())
+    {
         let center = *pose * robot.links[link].shapes[0].link_from_shape.translation;
-        let model = CollisionModel::new(&robot, &world(&[(center, DVec3::splat(0.001))]), CLEARANCE).unwrap();
+        let model =
+            CollisionModel::new(&robot, &world(&[(center, DVec3::splat(0.001))]), CLEARANCE)
+                .unwrap();
         let is_joined = |other: usize| tree.of_link(other).0 == tree.of_link(link).0;
-        let alone: Vec<Pose> = poses.iter().enumerate().map(|(i, p)| if is_joined(i) { *p } else { raised(&[*p], 50.0)[0] }).collect();
-        assert_eq!(model.world_hit(&seen(&robot, &alone), &STANCE), Some(Hit::World { link, shape: 0 }), "{}", robot.links[link].name);
+        let alone: Vec<Pose> = poses
+            .iter()
+            .enumerate()
+            .map(|(i, p)| if is_joined(i) { *p } else { raised(&[*p], 50.0)[0] })
+            .collect();
+        assert_eq!(
+            model.world_hit(&seen(&robot, &alone), &STANCE),
+            Some(Hit::World { link, shape: 0 }),
+            "{}",
+            robot.links[link].name
+        );
     }
 }
 
@@ -171,7 +217,10 @@ fn crossed_legs_hit_each_other() {
     let (left, right) = (robot.feet[0].link, robot.feet[1].link);
     poses[left] = poses[right];
     let hit = model.self_hit(&seen(&robot, &poses));
-    assert!(matches!(hit, Some(Hit::SelfPair { a, b }) if a < b && (a, b) == (left.min(right), left.max(right))), "{hit:?}");
+    assert!(
+        matches!(hit, Some(Hit::SelfPair { a, b }) if a < b && (a, b) == (left.min(right), left.max(right))),
+        "{hit:?}"
+    );
 }
 
 #[test]
@@ -183,7 +232,12 @@ fn allowed_pairs_repeat_and_hold_neighbours_only() {
     assert!(first.allowed_pairs().is_sorted() && first.allowed_pairs().iter().all(|(a, b)| a < b));
     let (left, right) = (robot.feet[0].link, robot.feet[1].link);
     assert!(!first.allowed_pairs().contains(&(left.min(right), left.max(right))));
-    for (link, attachment) in robot.links.iter().enumerate().filter_map(|(link, l)| l.parent.as_ref().map(|parent| (link, parent))) {
+    for (link, attachment) in robot
+        .links
+        .iter()
+        .enumerate()
+        .filter_map(|(link, l)| l.parent.as_ref().map(|parent| (link, parent)))
+    {
         let has_shapes = |link: usize| !robot.links[link].shapes.is_empty();
         if has_shapes(link) && has_shapes(attachment.parent) {
             assert!(first.allowed_pairs().contains(&(attachment.parent, link)));
@@ -194,15 +248,18 @@ fn allowed_pairs_repeat_and_hold_neighbours_only() {
 
 /// The robot with a joint held at a position.
 fn holding(mut robot: RobotModel, (name, position): (&str, f64)) -> RobotModel {
-    let index = robot.joints.iter().position(|joint| joint.name == name).expect("the robot has this joint");
+    let index =
+        robot.joints.iter().position(|joint| joint.name == name).expect("the robot has this joint");
     let joint = robot.joints.remove(index);
     robot.standing_q.remove(index);
     for attachment in robot.links.iter_mut().filter_map(|link| link.parent.as_mut()) {
-        attachment.joint = attachment.joint.filter(|&at| at != index).map(|at| at - usize::from(at > index));
+        attachment.joint =
+            attachment.joint.filter(|&at| at != index).map(|at| at - usize::from(at > index));
     }
     let attachment = robot.links[joint.child].parent.as_mut().expect("a joint leads there");
     let parent_from_joint = attachment.parent_from_joint;
-    attachment.parent_from_joint = parent_from_joint * Pose::from_rotation(rotation_from_scaled_axis(position * joint.axis));
+    attachment.parent_from_joint =
+        parent_from_joint * Pose::from_rotation(rotation_from_scaled_axis(position * joint.axis));
     robot.locked_joints.push(LockedJoint { joint, position, parent_from_joint });
     robot
 }
@@ -210,7 +267,9 @@ fn holding(mut robot: RobotModel, (name, position): (&str, f64)) -> RobotModel {
 #[test]
 fn links_do_not_become_neighbours_because_a_joint_between_them_is_locked() {
     let free = CollisionModel::new(&hubo(), &world(&[]), CLEARANCE).unwrap();
-    let held = [("left_elbow", -0.4), ("left_wrist_yaw", 0.0), ("right_shoulder_roll", -0.15)].into_iter().fold(hubo(), holding);
+    let held = [("left_elbow", -0.4), ("left_wrist_yaw", 0.0), ("right_shoulder_roll", -0.15)]
+        .into_iter()
+        .fold(hubo(), holding);
     let model = CollisionModel::new(&held, &world(&[]), CLEARANCE).unwrap();
     assert_eq!(model.allowed_pairs(), free.allowed_pairs());
     assert_eq!(model.self_hit(&seen(&held, &standing(&held))), None);
@@ -218,11 +277,19 @@ fn links_do_not_become_neighbours_because_a_joint_between_them_is_locked() {
 
 #[test]
 fn links_that_are_held_in_one_another_hit() {
-    let arm = [("left_shoulder_pitch", 0.0), ("left_shoulder_roll", 0.0), ("left_shoulder_yaw", -1.57), ("left_elbow", -1.57)];
+    let arm = [
+        ("left_shoulder_pitch", 0.0),
+        ("left_shoulder_roll", 0.0),
+        ("left_shoulder_yaw", -1.57),
+        ("left_elbow", -1.57),
+    ];
     let held = arm.into_iter().fold(hubo(), holding);
     let model = CollisionModel::new(&held, &world(&[]), CLEARANCE).unwrap();
     let hit = model.self_hit(&seen(&held, &standing(&held))).map(|hit| model.describe(hit));
-    assert!(hit.as_deref().is_some_and(|hit| hit.starts_with("link 'torso' meets link 'left_")), "{hit:?}");
+    assert!(
+        hit.as_deref().is_some_and(|hit| hit.starts_with("link 'torso' meets link 'left_")),
+        "{hit:?}"
+    );
 }
 
 #[test]
@@ -232,8 +299,13 @@ fn no_corner_moves_further_than_the_bound() {
     let mut random = Random::new(8, Stream::Preparation, 2, 0);
     for _ in 0..300 {
         let mut draw = || {
-            let q: Vec<f64> = robot.joints.iter().map(|joint| random.uniform(joint.lower, joint.upper)).collect();
-            let turn = DVec3::new(random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0));
+            let q: Vec<f64> =
+                robot.joints.iter().map(|joint| random.uniform(joint.lower, joint.upper)).collect();
+            let turn = DVec3::new(
+                random.uniform(-2.0, 2.0),
+                random.uniform(-2.0, 2.0),
+                random.uniform(-2.0, 2.0),
+            );
             poses_at(&robot, &Pose::from_parts(turn, rotation_from_scaled_axis(turn)), &q)
         };
         let (from, to) = (draw(), draw());
@@ -244,10 +316,17 @@ fn no_corner_moves_further_than_the_bound() {
                 let reach = match &placed.shape {
                     Shape::Box { half_extents } => *half_extents,
                     Shape::Cylinder { half_length, .. } => DVec3::new(0.0, 0.0, *half_length),
-                    Shape::Capsule { half_length, radius } => DVec3::new(0.0, 0.0, half_length + radius),
+                    Shape::Capsule { half_length, radius } => {
+                        DVec3::new(0.0, 0.0, half_length + radius)
+                    }
                     _ => DVec3::ZERO,
                 };
-                for corner in [reach, -reach, reach * DVec3::new(1.0, -1.0, 1.0), reach * DVec3::new(-1.0, 1.0, 1.0)] {
+                for corner in [
+                    reach,
+                    -reach,
+                    reach * DVec3::new(1.0, -1.0, 1.0),
+                    reach * DVec3::new(-1.0, 1.0, 1.0),
+                ] {
                     let point = placed.link_from_shape * corner;
                     furthest = furthest.max((to[link] * point - from[link] * point).length());
                 }
@@ -261,10 +340,20 @@ fn no_corner_moves_further_than_the_bound() {
 fn a_clearance_or_shape_that_cannot_be_is_refused() {
     let robot = hubo();
     for clearance in [-0.01, f64::NAN, f64::INFINITY] {
-        assert!(CollisionModel::new(&robot, &world(&[]), clearance).unwrap_err().to_string().contains("clearance"));
+        assert!(
+            CollisionModel::new(&robot, &world(&[]), clearance)
+                .unwrap_err()
+                .to_string()
+                .contains("clearance")
+        );
     }
     let flat = world(&[(DVec3::ZERO, DVec3::new(1.0, 1.0, 0.0))]);
-    assert!(CollisionModel::new(&robot, &flat, CLEARANCE).unwrap_err().to_string().starts_with("world shape 'box 0'"));
+    assert!(
+        CollisionModel::new(&robot, &flat, CLEARANCE)
+            .unwrap_err()
+            .to_string()
+            .starts_with("world shape 'box 0'")
+    );
     let mut nowhere = world(&[floor(0.0)]);
     nowhere.shapes[0].world_from_shape.translation.x = f64::NAN;
     assert!(CollisionModel::new(&robot, &nowhere, CLEARANCE).is_err());

@@ -1,8 +1,9 @@
-//! The same inputs give the same plan, byte for byte: however often, on however many threads, in however large steps,
-//! and in every build.
+//! The same inputs give the same plan, byte for byte: however often, on however many threads, in
+//! however large steps, and in every build.
 //!
-//! The digests in `tests/data/golden_digests.txt` are those of the shipped scenarios with their shipped seeds. After a change that
-//! is meant to change plans, `SUREFOOT_BLESS=1 cargo test --release -p surefoot-planner --test determinism` rewrites them.
+//! The digests in `tests/data/golden_digests.txt` are those of the shipped scenarios with their
+//! shipped seeds. After a change that is meant to change plans,
+//! `SUREFOOT_BLESS=1 cargo test --release -p surefoot-planner --test determinism` rewrites them.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -61,18 +62,33 @@ fn plan(case: &Case, threads: usize, step: u64) -> (Digest, Tally) {
     (planner.digest(), planner.tally())
 }
 
-/// How a search ends, in one line: its outcome, and the digest of the plan or, where there is none, of all that was counted.
+/// How a search ends, in one line: its outcome, and the digest of the plan or, where there is none,
+/// of all that was counted.
 fn ending(name: &str, threads: usize) -> String {
     let mut planner = Case::shipped(name).planner(threads);
     let outcome = run(&mut planner, STEP);
-    let digest = if outcome == Outcome::Found { planner.digest() } else { digest_of(&planner.tally()) };
+    let digest =
+        if outcome == Outcome::Found { planner.digest() } else { digest_of(&planner.tally()) };
     format!("{} {digest}", outcome.word())
 }
 
 fn digest_of(tally: &Tally) -> Digest {
-    let Tally { work, work_by_stage, sequences, routes, sweeps, transitions_found, motions_found, .. } = tally;
-    let counts =
-        [&[*work, *sequences, *routes, *sweeps, *transitions_found, *motions_found][..], work_by_stage, &tally.rejections].concat();
+    let Tally {
+        work,
+        work_by_stage,
+        sequences,
+        routes,
+        sweeps,
+        transitions_found,
+        motions_found,
+        ..
+    } = tally;
+    let counts = [
+        &[*work, *sequences, *routes, *sweeps, *transitions_found, *motions_found][..],
+        work_by_stage,
+        &tally.rejections,
+    ]
+    .concat();
     Digest::of(&[bytemuck::cast_slice(&counts)])
 }
 
@@ -120,7 +136,8 @@ fn an_unsuccessful_search_can_be_made_again() {
 
 #[test]
 fn another_seed_gives_another_plan() {
-    let digests: Vec<Digest> = [1, 2, 3].map(|seed| plan(&Case::shipped("ibeam_gap").with_seed(seed), 2, STEP).0).into();
+    let digests: Vec<Digest> =
+        [1, 2, 3].map(|seed| plan(&Case::shipped("ibeam_gap").with_seed(seed), 2, STEP).0).into();
     assert!(digests[0] != digests[1] && digests[1] != digests[2] && digests[0] != digests[2]);
 }
 
@@ -133,7 +150,10 @@ fn another_seed_moves_the_robot_otherwise_where_it_must_sample() {
         waypoints.map(|waypoint| waypoint.root_position).collect::<Vec<_>>()
     };
     let first = waypoints(1);
-    assert!((2..=5).any(|seed| waypoints(seed) != first), "five seeds, one motion: does the search draw from its streams?");
+    assert!(
+        (2..=5).any(|seed| waypoints(seed) != first),
+        "five seeds, one motion: does the search draw from its streams?"
+    );
 }
 
 /// The golden file: how the search of each scenario ends.
@@ -153,17 +173,23 @@ fn every_build_makes_the_plans_it_always_made() {
     let searched = searched().into_iter().zip((1..=4).cycle());
     endings.extend(searched.map(|(name, threads)| (name.to_owned(), ending(name, threads))));
     if std::env::var_os("SUREFOOT_BLESS").is_some() {
-        let lines: String = endings.iter().map(|(name, ending)| format!("{name} {ending}\n")).collect();
+        let lines: String =
+            endings.iter().map(|(name, ending)| format!("{name} {ending}\n")).collect();
         std::fs::write(&path, lines).unwrap();
     } else {
-        assert_eq!(endings, before, "plans have changed; if they were meant to, bless {GOLDEN} as this test's file says");
+        assert_eq!(
+            endings, before,
+            "plans have changed; if they were meant to, bless {GOLDEN} as this test's file says"
+        );
     }
 }
 
 #[test]
 fn every_shipped_scenario_has_a_golden_digest_or_is_known_to_take_too_long() {
     let files = std::fs::read_dir(repository().join("configs/scenarios")).unwrap();
-    let mut shipped: Vec<String> = files.map(|file| file.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned()).collect();
+    let mut shipped: Vec<String> = files
+        .map(|file| file.unwrap().path().file_stem().unwrap().to_string_lossy().into_owned())
+        .collect();
     shipped.sort_unstable();
     let mut known = [&QUICK[..], &LONG, &LEFT_OUT].concat();
     known.sort_unstable();

@@ -53,8 +53,13 @@ fn queries_do_not_allocate_and_count_what_they_drop() {
 }
 
 fn a_small_scratch_drops_and_says_so() {
-    let config =
-        FootPlacementConfig { features_max: 2, planes_max: 1, candidates_max: 3, intersection_points_max: 5, ..Default::default() };
+    let config = FootPlacementConfig {
+        features_max: 2,
+        planes_max: 1,
+        candidates_max: 3,
+        intersection_points_max: 5,
+        ..Default::default()
+    };
     let surfaces = Surfaces::new(&world(ibeams()), config.clone()).unwrap();
     let mut scratch = Scratch::new(&config);
     let polygon = sole();

@@ -1,4 +1,5 @@
-//! Nested placements: found in the concave M where no random plane finds one, and held by friction on both faces.
+//! Nested placements: found in the concave M where no random plane finds one, and held by friction
+//! on both faces.
 
 mod foot_placement_worlds;
 
@@ -12,8 +13,12 @@ const SAMPLING_ONLY: Effort = Effort { geometric_max: 0, varied_max: 0, sampled_
 /// Two wedges whose faces rise at `angles` (right, left) from a valley along y, 0.3 wide each.
 fn groove(angles: [f64; 2]) -> Vec<(Shape, Pose)> {
     let wedge = |side: f64, angle: f64| {
-        let outline = [(0.0, -0.1), (0.0, 0.0), (side * 0.3, 0.3 * libm::tan(angle)), (side * 0.3, -0.1)];
-        let points = outline.iter().flat_map(|&(x, z)| [DVec3::new(x, -0.5, z), DVec3::new(x, 0.5, z)]).collect();
+        let outline =
+            [(0.0, -0.1), (0.0, 0.0), (side * 0.3, 0.3 * libm::tan(angle)), (side * 0.3, -0.1)];
+        let points = outline
+            .iter()
+            .flat_map(|&(x, z)| [DVec3::new(x, -0.5, z), DVec3::new(x, 0.5, z)])
+            .collect();
         (Shape::ConvexHull { points }, Pose::IDENTITY)
     };
     vec![wedge(1.0, angles[0]), wedge(-1.0, angles[1])]
@@ -32,13 +37,15 @@ fn nests(surfaces: &Surfaces, request: &Request) -> Vec<Placement> {
     found
 }
 
-/// Whether two forces within friction of the faces of a symmetric or asymmetric groove carry a weight above `x`: one at the valley, the
-/// other somewhere on the right face up to `far` (m along it). Tried on a grid, no formula.
+/// Whether two forces within friction of the faces of a symmetric or asymmetric groove carry a
+/// weight above `x`: one at the valley, the other somewhere on the right face up to `far` (m along
+/// it). Tried on a grid, no formula.
 fn is_carried(angles: [f64; 2], x: f64, far: f64) -> bool {
     let friction = friction_angle();
     let steps = |count: i32| (0..=count).map(move |step| f64::from(step) / f64::from(count));
     steps(400).any(|share| {
-        // The valley's force leans to the right by `lean`, and meets the weight's line at this height.
+        // The valley's force leans to the right by `lean`, and meets the weight's line at this
+        // height.
         let lean = angles[1] - friction + 2.0 * friction * share;
         let height = x / libm::tan(lean);
         lean > 1e-3
@@ -62,7 +69,10 @@ fn the_m_holds_a_sole_with_its_toes_in_the_valley() {
     for placement in &found {
         let pose = placement.world_from_sole;
         assert_eq!(placement.source, Source::Nested);
-        assert!(((pose.rotation * DVec3::Z).z - libm::cos(angle)).abs() < 1e-9, "it lies flat on a face");
+        assert!(
+            ((pose.rotation * DVec3::Z).z - libm::cos(angle)).abs() < 1e-9,
+            "it lies flat on a face"
+        );
         let corners: Vec<DVec3> = polygon.iter().map(|p| pose * p.extend(0.0)).collect();
         let lowest = corners.iter().map(|p| p.x.abs()).fold(f64::INFINITY, f64::min);
         assert!(lowest < 1e-3, "its edge is {lowest} from the valley");
@@ -72,7 +82,8 @@ fn the_m_holds_a_sole_with_its_toes_in_the_valley() {
         let far = corners.iter().map(|p| libm::hypot(p.x, p.z)).fold(0.0, f64::max);
         assert!(is_carried([angle; 2], middle, far), "friction does not hold it");
     }
-    let toes_first = |p: &Placement| (p.world_from_sole * DVec3::new(0.13, 0.0, 0.0)).x.abs() < 1e-3;
+    let toes_first =
+        |p: &Placement| (p.world_from_sole * DVec3::new(0.13, 0.0, 0.0)).x.abs() < 1e-3;
     assert!(found.iter().any(toes_first), "its toes are in the valley");
 }
 
@@ -94,10 +105,12 @@ fn what_friction_cannot_hold_is_no_nest() {
     let request = request(&polygon, turned(0.1, 0.0, 0.1, std::f64::consts::PI));
     let mut held = 0;
     for step in 0..12 {
-        let angles = [friction_angle() * (1.1 + 0.07 * f64::from(step)), 0.2 + 0.05 * f64::from(step)];
+        let angles =
+            [friction_angle() * (1.1 + 0.07 * f64::from(step)), 0.2 + 0.05 * f64::from(step)];
         let found = nests(&surfaces(groove(angles)), &request);
         for placement in found.iter().filter(|p| (p.world_from_sole.rotation * DVec3::Z).x < 0.0) {
-            let corners: Vec<DVec3> = polygon.iter().map(|p| placement.world_from_sole * p.extend(0.0)).collect();
+            let corners: Vec<DVec3> =
+                polygon.iter().map(|p| placement.world_from_sole * p.extend(0.0)).collect();
             let middle = corners.iter().map(|p| p.x).sum::<f64>() / 4.0;
             let far = corners.iter().map(|p| libm::hypot(p.x, p.z)).fold(0.0, f64::max);
             assert!(is_carried(angles, middle, far), "{angles:?}");
@@ -114,7 +127,10 @@ fn one_steep_face_or_a_ridge_is_no_nest() {
     let request = request(&polygon, turned(0.1, 0.0, 0.1, 0.0));
     assert!(nests(&surfaces(ramp(steep)), &request).is_empty(), "one face");
     let gentle = 0.5 * friction_angle();
-    assert!(nests(&surfaces(groove([gentle; 2])), &request).is_empty(), "faces that hold by themselves are for the other proposals");
+    assert!(
+        nests(&surfaces(groove([gentle; 2])), &request).is_empty(),
+        "faces that hold by themselves are for the other proposals"
+    );
     let roof = (Shape::ConvexHull { points: roof(steep) }, Pose::IDENTITY);
     assert!(nests(&surfaces(vec![roof]), &request).is_empty(), "a ridge is convex");
 }
@@ -129,7 +145,11 @@ fn roof(angle: f64) -> Vec<DVec3> {
 fn nests_keep_to_the_request_and_can_be_found_again() {
     let surfaces = surfaces(groove([1.25 * friction_angle(), 0.4]));
     let polygon = sole();
-    let near = Request { reach_xy: 0.1, yaw_spread: 0.5, ..request(&polygon, turned(0.1, 0.1, 0.1, std::f64::consts::PI)) };
+    let near = Request {
+        reach_xy: 0.1,
+        yaw_spread: 0.5,
+        ..request(&polygon, turned(0.1, 0.1, 0.1, std::f64::consts::PI))
+    };
     let found = nests(&surfaces, &near);
     assert!(!found.is_empty());
     for placement in &found {

@@ -12,7 +12,8 @@ use surefoot_shared_types::{Pose, Shape};
 const GEOMETRY_ONLY: Effort = Effort { geometric_max: 256, varied_max: 0, sampled_max: 0 };
 const SAMPLING_ONLY: Effort = Effort { geometric_max: 0, varied_max: 0, sampled_max: 8_000 };
 
-/// The share of random ideals within `region` (lower, upper corner) for which some placement is found.
+/// The share of random ideals within `region` (lower, upper corner) for which some placement is
+/// found.
 fn rate(surfaces: &Surfaces, region: [[f64; 3]; 2], effort: Effort, reach_xy: f64) -> f64 {
     let polygon = sole();
     let mut scratch = Scratch::new(surfaces.config());
@@ -43,7 +44,8 @@ fn a_flat_floor_gives_the_ideal_itself_first() {
 fn a_slope_tilts_the_sole_and_keeps_its_heading() {
     let angle = 0.9 * libm::atan(MU);
     let polygon = sole();
-    let placements = first(&surfaces(ramp(angle)), &request(&polygon, turned(0.1, 0.0, 0.0, 0.8)), 1);
+    let placements =
+        first(&surfaces(ramp(angle)), &request(&polygon, turned(0.1, 0.0, 0.0, 0.8)), 1);
     let rotation = placements[0].world_from_sole.rotation;
     assert!((yaw_of(rotation) - 0.8).abs() < 1e-9);
     assert!((libm::acos((rotation * DVec3::Z).z) - angle).abs() < 1e-9);
@@ -57,16 +59,26 @@ fn stones_are_met_wholly_at_the_nearest_place() {
     let polygon = sole();
     let stones = surfaces(stones());
     let geometry = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(0.36, -0.02, 0.0)) };
-    let whole = first(&stones, &geometry, 100).into_iter().find(|p| (p.support.area - SOLE_AREA).abs() < 1e-9).unwrap();
+    let whole = first(&stones, &geometry, 100)
+        .into_iter()
+        .find(|p| (p.support.area - SOLE_AREA).abs() < 1e-9)
+        .unwrap();
     let moved = whole.world_from_sole.translation - geometry.ideal.translation;
-    assert!(moved.length() < 0.07, "moved by {moved}: the stone's room for the sole begins 0.05 away");
+    assert!(
+        moved.length() < 0.07,
+        "moved by {moved}: the stone's room for the sole begins 0.05 away"
+    );
 }
 
 #[test]
 fn ibeams_are_crossed_with_the_sole_centred() {
     let polygon = sole();
     let beams = surfaces(ibeams());
-    let request = Request { reach_z: [-0.05, 0.05], effort: GEOMETRY_ONLY, ..request(&polygon, turned(0.06, 0.2, 0.2, 0.15)) };
+    let request = Request {
+        reach_z: [-0.05, 0.05],
+        effort: GEOMETRY_ONLY,
+        ..request(&polygon, turned(0.06, 0.2, 0.2, 0.15))
+    };
     let placements = first(&beams, &request, 1_000);
     let centred = placements.iter().find(|p| {
         let centre = p.world_from_sole * DVec3::new(0.02, 0.0, 0.0);
@@ -75,21 +87,31 @@ fn ibeams_are_crossed_with_the_sole_centred() {
     assert!((centred.unwrap().support.area - 0.2 * 0.14).abs() < 1e-9);
     let mut along: Vec<f64> = placements.iter().map(|p| p.world_from_sole.translation.y).collect();
     along.sort_by(f64::total_cmp);
-    assert!(along[0] < 0.0 && along[along.len() - 1] > 0.4, "several places along the beams: {along:?}");
+    assert!(
+        along[0] < 0.0 && along[along.len() - 1] > 0.4,
+        "several places along the beams: {along:?}"
+    );
     assert!(placements.iter().all(|p| p.support.area >= 0.008));
 }
 
 #[test]
 fn geometry_alone_finds_placements_on_every_feature() {
     let beam = vec![block([2.0, 0.12, 0.02], [0.0, 0.0, 0.8])];
-    let drum_pose = Pose::from_parts(DVec3::new(0.0, 0.0, -0.02), rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0));
-    let mixed = vec![block([0.05, 1.0, 0.05], [-0.16, 0.0, 0.0]), (Shape::Capsule { radius: 0.02, half_length: 0.6 }, drum_pose)];
+    let drum_pose = Pose::from_parts(
+        DVec3::new(0.0, 0.0, -0.02),
+        rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0),
+    );
+    let mixed = vec![
+        block([0.05, 1.0, 0.05], [-0.16, 0.0, 0.0]),
+        (Shape::Capsule { radius: 0.02, half_length: 0.6 }, drum_pose),
+    ];
     let tilted_bars = {
         let mut shapes = round_bars(2);
         shapes[1].1.translation.z += 0.05;
         shapes
     };
-    let uneven_pipes: Vec<_> = (0..13).map(|i| pipe(0.12 * f64::from(i), 0.006 * libm::sin(2.0 * f64::from(i)))).collect();
+    let uneven_pipes: Vec<_> =
+        (0..13).map(|i| pipe(0.12 * f64::from(i), 0.006 * libm::sin(2.0 * f64::from(i)))).collect();
     let features = [
         ("floor", vec![floor()], [[-2.0, -2.0, -0.1], [2.0, 2.0, 0.1]]),
         ("ramp", ramp(0.9 * libm::atan(MU)), [[-0.3, -0.5, -0.1], [0.3, 0.5, 0.1]]),
@@ -101,14 +123,23 @@ fn geometry_alone_finds_placements_on_every_feature() {
         ("beam", beam, [[-0.8, -0.15, 0.7], [0.8, 0.15, 0.9]]),
         ("stairs", stairs(), [[0.4, -0.4, 0.55], [0.6, 0.4, 0.75]]),
         ("spiral", spiral(), [[0.2, 0.5, 0.45], [0.45, 0.75, 0.65]]),
-        ("block edge", vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])], [[-0.15, -0.4, -0.1], [0.1, 0.4, 0.1]]),
+        (
+            "block edge",
+            vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])],
+            [[-0.15, -0.4, -0.1], [0.1, 0.4, 0.1]],
+        ),
         ("flat mesh", vec![mesh(4.0, 20, |_, _| 0.0)], [[-1.5, -1.5, -0.1], [1.5, 1.5, 0.1]]),
         ("uneven pipes", uneven_pipes, [[0.2, -0.3, -0.1], [1.2, 0.3, 0.1]]),
-        ("hills", vec![mesh(4.0, 80, |x, y| 0.1 * libm::sin(2.0 * x + y))], [[-1.5, -1.5, -0.1], [1.5, 1.5, 0.1]]),
+        (
+            "hills",
+            vec![mesh(4.0, 80, |x, y| 0.1 * libm::sin(2.0 * x + y))],
+            [[-1.5, -1.5, -0.1], [1.5, 1.5, 0.1]],
+        ),
     ];
     for (name, shapes, region) in features {
         let surfaces = surfaces(shapes);
-        let [geometric, sampled] = [GEOMETRY_ONLY, SAMPLING_ONLY].map(|effort| rate(&surfaces, region, effort, 0.3));
+        let [geometric, sampled] =
+            [GEOMETRY_ONLY, SAMPLING_ONLY].map(|effort| rate(&surfaces, region, effort, 0.3));
         println!("{name}: geometry {geometric:.3}, Algorithm 1 alone {sampled:.3}");
         assert!(geometric >= 0.95, "{name}: {geometric}");
     }
@@ -119,7 +150,8 @@ fn parallel_bars_are_found_at_every_span() {
     for percent in (60..=130).step_by(5) {
         let bars = surfaces(square_bars(f64::from(percent) / 100.0));
         let region = [[-0.1, -0.2, -0.05], [0.1, 0.2, 0.05]];
-        let [geometric, sampled] = [GEOMETRY_ONLY, SAMPLING_ONLY].map(|effort| rate(&bars, region, effort, 0.3));
+        let [geometric, sampled] =
+            [GEOMETRY_ONLY, SAMPLING_ONLY].map(|effort| rate(&bars, region, effort, 0.3));
         println!("span {percent} %: geometry {geometric:.3}, Algorithm 1 alone {sampled:.3}");
         assert!(geometric >= 0.95, "{percent} %: {geometric}");
     }
@@ -127,26 +159,41 @@ fn parallel_bars_are_found_at_every_span() {
 
 #[test]
 fn on_rough_ground_soles_are_set_down_near_where_they_are_wished_for() {
-    let height = |x: f64, y: f64| 0.06 * libm::sin(3.0 * x) * libm::cos(2.0 * y) + 0.001 * libm::sin(40.0 * x + 27.0 * y);
+    let height = |x: f64, y: f64| {
+        0.06 * libm::sin(3.0 * x) * libm::cos(2.0 * y) + 0.001 * libm::sin(40.0 * x + 27.0 * y)
+    };
     let (size, n) = (4.0, 40);
     let (rough, polygon) = (surfaces(vec![mesh(size, n, height)]), sole());
     let side = |i: u32| size * (f64::from(i) / f64::from(n) - 0.5);
-    let corners = || (0..=n).flat_map(|i| (0..=n).map(move |j| (side(i), side(j)))).map(|(x, y)| DVec3::new(x, y, height(x, y)));
+    let corners = || {
+        (0..=n)
+            .flat_map(|i| (0..=n).map(move |j| (side(i), side(j))))
+            .map(|(x, y)| DVec3::new(x, y, height(x, y)))
+    };
     let mut random = Random::new(6, Stream::Preparation, 0, 0);
     let mut distances = Vec::new();
     for _ in 0..100 {
         let [x, y, yaw] = [1.7, 1.7, 3.0].map(|most| random.uniform(-most, most));
-        let wish = Request { effort: GEOMETRY_ONLY, ..request(&polygon, turned(x, y, height(x, y), yaw)) };
+        let wish =
+            Request { effort: GEOMETRY_ONLY, ..request(&polygon, turned(x, y, height(x, y), yaw)) };
         let [placement] = &first(&rough, &wish, 1)[..] else { continue };
         let pose = placement.world_from_sole;
         distances.push((pose.translation - wish.ideal.translation).truncate().length());
         let in_sole = corners().map(|corner| pose.inverse_transform_point(corner));
-        let highest = in_sole.filter(|p| (-0.09..0.13).contains(&p.x) && p.y.abs() < 0.07).map(|p| p.z).fold(f64::MIN, f64::max);
+        let highest = in_sole
+            .filter(|p| (-0.09..0.13).contains(&p.x) && p.y.abs() < 0.07)
+            .map(|p| p.z)
+            .fold(f64::MIN, f64::max);
         assert!(highest < 1e-3, "a corner of the ground is {highest} above the sole");
     }
     assert!(distances.len() >= 98, "found for {} of 100", distances.len());
     let near = |most: f64| distances.iter().filter(|distance| **distance <= most).count();
-    assert!(near(1e-9) >= 60 && near(0.16) == 100, "{} at the ideal, {} within 0.16 m", near(1e-9), near(0.16));
+    assert!(
+        near(1e-9) >= 60 && near(0.16) == 100,
+        "{} at the ideal, {} within 0.16 m",
+        near(1e-9),
+        near(0.16)
+    );
 }
 
 #[test]
@@ -160,7 +207,9 @@ fn algorithm_1_finds_placements_by_itself() {
 
 /// Whether any pose across the bars carries, of a fine grid.
 fn any_placement_exists(bars: &Surfaces) -> bool {
-    let grid = (-60..=60).flat_map(|shift| (0..63).map(move |turn| (2e-3 * f64::from(shift), 0.025 * f64::from(turn))));
+    let grid = (-60..=60).flat_map(|shift| {
+        (0..63).map(move |turn| (2e-3 * f64::from(shift), 0.025 * f64::from(turn)))
+    });
     grid.into_iter().any(|(shift, turn)| support(bars, &turned(shift, 0.0, 0.0, turn)).is_ok())
 }
 
@@ -185,9 +234,13 @@ fn placements_that_carry_much_come_before_those_that_carry_enough() {
     let beside_an_edge = surfaces(vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])]);
     let request = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(-0.03, 0.0, 0.0)) };
     let inflated = 2.0 * beside_an_edge.config().support_area_min;
-    let areas: Vec<f64> = first(&beside_an_edge, &request, 1_000).iter().map(|p| p.support.area).collect();
+    let areas: Vec<f64> =
+        first(&beside_an_edge, &request, 1_000).iter().map(|p| p.support.area).collect();
     let first_small = areas.iter().position(|&area| area < inflated).unwrap();
-    assert!(first_small > 0 && areas[first_small..].iter().all(|&area| area < inflated), "{areas:?}");
+    assert!(
+        first_small > 0 && areas[first_small..].iter().all(|&area| area < inflated),
+        "{areas:?}"
+    );
 }
 
 #[test]
@@ -196,7 +249,10 @@ fn bars_that_fit_into_the_sole_are_not_at_its_very_edge() {
     let request = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(-0.01, 0.0, 0.0)) };
     let x = first(&surfaces(round_bars(2)), &request, 1)[0].world_from_sole.translation.x;
     let (heel, toe) = (x - 0.09, x + 0.13);
-    assert!(heel <= -0.01 + 1e-9 && toe >= 0.17 - 1e-9, "the bars stand at 0 and 0.16, the sole from {heel} to {toe}");
+    assert!(
+        heel <= -0.01 + 1e-9 && toe >= 0.17 - 1e-9,
+        "the bars stand at 0 and 0.16, the sole from {heel} to {toe}"
+    );
     assert!(toe < 0.175, "and near where it was wished for: {toe}");
 }
 
@@ -221,7 +277,10 @@ fn placements_keep_to_the_request() {
     let mut count = 0;
     let tally = surfaces.propose(&mut Scratch::new(surfaces.config()), &request, &mut |p| {
         let moved = p.world_from_sole.translation - request.ideal.translation;
-        assert!(moved.truncate().length() <= 0.2 + 1e-6 && (-0.05 - 1e-6..=0.02 + 1e-6).contains(&moved.z));
+        assert!(
+            moved.truncate().length() <= 0.2 + 1e-6
+                && (-0.05 - 1e-6..=0.02 + 1e-6).contains(&moved.z)
+        );
         assert!((yaw_of(p.world_from_sole.rotation) - 0.1).abs() <= 0.4 + 1e-6);
         assert!(p.world_from_sole.translation.y > 0.0);
         count += 1;
@@ -230,7 +289,11 @@ fn placements_keep_to_the_request() {
     assert_eq!(count, tally.found.iter().sum::<u32>());
     assert!(tally.not_free > 0 && count > 0 && !tally.stopped);
     let examined: u32 = tally.examined.iter().sum();
-    assert_eq!(examined, count + tally.not_free + tally.refused.iter().sum::<u32>(), "every placement is accounted for");
+    assert_eq!(
+        examined,
+        count + tally.not_free + tally.refused.iter().sum::<u32>(),
+        "every placement is accounted for"
+    );
 }
 
 #[test]
@@ -241,7 +304,10 @@ fn what_lies_just_out_of_reach_is_not_drawn_without_end() {
     let request = Request { effort, reach_xy: 0.3, ..request(&polygon, at(5.27, 5.27, 0.0)) };
     let tally = floor.propose(&mut Scratch::new(floor.config()), &request, &mut |_| true);
     let examined: u32 = tally.examined.iter().sum();
-    assert!(tally.features > 0 && tally.out_of_reach > 0, "the floor's corner is in the box about the reach: {tally:?}");
+    assert!(
+        tally.features > 0 && tally.out_of_reach > 0,
+        "the floor's corner is in the box about the reach: {tally:?}"
+    );
     assert!(examined + tally.out_of_reach <= 24, "{tally:?}");
 }
 
@@ -249,7 +315,10 @@ fn what_lies_just_out_of_reach_is_not_drawn_without_end() {
 fn the_same_request_gives_the_same_placements_and_another_seed_others() {
     let polygon = sole();
     let surfaces = surfaces(stones());
-    let request = Request { effort: Effort { geometric_max: 20, ..Effort::default() }, ..request(&polygon, at(0.2, 0.0, 0.0)) };
+    let request = Request {
+        effort: Effort { geometric_max: 20, ..Effort::default() },
+        ..request(&polygon, at(0.2, 0.0, 0.0))
+    };
     let placements = first(&surfaces, &request, 10_000);
     assert_eq!(placements, first(&surfaces, &request, 10_000));
     assert_ne!(placements, first(&surfaces, &Request { seed: 2, ..request }, 10_000));

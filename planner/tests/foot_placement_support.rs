@@ -6,7 +6,9 @@ mod foot_placement_worlds;
 
 use foot_placement_worlds::*;
 use glam::{DVec2, DVec3};
-use surefoot_planner::foot_placement::{FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError};
+use surefoot_planner::foot_placement::{
+    FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError,
+};
 use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -41,7 +43,10 @@ fn both_ibeams_carry_and_one_does_not() {
 fn a_stone_carries_what_lies_on_it() {
     let stones = surfaces(stones());
     assert!((area_at(&stones, &at(-0.02, 0.12, 0.0)) - SOLE_AREA).abs() < 1e-9);
-    assert!((area_at(&stones, &at(0.08, 0.12, 0.0)) - 0.15 * 0.14).abs() < 1e-9, "toe beyond the edge by 0.07");
+    assert!(
+        (area_at(&stones, &at(0.08, 0.12, 0.0)) - 0.15 * 0.14).abs() < 1e-9,
+        "toe beyond the edge by 0.07"
+    );
 }
 
 #[test]
@@ -77,7 +82,8 @@ fn bars_at_different_heights_carry_a_tilted_sole() {
     shapes[1].1.translation.z += 0.04;
     let tilt = libm::asin(0.04 / (0.16f64 * 0.16 + 0.04 * 0.04).sqrt());
     let rotation = rotation_about(DVec3::Y, -tilt);
-    let centre = 0.5 * (shapes[0].1.translation + shapes[1].1.translation) + rotation * DVec3::new(-0.02, 0.0, 0.02);
+    let centre = 0.5 * (shapes[0].1.translation + shapes[1].1.translation)
+        + rotation * DVec3::new(-0.02, 0.0, 0.02);
     let area = area_at(&surfaces(shapes), &Pose::from_parts(centre, rotation));
     assert!((area - 0.14 * (0.16f64 * 0.16 + 0.04 * 0.04).sqrt()).abs() < 1e-6, "{area}");
 }
@@ -85,7 +91,12 @@ fn bars_at_different_heights_carry_a_tilted_sole() {
 #[test]
 fn capsules_and_balls_carry_at_points() {
     let lying = rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
-    let capsule = |x: f64| (Shape::Capsule { radius: 0.02, half_length: 0.6 }, Pose::from_parts(DVec3::new(x, 0.0, -0.02), lying));
+    let capsule = |x: f64| {
+        (
+            Shape::Capsule { radius: 0.02, half_length: 0.6 },
+            Pose::from_parts(DVec3::new(x, 0.0, -0.02), lying),
+        )
+    };
     let area = area_at(&surfaces(vec![capsule(0.0), capsule(0.16)]), &at(0.06, 0.0, 0.0));
     assert!((area - 0.16 * 0.14).abs() < 1e-9);
     let balls = [(-0.05, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.05, 0.05)];
@@ -98,14 +109,23 @@ fn capsules_and_balls_carry_at_points() {
 fn a_drum_carries_on_its_cap_alone() {
     let drum = (Shape::Cylinder { radius: 0.3, half_length: 0.2 }, at(0.0, 0.0, -0.2));
     assert!((area_at(&surfaces(vec![drum.clone()]), &at(0.0, 0.0, 0.0)) - SOLE_AREA).abs() < 1e-9);
-    let lying = (drum.0, Pose::from_parts(DVec3::new(0.0, 0.0, -0.3), rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0)));
+    let lying = (
+        drum.0,
+        Pose::from_parts(
+            DVec3::new(0.0, 0.0, -0.3),
+            rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0),
+        ),
+    );
     assert_eq!(support(&surfaces(vec![lying]), &at(0.0, 0.0, 0.0)), Err(NoSupport::AreaTooSmall));
 }
 
 #[test]
 fn a_hull_and_a_mesh_carry_like_the_box_they_trace() {
     let poses = [turned(0.1, 0.05, 0.0, 0.4), at(0.3, 0.0, 0.0), turned(-0.33, 0.31, 0.0, 2.0)];
-    let corners = [-0.4, 0.4].iter().flat_map(|&x| [-0.4, 0.4].map(|y| (x, y))).flat_map(|(x, y)| [-0.5, 0.0].map(|z| DVec3::new(x, y, z)));
+    let corners = [-0.4, 0.4]
+        .iter()
+        .flat_map(|&x| [-0.4, 0.4].map(|y| (x, y)))
+        .flat_map(|(x, y)| [-0.5, 0.0].map(|z| DVec3::new(x, y, z)));
     let traced = [
         surfaces(vec![(Shape::ConvexHull { points: corners.collect() }, Pose::IDENTITY)]),
         surfaces(vec![mesh(0.8, 1, |_, _| 0.0)]),
@@ -117,7 +137,12 @@ fn a_hull_and_a_mesh_carry_like_the_box_they_trace() {
         for surfaces in &traced {
             let found = support(surfaces, pose).unwrap();
             assert_eq!(found.polygon.len(), expected.polygon.len());
-            assert!(found.polygon.iter().all(|p| expected.polygon.iter().any(|q| p.distance(*q) < 1e-6)));
+            assert!(
+                found
+                    .polygon
+                    .iter()
+                    .all(|p| expected.polygon.iter().any(|q| p.distance(*q) < 1e-6))
+            );
             assert!((found.area - expected.area).abs() < 1e-9);
         }
     }
@@ -131,15 +156,26 @@ fn a_sliver_at_a_corner_carries_nothing() {
         let corner = block([0.1, 0.1, 0.1], [0.13 - overlap + 0.05, 0.07 - overlap + 0.05, 0.0]);
         area_at(&surfaces(vec![tile.clone(), corner]), &at(0.0, 0.0, 0.0))
     };
-    assert!((touched(0.008) - alone).abs() < 1e-12, "8 mm of a neighbour under a corner of the sole");
+    assert!(
+        (touched(0.008) - alone).abs() < 1e-12,
+        "8 mm of a neighbour under a corner of the sole"
+    );
     assert!(touched(0.02) > alone + 1e-4, "20 mm of it do carry");
 }
 
 #[test]
 fn tiles_with_a_gap_and_a_small_step_still_carry_together() {
-    let tiles = |step: f64| surfaces(vec![block([0.2, 0.4, 0.1], [-0.11, 0.0, 0.0]), block([0.2, 0.4, 0.1], [0.11, 0.0, step])]);
+    let tiles = |step: f64| {
+        surfaces(vec![
+            block([0.2, 0.4, 0.1], [-0.11, 0.0, 0.0]),
+            block([0.2, 0.4, 0.1], [0.11, 0.0, step]),
+        ])
+    };
     assert!((area_at(&tiles(-0.0009), &at(0.0, 0.0, 0.0)) - SOLE_AREA).abs() < 1e-9);
-    assert!((area_at(&tiles(-0.0011), &at(0.0, 0.0, 0.0)) - 0.08 * 0.14).abs() < 1e-9, "the lower tile is out of touch");
+    assert!(
+        (area_at(&tiles(-0.0011), &at(0.0, 0.0, 0.0)) - 0.08 * 0.14).abs() < 1e-9,
+        "the lower tile is out of touch"
+    );
     assert_eq!(support(&tiles(0.0011), &at(0.0, 0.0, 0.0)), Err(NoSupport::Penetrates));
 }
 
@@ -185,7 +221,10 @@ fn each_reason_is_given() {
     assert_eq!(support(&narrow, &at(0.0, 0.0, 0.0)), Err(NoSupport::CentroidNearEdge));
     let few = FootPlacementConfig { support_elements_max: 1, ..Default::default() };
     let crowded = Surfaces::new(&world(ibeams()), few.clone()).unwrap();
-    assert_eq!(crowded.support(&mut Scratch::new(&few), &sole(), &at(-0.02, 0.0, 0.2)), Err(NoSupport::TooManyElements));
+    assert_eq!(
+        crowded.support(&mut Scratch::new(&few), &sole(), &at(-0.02, 0.0, 0.2)),
+        Err(NoSupport::TooManyElements)
+    );
 }
 
 #[test]
@@ -204,14 +243,21 @@ fn hostile_soles_worlds_and_parameters_are_refused() {
     let scene = surfaces(vec![floor()]);
     let mut scratch = Scratch::new(scene.config());
     let clockwise: Vec<DVec2> = sole().into_iter().rev().collect();
-    let too_many: Vec<DVec2> = (0..17).map(|i| DVec2::from(libm::sincos(-f64::from(i) * 0.3))).collect();
+    let too_many: Vec<DVec2> =
+        (0..17).map(|i| DVec2::from(libm::sincos(-f64::from(i) * 0.3))).collect();
     for polygon in [vec![], vec![DVec2::ZERO; 4], clockwise, too_many, vec![DVec2::NAN; 3]] {
-        assert_eq!(scene.support(&mut scratch, &polygon, &at(0.0, 0.0, 0.0)), Err(NoSupport::InvalidSole));
+        assert_eq!(
+            scene.support(&mut scratch, &polygon, &at(0.0, 0.0, 0.0)),
+            Err(NoSupport::InvalidSole)
+        );
     }
     let flat = [DVec3::ZERO, DVec3::X];
     let broken = world(vec![(Shape::ConvexHull { points: flat.to_vec() }, Pose::IDENTITY)]);
     assert!(matches!(Surfaces::new(&broken, Default::default()), Err(SurfacesError::Shape { .. })));
     let config = FootPlacementConfig { plane_distance_max: f64::NAN, ..Default::default() };
-    assert!(matches!(Surfaces::new(&world(vec![]), config), Err(SurfacesError::Config { field: "plane_distance_max", .. })));
+    assert!(matches!(
+        Surfaces::new(&world(vec![]), config),
+        Err(SurfacesError::Config { field: "plane_distance_max", .. })
+    ));
     assert_eq!(support(&surfaces(vec![]), &at(0.0, 0.0, 0.0)), Err(NoSupport::NothingBelow));
 }

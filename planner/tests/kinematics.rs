@@ -1,4 +1,5 @@
-//! Forward kinematics against Pinocchio's numbers, inverse kinematics of legs against forward kinematics.
+//! Forward kinematics against Pinocchio's numbers, inverse kinematics of legs against forward
+//! kinematics.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -55,7 +56,8 @@ fn talos_leg() -> RobotModel {
     chain_robot(&talos_hinges(), [0.0, 0.0, -0.107])
 }
 
-/// A leg with its knee ahead and to the side of the thigh, two axes turned round, and joints that turn all the way.
+/// A leg with its knee ahead and to the side of the thigh, two axes turned round, and joints that
+/// turn all the way.
 fn crooked_leg() -> RobotModel {
     let all = [-3.1, 3.1];
     let (backward_y, backward_x) = ([0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]);
@@ -88,7 +90,8 @@ fn within_limits(leg: &Leg, q: &[f64]) -> bool {
 
 #[test]
 fn every_link_and_the_centre_of_mass_stand_where_pinocchio_says() {
-    let text = std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
+    let text =
+        std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
     let data: Value = serde_json::from_str(&text).unwrap();
     let model = hubo();
     let kinematics = Kinematics::new(&model);
@@ -98,45 +101,75 @@ fn every_link_and_the_centre_of_mass_stand_where_pinocchio_says() {
     let mut poses = vec![Pose::IDENTITY; kinematics.links_len()];
     for case in cases {
         let theirs = numbers(&case["q"]);
-        let q: Vec<f64> = model.joints.iter().map(|joint| theirs[place(&data["joint_names"], &joint.name)]).collect();
-        let world_from_root = Pose::from_parts(vector(&case["root_xyz"]), rotation(&case["root_quat_xyzw"]));
+        let q: Vec<f64> = model
+            .joints
+            .iter()
+            .map(|joint| theirs[place(&data["joint_names"], &joint.name)])
+            .collect();
+        let world_from_root =
+            Pose::from_parts(vector(&case["root_xyz"]), rotation(&case["root_quat_xyzw"]));
         kinematics.forward(&world_from_root, &q, &mut poses);
         for (link, pose) in model.links.iter().zip(&poses) {
             let at = place(&data["link_names"], &link.name);
-            let expected = Pose::from_parts(vector(&case["links_xyz"][at]), rotation(&case["links_quat_xyzw"][at]));
-            assert!(pose_error(pose, &expected) < 1e-9, "{}: {pose:?}, not {expected:?}", link.name);
+            let expected = Pose::from_parts(
+                vector(&case["links_xyz"][at]),
+                rotation(&case["links_quat_xyzw"][at]),
+            );
+            assert!(
+                pose_error(pose, &expected) < 1e-9,
+                "{}: {pose:?}, not {expected:?}",
+                link.name
+            );
         }
         assert!(kinematics.center_of_mass(&poses).distance(vector(&case["com"])) < 1e-9);
     }
 }
 
-/// Of a robot with a fixed link that has mass, and knees that slide: every second configuration moves the legs only, so that what they
-/// do not move is taken from the one before.
+/// Of a robot with a fixed link that has mass, and knees that slide: every second configuration
+/// moves the legs only, so that what they do not move is taken from the one before.
 #[test]
 fn a_snapshot_agrees_with_the_whole_tree_whatever_it_was_before() {
     let mut sliding = hubo();
-    for joint in sliding.joints.iter_mut().filter(|joint| joint.name.ends_with("knee") || joint.name.ends_with("elbow")) {
+    for joint in sliding
+        .joints
+        .iter_mut()
+        .filter(|joint| joint.name.ends_with("knee") || joint.name.ends_with("elbow"))
+    {
         (joint.kind, joint.axis) = (JointKind::Prismatic, DVec3::new(0.6, 0.0, 0.8));
     }
     for model in [hubo(), sliding] {
-        let (kinematics, body) = (Kinematics::new(&model), Body::new(&model, &PlannerConfig::default()).unwrap());
-        assert!(body.tree.nodes().len() < model.links.len() && (1..body.tree.nodes().len()).contains(&body.tree.held_len()));
+        let (kinematics, body) =
+            (Kinematics::new(&model), Body::new(&model, &PlannerConfig::default()).unwrap());
+        assert!(
+            body.tree.nodes().len() < model.links.len()
+                && (1..body.tree.nodes().len()).contains(&body.tree.held_len())
+        );
         let mut poses = vec![Pose::IDENTITY; model.links.len()];
         let mut snapshot = Snapshot::default();
         let mut random = Random::new(1, Stream::Preparation, 0, 0);
         let mut q = body.standing_q;
         for index in 0..1_000 {
             let drawn = random_positions(&model, 0.0, &mut random);
-            let moves =
-                |joint: &usize| index % 2 == 0 || body.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == *joint));
+            let moves = |joint: &usize| {
+                index % 2 == 0
+                    || body
+                        .legs
+                        .iter()
+                        .any(|leg| leg.joints().iter().any(|known| known.index == *joint))
+            };
             (0..drawn.len()).filter(moves).for_each(|joint| q[joint] = drawn[joint]);
-            let mut vector = || DVec3::from_array(std::array::from_fn(|_| random.uniform(-1.5, 1.5)));
+            let mut vector =
+                || DVec3::from_array(std::array::from_fn(|_| random.uniform(-1.5, 1.5)));
             let world_from_root = Pose::from_parts(vector(), rotation_from_scaled_axis(vector()));
             kinematics.forward(&world_from_root, &q, &mut poses);
             body.snapshot_into(&Configuration { world_from_root, q }, &mut snapshot);
             assert!(snapshot.com.distance(kinematics.center_of_mass(&poses)) < 1e-12);
             for (link, pose) in poses.iter().enumerate() {
-                assert!(pose_error(&body.world_from_link(&snapshot, link), pose) < 1e-12, "{}", model.links[link].name);
+                assert!(
+                    pose_error(&body.world_from_link(&snapshot, link), pose) < 1e-12,
+                    "{}",
+                    model.links[link].name
+                );
             }
         }
     }
@@ -147,7 +180,13 @@ fn a_leg_knows_its_sole_as_the_whole_tree_does() {
     let mut sliding = talos_hinges();
     sliding[3].kind = JointKind::Prismatic;
     sliding[3].limits = [-0.1, 0.2];
-    for model in [hubo(), talos_leg(), crooked_leg(), hubo_with_split_hip(), chain_robot(&sliding, [0.0, 0.0, -0.1])] {
+    for model in [
+        hubo(),
+        talos_leg(),
+        crooked_leg(),
+        hubo_with_split_hip(),
+        chain_robot(&sliding, [0.0, 0.0, -0.1]),
+    ] {
         let kinematics = Kinematics::new(&model);
         let mut poses = vec![Pose::IDENTITY; kinematics.links_len()];
         let mut random = Random::new(1, Stream::Preparation, 0, 0);
@@ -156,14 +195,18 @@ fn a_leg_knows_its_sole_as_the_whole_tree_does() {
             for _ in 0..1_000 {
                 let q = random_positions(&model, 0.0, &mut random);
                 kinematics.forward(&Pose::IDENTITY, &q, &mut poses);
-                assert!(pose_error(&leg.root_from_sole(&q), &(poses[foot.link] * foot.link_from_sole)) < 1e-12);
+                assert!(
+                    pose_error(&leg.root_from_sole(&q), &(poses[foot.link] * foot.link_from_sole))
+                        < 1e-12
+                );
             }
         }
     }
 }
 
-/// Solves for soles at random joint positions from random hints, and checks that the answer is right, allowed and nearest:
-/// never farther from the hint than the positions that the sole was made from.
+/// Solves for soles at random joint positions from random hints, and checks that the answer is
+/// right, allowed and nearest: never farther from the hint than the positions that the sole was
+/// made from.
 fn closed_form_round_trip(model: &RobotModel, limb: usize) {
     const MARGIN: f64 = 0.005;
     let leg = Leg::new(model, limb, MARGIN).unwrap();
@@ -175,10 +218,16 @@ fn closed_form_round_trip(model: &RobotModel, limb: usize) {
         let sole = leg.root_from_sole(&made_from);
         let mut q = hint.clone();
         assert!(leg.solve(&sole, &mut q), "sample {sample}: {made_from:?}");
-        assert!(pose_error(&leg.root_from_sole(&q), &sole) < 1e-8, "sample {sample}: {made_from:?} became {q:?}");
+        assert!(
+            pose_error(&leg.root_from_sole(&q), &sole) < 1e-8,
+            "sample {sample}: {made_from:?} became {q:?}"
+        );
         assert!(within_limits(&leg, &q), "sample {sample}: {q:?}");
         let (found, known) = (distance(&leg, &q, &hint), distance(&leg, &made_from, &hint));
-        assert!(found <= known + 1e-6, "sample {sample}: {q:?} is farther from {hint:?} than {made_from:?}");
+        assert!(
+            found <= known + 1e-6,
+            "sample {sample}: {q:?} is farther from {hint:?} than {made_from:?}"
+        );
     }
 }
 
@@ -216,7 +265,8 @@ fn all_eight_branches_are_found_by_their_neighbourhood() {
             }
         }
         for branch in &branches {
-            let mut q: Vec<f64> = branch.iter().map(|position| position + random.uniform(-1e-3, 1e-3)).collect();
+            let mut q: Vec<f64> =
+                branch.iter().map(|position| position + random.uniform(-1e-3, 1e-3)).collect();
             assert!(leg.solve(&sole, &mut q) && distance(&leg, &q, branch) < 1e-6);
         }
         most = most.max(branches.len());
@@ -224,7 +274,8 @@ fn all_eight_branches_are_found_by_their_neighbourhood() {
     assert_eq!(most, 8);
 }
 
-/// The share of soles near a known posture that the iteration reaches; every answer must be right and allowed.
+/// The share of soles near a known posture that the iteration reaches; every answer must be right
+/// and allowed.
 fn newton_round_trip(model: &RobotModel, stray: f64, samples: u64) -> f64 {
     const MARGIN: f64 = 0.005;
     let leg = Leg::new(model, 0, MARGIN).unwrap();
@@ -234,11 +285,15 @@ fn newton_round_trip(model: &RobotModel, stray: f64, samples: u64) -> f64 {
     for sample in 0..samples {
         let made_from = random_positions(model, MARGIN, &mut random);
         let sole = leg.root_from_sole(&made_from);
-        let hint: Vec<f64> = made_from.iter().map(|position| position + random.uniform(-stray, stray)).collect();
+        let hint: Vec<f64> =
+            made_from.iter().map(|position| position + random.uniform(-stray, stray)).collect();
         let mut q = hint.clone();
         if leg.solve(&sole, &mut q) {
             reached += 1;
-            assert!(pose_error(&leg.root_from_sole(&q), &sole) < 1e-8, "sample {sample}: {made_from:?} became {q:?}");
+            assert!(
+                pose_error(&leg.root_from_sole(&q), &sole) < 1e-8,
+                "sample {sample}: {made_from:?} became {q:?}"
+            );
             assert!(within_limits(&leg, &q), "sample {sample}: {q:?}");
         } else {
             assert_eq!(q, hint, "sample {sample}");
@@ -273,7 +328,8 @@ fn soles_out_of_reach_are_refused_and_nothing_moves() {
             let q = random_positions(&model, 0.0, &mut random);
             let mut sole = leg.root_from_sole(&q);
             let away = (sole.translation - leg.hip()).normalize();
-            sole.translation = leg.hip() + away * (leg.reach() + leg.sole_from_ankle().length() + 0.02);
+            sole.translation =
+                leg.hip() + away * (leg.reach() + leg.sole_from_ankle().length() + 0.02);
             let mut moved = q.clone();
             assert!(!leg.solve(&sole, &mut moved));
             assert_eq!(moved, q);
@@ -293,7 +349,10 @@ fn soles_beyond_the_limits_are_refused_or_reached_another_way() {
         let sole = leg.root_from_sole(&q);
         let mut moved = hint.clone();
         if leg.solve(&sole, &mut moved) {
-            assert!(within_limits(&leg, &moved) && pose_error(&leg.root_from_sole(&moved), &sole) < 1e-8);
+            assert!(
+                within_limits(&leg, &moved)
+                    && pose_error(&leg.root_from_sole(&moved), &sole) < 1e-8
+            );
         } else {
             assert_eq!(moved, hint);
             refused += 1;
@@ -321,5 +380,8 @@ fn a_leg_needs_six_to_eight_joints() {
     let five = Leg::new(&chain_robot(&hinges[..5], ORIGIN), 0, 0.0).unwrap_err();
     assert_eq!(five, LegError::JointCount { foot: "left".into(), joints: 5 });
     let nine: Vec<Hinge> = talos_hinges().into_iter().chain(talos_hinges()).take(9).collect();
-    assert_eq!(Leg::new(&chain_robot(&nine, ORIGIN), 0, 0.0).unwrap_err(), LegError::JointCount { foot: "left".into(), joints: 9 });
+    assert_eq!(
+        Leg::new(&chain_robot(&nine, ORIGIN), 0, 0.0).unwrap_err(),
+        LegError::JointCount { foot: "left".into(), joints: 9 }
+    );
 }

@@ -1,6 +1,11 @@
-//! Legs without a closed form: how often the iteration comes back from a sole that is known to be reachable.
+//! Legs without a closed form: how often the iteration comes back from a sole that is known to be
+//! reachable.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test ends where a shipped file does not load; the long one reports")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test ends where a shipped file does not load; the long one reports"
+)]
 
 mod common;
 
@@ -13,24 +18,33 @@ use surefoot_shared_types::robot::load::load_robot;
 /// What joints stay from their limits, rad.
 const MARGIN: f64 = 0.005;
 
-/// The share of soles of random postures that are found from the standing posture. Postures stray at most so far from it,
-/// rad.
+/// The share of soles of random postures that are found from the standing posture. Postures stray
+/// at most so far from it, rad.
 fn share_found(model: &RobotModel, stray: f64, samples: u64) -> f64 {
     let leg = Leg::new(model, 0, MARGIN).unwrap();
     let mut found = 0;
     for sample in 0..samples {
         let mut random = Random::new(9, Stream::Preparation, 0, sample);
         let mut made_from = random_positions(model, MARGIN, &mut random);
-        for ((position, standing), joint) in made_from.iter_mut().zip(&model.standing_q).zip(&model.joints) {
-            let (lower, upper) = (joint.lower.max(standing - stray), joint.upper.min(standing + stray));
+        for ((position, standing), joint) in
+            made_from.iter_mut().zip(&model.standing_q).zip(&model.joints)
+        {
+            let (lower, upper) =
+                (joint.lower.max(standing - stray), joint.upper.min(standing + stray));
             *position = random.uniform(lower + MARGIN, upper - MARGIN);
         }
         let sole = leg.root_from_sole(&made_from);
         let mut q = model.standing_q.clone();
         if leg.solve(&sole, &mut q) {
             found += 1;
-            assert!(leg.root_from_sole(&q).translation.distance(sole.translation) < 1e-8, "sample {sample}");
-            assert!(leg.joints().iter().all(|joint| joint.admits(q[joint.index])), "sample {sample}");
+            assert!(
+                leg.root_from_sole(&q).translation.distance(sole.translation) < 1e-8,
+                "sample {sample}"
+            );
+            assert!(
+                leg.joints().iter().all(|joint| joint.admits(q[joint.index])),
+                "sample {sample}"
+            );
         }
     }
     found as f64 / samples as f64
@@ -39,7 +53,8 @@ fn share_found(model: &RobotModel, stray: f64, samples: u64) -> f64 {
 #[test]
 fn soles_of_walking_postures_are_found_from_the_standing_one() {
     let model = with_split_hip(&hubo());
-    let (walking, anywhere) = (share_found(&model, 0.7, 5_000), share_found(&model, f64::INFINITY, 5_000));
+    let (walking, anywhere) =
+        (share_found(&model, 0.7, 5_000), share_found(&model, f64::INFINITY, 5_000));
     assert!(walking > 0.99 && anywhere > 0.8, "{walking} {anywhere}");
 }
 
@@ -48,10 +63,15 @@ fn soles_of_walking_postures_are_found_from_the_standing_one() {
 #[ignore = "reports on other robots"]
 fn shares_found_on_other_robots() {
     println!("{:<16}{:>8}{:>10}{:>10}{:>10}", "robot", "closed", "0.4 rad", "0.7 rad", "anywhere");
-    for path in std::env::var("SUREFOOT_ROBOTS").unwrap_or_default().split(':').filter(|path| !path.is_empty()) {
+    for path in std::env::var("SUREFOOT_ROBOTS")
+        .unwrap_or_default()
+        .split(':')
+        .filter(|path| !path.is_empty())
+    {
         let model = load_robot(path.as_ref()).unwrap();
         let closed = Leg::new(&model, 0, MARGIN).unwrap().is_closed_form();
-        let [near, walking, anywhere] = [0.4, 0.7, f64::INFINITY].map(|stray| share_found(&model, stray, 50_000));
+        let [near, walking, anywhere] =
+            [0.4, 0.7, f64::INFINITY].map(|stray| share_found(&model, stray, 50_000));
         println!("{:<16}{closed:>8}{near:>10.4}{walking:>10.4}{anywhere:>10.4}", model.name);
     }
 }

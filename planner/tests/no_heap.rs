@@ -1,8 +1,8 @@
-//! A planner that is ready does not touch the heap until it has its outcome, on any thread. Alone in its file: the
-//! allocator counts for the whole process.
+//! A planner that is ready does not touch the heap until it has its outcome, on any thread. Alone
+//! in its file: the allocator counts for the whole process.
 //!
-//! With several threads each call of `step` enters rayon's pool through a queue, for which rayon allocates a block every
-//! sixty calls or so; a search made in one call meets none.
+//! With several threads each call of `step` enters rayon's pool through a queue, for which rayon
+//! allocates a block every sixty calls or so; a search made in one call meets none.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -53,7 +53,8 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 /// A rough mesh; and, where the build is optimised, a course of several segments.
-const OTHER_WALKS: &[&str] = if cfg!(debug_assertions) { &["rough_ground"] } else { &["rough_ground", "gauntlet_1"] };
+const OTHER_WALKS: &[&str] =
+    if cfg!(debug_assertions) { &["rough_ground"] } else { &["rough_ground", "gauntlet_1"] };
 
 /// Allocations of all threads while `search` runs.
 fn allocations_of<T>(search: impl FnOnce() -> T) -> (usize, T) {

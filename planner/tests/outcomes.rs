@@ -74,7 +74,10 @@ fn every_arena_that_is_full_is_named() {
         assert_eq!(outcome, Outcome::ArenaFull(full));
         let bound = outcome.bound().unwrap();
         assert!(outcome.describe().contains(bound), "{}", outcome.describe());
-        assert!(parameters.get(bound).is_some(), "planner.{bound} is no parameter that could be raised");
+        assert!(
+            parameters.get(bound).is_some(),
+            "planner.{bound} is no parameter that could be raised"
+        );
     }
 }
 
@@ -83,7 +86,9 @@ fn a_plan_has_as_many_waypoints_as_it_may_and_no_more() {
     let mut planner = flat_walk().planner(1);
     assert_eq!(run(&mut planner, STEP), Outcome::Found);
     let waypoints = planner.waypoints() as u32;
-    let with_room_for = |waypoints_max| outcome_of(&flat_walk().configured(|planner| planner.waypoints_max = waypoints_max));
+    let with_room_for = |waypoints_max| {
+        outcome_of(&flat_walk().configured(|planner| planner.waypoints_max = waypoints_max))
+    };
     assert_eq!(with_room_for(waypoints), Outcome::Found);
     assert_eq!(with_room_for(waypoints - 1), Outcome::ArenaFull(ArenaFull::Waypoints));
 }
@@ -93,10 +98,16 @@ fn soles_find_the_ground_near_their_prints() {
     let mut case = flat_walk();
     let left = case.scenario.start.world_from_soles()[0].translation;
     case.world.shapes.clear();
-    let case = case.with_box([5.0, 0.0, -0.23], [6.0, 1.0, 0.25]).with_box([left.x, left.y, 0.0], [0.2, 0.08, 0.07]);
+    let case = case
+        .with_box([5.0, 0.0, -0.23], [6.0, 1.0, 0.25])
+        .with_box([left.x, left.y, 0.0], [0.2, 0.08, 0.07]);
     let mut planner = case.planner(1);
     assert_eq!(run(&mut planner, STEP), Outcome::Found);
-    let heights = planner.chunks()[0].contacts().iter().map(|contact| contact.position[2]).collect::<Vec<_>>();
+    let heights = planner.chunks()[0]
+        .contacts()
+        .iter()
+        .map(|contact| contact.position[2])
+        .collect::<Vec<_>>();
     assert!((heights[0] - 0.07).abs() < 1e-3 && (heights[1] - 0.02).abs() < 1e-3, "{heights:?}");
 }
 
@@ -105,15 +116,27 @@ type IsExpected = fn(&EndFault) -> bool;
 
 /// What spoils a mark on the floor, and how the planner says so.
 const SPOILT: [(&str, Spoil, IsExpected); 5] = [
-    ("the hole", without_floor, |fault| matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow })),
+    ("the hole", without_floor, |fault| {
+        matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow })
+    }),
     ("the block at the sole", block_under_left_sole, |fault| {
         matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::Penetrates })
     }),
-    ("the bar above the right toes", bar_over_right_toes, |fault| *fault == EndFault::FootCollides { limb: 1 }),
-    ("the wall through the body", wall_through_body, |fault| {
-        matches!(fault, EndFault::NoPosture { rejection: Rejection::Collision, hit: Some(Hit::World { shape: 1 | 2, .. }) })
+    ("the bar above the right toes", bar_over_right_toes, |fault| {
+        *fault == EndFault::FootCollides { limb: 1 }
     }),
-    ("weak motors", weak_motors, |fault| *fault == EndFault::NoPosture { rejection: Rejection::Torque, hit: None }),
+    ("the wall through the body", wall_through_body, |fault| {
+        matches!(
+            fault,
+            EndFault::NoPosture {
+                rejection: Rejection::Collision,
+                hit: Some(Hit::World { shape: 1 | 2, .. })
+            }
+        )
+    }),
+    ("weak motors", weak_motors, |fault| {
+        *fault == EndFault::NoPosture { rejection: Rejection::Torque, hit: None }
+    }),
 ];
 
 fn without_floor(mut case: Case, _: &Mark) -> Case {
@@ -143,7 +166,8 @@ fn weak_motors(case: Case, _: &Mark) -> Case {
 fn two_floors() -> Case {
     let mut case = flat_walk();
     case.world.shapes.clear();
-    case.with_box([0.0, 0.0, -0.25], [2.5, 1.0, 0.25]).with_box([10.0, 0.0, -0.25], [2.5, 1.0, 0.25])
+    case.with_box([0.0, 0.0, -0.25], [2.5, 1.0, 0.25])
+        .with_box([10.0, 0.0, -0.25], [2.5, 1.0, 0.25])
 }
 
 #[test]
@@ -162,7 +186,10 @@ fn a_start_that_cannot_be_stood_on_says_why() {
 fn a_start_with_the_feet_too_far_apart_is_out_of_reach() {
     let mut case = flat_walk();
     case.scenario.start.feet_apart = 1.7;
-    assert_eq!(outcome_of(&case), Outcome::StartInvalid(EndFault::NoPosture { rejection: Rejection::Unreachable, hit: None }));
+    assert_eq!(
+        outcome_of(&case),
+        Outcome::StartInvalid(EndFault::NoPosture { rejection: Rejection::Unreachable, hit: None })
+    );
 }
 
 #[test]
@@ -172,7 +199,10 @@ fn a_start_with_one_foot_through_the_other_collides_with_itself() {
     let mut planner = case.planner(1);
     let outcome = run(&mut planner, STEP);
     let named = outcome.hit().map(|hit| planner.constraints().collision.describe(hit));
-    assert_eq!((outcome.word(), named.as_deref()), ("start_invalid", Some("link 'left_shin' meets link 'right_shin'")));
+    assert_eq!(
+        (outcome.word(), named.as_deref()),
+        ("start_invalid", Some("link 'left_shin' meets link 'right_shin'"))
+    );
 }
 
 #[test]
@@ -187,7 +217,11 @@ fn a_start_in_the_air_is_unsupported() {
 fn standing_on_a_limb_that_no_biped_has_is_no_stance() {
     let case = flat_walk();
     let contact = |limb| Contact { limb, rotation: [0.0, 0.0, 0.0, 1.0], ..Contact::zeroed() };
-    let standing = Standing::zeroed().after(SupportMode::Double as u32, &[contact(0), contact(7)], &Waypoint::zeroed());
+    let standing = Standing::zeroed().after(
+        SupportMode::Double as u32,
+        &[contact(0), contact(7)],
+        &Waypoint::zeroed(),
+    );
     let mut planner = case.planner(1);
     planner.begin_at(&case.world, &standing).unwrap();
     assert_eq!(run(&mut planner, STEP), Outcome::StartInvalid(EndFault::UnknownStance));
@@ -195,7 +229,9 @@ fn standing_on_a_limb_that_no_biped_has_is_no_stance() {
 
 #[test]
 fn a_goal_that_cannot_be_stood_on_says_why() {
-    let hindered = SPOILT.into_iter().filter(|(what, ..)| what.starts_with("the block") || what.contains("bar") || what.contains("wall"));
+    let hindered = SPOILT.into_iter().filter(|(what, ..)| {
+        what.starts_with("the block") || what.contains("bar") || what.contains("wall")
+    });
     for (what, spoil, expected) in hindered {
         let case = two_floors();
         let mark = case.scenario.goal;
@@ -221,7 +257,12 @@ fn every_outcome_has_its_own_words() {
         Outcome::GoalInvalid(fault),
     ];
     for (index, outcome) in outcomes.iter().enumerate() {
-        assert!(outcomes[..index].iter().all(|other| other.word() != outcome.word() && other.describe() != outcome.describe()));
+        assert!(
+            outcomes[..index]
+                .iter()
+                .all(|other| other.word() != outcome.word()
+                    && other.describe() != outcome.describe())
+        );
     }
     assert!(Outcome::StartInvalid(fault).describe().contains("right foot"));
 }
@@ -241,18 +282,25 @@ fn robots_that_are_no_bipeds_are_refused() {
     assert!(matches!(refusal(&tripod), PlannerError::Body(BodyError::FeetCount { feet: 3 })));
 
     let mut stiff = flat_walk();
-    let hinges: Vec<_> = (0..5).map(|_| hinge([0.0, 0.0, -0.1], [0.0, 1.0, 0.0], [-1.0, 1.0])).collect();
+    let hinges: Vec<_> =
+        (0..5).map(|_| hinge([0.0, 0.0, -0.1], [0.0, 1.0, 0.0], [-1.0, 1.0])).collect();
     stiff.model = chain_robot(&hinges, [0.0; 3]);
     stiff.model.feet.push(Foot { link: 0, ..stiff.model.feet[0].clone() });
-    assert!(matches!(refusal(&stiff), PlannerError::Body(BodyError::Leg(LegError::JointCount { joints: 5, .. }))));
+    assert!(matches!(
+        refusal(&stiff),
+        PlannerError::Body(BodyError::Leg(LegError::JointCount { joints: 5, .. }))
+    ));
 }
 
 #[test]
 fn a_robot_of_too_many_links_is_refused() {
     let mut case = flat_walk();
-    let bolt = Link { name: "bolt".into(), mass: 0.0, shapes: vec![], ..case.model.links[1].clone() };
+    let bolt =
+        Link { name: "bolt".into(), mass: 0.0, shapes: vec![], ..case.model.links[1].clone() };
     case.model.links.resize(LINKS_MAX + 1, bolt);
-    assert!(matches!(refusal(&case), PlannerError::Body(BodyError::TooManyLinks { links }) if links == LINKS_MAX + 1));
+    assert!(
+        matches!(refusal(&case), PlannerError::Body(BodyError::TooManyLinks { links }) if links == LINKS_MAX + 1)
+    );
 }
 
 #[test]
@@ -264,7 +312,10 @@ fn a_clearance_that_is_no_number_is_refused() {
 #[test]
 fn a_support_area_out_of_range_is_refused() {
     let case = flat_walk().configured(|planner| planner.support_area_min = 0.0);
-    assert!(matches!(refusal(&case), PlannerError::Surfaces(SurfacesError::Config { field: "support_area_min", .. })));
+    assert!(matches!(
+        refusal(&case),
+        PlannerError::Surfaces(SurfacesError::Config { field: "support_area_min", .. })
+    ));
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Post-processing of the motions of a walk: shorter, valid, within its share of the work, and the same however it is run.
+//! Post-processing of the motions of a walk: shorter, valid, within its share of the work, and the
+//! same however it is run.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a plan is not found")]
 
@@ -37,7 +38,9 @@ fn found(case: &Case, threads: usize, step: u64) -> Planner {
 fn motions(chunks: &[PlanChunk]) -> Vec<Vec<Configuration>> {
     let mut motions: Vec<Vec<Configuration>> = vec![];
     for (index, chunk) in chunks.iter().enumerate() {
-        let goes_on = index > 0 && chunks[index - 1].contacts() == chunk.contacts() && chunks[index - 1].mode == chunk.mode;
+        let goes_on = index > 0
+            && chunks[index - 1].contacts() == chunk.contacts()
+            && chunks[index - 1].mode == chunk.mode;
         if !goes_on {
             motions.push(vec![]);
         }
@@ -56,11 +59,18 @@ fn motions_become_shorter_and_none_longer() {
         let [before, after] = [before, after].map(|planner| motions(planner.chunks()));
         assert_eq!(before.len(), after.len(), "{name}");
         for (old, new) in before.iter().zip(&after) {
-            assert!(length(new) <= length(old) + 1e-9 && new.len() <= old.len(), "{name}: a motion is longer than before");
+            assert!(
+                length(new) <= length(old) + 1e-9 && new.len() <= old.len(),
+                "{name}: a motion is longer than before"
+            );
             let ends = [(&old[0], &new[0]), (&old[old.len() - 1], &new[new.len() - 1])];
-            assert!(ends.iter().all(|(old, new)| distance(old, new) < 1e-12), "{name}: a motion ends elsewhere than before");
+            assert!(
+                ends.iter().all(|(old, new)| distance(old, new) < 1e-12),
+                "{name}: a motion ends elsewhere than before"
+            );
         }
-        let [old, new] = [&before, &after].map(|motions| motions.iter().map(|motion| length(motion)).sum::<f64>());
+        let [old, new] = [&before, &after]
+            .map(|motions| motions.iter().map(|motion| length(motion)).sum::<f64>());
         assert!(new < 0.95 * old, "{name}: {old} became {new}");
     }
 }
@@ -73,7 +83,10 @@ fn without_a_share_nothing_is_spent_and_with_one_no_more_than_that() {
     for share in [0.02, 0.1, 0.5] {
         let on = found(&case("ibeam_gap", 1, share), 1, u64::MAX).tally();
         let spent = on.work_by_stage[POLISH];
-        assert!(spent > 0 && spent <= (share * search as f64) as u64 + 2, "{spent} units of {search}");
+        assert!(
+            spent > 0 && spent <= (share * search as f64) as u64 + 2,
+            "{spent} units of {search}"
+        );
         assert_eq!(on.work, search + spent + on.work_by_stage[Stage::Assemble as usize]);
     }
 }
@@ -83,7 +96,9 @@ fn without_a_share_nothing_is_spent_and_with_one_no_more_than_that() {
 fn no_plan_is_lost_for_lack_of_work() {
     let needed = found(&case("stepping_stones", 1, 0.0), 1, u64::MAX).tally().work;
     for more in [0, 1, 2, 50, 100, 101, 102, 103, 200, 300] {
-        let mut planner = case("stepping_stones", 1, 1.0).configured(|planner| planner.work_max = needed + more).planner(1);
+        let mut planner = case("stepping_stones", 1, 1.0)
+            .configured(|planner| planner.work_max = needed + more)
+            .planner(1);
         assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "{more} units more than needed");
     }
 }
@@ -136,7 +151,13 @@ fn moved(constraints: &Constraints, mode: &Mode, state: &State, by: DVec3) -> St
 fn track_over(constraints: &Constraints, mode: &Mode, states: &[State]) -> Vec<Configuration> {
     let mut track = vec![states[0].configuration];
     for pair in states.windows(2) {
-        let stretch = Stretch { from: pair[0], to: pair[1], exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
+        let stretch = Stretch {
+            from: pair[0],
+            to: pair[1],
+            exact: true,
+            travel: Travel::STRAIGHT,
+            swing_foot: FootState::Free,
+        };
         let mut follower = Follower::default();
         follower.begin(constraints, &stretch);
         loop {
@@ -152,10 +173,17 @@ fn track_over(constraints: &Constraints, mode: &Mode, states: &[State]) -> Vec<C
     track
 }
 
-fn shortened(constraints: &Constraints, mode: &Mode, track: &[Configuration], goal: Goal, work: u64) -> Vec<Configuration> {
+fn shortened(
+    constraints: &Constraints,
+    mode: &Mode,
+    track: &[Configuration],
+    goal: Goal,
+    work: u64,
+) -> Vec<Configuration> {
     let mut workspace = Workspace::new(1024, 2);
     workspace.track.extend_from_slice(track);
-    let mut search = Shortcutting::new(goal, mode.clone(), Random::new(1, Stream::Shortcut, 0, 0), work);
+    let mut search =
+        Shortcutting::new(goal, mode.clone(), Random::new(1, Stream::Shortcut, 0, 0), work);
     while !search.has_ended() {
         search.advance(constraints, &mut workspace);
     }
@@ -169,12 +197,21 @@ fn a_detour_is_cut_off_and_corners_are_rounded() {
     let (mode, here) = standing(&planner);
     let at = |x: f64, z: f64| moved(constraints, &mode, &here, DVec3::new(x, 0.0, z));
     let (low, back, ahead) = (at(0.0, -0.02), at(-0.03, -0.1), at(0.03, -0.02));
-    let [straight, detour] = [vec![low, ahead], vec![low, back, ahead]].map(|states| track_over(constraints, &mode, &states));
+    let [straight, detour] = [vec![low, ahead], vec![low, back, ahead]]
+        .map(|states| track_over(constraints, &mode, &states));
     assert!(length(&detour) > 1.5 * length(&straight));
 
     let cut = shortened(constraints, &mode, &detour, Goal::Shortcuts, 10_000);
-    assert!(length(&cut) < 1.01 * length(&straight), "{} against {}", length(&cut), length(&straight));
-    assert!(distance(&cut[0], &detour[0]) < 1e-12 && distance(cut.last().unwrap(), detour.last().unwrap()) < 1e-12);
+    assert!(
+        length(&cut) < 1.01 * length(&straight),
+        "{} against {}",
+        length(&cut),
+        length(&straight)
+    );
+    assert!(
+        distance(&cut[0], &detour[0]) < 1e-12
+            && distance(cut.last().unwrap(), detour.last().unwrap()) < 1e-12
+    );
 
     let rounded = shortened(constraints, &mode, &detour, Goal::Corners, 10_000);
     assert!(length(&rounded) < length(&detour) && rounded.len() <= detour.len());

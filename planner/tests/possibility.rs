@@ -1,4 +1,5 @@
-//! Stage P on worlds with something in the way: the guide route goes around, up and over, and never through.
+//! Stage P on worlds with something in the way: the guide route goes around, up and over, and never
+//! through.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -13,7 +14,9 @@ use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::Constraints;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::graph::Graph;
-use surefoot_planner::possibility::{self, Context, Growth, Label, Progress, Station, Stooping, Torso};
+use surefoot_planner::possibility::{
+    self, Context, Growth, Label, Progress, Station, Stooping, Torso,
+};
 use surefoot_planner::prepare::Preparation;
 use surefoot_planner::seeding::Seeding;
 use surefoot_planner::stoop::Stoop;
@@ -64,11 +67,22 @@ impl Compiled {
         let torso = Torso::new(&case.model, &body);
         let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
         let placement = FootPlacementConfig::default();
-        let (bounds, ends) = (collision.world_bounds(), [&case.scenario.start, &case.scenario.goal]);
+        let (bounds, ends) =
+            (collision.world_bounds(), [&case.scenario.start, &case.scenario.goal]);
         let growth = Growth::new(ends, config.station_spacing, vertices, &bounds, &placement);
         let surfaces = Surfaces::new(&case.world, placement).unwrap();
         let constraints = Constraints { body, collision, config: config.clone() };
-        Self { site: Site { case, constraints, surfaces, torso, preparation, threads: Threads::default() }, growth }
+        Self {
+            site: Site {
+                case,
+                constraints,
+                surfaces,
+                torso,
+                preparation,
+                threads: Threads::default(),
+            },
+            growth,
+        }
     }
 
     /// Advances to a route or to the end of all samples; answers which, and the work spent.
@@ -91,7 +105,8 @@ impl Compiled {
 }
 
 fn walled(seed: u64) -> (Compiled, Progress, u64) {
-    let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.95, 1.0], [0.05, 1.0, 1.0]));
+    let mut compiled =
+        Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.95, 1.0], [0.05, 1.0, 1.0]));
     let (progress, work) = compiled.grow(seed);
     (compiled, progress, work)
 }
@@ -102,7 +117,10 @@ fn an_open_floor_is_crossed_straight_without_a_sample() {
     assert_eq!(compiled.grow(1).0, Progress::Route);
     let (start, goal) = (compiled.site.case.scenario.start, compiled.site.case.scenario.goal);
     let stations = compiled.stations();
-    assert_eq!((stations[0], stations[stations.len() - 1]), (Station::on(&start), Station::on(&goal)));
+    assert_eq!(
+        (stations[0], stations[stations.len() - 1]),
+        (Station::on(&start), Station::on(&goal))
+    );
     assert!(stations.iter().all(|station| station.position.y.abs() < 0.05), "{stations:?}");
 }
 
@@ -113,9 +131,15 @@ fn a_wall_is_walked_around_with_every_station_where_the_robot_has_room() {
         assert_eq!(progress, Progress::Route);
         let stations = compiled.stations();
         let context = compiled.site.context(seed);
-        assert!(stations.iter().all(|station| context.has_room(station, true)), "seed {seed}: {stations:?}");
+        assert!(
+            stations.iter().all(|station| context.has_room(station, true)),
+            "seed {seed}: {stations:?}"
+        );
         for face in [1.95, 2.05] {
-            let crossing = stations.windows(2).find(|pair| pair[0].position.x <= face && pair[1].position.x > face).unwrap();
+            let crossing = stations
+                .windows(2)
+                .find(|pair| pair[0].position.x <= face && pair[1].position.x > face)
+                .unwrap();
             let (from, to) = (crossing[0].position, crossing[1].position);
             let beside = from.lerp(to, (face - from.x) / (to.x - from.x));
             assert!(beside.y < -0.05, "through the wall: {crossing:?}");
@@ -123,15 +147,24 @@ fn a_wall_is_walked_around_with_every_station_where_the_robot_has_room() {
     }
 }
 
-/// How the robot stoops at each station of a route past a bar across it, whose underside is so high (m).
+/// How the robot stoops at each station of a route past a bar across it, whose underside is so high
+/// (m).
 fn stoops_past_a_bar(underside: f64) -> (Vec<Station>, Vec<Stoop>) {
-    let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([1.6, 0.0, underside + 0.025], [0.025, 1.0, 0.025]));
+    let mut compiled = Compiled::new(
+        Case::shipped("flat_walk").with_box([1.6, 0.0, underside + 0.025], [0.025, 1.0, 0.025]),
+    );
     assert_eq!(compiled.grow(1).0, Progress::Route);
-    let (route, Site { constraints, torso, threads, .. }) = (compiled.growth.route(), &compiled.site);
+    let (route, Site { constraints, torso, threads, .. }) =
+        (compiled.growth.route(), &compiled.site);
     let mut stooping = Stooping::new(route.stations());
     stooping.begin();
     if !route.is_upright() {
-        let site = possibility::Site { body: &constraints.body, torso, collision: &constraints.collision, threads };
+        let site = possibility::Site {
+            body: &constraints.body,
+            torso,
+            collision: &constraints.collision,
+            threads,
+        };
         while !stooping.advance(&site, route, 1).1 {}
     }
     (compiled.stations(), (0..route.stations()).map(|station| stooping.stoop(station)).collect())
@@ -143,18 +176,32 @@ fn the_robot_stoops_where_something_hangs_low_and_nowhere_else() {
     for underside in [1.4, 1.25, 1.15] {
         let (stations, stoops) = stoops_past_a_bar(underside);
         let is_low = |(station, _): &(&Station, &Stoop)| (station.position.x - 1.6).abs() < 0.15;
-        assert!(stations.iter().zip(&stoops).filter(is_low).all(|(_, stoop)| stoop.depth() > 0.0), "{underside} m: {stoops:?}");
-        assert_eq!([stoops[0], stoops[stoops.len() - 1]], [Stoop::UPRIGHT; 2], "{underside} m: {stoops:?}");
+        assert!(
+            stations.iter().zip(&stoops).filter(is_low).all(|(_, stoop)| stoop.depth() > 0.0),
+            "{underside} m: {stoops:?}"
+        );
+        assert_eq!(
+            [stoops[0], stoops[stoops.len() - 1]],
+            [Stoop::UPRIGHT; 2],
+            "{underside} m: {stoops:?}"
+        );
     }
 }
 
-/// Stations inside a slit 0.45 m wide: the robot does not pass it as it walks ahead, unless it draws in its arms.
+/// Stations inside a slit 0.45 m wide: the robot does not pass it as it walks ahead, unless it
+/// draws in its arms.
 fn stations_in_a_slit(seed: u64) -> (Compiled, Vec<Station>) {
     let wall = |side: f64| ([2.0, side * (0.225 + 1.5), 1.0], [0.25, 1.5, 1.0]);
     let (left, right) = (wall(1.0), wall(-1.0));
-    let mut compiled = Compiled::new(Case::shipped("ibeam_hallway").with_box(left.0, left.1).with_box(right.0, right.1));
+    let mut compiled = Compiled::new(
+        Case::shipped("ibeam_hallway").with_box(left.0, left.1).with_box(right.0, right.1),
+    );
     assert_eq!(compiled.grow(seed).0, Progress::Route);
-    let within = compiled.stations().into_iter().filter(|station| (station.position.x - 2.0).abs() < 0.2).collect();
+    let within = compiled
+        .stations()
+        .into_iter()
+        .filter(|station| (station.position.x - 2.0).abs() < 0.2)
+        .collect();
     (compiled, within)
 }
 
@@ -180,7 +227,10 @@ fn stations_are_within_a_step_of_each_other_and_have_placements_for_both_feet() 
         assert!(pair[0].way_to(&pair[1]).length() < 0.75, "{pair:?}");
         if index > 0 {
             let placements = compiled.growth.placements(index);
-            assert!([0, 1].iter().all(|&limb| placements.iter().any(|placed| placed.limb == limb)), "station {index}");
+            assert!(
+                [0, 1].iter().all(|&limb| placements.iter().any(|placed| placed.limb == limb)),
+                "station {index}"
+            );
         }
     }
 }
@@ -193,9 +243,14 @@ fn a_gap_that_no_step_bridges_is_not_on_a_route() {
         assert_eq!(compiled.grow(seed).0, Progress::Route);
         let context = compiled.site.context(seed);
         let route = compiled.stations();
-        for (index, pair) in route.windows(2).enumerate().skip(1).filter(|(index, _)| index + 2 < route.len()) {
+        for (index, pair) in
+            route.windows(2).enumerate().skip(1).filter(|(index, _)| index + 2 < route.len())
+        {
             let [from, to] = [index, index + 1].map(|station| compiled.growth.placements(station));
-            long += usize::from(pair[0].way_to(&pair[1]).length() > 1.5 * compiled.site.case.scenario.planner.station_spacing);
+            long += usize::from(
+                pair[0].way_to(&pair[1]).length()
+                    > 1.5 * compiled.site.case.scenario.planner.station_spacing,
+            );
             assert!(context.has_step_between(from, to), "seed {seed}, station {index}: {pair:?}");
         }
     }
@@ -215,11 +270,15 @@ fn the_elevation_follows_stairs_to_the_goal() {
 fn a_deck_is_walked_under_where_there_is_room_and_never_through() {
     // The lower one is too high to step onto, and bars the legs where the root has room above it.
     for (height, expected) in [(2.6, Progress::Route), (0.45, Progress::Exhausted)] {
-        let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.0, height], [0.6, 6.0, 0.1]));
+        let mut compiled =
+            Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.0, height], [0.6, 6.0, 0.1]));
         let progress = compiled.grow(1).0;
         assert_eq!(progress, expected, "a deck at {height} m");
         let is_under = |station: &Station| station.position.z.abs() < 1e-9;
-        assert!(expected == Progress::Exhausted || compiled.stations().iter().all(is_under), "up through the deck at {height} m");
+        assert!(
+            expected == Progress::Exhausted || compiled.stations().iter().all(is_under),
+            "up through the deck at {height} m"
+        );
     }
 }
 
@@ -252,17 +311,30 @@ fn the_first_route_anew_is_walked_backward_and_suits_no_foot_that_faces_ahead() 
     compiled.grow(1);
     let ahead = compiled.stations();
     let (middle, sole) = (ahead[ahead.len() / 2], 0.1 * DVec3::Y);
-    let beside = |station: Station, turn: f64| Station { position: station.position + sole, yaw: station.yaw + turn };
-    assert!([0.0, PI].iter().all(|&turn| compiled.growth.route().suits(&beside(middle, turn))), "a way ahead suits all");
+    let beside = |station: Station, turn: f64| Station {
+        position: station.position + sole,
+        yaw: station.yaw + turn,
+    };
+    assert!(
+        [0.0, PI].iter().all(|&turn| compiled.growth.route().suits(&beside(middle, turn))),
+        "a way ahead suits all"
+    );
     compiled.growth.begin_again();
     assert_eq!(compiled.grow(1).0, Progress::Route);
     let (route, backward) = (compiled.growth.route(), compiled.stations());
     assert!(route.is_backward());
-    assert_eq!([backward[0].yaw, backward[backward.len() - 1].yaw], [ahead[0].yaw, ahead[ahead.len() - 1].yaw]);
+    assert_eq!(
+        [backward[0].yaw, backward[backward.len() - 1].yaw],
+        [ahead[0].yaw, ahead[ahead.len() - 1].yaw]
+    );
     let is_turned = |station: &Station| wrap_angle(station.yaw - middle.yaw).abs() > 3.0;
     let inside = |station: &Station| (2.0..8.0).contains(&station.position.x);
     assert!(backward.iter().filter(|station| inside(station)).all(is_turned));
-    assert!(route.suits(&beside(middle, PI)) && !route.suits(&beside(middle, 0.0)) && route.suits(&beside(ahead[0], 0.0)));
+    assert!(
+        route.suits(&beside(middle, PI))
+            && !route.suits(&beside(middle, 0.0))
+            && route.suits(&beside(ahead[0], 0.0))
+    );
 }
 
 #[test]
@@ -304,7 +376,8 @@ fn edges_are_possible_where_there_is_room_for_primitives_and_nowhere_else() {
     let labelled = open.growth.route().labelled();
     // Nobody said on what the robot stands at the ends.
     assert!(labelled.edges > 30 && labelled.possible + 2 == labelled.edges, "{labelled:?}");
-    let mut barred = Compiled::new(Case::shipped("flat_walk").with_box([4.0, 0.0, 0.05], [0.02, 1.0, 0.05]));
+    let mut barred =
+        Compiled::new(Case::shipped("flat_walk").with_box([4.0, 0.0, 0.05], [0.02, 1.0, 0.05]));
     assert_eq!(barred.grow(1).0, Progress::Route);
     let route = barred.growth.route();
     for station in 2..route.stations() - 1 {
@@ -318,10 +391,13 @@ fn edges_are_possible_where_there_is_room_for_primitives_and_nowhere_else() {
 
 #[test]
 fn what_stage_m_has_crossed_is_possible_and_used_again() {
-    let mut compiled = Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.0, 0.05], [0.02, 1.0, 0.05]));
+    let mut compiled =
+        Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.0, 0.05], [0.02, 1.0, 0.05]));
     assert_eq!(compiled.grow(1).0, Progress::Route);
     let before = compiled.stations();
-    let indeterminate = (1..before.len()).find(|&station| compiled.growth.route().label(station) == Label::Indeterminate).unwrap();
+    let indeterminate = (1..before.len())
+        .find(|&station| compiled.growth.route().label(station) == Label::Indeterminate)
+        .unwrap();
     let reached = indeterminate + 3;
     compiled.growth.note_crossed(reached);
     assert_eq!(compiled.growth.route().label(indeterminate), Label::Crossed);
@@ -340,8 +416,10 @@ fn turned_out(name: &str) -> Graph {
     assert_eq!(compiled.grow(1).0, Progress::Route);
     let Compiled { site, growth } = &compiled;
     let steps = site.preparation.possible_steps();
-    let seeding = Seeding { constraints: &site.constraints, surfaces: &site.surfaces, steps, seed: 1 };
-    let (mut graph, mut scratch) = (Graph::new(4096, 1, 1, 1.0), Scratch::new(&FootPlacementConfig::default()));
+    let seeding =
+        Seeding { constraints: &site.constraints, surfaces: &site.surfaces, steps, seed: 1 };
+    let (mut graph, mut scratch) =
+        (Graph::new(4096, 1, 1, 1.0), Scratch::new(&FootPlacementConfig::default()));
     for place in (0..growth.route().stations()).flat_map(|station| [(station, 0), (station, 1)]) {
         seeding.turn_out(growth.route(), place, 0, &mut graph, &mut scratch).unwrap();
     }
@@ -351,11 +429,23 @@ fn turned_out(name: &str) -> Graph {
 #[test]
 fn toes_are_turned_out_on_steep_stairs_and_nowhere_else() {
     let graph = turned_out("stairs");
-    let heights: Vec<f64> = graph.footholds().iter().map(|foothold| foothold.world_from_sole.translation.z).collect();
-    assert!((1..6).all(|step| heights.iter().any(|height| (height - 0.22 * f64::from(step)).abs() < 1e-6)), "{heights:?}");
+    let heights: Vec<f64> =
+        graph.footholds().iter().map(|foothold| foothold.world_from_sole.translation.z).collect();
+    assert!(
+        (1..6).all(|step| heights
+            .iter()
+            .any(|height| (height - 0.22 * f64::from(step)).abs() < 1e-6)),
+        "{heights:?}"
+    );
     let out = |limb: usize| if limb == 0 { 1.0 } else { -1.0 };
-    let turns = graph.footholds().iter().map(|foothold| out(foothold.limb) * yaw_of(foothold.world_from_sole.rotation));
-    assert!(turns.clone().any(|turn| (turn - 0.5).abs() < 0.05) && turns.into_iter().all(|turn| turn > -0.35));
+    let turns = graph
+        .footholds()
+        .iter()
+        .map(|foothold| out(foothold.limb) * yaw_of(foothold.world_from_sole.rotation));
+    assert!(
+        turns.clone().any(|turn| (turn - 0.5).abs() < 0.05)
+            && turns.into_iter().all(|turn| turn > -0.35)
+    );
     for level_or_low in ["flat_walk", "stairs_bauzil"] {
         assert_eq!(turned_out(level_or_low).footholds().len(), 0, "{level_or_low}");
     }

@@ -1,6 +1,11 @@
-//! pi_S: wherever C_S holds, a primitive meets every constraint; and C_N holds wherever a plan leads [Grey 3.1, 4.1, 4.4.5].
+//! pi_S: wherever C_S holds, a primitive meets every constraint; and C_N holds wherever a plan
+//! leads [Grey 3.1, 4.1, 4.4.5].
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test ends where a shipped file does not load; the long one reports")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "a test ends where a shipped file does not load; the long one reports"
+)]
 
 mod common;
 
@@ -30,7 +35,8 @@ const SEEDS: u64 = 3;
 /// From one station to the next, m.
 const SPACING: f64 = 6.0;
 
-/// A stance placement and two of the other foot, each on a pedestal of its own, with obstacles about.
+/// A stance placement and two of the other foot, each on a pedestal of its own, with obstacles
+/// about.
 struct Station {
     stance: Foothold,
     others: [Foothold; 2],
@@ -48,7 +54,11 @@ impl Builder<'_> {
     fn station(&mut self, index: usize) -> Station {
         let limb = self.random.below(2);
         let flat = index.is_multiple_of(3);
-        let origin = DVec3::new(SPACING * (index % 20) as f64, SPACING * (index / 20) as f64, self.random.uniform(-1.0, 1.0));
+        let origin = DVec3::new(
+            SPACING * (index % 20) as f64,
+            SPACING * (index / 20) as f64,
+            self.random.uniform(-1.0, 1.0),
+        );
         let stand = Stand { origin, yaw: self.random.uniform(-3.0, 3.0), tilt: 0.0 };
         let stance = self.foothold(limb, &stand, flat);
         let others = [0, 1].map(|_| {
@@ -57,11 +67,22 @@ impl Builder<'_> {
             self.foothold(1 - limb, &other, flat)
         });
         if flat {
-            self.add_box(Pose::from_translation(origin - DVec3::Z * 0.1), DVec3::new(1.0, 1.0, 0.1));
+            self.add_box(
+                Pose::from_translation(origin - DVec3::Z * 0.1),
+                DVec3::new(1.0, 1.0, 0.1),
+            );
         }
         for _ in 0..self.random.below(4) {
-            let place = DVec3::new(self.random.uniform(-1.2, 1.2), self.random.uniform(-1.2, 1.2), self.random.uniform(0.0, 1.8));
-            let half = DVec3::new(self.random.uniform(0.01, 0.4), self.random.uniform(0.01, 0.4), self.random.uniform(0.01, 0.4));
+            let place = DVec3::new(
+                self.random.uniform(-1.2, 1.2),
+                self.random.uniform(-1.2, 1.2),
+                self.random.uniform(0.0, 1.8),
+            );
+            let half = DVec3::new(
+                self.random.uniform(0.01, 0.4),
+                self.random.uniform(0.01, 0.4),
+                self.random.uniform(0.01, 0.4),
+            );
             let turned = rotation_about(DVec3::X, self.random.uniform(-3.0, 3.0));
             self.add_box(Pose::from_parts(origin + place, turned), half);
         }
@@ -73,7 +94,8 @@ impl Builder<'_> {
         let range = *self.preparation.range(stance);
         let extent = range.extent().unwrap();
         loop {
-            let [ahead, aside, above, turn] = extent.map(|[least, greatest]| self.random.uniform(least, greatest));
+            let [ahead, aside, above, turn] =
+                extent.map(|[least, greatest]| self.random.uniform(least, greatest));
             let offset = PairOffset { ahead, aside, above: if flat { 0.0 } else { above }, turn };
             if range.contains(&offset) {
                 return offset;
@@ -84,11 +106,13 @@ impl Builder<'_> {
     fn foothold(&mut self, limb: usize, stand: &Stand, flat: bool) -> Foothold {
         let direction = self.random.uniform(-3.2, 3.2);
         let tilt = if flat { 0.0 } else { self.random.uniform(0.0, self.preparation.gait().tilt) };
-        let tilted: DQuat = rotation_about(DVec3::new(libm::cos(direction), libm::sin(direction), 0.0), tilt);
+        let tilted: DQuat =
+            rotation_about(DVec3::new(libm::cos(direction), libm::sin(direction), 0.0), tilt);
         let sole = stand.sole(&self.body.legs[limb], tilted * rotation_about(DVec3::Z, stand.yaw));
         let polygon = &self.body.sole_polygons[limb];
         if !flat {
-            let corner = polygon.iter().fold(glam::DVec2::ZERO, |corner, vertex| corner.max(vertex.abs()));
+            let corner =
+                polygon.iter().fold(glam::DVec2::ZERO, |corner, vertex| corner.max(vertex.abs()));
             let half = (corner + glam::DVec2::splat(0.005)).extend(0.05);
             self.add_box(sole * Pose::from_translation(DVec3::new(0.0, 0.0, -0.05)), half);
         }
@@ -131,7 +155,8 @@ impl Checking<'_> {
         assert!(checked.is_ok(), "{}: waypoint {}: {checked:?}", self.name, self.waypoints);
         let bound = self.constraints.collision.motion_bound(&snapshots[0], &snapshots[1]);
         let ends = [&self.here.configuration, &state.configuration];
-        let between = self.constraints.check_between(&self.mode, ends, bound, feet, &mut Snapshot::default());
+        let between =
+            self.constraints.check_between(&self.mode, ends, bound, feet, &mut Snapshot::default());
         assert!(between.is_ok(), "{}: before waypoint {}: {between:?}", self.name, self.waypoints);
         self.here = *state;
         self.waypoints += 1;
@@ -139,25 +164,63 @@ impl Checking<'_> {
 }
 
 /// Emits and checks every primitive of a station for which C_S holds; answers how many there were.
-fn primitives_hold_at(constraints: &Constraints, preparation: &Preparation<'_>, station: &Station, name: &str) -> usize {
+fn primitives_hold_at(
+    constraints: &Constraints,
+    preparation: &Preparation<'_>,
+    station: &Station,
+    name: &str,
+) -> usize {
     let (body, gait) = (&constraints.body, preparation.gait());
     let Station { stance, others: [from, to] } = station;
     let mut held = 0;
-    let is_free = |other: &Foothold| sufficient(preparation, body, &constraints.collision, &print_of(body, stance), &print_of(body, other));
+    let is_free = |other: &Foothold| {
+        sufficient(
+            preparation,
+            body,
+            &constraints.collision,
+            &print_of(body, stance),
+            &print_of(body, other),
+        )
+    };
     if is_free(from) && is_free(to) {
         let here = configuration(body, gait, stance, from).unwrap();
         let mode = single_mode(stance);
-        assert!(constraints.check(&mode, &body.snapshot(&here.configuration), [FootState::Stance; 2]).is_ok(), "{name}");
-        let mut checking = Checking { constraints, mode, here, swing: Some(from.limb), waypoints: 0, name: format!("swing {name}") };
+        assert!(
+            constraints
+                .check(&mode, &body.snapshot(&here.configuration), [FootState::Stance; 2])
+                .is_ok(),
+            "{name}"
+        );
+        let mut checking = Checking {
+            constraints,
+            mode,
+            here,
+            swing: Some(from.limb),
+            waypoints: 0,
+            name: format!("swing {name}"),
+        };
         checking.follow(Emission::swing(constraints, gait, stance, [from, to]).unwrap());
         assert!(checking.waypoints > 4);
         held += 1;
     }
     let [left, right] = if stance.limb == 0 { [stance, from] } else { [from, stance] };
-    if sufficient_shift(preparation, body, &constraints.collision, &print_of(body, left), &print_of(body, right)) {
+    if sufficient_shift(
+        preparation,
+        body,
+        &constraints.collision,
+        &print_of(body, left),
+        &print_of(body, right),
+    ) {
         let here = configuration(body, gait, left, right).unwrap();
         let mode = double_mode(left, right);
-        let mut checking = Checking { constraints, mode, here, swing: None, waypoints: 0, name: format!("shift {name}") };
+        let mut checking = Checking {
+            constraints,
+            mode,
+            here,
+            swing: None,
+            waypoints: 0,
+            name: format!("shift {name}"),
+        };
         checking.follow(Emission::shift(constraints, gait, [left, right]).unwrap());
         held += 1;
     }
@@ -171,11 +234,17 @@ fn primitives_hold(model: &RobotModel, stations: usize, seed: u64) {
     let random = Random::new(seed, Stream::Preparation, 3, 0);
     let mut builder = Builder { body: &body, preparation, random, shapes: vec![] };
     let made: Vec<Station> = (0..stations).map(|index| builder.station(index)).collect();
-    let world = World { mu: 0.6, shapes: std::mem::take(&mut builder.shapes), digest: Digest::default() };
+    let world =
+        World { mu: 0.6, shapes: std::mem::take(&mut builder.shapes), digest: Digest::default() };
     let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
     let constraints = Constraints { body: body.clone(), collision, config };
-    let held: usize =
-        made.iter().enumerate().map(|(index, station)| primitives_hold_at(&constraints, &preparation, station, &format!("{index}"))).sum();
+    let held: usize = made
+        .iter()
+        .enumerate()
+        .map(|(index, station)| {
+            primitives_hold_at(&constraints, &preparation, station, &format!("{index}"))
+        })
+        .sum();
     println!("{}: {held} primitives held over {stations} stations", model.name);
     assert!(held * 4 > stations, "only {held} primitives over {stations} stations");
 }
@@ -195,8 +264,11 @@ fn of_hulls() -> RobotModel {
     let mut model = hubo();
     for placed in model.links.iter_mut().flat_map(|link| &mut link.shapes) {
         if let Shape::Box { half_extents } = placed.shape {
-            let sign = |corner: usize, axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
-            let corner = |corner: usize| half_extents * DVec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2));
+            let sign =
+                |corner: usize, axis: usize| if corner >> axis & 1 == 0 { -1.0 } else { 1.0 };
+            let corner = |corner: usize| {
+                half_extents * DVec3::new(sign(corner, 0), sign(corner, 1), sign(corner, 2))
+            };
             placed.shape = Shape::ConvexHull { points: (0..8).map(corner).collect() };
         }
     }
@@ -206,13 +278,22 @@ fn of_hulls() -> RobotModel {
 
 /// The same robot as if its URDF named the legs before all else that hangs on the root.
 fn with_legs_first(model: &RobotModel) -> RobotModel {
-    let legs: Vec<usize> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).map(|joint| model.joints[joint].child).collect();
+    let legs: Vec<usize> = model
+        .feet
+        .iter()
+        .flat_map(|foot| model.chain(foot.link))
+        .map(|joint| model.joints[joint].child)
+        .collect();
     let mut order: Vec<usize> = (0..model.links.len()).collect();
     order.sort_by_key(|link| (*link > 0, !legs.contains(link)));
     let now = |link: usize| order.iter().position(|&before| before == link).unwrap();
     let mut turned = model.clone();
     turned.links = order.iter().map(|&link| model.links[link].clone()).collect();
-    turned.links.iter_mut().filter_map(|link| link.parent.as_mut()).for_each(|at| at.parent = now(at.parent));
+    turned
+        .links
+        .iter_mut()
+        .filter_map(|link| link.parent.as_mut())
+        .for_each(|at| at.parent = now(at.parent));
     turned.joints.iter_mut().for_each(|joint| joint.child = now(joint.child));
     turned.feet.iter_mut().for_each(|foot| foot.link = now(foot.link));
     turned.digest = Digest::of(&[b"legs first", &model.digest.0]);
@@ -224,11 +305,15 @@ fn the_order_of_links_does_not_matter() {
     let before = of_hulls();
     let turned = with_legs_first(&before);
     assert!(before.links.iter().zip(&turned.links).any(|(a, b)| a.name != b.name));
-    let [before, turned] = [&before, &turned].map(|model| preparation_for(model, &PlannerConfig::default()));
+    let [before, turned] =
+        [&before, &turned].map(|model| preparation_for(model, &PlannerConfig::default()));
     assert!(before.range(0).extent().is_some());
     assert_eq!(before.gait(), turned.gait());
     assert_eq!(before.expanded(), turned.expanded());
-    assert_eq!([0, 1].map(|stance| before.range(stance).extent()), [0, 1].map(|stance| turned.range(stance).extent()));
+    assert_eq!(
+        [0, 1].map(|stance| before.range(stance).extent()),
+        [0, 1].map(|stance| turned.range(stance).extent())
+    );
 }
 
 #[test]
@@ -238,7 +323,11 @@ fn a_robot_with_stiff_ankles_has_a_range_of_steps_on_a_floor_too() {
     for stance in 0..2 {
         let range = preparation.range(stance);
         let step = |ahead: f64, aside: f64| PairOffset { ahead, aside, above: 0.0, turn: 0.0 };
-        assert!([-0.1, 0.0, 0.1].iter().all(|&ahead| range.contains(&step(ahead, 0.2))), "stance {stance}: {:?}", range.extent());
+        assert!(
+            [-0.1, 0.0, 0.1].iter().all(|&ahead| range.contains(&step(ahead, 0.2))),
+            "stance {stance}: {:?}",
+            range.extent()
+        );
     }
 }
 
@@ -259,13 +348,15 @@ fn thousands_of_primitives_hold() {
     others.split(':').for_each(|path| primitives_hold(&load_robot(path.as_ref()).unwrap(), 600, 2));
 }
 
-/// The shipped scenarios that are walked in moments; in a build that is not optimised, a few of them.
+/// The shipped scenarios that are walked in moments; in a build that is not optimised, a few of
+/// them.
 fn walked() -> Vec<String> {
     if cfg!(debug_assertions) {
         return WALKS.map(str::to_owned).into();
     }
     let files = std::fs::read_dir(repository().join("configs/scenarios")).unwrap();
-    let names = files.map(|file| file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned());
+    let names =
+        files.map(|file| file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned());
     names.filter(|name| !name.starts_with("no_way") && !name.starts_with("gauntlet")).collect()
 }
 
@@ -274,17 +365,21 @@ fn first_denial(case: &Case, preparation: &Preparation<'_>) -> Option<String> {
     let mut planner = case.planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "{}", case.scenario.name);
     let Constraints { body, collision, .. } = planner.constraints();
-    planner.chunks().iter().flat_map(|chunk| chunk.waypoints()).enumerate().find_map(|(index, waypoint)| {
-        let world_from_root = waypoint.world_from_root();
-        let label = necessary(preparation, body, collision, &world_from_root);
-        let snapshot = body.snapshot(&Configuration { world_from_root, q: waypoint.q });
-        let may_reach = |limb: usize| {
-            let root_from_sole = world_from_root.inverse() * body.world_from_sole(&snapshot, limb);
-            preparation.may_reach(limb, root_from_sole.translation)
-        };
-        let reached = [0, 1].map(may_reach);
-        (!label.holds() || reached != [true; 2]).then(|| format!("waypoint {index}: {label:?}, {reached:?}"))
-    })
+    planner.chunks().iter().flat_map(|chunk| chunk.waypoints()).enumerate().find_map(
+        |(index, waypoint)| {
+            let world_from_root = waypoint.world_from_root();
+            let label = necessary(preparation, body, collision, &world_from_root);
+            let snapshot = body.snapshot(&Configuration { world_from_root, q: waypoint.q });
+            let may_reach = |limb: usize| {
+                let root_from_sole =
+                    world_from_root.inverse() * body.world_from_sole(&snapshot, limb);
+                preparation.may_reach(limb, root_from_sole.translation)
+            };
+            let reached = [0, 1].map(may_reach);
+            (!label.holds() || reached != [true; 2])
+                .then(|| format!("waypoint {index}: {label:?}, {reached:?}"))
+        },
+    )
 }
 
 #[test]
@@ -306,7 +401,9 @@ fn c_n_fails_in_a_wall_and_high_above_the_ground() {
     let case = Case::shipped("flat_walk").with_box([3.0, 0.0, 1.0], [0.1, 0.8, 1.0]);
     let body = Body::new(&model, &config).unwrap();
     let collision = CollisionModel::new(&model, &case.world, config.clearance).unwrap();
-    let at = |x: f64, z: f64| necessary(&preparation, &body, &collision, &Pose::from_translation(DVec3::new(x, 0.0, z)));
+    let at = |x: f64, z: f64| {
+        necessary(&preparation, &body, &collision, &Pose::from_translation(DVec3::new(x, 0.0, z)))
+    };
     assert!(at(1.0, 0.8).holds() && at(1.0, 0.8).may_stand == [true; 2]);
     assert!(!at(3.0, 0.8).holds() && !at(1.0, 2.0).holds());
 }

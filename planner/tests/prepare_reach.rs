@@ -1,4 +1,5 @@
-//! The reachable space R: that nothing reachable is left out, and that a damaged file is never believed [Grey 4.2.1].
+//! The reachable space R: that nothing reachable is left out, and that a damaged file is never
+//! believed [Grey 4.2.1].
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -13,7 +14,8 @@ use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 
-/// Puts both soles at random joint positions, anywhere within the limits and often at them, and asks for each.
+/// Puts both soles at random joint positions, anywhere within the limits and often at them, and
+/// asks for each.
 fn nothing_reachable_is_left_out(model: &RobotModel, samples: u64) {
     let words = preparation_of(model);
     let key = prepare::key(model, &PlannerConfig::default());
@@ -31,7 +33,10 @@ fn nothing_reachable_is_left_out(model: &RobotModel, samples: u64) {
                 }
             }
             let sole = leg.root_from_sole(&q).translation;
-            assert!(preparation.may_reach(limb, sole), "limb {limb}, sample {sample}: {sole} from {q:?}");
+            assert!(
+                preparation.may_reach(limb, sole),
+                "limb {limb}, sample {sample}: {sole} from {q:?}"
+            );
         }
     }
 }
@@ -41,7 +46,8 @@ fn no_sole_of_hubo_is_left_out() {
     nothing_reachable_is_left_out(&hubo(), 200_000);
 }
 
-/// Ten million soles a leg: `cargo test --release -p surefoot-planner --test prepare_reach -- --ignored`. Names of
+/// Ten million soles a leg:
+/// `cargo test --release -p surefoot-planner --test prepare_reach -- --ignored`. Names of
 /// `robot.toml` files in SUREFOOT_ROBOTS, separated by colons, are tested too.
 #[test]
 #[ignore = "takes a minute"]
@@ -57,16 +63,24 @@ fn no_sole_of_millions_is_left_out() {
 fn the_bound_is_near() {
     let model = hubo();
     let words = preparation_of(&model);
-    let preparation = Preparation::from_bytes(bytemuck::cast_slice(&words), &prepare::key(&model, &PlannerConfig::default())).unwrap();
+    let preparation = Preparation::from_bytes(
+        bytemuck::cast_slice(&words),
+        &prepare::key(&model, &PlannerConfig::default()),
+    )
+    .unwrap();
     let leg = Leg::new(&model, 0, 0.0).unwrap();
     let straight = leg.root_from_sole(&vec![0.0; model.joints.len()]).translation;
     assert!(preparation.may_reach(0, straight));
     let beyond = straight + (straight - leg.hip()).normalize() * 0.08;
     assert!(!preparation.may_reach(0, beyond) && !preparation.may_reach(0, 0.9 * DVec3::Z));
-    assert!(!preparation.may_reach(0, DVec3::splat(1e300)) && !preparation.may_reach(0, DVec3::NAN));
+    assert!(
+        !preparation.may_reach(0, DVec3::splat(1e300)) && !preparation.may_reach(0, DVec3::NAN)
+    );
     let blocks = preparation.reach(0).blocks();
     let nearest = blocks[0];
-    let inside = (DVec3::from(nearest.center) - straight).abs().cmple(DVec3::from(nearest.half_extents) + DVec3::splat(0.2));
+    let inside = (DVec3::from(nearest.center) - straight)
+        .abs()
+        .cmple(DVec3::from(nearest.half_extents) + DVec3::splat(0.2));
     assert!(inside.all(), "{nearest:?}");
 }
 
@@ -75,7 +89,8 @@ fn the_same_robot_gives_the_same_bytes() {
     let model = hubo();
     let again = prepare::build(&model, &PlannerConfig::default(), &|_| ()).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let alone = pool.install(|| prepare::build(&model, &PlannerConfig::default(), &|_| ()).unwrap());
+    let alone =
+        pool.install(|| prepare::build(&model, &PlannerConfig::default(), &|_| ()).unwrap());
     assert!(again == *preparation_of(&model) && again == alone);
 }
 
@@ -101,8 +116,12 @@ fn a_damaged_file_is_never_believed() {
         error_of(&|words| words[at] ^= 1 << bit);
     }
     let other = PlannerConfig { clearance: 0.01, ..PlannerConfig::default() };
-    assert_eq!(Preparation::from_bytes(sound, &prepare::key(&model, &other)).map(drop).unwrap_err(), PreparationError::OtherRobot);
+    assert_eq!(
+        Preparation::from_bytes(sound, &prepare::key(&model, &other)).map(drop).unwrap_err(),
+        PreparationError::OtherRobot
+    );
     let shifted = [&[0], sound].concat();
-    let misaligned = (0..8).filter(|&skip| Preparation::from_bytes(&shifted[skip..], &key).is_err()).count();
+    let misaligned =
+        (0..8).filter(|&skip| Preparation::from_bytes(&shifted[skip..], &key).is_err()).count();
     assert!(misaligned >= 7);
 }

@@ -1,4 +1,5 @@
-//! The possible steps: hardly any pair of soles on which the robot can stand on one and touch the other is left out.
+//! The possible steps: hardly any pair of soles on which the robot can stand on one and touch the
+//! other is left out.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -27,10 +28,15 @@ const ATTEMPTS: u64 = 60;
 fn rotation(random: &mut Random, turn: f64) -> DQuat {
     let axis = DVec3::new(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), 0.0).normalize();
     let heading = rotation_about(DVec3::Z, turn);
-    if random.below(2) == 0 { heading } else { rotation_about(axis, random.uniform(0.0, 0.2)) * heading }
+    if random.below(2) == 0 {
+        heading
+    } else {
+        rotation_about(axis, random.uniform(0.0, 0.2)) * heading
+    }
 }
 
-/// Of the pairs on which sampling finds a configuration: how many there are, and how many do not count as possible.
+/// Of the pairs on which sampling finds a configuration: how many there are, and how many do not
+/// count as possible.
 fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
     let config = PlannerConfig::default();
     let steps = preparation_for(model, &config).possible_steps();
@@ -49,9 +55,12 @@ fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
         let other = foothold(1 - limb, Pose::from_parts(offset, rotation(&mut random, turn)));
         let pair = TransitionPair { stance: &stance, other: &other };
         let mode = single_mode(&stance);
-        if (0..ATTEMPTS).any(|attempt| sample(&constraints, &mode, pair, (1, index), attempt).is_ok()) {
+        if (0..ATTEMPTS)
+            .any(|attempt| sample(&constraints, &mode, pair, (1, index), attempt).is_ok())
+        {
             found += 1;
-            left_out += u64::from(!steps.may_touch(limb, &stance.world_from_sole, &other.world_from_sole));
+            left_out +=
+                u64::from(!steps.may_touch(limb, &stance.world_from_sole, &other.world_from_sole));
         }
     }
     (found, left_out)
@@ -68,14 +77,32 @@ fn soles_that_no_posture_holds_on_are_left_out() {
     let model = hubo();
     let steps = preparation_for(&model, &PlannerConfig::default()).possible_steps();
     let at = |x: f64, y: f64, z: f64| Pose::from_translation(DVec3::new(x, y, z));
-    assert!(steps.may_touch(0, &Pose::IDENTITY, &at(0.2, -0.2, 0.0)) && steps.may_touch(1, &Pose::IDENTITY, &at(0.0, 0.2, 0.15)));
-    for far in [at(steps.reach(), 0.0, 0.0), at(-0.9, -0.2, 0.0), at(0.0, 0.6, 0.0), at(0.2, 0.0, -0.8), at(f64::NAN, 0.0, 0.0)] {
+    assert!(
+        steps.may_touch(0, &Pose::IDENTITY, &at(0.2, -0.2, 0.0))
+            && steps.may_touch(1, &Pose::IDENTITY, &at(0.0, 0.2, 0.15))
+    );
+    for far in [
+        at(steps.reach(), 0.0, 0.0),
+        at(-0.9, -0.2, 0.0),
+        at(0.0, 0.6, 0.0),
+        at(0.2, 0.0, -0.8),
+        at(f64::NAN, 0.0, 0.0),
+    ] {
         assert!(!steps.may_touch(0, &Pose::IDENTITY, &far), "{far:?}");
     }
-    let turned = |pose: &Pose, turn: f64| Pose::from_parts(pose.translation, pose.rotation * rotation_about(DVec3::Z, turn));
+    let turned = |pose: &Pose, turn: f64| {
+        Pose::from_parts(pose.translation, pose.rotation * rotation_about(DVec3::Z, turn))
+    };
     let beside = at(0.0, -0.25, 0.0);
     assert!(!steps.may_touch(0, &Pose::IDENTITY, &at(0.0, -0.06, 0.0)), "the legs meet");
-    assert!(!steps.may_touch(0, &Pose::IDENTITY, &turned(&beside, 2.0)), "the leg does not turn that far");
+    assert!(
+        !steps.may_touch(0, &Pose::IDENTITY, &turned(&beside, 2.0)),
+        "the leg does not turn that far"
+    );
     let about = turned(&Pose::IDENTITY, PI);
-    assert!(steps.may_touch(0, &about, &(about * beside)) && !steps.may_touch(0, &about, &turned(&beside, PI)), "it turns with the stance");
+    assert!(
+        steps.may_touch(0, &about, &(about * beside))
+            && !steps.may_touch(0, &about, &turned(&beside, PI)),
+        "it turns with the stance"
+    );
 }

@@ -1,4 +1,5 @@
-//! What inverse kinematics says about pairs of placements: a hint that makes a transition dear, never a verdict.
+//! What inverse kinematics says about pairs of placements: a hint that makes a transition dear,
+//! never a verdict.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -14,7 +15,9 @@ use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::foothold::{Foothold, single_mode};
 use surefoot_planner::motion::graph::{Graph, Prior};
 use surefoot_planner::motion::sampling::ATTEMPTS_MAX;
-use surefoot_planner::motion::transition::{REACHING, TransitionPair, is_reached, posture_that_holds, sample};
+use surefoot_planner::motion::transition::{
+    REACHING, TransitionPair, is_reached, posture_that_holds, sample,
+};
 use surefoot_planner::seeding::{Seeding, VARIATIONS_MAX, judge};
 use surefoot_shared_types::Pose;
 
@@ -43,7 +46,11 @@ impl Stand {
     fn right(&self, by: DVec3) -> Foothold {
         let foothold = &self.end.footholds[1];
         let pose = foothold.world_from_sole;
-        Foothold::new(1, Pose::from_parts(pose.translation + by, pose.rotation), foothold.support.clone())
+        Foothold::new(
+            1,
+            Pose::from_parts(pose.translation + by, pose.rotation),
+            foothold.support.clone(),
+        )
     }
 
     fn is_reached(&self, other: &Foothold) -> bool {
@@ -59,7 +66,8 @@ impl Stand {
     /// The same, where scant support `may_be_scant`.
     fn judged_where(&self, other: &Foothold, may_be_scant: bool) -> Prior {
         let mut graph = Graph::new(2, 2, 1, 1.0);
-        let [left, right] = [&self.end.footholds[0], other].map(|foothold| graph.add_foothold(foothold.clone()).unwrap());
+        let [left, right] = [&self.end.footholds[0], other]
+            .map(|foothold| graph.add_foothold(foothold.clone()).unwrap());
         graph.connect(left, right).unwrap();
         judge(&self.constraints, graph.find(left, right).unwrap(), &graph, may_be_scant)
     }
@@ -68,18 +76,23 @@ impl Stand {
 #[test]
 fn what_no_posture_reaches_is_dear_and_not_forbidden() {
     let stand = stand();
-    let (near, far) = (stand.right(DVec3::new(0.25, 0.0, 0.0)), stand.right(DVec3::new(0.85, 0.0, 0.0)));
+    let (near, far) =
+        (stand.right(DVec3::new(0.25, 0.0, 0.0)), stand.right(DVec3::new(0.85, 0.0, 0.0)));
     assert!(stand.is_reached(&near) && !stand.is_reached(&far));
     let (near, far) = (stand.judged(&near), stand.judged(&far));
     assert_eq!(near, Prior::default());
-    assert!(far.attempts == ATTEMPTS_MAX && far.surcharge > ATTEMPTS_MAX, "its cost counts more attempts than were spared: {far:?}");
+    assert!(
+        far.attempts == ATTEMPTS_MAX && far.surcharge > ATTEMPTS_MAX,
+        "its cost counts more attempts than were spared: {far:?}"
+    );
 }
 
 #[test]
 fn crossed_feet_are_less_likely_than_the_same_step_uncrossed() {
     let stand = stand();
     let width = stand.end.footholds[0].distance(&stand.end.footholds[1]);
-    let [uncrossed, crossed] = [0.97, 1.03].map(|share| stand.judged(&stand.right(DVec3::new(0.3, share * width, 0.0))));
+    let [uncrossed, crossed] =
+        [0.97, 1.03].map(|share| stand.judged(&stand.right(DVec3::new(0.3, share * width, 0.0))));
     assert_eq!(uncrossed.attempts, crossed.attempts, "the postures do not mind a few millimetres");
     assert!(crossed.surcharge > uncrossed.surcharge);
 }
@@ -88,8 +101,11 @@ fn crossed_feet_are_less_likely_than_the_same_step_uncrossed() {
 fn a_placement_that_carries_half_of_a_sole_is_dearer_until_that_may_be() {
     let stand = stand();
     let whole = stand.right(DVec3::new(0.2, 0.0, 0.0));
-    let half =
-        Foothold::new(1, whole.world_from_sole, whole.support.iter().map(|corner| DVec2::new(corner.x.max(0.02), corner.y)).collect());
+    let half = Foothold::new(
+        1,
+        whole.world_from_sole,
+        whole.support.iter().map(|corner| DVec2::new(corner.x.max(0.02), corner.y)).collect(),
+    );
     assert_eq!(stand.judged(&whole).surcharge, 0);
     assert!(stand.judged(&half).surcharge > 0);
     assert_eq!(stand.judged_where(&half, true).surcharge, 0);
@@ -104,11 +120,15 @@ fn a_step_too_long_is_varied_until_it_is_reached() {
     let [a, b] = [left, far].map(|foothold| graph.add_foothold(foothold).unwrap());
     graph.connect(a, b).unwrap();
     let steps = preparation_for(&hubo(), &stand.constraints.config).possible_steps();
-    let seeding = Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, steps, seed: 1 };
+    let seeding =
+        Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, steps, seed: 1 };
     let mut vary = |tried| seeding.variation(0, (tried as u64, 0), &graph, &mut stand.scratch);
     let [stance, other] = &(0..VARIATIONS_MAX).find_map(&mut vary).unwrap();
     assert!(is_reached(&stand.constraints, &single_mode(stance), TransitionPair { stance, other }));
-    assert!(stance.distance(&graph.footholds()[0]) < 0.3 && other.distance(&graph.footholds()[1]) < 0.3, "near where they were");
+    assert!(
+        stance.distance(&graph.footholds()[0]) < 0.3 && other.distance(&graph.footholds()[1]) < 0.3,
+        "near where they were"
+    );
 }
 
 #[test]
@@ -117,11 +137,19 @@ fn legs_that_cross_are_as_dear_as_what_is_out_of_reach() {
     let (stance, width) = (&stand.end.footholds[0], 0.35);
     let other = stand.right(DVec3::new(0.3, width, 0.0));
     let (mode, pair) = (single_mode(stance), TransitionPair { stance, other: &other });
-    assert!(is_reached(&stand.constraints, &mode, pair), "each leg by itself reaches its placement");
-    assert_eq!(posture_that_holds(&stand.constraints, &mode, pair), None, "the right foot is left of the left one");
+    assert!(
+        is_reached(&stand.constraints, &mode, pair),
+        "each leg by itself reaches its placement"
+    );
+    assert_eq!(
+        posture_that_holds(&stand.constraints, &mode, pair),
+        None,
+        "the right foot is left of the left one"
+    );
     let side_by_side = TransitionPair { stance, other: &stand.end.footholds[1] };
     assert_eq!(posture_that_holds(&stand.constraints, &mode, side_by_side), Some(0));
-    let holds = |attempt: u64| sample(&stand.constraints, &mode, side_by_side, (1, 0), attempt).is_ok();
+    let holds =
+        |attempt: u64| sample(&stand.constraints, &mode, side_by_side, (1, 0), attempt).is_ok();
     assert!(REACHING.into_iter().all(holds), "and so do the others");
 }
 
@@ -131,7 +159,11 @@ fn what_is_not_reached_fails_in_the_postures_that_reach_farthest() {
     let (stance, mut unreached) = (&stand.end.footholds[0], 0);
     let mode = single_mode(stance);
     for index in 0..400 {
-        let by = DVec3::new(-0.9 + 0.1 * f64::from(index % 19), -0.4 + 0.1 * f64::from(index % 7), -0.2 + 0.1 * f64::from(index % 5));
+        let by = DVec3::new(
+            -0.9 + 0.1 * f64::from(index % 19),
+            -0.4 + 0.1 * f64::from(index % 7),
+            -0.2 + 0.1 * f64::from(index % 5),
+        );
         let other = stand.right(by);
         if stand.is_reached(&other) {
             continue;
@@ -140,7 +172,10 @@ fn what_is_not_reached_fails_in_the_postures_that_reach_farthest() {
         let pair = TransitionPair { stance, other: &other };
         for attempt in REACHING {
             let found = sample(&stand.constraints, &mode, pair, (1, 0), attempt).map(|_| ());
-            assert!(matches!(found, Err(Rejection::Unreachable | Rejection::Balance)), "{by}: {found:?}");
+            assert!(
+                matches!(found, Err(Rejection::Unreachable | Rejection::Balance)),
+                "{by}: {found:?}"
+            );
         }
     }
     assert!((50..350).contains(&unreached), "{unreached} of 400 pairs are not reached");

@@ -15,9 +15,13 @@ fn every_plan_holds_when_it_is_checked_again() {
         let mut planner = Case::shipped(name).planner(1);
         assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "{name}");
         let done = recheck(planner.constraints(), planner.chunks()).unwrap();
-        let waypoints: u64 = planner.chunks().iter().map(|chunk| u64::from(chunk.waypoints_len)).sum();
+        let waypoints: u64 =
+            planner.chunks().iter().map(|chunk| u64::from(chunk.waypoints_len)).sum();
         assert_eq!(done.waypoints, waypoints, "{name}");
-        assert!(done.between >= planner.waypoints() - 1, "{name}: something is checked between any two waypoints");
+        assert!(
+            done.between >= planner.waypoints() - 1,
+            "{name}: something is checked between any two waypoints"
+        );
     }
 }
 
@@ -31,8 +35,17 @@ fn damage_is_found_where_it_is() {
         recheck(planner.constraints(), &chunks).unwrap_err()
     };
     let fault = |waypoint, rejection| Fault { chunk: 3, waypoint, rejection: Some(rejection) };
-    assert_eq!(check(&|chunk| chunk.waypoints[2].root_position[1] += 0.5), fault(2, Rejection::Balance));
-    assert_eq!(check(&|chunk| chunk.waypoints[2].root_position[2] -= 0.3), fault(2, Rejection::Collision));
-    assert_eq!(check(&|chunk| chunk.waypoints[2].root_position[2] += 0.004), fault(2, Rejection::FootDrift));
+    assert_eq!(
+        check(&|chunk| chunk.waypoints[2].root_position[1] += 0.5),
+        fault(2, Rejection::Balance)
+    );
+    assert_eq!(
+        check(&|chunk| chunk.waypoints[2].root_position[2] -= 0.3),
+        fault(2, Rejection::Collision)
+    );
+    assert_eq!(
+        check(&|chunk| chunk.waypoints[2].root_position[2] += 0.004),
+        fault(2, Rejection::FootDrift)
+    );
     assert_eq!(check(&|chunk| chunk.mode = 77), Fault { chunk: 3, waypoint: 0, rejection: None });
 }

@@ -57,7 +57,8 @@ impl Stand {
     fn moved(&self, joints: &[(&str, f64)]) -> Configuration {
         let mut configuration = self.configuration();
         for (name, position) in joints {
-            let index = self.case.model.joints.iter().position(|joint| joint.name == *name).unwrap();
+            let index =
+                self.case.model.joints.iter().position(|joint| joint.name == *name).unwrap();
             configuration.q[index] = *position;
         }
         configuration
@@ -74,7 +75,9 @@ impl Stand {
     fn check_between(&self, a: &Configuration, b: &Configuration) -> Result<(), Rejection> {
         let snapshots = [a, b].map(|configuration| self.snapshot(configuration));
         let bound = self.constraints.collision.motion_bound(&snapshots[0], &snapshots[1]);
-        self.constraints.check_between(&self.mode, [a, b], bound, STANCE, &mut Snapshot::default()).map(|_| ())
+        self.constraints
+            .check_between(&self.mode, [a, b], bound, STANCE, &mut Snapshot::default())
+            .map(|_| ())
     }
 
     /// The robot crouching on the same soles.
@@ -91,7 +94,8 @@ impl Stand {
     /// A small box where the left hand is in a configuration.
     fn with_box_at_hand(mut self, configuration: &Configuration) -> Self {
         let hand = self.case.model.links.iter().position(|link| link.name == "left_hand").unwrap();
-        let center = self.constraints.body.world_from_link(&self.snapshot(configuration), hand) * self.case.model.links[hand].com;
+        let center = self.constraints.body.world_from_link(&self.snapshot(configuration), hand)
+            * self.case.model.links[hand].com;
         self.case = self.case.with_box(center.to_array(), [0.02; 3]);
         self.constraints = constraints_of(&self.case);
         self
@@ -105,7 +109,11 @@ fn feet_too_far_apart() -> Result<(), Rejection> {
     let stand = stand();
     let mut soles = stand.end.state.world_from_soles;
     soles[0].translation.y += 1.5;
-    let posture = Posture { world_from_root: soles[1].rotation, reach_share: 0.9, com: soles[1].translation.truncate() };
+    let posture = Posture {
+        world_from_root: soles[1].rotation,
+        reach_share: 0.9,
+        com: soles[1].translation.truncate(),
+    };
     settle(&stand.constraints.body, &soles, &posture, stand.configuration().q).map(|_| ())
 }
 
@@ -158,8 +166,17 @@ fn crouch_in_one_leap() -> Result<(), Rejection> {
 
 fn more_waypoints_than_there_is_room_for() -> Result<(), Rejection> {
     let stand = stand();
-    let to = State { configuration: stand.crouched(), world_from_soles: stand.end.state.world_from_soles };
-    let problem = Problem { mode: stand.mode.clone(), from: stand.end.state, to, random: (1, 1), failures: 0 };
+    let to = State {
+        configuration: stand.crouched(),
+        world_from_soles: stand.end.state.world_from_soles,
+    };
+    let problem = Problem {
+        mode: stand.mode.clone(),
+        from: stand.end.state,
+        to,
+        random: (1, 1),
+        failures: 0,
+    };
     solve(&stand.constraints, &problem, &mut Workspace::new(2, 8)).map(drop)
 }
 
@@ -188,7 +205,10 @@ fn each_violation_is_turned_down_as_what_it_is() {
 #[test]
 fn no_kind_of_rejection_goes_untested() {
     let tested = |kind: &usize| CASES.iter().any(|(_, rejection)| *rejection as usize == *kind);
-    let untested: Vec<&str> = (0..Rejection::COUNT).filter(|kind| !tested(kind)).map(|kind| Rejection::WORDS[kind]).collect();
+    let untested: Vec<&str> = (0..Rejection::COUNT)
+        .filter(|kind| !tested(kind))
+        .map(|kind| Rejection::WORDS[kind])
+        .collect();
     assert!(untested.is_empty(), "{untested:?}");
 }
 
@@ -198,7 +218,16 @@ fn what_violates_nothing_is_not_turned_down() {
     assert_eq!(stand.check(&stand.configuration()), Ok(()));
     assert_eq!(stand.check(&stand.crouched()), Ok(()));
     assert_eq!(stand.check_between(&stand.moved(&ARM_FORWARD), &stand.moved(&ARM_BACK)), Ok(()));
-    let to = State { configuration: stand.crouched(), world_from_soles: stand.end.state.world_from_soles };
-    let problem = Problem { mode: stand.mode.clone(), from: stand.end.state, to, random: (1, 1), failures: 0 };
+    let to = State {
+        configuration: stand.crouched(),
+        world_from_soles: stand.end.state.world_from_soles,
+    };
+    let problem = Problem {
+        mode: stand.mode.clone(),
+        from: stand.end.state,
+        to,
+        random: (1, 1),
+        failures: 0,
+    };
     assert!(solve(&stand.constraints, &problem, &mut Workspace::new(1024, 64)).is_ok());
 }

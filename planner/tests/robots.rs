@@ -1,4 +1,5 @@
-//! Robots that are unlike the shipped one: weak ankles, weak hips, a waist between the root and the legs.
+//! Robots that are unlike the shipped one: weak ankles, weak hips, a waist between the root and the
+//! legs.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -21,7 +22,11 @@ fn body(model: &RobotModel) -> Body {
 /// The Hubo whose joints of a kind have another effort, N m.
 fn with_effort(kind: &str, effort: f64) -> RobotModel {
     let mut model = hubo();
-    model.joints.iter_mut().filter(|joint| joint.name.ends_with(kind)).for_each(|joint| joint.effort = effort);
+    model
+        .joints
+        .iter_mut()
+        .filter(|joint| joint.name.ends_with(kind))
+        .for_each(|joint| joint.effort = effort);
     model.digest = Digest::of(&[kind.as_bytes(), &effort.to_le_bytes()]);
     model
 }
@@ -32,15 +37,28 @@ fn with_waist() -> RobotModel {
     let waist = model.joints.len();
     for link in &mut model.links[1..] {
         let attachment = link.parent.as_mut().unwrap();
-        let is_hip = attachment.joint.is_some_and(|joint| model.joints[joint].name.ends_with("hip_yaw"));
+        let is_hip =
+            attachment.joint.is_some_and(|joint| model.joints[joint].name.ends_with("hip_yaw"));
         attachment.parent = if attachment.parent > 0 || is_hip { attachment.parent + 1 } else { 0 };
     }
     model.joints.iter_mut().for_each(|joint| joint.child += 1);
     model.feet.iter_mut().for_each(|foot| foot.link += 1);
-    let parent = Some(Attachment { parent: 0, parent_from_joint: Pose::IDENTITY, joint: Some(waist) });
-    let hips = Link { name: "hips".into(), parent, shapes: Vec::new(), mass: 0.5, ..model.links[0].clone() };
+    let parent =
+        Some(Attachment { parent: 0, parent_from_joint: Pose::IDENTITY, joint: Some(waist) });
+    let hips = Link {
+        name: "hips".into(),
+        parent,
+        shapes: Vec::new(),
+        mass: 0.5,
+        ..model.links[0].clone()
+    };
     model.links.insert(1, hips);
-    model.joints.push(Joint { name: "waist".into(), axis: DVec3::Z, child: 1, ..model.joints[0].clone() });
+    model.joints.push(Joint {
+        name: "waist".into(),
+        axis: DVec3::Z,
+        child: 1,
+        ..model.joints[0].clone()
+    });
     model.standing_q.push(0.0);
     model.digest = Digest::of(&[b"waist"]);
     model
@@ -49,7 +67,12 @@ fn with_waist() -> RobotModel {
 /// The Hubo of which joints of a kind hardly move.
 fn with_narrow(kind: &str) -> RobotModel {
     let mut model = hubo();
-    for (joint, standing) in model.joints.iter_mut().zip(&model.standing_q).filter(|(joint, _)| joint.name.ends_with(kind)) {
+    for (joint, standing) in model
+        .joints
+        .iter_mut()
+        .zip(&model.standing_q)
+        .filter(|(joint, _)| joint.name.ends_with(kind))
+    {
         (joint.lower, joint.upper) = (standing - 1e-3, standing + 2e-3);
     }
     model.digest = Digest::of(&[kind.as_bytes(), b"narrow"]);
@@ -61,10 +84,24 @@ fn with_finger() -> RobotModel {
     let mut model = hubo();
     let (finger, joint) = (model.links.len(), model.joints.len());
     let hand = model.links.iter().position(|link| link.name == "left_hand").unwrap();
-    let parent =
-        Some(Attachment { parent: hand, parent_from_joint: Pose::from_translation(DVec3::new(0.0, 0.0, -0.1)), joint: Some(joint) });
-    model.links.push(Link { name: "finger".into(), parent, shapes: Vec::new(), mass: 0.03, ..model.links[hand].clone() });
-    model.joints.push(Joint { name: "finger".into(), axis: DVec3::Y, child: finger, ..model.joints[0].clone() });
+    let parent = Some(Attachment {
+        parent: hand,
+        parent_from_joint: Pose::from_translation(DVec3::new(0.0, 0.0, -0.1)),
+        joint: Some(joint),
+    });
+    model.links.push(Link {
+        name: "finger".into(),
+        parent,
+        shapes: Vec::new(),
+        mass: 0.03,
+        ..model.links[hand].clone()
+    });
+    model.joints.push(Joint {
+        name: "finger".into(),
+        axis: DVec3::Y,
+        child: finger,
+        ..model.joints[0].clone()
+    });
     model.standing_q.push(0.2);
     model.digest = Digest::of(&[b"finger"]);
     model
@@ -73,7 +110,8 @@ fn with_finger() -> RobotModel {
 #[test]
 fn fingers_stay_as_the_robot_stands_while_arms_move() {
     let model = with_finger();
-    let [finger, wrist] = ["finger", "left_wrist_pitch"].map(|name| model.joints.iter().position(|joint| joint.name == name).unwrap());
+    let [finger, wrist] = ["finger", "left_wrist_pitch"]
+        .map(|name| model.joints.iter().position(|joint| joint.name == name).unwrap());
     let mut planner = Case { model, ..Case::shipped("jungle_gym_full") }.planner(2);
     assert_eq!(run(&mut planner, 10_000), Outcome::Found);
     let moves = |joint: usize| {
@@ -96,13 +134,23 @@ fn a_weak_ankle_holds_the_weight_near_its_axis_alone() {
     assert_eq!(strong.ankles[0].clip(&strong.sole_polygons[0]).as_slice(), strong.sole_polygons[0]);
     let weak = body(&with_effort("ankle_pitch", 40.0));
     let held = weak.ankles[0].clip(&weak.sole_polygons[0]);
-    let toe = held.iter().fold(f64::NEG_INFINITY, |most, corner| most.max(corner.x)) - PlannerConfig::default().com_margin;
-    let snapshot = weak.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: weak.standing_q });
+    let toe = held.iter().fold(f64::NEG_INFINITY, |most, corner| most.max(corner.x))
+        - PlannerConfig::default().com_margin;
+    let snapshot =
+        weak.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: weak.standing_q });
     let effort_use = |x: f64| {
         let point = (weak.world_from_sole(&snapshot, 0) * DVec3::new(x, 0.0, 0.0)).truncate();
-        weak.statics.effort_use(&snapshot, &[FootLoad { share: 1.0, point }, FootLoad { share: 0.0, point: DVec2::ZERO }])
+        weak.statics.effort_use(
+            &snapshot,
+            &[FootLoad { share: 1.0, point }, FootLoad { share: 0.0, point: DVec2::ZERO }],
+        )
     };
-    assert!(toe < 0.1 && effort_use(toe) < 1.05 && effort_use(toe + 0.01) > 1.05, "{toe} {} {}", effort_use(toe), effort_use(toe + 0.01));
+    assert!(
+        toe < 0.1 && effort_use(toe) < 1.05 && effort_use(toe + 0.01) > 1.05,
+        "{toe} {} {}",
+        effort_use(toe),
+        effort_use(toe + 0.01)
+    );
 }
 
 #[test]
@@ -117,9 +165,19 @@ fn a_robot_leans_over_a_weak_hip_and_no_other() {
     let hip = hubo().joints.iter().find(|joint| joint.name == "left_hip_roll").unwrap().effort;
     let model = with_effort("hip_roll", 0.85 * needed * hip);
     let [left, right] = body(&model).carriages;
-    assert!(left.effort_use < 1.0 && right.effort_use < 1.0, "{} {}", left.effort_use, right.effort_use);
+    assert!(
+        left.effort_use < 1.0 && right.effort_use < 1.0,
+        "{} {}",
+        left.effort_use,
+        right.effort_use
+    );
     // A turn about x to the left is negative.
-    assert!(left.rotation[0] < 0.0 && right.rotation[0] > 0.0, "{:?} {:?}", left.rotation, right.rotation);
+    assert!(
+        left.rotation[0] < 0.0 && right.rotation[0] > 0.0,
+        "{:?} {:?}",
+        left.rotation,
+        right.rotation
+    );
     assert!(finds_a_walk(model));
 }
 
@@ -131,8 +189,12 @@ fn a_trunk_leans_over_a_foot_whose_ankle_hardly_rolls() {
     }
     let waist = model.joints.iter().position(|joint| joint.name == "waist_yaw").unwrap();
     let turning = body(&model).carriages;
-    assert!(turning.iter().all(|carriage| carriage.lacking_room > 0.0 && carriage.q[waist] == 0.0), "turning the trunk does not help");
-    (model.joints[waist].axis, model.joints[waist].lower, model.joints[waist].upper) = (DVec3::X, -0.5, 0.5);
+    assert!(
+        turning.iter().all(|carriage| carriage.lacking_room > 0.0 && carriage.q[waist] == 0.0),
+        "turning the trunk does not help"
+    );
+    (model.joints[waist].axis, model.joints[waist].lower, model.joints[waist].upper) =
+        (DVec3::X, -0.5, 0.5);
     let [left, right] = body(&model).carriages;
     assert!(left.lacking_room < turning[0].lacking_room && left.rotation == [0.0; 2], "{left:?}");
     assert!(left.q[waist] < -0.1 && right.q[waist] > 0.1, "{} {}", left.q[waist], right.q[waist]);
@@ -148,10 +210,15 @@ fn a_joint_that_carries_both_legs_is_held() {
     assert!(body.legs.iter().all(|leg| leg.joints().iter().all(|joint| joint.index != waist)));
     let soles = [0.12, -0.09].map(|y| Pose::from_translation(DVec3::new(y, y, 0.0)));
     let height = -0.97 * body.legs[0].root_from_sole(&body.standing_q).translation.z;
-    let mut configuration = Configuration { world_from_root: Pose::from_translation(DVec3::Z * height), q: body.standing_q };
+    let mut configuration = Configuration {
+        world_from_root: Pose::from_translation(DVec3::Z * height),
+        q: body.standing_q,
+    };
     assert!(body.place_soles(&mut configuration, &soles));
     let snapshot = body.snapshot(&configuration);
-    let missed = [0, 1].map(|limb| body.world_from_sole(&snapshot, limb).translation.distance(soles[limb].translation));
+    let missed = [0, 1].map(|limb| {
+        body.world_from_sole(&snapshot, limb).translation.distance(soles[limb].translation)
+    });
     assert!(missed.iter().all(|missed| *missed < 1e-8), "{missed:?}");
     assert!(finds_a_walk(model));
 }
@@ -161,7 +228,11 @@ fn a_joint_narrower_than_its_margins_is_no_fault() {
     assert!(finds_a_walk(with_narrow("shoulder_roll")));
     let model = with_narrow("hip_pitch");
     let narrow = body(&model);
-    let joint = narrow.legs[0].joints().iter().find(|joint| model.joints[joint.index].name.ends_with("hip_pitch")).unwrap();
+    let joint = narrow.legs[0]
+        .joints()
+        .iter()
+        .find(|joint| model.joints[joint.index].name.ends_with("hip_pitch"))
+        .unwrap();
     let middle = model.joints[joint.index].lower.midpoint(model.joints[joint.index].upper);
     assert_eq!([joint.lower, joint.upper], [middle; 2]);
 }

@@ -7,7 +7,8 @@ mod common;
 use common::{Case, run};
 use surefoot_planner::{Outcome, Planner};
 
-/// With stations so near to each other the route has more than two segments' worth of them, and each takes a search of its own.
+/// With stations so near to each other the route has more than two segments' worth of them, and
+/// each takes a search of its own.
 fn long_walk(threads: usize, step: u64) -> Planner {
     let case = Case::shipped("flat_walk").configured(|planner| planner.station_spacing = 0.1);
     let mut planner = case.planner(threads);
@@ -22,7 +23,10 @@ fn a_long_walk_stands_between_its_segments() {
     let mut at = planner.chunks()[0].waypoints[0].world_from_root().translation;
     for chunk in planner.chunks() {
         let first = chunk.waypoints[0].world_from_root().translation;
-        assert!(first.distance(at) < 1e-9, "a segment begins elsewhere than the one before it ends");
+        assert!(
+            first.distance(at) < 1e-9,
+            "a segment begins elsewhere than the one before it ends"
+        );
         at = chunk.waypoints[chunk.waypoints_len as usize - 1].world_from_root().translation;
     }
 }
@@ -41,7 +45,11 @@ fn neither_threads_nor_steps_change_a_walk_of_segments() {
     let alone = long_walk(1, u64::MAX);
     for (threads, step) in [(2, 1), (3, 777), (4, 20_000)] {
         let planner = long_walk(threads, step);
-        assert_eq!((planner.digest(), planner.tally()), (alone.digest(), alone.tally()), "{threads} threads, steps of {step}");
+        assert_eq!(
+            (planner.digest(), planner.tally()),
+            (alone.digest(), alone.tally()),
+            "{threads} threads, steps of {step}"
+        );
     }
 }
 

@@ -8,7 +8,9 @@ use common::{Case, run};
 use surefoot_planner::Outcome;
 
 fn steps(name: &str, seed: u64, shorten_rounds_max: u32) -> u64 {
-    let case = Case::shipped(name).with_seed(seed).configured(|planner| planner.shorten_rounds_max = shorten_rounds_max);
+    let case = Case::shipped(name)
+        .with_seed(seed)
+        .configured(|planner| planner.shorten_rounds_max = shorten_rounds_max);
     let mut planner = case.planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found);
     planner.steps()
@@ -16,7 +18,8 @@ fn steps(name: &str, seed: u64, shorten_rounds_max: u32) -> u64 {
 
 #[test]
 fn a_walk_loses_needless_steps() {
-    let pairs: Vec<[u64; 2]> = (1..6).map(|seed| [0, 6].map(|rounds| steps("stairs", seed, rounds))).collect();
+    let pairs: Vec<[u64; 2]> =
+        (1..6).map(|seed| [0, 6].map(|rounds| steps("stairs", seed, rounds))).collect();
     assert!(pairs.iter().all(|[as_found, shortened]| shortened <= as_found), "{pairs:?}");
     assert!(pairs.iter().any(|[as_found, shortened]| shortened < as_found), "{pairs:?}");
 }

@@ -42,12 +42,18 @@ fn torques_of(model: &RobotModel, poses: &[Pose], loads: &[FootLoad; 2]) -> Vec<
 
 #[test]
 fn standing_on_one_foot_needs_the_torques_that_pinocchio_says() {
-    let text = std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
+    let text =
+        std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
     let data: Value = serde_json::from_str(&text).unwrap();
     let model = hubo();
     let kinematics = Kinematics::new(&model);
-    let names: Vec<&str> = data["joint_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
-    let places: Vec<usize> = model.joints.iter().map(|joint| names.iter().position(|name| *name == joint.name).unwrap()).collect();
+    let names: Vec<&str> =
+        data["joint_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    let places: Vec<usize> = model
+        .joints
+        .iter()
+        .map(|joint| names.iter().position(|name| *name == joint.name).unwrap())
+        .collect();
     for case in data["configurations"].as_array().unwrap() {
         let theirs = numbers(&case["q"]);
         let q: Vec<f64> = places.iter().map(|&at| theirs[at]).collect();
@@ -57,21 +63,36 @@ fn standing_on_one_foot_needs_the_torques_that_pinocchio_says() {
         let point = kinematics.center_of_mass(&poses).truncate();
         for (limb, foot) in model.feet.iter().enumerate() {
             let share = |of: usize| if of == limb { 1.0 } else { 0.0 };
-            let ours = torques_of(&model, &poses, &[0, 1].map(|of| FootLoad { share: share(of), point }));
+            let ours =
+                torques_of(&model, &poses, &[0, 1].map(|of| FootLoad { share: share(of), point }));
             let expected = numbers(&case["standing_torques"][&foot.name]);
             for (joint, &at) in places.iter().enumerate() {
                 let (ours, expected) = (ours[joint], expected[at]);
-                assert!((ours - expected).abs() < 1e-6, "{} on {}: {ours}, not {expected}", names[at], foot.name);
+                assert!(
+                    (ours - expected).abs() < 1e-6,
+                    "{} on {}: {ours}, not {expected}",
+                    names[at],
+                    foot.name
+                );
             }
         }
     }
 }
 
-/// The energy (J) of the weight less the work of the vertical foot forces, whose slope is what the joints must hold.
-fn potential(kinematics: &Kinematics, root: &Pose, q: &[f64], pressed: &[(usize, DVec3, f64); 2]) -> f64 {
+/// The energy (J) of the weight less the work of the vertical foot forces, whose slope is what the
+/// joints must hold.
+fn potential(
+    kinematics: &Kinematics,
+    root: &Pose,
+    q: &[f64],
+    pressed: &[(usize, DVec3, f64); 2],
+) -> f64 {
     let poses = poses_of(kinematics, root, q);
     let weight = kinematics.mass() * GRAVITY;
-    let work = pressed.iter().map(|(link, point, share)| share * weight * (poses[*link] * *point).z).sum::<f64>();
+    let work = pressed
+        .iter()
+        .map(|(link, point, share)| share * weight * (poses[*link] * *point).z)
+        .sum::<f64>();
     weight * kinematics.center_of_mass(&poses).z - work
 }
 
@@ -82,14 +103,20 @@ fn assert_virtual_work(model: &RobotModel) {
     for _ in 0..50 {
         let q = random_positions(model, 0.0, &mut random);
         let mut angle = || random.uniform(-1.0, 1.0);
-        let root = Pose::from_parts(DVec3::new(angle(), angle(), angle()), rotation_from_rpy(angle(), angle(), angle()));
+        let root = Pose::from_parts(
+            DVec3::new(angle(), angle(), angle()),
+            rotation_from_rpy(angle(), angle(), angle()),
+        );
         let share = 0.5 + 0.5 * angle();
         let poses = poses_of(&kinematics, &root, &q);
         let pressed = [0, 1].map(|limb| {
             let point = DVec3::new(0.1 * angle(), 0.05 * angle(), -0.12);
             (model.feet[limb].link, point, [1.0 - share, share][limb])
         });
-        let loads = pressed.map(|(link, point, share)| FootLoad { share, point: (poses[link] * point).truncate() });
+        let loads = pressed.map(|(link, point, share)| FootLoad {
+            share,
+            point: (poses[link] * point).truncate(),
+        });
         for (joint, torque) in torques_of(model, &poses, &loads).into_iter().enumerate() {
             let at = |shift: f64| {
                 let mut moved = q.clone();
@@ -97,7 +124,11 @@ fn assert_virtual_work(model: &RobotModel) {
                 potential(&kinematics, &root, &moved, &pressed)
             };
             let slope = (at(STEP) - at(-STEP)) / (2.0 * STEP);
-            assert!((torque - slope).abs() < 1e-5, "{}: {torque}, not {slope}", model.joints[joint].name);
+            assert!(
+                (torque - slope).abs() < 1e-5,
+                "{}: {torque}, not {slope}",
+                model.joints[joint].name
+            );
         }
     }
 }
@@ -110,7 +141,11 @@ fn torques_on_both_feet_do_the_work_of_gravity() {
 #[test]
 fn forces_of_sliding_joints_do_the_work_of_gravity() {
     let mut model = hubo();
-    for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("knee") || joint.name.ends_with("elbow")) {
+    for joint in model
+        .joints
+        .iter_mut()
+        .filter(|joint| joint.name.ends_with("knee") || joint.name.ends_with("elbow"))
+    {
         joint.kind = JointKind::Prismatic;
     }
     assert_virtual_work(&model);
@@ -124,16 +159,24 @@ fn effort_use_is_the_share_of_the_most_strained_joint() {
     let point = kinematics.center_of_mass(&poses).truncate();
     let loads = [FootLoad { share: 0.5, point }; 2];
     let torques = torques_of(&model, &poses, &loads);
-    let expected = torques.iter().zip(&model.joints).map(|(torque, joint)| torque.abs() / joint.effort).fold(0.0, f64::max);
+    let expected = torques
+        .iter()
+        .zip(&model.joints)
+        .map(|(torque, joint)| torque.abs() / joint.effort)
+        .fold(0.0, f64::max);
     for effort_share in [1.0, 0.5, 0.1] {
-        let used = Statics::new(&model, effort_share).effort_use(&snapshot_of(&model, &poses), &loads);
+        let used =
+            Statics::new(&model, effort_share).effort_use(&snapshot_of(&model, &poses), &loads);
         assert!((used - expected / effort_share).abs() < 1e-12 && used > 0.0);
     }
 }
 
 fn foot_region(center: DVec2, turn: f64) -> Region {
     let rotation = DVec2::new(libm::cos(turn), libm::sin(turn));
-    Region::hull([(-0.09, -0.07), (0.13, -0.07), (0.13, 0.07), (-0.09, 0.07)].map(|corner| center + rotation.rotate(corner.into())))
+    Region::hull(
+        [(-0.09, -0.07), (0.13, -0.07), (0.13, 0.07), (-0.09, 0.07)]
+            .map(|corner| center + rotation.rotate(corner.into())),
+    )
 }
 
 /// Two feet at random, and loads that they can carry.
@@ -168,7 +211,10 @@ fn balanced_loads_stand_in_their_soles_and_carry_the_weight() {
             assert!(region.margin(load.point) > -1e-9, "{load:?} outside {region:?}");
         }
     }
-    assert!(balanced as f64 > 0.98 * CASES as f64, "{balanced} of {CASES} stances that can be balanced");
+    assert!(
+        balanced as f64 > 0.98 * CASES as f64,
+        "{balanced} of {CASES} stances that can be balanced"
+    );
 }
 
 #[test]
@@ -179,7 +225,11 @@ fn what_cannot_be_balanced_is_refused() {
         assert_eq!(balance_loads(regions, DVec2::new(0.2, 0.0), share), None, "ahead of both feet");
         assert_eq!(balance_loads(regions, DVec2::new(0.0, 0.3), share), None, "beside both feet");
     }
-    assert_eq!(balance_loads(regions, DVec2::new(0.0, 0.15), 0.9), None, "over the left foot with the weight on the right");
+    assert_eq!(
+        balance_loads(regions, DVec2::new(0.0, 0.15), 0.9),
+        None,
+        "over the left foot with the weight on the right"
+    );
     assert!(balance_loads(regions, DVec2::new(0.0, 0.15), 0.0).is_some());
 }
 
@@ -188,9 +238,13 @@ fn the_trunk_moves_the_centre_of_mass_as_its_joints_do() {
     let body = Body::new(&hubo(), &PlannerConfig::default()).unwrap();
     let mut random = Random::new(3, Stream::Preparation, 0, 0);
     let rotation = rotation_from_rpy(0.3, -0.2, 0.7);
-    let mut at = Configuration { world_from_root: Pose::from_parts(DVec3::new(1.0, 2.0, 3.0), rotation), q: body.standing_q };
+    let mut at = Configuration {
+        world_from_root: Pose::from_parts(DVec3::new(1.0, 2.0, 3.0), rotation),
+        q: body.standing_q,
+    };
     for joint in &body.free_joints {
-        at.q[joint.index] = (at.q[joint.index] + random.uniform(-0.5, 0.5)).clamp(joint.lower, joint.upper);
+        at.q[joint.index] =
+            (at.q[joint.index] + random.uniform(-0.5, 0.5)).clamp(joint.lower, joint.upper);
     }
     let snapshot = body.snapshot(&at);
     assert!(!body.trunk_joints.is_empty());

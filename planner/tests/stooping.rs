@@ -8,10 +8,12 @@ use surefoot_planner::Outcome;
 /// Units of work; without stoops chosen along the route all 4 million are spent in vain.
 const WORK_MAX: u64 = 400_000;
 
-/// `pass_under` with its bars 0.1 m lower: two at 1.20 and one at 1.10, for a robot 1.5 to 1.6 m tall.
+/// `pass_under` with its bars 0.1 m lower: two at 1.20 and one at 1.10, for a robot 1.5 to 1.6 m
+/// tall.
 fn lowered() -> Case {
     let mut case = Case::shipped("pass_under").configured(|config| config.work_max = WORK_MAX);
-    let bars: Vec<_> = case.world.shapes.iter_mut().filter(|shape| shape.name.starts_with("bar_")).collect();
+    let bars: Vec<_> =
+        case.world.shapes.iter_mut().filter(|shape| shape.name.starts_with("bar_")).collect();
     assert_eq!(bars.len(), 3);
     bars.into_iter().for_each(|bar| bar.world_from_shape.translation.z -= 0.1);
     case
@@ -19,7 +21,9 @@ fn lowered() -> Case {
 
 /// A slab over the middle 1.4 m of a level floor.
 fn under_a_slab(underside: f64) -> Case {
-    Case::shipped("flat_walk").with_box([1.5, 0.0, underside + 0.1], [0.7, 1.0, 0.1]).configured(|config| config.work_max = WORK_MAX)
+    Case::shipped("flat_walk")
+        .with_box([1.5, 0.0, underside + 0.1], [0.7, 1.0, 0.1])
+        .configured(|config| config.work_max = WORK_MAX)
 }
 
 #[test]
@@ -37,7 +41,11 @@ fn bars_a_hand_lower_than_a_crouch_are_passed() {
 #[test]
 fn a_low_ceiling_is_walked_under() {
     for seed in 1..4 {
-        assert_eq!(run(&mut under_a_slab(1.25).with_seed(seed).planner(1), 4096), Outcome::Found, "seed {seed}");
+        assert_eq!(
+            run(&mut under_a_slab(1.25).with_seed(seed).planner(1), 4096),
+            Outcome::Found,
+            "seed {seed}"
+        );
     }
 }
 

@@ -3,7 +3,9 @@
 use sha2::{Digest as _, Sha256};
 
 /// 32 bytes that name a content.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(
+    Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, bytemuck::Pod, bytemuck::Zeroable,
+)]
 #[repr(transparent)]
 pub struct Digest(pub [u8; 32]);
 

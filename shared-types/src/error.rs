@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-/// A file that cannot be used: which one, where in it, and what to do. Ends a command with exit code 2.
+/// A file that cannot be used: which one, where in it, and what to do. Ends a command with exit
+/// code 2.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}{}: {}{message}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(), element.as_ref().map(|e| format!("{e}: ")).unwrap_or_default())]
 pub struct InputError {

@@ -7,7 +7,8 @@ const HULL_POINTS_KEPT_MAX: usize = 256;
 /// A point set thinner than this share of its longest extent spans no volume.
 const THICKNESS_RATIO_MIN: f64 = 1e-6;
 
-/// The corners of the convex hull of points in the plane, counter-clockwise, without collinear ones (monotone chain).
+/// The corners of the convex hull of points in the plane, counter-clockwise, without collinear ones
+/// (monotone chain).
 pub(crate) fn convex_polygon(points: &[DVec2]) -> Vec<DVec2> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
@@ -41,7 +42,8 @@ pub(crate) fn polygon_area(polygon: &[DVec2]) -> f64 {
     0.5 * polygon.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
 }
 
-/// The points that matter to a convex hull: without repetitions, and only the corners if there are very many.
+/// The points that matter to a convex hull: without repetitions, and only the corners if there are
+/// very many.
 ///
 /// # Errors
 /// When the points span no volume.
@@ -59,13 +61,15 @@ pub(crate) fn hull_points(mut points: Vec<DVec3>) -> Result<Vec<DVec3>, String> 
 
 /// Corners and outward triangles of the convex hull of points that span a volume.
 pub(crate) fn hull_triangles(points: &[DVec3]) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), String> {
-    parry3d_f64::transformation::try_convex_hull(points).map_err(|error| format!("has no convex hull: {error}"))
+    parry3d_f64::transformation::try_convex_hull(points)
+        .map_err(|error| format!("has no convex hull: {error}"))
 }
 
 fn spans_volume(points: &[DVec3]) -> bool {
     let Some(&origin) = points.first() else { return false };
-    let farthest =
-        |measure: &dyn Fn(DVec3) -> f64| points.iter().copied().max_by(|a, b| measure(*a).total_cmp(&measure(*b))).unwrap_or(origin);
+    let farthest = |measure: &dyn Fn(DVec3) -> f64| {
+        points.iter().copied().max_by(|a, b| measure(*a).total_cmp(&measure(*b))).unwrap_or(origin)
+    };
     let along = farthest(&|p| (p - origin).length_squared()) - origin;
     let extent = along.length();
     if extent == 0.0 {

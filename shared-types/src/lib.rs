@@ -1,8 +1,8 @@
 //! The words that Surefoot's processes share.
 //!
-//! Data, parsing and message layouts live here; no planning and no checking does. `robot`, `scene` and `config` each
-//! turn a raw file into a validated value; `plan_file` is the exported plan (`biped-plan/1`); `message` is what crosses
-//! shared memory.
+//! Data, parsing and message layouts live here; no planning and no checking does. `robot`, `scene`
+//! and `config` each turn a raw file into a validated value; `plan_file` is the exported plan
+//! (`biped-plan/1`); `message` is what crosses shared memory.
 
 pub mod config;
 pub mod digest;

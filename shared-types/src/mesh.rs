@@ -17,7 +17,8 @@ use crate::{Shape, source};
 const MESH_BYTES_MAX: u64 = 1 << 30;
 /// Triangles of less than twice this area (m2, squared) are dropped.
 const DOUBLE_AREA_SQUARED_MIN: f64 = 1e-24;
-/// The coarsest grid of vertices that is still exact enough, m. STL and OBJ files are read in single precision.
+/// The coarsest grid of vertices that is still exact enough, m. STL and OBJ files are read in
+/// single precision.
 const GRID_MAX: f64 = 5e-4;
 
 /// Meshes by file, each read once, with the digests of all of them in the order of first use.
@@ -50,7 +51,8 @@ impl MeshStore {
     /// The convex hull of a file's triangles, scaled.
     pub(crate) fn hull(&mut self, path: &Path, scale: DVec3) -> Result<Shape, String> {
         let (vertices, _) = self.scaled(path, scale)?;
-        let points = hull_points(vertices).map_err(|message| format!("mesh {}: {message}", path.display()))?;
+        let points = hull_points(vertices)
+            .map_err(|message| format!("mesh {}: {message}", path.display()))?;
         Ok(Shape::ConvexHull { points })
     }
 
@@ -68,7 +70,10 @@ impl MeshStore {
         let vertices: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
         let farthest = vertices.iter().map(|vertex| vertex.abs().max_element()).fold(0.0, f64::max);
         if farthest > NUMBER_MAX {
-            return Err(format!("mesh {} has a vertex at {farthest}, beyond {NUMBER_MAX:e}", path.display()));
+            return Err(format!(
+                "mesh {} has a vertex at {farthest}, beyond {NUMBER_MAX:e}",
+                path.display()
+            ));
         }
         if !is_collada(path) && farthest * f64::from(f32::EPSILON) > GRID_MAX {
             return Err(format!(
@@ -105,12 +110,16 @@ fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, String> {
 }
 
 fn is_collada(path: &Path) -> bool {
-    !matches!(path.extension().and_then(std::ffi::OsStr::to_str), Some("stl" | "STL" | "obj" | "OBJ"))
+    !matches!(
+        path.extension().and_then(std::ffi::OsStr::to_str),
+        Some("stl" | "STL" | "obj" | "OBJ")
+    )
 }
 
 fn read_stl_or_obj(path: &Path, bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
     let no_side_files = |_: &Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
-    // mesh-loader 0.1.13 reads STL and OBJ with checked accesses throughout: no damage makes it panic.
+    // mesh-loader 0.1.13 reads STL and OBJ with checked accesses throughout: no damage makes it
+    // panic.
     let scene = mesh_loader::Loader::default()
         .load_from_slice_with_reader(bytes, path, no_side_files)
         .map_err(|error| format!("cannot be parsed: {error}"))?;
@@ -118,7 +127,9 @@ fn read_stl_or_obj(path: &Path, bytes: &[u8], welder: &mut Welder) -> Result<(),
         for face in &part.faces {
             let [a, b, c] = face.map(|index| {
                 let vertex = part.vertices.get(index as usize);
-                vertex.ok_or_else(|| format!("has a triangle with vertex {index} of {}", part.vertices.len()))
+                vertex.ok_or_else(|| {
+                    format!("has a triangle with vertex {index} of {}", part.vertices.len())
+                })
             });
             welder.push([*a?, *b?, *c?].map(|vertex| DVec3::from_array(vertex.map(f64::from))))?;
         }

@@ -97,7 +97,8 @@ pub struct SceneShapeBlock {
     pub shape: ShapeBlock,
 }
 
-/// A geometry. Cylinders and capsules lie along z; a cylinder's length is its full one, a capsule's that of its cylindrical part.
+/// A geometry. Cylinders and capsules lie along z; a cylinder's length is its full one, a capsule's
+/// that of its cylindrical part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 #[allow(missing_docs, reason = "the fields are the plan format's own words")]

@@ -1,4 +1,5 @@
-//! Reads text files and remembers where in them things stand, so that every complaint names a file and a line.
+//! Reads text files and remembers where in them things stand, so that every complaint names a file
+//! and a line.
 
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
@@ -36,15 +37,23 @@ impl Place {
     }
 
     /// An error about `element` at this place.
-    pub(crate) fn error(&self, element: impl Into<String>, message: impl Into<String>) -> InputError {
-        InputError { line: self.line, ..InputError::element(&self.path, element, one_line(&message.into())) }
+    pub(crate) fn error(
+        &self,
+        element: impl Into<String>,
+        message: impl Into<String>,
+    ) -> InputError {
+        InputError {
+            line: self.line,
+            ..InputError::element(&self.path, element, one_line(&message.into()))
+        }
     }
 }
 
 impl Source {
     /// Reads a whole UTF-8 file of at most `bytes_max` bytes.
     pub(crate) fn read(path: &Path, bytes_max: u64) -> Result<Self, InputError> {
-        let bytes = read_bytes(path, bytes_max).map_err(|message| InputError::file(path, message))?;
+        let bytes =
+            read_bytes(path, bytes_max).map_err(|message| InputError::file(path, message))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
             InputError::file(path, "is not UTF-8 text").at_line(line_at(valid, valid.len()))
@@ -84,7 +93,8 @@ pub(crate) fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String>
     Ok(bytes)
 }
 
-/// Complains about XML that is nested so deeply that a recursive reader would overflow its stack, and where.
+/// Complains about XML that is nested so deeply that a recursive reader would overflow its stack,
+/// and where.
 pub(crate) fn check_xml_depth(text: &str) -> Result<(), (usize, String)> {
     use quick_xml::events::Event;
     let mut reader = quick_xml::Reader::from_str(text);
@@ -92,18 +102,27 @@ pub(crate) fn check_xml_depth(text: &str) -> Result<(), (usize, String)> {
     loop {
         match reader.read_event() {
             Ok(Event::Start(_)) if depth == XML_DEPTH_MAX => {
-                return Err((reader.buffer_position() as usize, format!("its elements are nested deeper than {XML_DEPTH_MAX}")));
+                return Err((
+                    reader.buffer_position() as usize,
+                    format!("its elements are nested deeper than {XML_DEPTH_MAX}"),
+                ));
             }
             Ok(Event::Start(_)) => depth += 1,
             Ok(Event::End(_)) => depth = depth.saturating_sub(1),
             Ok(Event::Eof) => return Ok(()),
             Ok(_) => {}
-            Err(error) => return Err((reader.error_position() as usize, format!("is not well-formed XML: {error}"))),
+            Err(error) => {
+                return Err((
+                    reader.error_position() as usize,
+                    format!("is not well-formed XML: {error}"),
+                ));
+            }
         }
     }
 }
 
-/// The absolute path of a file, symbolic links in its folder resolved (the file itself may be one: what lies beside it counts).
+/// The absolute path of a file, symbolic links in its folder resolved (the file itself may be one:
+/// what lies beside it counts).
 pub(crate) fn absolute(path: &Path) -> PathBuf {
     let lexical = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     match (lexical.parent().and_then(|folder| folder.canonicalize().ok()), lexical.file_name()) {
@@ -125,7 +144,9 @@ pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
 /// Complains unless all numbers are finite and at most [`NUMBER_MAX`] in magnitude.
 pub(crate) fn check_numbers(what: &str, numbers: &[f64]) -> Result<(), String> {
     match numbers.iter().find(|number| number.is_nan() || number.abs() > NUMBER_MAX) {
-        Some(number) => Err(format!("{what} holds {number}; every number must be finite and at most {NUMBER_MAX:e} in magnitude")),
+        Some(number) => Err(format!(
+            "{what} holds {number}; every number must be finite and at most {NUMBER_MAX:e} in magnitude"
+        )),
         None => Ok(()),
     }
 }
@@ -140,7 +161,12 @@ pub(crate) fn check_not_negative(what: &str, numbers: &[f64]) -> Result<(), Stri
     check_each(what, numbers, |number| number >= 0.0, "not be negative")
 }
 
-fn check_each(what: &str, numbers: &[f64], is_good: fn(f64) -> bool, must: &str) -> Result<(), String> {
+fn check_each(
+    what: &str,
+    numbers: &[f64],
+    is_good: fn(f64) -> bool,
+    must: &str,
+) -> Result<(), String> {
     check_numbers(what, numbers)?;
     match numbers.iter().find(|number| !is_good(**number)) {
         Some(number) => Err(format!("{what} is {number}; it must {must}")),

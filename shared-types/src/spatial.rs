@@ -1,4 +1,5 @@
-//! Rigid motions and the few angles that need trigonometry, all through `libm` so that they never change with the CPU.
+//! Rigid motions and the few angles that need trigonometry, all through `libm` so that they never
+//! change with the CPU.
 
 use glam::{DQuat, DVec3};
 
@@ -46,9 +47,13 @@ pub fn slerp(a: DQuat, b: DQuat, t: f64) -> DQuat {
     (a * rotation_from_scaled_axis(t * scaled_axis_from_rotation(a.conjugate() * b))).normalize()
 }
 
-/// The pose a fraction `t` of the way from `a` to `b`: straight in position, shortest arc in rotation.
+/// The pose a fraction `t` of the way from `a` to `b`: straight in position, shortest arc in
+/// rotation.
 pub fn interpolate(a: &Pose, b: &Pose, t: f64) -> Pose {
-    Pose::from_parts(a.translation + t * (b.translation - a.translation), slerp(a.rotation, b.rotation, t))
+    Pose::from_parts(
+        a.translation + t * (b.translation - a.translation),
+        slerp(a.rotation, b.rotation, t),
+    )
 }
 
 /// The heading of a rotation about the world's z axis (radians, -pi to pi).
@@ -69,7 +74,9 @@ mod tests {
 
     #[test]
     fn log_is_the_inverse_of_exp() {
-        for v in [DVec3::new(0.3, -1.2, 0.4), DVec3::new(1e-13, 0.0, 0.0), DVec3::new(0.0, 3.1, 0.0)] {
+        for v in
+            [DVec3::new(0.3, -1.2, 0.4), DVec3::new(1e-13, 0.0, 0.0), DVec3::new(0.0, 3.1, 0.0)]
+        {
             assert!((scaled_axis_from_rotation(rotation_from_scaled_axis(v)) - v).length() < 1e-12);
         }
     }

@@ -1,5 +1,6 @@
-//! The mirrors of the messages in other languages are generated from the messages' own layout tables, and tested against
-//! compilers. `SUREFOOT_BLESS=1 cargo test -p surefoot-shared-types --test mirrors` writes them anew.
+//! The mirrors of the messages in other languages are generated from the messages' own layout
+//! tables, and tested against compilers.
+//! `SUREFOOT_BLESS=1 cargo test -p surefoot-shared-types --test mirrors` writes them anew.
 
 #![allow(clippy::print_stdout, reason = "a test says what it skips")]
 #![allow(clippy::unwrap_used, reason = "a test ends where a mirror cannot be read")]
@@ -13,11 +14,14 @@ use std::process::Command;
 
 use iceoryx2::prelude::ZeroCopySend;
 use surefoot_shared_types::message::layout::Field;
-use surefoot_shared_types::message::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
+use surefoot_shared_types::message::limits::{
+    CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX,
+};
 use surefoot_shared_types::message::request::MarkData;
 use surefoot_shared_types::message::state::FootForce;
 use surefoot_shared_types::message::{
-    Contact, Correction, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, Standing, State, Waypoint,
+    Contact, Correction, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, Standing,
+    State, Waypoint,
 };
 
 const LIMITS: [(&str, usize); 5] = [
@@ -92,8 +96,20 @@ fn header() -> String {
     }
     out.push_str("\ntypedef struct { uint8_t bytes[32]; } surefoot_Digest;\n");
     for message in messages() {
-        writeln!(out, "\n#define SUREFOOT_{}_TYPE_NAME \"{}\"", screaming(message.name), message.type_name).unwrap();
-        writeln!(out, "#define SUREFOOT_{}_LAYOUT \"{:016x}\"", screaming(message.name), message.hash).unwrap();
+        writeln!(
+            out,
+            "\n#define SUREFOOT_{}_TYPE_NAME \"{}\"",
+            screaming(message.name),
+            message.type_name
+        )
+        .unwrap();
+        writeln!(
+            out,
+            "#define SUREFOOT_{}_LAYOUT \"{:016x}\"",
+            screaming(message.name),
+            message.hash
+        )
+        .unwrap();
         out.push_str("typedef struct {\n");
         for field in message.fields {
             let (name, lengths) = parts(field.type_name);
@@ -103,13 +119,24 @@ fn header() -> String {
                 "f64" => "double".to_owned(),
                 other => format!("surefoot_{other}"),
             };
-            let lengths: String = lengths.iter().map(|length| format!("[{}]", c_length(length))).collect();
+            let lengths: String =
+                lengths.iter().map(|length| format!("[{}]", c_length(length))).collect();
             writeln!(out, "    {c_type} {}{lengths};", field.name).unwrap();
         }
         writeln!(out, "}} surefoot_{};", message.name).unwrap();
-        writeln!(out, "static_assert(sizeof(surefoot_{}) == {}, \"size\");", message.name, message.size).unwrap();
+        writeln!(
+            out,
+            "static_assert(sizeof(surefoot_{}) == {}, \"size\");",
+            message.name, message.size
+        )
+        .unwrap();
         for field in message.fields {
-            writeln!(out, "static_assert(offsetof(surefoot_{}, {}) == {}, \"offset\");", message.name, field.name, field.offset).unwrap();
+            writeln!(
+                out,
+                "static_assert(offsetof(surefoot_{}, {}) == {}, \"offset\");",
+                message.name, field.name, field.offset
+            )
+            .unwrap();
         }
     }
     out.push_str("\n#endif\n");
@@ -117,7 +144,11 @@ fn header() -> String {
 }
 
 fn c_length(length: &str) -> String {
-    if length.chars().all(|letter| letter.is_ascii_digit()) { length.to_owned() } else { format!("SUREFOOT_{length}") }
+    if length.chars().all(|letter| letter.is_ascii_digit()) {
+        length.to_owned()
+    } else {
+        format!("SUREFOOT_{length}")
+    }
 }
 
 fn python() -> String {
@@ -143,11 +174,20 @@ fn python() -> String {
                 other => other.to_owned(),
             };
             let full = lengths.iter().rev().fold(base, |inner, length| {
-                if inner.contains('*') { format!("({inner}) * {length}") } else { format!("{inner} * {length}") }
+                if inner.contains('*') {
+                    format!("({inner}) * {length}")
+                } else {
+                    format!("{inner} * {length}")
+                }
             });
             writeln!(out, "        (\"{}\", {full}),", field.name).unwrap();
         }
-        writeln!(out, "    ]\n\n    @staticmethod\n    def type_name() -> str:\n        return \"{}\"", message.type_name).unwrap();
+        writeln!(
+            out,
+            "    ]\n\n    @staticmethod\n    def type_name() -> str:\n        return \"{}\"",
+            message.type_name
+        )
+        .unwrap();
     }
     out.push_str("\n\nif __name__ == \"__main__\":\n    for message in [");
     out.push_str(&messages().iter().map(|message| message.name).collect::<Vec<_>>().join(", "));
@@ -176,7 +216,8 @@ fn the_c_header_is_what_a_compiler_makes_of_it() {
     assert_committed("surefoot_messages.h", &header());
     let folder = tempfile::tempdir().unwrap();
     let source = folder.path().join("check.c");
-    std::fs::write(&source, "#include \"surefoot_messages.h\"\nint main(void) { return 0; }\n").unwrap();
+    std::fs::write(&source, "#include \"surefoot_messages.h\"\nint main(void) { return 0; }\n")
+        .unwrap();
     let compiled = Command::new("cc")
         .args(["-std=c11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I"])
         .arg(file(""))

@@ -22,13 +22,26 @@ fn contact(limb: u32, x: f64) -> Contact {
     Contact { limb, position: [x, 0.1, 0.0], rotation: [0.0, 0.0, 0.0, 1.0], ..Contact::zeroed() }
 }
 
-fn chunk(mode: SupportMode, contacts: &[Contact], times: std::ops::RangeInclusive<u32>) -> PlanChunk {
-    let mut chunk = PlanChunk { mode: mode as u32, contacts_len: contacts.len() as u32, joints_len: 2, ..PlanChunk::zeroed() };
+fn chunk(
+    mode: SupportMode,
+    contacts: &[Contact],
+    times: std::ops::RangeInclusive<u32>,
+) -> PlanChunk {
+    let mut chunk = PlanChunk {
+        mode: mode as u32,
+        contacts_len: contacts.len() as u32,
+        joints_len: 2,
+        ..PlanChunk::zeroed()
+    };
     chunk.contacts[..contacts.len()].copy_from_slice(contacts);
     for (waypoint, time) in chunk.waypoints.iter_mut().zip(times.clone()) {
         let time = f64::from(time);
-        *waypoint =
-            Waypoint { time, root_position: [0.1 * time, 0.0, 1.0 / 3.0], root_rotation: [0.0, 0.0, 0.0, 1.0], ..Waypoint::zeroed() };
+        *waypoint = Waypoint {
+            time,
+            root_position: [0.1 * time, 0.0, 1.0 / 3.0],
+            root_rotation: [0.0, 0.0, 0.0, 1.0],
+            ..Waypoint::zeroed()
+        };
         waypoint.q[..2].copy_from_slice(&[0.1 * time, 0.7]);
     }
     chunk.waypoints_len = times.count() as u32;
@@ -59,12 +72,18 @@ fn plan(folder: &Folder) -> PlanFile {
 #[test]
 fn chunks_become_waypoints_and_phases_that_tile() {
     let plan = plan(&Folder::new());
-    assert_eq!(plan.waypoints.iter().map(|waypoint| waypoint.t).collect::<Vec<_>>(), (0..10).map(f64::from).collect::<Vec<_>>());
-    let phases: Vec<_> = plan.phases.iter().map(|phase| (phase.mode.as_str(), phase.first, phase.last)).collect();
+    assert_eq!(
+        plan.waypoints.iter().map(|waypoint| waypoint.t).collect::<Vec<_>>(),
+        (0..10).map(f64::from).collect::<Vec<_>>()
+    );
+    let phases: Vec<_> =
+        plan.phases.iter().map(|phase| (phase.mode.as_str(), phase.first, phase.last)).collect();
     assert_eq!(phases, [("double", 0, 5), ("left", 5, 8), ("double", 8, 8), ("right", 8, 9)]);
     assert_eq!(plan.robot.urdf, "../stilts.urdf");
     assert_eq!(plan.joint_names, ["left_hip", "right_hip"]);
-    assert!(matches!(&plan.start, EndBlock::Feet { soles, tol } if soles["left"].xyz == [0.0, 0.1, 0.0] && *tol == 2e-3));
+    assert!(
+        matches!(&plan.start, EndBlock::Feet { soles, tol } if soles["left"].xyz == [0.0, 0.1, 0.0] && *tol == 2e-3)
+    );
     assert!(matches!(&plan.goal, EndBlock::Feet { tol, .. } if *tol == 0.10));
 }
 
@@ -75,7 +94,10 @@ fn a_saved_plan_comes_back_bit_for_bit() {
     let path = folder.path("plans/plan.json");
     save(&plan, &path).unwrap();
     assert_eq!(load_plan(&path).unwrap(), plan);
-    let left: Vec<_> = std::fs::read_dir(folder.path("plans")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    let left: Vec<_> = std::fs::read_dir(folder.path("plans"))
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name())
+        .collect();
     assert_eq!(left, ["plan.json"]);
 }
 
@@ -86,7 +108,10 @@ fn a_plan_carries_its_robot_and_world() {
     let (plans, path) = (folder.path("plans"), folder.path("plans/plan.json"));
     let robot = robot_from_block(&plan.robot, &plans, &path).unwrap();
     let original = load_robot(&folder.path("robot.toml")).unwrap();
-    assert_eq!((&robot.links, &robot.joints, &robot.feet), (&original.links, &original.joints, &original.feet));
+    assert_eq!(
+        (&robot.links, &robot.joints, &robot.feet),
+        (&original.links, &original.joints, &original.feet)
+    );
     assert_eq!(robot.standing_q, [0.0, 0.2]);
     let world = world_from_block(&plan.scene, &plans, &path).unwrap();
     assert_eq!(world.shapes, load_world(&folder.path("world.toml")).unwrap().shapes);
@@ -128,14 +153,20 @@ fn joint_names_may_come_in_any_order_but_must_be_the_robots() {
 fn an_impossible_plan_or_place_is_not_saved() {
     let folder = Folder::new();
     let mut plan = plan(&folder);
-    assert!(save(&plan, &folder.path("gone/plan.json")).unwrap_err().to_string().contains("cannot be written"));
+    assert!(
+        save(&plan, &folder.path("gone/plan.json"))
+            .unwrap_err()
+            .to_string()
+            .contains("cannot be written")
+    );
     plan.waypoints[4].q[1] = f64::NAN;
     let path = folder.path("plan.json");
     assert!(save(&plan, &path).unwrap_err().to_string().contains("waypoint 4"));
     assert!(!path.exists());
 }
 
-/// Loads the good plan with the value at a JSON pointer replaced; `Null` removes nothing, it is written as null.
+/// Loads the good plan with the value at a JSON pointer replaced; `Null` removes nothing, it is
+/// written as null.
 fn load_with(pointer: &str, value: Value) -> Result<PlanFile, InputError> {
     let folder = Folder::new();
     let mut json = serde_json::to_value(plan(&folder)).unwrap();
@@ -170,12 +201,19 @@ fn broken_plans_are_refused() {
         ("/phases/1/mode", json!("hop"), "phase 1: has the unknown mode 'hop'"),
         ("/phases/1/mode", json!("double"), "phase 1: has contacts [\"left\"]"),
         ("/phases/1/contacts/0/foot", json!("tail"), "phase 1: has contacts [\"tail\"]"),
-        ("/phases/1/contacts/0/sole_pose/quat_xyzw", json!([0, 0, 0, 0]), "phase 1: contact 'left': quaternion"),
+        (
+            "/phases/1/contacts/0/sole_pose/quat_xyzw",
+            json!([0, 0, 0, 0]),
+            "phase 1: contact 'left': quaternion",
+        ),
         ("/start/tol", json!(0), "start: tol"),
         ("/goal/soles", json!({"left": {"xyz": [0, 0, 0]}}), "goal: its feet"),
         ("/goal/type", json!("dance"), "dance"),
     ] {
-        let error = load_with(pointer, value.clone()).err().unwrap_or_else(|| panic!("{pointer} = {value} was accepted")).to_string();
+        let error = load_with(pointer, value.clone())
+            .err()
+            .unwrap_or_else(|| panic!("{pointer} = {value} was accepted"))
+            .to_string();
         assert!(error.contains(complaint), "{pointer} = {value}: {error}");
         assert_eq!(error.lines().count(), 1, "{error}");
     }
@@ -185,7 +223,9 @@ fn broken_plans_are_refused() {
 fn no_damage_panics() {
     let folder = Folder::new();
     let text = serde_json::to_string(&plan(&folder)).unwrap();
-    check_no_panic("plan.json", text.as_bytes(), |folder: &Path| load_plan(&folder.join("plan.json")));
+    check_no_panic("plan.json", text.as_bytes(), |folder: &Path| {
+        load_plan(&folder.join("plan.json"))
+    });
     folder.write("deep.json", "[".repeat(1_000_000).as_bytes());
     assert!(load_plan(&folder.path("deep.json")).is_err());
 }

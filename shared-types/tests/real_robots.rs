@@ -1,7 +1,11 @@
-//! Robots from outside the project load as they are. They live beside the repository; without them there is nothing to test,
-//! with or without `SUREFOOT_REQUIRE_ALL`: a clone has none.
+//! Robots from outside the project load as they are. They live beside the repository; without them
+//! there is nothing to test, with or without `SUREFOOT_REQUIRE_ALL`: a clone has none.
 
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests, not input handling")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests, not input handling"
+)]
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! Robot files, URDFs and meshes: good ones load as they say, every broken one gives one clear error.
+//! Robot files, URDFs and meshes: good ones load as they say, every broken one gives one clear
+//! error.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
 
@@ -20,17 +21,28 @@ fn load(folder: &Path) -> Result<RobotModel, InputError> {
 fn a_good_robot_loads_as_it_says() {
     let folder = Folder::new();
     let robot = load(&folder.path("")).unwrap();
-    assert_eq!(robot.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>(), ["pelvis", "left_foot", "right_foot", "imu"]);
-    assert_eq!(robot.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>(), ["left_hip", "right_hip"]);
+    assert_eq!(
+        robot.links.iter().map(|link| link.name.as_str()).collect::<Vec<_>>(),
+        ["pelvis", "left_foot", "right_foot", "imu"]
+    );
+    assert_eq!(
+        robot.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>(),
+        ["left_hip", "right_hip"]
+    );
     assert_eq!(robot.joints[0].axis, DVec3::Y);
     assert_eq!(robot.joints[0].kind, JointKind::Revolute);
     assert_eq!(robot.joints[0].effort, 70.0);
     assert_eq!(robot.standing_q, [0.3, 0.2]);
-    assert_eq!(robot.feet.iter().map(|foot| foot.name.as_str()).collect::<Vec<_>>(), ["left", "right"]);
+    assert_eq!(
+        robot.feet.iter().map(|foot| foot.name.as_str()).collect::<Vec<_>>(),
+        ["left", "right"]
+    );
     let corners = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]].map(DVec2::from_array);
     assert_eq!(robot.feet[0].polygon, corners);
     assert_eq!(robot.mass(), 14.0);
-    assert!(matches!(&robot.links[2].shapes[0].shape, Shape::ConvexHull { points } if points.len() == 8));
+    assert!(
+        matches!(&robot.links[2].shapes[0].shape, Shape::ConvexHull { points } if points.len() == 8)
+    );
 }
 
 #[test]
@@ -38,7 +50,9 @@ fn exact_meshes_stay_meshes() {
     let folder = Folder::new();
     folder.write("robot.toml", format!("exact_meshes = [\"right_foot\"]\n{ROBOT}").as_bytes());
     let robot = load(&folder.path("")).unwrap();
-    assert!(matches!(&robot.links[2].shapes[0].shape, Shape::Mesh { triangles, .. } if triangles.len() == 12));
+    assert!(
+        matches!(&robot.links[2].shapes[0].shape, Shape::Mesh { triangles, .. } if triangles.len() == 12)
+    );
 }
 
 #[test]
@@ -72,36 +86,62 @@ fn a_frame_fixed_to_a_foot_stands_for_it() {
     let sole = "<link name=\"imu\"/><link name=\"right_sole\"/>\
                 <joint name=\"right_sole_mount\" type=\"fixed\"><origin xyz=\"0 0 -1\"/><parent link=\"right_foot\"/><child link=\"right_sole\"/></joint>";
     folder.write("stilts.urdf", URDF.replacen("<link name=\"imu\"/>", sole, 1).as_bytes());
-    let file = ROBOT.replacen("link = \"right_foot\"\nsole_xyz = [0, 0, -1.0]", "link = \"right_sole\"\nsole_xyz = [0, 0, 0]", 1);
+    let file = ROBOT.replacen(
+        "link = \"right_foot\"\nsole_xyz = [0, 0, -1.0]",
+        "link = \"right_sole\"\nsole_xyz = [0, 0, 0]",
+        1,
+    );
     folder.write("robot.toml", file.as_bytes());
     assert_eq!(load(&folder.path("")).unwrap().feet, plain.feet);
     folder.write(
         "stilts.urdf",
-        URDF.replacen("<link name=\"imu\"/>", sole, 1).replacen("right_foot\"/><child", "imu\"/><child", 1).as_bytes(),
+        URDF.replacen("<link name=\"imu\"/>", sole, 1)
+            .replacen("right_foot\"/><child", "imu\"/><child", 1)
+            .as_bytes(),
     );
     let error = load(&folder.path("")).unwrap_err().to_string();
     assert!(error.contains("foot 'right'") && error.contains("'pelvis'"), "{error}");
-    let bare = URDF.replacen("<collision><geometry><sphere radius=\"0.1\"/></geometry></collision>", "", 1);
+    let bare = URDF.replacen(
+        "<collision><geometry><sphere radius=\"0.1\"/></geometry></collision>",
+        "",
+        1,
+    );
     assert_ne!(bare, URDF);
     folder.write("stilts.urdf", bare.as_bytes());
-    folder.write("robot.toml", ROBOT.replacen("link = \"right_foot\"", "link = \"imu\"", 1).as_bytes());
+    folder.write(
+        "robot.toml",
+        ROBOT.replacen("link = \"right_foot\"", "link = \"imu\"", 1).as_bytes(),
+    );
     let error = load(&folder.path("")).unwrap_err().to_string();
-    assert!(error.contains("foot 'right'") && error.contains("'imu' has no collision shape"), "{error}");
+    assert!(
+        error.contains("foot 'right'") && error.contains("'imu' has no collision shape"),
+        "{error}"
+    );
 }
 
 /// [`URDF`] with the left hip half as far as the right one, and a tenth on.
 fn with_mimic() -> String {
-    URDF.replacen("<axis xyz=\"0 2 0\"/>", "<axis xyz=\"0 1 0\"/><mimic joint=\"right_hip\" multiplier=\"0.5\" offset=\"0.1\"/>", 1)
+    URDF.replacen(
+        "<axis xyz=\"0 2 0\"/>",
+        "<axis xyz=\"0 1 0\"/><mimic joint=\"right_hip\" multiplier=\"0.5\" offset=\"0.1\"/>",
+        1,
+    )
 }
 
 #[test]
 fn a_joint_that_mimics_a_locked_one_is_held_with_it() {
     let folder = Folder::new();
     folder.write("stilts.urdf", with_mimic().as_bytes());
-    let file = |position: f64| ROBOT.replace("[standing]\nleft_hip = 0.3", &format!("[locked]\nright_hip = {position}"));
+    let file = |position: f64| {
+        ROBOT.replace("[standing]\nleft_hip = 0.3", &format!("[locked]\nright_hip = {position}"))
+    };
     folder.write("robot.toml", file(0.5).as_bytes());
     let robot = load(&folder.path("")).unwrap();
-    let locked: Vec<_> = robot.locked_joints.iter().map(|locked| (locked.joint.name.as_str(), locked.position)).collect();
+    let locked: Vec<_> = robot
+        .locked_joints
+        .iter()
+        .map(|locked| (locked.joint.name.as_str(), locked.position))
+        .collect();
     assert_eq!((robot.joints.len(), locked), (0, vec![("left_hip", 0.35), ("right_hip", 0.5)]));
     let spoilings = [
         (ROBOT.to_owned(), "lock that one"),
@@ -140,8 +180,13 @@ fn a_hull_that_hides_collisions_gives_way_whichever_joints_are_locked() {
     let folder = Folder::new();
     let walls = "<sphere radius=\"0.1\"/></geometry></collision>";
     assert!(URDF.contains(walls));
-    let with_walls = format!("{walls}<collision><geometry><mesh filename=\"meshes/walls.obj\"/></geometry></collision>");
-    folder.write("stilts.urdf", URDF.replacen(walls, &with_walls, 1).replacen("<link name=\"imu\"/>", HAND, 1).as_bytes());
+    let with_walls = format!(
+        "{walls}<collision><geometry><mesh filename=\"meshes/walls.obj\"/></geometry></collision>"
+    );
+    folder.write(
+        "stilts.urdf",
+        URDF.replacen(walls, &with_walls, 1).replacen("<link name=\"imu\"/>", HAND, 1).as_bytes(),
+    );
     folder.write("meshes/walls.obj", WALLS_OBJ.as_bytes());
     for locked in ["", "\n[locked]\nshoulder = 0.4\n"] {
         folder.write("robot.toml", format!("{ROBOT}{locked}").as_bytes());
@@ -170,7 +215,10 @@ fn what_other_programs_add_to_a_urdf_is_passed_over() {
 #[test]
 fn a_sphere_of_no_radius_is_a_point() {
     let folder = Folder::new();
-    folder.write("stilts.urdf", URDF.replace("<sphere radius=\"0.1\"/>", "<sphere radius=\"0.0\"/>").as_bytes());
+    folder.write(
+        "stilts.urdf",
+        URDF.replace("<sphere radius=\"0.1\"/>", "<sphere radius=\"0.0\"/>").as_bytes(),
+    );
     let robot = load(&folder.path("")).unwrap();
     assert_eq!(robot.links[0].shapes[0].shape, Shape::Sphere { radius: 0.0 });
 }
@@ -178,7 +226,10 @@ fn a_sphere_of_no_radius_is_a_point() {
 #[test]
 fn a_continuous_joint_gets_one_turn() {
     let folder = Folder::new();
-    folder.write("stilts.urdf", URDF.replacen("type=\"revolute\"", "type=\"continuous\"", 1).as_bytes());
+    folder.write(
+        "stilts.urdf",
+        URDF.replacen("type=\"revolute\"", "type=\"continuous\"", 1).as_bytes(),
+    );
     let joint = load(&folder.path("")).unwrap().joints[0].clone();
     assert_eq!((joint.lower, joint.upper), (-std::f64::consts::PI, std::f64::consts::PI));
 }
@@ -202,51 +253,155 @@ fn broken_urdfs_are_refused() {
     let hip_limit = "<limit lower=\"-1\" upper=\"1.5\" effort=\"80\" velocity=\"5\"/>";
     let foot_mass = "<mass value=\"2\"/>";
     let cases = [
-        Spoiling { from: hip_limit, to: "", complaint: &["stilts.urdf:16: joint 'left_hip'", "no <limit>"] },
-        Spoiling { from: "lower=\"-1\"", to: "lower=\"1.5\"", complaint: &["joint 'left_hip'", "lock it"] },
-        Spoiling { from: "effort=\"80\"", to: "", complaint: &["joint 'left_hip'", "effort must be positive"] },
-        Spoiling { from: "effort=\"80\"", to: "effort=\"-1\"", complaint: &["joint 'left_hip'", "effort must be positive"] },
+        Spoiling {
+            from: hip_limit,
+            to: "",
+            complaint: &["stilts.urdf:16: joint 'left_hip'", "no <limit>"],
+        },
+        Spoiling {
+            from: "lower=\"-1\"",
+            to: "lower=\"1.5\"",
+            complaint: &["joint 'left_hip'", "lock it"],
+        },
+        Spoiling {
+            from: "effort=\"80\"",
+            to: "",
+            complaint: &["joint 'left_hip'", "effort must be positive"],
+        },
+        Spoiling {
+            from: "effort=\"80\"",
+            to: "effort=\"-1\"",
+            complaint: &["joint 'left_hip'", "effort must be positive"],
+        },
         Spoiling { from: " velocity=\"5\"", to: "", complaint: &["joint 'left_hip'", "velocity"] },
-        Spoiling { from: " velocity=\"5\"", to: " velocity=\"0\"", complaint: &["joint 'left_hip'", "velocity must be positive"] },
-        Spoiling { from: "upper=\"1.5\"", to: "upper=\"nan\"", complaint: &["stilts.urdf:18", "joint 'left_hip'", "NaN"] },
-        Spoiling { from: "upper=\"1.5\"", to: "upper=\"inf\"", complaint: &["joint 'left_hip'", "inf"] },
-        Spoiling { from: "0 0.1 0\"", to: "0 abc 0\"", complaint: &["stilts.urdf:17", "joint 'left_hip'", "not 3 numbers"] },
-        Spoiling { from: "0 0.1 0\"", to: "0 0.1 0 0\"", complaint: &["joint 'left_hip'", "4 numbers instead of 3"] },
-        Spoiling { from: "0 0.1 0\"", to: "0 1e7 0\"", complaint: &["joint 'left_hip'", "10000000"] },
-        Spoiling { from: "xyz=\"0 2 0\"", to: "xyz=\"0 0 0\"", complaint: &["joint 'left_hip'", "axis"] },
-        Spoiling { from: "type=\"revolute\"", to: "type=\"floating\"", complaint: &["joint 'left_hip'", "only revolute"] },
-        Spoiling { from: "type=\"revolute\"", to: "type=\"bendy\"", complaint: &["joint 'left_hip'", "unknown type 'bendy'"] },
+        Spoiling {
+            from: " velocity=\"5\"",
+            to: " velocity=\"0\"",
+            complaint: &["joint 'left_hip'", "velocity must be positive"],
+        },
+        Spoiling {
+            from: "upper=\"1.5\"",
+            to: "upper=\"nan\"",
+            complaint: &["stilts.urdf:18", "joint 'left_hip'", "NaN"],
+        },
+        Spoiling {
+            from: "upper=\"1.5\"",
+            to: "upper=\"inf\"",
+            complaint: &["joint 'left_hip'", "inf"],
+        },
+        Spoiling {
+            from: "0 0.1 0\"",
+            to: "0 abc 0\"",
+            complaint: &["stilts.urdf:17", "joint 'left_hip'", "not 3 numbers"],
+        },
+        Spoiling {
+            from: "0 0.1 0\"",
+            to: "0 0.1 0 0\"",
+            complaint: &["joint 'left_hip'", "4 numbers instead of 3"],
+        },
+        Spoiling {
+            from: "0 0.1 0\"",
+            to: "0 1e7 0\"",
+            complaint: &["joint 'left_hip'", "10000000"],
+        },
+        Spoiling {
+            from: "xyz=\"0 2 0\"",
+            to: "xyz=\"0 0 0\"",
+            complaint: &["joint 'left_hip'", "axis"],
+        },
+        Spoiling {
+            from: "type=\"revolute\"",
+            to: "type=\"floating\"",
+            complaint: &["joint 'left_hip'", "only revolute"],
+        },
+        Spoiling {
+            from: "type=\"revolute\"",
+            to: "type=\"bendy\"",
+            complaint: &["joint 'left_hip'", "unknown type 'bendy'"],
+        },
         Spoiling { from: "type=\"revolute\"", to: "", complaint: &["joint 'left_hip'", "no type"] },
-        Spoiling { from: "<child link=\"left_foot\"/>", to: "<child link=\"lost\"/>", complaint: &["joint 'left_hip'", "'lost'"] },
-        Spoiling { from: "<parent link=\"pelvis\"/>", to: "<parent link=\"lost\"/>", complaint: &["joint 'left_hip'", "'lost'"] },
-        Spoiling { from: "<child link=\"left_foot\"/>", to: "", complaint: &["joint 'left_hip'", "no <child"] },
+        Spoiling {
+            from: "<child link=\"left_foot\"/>",
+            to: "<child link=\"lost\"/>",
+            complaint: &["joint 'left_hip'", "'lost'"],
+        },
+        Spoiling {
+            from: "<parent link=\"pelvis\"/>",
+            to: "<parent link=\"lost\"/>",
+            complaint: &["joint 'left_hip'", "'lost'"],
+        },
+        Spoiling {
+            from: "<child link=\"left_foot\"/>",
+            to: "",
+            complaint: &["joint 'left_hip'", "no <child"],
+        },
         Spoiling {
             from: "<child link=\"left_foot\"/>",
             to: "<child link=\"right_foot\"/>",
             complaint: &["joint 'right_hip'", "already hangs"],
         },
-        Spoiling { from: "<child link=\"imu\"/>", to: "<child link=\"pelvis\"/>", complaint: &["link 'pelvis'", "not on the root"] },
+        Spoiling {
+            from: "<child link=\"imu\"/>",
+            to: "<child link=\"pelvis\"/>",
+            complaint: &["link 'pelvis'", "not on the root"],
+        },
         Spoiling {
             from: "<link name=\"imu\"/>",
             to: "<link name=\"imu\"/><link name=\"extra\"/>",
             complaint: &["link 'extra'", "second root"],
         },
-        Spoiling { from: "<link name=\"imu\"/>", to: "<link name=\"pelvis\"/>", complaint: &["link 'pelvis'", "same name"] },
+        Spoiling {
+            from: "<link name=\"imu\"/>",
+            to: "<link name=\"pelvis\"/>",
+            complaint: &["link 'pelvis'", "same name"],
+        },
         Spoiling { from: "<link name=\"imu\"/>", to: "<link/>", complaint: &["<link>", "no name"] },
-        Spoiling { from: "joint name=\"right_hip\"", to: "joint name=\"left_hip\"", complaint: &["joint 'left_hip'", "same name"] },
-        Spoiling { from: "meshes/foot.obj", to: "meshes/gone.obj", complaint: &["link 'right_foot'", "gone.obj", "not found"] },
-        Spoiling { from: foot_mass, to: "<mass value=\"0\"/>", complaint: &["link 'left_foot'", "no mass"] },
-        Spoiling { from: foot_mass, to: "<mass value=\"-2\"/>", complaint: &["link 'left_foot'", "negative"] },
+        Spoiling {
+            from: "joint name=\"right_hip\"",
+            to: "joint name=\"left_hip\"",
+            complaint: &["joint 'left_hip'", "same name"],
+        },
+        Spoiling {
+            from: "meshes/foot.obj",
+            to: "meshes/gone.obj",
+            complaint: &["link 'right_foot'", "gone.obj", "not found"],
+        },
+        Spoiling {
+            from: foot_mass,
+            to: "<mass value=\"0\"/>",
+            complaint: &["link 'left_foot'", "no mass"],
+        },
+        Spoiling {
+            from: foot_mass,
+            to: "<mass value=\"-2\"/>",
+            complaint: &["link 'left_foot'", "negative"],
+        },
         Spoiling { from: foot_mass, to: "", complaint: &["stilts.urdf", "mass"] },
         Spoiling {
             from: "ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.01\"",
             to: "ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"",
             complaint: &["link 'left_foot'", "positive definite"],
         },
-        Spoiling { from: "ixx=\"0.02\"", to: "ixx=\"-0.02\"", complaint: &["link 'left_foot'", "positive definite"] },
-        Spoiling { from: "ixy=\"0\"", to: "ixy=\"0.2\"", complaint: &["link 'pelvis'", "positive definite"] },
-        Spoiling { from: "size=\"0.2 0.1 0.04\"", to: "size=\"0.2 0 0.04\"", complaint: &["link 'left_foot'", "box size", "positive"] },
-        Spoiling { from: "radius=\"0.1\"", to: "radius=\"-0.1\"", complaint: &["link 'pelvis'", "radius", "negative"] },
+        Spoiling {
+            from: "ixx=\"0.02\"",
+            to: "ixx=\"-0.02\"",
+            complaint: &["link 'left_foot'", "positive definite"],
+        },
+        Spoiling {
+            from: "ixy=\"0\"",
+            to: "ixy=\"0.2\"",
+            complaint: &["link 'pelvis'", "positive definite"],
+        },
+        Spoiling {
+            from: "size=\"0.2 0.1 0.04\"",
+            to: "size=\"0.2 0 0.04\"",
+            complaint: &["link 'left_foot'", "box size", "positive"],
+        },
+        Spoiling {
+            from: "radius=\"0.1\"",
+            to: "radius=\"-0.1\"",
+            complaint: &["link 'pelvis'", "radius", "negative"],
+        },
         Spoiling {
             from: "size=\"0.2 0.1 0.04\"",
             to: "size=\"0.18 0.1 0.04\"",
@@ -270,7 +425,8 @@ fn a_file_that_is_no_urdf_is_refused() {
     assert!(load(&folder.path("")).unwrap_err().to_string().contains("not a URDF"));
     folder.write("stilts.urdf", b"<robot name=\"r\"/>");
     assert!(load(&folder.path("")).unwrap_err().to_string().contains("no link"));
-    let deep = format!("<robot name=\"r\">{}{}</robot>", "<a>".repeat(100_000), "</a>".repeat(100_000));
+    let deep =
+        format!("<robot name=\"r\">{}{}</robot>", "<a>".repeat(100_000), "</a>".repeat(100_000));
     folder.write("stilts.urdf", deep.as_bytes());
     assert!(load(&folder.path("")).unwrap_err().to_string().contains("nested deeper"));
 }
@@ -304,41 +460,125 @@ fn too_many_joints_are_refused() {
 fn broken_robot_files_are_refused() {
     let polygon = "polygon = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]";
     let cases = [
-        Spoiling { from: "stilts.urdf", to: "gone.urdf", complaint: &["gone.urdf", "cannot be read"] },
+        Spoiling {
+            from: "stilts.urdf",
+            to: "gone.urdf",
+            complaint: &["gone.urdf", "cannot be read"],
+        },
         Spoiling { from: "stilts.urdf", to: ".", complaint: &["not a regular file"] },
-        Spoiling { from: "root = \"pelvis\"", to: "root = \"imu\"", complaint: &["robot.toml:2", "root", "'pelvis'"] },
+        Spoiling {
+            from: "root = \"pelvis\"",
+            to: "root = \"imu\"",
+            complaint: &["robot.toml:2", "root", "'pelvis'"],
+        },
         Spoiling { from: "root =", to: "roots =", complaint: &["robot.toml:2", "roots"] },
         Spoiling { from: "root = \"pelvis\"", to: "root = ", complaint: &["robot.toml:2"] },
-        Spoiling { from: "root = \"pelvis\"", to: "exact_meshes = [\"lost\"]", complaint: &["robot.toml:2", "exact_meshes", "'lost'"] },
-        Spoiling { from: "name = \"right\"", to: "name = \"middle\"", complaint: &["feet", "middle"] },
-        Spoiling { from: "name = \"right\"", to: "name = \"left\"", complaint: &["feet", "exactly one"] },
-        Spoiling { from: "link = \"right_foot\"", to: "link = \"lost\"", complaint: &["robot.toml:4", "foot 'right'", "'lost'"] },
+        Spoiling {
+            from: "root = \"pelvis\"",
+            to: "exact_meshes = [\"lost\"]",
+            complaint: &["robot.toml:2", "exact_meshes", "'lost'"],
+        },
+        Spoiling {
+            from: "name = \"right\"",
+            to: "name = \"middle\"",
+            complaint: &["feet", "middle"],
+        },
+        Spoiling {
+            from: "name = \"right\"",
+            to: "name = \"left\"",
+            complaint: &["feet", "exactly one"],
+        },
+        Spoiling {
+            from: "link = \"right_foot\"",
+            to: "link = \"lost\"",
+            complaint: &["robot.toml:4", "foot 'right'", "'lost'"],
+        },
         Spoiling {
             from: "link = \"right_foot\"",
             to: "link = \"imu\"",
             complaint: &["foot 'right'", "off the collision shapes of link 'pelvis'"],
         },
-        Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0, -1.01]", complaint: &["foot 'right'", "10.0 mm off"] },
-        Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0, nan]", complaint: &["robot.toml:4", "foot 'right'", "NaN"] },
-        Spoiling { from: "sole_xyz = [0, 0, -1.0]", to: "sole_xyz = [0, 0]", complaint: &["robot.toml:7"] },
-        Spoiling { from: polygon, to: "polygon = [[0, 0], [0.1, 0], [0.05, 0]]", complaint: &["foot 'right'", "degenerate"] },
+        Spoiling {
+            from: "sole_xyz = [0, 0, -1.0]",
+            to: "sole_xyz = [0, 0, -1.01]",
+            complaint: &["foot 'right'", "10.0 mm off"],
+        },
+        Spoiling {
+            from: "sole_xyz = [0, 0, -1.0]",
+            to: "sole_xyz = [0, 0, nan]",
+            complaint: &["robot.toml:4", "foot 'right'", "NaN"],
+        },
+        Spoiling {
+            from: "sole_xyz = [0, 0, -1.0]",
+            to: "sole_xyz = [0, 0]",
+            complaint: &["robot.toml:7"],
+        },
+        Spoiling {
+            from: polygon,
+            to: "polygon = [[0, 0], [0.1, 0], [0.05, 0]]",
+            complaint: &["foot 'right'", "degenerate"],
+        },
         Spoiling { from: polygon, to: "polygon = []", complaint: &["foot 'right'", "degenerate"] },
-        Spoiling { from: polygon, to: "polygon = [[0, 0], [7, 0], [0, 1]]", complaint: &["foot 'right'", "7 m"] },
+        Spoiling {
+            from: polygon,
+            to: "polygon = [[0, 0], [7, 0], [0, 1]]",
+            complaint: &["foot 'right'", "7 m"],
+        },
         Spoiling {
             from: "sole_xyz = [0, 0, -1.0]",
             to: "sole_xyz = [0, 0, -1.0]\nsole_rpy = [0, 0, 3.14]",
             complaint: &["robot.toml:4", "foot 'right'", "180 degrees off", "'pelvis'"],
         },
-        Spoiling { from: "left_hip = 0.3", to: "left_hop = 0.3", complaint: &["robot.toml:17", "[standing] 'left_hop'", "no joint"] },
-        Spoiling { from: "left_hip = 0.3", to: "imu_mount = 0.3", complaint: &["[standing] 'imu_mount'", "fixed"] },
-        Spoiling { from: "left_hip = 0.3", to: "left_hip = 2", complaint: &["robot.toml:17", "[standing] 'left_hip'", "-1..1.5"] },
-        Spoiling { from: "left_hip = 0.3", to: "left_hip = inf", complaint: &["[standing] 'left_hip'", "inf"] },
-        Spoiling { from: "left_hip = 70", to: "left_hip = 90", complaint: &["robot.toml:20", "[effort_limits] 'left_hip'", "80"] },
-        Spoiling { from: "left_hip = 70", to: "left_hip = 0", complaint: &["[effort_limits] 'left_hip'", "positive"] },
-        Spoiling { from: "left_hip = 70", to: "hip = 7", complaint: &["[effort_limits] 'hip'", "no joint"] },
-        Spoiling { from: "left_hip = 70", to: "[locked]\nleft_hip = 0.1", complaint: &["[standing] 'left_hip'", "locked"] },
-        Spoiling { from: "left_hip = 70", to: "[locked]\nright_hip = 0.1", complaint: &["[locked] 'right_hip'", "0.2..1.5"] },
-        Spoiling { from: "left_hip = 70", to: "[locked]\nhip = 0.1", complaint: &["[locked] 'hip'", "no joint"] },
+        Spoiling {
+            from: "left_hip = 0.3",
+            to: "left_hop = 0.3",
+            complaint: &["robot.toml:17", "[standing] 'left_hop'", "no joint"],
+        },
+        Spoiling {
+            from: "left_hip = 0.3",
+            to: "imu_mount = 0.3",
+            complaint: &["[standing] 'imu_mount'", "fixed"],
+        },
+        Spoiling {
+            from: "left_hip = 0.3",
+            to: "left_hip = 2",
+            complaint: &["robot.toml:17", "[standing] 'left_hip'", "-1..1.5"],
+        },
+        Spoiling {
+            from: "left_hip = 0.3",
+            to: "left_hip = inf",
+            complaint: &["[standing] 'left_hip'", "inf"],
+        },
+        Spoiling {
+            from: "left_hip = 70",
+            to: "left_hip = 90",
+            complaint: &["robot.toml:20", "[effort_limits] 'left_hip'", "80"],
+        },
+        Spoiling {
+            from: "left_hip = 70",
+            to: "left_hip = 0",
+            complaint: &["[effort_limits] 'left_hip'", "positive"],
+        },
+        Spoiling {
+            from: "left_hip = 70",
+            to: "hip = 7",
+            complaint: &["[effort_limits] 'hip'", "no joint"],
+        },
+        Spoiling {
+            from: "left_hip = 70",
+            to: "[locked]\nleft_hip = 0.1",
+            complaint: &["[standing] 'left_hip'", "locked"],
+        },
+        Spoiling {
+            from: "left_hip = 70",
+            to: "[locked]\nright_hip = 0.1",
+            complaint: &["[locked] 'right_hip'", "0.2..1.5"],
+        },
+        Spoiling {
+            from: "left_hip = 70",
+            to: "[locked]\nhip = 0.1",
+            complaint: &["[locked] 'hip'", "no joint"],
+        },
     ];
     check_spoilings("robot.toml", ROBOT, &cases, load);
 }
@@ -346,9 +586,15 @@ fn broken_robot_files_are_refused() {
 #[test]
 fn a_sole_of_too_many_corners_is_refused() {
     let folder = Folder::new();
-    let circle: Vec<[f64; 2]> = (0..40).map(|i| libm::sincos(f64::from(i) * 0.157)).map(|(sin, cos)| [0.05 * cos, 0.05 * sin]).collect();
+    let circle: Vec<[f64; 2]> = (0..40)
+        .map(|i| libm::sincos(f64::from(i) * 0.157))
+        .map(|(sin, cos)| [0.05 * cos, 0.05 * sin])
+        .collect();
     let polygon = "polygon = [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05]]";
-    folder.write("robot.toml", ROBOT.replacen(polygon, &format!("polygon = {circle:?}"), 1).as_bytes());
+    folder.write(
+        "robot.toml",
+        ROBOT.replacen(polygon, &format!("polygon = {circle:?}"), 1).as_bytes(),
+    );
     let error = load(&folder.path("")).unwrap_err().to_string();
     assert!(error.contains("at most 16"), "{error}");
 }
@@ -357,10 +603,22 @@ fn a_sole_of_too_many_corners_is_refused() {
 fn broken_meshes_are_refused() {
     let cases = [
         Spoiling { from: "f 1 4 3", to: "f 1 4 30", complaint: &["link 'right_foot'", "foot.obj"] },
-        Spoiling { from: "v -0.1 -0.05 -0.02", to: "v -0.1 nan -0.02", complaint: &["link 'right_foot'", "foot.obj"] },
-        Spoiling { from: "v -0.1 -0.05 -0.02", to: "v 1e9 0 0", complaint: &["link 'right_foot'", "foot.obj", "beyond"] },
+        Spoiling {
+            from: "v -0.1 -0.05 -0.02",
+            to: "v -0.1 nan -0.02",
+            complaint: &["link 'right_foot'", "foot.obj"],
+        },
+        Spoiling {
+            from: "v -0.1 -0.05 -0.02",
+            to: "v 1e9 0 0",
+            complaint: &["link 'right_foot'", "foot.obj", "beyond"],
+        },
         Spoiling { from: FOOT_OBJ, to: "", complaint: &["link 'right_foot'", "foot.obj"] },
-        Spoiling { from: FOOT_OBJ, to: "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", complaint: &["link 'right_foot'", "one plane"] },
+        Spoiling {
+            from: FOOT_OBJ,
+            to: "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+            complaint: &["link 'right_foot'", "one plane"],
+        },
     ];
     check_spoilings("meshes/foot.obj", FOOT_OBJ, &cases, load);
 }

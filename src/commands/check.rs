@@ -30,7 +30,9 @@ pub fn run(arguments: &CheckArguments) -> Result<Ending, Failure> {
 fn table(report: &PlanReport) -> String {
     let mut rows = vec![format!("{:<16}{:<14}where", "check", "worst margin")];
     rows.extend(report.checks.iter().map(row));
-    rows.extend([("start", &report.start), ("goal", &report.goal)].map(|(name, end)| end_row(name, end)));
+    rows.extend(
+        [("start", &report.start), ("goal", &report.goal)].map(|(name, end)| end_row(name, end)),
+    );
     let Reserves { friction, even_torque } = report.reserves;
     let reserves = [("friction unused", friction), ("torque, even", even_torque)];
     rows.extend(reserves.map(|(name, reserve)| reserve_row(name, reserve)));
@@ -51,13 +53,17 @@ fn row(line: &CheckLine) -> String {
 
 fn end_row(name: &str, end: &EndReport) -> String {
     let margin = with_unit(name, end.limit - end.error);
-    let place = end.violation.as_ref().map_or_else(|| "reached".to_owned(), |violation| format!("VIOLATED: {violation}"));
+    let place = end
+        .violation
+        .as_ref()
+        .map_or_else(|| "reached".to_owned(), |violation| format!("VIOLATED: {violation}"));
     format!("{name:<16}{margin:<14}{place}")
 }
 
 /// What is left where nothing is demanded.
 fn reserve_row(name: &str, reserve: f64) -> String {
-    let share = if reserve.is_finite() { format!("{:.1} %", 100.0 * reserve) } else { "-".to_owned() };
+    let share =
+        if reserve.is_finite() { format!("{:.1} %", 100.0 * reserve) } else { "-".to_owned() };
     format!("{name:<16}{share:<14}reported, not demanded")
 }
 
@@ -105,7 +111,10 @@ impl From<&PlanReport> for JsonReport {
         Self {
             outcome: if report.is_valid() { "accepted" } else { "refused" },
             margins: (&report.margins).into(),
-            reserves: JsonReserves { friction: finite(report.reserves.friction), even_torque: finite(report.reserves.even_torque) },
+            reserves: JsonReserves {
+                friction: finite(report.reserves.friction),
+                even_torque: finite(report.reserves.even_torque),
+            },
             checks: report.checks.iter().map(JsonCheck::from).collect(),
             start: (&report.start).into(),
             goal: (&report.goal).into(),
@@ -121,7 +130,12 @@ impl From<&CheckLine> for JsonCheck {
             detail: placed.violation.detail.clone(),
         });
         let worst = line.worst;
-        Self { check: line.check.word(), margin: worst.map(|worst| worst.margin), phase: worst.map(|worst| worst.phase), violation }
+        Self {
+            check: line.check.word(),
+            margin: worst.map(|worst| worst.margin),
+            phase: worst.map(|worst| worst.phase),
+            violation,
+        }
     }
 }
 

@@ -1,4 +1,5 @@
-//! `surefoot control`: checks and walks the plan that arrives in an instance. Also the controller process of a walk.
+//! `surefoot control`: checks and walks the plan that arrives in an instance. Also the controller
+//! process of a walk.
 
 mod judge;
 mod simulated;
@@ -34,7 +35,12 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
     let Inputs { scenario, model, world } = Inputs::load(&arguments.scenario, arguments.seed)?;
     let mut audience = Audience::new(arguments.role.report_lines, false);
     let id = draw_id();
-    let identity = Identity { instance: id, robot: model.digest, world: world.digest, config: scenario.digest };
+    let identity = Identity {
+        instance: id,
+        robot: model.digest,
+        world: world.digest,
+        config: scenario.digest,
+    };
     let (truth, world) = true_world(arguments, &model, world)?;
     let checker = Checker::new(model, world, scenario.checker)?;
     let mut receiver = ChunkReceiver::open(&enter(&arguments.instance)?, id)?;
@@ -67,21 +73,33 @@ pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
                 ended = receiver.run(&mut |chunk, alive| judge.judge(chunk, alive), &keep_going)?;
                 continue;
             }
-            Ended::Stopped => return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
+            Ended::Stopped => {
+                return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)));
+            }
         };
         judge.failure()?;
         let judged = judge.conclude(receiver.tally().duplicates, refusal);
         audience.tell(&Line::Judged(judged.clone()))?;
         audience.say(|| verdict(&judged));
-        match receiver.linger(&mut |chunk, alive| judge.judge(chunk, alive), longest, &keep_going)? {
+        match receiver.linger(
+            &mut |chunk, alive| judge.judge(chunk, alive),
+            longest,
+            &keep_going,
+        )? {
             Some(next) => ended = next,
-            None => return Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done }),
+            None => {
+                return Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done });
+            }
         }
     }
 }
 
 /// The world in which the robot really walks, and what of it the planner does not know.
-fn true_world(arguments: &ControlArguments, model: &RobotModel, belief: World) -> Result<(Option<Truth>, World), Failure> {
+fn true_world(
+    arguments: &ControlArguments,
+    model: &RobotModel,
+    belief: World,
+) -> Result<(Option<Truth>, World), Failure> {
     let Some(path) = &arguments.truth else { return Ok((None, belief)) };
     let world = load_world(path)?;
     let truth = Truth::new(model, &belief, &world).map_err(CheckerError::Shape)?;
@@ -89,7 +107,11 @@ fn true_world(arguments: &ControlArguments, model: &RobotModel, belief: World) -
 }
 
 fn verdict(judged: &Judged) -> String {
-    let so_far = format!("{} chunks walked and accepted; margins: {}", judged.accepted, judged.margins.describe());
+    let so_far = format!(
+        "{} chunks walked and accepted; margins: {}",
+        judged.accepted,
+        judged.margins.describe()
+    );
     match &judged.refusal {
         None => so_far,
         Some(refusal) => format!("{so_far}\nrefused: {}", refusal.describe()),

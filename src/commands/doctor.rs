@@ -86,16 +86,17 @@ fn transport() -> Vec<Finding> {
     vec![root, chunks]
 }
 
-/// Whether the scenario can be searched, what memory that takes, and whether its robot can stand on one foot.
+/// Whether the scenario can be searched, what memory that takes, and whether its robot can stand on
+/// one foot.
 fn scenario(path: &Path) -> Vec<Finding> {
     let threads = NonZeroUsize::new(affinity::default_threads()).unwrap_or(NonZeroUsize::MIN);
     let inputs = match Inputs::load(path, None) {
         Ok(inputs) => inputs,
         Err(error) => return vec![Finding::missing(format!("scenario: {error}"))],
     };
-    let planner = inputs
-        .preparation(false)
-        .and_then(|preparation| Ok(Planner::new(&inputs.model, &inputs.world, &inputs.scenario, preparation, threads)?));
+    let planner = inputs.preparation(false).and_then(|preparation| {
+        Ok(Planner::new(&inputs.model, &inputs.world, &inputs.scenario, preparation, threads)?)
+    });
     match planner {
         Ok(planner) => vec![arenas(&inputs, &planner), on_one_foot(&inputs, &planner)],
         Err(error) => vec![Finding::missing(format!("scenario: {error}"))],
@@ -106,7 +107,11 @@ fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {
     let arenas = planner.arena_bytes();
     let total: usize = arenas.iter().map(|(_, bytes)| bytes).sum();
     let parts: Vec<String> = arenas.iter().map(|(name, bytes)| format!("{name} {bytes}")).collect();
-    Finding::good(format!("scenario: '{}' needs {total} bytes of arenas: {}", inputs.scenario.name, parts.join(", ")))
+    Finding::good(format!(
+        "scenario: '{}' needs {total} bytes of arenas: {}",
+        inputs.scenario.name,
+        parts.join(", ")
+    ))
 }
 
 /// What standing on the worse of the two feet asks of the joint that is strained most.
@@ -116,13 +121,19 @@ fn on_one_foot(inputs: &Inputs, planner: &Planner) -> Finding {
     let limb = usize::from(right > left);
     let (robot, foot) = (&inputs.model.name, &inputs.model.feet[limb].name);
     let Some(joint) = carriages[limb].most_strained else {
-        return Finding::advice(format!("robot: '{robot}' has no posture on '{foot}' alone near the one in [standing]"));
+        return Finding::advice(format!(
+            "robot: '{robot}' has no posture on '{foot}' alone near the one in [standing]"
+        ));
     };
     let (joint, percent) = (&inputs.model.joints[joint].name, 100.0 * carriages[limb].effort_use);
-    let asked = format!("robot: '{robot}' on '{foot}' alone needs {percent:.0} % of what '{joint}' may give");
+    let asked = format!(
+        "robot: '{robot}' on '{foot}' alone needs {percent:.0} % of what '{joint}' may give"
+    );
     if percent <= 100.0 {
         return Finding::good(asked);
     }
     let share = inputs.scenario.planner.effort_share;
-    Finding::advice(format!("{asked}: hardly any walk will be found; planner.effort_share is {share} of its effort, which the URDF gives"))
+    Finding::advice(format!(
+        "{asked}: hardly any walk will be found; planner.effort_share is {share} of its effort, which the URDF gives"
+    ))
 }

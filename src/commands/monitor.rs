@@ -79,7 +79,12 @@ pub fn run(arguments: &MonitorArguments) -> Result<Ending, Failure> {
 fn the_only_one(living: &[String]) -> Result<String, Failure> {
     match living {
         [name] => Ok(name.clone()),
-        [] => Err(Failure::Usage("no pair is running; start one, or name its instance with --instance".into())),
-        several => Err(Failure::Usage(format!("several pairs are running; choose one with --instance: {}", several.join(", ")))),
+        [] => Err(Failure::Usage(
+            "no pair is running; start one, or name its instance with --instance".into(),
+        )),
+        several => Err(Failure::Usage(format!(
+            "several pairs are running; choose one with --instance: {}",
+            several.join(", ")
+        ))),
     }
 }

@@ -1,7 +1,8 @@
-//! `surefoot plan`: plans, and delivers the plan where an instance is named. Also the planner process of a walk.
+//! `surefoot plan`: plans, and delivers the plan where an instance is named. Also the planner
+//! process of a walk.
 //!
-//! Where the controller meets another world than the plan was made for, the rest of the way is planned again from where the
-//! robot stands, in the world as it turned out to be.
+//! Where the controller meets another world than the plan was made for, the rest of the way is
+//! planned again from where the robot stands, in the world as it turned out to be.
 
 mod serve;
 pub(super) mod task;
@@ -31,7 +32,8 @@ use task::Task;
 /// Runs the command.
 ///
 /// # Errors
-/// When an input cannot be used, an output cannot be written, the transport fails, or a signal comes.
+/// When an input cannot be used, an output cannot be written, the transport fails, or a signal
+/// comes.
 pub fn run(arguments: &PlanArguments) -> Result<Ending, Failure> {
     settle(&arguments.role);
     if arguments.search.lock_memory {
@@ -55,7 +57,9 @@ pub fn run(arguments: &PlanArguments) -> Result<Ending, Failure> {
 /// Before anything large is reserved: what comes later is locked as it is reserved.
 fn lock_memory() {
     if let Err(reason) = memory::lock() {
-        terminal::remark(&format!("warning: memory is not locked: {reason}; `ulimit -l` says how much may be"));
+        terminal::remark(&format!(
+            "warning: memory is not locked: {reason}; `ulimit -l` says how much may be"
+        ));
     }
 }
 
@@ -81,36 +85,46 @@ impl Run<'_> {
             let Some(sender) = &mut sender else { return self.draw(&task, planner.chunks()) };
             let delivery = self.deliver(sender, planner.chunks())?;
             totals.add(&delivery);
-            let word = delivery
-                .feedback
-                .filter(|_| totals.replans < self.arguments.search.replans_max && may_go_on(&delivery, task.standing.is_some()));
+            let word = delivery.feedback.filter(|_| {
+                totals.replans < self.arguments.search.replans_max
+                    && may_go_on(&delivery, task.standing.is_some())
+            });
             let Some(word) = word else {
                 self.tell(&Line::Delivered(totals.delivered(&delivery)))?;
                 return self.draw(&task, planner.chunks());
             };
             totals.give_up(&delivery);
             task = task.after(&self.inputs, &word, planner.chunks(), planner.way_back().chunks)?;
-            self.tell(&Line::Replanning { epoch: task.epoch, corrections: word.corrections().len() as u64 })?;
+            self.tell(&Line::Replanning {
+                epoch: task.epoch,
+                corrections: word.corrections().len() as u64,
+            })?;
         }
     }
 
     /// Searches, from farther back where nothing leads on; a planner with a plan, if there is one.
     fn plan(&mut self, task: &mut Task) -> Result<Option<Planner>, Failure> {
-        let threads = NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
+        let threads =
+            NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
             let watch = Stopwatch::start();
             let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
             let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
             self.tell(&Line::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
-            let mut planned = search::run(&mut planner, task.scenario.planner.work_max, &mut |line| self.tell(line))?;
+            let mut planned =
+                search::run(&mut planner, task.scenario.planner.work_max, &mut |line| {
+                    self.tell(line)
+                })?;
             let found = planned.end == PlanEnd::Found;
             if !found && task.may_go_back(&planner) {
                 self.tell(&Line::WalkingBack)?;
                 task.go_back(&planner);
                 continue;
             }
-            if task.epoch > 0 && matches!(planned.end, PlanEnd::StartInvalid | PlanEnd::GoalInvalid) {
-                // The scenario's marks were good enough for the first plan: there is no way on from here.
+            if task.epoch > 0 && matches!(planned.end, PlanEnd::StartInvalid | PlanEnd::GoalInvalid)
+            {
+                // The scenario's marks were good enough for the first plan: there is no way on from
+                // here.
                 planned.end = PlanEnd::NoPlan;
             }
             self.tell(&Line::Planned(planned))?;
@@ -118,7 +132,11 @@ impl Run<'_> {
         }
     }
 
-    fn deliver(&mut self, sender: &mut ChunkSender, chunks: &[PlanChunk]) -> Result<Delivery, Failure> {
+    fn deliver(
+        &mut self,
+        sender: &mut ChunkSender,
+        chunks: &[PlanChunk],
+    ) -> Result<Delivery, Failure> {
         let mut accepted = 0;
         let total = chunks.len() as u64;
         let delivery = sender.deliver(
@@ -151,7 +169,13 @@ impl Run<'_> {
 
     /// The plan as a file that stands beside `path`.
     fn plan_file(&self, task: &Task, chunks: &[PlanChunk], path: &std::path::Path) -> PlanFile {
-        plan_from_chunks(&self.inputs.model, &task.world, &task.scenario, chunks, &outputs::folder_of(path))
+        plan_from_chunks(
+            &self.inputs.model,
+            &task.world,
+            &task.scenario,
+            chunks,
+            &outputs::folder_of(path),
+        )
     }
 
     fn tell(&mut self, line: &Line) -> Result<(), Failure> {
@@ -160,16 +184,25 @@ impl Run<'_> {
     }
 }
 
-/// Whether planning again from where the robot stands may help: the world turned out to be another, the feet stand elsewhere than
-/// planned, another planner has planned again meanwhile, or the robot, which `was_walking`, has walked on along the plan before.
+/// Whether planning again from where the robot stands may help: the world turned out to be another,
+/// the feet stand elsewhere than planned, another planner has planned again meanwhile, or the
+/// robot, which `was_walking`, has walked on along the plan before.
 fn may_go_on(delivery: &Delivery, was_walking: bool) -> bool {
     let differs = matches!(delivery.outcome, Outcome::Refused { check: Check::WorldDiffers, .. });
     let word = delivery.feedback.as_ref();
     let corrected = differs && word.is_some_and(|word| word.corrections_len > 0);
-    let misplaced = matches!(delivery.outcome, Outcome::Refused { check: Check::FootMisplaced, .. });
+    let misplaced =
+        matches!(delivery.outcome, Outcome::Refused { check: Check::FootMisplaced, .. });
     let stands = word.is_some_and(|word| word.standing.is_known());
-    let is_out_of_date = matches!(delivery.outcome, Outcome::Refused { check: Check::Continuity | Check::World, sequence: 0, .. });
-    corrected || stands && (misplaced || was_walking && is_out_of_date || delivery.outcome == Outcome::Superseded)
+    let is_out_of_date = matches!(
+        delivery.outcome,
+        Outcome::Refused { check: Check::Continuity | Check::World, sequence: 0, .. }
+    );
+    corrected
+        || stands
+            && (misplaced
+                || was_walking && is_out_of_date
+                || delivery.outcome == Outcome::Superseded)
 }
 
 /// What became of the chunks of all epochs together.
@@ -220,8 +253,14 @@ mod tests {
         };
         for check in [Check::Continuity, Check::World] {
             assert!(may_go_on(&refused(check, 0, standing), true));
-            assert!(!may_go_on(&refused(check, 0, standing), false), "the scenario's mark is where it was asked to begin");
-            assert!(!may_go_on(&refused(check, 3, standing), true), "a chunk does not continue the one before it");
+            assert!(
+                !may_go_on(&refused(check, 0, standing), false),
+                "the scenario's mark is where it was asked to begin"
+            );
+            assert!(
+                !may_go_on(&refused(check, 3, standing), true),
+                "a chunk does not continue the one before it"
+            );
             assert!(!may_go_on(&refused(check, 0, Standing::zeroed()), true));
         }
         assert!(!may_go_on(&refused(Check::Torque, 0, standing), true));

@@ -24,7 +24,9 @@ pub fn run(arguments: &PrepareArguments) -> Result<Ending, Failure> {
 fn summary(robot: &str, prepared: &Prepared) -> String {
     let origin = match &prepared.origin {
         Origin::Cached(path) => format!("read from {}", path.display()),
-        Origin::Built { seconds, saved: Some(path) } => format!("made in {seconds:.2} s, kept in {}", path.display()),
+        Origin::Built { seconds, saved: Some(path) } => {
+            format!("made in {seconds:.2} s, kept in {}", path.display())
+        }
         Origin::Built { seconds, saved: None } => format!("made in {seconds:.2} s, not kept"),
     };
     let head = format!("{robot}: {origin}\n  size         {} bytes", prepared.bytes().len());
@@ -40,10 +42,19 @@ fn gait_lines(preparation: &Preparation<'_>) -> String {
     );
     let line = |limb: usize, name: &str| {
         let (held, all) = preparation.range(limb).cells();
-        let extent = preparation.range(limb).extent().map_or_else(String::new, |[ahead, aside, above, turn]| {
-            let range = |[least, greatest]: [f64; 2]| format!("{least:.2} to {greatest:.2}");
-            format!(": ahead {}, aside {}, above {} m, turn {} rad", range(ahead), range(aside), range(above), range(turn))
-        });
+        let extent = preparation.range(limb).extent().map_or_else(
+            String::new,
+            |[ahead, aside, above, turn]| {
+                let range = |[least, greatest]: [f64; 2]| format!("{least:.2} to {greatest:.2}");
+                format!(
+                    ": ahead {}, aside {}, above {} m, turn {} rad",
+                    range(ahead),
+                    range(aside),
+                    range(above),
+                    range(turn)
+                )
+            },
+        );
         format!("  range {name:<6} {held} of {all} cells{extent}")
     };
     [head, line(0, "left"), line(1, "right")].join("\n")
@@ -52,7 +63,12 @@ fn gait_lines(preparation: &Preparation<'_>) -> String {
 fn reach_lines(preparation: &Preparation<'_>) -> String {
     let line = |limb: usize, name: &str| {
         let reach = preparation.reach(limb);
-        format!("  reach {name:<6} {} voxels, {:.3} m3, {} blocks", reach.cubes(), reach.volume(), reach.blocks().len())
+        format!(
+            "  reach {name:<6} {} voxels, {:.3} m3, {} blocks",
+            reach.cubes(),
+            reach.volume(),
+            reach.blocks().len()
+        )
     };
     [line(0, "left"), line(1, "right")].join("\n")
 }

@@ -21,7 +21,8 @@ const REPEAT_SECONDS: f64 = 0.02;
 /// Runs the command.
 ///
 /// # Errors
-/// When the instance does not exist, no planner answers, the request cannot be met, or a signal comes.
+/// When the instance does not exist, no planner answers, the request cannot be met, or a signal
+/// comes.
 pub fn run(arguments: &RequestArguments) -> Result<Ending, Failure> {
     signals::install();
     let link = Link::open(&Instance::attach(&arguments.instance)?)?;
@@ -33,7 +34,11 @@ pub fn run(arguments: &RequestArguments) -> Result<Ending, Failure> {
 }
 
 fn request_of(arguments: &RequestArguments) -> PlanRequest {
-    let data = |prints: &Prints| MarkData { position: prints.position, yaw: prints.yaw, feet_apart: arguments.feet_apart };
+    let data = |prints: &Prints| MarkData {
+        position: prints.position,
+        yaw: prints.yaw,
+        feet_apart: arguments.feet_apart,
+    };
     let kind = match (arguments.cancel, &arguments.start, &arguments.goal) {
         (true, _, _) => RequestKind::Cancel,
         (false, Some(_), Some(_)) => RequestKind::StartAndGoal,
@@ -67,11 +72,17 @@ fn follow(client: &Client, request: &PlanRequest) -> Result<PlanStatus, Failure>
             sent_at = watch.seconds();
         }
         let status = client.status()?;
-        let is_ours = status.is_some_and(|status| (status.client, status.number) == (request.client, request.number));
+        let is_ours = status.is_some_and(|status| {
+            (status.client, status.number) == (request.client, request.number)
+        });
         match status {
-            Some(status) if is_ours && status.known_state().is_some_and(RequestState::is_final) => return Ok(status),
+            Some(status) if is_ours && status.known_state().is_some_and(RequestState::is_final) => {
+                return Ok(status);
+            }
             Some(_) if is_ours => noticed = true,
-            Some(status) if noticed => return Ok(PlanStatus { state: RequestState::Cancelled as u32, ..status }),
+            Some(status) if noticed => {
+                return Ok(PlanStatus { state: RequestState::Cancelled as u32, ..status });
+            }
             _ => {}
         }
         std::thread::sleep(LOOK_EVERY);
@@ -93,13 +104,23 @@ fn in_words(status: &PlanStatus) -> String {
 fn ending(status: &PlanStatus, request: &PlanRequest) -> Result<Ending, Failure> {
     match RequestState::from_wire(status.state) {
         Some(RequestState::Accepted) => Ok(Ending::Done),
-        Some(RequestState::Cancelled) if request.kind == RequestKind::Cancel as u32 => Ok(Ending::Done),
+        Some(RequestState::Cancelled) if request.kind == RequestKind::Cancel as u32 => {
+            Ok(Ending::Done)
+        }
         Some(RequestState::NoPlan) => Ok(Ending::NoPlan),
         Some(RequestState::Refused) => Ok(Ending::Refused),
         Some(RequestState::ControllerLost) => Err(Failure::ControllerLost),
-        Some(RequestState::Cancelled) => Err(Failure::Usage("somebody asked for something else meanwhile".into())),
-        Some(RequestState::StartInvalid) => Err(Failure::Usage("the robot cannot stand at the start; the planner says why".into())),
-        Some(RequestState::GoalInvalid) => Err(Failure::Usage("the robot cannot stand at the goal; the planner says why".into())),
-        _ => Err(Failure::Usage("the request makes no sense, or it is not known where the robot stands".into())),
+        Some(RequestState::Cancelled) => {
+            Err(Failure::Usage("somebody asked for something else meanwhile".into()))
+        }
+        Some(RequestState::StartInvalid) => {
+            Err(Failure::Usage("the robot cannot stand at the start; the planner says why".into()))
+        }
+        Some(RequestState::GoalInvalid) => {
+            Err(Failure::Usage("the robot cannot stand at the goal; the planner says why".into()))
+        }
+        _ => Err(Failure::Usage(
+            "the request makes no sense, or it is not known where the robot stands".into(),
+        )),
     }
 }

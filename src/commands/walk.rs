@@ -41,7 +41,9 @@ pub fn run(arguments: &WalkArguments) -> Result<Ending, Failure> {
         }
         return Err(failure);
     }
-    if let (Some(picture), Some(plan), true) = (&arguments.outputs.picture, &export.path, report.has_plan()) {
+    if let (Some(picture), Some(plan), true) =
+        (&arguments.outputs.picture, &export.path, report.has_plan())
+    {
         outputs::draw(&inputs, &load_plan(plan)?, picture)?;
     }
     let ending = conclude(&report, json)?;
@@ -49,7 +51,8 @@ pub fn run(arguments: &WalkArguments) -> Result<Ending, Failure> {
     Ok(ending)
 }
 
-/// Where the planner process leaves the plan: where the user wants it, or where only the picture needs it.
+/// Where the planner process leaves the plan: where the user wants it, or where only the picture
+/// needs it.
 struct Export {
     path: Option<PathBuf>,
     _folder: Option<tempfile::TempDir>,
@@ -62,13 +65,21 @@ impl Export {
             return Ok(Self { path: outputs.export.clone(), _folder: None });
         }
         let folder = tempfile::Builder::new().prefix("surefoot-picture-").tempdir();
-        let folder = folder.map_err(|error| Failure::Output { path: std::env::temp_dir(), reason: error.to_string() })?;
+        let folder = folder.map_err(|error| Failure::Output {
+            path: std::env::temp_dir(),
+            reason: error.to_string(),
+        })?;
         Ok(Self { path: Some(folder.path().join("plan.json")), _folder: Some(folder) })
     }
 }
 
 /// Runs both processes in an instance of their own until all is said.
-fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, report: &mut Report) -> Result<(), Failure> {
+fn walk(
+    arguments: &WalkArguments,
+    inputs: &Inputs,
+    export: Option<&Path>,
+    report: &mut Report,
+) -> Result<(), Failure> {
     Instance::clean_dead()?;
     let instance = Instance::create(&format!("walk-{}", std::process::id()))?;
     let roles = Roles {
@@ -92,8 +103,14 @@ fn walk(arguments: &WalkArguments, inputs: &Inputs, export: Option<&Path>, repor
     followed
 }
 
-/// Hears both processes until all is said. One that ends too early is started again, `restarts_max` times in all.
-fn follow(supervisor: &mut Supervisor, roles: &Roles<'_>, restarts_max: u32, hear: &mut dyn FnMut(&Line)) -> Result<(), Failure> {
+/// Hears both processes until all is said. One that ends too early is started again, `restarts_max`
+/// times in all.
+fn follow(
+    supervisor: &mut Supervisor,
+    roles: &Roles<'_>,
+    restarts_max: u32,
+    hear: &mut dyn FnMut(&Line),
+) -> Result<(), Failure> {
     let mut course = Course::default();
     let mut restarts = 0;
     while !course.is_over() {
@@ -103,7 +120,9 @@ fn follow(supervisor: &mut Supervisor, roles: &Roles<'_>, restarts_max: u32, hea
                 hear(&line);
             }
             Event::Ended { role, .. } if !course.needs(role) => {}
-            Event::Ended { role, how } if restarts == restarts_max => return Err(Failure::Died { role, how }),
+            Event::Ended { role, how } if restarts == restarts_max => {
+                return Err(Failure::Died { role, how });
+            }
             Event::Ended { role, how } => {
                 restarts += 1;
                 hear(&Line::Restarted { role: role.to_string(), how });
@@ -134,7 +153,13 @@ impl Course {
         match line {
             Line::Planned(planned) => self.planned = Some(planned.end),
             Line::Delivered(delivered) => self.delivered = Some(delivered.end),
-            Line::Judged(judged) => self.judged = Some(if judged.refusal.is_some() { Verdict::Refused } else { Verdict::Accepted }),
+            Line::Judged(judged) => {
+                self.judged = Some(if judged.refusal.is_some() {
+                    Verdict::Refused
+                } else {
+                    Verdict::Accepted
+                })
+            }
             _ => {}
         }
     }
@@ -143,8 +168,12 @@ impl Course {
     fn is_over(&self) -> bool {
         match (self.planned, self.delivered) {
             (None, _) | (Some(PlanEnd::Found), None) => false,
-            (Some(PlanEnd::Found), Some(DeliveryEnd::Accepted)) => self.judged == Some(Verdict::Accepted),
-            (Some(PlanEnd::Found), Some(DeliveryEnd::Refused)) => self.judged == Some(Verdict::Refused),
+            (Some(PlanEnd::Found), Some(DeliveryEnd::Accepted)) => {
+                self.judged == Some(Verdict::Accepted)
+            }
+            (Some(PlanEnd::Found), Some(DeliveryEnd::Refused)) => {
+                self.judged == Some(Verdict::Refused)
+            }
             _ => true,
         }
     }
@@ -177,7 +206,8 @@ impl Roles<'_> {
             Role::Controller => {
                 let mut command = self.command("control", role, cores.1)?;
                 if let Some(truth) = self.truth {
-                    let truth = std::path::absolute(truth).map_err(|source| Failure::Start { role, source })?;
+                    let truth = std::path::absolute(truth)
+                        .map_err(|source| Failure::Start { role, source })?;
                     command.arg(option_with_path("--truth", &truth));
                 }
                 if let Some(rate) = self.rate {
@@ -205,10 +235,15 @@ impl Roles<'_> {
 
     fn command(&self, word: &str, role: Role, core: Option<usize>) -> Result<Command, Failure> {
         let program = std::env::current_exe().map_err(|source| Failure::Start { role, source })?;
-        let scenario = std::path::absolute(&self.inputs.scenario.path).map_err(|source| Failure::Start { role, source })?;
+        let scenario = std::path::absolute(&self.inputs.scenario.path)
+            .map_err(|source| Failure::Start { role, source })?;
         let mut command = Command::new(program);
         command.arg(word).arg(scenario).arg("--report-lines");
-        command.arg("--instance").arg(self.instance).arg("--seed").arg(self.inputs.scenario.seed.to_string());
+        command
+            .arg("--instance")
+            .arg(self.instance)
+            .arg("--seed")
+            .arg(self.inputs.scenario.seed.to_string());
         if let Some(core) = core {
             command.arg("--core").arg(core.to_string());
         }

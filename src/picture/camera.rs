@@ -37,11 +37,13 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera that looks along the unit vector `forward` (not vertical), has the given tangents of half its horizontal and vertical
-    /// angles of view, and stands as near as it can while all points are in view.
+    /// The camera that looks along the unit vector `forward` (not vertical), has the given tangents
+    /// of half its horizontal and vertical angles of view, and stands as near as it can while all
+    /// points are in view.
     pub fn framing(forward: DVec3, tangents: DVec2, points: &[DVec3]) -> Self {
         let right = forward.cross(DVec3::Z).normalize();
-        let mut camera = Self { eye: DVec3::ZERO, right, up: right.cross(forward), forward, tangents };
+        let mut camera =
+            Self { eye: DVec3::ZERO, right, up: right.cross(forward), forward, tangents };
         let view: Vec<DVec3> = points.iter().map(|&point| camera.view(point)).collect();
         let (x, nearest_x) = fit(view.iter().map(|v| [v.x, v.z]), tangents.x);
         let (y, nearest_y) = fit(view.iter().map(|v| [v.y, v.z]), tangents.y);
@@ -75,7 +77,8 @@ impl Camera {
         DVec3::new(self.right.dot(offset), self.up.dot(offset), self.forward.dot(offset))
     }
 
-    /// View coordinates, in front of the camera, on the raster: column, row and nearness (1 / distance along the view, which is affine there).
+    /// View coordinates, in front of the camera, on the raster: column, row and nearness (1 /
+    /// distance along the view, which is affine there).
     pub fn screen(&self, view: DVec3, size: Size) -> DVec3 {
         let nearness = 1.0 / view.z;
         let x = 0.5 * (1.0 + view.x * nearness / self.tangents.x) * size.width as f64;
@@ -96,11 +99,13 @@ impl Camera {
     }
 }
 
-/// The sideways place and the largest forward place from which all points (sideways, forward) lie within a tangent of the middle.
+/// The sideways place and the largest forward place from which all points (sideways, forward) lie
+/// within a tangent of the middle.
 fn fit(points: impl Iterator<Item = [f64; 2]>, tangent: f64) -> (f64, f64) {
-    let (low, high) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), [side, forward]| {
-        (low.min(side + tangent * forward), high.max(side - tangent * forward))
-    });
+    let (low, high) =
+        points.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), [side, forward]| {
+            (low.min(side + tangent * forward), high.max(side - tangent * forward))
+        });
     (0.5 * (low + high), 0.5 * (low - high) / tangent)
 }
 
@@ -116,11 +121,22 @@ mod tests {
 
     #[test]
     fn framing_shows_all_points_and_touches_the_border() {
-        let points: Vec<DVec3> = (0..40).map(|i| DVec3::new((i % 7) as f64, (i % 5) as f64 - 2.0, (i % 3) as f64)).collect();
+        let points: Vec<DVec3> = (0..40)
+            .map(|i| DVec3::new((i % 7) as f64, (i % 5) as f64 - 2.0, (i % 3) as f64))
+            .collect();
         let camera = camera(&points);
-        let screen: Vec<DVec3> = points.iter().map(|&p| camera.screen(camera.view(p), SIZE)).collect();
-        assert!(screen.iter().all(|s| s.x > -1e-6 && s.x < 320.0 + 1e-6 && s.y > -1e-6 && s.y < 180.0 + 1e-6 && s.z > 0.0));
-        assert!(screen.iter().any(|s| s.x < 1e-6 || s.y < 1e-6 || s.x > 320.0 - 1e-6 || s.y > 180.0 - 1e-6));
+        let screen: Vec<DVec3> =
+            points.iter().map(|&p| camera.screen(camera.view(p), SIZE)).collect();
+        assert!(screen.iter().all(|s| s.x > -1e-6
+            && s.x < 320.0 + 1e-6
+            && s.y > -1e-6
+            && s.y < 180.0 + 1e-6
+            && s.z > 0.0));
+        assert!(
+            screen
+                .iter()
+                .any(|s| s.x < 1e-6 || s.y < 1e-6 || s.x > 320.0 - 1e-6 || s.y > 180.0 - 1e-6)
+        );
     }
 
     #[test]

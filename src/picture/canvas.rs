@@ -27,7 +27,12 @@ impl Canvas {
     /// An empty raster.
     pub fn new(size: Size) -> Self {
         let pixels = size.pixels();
-        Self { size, nearness: vec![0.0; pixels], normal: vec![[0.0; 3]; pixels], body: vec![NOTHING; pixels] }
+        Self {
+            size,
+            nearness: vec![0.0; pixels],
+            normal: vec![[0.0; 3]; pixels],
+            body: vec![NOTHING; pixels],
+        }
     }
 
     /// Draws a surface, given in the world's frame, where nothing nearer was drawn.
@@ -35,14 +40,16 @@ impl Canvas {
         let size = self.size;
         for triangle in &surface.triangles {
             let away = camera.eye() - triangle[0].position;
-            let area = (triangle[1].position - triangle[0].position).cross(triangle[2].position - triangle[0].position);
+            let area = (triangle[1].position - triangle[0].position)
+                .cross(triangle[2].position - triangle[0].position);
             let facing = if area.dot(away) < 0.0 { -1.0 } else { 1.0 };
             on_screen(camera, triangle, size, |corners, normals| {
                 fill_triangle(corners, size, |index, weights, nearness| {
                     if nearness as f32 > self.nearness[index] {
                         let normal: DVec3 = (0..3).map(|i| normals[i] * weights[i]).sum();
                         self.nearness[index] = nearness as f32;
-                        self.normal[index] = (normal.normalize_or_zero() * facing).as_vec3().to_array();
+                        self.normal[index] =
+                            (normal.normalize_or_zero() * facing).as_vec3().to_array();
                         self.body[index] = body;
                     }
                 });
@@ -50,10 +57,12 @@ impl Canvas {
         }
     }
 
-    /// Calls `plot` for each pixel at which the surface's camera-side triangles are nearer than what was drawn.
+    /// Calls `plot` for each pixel at which the surface's camera-side triangles are nearer than
+    /// what was drawn.
     pub fn visit(&self, camera: &Camera, surface: &Surface, mut plot: impl FnMut(usize)) {
         for triangle in &surface.triangles {
-            let area = (triangle[1].position - triangle[0].position).cross(triangle[2].position - triangle[0].position);
+            let area = (triangle[1].position - triangle[0].position)
+                .cross(triangle[2].position - triangle[0].position);
             if area.dot(camera.eye() - triangle[0].position) <= 0.0 {
                 continue;
             }
@@ -74,7 +83,12 @@ pub fn blend(pixel: &mut Colour, colour: Colour, alpha: f32) {
 }
 
 /// Cuts a triangle at the near plane and calls `fill` with what remains of it on the raster.
-fn on_screen(camera: &Camera, triangle: &[Corner; 3], size: Size, mut fill: impl FnMut([DVec3; 3], [DVec3; 3])) {
+fn on_screen(
+    camera: &Camera,
+    triangle: &[Corner; 3],
+    size: Size,
+    mut fill: impl FnMut([DVec3; 3], [DVec3; 3]),
+) {
     let corners = triangle.map(|corner| (camera.view(corner.position), corner.normal));
     let mut kept = Vec::with_capacity(4);
     for i in 0..3 {

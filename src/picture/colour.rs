@@ -9,7 +9,10 @@ pub struct Colour(pub [f32; 3]);
 impl Colour {
     /// From an sRGB triple such as `0xE0533D`.
     pub fn srgb(hex: u32) -> Self {
-        Self([16, 8, 0].map(|shift| linear_from_srgb(f64::from((hex >> shift) & 0xFF) / 255.0) as f32))
+        Self(
+            [16, 8, 0]
+                .map(|shift| linear_from_srgb(f64::from((hex >> shift) & 0xFF) / 255.0) as f32),
+        )
     }
 
     /// A fraction `t` of the way from `self` to `other`.
@@ -48,13 +51,16 @@ impl Encoder {
 
     /// Fills the table.
     pub fn new() -> Self {
-        let byte = |level: usize| srgb_from_linear(level as f64 / (Self::LEVELS - 1) as f64) * 255.0 + 0.5;
+        let byte =
+            |level: usize| srgb_from_linear(level as f64 / (Self::LEVELS - 1) as f64) * 255.0 + 0.5;
         Self((0..Self::LEVELS).map(|level| byte(level) as u8).collect())
     }
 
     /// The sRGB bytes of a colour; what is out of range is clamped.
     pub fn bytes(&self, colour: Colour) -> [u8; 3] {
-        colour.0.map(|channel| self.0[(channel.clamp(0.0, 1.0) * (Self::LEVELS - 1) as f32 + 0.5) as usize])
+        colour.0.map(|channel| {
+            self.0[(channel.clamp(0.0, 1.0) * (Self::LEVELS - 1) as f32 + 0.5) as usize]
+        })
     }
 }
 
@@ -71,7 +77,11 @@ pub fn goal_colour() -> Colour {
 /// The robot a fraction `t` of the way through its walk: blue, violet, red.
 pub fn robot_colour(t: f32) -> Colour {
     let middle = Colour::srgb(0x9A63C9);
-    if t < 0.5 { start_colour().mix(middle, 2.0 * t) } else { middle.mix(goal_colour(), 2.0 * t - 1.0) }
+    if t < 0.5 {
+        start_colour().mix(middle, 2.0 * t)
+    } else {
+        middle.mix(goal_colour(), 2.0 * t - 1.0)
+    }
 }
 
 /// The footholds and the foot of a limb: left teal, right magenta, further limbs ochre.
@@ -89,7 +99,10 @@ mod tests {
         for hex in [0x0000_0000, 0x00FF_FFFF, 0x0080_4020, 0x00C8_DCF0] {
             let bytes = encoder.bytes(Colour::srgb(hex));
             let wanted = [hex >> 16, (hex >> 8) & 0xFF, hex & 0xFF];
-            assert!(bytes.iter().zip(wanted).all(|(&b, w)| i64::from(b).abs_diff(i64::from(w)) <= 1), "{hex:06x} came back as {bytes:?}");
+            assert!(
+                bytes.iter().zip(wanted).all(|(&b, w)| i64::from(b).abs_diff(i64::from(w)) <= 1),
+                "{hex:06x} came back as {bytes:?}"
+            );
         }
     }
 }

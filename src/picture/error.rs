@@ -26,7 +26,9 @@ pub enum PictureError {
         reason: String,
     },
     /// A convex hull without volume.
-    #[error("'{name}' cannot be drawn: its convex hull has no volume ({reason}); give it at least four points that span one")]
+    #[error(
+        "'{name}' cannot be drawn: its convex hull has no volume ({reason}); give it at least four points that span one"
+    )]
     Hull {
         /// The shape or link.
         name: String,
@@ -34,7 +36,9 @@ pub enum PictureError {
         reason: String,
     },
     /// No link has a collision shape.
-    #[error("the robot cannot be drawn: none of its links has a collision shape; add some to its URDF")]
+    #[error(
+        "the robot cannot be drawn: none of its links has a collision shape; add some to its URDF"
+    )]
     NoRobotShapes,
 }
 

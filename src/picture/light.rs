@@ -30,23 +30,36 @@ pub struct Sun {
 }
 
 impl Sun {
-    /// A sun in the direction of the unit vector `toward` (not vertical), whose shadows are known around some points.
+    /// A sun in the direction of the unit vector `toward` (not vertical), whose shadows are known
+    /// around some points.
     pub fn new(toward: DVec3, points: &[DVec3]) -> Self {
         let right = DVec3::Z.cross(toward).normalize();
         let up = toward.cross(right);
         let flat = points.iter().map(|point| DVec2::new(right.dot(*point), up.dot(*point)));
-        let (low, high) = flat.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let (low, high) = flat.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        });
         let texel = ((high - low).max_element() / TEXELS_MAX as f64).max(TEXEL_MIN);
         let count = |extent: f64| (libm::ceil(extent / texel) as usize).clamp(1, TEXELS_MAX);
         let size = Size { width: count(high.x - low.x), height: count(high.y - low.y) };
-        Self { right, up, toward, corner: low, texel, size, height: vec![f32::NEG_INFINITY; size.pixels()] }
+        Self {
+            right,
+            up,
+            toward,
+            corner: low,
+            texel,
+            size,
+            height: vec![f32::NEG_INFINITY; size.pixels()],
+        }
     }
 
     /// Lets a surface, given in the world's frame, throw its shadow.
     pub fn cast(&mut self, surface: &Surface) {
         for triangle in &surface.triangles {
             let corners = triangle.map(|corner| self.texel_of(corner.position));
-            fill_triangle(corners, self.size, |index, _, height| self.height[index] = self.height[index].max(height as f32));
+            fill_triangle(corners, self.size, |index, _, height| {
+                self.height[index] = self.height[index].max(height as f32)
+            });
         }
     }
 
@@ -55,7 +68,11 @@ impl Sun {
         let [above, below] = SKY;
         let sky = below + (above - below) * 0.5 * (1.0 + normal.z);
         let facing = normal.dot(self.toward).max(0.0);
-        let sun = if facing > 0.0 { facing * SUN * self.visible(point + normal * (LIFT_TEXELS * self.texel)) } else { 0.0 };
+        let sun = if facing > 0.0 {
+            facing * SUN * self.visible(point + normal * (LIFT_TEXELS * self.texel))
+        } else {
+            0.0
+        };
         (sky + sun) as f32
     }
 
@@ -76,7 +93,8 @@ impl Sun {
 
     /// Column, row and height towards the sun (m).
     fn texel_of(&self, point: DVec3) -> DVec3 {
-        let flat = (DVec2::new(self.right.dot(point), self.up.dot(point)) - self.corner) / self.texel;
+        let flat =
+            (DVec2::new(self.right.dot(point), self.up.dot(point)) - self.corner) / self.texel;
         flat.extend(self.toward.dot(point))
     }
 }
@@ -86,7 +104,10 @@ mod tests {
     use super::*;
 
     fn square(half: f64, z: f64) -> Surface {
-        Surface::polygon(&[[-half, -half], [half, -half], [half, half], [-half, half]].map(|[x, y]| DVec3::new(x, y, z)))
+        Surface::polygon(
+            &[[-half, -half], [half, -half], [half, half], [-half, half]]
+                .map(|[x, y]| DVec3::new(x, y, z)),
+        )
     }
 
     #[test]

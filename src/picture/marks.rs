@@ -56,7 +56,10 @@ pub struct EndMark {
 }
 
 /// The footholds of a plan in the order of their use, and its stances.
-pub fn contacts(model: &RobotModel, plan: &PlanFile) -> Result<(Vec<Foothold>, Vec<Stance>), PictureError> {
+pub fn contacts(
+    model: &RobotModel,
+    plan: &PlanFile,
+) -> Result<(Vec<Foothold>, Vec<Stance>), PictureError> {
     let mut footholds: Vec<Foothold> = Vec::new();
     let mut stances = Vec::new();
     for phase in &plan.phases {
@@ -71,26 +74,45 @@ pub fn contacts(model: &RobotModel, plan: &PlanFile) -> Result<(Vec<Foothold>, V
         let mut corners = Vec::new();
         for contact in &phase.contacts {
             let limb = model.feet.iter().position(|foot| foot.name == contact.foot);
-            let limb =
-                limb.ok_or_else(|| PictureError::plan(format!("a phase stands on '{}', which is no foot of the robot", contact.foot)))?;
+            let limb = limb.ok_or_else(|| {
+                PictureError::plan(format!(
+                    "a phase stands on '{}', which is no foot of the robot",
+                    contact.foot
+                ))
+            })?;
             let foothold = foothold(model, limb, pose_of(&contact.sole_pose), phase.first);
             corners.extend(foothold.outline.iter().copied());
             let known = |f: &Foothold| {
-                f.limb == limb && (f.world_from_sole.translation - foothold.world_from_sole.translation).length() < SAME_PLACE
+                f.limb == limb
+                    && (f.world_from_sole.translation - foothold.world_from_sole.translation)
+                        .length()
+                        < SAME_PLACE
             };
             if !footholds.iter().any(known) {
                 footholds.push(foothold);
             }
         }
-        stances.push(Stance { first: phase.first, last: phase.last, feet: phase.contacts.len(), polygon: hull_from_above(corners) });
+        stances.push(Stance {
+            first: phase.first,
+            last: phase.last,
+            feet: phase.contacts.len(),
+            polygon: hull_from_above(corners),
+        });
     }
     Ok((footholds, stances))
 }
 
 fn foothold(model: &RobotModel, limb: usize, world_from_sole: Pose, first: usize) -> Foothold {
     let polygon = &model.feet[limb].polygon;
-    let lifted = |z: f64| polygon.iter().map(|p| world_from_sole * p.extend(z)).collect::<Vec<DVec3>>();
-    Foothold { limb, world_from_sole, outline: lifted(0.0), plate: Surface::polygon(&lifted(PLATE_LIFT)), first }
+    let lifted =
+        |z: f64| polygon.iter().map(|p| world_from_sole * p.extend(z)).collect::<Vec<DVec3>>();
+    Foothold {
+        limb,
+        world_from_sole,
+        outline: lifted(0.0),
+        plate: Surface::polygon(&lifted(PLATE_LIFT)),
+        first,
+    }
 }
 
 /// The convex hull of the points' horizontal places, counter-clockwise, each with its own height.
@@ -118,18 +140,25 @@ fn half_hull<'a>(points: impl Iterator<Item = &'a DVec3>) -> Vec<DVec3> {
 
 /// The marks of a plan's start (one ring) and goal (two rings).
 pub fn ends(plan: &PlanFile, motion: &Motion, footholds: &[Foothold]) -> [EndMark; 2] {
-    let (start, start_radius) = place(&plan.start, motion.world_from_root(0).translation.truncate());
-    let (goal, goal_radius) = place(&plan.goal, motion.world_from_root(motion.len() - 1).translation.truncate());
+    let (start, start_radius) =
+        place(&plan.start, motion.world_from_root(0).translation.truncate());
+    let (goal, goal_radius) =
+        place(&plan.goal, motion.world_from_root(motion.len() - 1).translation.truncate());
     let start = start.extend(height_near(start, footholds));
     let goal = goal.extend(height_near(goal, footholds));
-    [EndMark { rings: rings(start, &[start_radius]) }, EndMark { rings: rings(goal, &[goal_radius, 0.55 * goal_radius]) }]
+    [
+        EndMark { rings: rings(start, &[start_radius]) },
+        EndMark { rings: rings(goal, &[goal_radius, 0.55 * goal_radius]) },
+    ]
 }
 
 /// Centre and radius of an end; `root` is where the plan's own root is then.
 fn place(end: &EndBlock, root: DVec2) -> (DVec2, f64) {
     match end {
         EndBlock::Config { .. } => (root, END_RADIUS),
-        EndBlock::RootRegion { xy, radius, .. } => ((*xy).into(), radius.clamp(0.6 * END_RADIUS, 4.0 * END_RADIUS)),
+        EndBlock::RootRegion { xy, radius, .. } => {
+            ((*xy).into(), radius.clamp(0.6 * END_RADIUS, 4.0 * END_RADIUS))
+        }
         EndBlock::Feet { soles, .. } => {
             let sum: DVec2 = soles.values().map(|sole| DVec2::new(sole.xyz[0], sole.xyz[1])).sum();
             (if soles.is_empty() { root } else { sum / soles.len() as f64 }, END_RADIUS)
@@ -140,7 +169,8 @@ fn place(end: &EndBlock, root: DVec2) -> (DVec2, f64) {
 /// The height of the foothold nearest to a place; 0 without footholds.
 fn height_near(place: DVec2, footholds: &[Foothold]) -> f64 {
     let soles = footholds.iter().map(|foothold| foothold.world_from_sole.translation);
-    let nearest = soles.min_by(|a, b| a.truncate().distance(place).total_cmp(&b.truncate().distance(place)));
+    let nearest =
+        soles.min_by(|a, b| a.truncate().distance(place).total_cmp(&b.truncate().distance(place)));
     nearest.map_or(0.0, |sole| sole.z)
 }
 
@@ -152,7 +182,8 @@ fn rings(centre: DVec3, radii: &[f64]) -> Surface {
     for &outer in radii {
         let base = vertices.len() as u32;
         for i in 0..SEGMENTS {
-            let (sin, cos) = libm::sincos(std::f64::consts::TAU * f64::from(i) / f64::from(SEGMENTS));
+            let (sin, cos) =
+                libm::sincos(std::f64::consts::TAU * f64::from(i) / f64::from(SEGMENTS));
             let radius = |r: f64| centre + DVec3::new(r * cos, r * sin, SHEET_LIFT);
             vertices.extend([radius((outer - RING_WIDTH).max(0.0)), radius(outer)]);
             let [a, b] = [base + 2 * i, base + 2 * ((i + 1) % SEGMENTS)];
@@ -168,7 +199,9 @@ mod tests {
 
     #[test]
     fn the_hull_from_above_keeps_heights_and_drops_inner_points() {
-        let points = [[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [1.0, 1.0, 3.0], [0.0, 1.0, 4.0], [0.5, 0.5, 9.0]].map(DVec3::from_array);
+        let points =
+            [[0.0, 0.0, 1.0], [1.0, 0.0, 2.0], [1.0, 1.0, 3.0], [0.0, 1.0, 4.0], [0.5, 0.5, 9.0]]
+                .map(DVec3::from_array);
         let hull = hull_from_above(points.to_vec());
         assert_eq!(hull.len(), 4);
         assert!(hull.iter().all(|p| p.z < 5.0 && p.z > 1.0));

@@ -1,10 +1,12 @@
-//! Pictures of a planned walk: a still with the robot at several instants (PNG) and the robot walking (APNG).
+//! Pictures of a planned walk: a still with the robot at several instants (PNG) and the robot
+//! walking (APNG).
 //!
-//! The pictures are drawn by a small rasteriser of our own, so that they need neither a display nor a graphics card and are
-//! the same bytes everywhere. The way of a picture: a [`PictureScene`] holds what a plan, its robot and its world look like
-//! (`tessellate`, `surface`, `motion`, `marks`); `view` places the camera and finds out which walls hide the robot; `stage`
-//! draws the world once and the robot on it (`raster`, `canvas`), colours the pixels (`light`, `paint`, `stroke`); `output`
-//! writes the file.
+//! The pictures are drawn by a small rasteriser of our own, so that they need neither a display nor
+//! a graphics card and are the same bytes everywhere. The way of a picture: a [`PictureScene`]
+//! holds what a plan, its robot and its world look like (`tessellate`, `surface`, `motion`,
+//! `marks`); `view` places the camera and finds out which walls hide the robot; `stage` draws the
+//! world once and the robot on it (`raster`, `canvas`), colours the pixels (`light`, `paint`,
+//! `stroke`); `output` writes the file.
 
 mod camera;
 mod canvas;
@@ -32,7 +34,8 @@ pub use scene::PictureScene;
 /// Draws a picture; the file's extension decides which: `.png` a still, `.apng` a moving one.
 ///
 /// # Errors
-/// [`PictureError::Extension`] for any other extension, [`PictureError::Write`] if the file cannot be written.
+/// [`PictureError::Extension`] for any other extension, [`PictureError::Write`] if the file cannot
+/// be written.
 pub fn render(scene: &PictureScene, out: &Path) -> Result<(), PictureError> {
     match kind_of(out)? {
         Kind::Still => render_png(scene, out),

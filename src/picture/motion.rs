@@ -31,15 +31,33 @@ impl Motion {
     /// Takes the waypoints out of a plan.
     pub fn new(model: &RobotModel, plan: &PlanFile) -> Result<Self, PictureError> {
         let order = joint_order(model, plan)?;
-        let moment = |(index, waypoint): (usize, &surefoot_shared_types::plan_file::WaypointBlock)| {
-            let finite = waypoint.q.iter().chain(&waypoint.root_xyz).chain(&waypoint.root_quat_xyzw).all(|v| v.is_finite());
-            if waypoint.q.len() != plan.joint_names.len() || !finite || !waypoint.t.is_finite() {
-                return Err(PictureError::plan(format!("waypoint {index} needs {} finite joint positions", plan.joint_names.len())));
-            }
-            let world_from_root = pose_of(&PoseBlock { xyz: waypoint.root_xyz, quat_xyzw: waypoint.root_quat_xyzw });
-            Ok(Moment { time: waypoint.t, world_from_root, q: order.iter().map(|&from| waypoint.q[from]).collect() })
-        };
-        let moments: Vec<Moment> = plan.waypoints.iter().enumerate().map(moment).collect::<Result<_, _>>()?;
+        let moment =
+            |(index, waypoint): (usize, &surefoot_shared_types::plan_file::WaypointBlock)| {
+                let finite = waypoint
+                    .q
+                    .iter()
+                    .chain(&waypoint.root_xyz)
+                    .chain(&waypoint.root_quat_xyzw)
+                    .all(|v| v.is_finite());
+                if waypoint.q.len() != plan.joint_names.len() || !finite || !waypoint.t.is_finite()
+                {
+                    return Err(PictureError::plan(format!(
+                        "waypoint {index} needs {} finite joint positions",
+                        plan.joint_names.len()
+                    )));
+                }
+                let world_from_root = pose_of(&PoseBlock {
+                    xyz: waypoint.root_xyz,
+                    quat_xyzw: waypoint.root_quat_xyzw,
+                });
+                Ok(Moment {
+                    time: waypoint.t,
+                    world_from_root,
+                    q: order.iter().map(|&from| waypoint.q[from]).collect(),
+                })
+            };
+        let moments: Vec<Moment> =
+            plan.waypoints.iter().enumerate().map(moment).collect::<Result<_, _>>()?;
         if moments.is_empty() {
             return Err(PictureError::plan("it has no waypoints"));
         }
@@ -63,23 +81,32 @@ impl Motion {
         let t = (at - first as f64).clamp(0.0, 1.0);
         let q: Vec<f64> = a.q.iter().zip(&b.q).map(|(a, b)| a + t * (b - a)).collect();
         let mut links = vec![Pose::IDENTITY; self.kinematics.links_len()];
-        self.kinematics.forward(&interpolate(&a.world_from_root, &b.world_from_root, t), &q, &mut links);
+        self.kinematics.forward(
+            &interpolate(&a.world_from_root, &b.world_from_root, t),
+            &q,
+            &mut links,
+        );
         links
     }
 
     /// The centre of mass at every waypoint, world frame.
     pub fn center_of_mass_path(&self) -> Vec<DVec3> {
-        (0..self.len()).map(|waypoint| self.kinematics.center_of_mass(&self.world_from_links(waypoint as f64))).collect()
+        (0..self.len())
+            .map(|waypoint| self.kinematics.center_of_mass(&self.world_from_links(waypoint as f64)))
+            .collect()
     }
 
     /// `count` (at least 2) fractional waypoints at equal intervals of time.
     pub fn evenly_timed(&self, count: usize) -> Vec<f64> {
         let (begin, end) = (self.moments[0].time, self.moments[self.len() - 1].time);
-        (0..count).map(|i| self.at_time(begin + (end - begin) * i as f64 / (count - 1) as f64)).collect()
+        (0..count)
+            .map(|i| self.at_time(begin + (end - begin) * i as f64 / (count - 1) as f64))
+            .collect()
     }
 
-    /// Between 2 and `count_max` waypoints, first and last included, about equally far apart along the walk and not nearer than `spacing` (m)
-    /// unless there are only 2. A robot that stays where it is gives one.
+    /// Between 2 and `count_max` waypoints, first and last included, about equally far apart along
+    /// the walk and not nearer than `spacing` (m) unless there are only 2. A robot that stays where
+    /// it is gives one.
     pub fn evenly_spaced(&self, spacing: f64, count_max: usize) -> Vec<usize> {
         let walked = self.walked();
         let total = walked[self.len() - 1];
@@ -87,7 +114,8 @@ impl Motion {
             return vec![self.len() - 1];
         }
         let count = (libm::floor(total / spacing) as usize + 1).clamp(2, count_max.max(2));
-        let inner = (1..count - 1).map(|i| walked.partition_point(|&w| w < total * i as f64 / (count - 1) as f64));
+        let inner = (1..count - 1)
+            .map(|i| walked.partition_point(|&w| w < total * i as f64 / (count - 1) as f64));
         std::iter::once(0).chain(inner).chain([self.len() - 1]).collect()
     }
 
@@ -115,10 +143,15 @@ impl Motion {
     }
 
     fn at_time(&self, time: f64) -> f64 {
-        let next = self.moments.partition_point(|moment| moment.time <= time).clamp(1, self.len().max(2) - 1);
+        let next = self
+            .moments
+            .partition_point(|moment| moment.time <= time)
+            .clamp(1, self.len().max(2) - 1);
         let Some(after) = self.moments.get(next) else { return 0.0 };
         let before = &self.moments[next - 1];
-        next as f64 - 1.0 + ((time - before.time) / (after.time - before.time).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0)
+        next as f64 - 1.0
+            + ((time - before.time) / (after.time - before.time).max(f64::MIN_POSITIVE))
+                .clamp(0.0, 1.0)
     }
 }
 
@@ -126,7 +159,12 @@ impl Motion {
 fn joint_order(model: &RobotModel, plan: &PlanFile) -> Result<Vec<usize>, PictureError> {
     let place = |name: &str| plan.joint_names.iter().position(|listed| listed == name);
     let order = model.joints.iter().map(|joint| {
-        place(&joint.name).ok_or_else(|| PictureError::plan(format!("joint '{}' of the robot is not among its joint_names", joint.name)))
+        place(&joint.name).ok_or_else(|| {
+            PictureError::plan(format!(
+                "joint '{}' of the robot is not among its joint_names",
+                joint.name
+            ))
+        })
     });
     order.collect()
 }

@@ -32,7 +32,8 @@ pub fn write_png(image: &Image, path: &Path) -> Result<(), PictureError> {
     })
 }
 
-/// Writes a moving picture that repeats forever. Frames after the first hold only what changed. There is at least one frame, all of one size.
+/// Writes a moving picture that repeats forever. Frames after the first hold only what changed.
+/// There is at least one frame, all of one size.
 pub fn write_apng(frames: &[Image], path: &Path) -> Result<(), PictureError> {
     replace(path, |file| {
         let mut encoder = encoder(file, frames[0].size, Compression::Balanced);
@@ -41,7 +42,11 @@ pub fn write_apng(frames: &[Image], path: &Path) -> Result<(), PictureError> {
         encoder.set_dispose_op(DisposeOp::None)?;
         let mut writer = encoder.write_header()?;
         for (index, frame) in frames.iter().enumerate() {
-            let change = if index == 0 { Patch::whole(frame) } else { Patch::between(&frames[index - 1], frame) };
+            let change = if index == 0 {
+                Patch::whole(frame)
+            } else {
+                Patch::between(&frames[index - 1], frame)
+            };
             let delay = if index + 1 == frames.len() { LAST_FRAME_HOLD } else { 1 };
             writer.set_frame_delay(delay, FRAME_RATE)?;
             writer.reset_frame_position()?;
@@ -53,7 +58,11 @@ pub fn write_apng(frames: &[Image], path: &Path) -> Result<(), PictureError> {
     })
 }
 
-fn encoder<W: std::io::Write>(file: W, size: Size, compression: Compression) -> Encoder<'static, W> {
+fn encoder<W: std::io::Write>(
+    file: W,
+    size: Size,
+    compression: Compression,
+) -> Encoder<'static, W> {
     let mut encoder = Encoder::new(file, size.width as u32, size.height as u32);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
@@ -63,11 +72,21 @@ fn encoder<W: std::io::Write>(file: W, size: Size, compression: Compression) -> 
 }
 
 /// Writes beside `path` first and moves the whole file into place.
-fn replace(path: &Path, write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), EncodingError>) -> Result<(), PictureError> {
+fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), EncodingError>,
+) -> Result<(), PictureError> {
     let failed = |source: std::io::Error| PictureError::Write { path: path.to_owned(), source };
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or_else(|| PathBuf::from("."), Path::to_owned);
-    let temporary =
-        tempfile::Builder::new().prefix(".surefoot-").suffix(".tmp").permissions(readable()).tempfile_in(folder).map_err(failed)?;
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+        .map_or_else(|| PathBuf::from("."), Path::to_owned);
+    let temporary = tempfile::Builder::new()
+        .prefix(".surefoot-")
+        .suffix(".tmp")
+        .permissions(readable())
+        .tempfile_in(folder)
+        .map_err(failed)?;
     let mut file = BufWriter::new(temporary.as_file());
     write(&mut file).map_err(|source| match source {
         EncodingError::IoError(source) => failed(source),
@@ -95,23 +114,32 @@ impl Patch {
         Self { column: 0, row: 0, size: frame.size }
     }
 
-    /// The smallest rectangle outside which two pictures are equal; one pixel if they are equal everywhere.
+    /// The smallest rectangle outside which two pictures are equal; one pixel if they are equal
+    /// everywhere.
     fn between(before: &Image, after: &Image) -> Self {
         let width = after.size.width;
         let pixels = before.bytes.chunks_exact(3).zip(after.bytes.chunks_exact(3)).enumerate();
-        let changed = pixels.filter(|(_, (a, b))| a != b).map(|(index, _)| (index % width, index / width));
+        let changed =
+            pixels.filter(|(_, (a, b))| a != b).map(|(index, _)| (index % width, index / width));
         let (low, high) = changed.fold(([usize::MAX; 2], [0; 2]), |(low, high), (column, row)| {
             ([low[0].min(column), low[1].min(row)], [high[0].max(column), high[1].max(row)])
         });
         if low[0] == usize::MAX {
             return Self { column: 0, row: 0, size: Size { width: 1, height: 1 } };
         }
-        Self { column: low[0], row: low[1], size: Size { width: high[0] - low[0] + 1, height: high[1] - low[1] + 1 } }
+        Self {
+            column: low[0],
+            row: low[1],
+            size: Size { width: high[0] - low[0] + 1, height: high[1] - low[1] + 1 },
+        }
     }
 
     fn bytes(&self, frame: &Image) -> Vec<u8> {
-        let rows = frame.bytes.chunks_exact(3 * frame.size.width).skip(self.row).take(self.size.height);
-        rows.flat_map(|row| &row[3 * self.column..3 * (self.column + self.size.width)]).copied().collect()
+        let rows =
+            frame.bytes.chunks_exact(3 * frame.size.width).skip(self.row).take(self.size.height);
+        rows.flat_map(|row| &row[3 * self.column..3 * (self.column + self.size.width)])
+            .copied()
+            .collect()
     }
 }
 
@@ -140,7 +168,9 @@ mod tests {
         let path = folder.path().join("a.apng");
         let frames = [image(&[0]), image(&[9, 22]), image(&[9, 22]), image(&[23])];
         write_apng(&frames, &path).unwrap();
-        let mut reader = png::Decoder::new(std::io::BufReader::new(File::open(&path).unwrap())).read_info().unwrap();
+        let mut reader = png::Decoder::new(std::io::BufReader::new(File::open(&path).unwrap()))
+            .read_info()
+            .unwrap();
         assert_eq!(reader.info().animation_control().unwrap().num_frames, 4);
         let mut shown = image(&[]);
         for frame in &frames {
@@ -148,9 +178,11 @@ mod tests {
             let info = reader.next_frame(&mut data).unwrap();
             let control = *reader.info().frame_control().unwrap();
             for row in 0..info.height as usize {
-                let to = 3 * ((control.y_offset as usize + row) * SIZE.width + control.x_offset as usize);
+                let to = 3
+                    * ((control.y_offset as usize + row) * SIZE.width + control.x_offset as usize);
                 let line = 3 * info.width as usize;
-                shown.bytes[to..to + line].copy_from_slice(&data[row * info.line_size..row * info.line_size + line]);
+                shown.bytes[to..to + line]
+                    .copy_from_slice(&data[row * info.line_size..row * info.line_size + line]);
             }
             assert_eq!(&shown, frame);
         }

@@ -97,8 +97,13 @@ impl Finish<'_> {
         let nearness = f64::from(self.canvas.nearness[index]);
         let point = self.camera.unscreen(column as f64 + 0.5, row as f64 + 0.5, nearness, size);
         let normal = DVec3::from(self.canvas.normal[index].map(f64::from));
-        let grid = if paint.grid && normal.z > 0.7 { grid(point, self.camera.pixel_per_metre(size) / nearness) } else { 1.0 };
-        let colour = paint.colour * (grid * self.sun.light(point, normal) * self.outline(column, row));
+        let grid = if paint.grid && normal.z > 0.7 {
+            grid(point, self.camera.pixel_per_metre(size) / nearness)
+        } else {
+            1.0
+        };
+        let colour =
+            paint.colour * (grid * self.sun.light(point, normal) * self.outline(column, row));
         if paint.haze { colour.mix(behind, self.haze.at(point)) } else { colour }
     }
 
@@ -119,7 +124,9 @@ impl Finish<'_> {
                 if canvas.nearness[there] <= canvas.nearness[here] {
                     remains = remains.min(OUTLINE[0]);
                 }
-            } else if (0..3).map(|i| canvas.normal[here][i] * canvas.normal[there][i]).sum::<f32>() < EDGE_COS {
+            } else if (0..3).map(|i| canvas.normal[here][i] * canvas.normal[there][i]).sum::<f32>()
+                < EDGE_COS
+            {
                 remains = remains.min(OUTLINE[1]);
             }
         }
@@ -129,7 +136,8 @@ impl Finish<'_> {
 
 impl Haze {
     fn at(&self, point: DVec3) -> f32 {
-        let t = ((point.distance(self.centre) - self.near) / (self.far - self.near)).clamp(0.0, 1.0);
+        let t =
+            ((point.distance(self.centre) - self.near) / (self.far - self.near)).clamp(0.0, 1.0);
         (t * t * (3.0 - 2.0 * t)) as f32
     }
 }
@@ -140,7 +148,8 @@ fn grid(point: DVec3, pixel: f64) -> f32 {
         let distance = |v: f64| (v - period * libm::floor(v / period + 0.5)).abs();
         let nearest = distance(point.x).min(distance(point.y));
         let reach = GRID_HALF_WIDTH.max(0.7 * pixel);
-        let cover = ((reach - nearest) / pixel + 0.5).clamp(0.0, 1.0) * (GRID_HALF_WIDTH / reach).sqrt();
+        let cover =
+            ((reach - nearest) / pixel + 0.5).clamp(0.0, 1.0) * (GRID_HALF_WIDTH / reach).sqrt();
         1.0 - depth * cover * (1.0 - pixel / (0.2 * period)).clamp(0.0, 1.0)
     };
     (strength(GRID, 0.12) * strength(2.0 * GRID, 0.10)) as f32

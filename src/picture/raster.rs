@@ -4,8 +4,9 @@ use glam::{DVec2, DVec3};
 
 use super::camera::Size;
 
-/// Calls `plot` with the pixel's index, the barycentric weights and the interpolated third coordinate, for each pixel whose centre a triangle
-/// covers. `corners` are column, row and any third coordinate that is affine on the raster. A centre on an edge that two triangles share
+/// Calls `plot` with the pixel's index, the barycentric weights and the interpolated third
+/// coordinate, for each pixel whose centre a triangle covers. `corners` are column, row and any
+/// third coordinate that is affine on the raster. A centre on an edge that two triangles share
 /// belongs to exactly one of them.
 pub fn fill_triangle(corners: [DVec3; 3], size: Size, mut plot: impl FnMut(usize, [f64; 3], f64)) {
     let area = edge(corners[0], corners[1], corners[2].truncate());
@@ -18,7 +19,8 @@ pub fn fill_triangle(corners: [DVec3; 3], size: Size, mut plot: impl FnMut(usize
     for row in rows {
         for column in columns.clone() {
             let centre = DVec2::new(column as f64 + 0.5, row as f64 + 0.5);
-            let weights = [0, 1, 2].map(|i| sign * edge(corners[(i + 1) % 3], corners[(i + 2) % 3], centre));
+            let weights =
+                [0, 1, 2].map(|i| sign * edge(corners[(i + 1) % 3], corners[(i + 2) % 3], centre));
             if (0..3).all(|i| weights[i] > 0.0 || (weights[i] == 0.0 && owned[i])) {
                 let weights = weights.map(|weight| weight / (sign * area));
                 let third = (0..3).map(|i| weights[i] * corners[i].z).sum();
@@ -58,7 +60,8 @@ mod tests {
 
     #[test]
     fn two_triangles_share_a_diagonal_without_gap_or_overlap() {
-        let [a, b, c, d] = [[2.5, 1.5], [12.5, 1.5], [12.5, 11.5], [2.5, 11.5]].map(|[x, y]| DVec3::new(x, y, 1.0));
+        let [a, b, c, d] = [[2.5, 1.5], [12.5, 1.5], [12.5, 11.5], [2.5, 11.5]]
+            .map(|[x, y]| DVec3::new(x, y, 1.0));
         let mut hits = vec![0; SIZE.pixels()];
         for triangle in [[a, b, c], [a, d, c]] {
             fill_triangle(triangle, SIZE, |index, _, _| hits[index] += 1);
@@ -69,7 +72,8 @@ mod tests {
 
     #[test]
     fn the_third_coordinate_is_interpolated() {
-        let corners = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(20.0, 0.0, 20.0), DVec3::new(0.0, 12.0, 0.0)];
+        let corners =
+            [DVec3::new(0.0, 0.0, 0.0), DVec3::new(20.0, 0.0, 20.0), DVec3::new(0.0, 12.0, 0.0)];
         let mut plotted = 0;
         fill_triangle(corners, SIZE, |index, _, third| {
             plotted += 1;
@@ -80,7 +84,8 @@ mod tests {
 
     #[test]
     fn far_outside_is_clipped() {
-        let corners = [DVec3::new(-1e6, -1e6, 0.0), DVec3::new(1e6, -1e6, 0.0), DVec3::new(0.0, 1e6, 0.0)];
+        let corners =
+            [DVec3::new(-1e6, -1e6, 0.0), DVec3::new(1e6, -1e6, 0.0), DVec3::new(0.0, 1e6, 0.0)];
         let mut plotted = 0;
         fill_triangle(corners, SIZE, |_, _, _| plotted += 1);
         assert_eq!(plotted, SIZE.pixels());

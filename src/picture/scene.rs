@@ -34,7 +34,8 @@ pub struct PictureScene {
     pub(super) com_path: Vec<DVec3>,
     /// Start and goal.
     pub(super) ends: [EndMark; 2],
-    /// Corners of boxes around the robot's links over the whole walk, world frame, in the order of time, and those of the footholds.
+    /// Corners of boxes around the robot's links over the whole walk, world frame, in the order of
+    /// time, and those of the footholds.
     pub(super) sweep: Vec<DVec3>,
 }
 
@@ -75,20 +76,23 @@ impl PictureScene {
     /// Prepares a plan for drawing.
     ///
     /// # Errors
-    /// [`PictureError::Plan`] if the plan does not belong to the robot, and [`PictureError::Hull`] for a hull without volume.
+    /// [`PictureError::Plan`] if the plan does not belong to the robot, and [`PictureError::Hull`]
+    /// for a hull without volume.
     pub fn new(model: &RobotModel, world: &World, plan: &PlanFile) -> Result<Self, PictureError> {
         let motion = Motion::new(model, plan)?;
         let (footholds, stances) = marks::contacts(model, plan)?;
         let robot = robot_bodies(model)?;
         let world = world.shapes.iter().map(|shape| {
-            let surface = Surface::new(&triangles_of(&shape.shape, &shape.name)?).transformed(&shape.world_from_shape);
+            let surface = Surface::new(&triangles_of(&shape.shape, &shape.name)?)
+                .transformed(&shape.world_from_shape);
             let carries = footholds.iter().any(|foothold| carries(&surface, foothold));
             Ok(WorldBody { kind: kind_of(&surface), carries, surface })
         });
         let world = world.collect::<Result<_, PictureError>>()?;
         let ends = marks::ends(plan, &motion, &footholds);
         let com_path = motion.center_of_mass_path();
-        let mut scene = Self { robot, world, motion, com_path, footholds, stances, ends, sweep: Vec::new() };
+        let mut scene =
+            Self { robot, world, motion, com_path, footholds, stances, ends, sweep: Vec::new() };
         scene.sweep = scene.swept();
         Ok(scene)
     }
@@ -105,7 +109,8 @@ impl PictureScene {
     }
 
     fn swept(&self) -> Vec<DVec3> {
-        let bounds: Vec<(DVec3, DVec3)> = self.robot.iter().map(|body| body.surface.bounds()).collect();
+        let bounds: Vec<(DVec3, DVec3)> =
+            self.robot.iter().map(|body| body.surface.bounds()).collect();
         let mut points: Vec<DVec3> = Vec::new();
         for at in self.sweep_moments() {
             let links: Vec<Pose> = self.motion.world_from_links(at);
@@ -123,7 +128,8 @@ fn robot_bodies(model: &RobotModel) -> Result<Vec<RobotBody>, PictureError> {
     for (link, body) in model.links.iter().enumerate() {
         let limb = model.feet.iter().position(|foot| foot.link == link);
         for shape in &body.shapes {
-            let surface = Surface::new(&triangles_of(&shape.shape, &body.name)?).transformed(&shape.link_from_shape);
+            let surface = Surface::new(&triangles_of(&shape.shape, &body.name)?)
+                .transformed(&shape.link_from_shape);
             bodies.push(RobotBody { link, limb, surface });
         }
     }
@@ -143,7 +149,11 @@ fn kind_of(surface: &Surface) -> WorldKind {
 }
 
 fn box_corners(low: DVec3, high: DVec3) -> [DVec3; 8] {
-    std::array::from_fn(|i| DVec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] })))
+    std::array::from_fn(|i| {
+        DVec3::from_array(
+            [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] }),
+        )
+    })
 }
 
 /// Whether some point of a foothold rests on the surface.
@@ -151,9 +161,14 @@ fn carries(surface: &Surface, foothold: &Foothold) -> bool {
     let centre = foothold.outline.iter().sum::<DVec3>() / foothold.outline.len().max(1) as f64;
     let inward = [0.0, 0.25, 0.5, 0.75, 1.0];
     let next = foothold.outline.iter().cycle().skip(1);
-    let rim = foothold.outline.iter().zip(next).flat_map(|(a, b)| [*a, a.lerp(*b, 0.33), a.lerp(*b, 0.67)]);
+    let rim = foothold
+        .outline
+        .iter()
+        .zip(next)
+        .flat_map(|(a, b)| [*a, a.lerp(*b, 0.33), a.lerp(*b, 0.67)]);
     let samples: Vec<DVec3> = rim.flat_map(|point| inward.map(|t| point.lerp(centre, t))).collect();
-    let reach = foothold.outline.iter().map(|point| point.distance(centre)).fold(CARRY_GAP, f64::max);
+    let reach =
+        foothold.outline.iter().map(|point| point.distance(centre)).fold(CARRY_GAP, f64::max);
     surface.triangles.iter().any(|triangle| {
         let [a, b, c] = triangle.map(|corner| corner.position);
         let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -168,6 +183,8 @@ fn over_triangle(point: DVec3, [a, b, c]: [DVec3; 3]) -> bool {
     if normal.z <= 0.0 {
         return false;
     }
-    let inside = [[a, b], [b, c], [c, a]].iter().all(|[from, to]| (to - from).truncate().perp_dot((point - from).truncate()) >= 0.0);
+    let inside = [[a, b], [b, c], [c, a]]
+        .iter()
+        .all(|[from, to]| (to - from).truncate().perp_dot((point - from).truncate()) >= 0.0);
     inside && (normal.dot(point - a) / normal.z).abs() <= CARRY_GAP
 }

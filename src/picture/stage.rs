@@ -54,7 +54,8 @@ impl<'a> Stage<'a> {
     pub fn sun(scene: &PictureScene, view: &View) -> Sun {
         let [right, back, up] = SUN;
         let axes = view.camera.ground_axes();
-        let mut sun = Sun::new((axes[0] * right - axes[1] * back + DVec3::Z * up).normalize(), &scene.sweep);
+        let mut sun =
+            Sun::new((axes[0] * right - axes[1] * back + DVec3::Z * up).normalize(), &scene.sweep);
         let solid = scene.world.iter().zip(&view.glass).filter(|(_, glass)| !**glass);
         solid.for_each(|(body, _)| sun.cast(&body.surface));
         sun
@@ -63,10 +64,16 @@ impl<'a> Stage<'a> {
     /// Draws the world and the marks on a raster for pictures of `size`.
     pub fn new(scene: &'a PictureScene, view: View, sun: Sun, size: Size) -> Self {
         let mut canvas = Canvas::new(size.scaled(SUPERSAMPLING));
-        for (number, (body, _)) in scene.world.iter().zip(&view.glass).enumerate().filter(|(_, (_, glass))| !**glass) {
+        for (number, (body, _)) in
+            scene.world.iter().zip(&view.glass).enumerate().filter(|(_, (_, glass))| !**glass)
+        {
             canvas.draw(&view.camera, &body.surface, number as u32);
         }
-        let marks = scene.footholds.iter().map(|foothold| &foothold.plate).chain(scene.ends.iter().map(|end| &end.rings));
+        let marks = scene
+            .footholds
+            .iter()
+            .map(|foothold| &foothold.plate)
+            .chain(scene.ends.iter().map(|end| &end.rings));
         for (number, surface) in marks.enumerate() {
             canvas.draw(&view.camera, surface, (scene.world.len() + number) as u32);
         }
@@ -83,18 +90,24 @@ impl<'a> Stage<'a> {
             for (surface, body) in self.scene.robot_at(figure.at).iter().zip(&self.scene.robot) {
                 canvas.draw(&self.view.camera, surface, paints.len() as u32);
                 sun.cast(surface);
-                paints.push(Paint::plain(body.limb.map_or_else(|| robot_colour(figure.progress), limb_colour)));
+                paints.push(Paint::plain(
+                    body.limb.map_or_else(|| robot_colour(figure.progress), limb_colour),
+                ));
             }
         }
-        let finish =
-            Finish { canvas: &canvas, camera: &self.view.camera, sun: &sun, paints: &paints, haze: self.haze, backdrop: Backdrop::new() };
-        let mut colours: Vec<Colour> = (0..canvas.size.pixels()).into_par_iter().map(|index| finish.colour(index)).collect();
+        let finish = Finish {
+            canvas: &canvas,
+            camera: &self.view.camera,
+            sun: &sun,
+            paints: &paints,
+            haze: self.haze,
+            backdrop: Backdrop::new(),
+        };
+        let mut colours: Vec<Colour> =
+            (0..canvas.size.pixels()).into_par_iter().map(|index| finish.colour(index)).collect();
         self.draw_support(ground, &canvas, &mut colours);
-        self.line(Stroke::through(&self.scene.com_path), Colour::srgb(0x001B_2430), [0.95, 0.40]).draw(
-            &self.view.camera,
-            &canvas,
-            &mut colours,
-        );
+        self.line(Stroke::through(&self.scene.com_path), Colour::srgb(0x001B_2430), [0.95, 0.40])
+            .draw(&self.view.camera, &canvas, &mut colours);
         self.draw_glass(&canvas, &mut colours);
         shrink(&colours, canvas.size, encoder)
     }
@@ -115,33 +128,65 @@ impl<'a> Stage<'a> {
         let gold = Colour::srgb(0x00F2_B01E);
         let shown = self.scene.stances.iter().filter(|stance| match ground {
             Ground::All => stance.feet > 1,
-            Ground::At(now) => stance.first <= now && (now < stance.last || now + 1 == self.scene.motion.len()),
+            Ground::At(now) => {
+                stance.first <= now && (now < stance.last || now + 1 == self.scene.motion.len())
+            }
         });
         for stance in shown {
             let sheet = Surface::polygon(&stance.polygon);
-            canvas.visit(&self.view.camera, &sheet, |index| blend(&mut colours[index], gold, SHEET_ALPHA));
-            let rim = stance.polygon.iter().zip(stance.polygon.iter().cycle().skip(1)).map(|(a, b)| [*a, *b]).collect();
-            self.line(rim, Colour::srgb(0x00C9_8400), [0.75, 0.0]).draw(&self.view.camera, canvas, colours);
+            canvas.visit(&self.view.camera, &sheet, |index| {
+                blend(&mut colours[index], gold, SHEET_ALPHA)
+            });
+            let rim = stance
+                .polygon
+                .iter()
+                .zip(stance.polygon.iter().cycle().skip(1))
+                .map(|(a, b)| [*a, *b])
+                .collect();
+            self.line(rim, Colour::srgb(0x00C9_8400), [0.75, 0.0]).draw(
+                &self.view.camera,
+                canvas,
+                colours,
+            );
         }
     }
 
     fn draw_glass(&self, canvas: &Canvas, colours: &mut [Colour]) {
         let glass = self.scene.world.iter().zip(&self.view.glass).filter(|(_, glass)| **glass);
         for (body, _) in glass {
-            let tint = Paint::world(if body.kind == WorldKind::Floor { WorldKind::Wall } else { body.kind }).colour * 0.6;
-            canvas.visit(&self.view.camera, &body.surface, |index| blend(&mut colours[index], tint, GLASS_ALPHA));
-            self.line(body.surface.creases.clone(), tint * 0.6, [0.55, 0.10]).draw(&self.view.camera, canvas, colours);
+            let tint = Paint::world(if body.kind == WorldKind::Floor {
+                WorldKind::Wall
+            } else {
+                body.kind
+            })
+            .colour
+                * 0.6;
+            canvas.visit(&self.view.camera, &body.surface, |index| {
+                blend(&mut colours[index], tint, GLASS_ALPHA)
+            });
+            self.line(body.surface.creases.clone(), tint * 0.6, [0.55, 0.10]).draw(
+                &self.view.camera,
+                canvas,
+                colours,
+            );
         }
     }
 
-    fn line(&self, segments: Vec<[DVec3; 2]>, colour: Colour, [alpha, hidden_alpha]: [f32; 2]) -> Stroke {
+    fn line(
+        &self,
+        segments: Vec<[DVec3; 2]>,
+        colour: Colour,
+        [alpha, hidden_alpha]: [f32; 2],
+    ) -> Stroke {
         let width = 1.0 + self.canvas.size.height as f64 / 720.0;
         Stroke { segments, width, colour, alpha, hidden_alpha }
     }
 }
 
 fn haze_around(points: &[DVec3]) -> Haze {
-    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    let (low, high) = points
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
     let radius = 0.5 * (high - low).length();
     Haze { centre: 0.5 * (low + high), near: 1.2 * radius + 0.6, far: 2.6 * radius + 3.0 }
 }
@@ -153,7 +198,8 @@ fn shrink(colours: &[Colour], size: Size, encoder: &Encoder) -> Image {
     for row in 0..small.height {
         for column in 0..small.width {
             let first = SUPERSAMPLING * (row * size.width + column);
-            let square = (0..SUPERSAMPLING).flat_map(|y| (0..SUPERSAMPLING).map(move |x| first + y * size.width + x));
+            let square = (0..SUPERSAMPLING)
+                .flat_map(|y| (0..SUPERSAMPLING).map(move |x| first + y * size.width + x));
             let sum = square.map(|index| colours[index]).fold(Colour([0.0; 3]), |a, b| a + b);
             bytes.extend(encoder.bytes(sum * (1.0 / (SUPERSAMPLING * SUPERSAMPLING) as f32)));
         }

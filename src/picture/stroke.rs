@@ -53,7 +53,8 @@ impl Stroke {
                 let inside = (reach - 0.5 - (offset - along * t).length()).clamp(0.0, 1.0) as f32;
                 let index = row * canvas.size.width + column;
                 let nearness = (a.z + (b.z - a.z) * t) as f32 * BIAS;
-                let alpha = if nearness >= canvas.nearness[index] { self.alpha } else { self.hidden_alpha };
+                let alpha =
+                    if nearness >= canvas.nearness[index] { self.alpha } else { self.hidden_alpha };
                 coverage[index] = coverage[index].max(inside * alpha);
             }
         }
@@ -65,7 +66,9 @@ fn on_screen(camera: &Camera, segment: [DVec3; 2], size: Size) -> Option<[DVec3;
     if a.z.max(b.z) < NEAR {
         return None;
     }
-    let cut = |inside: DVec3, outside: DVec3| inside.lerp(outside, ((inside.z - NEAR) / (inside.z - outside.z)).clamp(0.0, 1.0));
+    let cut = |inside: DVec3, outside: DVec3| {
+        inside.lerp(outside, ((inside.z - NEAR) / (inside.z - outside.z)).clamp(0.0, 1.0))
+    };
     let a_cut = if a.z < NEAR { cut(b, a) } else { a };
     let b_cut = if b.z < NEAR { cut(a, b) } else { b };
     Some([camera.screen(a_cut, size), camera.screen(b_cut, size)])

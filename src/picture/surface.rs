@@ -31,7 +31,10 @@ pub struct Surface {
 impl Surface {
     /// Computes normals and creases.
     pub fn new((vertices, faces): &Triangles) -> Self {
-        let areas: Vec<DVec3> = faces.iter().map(|&[a, b, c]| area_vector([a, b, c].map(|i| vertices[i as usize]))).collect();
+        let areas: Vec<DVec3> = faces
+            .iter()
+            .map(|&[a, b, c]| area_vector([a, b, c].map(|i| vertices[i as usize])))
+            .collect();
         let units: Vec<DVec3> = areas.iter().map(|area| area.normalize_or_zero()).collect();
         let mut faces_at: Vec<Vec<u32>> = vec![Vec::new(); vertices.len()];
         for (index, face) in faces.iter().enumerate() {
@@ -40,9 +43,16 @@ impl Surface {
         let corner = |vertex: u32, face: usize| {
             let around = faces_at[vertex as usize].iter().map(|&other| other as usize);
             let alike = around.filter(|&other| units[other].dot(units[face]) > CREASE_COS);
-            Corner { position: vertices[vertex as usize], normal: alike.map(|other| areas[other]).sum::<DVec3>().normalize_or(units[face]) }
+            Corner {
+                position: vertices[vertex as usize],
+                normal: alike.map(|other| areas[other]).sum::<DVec3>().normalize_or(units[face]),
+            }
         };
-        let triangles = faces.iter().enumerate().map(|(index, face)| face.map(|vertex| corner(vertex, index))).collect();
+        let triangles = faces
+            .iter()
+            .enumerate()
+            .map(|(index, face)| face.map(|vertex| corner(vertex, index)))
+            .collect();
         Self { triangles, creases: creases(vertices, faces, &units) }
     }
 
@@ -54,9 +64,14 @@ impl Surface {
 
     /// The same surface in another frame.
     pub fn transformed(&self, pose: &Pose) -> Self {
-        let corner = |c: &Corner| Corner { position: *pose * c.position, normal: pose.rotation * c.normal };
+        let corner =
+            |c: &Corner| Corner { position: *pose * c.position, normal: pose.rotation * c.normal };
         Self {
-            triangles: self.triangles.iter().map(|triangle| [0, 1, 2].map(|i| corner(&triangle[i]))).collect(),
+            triangles: self
+                .triangles
+                .iter()
+                .map(|triangle| [0, 1, 2].map(|i| corner(&triangle[i])))
+                .collect(),
             creases: self.creases.iter().map(|edge| edge.map(|point| *pose * point)).collect(),
         }
     }
@@ -64,7 +79,9 @@ impl Surface {
     /// The smallest and largest coordinates.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let positions = self.triangles.iter().flatten().map(|corner| corner.position);
-        positions.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+        positions.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
+            (low.min(p), high.max(p))
+        })
     }
 }
 
@@ -79,7 +96,9 @@ fn creases(vertices: &[DVec3], faces: &[[u32; 3]], units: &[DVec3]) -> Vec<[DVec
             sides.entry([from.min(to), from.max(to)]).or_default().push(index);
         }
     }
-    let sharp = |adjacent: &[usize]| adjacent.len() != 2 || units[adjacent[0]].dot(units[adjacent[1]]) < CREASE_COS;
+    let sharp = |adjacent: &[usize]| {
+        adjacent.len() != 2 || units[adjacent[0]].dot(units[adjacent[1]]) < CREASE_COS
+    };
     let edges = sides.iter().filter(|(_, adjacent)| sharp(adjacent));
     edges.map(|(edge, _)| edge.map(|vertex| vertices[vertex as usize])).collect()
 }
@@ -92,15 +111,28 @@ mod tests {
 
     #[test]
     fn a_box_has_twelve_creases_and_flat_faces() {
-        let surface = Surface::new(&triangles_of(&Shape::Box { half_extents: DVec3::ONE }, "box").unwrap());
+        let surface =
+            Surface::new(&triangles_of(&Shape::Box { half_extents: DVec3::ONE }, "box").unwrap());
         assert_eq!(surface.creases.len(), 12);
-        assert!(surface.triangles.iter().flatten().all(|corner| corner.normal.abs().max_element() > 0.999));
+        assert!(
+            surface
+                .triangles
+                .iter()
+                .flatten()
+                .all(|corner| corner.normal.abs().max_element() > 0.999)
+        );
     }
 
     #[test]
     fn a_ball_has_no_crease_and_round_normals() {
         let surface = Surface::new(&triangles_of(&Shape::Sphere { radius: 2.0 }, "ball").unwrap());
         assert!(surface.creases.is_empty());
-        assert!(surface.triangles.iter().flatten().all(|corner| corner.normal.dot(corner.position.normalize()) > 0.99));
+        assert!(
+            surface
+                .triangles
+                .iter()
+                .flatten()
+                .all(|corner| corner.normal.dot(corner.position.normalize()) > 0.99)
+        );
     }
 }

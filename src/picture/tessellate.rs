@@ -19,20 +19,26 @@ pub fn triangles_of(shape: &Shape, name: &str) -> Result<Triangles, PictureError
     Ok(match shape {
         Shape::Box { half_extents } => box_triangles(*half_extents),
         Shape::Sphere { radius } => capsule_triangles(*radius, 0.0),
-        Shape::Cylinder { radius, half_length } => {
-            revolve(&[[0.0, -half_length], [*radius, -half_length], [*radius, *half_length], [0.0, *half_length]])
-        }
+        Shape::Cylinder { radius, half_length } => revolve(&[
+            [0.0, -half_length],
+            [*radius, -half_length],
+            [*radius, *half_length],
+            [0.0, *half_length],
+        ]),
         Shape::Capsule { radius, half_length } => capsule_triangles(*radius, *half_length),
-        Shape::ConvexHull { points } => {
-            try_convex_hull(points).map_err(|error| PictureError::Hull { name: name.to_owned(), reason: error.to_string() })?
-        }
+        Shape::ConvexHull { points } => try_convex_hull(points).map_err(|error| {
+            PictureError::Hull { name: name.to_owned(), reason: error.to_string() }
+        })?,
         Shape::Mesh { vertices, triangles, .. } => weld(vertices, triangles),
     })
 }
 
 fn box_triangles(half: DVec3) -> Triangles {
-    let corner = |i: usize| half * DVec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 }));
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let corner = |i: usize| {
+        half * DVec3::from_array([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 }))
+    };
+    let quads =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     ((0..8).map(corner).collect(), triangles)
 }
@@ -40,7 +46,8 @@ fn box_triangles(half: DVec3) -> Triangles {
 fn capsule_triangles(radius: f64, half_length: f64) -> Triangles {
     let arc = |from: usize, z: f64| {
         (from..=from + QUARTER_SEGMENTS).map(move |i| {
-            let (sin, cos) = libm::sincos(std::f64::consts::FRAC_PI_2 * i as f64 / QUARTER_SEGMENTS as f64);
+            let (sin, cos) =
+                libm::sincos(std::f64::consts::FRAC_PI_2 * i as f64 / QUARTER_SEGMENTS as f64);
             [radius * sin, z - radius * cos]
         })
     };
@@ -76,7 +83,8 @@ fn revolve(profile: &[[f64; 2]]) -> Triangles {
     (vertices, triangles)
 }
 
-/// Merges vertices at the same place, as STL files repeat them, and drops triangles that thereby vanish.
+/// Merges vertices at the same place, as STL files repeat them, and drops triangles that thereby
+/// vanish.
 fn weld(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Triangles {
     let mut order: Vec<u32> = (0..vertices.len() as u32).collect();
     let key = |i: u32| vertices[i as usize].to_array().map(|c| (c + 0.0).to_bits());
@@ -122,13 +130,15 @@ mod tests {
 
     #[test]
     fn a_flat_hull_is_an_error_that_names_it() {
-        let error = triangles_of(&Shape::ConvexHull { points: vec![DVec3::X, DVec3::Y] }, "plank").unwrap_err();
+        let error = triangles_of(&Shape::ConvexHull { points: vec![DVec3::X, DVec3::Y] }, "plank")
+            .unwrap_err();
         assert!(error.to_string().contains("plank"));
     }
 
     #[test]
     fn weld_merges_repeated_vertices() {
-        let (vertices, triangles) = weld(&[DVec3::X, DVec3::Y, DVec3::Z, DVec3::X], &[[0, 1, 2], [3, 1, 2], [0, 3, 1]]);
+        let (vertices, triangles) =
+            weld(&[DVec3::X, DVec3::Y, DVec3::Z, DVec3::X], &[[0, 1, 2], [3, 1, 2], [0, 3, 1]]);
         assert_eq!(vertices.len(), 3);
         assert_eq!(triangles.len(), 2);
         assert_eq!(triangles[0], triangles[1]);

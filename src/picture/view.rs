@@ -32,7 +32,8 @@ pub struct View {
 }
 
 impl View {
-    /// A three-quarter view that shows all of `points`, from the walk's right or left, whichever is hidden less; right if both are equal.
+    /// A three-quarter view that shows all of `points`, from the walk's right or left, whichever is
+    /// hidden less; right if both are equal.
     pub fn of(scene: &PictureScene, points: &[DVec3], size: Size) -> Self {
         let [right, left] = [-1.0, 1.0].map(|side| {
             let camera = camera(scene, side, points, size);
@@ -41,7 +42,11 @@ impl View {
         });
         let total = |(_, hidden): &(Camera, Vec<f64>)| hidden.iter().sum::<f64>();
         let (camera, hidden) = if total(&left) < 0.8 * total(&right) { left } else { right };
-        let glass = hidden.iter().zip(&scene.world).map(|(share, body)| *share > HIDING_MAX && !body.carries).collect();
+        let glass = hidden
+            .iter()
+            .zip(&scene.world)
+            .map(|(share, body)| *share > HIDING_MAX && !body.carries)
+            .collect();
         Self { camera, glass }
     }
 }
@@ -49,12 +54,20 @@ impl View {
 fn camera(scene: &PictureScene, side: f64, points: &[DVec3], size: Size) -> Camera {
     let first = scene.motion.world_from_root(0);
     let way = scene.motion.world_from_root(scene.motion.len() - 1).translation - first.translation;
-    let heading = if way.truncate().length() > WALK_MIN { libm::atan2(way.y, way.x) } else { yaw_of(first.rotation) };
+    let heading = if way.truncate().length() > WALK_MIN {
+        libm::atan2(way.y, way.x)
+    } else {
+        yaw_of(first.rotation)
+    };
     let azimuth = heading + side * (std::f64::consts::FRAC_PI_2 - TURN_AHEAD);
     let (sin, cos) = libm::sincos(azimuth);
     let (drop, flat) = libm::sincos(LOOK_DOWN);
     let aspect = size.width as f64 / size.height as f64;
-    let seen = Camera::framing(DVec3::new(-cos * flat, -sin * flat, -drop), FILL * TANGENT * DVec2::new(aspect, 1.0), points);
+    let seen = Camera::framing(
+        DVec3::new(-cos * flat, -sin * flat, -drop),
+        FILL * TANGENT * DVec2::new(aspect, 1.0),
+        points,
+    );
     seen.widened(1.0 / FILL)
 }
 
@@ -68,7 +81,9 @@ fn hidden_shares(scene: &PictureScene, camera: &Camera) -> Vec<f64> {
     let walk = canvas.body.iter().filter(|&&body| body != NOTHING).count().max(1);
     let hidden = |body: &super::scene::WorldBody| {
         let mut pixels = 0;
-        canvas.visit(camera, &body.surface, |index| pixels += usize::from(canvas.body[index] != NOTHING));
+        canvas.visit(camera, &body.surface, |index| {
+            pixels += usize::from(canvas.body[index] != NOTHING)
+        });
         pixels as f64 / walk as f64
     };
     scene.world.iter().map(hidden).collect()

@@ -32,16 +32,28 @@ pub fn still(scene: &PictureScene) -> Image {
     let sun = Stage::sun(scene, &view);
     let progress = scene.motion.progress();
     let chosen = scene.motion.evenly_spaced(FIGURE_SPACING, FIGURES_MAX);
-    let figures: Vec<Figure> = chosen.iter().map(|&waypoint| Figure { at: waypoint as f64, progress: progress[waypoint] }).collect();
+    let figures: Vec<Figure> = chosen
+        .iter()
+        .map(|&waypoint| Figure { at: waypoint as f64, progress: progress[waypoint] })
+        .collect();
     Stage::new(scene, view, sun, STILL).picture(&figures, Ground::All, &Encoder::new())
 }
 
 /// The robot walking.
 pub fn frames(scene: &PictureScene) -> Vec<Image> {
-    let moments = scene.motion.evenly_timed((FRAMES_PER_STANCE * scene.stances.len()).clamp(FRAMES_MIN, FRAMES_MAX));
-    let roots: Vec<DVec3> = moments.iter().map(|at| scene.motion.world_from_links(*at)[0].translation).collect();
-    let (low, high) = roots.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
-    if (high - low).length() > FIXED_VIEW_MAX { followed(scene, &moments, &roots) } else { fixed(scene, &moments) }
+    let moments = scene
+        .motion
+        .evenly_timed((FRAMES_PER_STANCE * scene.stances.len()).clamp(FRAMES_MIN, FRAMES_MAX));
+    let roots: Vec<DVec3> =
+        moments.iter().map(|at| scene.motion.world_from_links(*at)[0].translation).collect();
+    let (low, high) = roots
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    if (high - low).length() > FIXED_VIEW_MAX {
+        followed(scene, &moments, &roots)
+    } else {
+        fixed(scene, &moments)
+    }
 }
 
 fn fixed(scene: &PictureScene, moments: &[f64]) -> Vec<Image> {
@@ -55,7 +67,12 @@ fn fixed(scene: &PictureScene, moments: &[f64]) -> Vec<Image> {
 /// As [`fixed`], but the camera sees a part of the walk and moves along.
 fn followed(scene: &PictureScene, moments: &[f64], roots: &[DVec3]) -> Vec<Image> {
     let begin = roots[0];
-    let seen: Vec<DVec3> = scene.sweep.iter().copied().filter(|point| point.distance(begin) < 0.5 * FOLLOWED_VIEW + 1.0).collect();
+    let seen: Vec<DVec3> = scene
+        .sweep
+        .iter()
+        .copied()
+        .filter(|point| point.distance(begin) < 0.5 * FOLLOWED_VIEW + 1.0)
+        .collect();
     let view = View::of(scene, &seen, MOVING);
     let sun = Stage::sun(scene, &view);
     let (progress, encoder) = (scene.motion.progress(), Encoder::new());

@@ -1,7 +1,8 @@
 //! Starts the role processes, hears what they tell, notices when they end, and ends them.
 //!
-//! Each process's lines are read by a thread of its own and queued; [`Supervisor::next_event`] is the only place where anything
-//! is decided. A role that ended can be started again: nothing of the process before it remains.
+//! Each process's lines are read by a thread of its own and queued; [`Supervisor::next_event`] is
+//! the only place where anything is decided. A role that ended can be started again: nothing of the
+//! process before it remains.
 
 mod process;
 
@@ -71,7 +72,8 @@ impl Supervisor {
     /// # Errors
     /// When the system does not start it.
     pub fn start(&mut self, role: Role, command: Command) -> Result<(), Failure> {
-        let process = Process::start(command, role, self.mouth.clone()).map_err(|source| Failure::Start { role, source })?;
+        let process = Process::start(command, role, self.mouth.clone())
+            .map_err(|source| Failure::Start { role, source })?;
         self.processes.push((role, process));
         Ok(())
     }
@@ -86,12 +88,16 @@ impl Supervisor {
                 return Err(Failure::Interrupted(signal));
             }
             match self.ear.recv_timeout(LOOK_EVERY) {
-                Ok((role, News::Told(Line::Failed { message }))) => return Err(Failure::Role { role, message }),
+                Ok((role, News::Told(Line::Failed { message }))) => {
+                    return Err(Failure::Role { role, message });
+                }
                 Ok((_, News::Told(line))) => return Ok(Event::Told(line)),
                 Ok((role, News::Babble(text))) => {
                     return Err(Failure::Role {
                         role,
-                        message: format!("said '{text}', which is no report; use the same surefoot for both"),
+                        message: format!(
+                            "said '{text}', which is no report; use the same surefoot for both"
+                        ),
                     });
                 }
                 Ok((role, News::Closed)) => return Ok(Event::Ended { role, how: self.bury(role) }),

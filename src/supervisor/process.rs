@@ -37,9 +37,15 @@ pub(super) struct Process {
 }
 
 impl Process {
-    /// Starts `command` in a process group of its own, so that a terminal's Ctrl-C reaches only the supervisor.
-    pub(super) fn start(mut command: Command, role: Role, mouth: Sender<(Role, News)>) -> std::io::Result<Self> {
-        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).process_group(0).spawn()?;
+    /// Starts `command` in a process group of its own, so that a terminal's Ctrl-C reaches only the
+    /// supervisor.
+    pub(super) fn start(
+        mut command: Command,
+        role: Role,
+        mouth: Sender<(Role, News)>,
+    ) -> std::io::Result<Self> {
+        let mut child =
+            command.stdin(Stdio::null()).stdout(Stdio::piped()).process_group(0).spawn()?;
         let stdout = child.stdout.take();
         let process = Self { child };
         let read = move || stdout.into_iter().for_each(|stdout| read_lines(stdout, role, &mouth));
@@ -58,7 +64,8 @@ impl Process {
         signals::ask_to_end(&self.child);
     }
 
-    /// Waits for its end, which comes by force if it takes too long; answers its exit status in words.
+    /// Waits for its end, which comes by force if it takes too long; answers its exit status in
+    /// words.
     pub(super) fn wait(mut self) -> String {
         let watch = Stopwatch::start();
         loop {
@@ -68,7 +75,10 @@ impl Process {
                 Ok(None) => {
                     // Fails only if it has ended by itself meanwhile.
                     let _ = self.child.kill();
-                    return self.child.wait().map_or_else(|error| error.to_string(), |_| "it hung and was killed".to_owned());
+                    return self.child.wait().map_or_else(
+                        |error| error.to_string(),
+                        |_| "it hung and was killed".to_owned(),
+                    );
                 }
                 Err(error) => return error.to_string(),
             }
@@ -85,7 +95,9 @@ fn read_lines(stdout: ChildStdout, role: Role, mouth: &Sender<(Role, News)>) {
         let news = match reader.by_ref().take(LINE_BYTES_MAX).read_until(b'\n', &mut text) {
             Ok(0) | Err(_) => News::Closed,
             // Killed in the middle of a line.
-            Ok(read) if text.last() != Some(&b'\n') && (read as u64) < LINE_BYTES_MAX => News::Closed,
+            Ok(read) if text.last() != Some(&b'\n') && (read as u64) < LINE_BYTES_MAX => {
+                News::Closed
+            }
             Ok(_) => serde_json::from_slice(&text).map_or_else(|_| babble(&text), News::Told),
         };
         let over = matches!(news, News::Closed);
@@ -96,5 +108,7 @@ fn read_lines(stdout: ChildStdout, role: Role, mouth: &Sender<(Role, News)>) {
 }
 
 fn babble(text: &[u8]) -> News {
-    News::Babble(String::from_utf8_lossy(text).chars().take(80).collect::<String>().trim().to_owned())
+    News::Babble(
+        String::from_utf8_lossy(text).chars().take(80).collect::<String>().trim().to_owned(),
+    )
 }

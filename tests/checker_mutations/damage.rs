@@ -4,7 +4,9 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
-use surefoot_shared_types::plan_file::{ContactBlock, PhaseBlock, PlanFile, PoseBlock, SceneShapeBlock, ShapeBlock, WaypointBlock};
+use surefoot_shared_types::plan_file::{
+    ContactBlock, PhaseBlock, PlanFile, PoseBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
+};
 
 /// Stones further from a sole than this do not carry it, m.
 const STONES_WITHIN: f64 = 0.4;
@@ -19,7 +21,8 @@ impl Walk {
     /// The phase in this mode nearest the plan's middle.
     pub fn middle_phase(&self, mode: &str) -> usize {
         let middle = self.plan.phases.len() / 2;
-        let of_mode = (0..self.plan.phases.len()).filter(|&phase| self.plan.phases[phase].mode == mode);
+        let of_mode =
+            (0..self.plan.phases.len()).filter(|&phase| self.plan.phases[phase].mode == mode);
         of_mode.min_by_key(|phase| phase.abs_diff(middle)).unwrap()
     }
 
@@ -48,7 +51,9 @@ impl Walk {
     }
 
     pub fn push_root(&mut self, change: DVec3, waypoints: impl IntoIterator<Item = usize>) {
-        waypoints.into_iter().for_each(|waypoint| push(&mut self.plan.waypoints[waypoint].root_xyz, change));
+        waypoints
+            .into_iter()
+            .for_each(|waypoint| push(&mut self.plan.waypoints[waypoint].root_xyz, change));
     }
 
     /// All contacts of all phases.
@@ -62,10 +67,13 @@ impl Walk {
         self.contacts().for_each(|contact| push(&mut contact.sole_pose.xyz, change));
     }
 
-    /// Changes the declared pose of the stance foot of the middle step, in every phase that names it.
+    /// Changes the declared pose of the stance foot of the middle step, in every phase that names
+    /// it.
     pub fn redeclare(&mut self, change: impl Fn(&mut PoseBlock)) {
         let declared = self.stance();
-        self.contacts().filter(|contact| **contact == declared).for_each(|contact| change(&mut contact.sole_pose));
+        self.contacts()
+            .filter(|contact| **contact == declared)
+            .for_each(|contact| change(&mut contact.sole_pose));
     }
 
     /// The foot that stands during the middle step.
@@ -76,14 +84,25 @@ impl Walk {
     /// The world's shape below the stance foot of the middle step.
     pub fn stone(&mut self) -> &mut SceneShapeBlock {
         let sole = DVec3::from(self.stance().sole_pose.xyz);
-        let distance = |shape: &SceneShapeBlock| DVec3::from(shape.pose.xyz).truncate().distance(sole.truncate());
-        self.plan.scene.shapes.iter_mut().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap()
+        let distance = |shape: &SceneShapeBlock| {
+            DVec3::from(shape.pose.xyz).truncate().distance(sole.truncate())
+        };
+        self.plan
+            .scene
+            .shapes
+            .iter_mut()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+            .unwrap()
     }
 
     /// All shapes of the world that may carry the stance foot of the middle step.
     pub fn stones(&mut self) -> impl Iterator<Item = &mut SceneShapeBlock> {
         let sole = DVec3::from(self.stance().sole_pose.xyz);
-        self.plan.scene.shapes.iter_mut().filter(move |shape| DVec3::from(shape.pose.xyz).distance(sole) < STONES_WITHIN)
+        self.plan
+            .scene
+            .shapes
+            .iter_mut()
+            .filter(move |shape| DVec3::from(shape.pose.xyz).distance(sole) < STONES_WITHIN)
     }
 
     pub fn remove_stones(&mut self) {
@@ -116,19 +135,31 @@ impl Walk {
         let first = self.plan.phases[phase].first;
         self.plan.phases.drain(..phase);
         self.plan.waypoints.drain(..first);
-        self.plan.phases.iter_mut().for_each(|phase| (phase.first, phase.last) = (phase.first - first, phase.last - first));
+        self.plan.phases.iter_mut().for_each(|phase| {
+            (phase.first, phase.last) = (phase.first - first, phase.last - first)
+        });
     }
 
     /// Keeps every `stride`-th waypoint of a phase, and its ends.
     pub fn thin(&mut self, phase: usize, stride: usize) {
         let PhaseBlock { first, last, .. } = self.plan.phases[phase];
-        let stays = |waypoint: usize| waypoint <= first || waypoint >= last || (waypoint - first).is_multiple_of(stride);
-        let kept: Vec<WaypointBlock> =
-            self.plan.waypoints.iter().enumerate().filter(|(index, _)| stays(*index)).map(|(_, waypoint)| waypoint.clone()).collect();
+        let stays = |waypoint: usize| {
+            waypoint <= first || waypoint >= last || (waypoint - first).is_multiple_of(stride)
+        };
+        let kept: Vec<WaypointBlock> = self
+            .plan
+            .waypoints
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| stays(*index))
+            .map(|(_, waypoint)| waypoint.clone())
+            .collect();
         let lost = self.plan.waypoints.len() - kept.len();
         self.plan.waypoints = kept;
         self.plan.phases[phase].last -= lost;
-        self.plan.phases[phase + 1..].iter_mut().for_each(|phase| (phase.first, phase.last) = (phase.first - lost, phase.last - lost));
+        self.plan.phases[phase + 1..]
+            .iter_mut()
+            .for_each(|phase| (phase.first, phase.last) = (phase.first - lost, phase.last - lost));
     }
 
     pub fn sole_polygons(&mut self) -> impl Iterator<Item = &mut Vec<[f64; 2]>> {
@@ -141,14 +172,17 @@ pub fn push(xyz: &mut [f64; 3], change: DVec3) {
 }
 
 pub fn turn(pose: &mut PoseBlock, axis: DVec3, degrees: f64) {
-    let rotation = DQuat::from_axis_angle(axis, degrees.to_radians()) * DQuat::from_array(pose.quat_xyzw);
+    let rotation =
+        DQuat::from_axis_angle(axis, degrees.to_radians()) * DQuat::from_array(pose.quat_xyzw);
     pose.quat_xyzw = rotation.normalize().to_array();
 }
 
 /// A cube as an OBJ file's text, its triangles facing out.
 pub fn cube_obj(half: f64) -> String {
-    let corner = |i: u32| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| if bit == 1 { half } else { -half });
-    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let corner =
+        |i: u32| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|bit| if bit == 1 { half } else { -half });
+    let quads =
+        [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let vertices = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n"));
     let faces = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
     vertices.chain(faces.map(|f| format!("f {} {} {}\n", f[0] + 1, f[1] + 1, f[2] + 1))).collect()

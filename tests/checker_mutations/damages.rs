@@ -17,20 +17,32 @@ fn files() -> Vec<Damage> {
     vec![
         ("another schema", File("schema"), |walk| walk.plan.schema = "biped-plan/2".into()),
         ("time runs backwards", File("waypoint"), |walk| walk.plan.waypoints[100].t = 0.0),
-        ("a position is not a number", File("plan.json"), |walk| walk.plan.waypoints[100].q[0] = f64::NAN),
+        ("a position is not a number", File("plan.json"), |walk| {
+            walk.plan.waypoints[100].q[0] = f64::NAN
+        }),
         ("a position is huge", File("waypoint"), |walk| walk.plan.waypoints[100].q[0] = 1e9),
-        ("a rotation is not one", File("waypoint"), |walk| walk.plan.waypoints[100].root_quat_xyzw = [0.0, 0.0, 0.0, 1.1]),
+        ("a rotation is not one", File("waypoint"), |walk| {
+            walk.plan.waypoints[100].root_quat_xyzw = [0.0, 0.0, 0.0, 1.1]
+        }),
         ("the phases leave a gap", File("phase"), |walk| drop(walk.plan.phases.remove(7))),
-        ("a phase ends past the plan", File("phase"), |walk| walk.plan.phases.last_mut().unwrap().last += 1),
-        ("a joint nobody has", File("joint_names"), |walk| walk.plan.joint_names[3] = "tail".into()),
-        ("a joint is missing", File("waypoint"), |walk| walk.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.q.truncate(5))),
+        ("a phase ends past the plan", File("phase"), |walk| {
+            walk.plan.phases.last_mut().unwrap().last += 1
+        }),
+        ("a joint nobody has", File("joint_names"), |walk| {
+            walk.plan.joint_names[3] = "tail".into()
+        }),
+        ("a joint is missing", File("waypoint"), |walk| {
+            walk.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.q.truncate(5))
+        }),
         ("a mode nobody has", File("phase"), |walk| walk.plan.phases[4].mode = "hands".into()),
         ("the contacts of another mode", File("phase"), |walk| {
             let phase = walk.middle_phase("double");
             walk.plan.phases[phase].contacts.truncate(1);
         }),
         ("soles larger than the feet", File("sole"), |walk| {
-            walk.sole_polygons().flatten().for_each(|corner| *corner = corner.map(|value| 1.3 * value));
+            walk.sole_polygons()
+                .flatten()
+                .for_each(|corner| *corner = corner.map(|value| 1.3 * value));
         }),
         ("friction below nothing", File("mu"), |walk| walk.plan.scene.mu = -0.1),
     ]
@@ -38,14 +50,20 @@ fn files() -> Vec<Damage> {
 
 fn motions() -> Vec<Damage> {
     vec![
-        ("an arm jumps", Violates(Check::Spacing, "left_elbow"), |walk| walk.bend("left_elbow", -0.3, [walk.mid_step()])),
-        ("the root jumps", Violates(Check::Spacing, "root moves"), |walk| walk.push_root(0.2 * DVec3::X, [walk.mid_step()])),
+        ("an arm jumps", Violates(Check::Spacing, "left_elbow"), |walk| {
+            walk.bend("left_elbow", -0.3, [walk.mid_step()])
+        }),
+        ("the root jumps", Violates(Check::Spacing, "root moves"), |walk| {
+            walk.push_root(0.2 * DVec3::X, [walk.mid_step()])
+        }),
         ("the root spins", Violates(Check::Spacing, "root turns"), |walk| {
             let at = walk.mid_step();
             let [x, y, z, w] = walk.plan.waypoints[at].root_quat_xyzw;
             walk.plan.waypoints[at].root_quat_xyzw = [w, z, -y, -x];
         }),
-        ("waypoints are left out", Violates(Check::Spacing, "to the next waypoint"), |walk| walk.thin(walk.middle_phase("right"), 30)),
+        ("waypoints are left out", Violates(Check::Spacing, "to the next waypoint"), |walk| {
+            walk.thin(walk.middle_phase("right"), 30)
+        }),
         ("the walk is hurried", Violates(Check::Acceleration, "accelerates"), |walk| {
             walk.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.7);
         }),
@@ -54,12 +72,18 @@ fn motions() -> Vec<Damage> {
             let late = 0.9 * (walk.plan.waypoints[last].t - walk.plan.waypoints[last - 1].t);
             walk.plan.waypoints[last..].iter_mut().for_each(|waypoint| waypoint.t -= late);
         }),
-        ("an arm twitches", Violates(Check::Acceleration, "left_elbow"), |walk| walk.bend("left_elbow", -0.15, [walk.mid_step()])),
-        ("an elbow bends too far", Violates(Check::Limits, "left_elbow"), |walk| walk.bend("left_elbow", -3.0, walk.everywhere())),
+        ("an arm twitches", Violates(Check::Acceleration, "left_elbow"), |walk| {
+            walk.bend("left_elbow", -0.15, [walk.mid_step()])
+        }),
+        ("an elbow bends too far", Violates(Check::Limits, "left_elbow"), |walk| {
+            walk.bend("left_elbow", -3.0, walk.everywhere())
+        }),
         ("a wrist turns too far", Violates(Check::Limits, "right_wrist_yaw"), |walk| {
             walk.bend("right_wrist_yaw", 3.5, walk.everywhere());
         }),
-        ("a knee bends backwards", Violates(Check::Limits, "left_knee"), |walk| walk.bend("left_knee", -3.0, walk.everywhere())),
+        ("a knee bends backwards", Violates(Check::Limits, "left_knee"), |walk| {
+            walk.bend("left_knee", -3.0, walk.everywhere())
+        }),
     ]
 }
 
@@ -81,8 +105,14 @@ fn contacts() -> Vec<Damage> {
         ("an ankle tips the sole", Violates(Check::Contact, "right sole is turned"), |walk| {
             walk.bend("right_ankle_roll", 0.02, walk.waypoints_of(walk.middle_phase("right")));
         }),
-        ("the robot walks 10 mm above the ground", Violates(Check::Contact, "supported over"), |walk| walk.push_all(0.01 * DVec3::Z)),
-        ("the robot walks 6 mm below the ground", Violates(Check::Contact, "deep"), |walk| walk.push_all(-0.006 * DVec3::Z)),
+        (
+            "the robot walks 10 mm above the ground",
+            Violates(Check::Contact, "supported over"),
+            |walk| walk.push_all(0.01 * DVec3::Z),
+        ),
+        ("the robot walks 6 mm below the ground", Violates(Check::Contact, "deep"), |walk| {
+            walk.push_all(-0.006 * DVec3::Z)
+        }),
         ("the ground is missing", Violates(Check::Contact, "supported over"), Walk::remove_stones),
         ("the ground is aside", Violates(Check::Contact, "supported over"), |walk| {
             walk.stones().for_each(|stone| push(&mut stone.pose.xyz, 2.0 * DVec3::Y));
@@ -90,12 +120,20 @@ fn contacts() -> Vec<Damage> {
         ("the ground is 10 mm lower", Violates(Check::Contact, "supported over"), |walk| {
             walk.stones().for_each(|stone| push(&mut stone.pose.xyz, -0.01 * DVec3::Z));
         }),
-        ("a stone under half of a sole is missing", Violates(Check::Balance, "centre of mass"), |walk| {
-            let name = walk.stone().name.clone();
-            walk.plan.scene.shapes.retain(|shape| shape.name != name);
+        (
+            "a stone under half of a sole is missing",
+            Violates(Check::Balance, "centre of mass"),
+            |walk| {
+                let name = walk.stone().name.clone();
+                walk.plan.scene.shapes.retain(|shape| shape.name != name);
+            },
+        ),
+        ("a stone stands 10 mm higher", Violates(Check::Contact, "deep"), |walk| {
+            push(&mut walk.stone().pose.xyz, 0.01 * DVec3::Z)
         }),
-        ("a stone stands 10 mm higher", Violates(Check::Contact, "deep"), |walk| push(&mut walk.stone().pose.xyz, 0.01 * DVec3::Z)),
-        ("a stone is tilted", Violates(Check::Contact, "right sole"), |walk| turn(&mut walk.stone().pose, DVec3::X, 8.0)),
+        ("a stone is tilted", Violates(Check::Contact, "right sole"), |walk| {
+            turn(&mut walk.stone().pose, DVec3::X, 8.0)
+        }),
         ("a kept foot is declared elsewhere", Violates(Check::Continuity, "foot"), |walk| {
             let phase = walk.middle_phase("right");
             push(&mut walk.plan.phases[phase].contacts[0].sole_pose.xyz, 1e-4 * DVec3::X);
@@ -111,19 +149,25 @@ fn contacts() -> Vec<Damage> {
 
 fn forces() -> Vec<Damage> {
     vec![
-        ("one foot alone while the weight shifts", Violates(Check::Balance, "centre of mass"), |walk| {
-            let phase = walk.middle_phase("double");
-            let mode = walk.plan.phases[phase - 1].mode.clone();
-            let contacts = walk.plan.phases[phase - 1].contacts.clone();
-            (walk.plan.phases[phase].mode, walk.plan.phases[phase].contacts) = (mode, contacts);
-        }),
+        (
+            "one foot alone while the weight shifts",
+            Violates(Check::Balance, "centre of mass"),
+            |walk| {
+                let phase = walk.middle_phase("double");
+                let mode = walk.plan.phases[phase - 1].mode.clone();
+                let contacts = walk.plan.phases[phase - 1].contacts.clone();
+                (walk.plan.phases[phase].mode, walk.plan.phases[phase].contacts) = (mode, contacts);
+            },
+        ),
         ("only the heel carries", Violates(Check::Balance, "centre of mass"), |walk| {
             walk.sole_polygons().flatten().for_each(|corner| corner[0] = corner[0].min(-0.03));
         }),
         ("a strip of the sole carries", Violates(Check::Balance, "centre of mass"), |walk| {
             walk.sole_polygons().flatten().for_each(|corner| corner[1] = corner[1].max(0.05));
         }),
-        ("all motors are weak", Violates(Check::Torque, "needs"), |walk| walk.plan.robot.effort_scale = Some(0.2)),
+        ("all motors are weak", Violates(Check::Torque, "needs"), |walk| {
+            walk.plan.robot.effort_scale = Some(0.2)
+        }),
         ("a knee is weak", Violates(Check::Torque, "left_knee"), |walk| {
             walk.plan.robot.effort_limits.insert("left_knee".into(), 15.0);
         }),
@@ -138,12 +182,19 @@ fn collisions() -> Vec<Damage> {
         ("a beam at the height of the chest", Violates(Check::Collision, "intruder"), |walk| {
             walk.add_box(walk.root(walk.mid_step()) + 0.3 * DVec3::Z, [0.02, 2.0, 0.02]);
         }),
-        ("a ball in the way of the swinging foot", Violates(Check::Collision, "intruder"), |walk| {
-            let sole = DVec3::from(walk.stance().sole_pose.xyz);
-            walk.add(sole + DVec3::new(0.0, 0.2, 0.04), ShapeBlock::Sphere { radius: 0.02 });
-        }),
+        (
+            "a ball in the way of the swinging foot",
+            Violates(Check::Collision, "intruder"),
+            |walk| {
+                let sole = DVec3::from(walk.stance().sole_pose.xyz);
+                walk.add(sole + DVec3::new(0.0, 0.2, 0.04), ShapeBlock::Sphere { radius: 0.02 });
+            },
+        ),
         ("a plate thinner than any step", Violates(Check::Collision, "intruder"), |walk| {
-            walk.add_box(walk.root(walk.mid_step()) + DVec3::new(0.013, 0.0, 0.1), [2e-3, 0.02, 0.02]);
+            walk.add_box(
+                walk.root(walk.mid_step()) + DVec3::new(0.013, 0.0, 0.1),
+                [2e-3, 0.02, 0.02],
+            );
         }),
         ("a wire between the legs", Violates(Check::Collision, "intruder"), |walk| {
             let at = walk.root(walk.mid_step());
@@ -152,7 +203,10 @@ fn collisions() -> Vec<Damage> {
         ("a mesh in the way", Violates(Check::Collision, "intruder"), |walk| {
             std::fs::write(walk.folder.join("cube.obj"), cube_obj(0.05)).unwrap();
             let at = walk.root(walk.mid_step());
-            walk.add(at + 0.2 * DVec3::Z, ShapeBlock::Mesh { path: "cube.obj".into(), scale: None });
+            walk.add(
+                at + 0.2 * DVec3::Z,
+                ShapeBlock::Mesh { path: "cube.obj".into(), scale: None },
+            );
         }),
         ("the robot is inside a closed mesh", Violates(Check::Collision, "inside"), |walk| {
             std::fs::write(walk.folder.join("room.obj"), cube_obj(20.0)).unwrap();
@@ -161,7 +215,9 @@ fn collisions() -> Vec<Damage> {
         ("an arm reaches into the trunk", Violates(Check::SelfCollision, "overlaps"), |walk| {
             walk.bend("left_shoulder_roll", -0.5, walk.everywhere());
         }),
-        ("the legs meet", Violates(Check::SelfCollision, "overlaps"), |walk| walk.bend("left_hip_roll", -0.35, walk.everywhere())),
+        ("the legs meet", Violates(Check::SelfCollision, "overlaps"), |walk| {
+            walk.bend("left_hip_roll", -0.35, walk.everywhere())
+        }),
     ]
 }
 

@@ -1,7 +1,11 @@
 //! What a test does where the machine lacks what it needs.
 
-/// Says that a test is skipped because of `what` is absent; fails instead where `SUREFOOT_REQUIRE_ALL` is set.
+/// Says that a test is skipped because of `what` is absent; fails instead where
+/// `SUREFOOT_REQUIRE_ALL` is set.
 pub fn skip(what: &str) {
-    assert!(std::env::var_os("SUREFOOT_REQUIRE_ALL").is_none(), "{what}, and SUREFOOT_REQUIRE_ALL is set: nothing may be skipped");
+    assert!(
+        std::env::var_os("SUREFOOT_REQUIRE_ALL").is_none(),
+        "{what}, and SUREFOOT_REQUIRE_ALL is set: nothing may be skipped"
+    );
     println!("skipped: {what}");
 }

@@ -30,7 +30,12 @@ pub fn finish(child: Child) -> Said {
     let pid = child.id();
     let Output { status, stdout, stderr } = child.wait_with_output().unwrap();
     let code = status.code().unwrap_or_else(|| panic!("surefoot ended by {status}"));
-    Said { code, out: String::from_utf8(stdout).unwrap(), err: String::from_utf8(stderr).unwrap(), pid }
+    Said {
+        code,
+        out: String::from_utf8(stdout).unwrap(),
+        err: String::from_utf8(stderr).unwrap(),
+        pid,
+    }
 }
 
 /// A scenario that ships with the repository.
@@ -46,8 +51,11 @@ pub fn assert_nothing_left(pid: u32) {
         file == name || file.contains(&format!("-{name}."))
     };
     let mut found = entries(Path::new("/dev/shm"));
-    let bases: Vec<PathBuf> =
-        found.iter().filter(|path| path.is_dir() && path.to_string_lossy().starts_with("/dev/shm/surefoot-")).cloned().collect();
+    let bases: Vec<PathBuf> = found
+        .iter()
+        .filter(|path| path.is_dir() && path.to_string_lossy().starts_with("/dev/shm/surefoot-"))
+        .cloned()
+        .collect();
     found.extend(bases.iter().flat_map(|base| entries(base)));
     found.retain(is_ours);
     assert!(found.is_empty(), "left behind: {found:?}");

@@ -1,4 +1,5 @@
-//! What a sole finds under it: level tops of a world's boxes and meshes and the area over which a sole's contact points spread.
+//! What a sole finds under it: level tops of a world's boxes and meshes and the area over which a
+//! sole's contact points spread.
 
 use std::path::{Path, PathBuf};
 
@@ -11,10 +12,12 @@ use surefoot_shared_types::{Pose, Shape};
 /// A sole point counts as supported within this height of a surface, m.
 const CONTACT_GAP: f64 = 3e-3;
 /// Sole outline in the sole frame, m.
-pub const SOLE: [DVec2; 4] = [dvec2(-0.09, -0.07), dvec2(0.13, -0.07), dvec2(0.13, 0.07), dvec2(-0.09, 0.07)];
+pub const SOLE: [DVec2; 4] =
+    [dvec2(-0.09, -0.07), dvec2(0.13, -0.07), dvec2(0.13, 0.07), dvec2(-0.09, 0.07)];
 /// Length and width of the sole, m.
 pub const SOLE_SIZE: DVec2 = dvec2(0.22, 0.14);
-/// The longest step a rough model of the reference robot finds on flat ground, between sole centres, m.
+/// The longest step a rough model of the reference robot finds on flat ground, between sole
+/// centres, m.
 pub const LONGEST_STEP: f64 = 0.75;
 
 /// A folder of `configs/`.
@@ -34,7 +37,11 @@ pub fn named<'a>(world: &'a World, prefix: &str) -> Vec<&'a WorldShape> {
 
 /// The one shape of that name.
 pub fn shape<'a>(world: &'a World, name: &str) -> &'a WorldShape {
-    world.shapes.iter().find(|shape| shape.name == name).unwrap_or_else(|| panic!("no shape '{name}'"))
+    world
+        .shapes
+        .iter()
+        .find(|shape| shape.name == name)
+        .unwrap_or_else(|| panic!("no shape '{name}'"))
 }
 
 /// Half extents of a box shape.
@@ -52,11 +59,17 @@ pub fn bounds(shape: &WorldShape) -> (DVec3, DVec3) {
     (pose.translation - half_extents(shape), pose.translation + half_extents(shape))
 }
 
-/// The level faces of a box or a mesh: the height and the counter-clockwise outline of each, seen from above.
+/// The level faces of a box or a mesh: the height and the counter-clockwise outline of each, seen
+/// from above.
 fn level_faces(shape: &WorldShape) -> Vec<(f64, Vec<DVec2>)> {
-    let Shape::Mesh { vertices, triangles, .. } = &shape.shape else { return top_face(shape).into_iter().collect() };
-    let corners = triangles.iter().map(|triangle| triangle.map(|index| shape.world_from_shape * vertices[index as usize]));
-    let level = corners.filter(|[a, b, c]| a.z == b.z && a.z == c.z && (*b - *a).cross(*c - *a).z > 0.0);
+    let Shape::Mesh { vertices, triangles, .. } = &shape.shape else {
+        return top_face(shape).into_iter().collect();
+    };
+    let corners = triangles
+        .iter()
+        .map(|triangle| triangle.map(|index| shape.world_from_shape * vertices[index as usize]));
+    let level =
+        corners.filter(|[a, b, c]| a.z == b.z && a.z == c.z && (*b - *a).cross(*c - *a).z > 0.0);
     level.map(|corners| (corners[0].z, corners.map(DVec3::truncate).to_vec())).collect()
 }
 
@@ -68,7 +81,8 @@ pub fn top_face(shape: &WorldShape) -> Option<(f64, Vec<DVec2>)> {
         return None;
     }
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-    let outline = corners.map(|(x, y)| (*pose * DVec3::new(x * half.x, y * half.y, half.z)).truncate());
+    let outline =
+        corners.map(|(x, y)| (*pose * DVec3::new(x * half.x, y * half.y, half.z)).truncate());
     Some((pose.translation.z + half.z, outline.to_vec()))
 }
 
@@ -79,9 +93,11 @@ pub fn sole_at(position: DVec3, yaw: f64) -> Pose {
 
 /// The points at which a level sole rests on level box tops: the corners of each clipped face.
 pub fn contacts(world: &World, world_from_sole: &Pose) -> Vec<DVec2> {
-    let sole: Vec<DVec2> = SOLE.iter().map(|point| (*world_from_sole * point.extend(0.0)).truncate()).collect();
+    let sole: Vec<DVec2> =
+        SOLE.iter().map(|point| (*world_from_sole * point.extend(0.0)).truncate()).collect();
     let tops = world.shapes.iter().flat_map(level_faces);
-    let near = tops.filter(|(height, _)| (height - world_from_sole.translation.z).abs() <= CONTACT_GAP);
+    let near =
+        tops.filter(|(height, _)| (height - world_from_sole.translation.z).abs() <= CONTACT_GAP);
     near.flat_map(|(_, outline)| clip(&sole, &outline)).collect()
 }
 
@@ -90,16 +106,20 @@ pub fn support_area(world: &World, world_from_sole: &Pose) -> f64 {
     area(&hull(contacts(world, world_from_sole)))
 }
 
-/// Whether the sole's outline lies wholly on level tops at its height, on one face or several side by side.
+/// Whether the sole's outline lies wholly on level tops at its height, on one face or several side
+/// by side.
 pub fn rests_wholly(world: &World, world_from_sole: &Pose) -> bool {
-    let sole: Vec<DVec2> = SOLE.iter().map(|point| (*world_from_sole * point.extend(0.0)).truncate()).collect();
+    let sole: Vec<DVec2> =
+        SOLE.iter().map(|point| (*world_from_sole * point.extend(0.0)).truncate()).collect();
     let tops = world.shapes.iter().flat_map(level_faces);
-    let near = tops.filter(|(height, _)| (height - world_from_sole.translation.z).abs() <= CONTACT_GAP);
+    let near =
+        tops.filter(|(height, _)| (height - world_from_sole.translation.z).abs() <= CONTACT_GAP);
     let covered: f64 = near.map(|(_, outline)| area(&clip(&sole, &outline))).sum();
     covered >= area(&sole) - 1e-9
 }
 
-/// The part of a convex polygon inside a convex, counter-clockwise one (Sutherland and Hodgman's clipping).
+/// The part of a convex polygon inside a convex, counter-clockwise one (Sutherland and Hodgman's
+/// clipping).
 pub fn clip(subject: &[DVec2], clipper: &[DVec2]) -> Vec<DVec2> {
     let mut kept = subject.to_vec();
     for (index, &from) in clipper.iter().enumerate() {
@@ -126,7 +146,11 @@ pub fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
     let half = |points: &mut dyn Iterator<Item = DVec2>| {
         let mut chain: Vec<DVec2> = Vec::new();
         for point in points {
-            while chain.len() >= 2 && (chain[chain.len() - 1] - chain[chain.len() - 2]).perp_dot(point - chain[chain.len() - 1]) <= 0.0 {
+            while chain.len() >= 2
+                && (chain[chain.len() - 1] - chain[chain.len() - 2])
+                    .perp_dot(point - chain[chain.len() - 1])
+                    <= 0.0
+            {
                 chain.pop();
             }
             chain.push(point);
@@ -141,7 +165,11 @@ pub fn hull(mut points: Vec<DVec2>) -> Vec<DVec2> {
 
 /// The area of a counter-clockwise polygon, m2.
 pub fn area(polygon: &[DVec2]) -> f64 {
-    polygon.iter().enumerate().map(|(at, point)| 0.5 * point.perp_dot(polygon[(at + 1) % polygon.len()])).sum()
+    polygon
+        .iter()
+        .enumerate()
+        .map(|(at, point)| 0.5 * point.perp_dot(polygon[(at + 1) % polygon.len()]))
+        .sum()
 }
 
 /// The heading of a shape, rad.

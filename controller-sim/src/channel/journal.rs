@@ -1,9 +1,11 @@
-//! Where the robot stands, kept in the instance's folder so that it outlives the controller's process.
+//! Where the robot stands, kept in the instance's folder so that it outlives the controller's
+//! process.
 //!
-//! A walked chunk counts from the moment its record is complete here, before the planner hears of it. So a controller
-//! that takes over neither walks a chunk again nor misses one, whenever its predecessor was killed. Two slots are written
-//! in turn: a record torn by a kill leaves the one before. The file is mapped, and written once before it is, so
-//! that keeping a record allocates nothing and cannot find the file system full. The lock on it allows one controller at a time.
+//! A walked chunk counts from the moment its record is complete here, before the planner hears of
+//! it. So a controller that takes over neither walks a chunk again nor misses one, whenever its
+//! predecessor was killed. Two slots are written in turn: a record torn by a kill leaves the one
+//! before. The file is mapped, and written once before it is, so that keeping a record allocates
+//! nothing and cannot find the file system full. The lock on it allows one controller at a time.
 
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -37,9 +39,16 @@ impl Journal {
     /// Opens the journal of an instance and takes the robot; answers what its last controller left.
     pub(super) fn open(instance: &Instance) -> Result<(Self, Option<RobotRecord>), ChannelError> {
         let path = instance.root().join(FILE);
-        let failed = |error: std::io::Error| ChannelError::transport("keeping the robot's record", error);
-        let opened =
-            OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).custom_flags(libc::O_NOFOLLOW).open(&path);
+        let failed =
+            |error: std::io::Error| ChannelError::transport("keeping the robot's record", error);
+        let opened = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .custom_flags(libc::O_NOFOLLOW)
+            .open(&path);
         let mut file = opened.map_err(failed)?;
         lock(&file)?;
         if file.metadata().map_err(failed)?.len() != 2 * RECORD as u64 {
@@ -48,8 +57,13 @@ impl Journal {
         }
         // SAFETY: only the holder of the lock writes the file, and nobody shortens it.
         let slots = unsafe { MmapMut::map_mut(&file) }.map_err(failed)?;
-        let records = [0, 1].map(|slot| bytemuck::pod_read_unaligned::<RobotRecord>(&slots[slot * RECORD..(slot + 1) * RECORD]));
-        let newest = records.into_iter().filter(RobotRecord::is_well_formed).max_by_key(|record| record.generation);
+        let records = [0, 1].map(|slot| {
+            bytemuck::pod_read_unaligned::<RobotRecord>(&slots[slot * RECORD..(slot + 1) * RECORD])
+        });
+        let newest = records
+            .into_iter()
+            .filter(RobotRecord::is_well_formed)
+            .max_by_key(|record| record.generation);
         let generation = newest.map_or(0, |record| record.generation);
         Ok((Self { slots, generation, _lock: file }, newest))
     }
@@ -58,7 +72,8 @@ impl Journal {
     pub(super) fn keep(&mut self, stream_after_first: Digest, word: &Feedback) {
         self.generation += 1;
         let slot = (self.generation % 2) as usize;
-        let record: &mut RobotRecord = bytemuck::from_bytes_mut(&mut self.slots[slot * RECORD..(slot + 1) * RECORD]);
+        let record: &mut RobotRecord =
+            bytemuck::from_bytes_mut(&mut self.slots[slot * RECORD..(slot + 1) * RECORD]);
         (record.layout, record.generation) = (RobotRecord::HASH, self.generation);
         (record.stream_after_first, record.word) = (stream_after_first, *word);
         record.seal();
@@ -89,7 +104,8 @@ mod tests {
     }
 
     fn word(walked: u64) -> Feedback {
-        let mut word = Feedback { schema: FEEDBACK_SCHEMA, instance: 7, walked, ..Feedback::zeroed() };
+        let mut word =
+            Feedback { schema: FEEDBACK_SCHEMA, instance: 7, walked, ..Feedback::zeroed() };
         word.seal();
         word
     }
@@ -108,7 +124,11 @@ mod tests {
         assert_eq!((found.word.walked, found.generation), (5, 5));
         let file = File::options().read(true).write(true).open(instance.root().join(FILE)).unwrap();
         file.write_at(&[0xff; 9], RECORD as u64 + 900).unwrap();
-        assert_eq!(Journal::open(&instance).unwrap().1.unwrap().word.walked, 4, "the fifth is torn");
+        assert_eq!(
+            Journal::open(&instance).unwrap().1.unwrap().word.walked,
+            4,
+            "the fifth is torn"
+        );
         file.write_at(&[0xff; 9], 900).unwrap();
         assert!(Journal::open(&instance).unwrap().1.is_none());
         file.set_len(100).unwrap();

@@ -49,6 +49,9 @@ mod tests {
                 Some(word) => assert_eq!(word.count, count),
             }
         }
-        assert!((150..250).contains(&lost) && (150..250).contains(&late), "{lost} lost, {late} late");
+        assert!(
+            (150..250).contains(&lost) && (150..250).contains(&late),
+            "{lost} lost, {late} late"
+        );
     }
 }

@@ -1,14 +1,18 @@
-//! Where the receiver stands in the stream, and what it makes of a chunk before anybody judges its content.
+//! Where the receiver stands in the stream, and what it makes of a chunk before anybody judges its
+//! content.
 //!
-//! The CRC comes first: until it holds no field is believed. Then a chunk is for this controller instance, of the
-//! planner session that speaks now, of the plan being walked, and the next one, or it is not judged.
+//! The CRC comes first: until it holds no field is believed. Then a chunk is for this controller
+//! instance, of the planner session that speaks now, of the plan being walked, and the next one, or
+//! it is not judged.
 
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::instance::{Rank, Succession};
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
-use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk, RobotRecord, Sealed, Standing, Verdict};
+use surefoot_shared_types::message::{
+    Check, Correction, Feedback, Margins, PlanChunk, RobotRecord, Sealed, Standing, Verdict,
+};
 
 use super::{Refusal, Tally};
 
@@ -80,13 +84,22 @@ impl Position {
             stream: word.stream,
             stream_after_first: record.stream_after_first,
             finished: word.finished != 0,
-            refusal: refusal.map(|check| Refusal { sequence: word.refused_sequence, check, waypoint: word.refused_waypoint }),
+            refusal: refusal.map(|check| Refusal {
+                sequence: word.refused_sequence,
+                check,
+                waypoint: word.refused_waypoint,
+            }),
             margins: word.margins,
             standing: word.standing,
             walked: word.walked,
             corrections: word.corrections().iter().copied().collect(),
             busy: false,
-            tally: Tally { accepted: word.next_sequence, duplicates: word.duplicated, gaps: word.gaps, ..Tally::default() },
+            tally: Tally {
+                accepted: word.next_sequence,
+                duplicates: word.duplicated,
+                gaps: word.gaps,
+                ..Tally::default()
+            },
         }
     }
 
@@ -95,11 +108,16 @@ impl Position {
         self.stream_after_first
     }
 
-    /// Decides what to do with a chunk, counts it, and moves to a new planner session or plan where it begins one.
+    /// Decides what to do with a chunk, counts it, and moves to a new planner session or plan where
+    /// it begins one.
     pub(super) fn admit(&mut self, chunk: &PlanChunk) -> Admission {
         self.tally.received += 1;
         if !chunk.is_intact() {
-            return if self.refusal.is_some() { Admission::Ignore } else { Admission::Refuse(Check::Crc) };
+            return if self.refusal.is_some() {
+                Admission::Ignore
+            } else {
+                Admission::Refuse(Check::Crc)
+            };
         }
         if chunk.target_instance != self.instance {
             self.tally.foreign += 1;
@@ -111,14 +129,25 @@ impl Position {
             Rank::New if self.is_of_plan(chunk) => self.sessions.enthrone(chunk.session),
             Rank::New => return self.ignore_gap(),
             Rank::Current if self.is_of_plan(chunk) => {}
-            Rank::Current if chunk.sequence == 0 && Some((chunk.plan_id, chunk.epoch)) > self.plan => self.begin(chunk),
+            Rank::Current
+                if chunk.sequence == 0 && Some((chunk.plan_id, chunk.epoch)) > self.plan =>
+            {
+                self.begin(chunk)
+            }
             Rank::Current => return self.ignore_leftover(),
         }
         self.place(chunk)
     }
 
-    /// The judged chunk is accepted, with which the stream has digest `stream`; `walked` is how the robot walked it.
-    pub(super) fn accept(&mut self, chunk: &PlanChunk, stream: Digest, margins: &Margins, walked: &PlanChunk) {
+    /// The judged chunk is accepted, with which the stream has digest `stream`; `walked` is how the
+    /// robot walked it.
+    pub(super) fn accept(
+        &mut self,
+        chunk: &PlanChunk,
+        stream: Digest,
+        margins: &Margins,
+        walked: &PlanChunk,
+    ) {
         self.stream = stream;
         if self.next == 0 {
             self.stream_after_first = self.stream;
@@ -132,8 +161,8 @@ impl Position {
         self.tally.accepted += 1;
     }
 
-    /// The chunk at the current place is refused; nothing of this stream is judged any more. A correction beyond
-    /// [`CORRECTIONS_MAX`] is not told: then the refusal stands without one.
+    /// The chunk at the current place is refused; nothing of this stream is judged any more. A
+    /// correction beyond [`CORRECTIONS_MAX`] is not told: then the refusal stands without one.
     pub(super) fn refuse(&mut self, check: Check, waypoint: u32, correction: Option<Correction>) {
         self.refusal = Some(Refusal { sequence: self.next, check, waypoint });
         if let Some(correction) = correction {
@@ -209,10 +238,12 @@ impl Position {
         self.plan == Some((chunk.plan_id, chunk.epoch))
     }
 
-    /// Whether a chunk of a new session begins a stream other than the one being walked. A planner that was killed and
-    /// planned the same again does not.
+    /// Whether a chunk of a new session begins a stream other than the one being walked. A planner
+    /// that was killed and planned the same again does not.
     fn begins_other_stream(&self, chunk: &PlanChunk) -> bool {
-        let repeats_ours = self.is_of_plan(chunk) && self.next > 0 && chunk.stream_after() == self.stream_after_first;
+        let repeats_ours = self.is_of_plan(chunk)
+            && self.next > 0
+            && chunk.stream_after() == self.stream_after_first;
         chunk.sequence == 0 && !repeats_ours
     }
 

@@ -1,4 +1,5 @@
-//! Says how the simulated robot is, at every tick, for whoever listens. A slow listener loses ticks; nobody waits for it.
+//! Says how the simulated robot is, at every tick, for whoever listens. A slow listener loses
+//! ticks; nobody waits for it.
 
 use surefoot_shared_types::instance::service::{STATE_POOL, STOCK, Service};
 use surefoot_shared_types::instance::stock::Stock;
@@ -16,7 +17,8 @@ impl StatePublisher {
     pub(super) fn open(link: &Link) -> Result<Self, ChannelError> {
         let service = link.open_state()?;
         let publisher = service.publisher_builder().max_loaned_samples(STATE_POOL).create();
-        let publisher = publisher.map_err(|error| ChannelError::transport("creating the state publisher", error))?;
+        let publisher = publisher
+            .map_err(|error| ChannelError::transport("creating the state publisher", error))?;
         link.instance.reserve_segments()?;
         Ok(Self { stock: Stock::new(publisher, STATE_POOL, STOCK)?, _service: service })
     }

@@ -1,8 +1,8 @@
 //! Joint accelerations.
 //!
-//! The speed of an interval is its way over its time. A waypoint's acceleration is the change of speed there over half the time of
-//! both intervals beside it. A segment must begin and end at rest: whoever takes over, or waits for a segment that never
-//! comes, has the robot standing there.
+//! The speed of an interval is its way over its time. A waypoint's acceleration is the change of
+//! speed there over half the time of both intervals beside it. A segment must begin and end at
+//! rest: whoever takes over, or waits for a segment that never comes, has the robot standing there.
 
 use surefoot_shared_types::message::{Check, Waypoint};
 use surefoot_shared_types::robot::RobotModel;
@@ -22,18 +22,25 @@ pub struct Hardest {
     joint: usize,
 }
 
-/// The share of the joints' acceleration limits that stays unused at the worst waypoint. Time must increase.
+/// The share of the joints' acceleration limits that stays unused at the worst waypoint. Time must
+/// increase.
 pub fn check_acceleration(model: &RobotModel, waypoints: &[Waypoint]) -> Result<f64, Violation> {
     let Hardest { share, waypoint, joint } = hardest(model, waypoints);
     if within(share, 1.0 + ROUNDING) {
         return Ok(1.0 - share);
     }
     let joint = &model.joints[joint];
-    let detail = format!("joint {} accelerates by {:.2}, limit {}", joint.name, share * joint.acceleration, joint.acceleration);
+    let detail = format!(
+        "joint {} accelerates by {:.2}, limit {}",
+        joint.name,
+        share * joint.acceleration,
+        joint.acceleration
+    );
     Err(Violation::new(Check::Acceleration, waypoint, detail))
 }
 
-/// The acceleration nearest to its limit, or furthest beyond it; one that is not a number is beyond all.
+/// The acceleration nearest to its limit, or furthest beyond it; one that is not a number is beyond
+/// all.
 pub fn hardest(model: &RobotModel, waypoints: &[Waypoint]) -> Hardest {
     let mut hardest = Hardest { share: 0.0, waypoint: 0, joint: 0 };
     for waypoint in 0..waypoints.len() {

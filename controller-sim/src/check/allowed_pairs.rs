@@ -1,7 +1,9 @@
-//! Which links may touch each other: decided from the robot alone, as MoveIt's setup assistant does.
+//! Which links may touch each other: decided from the robot alone, as MoveIt's setup assistant
+//! does.
 //!
-//! Links at most one joint apart; links that overlap in nearly every random configuration; and links at most three joints apart that
-//! overlap at joint position 0. Joints that are held still part links, too.
+//! Links at most one joint apart; links that overlap in nearly every random configuration; and
+//! links at most three joints apart that overlap at joint position 0. Joints that are held still
+//! part links, too.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -30,13 +32,23 @@ pub type LinkPair = (LinkIndex, LinkIndex);
 pub fn allowed_pairs(model: &RobotModel, bodies: &[Body]) -> BTreeSet<LinkPair> {
     let links: BTreeSet<LinkIndex> = bodies.iter().filter_map(|body| body.link).collect();
     let pairs = links.iter().flat_map(|&a| links.range(a + 1..).map(move |&b| (a, b)));
-    let distances: BTreeMap<LinkPair, usize> = pairs.map(|pair| (pair, joints_apart(model, pair))).collect();
-    let in_doubt: Vec<LinkPair> = distances.iter().filter(|(_, apart)| **apart > NEIGHBOURS_MAX).map(|(pair, _)| *pair).collect();
-    let at_zero: BTreeSet<LinkPair> = overlapping(model, bodies, &in_doubt, neutral(model)).into_iter().collect();
+    let distances: BTreeMap<LinkPair, usize> =
+        pairs.map(|pair| (pair, joints_apart(model, pair))).collect();
+    let in_doubt: Vec<LinkPair> = distances
+        .iter()
+        .filter(|(_, apart)| **apart > NEIGHBOURS_MAX)
+        .map(|(pair, _)| *pair)
+        .collect();
+    let at_zero: BTreeSet<LinkPair> =
+        overlapping(model, bodies, &in_doubt, neutral(model)).into_iter().collect();
     let mut random = SplitMix(0);
     let mut counts: BTreeMap<LinkPair, u32> = BTreeMap::new();
     for _ in 0..CONFIGURATIONS {
-        let q = model.joints.iter().map(|joint| random.between(joint.lower.max(-PI), joint.upper.min(PI))).collect();
+        let q = model
+            .joints
+            .iter()
+            .map(|joint| random.between(joint.lower.max(-PI), joint.upper.min(PI)))
+            .collect();
         for pair in overlapping(model, bodies, &in_doubt, q) {
             *counts.entry(pair).or_default() += 1;
         }
@@ -46,7 +58,11 @@ pub fn allowed_pairs(model: &RobotModel, bodies: &[Body]) -> BTreeSet<LinkPair> 
             || counts.get(pair).is_some_and(|count| *count >= ALWAYS_MIN)
             || (apart <= NEAR_MAX && at_zero.contains(pair))
     };
-    distances.into_iter().filter(|(pair, apart)| allowed(pair, *apart)).map(|(pair, _)| pair).collect()
+    distances
+        .into_iter()
+        .filter(|(pair, apart)| allowed(pair, *apart))
+        .map(|(pair, _)| pair)
+        .collect()
 }
 
 fn neutral(model: &RobotModel) -> Vec<f64> {
@@ -60,7 +76,12 @@ fn joints_apart(model: &RobotModel, (a, b): LinkPair) -> usize {
     first.len() + second.len() - 2 * shared
 }
 
-fn overlapping(model: &RobotModel, bodies: &[Body], pairs: &[LinkPair], q: Vec<f64>) -> Vec<LinkPair> {
+fn overlapping(
+    model: &RobotModel,
+    bodies: &[Body],
+    pairs: &[LinkPair],
+    q: Vec<f64>,
+) -> Vec<LinkPair> {
     let posture = Posture::new(model, &Configuration { world_from_root: Pose::IDENTITY, q });
     let mut on_link: Vec<Vec<(&Body, Placed)>> = vec![Vec::new(); model.links.len()];
     for body in bodies {
@@ -72,7 +93,8 @@ fn overlapping(model: &RobotModel, bodies: &[Body], pairs: &[LinkPair], q: Vec<f
         on_link[*a].iter().any(|(first, at)| {
             on_link[*b].iter().any(|(second, there)| {
                 let direction = (there.bounds.centre() - at.bounds.centre()).normalize_or(DVec3::X);
-                separation((&first.solid, at), (&second.solid, there), direction, 0.0).distance < 0.0
+                separation((&first.solid, at), (&second.solid, there), direction, 0.0).distance
+                    < 0.0
             })
         })
     };

@@ -11,13 +11,16 @@ use crate::bound::within;
 /// Steps in which the friction reserve is measured.
 const FRICTION_STEPS: u32 = 16;
 
-/// The share of the friction that is not needed to hold the robot, in sixteenths, rounded down: with the rest alone the centre
-/// of mass stays inside the region by the margin demanded.
+/// The share of the friction that is not needed to hold the robot, in sixteenths, rounded down:
+/// with the rest alone the centre of mass stays inside the region by the margin demanded.
 pub fn friction_reserve(config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> f64 {
     let share = |steps: u32| f64::from(steps) / f64::from(FRICTION_STEPS);
     let mut holds = |steps: u32| {
         let region = equilibrium.region(&case.supports, share(steps));
-        case.motion.samples.iter().all(|sample| within(config.com_margin, region.margin(sample.centre_of_mass)))
+        case.motion
+            .samples
+            .iter()
+            .all(|sample| within(config.com_margin, region.margin(sample.centre_of_mass)))
     };
     let (mut too_few, mut enough) = (0, FRICTION_STEPS);
     while enough - too_few > 1 {
@@ -27,14 +30,24 @@ pub fn friction_reserve(config: &CheckerConfig, equilibrium: &mut Equilibrium, c
     1.0 - share(enough)
 }
 
-/// The smallest distance of the centre of mass to the edge of the equilibrium region and of the contacts' hull, m.
-pub fn check_balance(model: &RobotModel, config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> Result<f64, Violation> {
+/// The smallest distance of the centre of mass to the edge of the equilibrium region and of the
+/// contacts' hull, m.
+pub fn check_balance(
+    model: &RobotModel,
+    config: &CheckerConfig,
+    equilibrium: &mut Equilibrium,
+    case: &Case,
+) -> Result<f64, Violation> {
     let region = equilibrium.region(&case.supports, ALL_FRICTION);
     let mut worst = f64::INFINITY;
     for sample in &case.motion.samples {
         let margin = region.margin(sample.centre_of_mass);
         if !within(config.com_margin, margin) {
-            let feet: Vec<&str> = case.contacts.iter().map(|contact| model.feet[contact.limb as usize].name.as_str()).collect();
+            let feet: Vec<&str> = case
+                .contacts
+                .iter()
+                .map(|contact| model.feet[contact.limb as usize].name.as_str())
+                .collect();
             let (feet, limit) = (feet.join(" and "), 1e3 * config.com_margin);
             let detail = if margin == f64::NEG_INFINITY {
                 format!("no contact forces of the {feet} foot hold the robot")

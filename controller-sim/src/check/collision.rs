@@ -32,7 +32,12 @@ pub struct Collisions {
 
 impl Collisions {
     /// Finds the pairs that must stay apart: all but the allowed ones.
-    pub fn new(model: &RobotModel, allowed: &BTreeSet<LinkPair>, robot: Vec<Body>, world: Vec<Body>) -> Self {
+    pub fn new(
+        model: &RobotModel,
+        allowed: &BTreeSet<LinkPair>,
+        robot: Vec<Body>,
+        world: Vec<Body>,
+    ) -> Self {
         let levers = robot.iter().map(|body| Levers::new(model, body)).collect();
         let forbidden = |a: &Body, b: &Body| match (a.link, b.link) {
             (Some(a), Some(b)) => a != b && !allowed.contains(&(a.min(b), a.max(b))),
@@ -42,15 +47,19 @@ impl Collisions {
         let self_pairs = all.clone().flat_map(|i| (i + 1..robot.len()).map(move |k| (i, k)));
         let self_pairs = self_pairs.filter(|&(i, k)| forbidden(&robot[i], &robot[k]));
         let self_pairs = self_pairs.map(|(i, k)| Pair::new(i, Partner::Robot(k), true)).collect();
-        let is_foot = |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
+        let is_foot =
+            |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
         let world_pairs = all.flat_map(|i| (0..world.len()).map(move |k| (i, k)));
-        let world_pairs = world_pairs.map(|(i, k)| Pair::new(i, Partner::World(k), !is_foot(robot[i].link))).collect();
+        let world_pairs = world_pairs
+            .map(|(i, k)| Pair::new(i, Partner::World(k), !is_foot(robot[i].link)))
+            .collect();
         let world_placed = world.iter().map(|body| Placed::new(body, &Pose::IDENTITY)).collect();
         Self { robot, world, world_placed, levers, self_pairs, world_pairs }
     }
 
-    /// The smallest distance of the robot to the world, m, at most [`DISTANCE_CAP`]. Feet, which touch the world at the ends
-    /// of every step, are checked but not measured. `alive` is called at every sample and waypoint.
+    /// The smallest distance of the robot to the world, m, at most [`DISTANCE_CAP`]. Feet, which
+    /// touch the world at the ends of every step, are checked but not measured. `alive` is called
+    /// at every sample and waypoint.
     pub fn check_world(
         &mut self,
         model: &RobotModel,
@@ -58,20 +67,24 @@ impl Collisions {
         case: &Case,
         alive: &mut dyn FnMut(),
     ) -> Result<f64, Violation> {
-        let stance: Vec<LinkIndex> = case.contacts.iter().map(|contact| model.feet[contact.limb as usize].link).collect();
+        let stance: Vec<LinkIndex> =
+            case.contacts.iter().map(|contact| model.feet[contact.limb as usize].link).collect();
         for sample in &case.motion.samples {
             alive();
             self.check_stance(config, &stance, sample)?;
             self.check_inside(sample)?;
         }
-        let moving = |pair: &Pair| !self.robot[pair.body].link.is_some_and(|link| stance.contains(&link));
-        let (mut swept, resting): (Vec<Pair>, Vec<Pair>) = std::mem::take(&mut self.world_pairs).into_iter().partition(moving);
+        let moving =
+            |pair: &Pair| !self.robot[pair.body].link.is_some_and(|link| stance.contains(&link));
+        let (mut swept, resting): (Vec<Pair>, Vec<Pair>) =
+            std::mem::take(&mut self.world_pairs).into_iter().partition(moving);
         let found = self.sweep(model, config, case, (Check::Collision, &mut swept), alive);
         self.world_pairs = swept.into_iter().chain(resting).collect();
         found
     }
 
-    /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`]. `alive` is called at every waypoint.
+    /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`]. `alive`
+    /// is called at every waypoint.
     pub fn check_self(
         &mut self,
         model: &RobotModel,
@@ -109,16 +122,33 @@ impl Collisions {
         Ok(sweep.worst)
     }
 
-    /// A stance foot stands on the world and may press into it a little. Between samples it stays within its pose tolerance.
-    fn check_stance(&self, config: &CheckerConfig, stance: &[LinkIndex], sample: &Sample) -> Result<(), Violation> {
+    /// A stance foot stands on the world and may press into it a little. Between samples it stays
+    /// within its pose tolerance.
+    fn check_stance(
+        &self,
+        config: &CheckerConfig,
+        stance: &[LinkIndex],
+        sample: &Sample,
+    ) -> Result<(), Violation> {
         let deepest = -config.contact_gap_max;
         for body in &self.robot {
             let Some(link) = body.link.filter(|link| stance.contains(link)) else { continue };
             let placed = Placed::new(body, &sample.posture.world_from_link[link]);
             for (other, there) in self.world.iter().zip(&self.world_placed) {
-                let found = separation((&body.solid, &placed), (&other.solid, there), -glam::DVec3::Z, deepest);
+                let found = separation(
+                    (&body.solid, &placed),
+                    (&other.solid, there),
+                    -glam::DVec3::Z,
+                    deepest,
+                );
                 if !within(deepest, found.distance) {
-                    return Err(overlap(Check::Collision, sample.waypoint, (body, other), found.distance, config.contact_gap_max));
+                    return Err(overlap(
+                        Check::Collision,
+                        sample.waypoint,
+                        (body, other),
+                        found.distance,
+                        config.contact_gap_max,
+                    ));
                 }
             }
         }
@@ -133,8 +163,11 @@ impl Collisions {
                 let Some(link) = body.link else { continue };
                 let placed = Placed::new(body, &sample.posture.world_from_link[link]);
                 let centre = placed.world_from_solid * body.local_bounds.centre();
-                if mesh_placed.bounds.gap(&placed.bounds) <= 0.0 && is_inside_mesh(mesh, &mesh_placed.world_from_solid, centre) {
-                    let detail = format!("link {} is inside the closed mesh {}", body.name, mesh_body.name);
+                if mesh_placed.bounds.gap(&placed.bounds) <= 0.0
+                    && is_inside_mesh(mesh, &mesh_placed.world_from_solid, centre)
+                {
+                    let detail =
+                        format!("link {} is inside the closed mesh {}", body.name, mesh_body.name);
                     return Err(Violation::new(Check::Collision, sample.waypoint, detail));
                 }
             }
@@ -144,7 +177,19 @@ impl Collisions {
 }
 
 /// The violation by two bodies `distance` (negative, m) apart.
-pub fn overlap(check: Check, waypoint: usize, (a, b): (&Body, &Body), distance: f64, limit: f64) -> Violation {
-    let detail = format!("{} overlaps {} by {:.2} mm, limit {:.2} mm", a.name, b.name, -1e3 * distance, 1e3 * limit);
+pub fn overlap(
+    check: Check,
+    waypoint: usize,
+    (a, b): (&Body, &Body),
+    distance: f64,
+    limit: f64,
+) -> Violation {
+    let detail = format!(
+        "{} overlaps {} by {:.2} mm, limit {:.2} mm",
+        a.name,
+        b.name,
+        -1e3 * distance,
+        1e3 * limit
+    );
     Violation::new(check, waypoint, detail)
 }

@@ -11,7 +11,11 @@ use super::{Case, Violation};
 use crate::bound::within;
 
 /// What remains of the position tolerance of the stance soles, m.
-pub fn check_contact(model: &RobotModel, config: &CheckerConfig, case: &Case) -> Result<f64, Violation> {
+pub fn check_contact(
+    model: &RobotModel,
+    config: &CheckerConfig,
+    case: &Case,
+) -> Result<f64, Violation> {
     for (contact, support) in case.contacts.iter().zip(&case.supports) {
         check_support(&model.feet[contact.limb as usize].name, config, support)?;
     }
@@ -24,20 +28,33 @@ pub fn check_contact(model: &RobotModel, config: &CheckerConfig, case: &Case) ->
     Ok(worst)
 }
 
-fn check_support(foot: &str, config: &CheckerConfig, support: &SoleSupport) -> Result<(), Violation> {
+fn check_support(
+    foot: &str,
+    config: &CheckerConfig,
+    support: &SoleSupport,
+) -> Result<(), Violation> {
     let bad = |detail| Err(Violation::new(Check::Contact, 0, detail));
     if !within(support.deepest, config.contact_gap_max) {
         let (depth, limit) = (1e3 * support.deepest, 1e3 * config.contact_gap_max);
-        return bad(format!("the {foot} sole stands {depth:.2} mm deep in the world, limit {limit:.2} mm"));
+        return bad(format!(
+            "the {foot} sole stands {depth:.2} mm deep in the world, limit {limit:.2} mm"
+        ));
     }
     if !within(config.support_area_min, support.area) {
         let (area, limit) = (1e4 * support.area, 1e4 * config.support_area_min);
-        return bad(format!("the {foot} sole is supported over {area:.2} cm2 only, at least {limit:.2} cm2 are needed"));
+        return bad(format!(
+            "the {foot} sole is supported over {area:.2} cm2 only, at least {limit:.2} cm2 are needed"
+        ));
     }
     Ok(())
 }
 
-fn pose_margin(model: &RobotModel, config: &CheckerConfig, contact: &Contact, sample: &Sample) -> Result<f64, Violation> {
+fn pose_margin(
+    model: &RobotModel,
+    config: &CheckerConfig,
+    contact: &Contact,
+    sample: &Sample,
+) -> Result<f64, Violation> {
     let limb = contact.limb as usize;
     let foot = &model.feet[limb].name;
     let declared = contact.world_from_sole();
@@ -46,12 +63,17 @@ fn pose_margin(model: &RobotModel, config: &CheckerConfig, contact: &Contact, sa
     let distance = declared.translation.distance(actual.translation);
     if !within(distance, config.foot_position_max) {
         let limit = 1e3 * config.foot_position_max;
-        return bad(format!("the {foot} sole is {:.3} mm from its declared place, limit {limit:.3} mm", 1e3 * distance));
+        return bad(format!(
+            "the {foot} sole is {:.3} mm from its declared place, limit {limit:.3} mm",
+            1e3 * distance
+        ));
     }
     let turn = rotation_distance(declared.rotation.normalize(), actual.rotation);
     if !within(turn, config.foot_rotation_max) {
         let (turn, limit) = (turn.to_degrees(), config.foot_rotation_max.to_degrees());
-        return bad(format!("the {foot} sole is turned {turn:.3} deg from its declared pose, limit {limit:.3} deg"));
+        return bad(format!(
+            "the {foot} sole is turned {turn:.3} deg from its declared pose, limit {limit:.3} deg"
+        ));
     }
     Ok(config.foot_position_max - distance)
 }

@@ -1,7 +1,9 @@
 //! Linear and quadratic programs by Clarabel.
 
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT};
+use clarabel::solver::{
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT,
+};
 
 /// Iterations of one program; more than any well-posed one needs.
 const ITERATIONS_MAX: u32 = 100;
@@ -21,13 +23,19 @@ pub struct ConvexProgram {
 }
 
 impl ConvexProgram {
-    /// A minimiser, its nonnegative variables made so, or nothing where the solver does not find one. It is accurate to the
-    /// solver's tolerance only: verify what matters.
+    /// A minimiser, its nonnegative variables made so, or nothing where the solver does not find
+    /// one. It is accurate to the solver's tolerance only: verify what matters.
     pub fn solve(&self) -> Option<Vec<f64>> {
-        let (columns, rows) = (self.cost.len(), self.equalities.len() + self.inequalities.len() + self.nonnegative);
-        let (mut row_of, mut column_of, mut value_of, mut right) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for (row, (coefficients, bound)) in self.equalities.iter().chain(&self.inequalities).enumerate() {
-            for (column, &value) in coefficients.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+        let (columns, rows) =
+            (self.cost.len(), self.equalities.len() + self.inequalities.len() + self.nonnegative);
+        let (mut row_of, mut column_of, mut value_of, mut right) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (row, (coefficients, bound)) in
+            self.equalities.iter().chain(&self.inequalities).enumerate()
+        {
+            for (column, &value) in
+                coefficients.iter().enumerate().filter(|(_, value)| **value != 0.0)
+            {
                 row_of.push(row);
                 column_of.push(column);
                 value_of.push(value);
@@ -41,12 +49,21 @@ impl ConvexProgram {
             right.push(0.0);
         }
         let matrix = CscMatrix::new_from_triplets(rows, columns, row_of, column_of, value_of);
-        let cones = [ZeroConeT(self.equalities.len()), NonnegativeConeT(self.inequalities.len() + self.nonnegative)];
-        let settings = DefaultSettings { verbose: false, max_iter: ITERATIONS_MAX, ..DefaultSettings::default() };
+        let cones = [
+            ZeroConeT(self.equalities.len()),
+            NonnegativeConeT(self.inequalities.len() + self.nonnegative),
+        ];
+        let settings = DefaultSettings {
+            verbose: false,
+            max_iter: ITERATIONS_MAX,
+            ..DefaultSettings::default()
+        };
         let quadratic = self.quadratic();
-        let mut solver = DefaultSolver::new(&quadratic, &self.cost, &matrix, &right, &cones, settings).ok()?;
+        let mut solver =
+            DefaultSolver::new(&quadratic, &self.cost, &matrix, &right, &cones, settings).ok()?;
         solver.solve();
-        let found = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
+        let found =
+            matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
         found.then(|| {
             let mut x = solver.solution.x.clone();
             x[..self.nonnegative].iter_mut().for_each(|value| *value = value.max(0.0));
@@ -59,7 +76,13 @@ impl ConvexProgram {
         if self.square_cost == 0.0 {
             return CscMatrix::zeros((columns, columns));
         }
-        CscMatrix::new_from_triplets(columns, columns, (0..columns).collect(), (0..columns).collect(), vec![self.square_cost; columns])
+        CscMatrix::new_from_triplets(
+            columns,
+            columns,
+            (0..columns).collect(),
+            (0..columns).collect(),
+            vec![self.square_cost; columns],
+        )
     }
 }
 
@@ -77,7 +100,11 @@ mod tests {
             inequalities: vec![(vec![0.0, 0.0, -1.0], -1.0), (vec![0.0, 1.0, 0.0], 2.0)],
         };
         let x = program.solve().unwrap();
-        assert!((x[0] - 1.0).abs() < 1e-6 && (x[1] - 2.0).abs() < 1e-6 && (x[0] + x[1] + x[2] - 4.0).abs() < 1e-6);
+        assert!(
+            (x[0] - 1.0).abs() < 1e-6
+                && (x[1] - 2.0).abs() < 1e-6
+                && (x[0] + x[1] + x[2] - 4.0).abs() < 1e-6
+        );
         program.inequalities.push((vec![0.0, 0.0, 1.0], 0.5));
         assert!(program.solve().is_none());
     }

@@ -1,7 +1,8 @@
-//! Static equilibrium with friction: which contact forces carry the robot, and where its centre of mass may be.
+//! Static equilibrium with friction: which contact forces carry the robot, and where its centre of
+//! mass may be.
 //!
-//! Friction cones are taken as pyramids inside them, so whatever is found to hold, holds with round cones too. Forces are
-//! in units of the robot's weight.
+//! Friction cones are taken as pyramids inside them, so whatever is found to hold, holds with round
+//! cones too. Forces are in units of the robot's weight.
 
 use std::collections::BTreeMap;
 
@@ -21,9 +22,11 @@ pub const PYRAMID_SIDES: usize = 8;
 const FIRST_DIRECTIONS: usize = 8;
 /// Most directions in which it is sought after that.
 const LOOKS_MAX: usize = 256;
-/// A corner this near (m) to the side it would split is left out: the region found lies inside the true one.
+/// A corner this near (m) to the side it would split is left out: the region found lies inside the
+/// true one.
 const CORNER_MIN: f64 = 1e-6;
-/// The largest imbalance of forces (weights) and of torques (weights times metres) that counts as equilibrium.
+/// The largest imbalance of forces (weights) and of torques (weights times metres) that counts as
+/// equilibrium.
 const IMBALANCE_MAX: f64 = 1e-6;
 /// A share of a limit above which no one asks how far above.
 const SHARE_TOP: f64 = 10.0;
@@ -75,10 +78,13 @@ impl Equilibrium {
         self.mu
     }
 
-    /// The edges of all friction pyramids, [`PYRAMID_SIDES`] for each contact point in turn, with only a share of the friction.
+    /// The edges of all friction pyramids, [`PYRAMID_SIDES`] for each contact point in turn, with
+    /// only a share of the friction.
     pub fn generators(&self, supports: &[SoleSupport], friction_share: f64) -> Vec<Generator> {
         let mu = friction_share * self.mu;
-        let points = supports.iter().flat_map(|support| support.points.iter().map(|point| (support.limb, *point)));
+        let points = supports
+            .iter()
+            .flat_map(|support| support.points.iter().map(|point| (support.limb, *point)));
         let edges = points.flat_map(|(limb, point)| {
             let (across, along) = point.normal.any_orthonormal_pair();
             (0..PYRAMID_SIDES).map(move |side| {
@@ -86,12 +92,21 @@ impl Equilibrium {
                 (limb, point.position, point.normal, turn.x * across + turn.y * along)
             })
         });
-        edges.map(|(limb, point, normal, tangent)| Generator { limb, point, force: normal + mu * tangent }).collect()
+        edges
+            .map(|(limb, point, normal, tangent)| Generator {
+                limb,
+                point,
+                force: normal + mu * tangent,
+            })
+            .collect()
     }
 
     /// Where the centre of mass may be over these contacts, by a share of the friction.
     pub fn region(&mut self, supports: &[SoleSupport], friction_share: f64) -> Region {
-        let vectors = supports.iter().flat_map(|support| &support.points).flat_map(|point| [point.position, point.normal]);
+        let vectors = supports
+            .iter()
+            .flat_map(|support| &support.points)
+            .flat_map(|point| [point.position, point.normal]);
         let numbers = vectors.flat_map(|vector| vector.to_array()).chain([friction_share]);
         let key: Vec<u64> = numbers.map(f64::to_bits).collect();
         if let Some(region) = self.known.get(&key) {
@@ -106,7 +121,11 @@ impl Equilibrium {
     }
 
     fn measure(&self, supports: &[SoleSupport], friction_share: f64) -> Region {
-        let points: Vec<DVec2> = supports.iter().flat_map(|s| &s.points).map(|point| point.position.truncate()).collect();
+        let points: Vec<DVec2> = supports
+            .iter()
+            .flat_map(|s| &s.points)
+            .map(|point| point.position.truncate())
+            .collect();
         let hull = polygon::hull(&points);
         let unsupported = supports.iter().any(|support| support.points.is_empty());
         if supports.is_empty() || unsupported {
@@ -116,11 +135,13 @@ impl Equilibrium {
     }
 }
 
-/// The corners of the region in which forces of the generators hold a centre of mass: from a few furthest points on, a
-/// side that the region reaches beyond gets a corner there, as Bretl and Lall do (2008).
+/// The corners of the region in which forces of the generators hold a centre of mass: from a few
+/// furthest points on, a side that the region reaches beyond gets a corner there, as Bretl and Lall
+/// do (2008).
 fn region_of(generators: &[Generator]) -> Vec<DVec2> {
     let mut furthest = FurthestCentre::new(generators);
-    let first = (0..FIRST_DIRECTIONS).filter_map(|k| furthest.along(polygon::direction(k, FIRST_DIRECTIONS)));
+    let first = (0..FIRST_DIRECTIONS)
+        .filter_map(|k| furthest.along(polygon::direction(k, FIRST_DIRECTIONS)));
     let mut outline = polygon::hull(&first.collect::<Vec<_>>());
     let (mut side, mut looks) = (0, 0);
     while side < outline.len() && looks < LOOKS_MAX {
@@ -128,7 +149,9 @@ fn region_of(generators: &[Generator]) -> Vec<DVec2> {
         let outward = -(b - a).perp().normalize_or_zero();
         looks += 1;
         match furthest.along(outward) {
-            Some(corner) if (corner - a).dot(outward) > CORNER_MIN => outline.insert(side + 1, corner),
+            Some(corner) if (corner - a).dot(outward) > CORNER_MIN => {
+                outline.insert(side + 1, corner)
+            }
             _ => side += 1,
         }
     }
@@ -158,14 +181,22 @@ impl FurthestCentre {
         let torques = self.about_x.iter().zip(&self.about_y);
         let cost: Vec<f64> = torques.map(|(x, y)| direction.x * y - direction.y * x).collect();
         let found = self.simplex.as_mut().and_then(|simplex| simplex.minimise(&cost));
-        let forces = found.filter(|forces| is_balanced(&self.rows, forces)).or_else(|| self.thoroughly(cost))?;
+        let forces = found
+            .filter(|forces| is_balanced(&self.rows, forces))
+            .or_else(|| self.thoroughly(cost))?;
         // The weight's torque about the origin at a centre of mass (x, y) is (-y, x, 0).
         Some(self.origin + DVec2::new(-dot(&self.about_y, &forces), dot(&self.about_x, &forces)))
     }
 
     fn thoroughly(&self, cost: Vec<f64>) -> Option<Vec<f64>> {
         let nonnegative = cost.len();
-        let program = ConvexProgram { cost, square_cost: 0.0, nonnegative, equalities: self.rows.clone(), inequalities: Vec::new() };
+        let program = ConvexProgram {
+            cost,
+            square_cost: 0.0,
+            nonnegative,
+            equalities: self.rows.clone(),
+            inequalities: Vec::new(),
+        };
         program.solve().filter(|forces| is_balanced(&self.rows, forces))
     }
 }
@@ -179,8 +210,8 @@ pub struct LeastEffort {
 }
 
 impl LeastEffort {
-    /// The forces (one number per generator) that hold this centre of mass and minimise the largest absolute value of
-    /// `offset + row . forces` over `shares`.
+    /// The forces (one number per generator) that hold this centre of mass and minimise the largest
+    /// absolute value of `offset + row . forces` over `shares`.
     pub fn new(generators: &[Generator], centre_of_mass: DVec3, shares: Vec<Row>) -> Self {
         Self { balance: balance(generators, centre_of_mass), shares }
     }
@@ -189,12 +220,18 @@ impl LeastEffort {
     pub fn quickly(&self) -> Option<Vec<f64>> {
         let (count, bounds) = (self.balance[0].0.len(), 2 * self.shares.len());
         let columns = count + 1 + bounds;
-        // Unknown beside the forces: by how much the largest share is below `top`, and how much room each bound leaves.
-        let top = SHARE_TOP + self.shares.iter().map(|(_, offset)| offset.abs()).fold(0.0, f64::max);
-        let widened = |(row, right): &Row| (row.iter().copied().chain(std::iter::repeat_n(0.0, 1 + bounds)).collect(), *right);
+        // Unknown beside the forces: by how much the largest share is below `top`, and how much
+        // room each bound leaves.
+        let top =
+            SHARE_TOP + self.shares.iter().map(|(_, offset)| offset.abs()).fold(0.0, f64::max);
+        let widened = |(row, right): &Row| {
+            (row.iter().copied().chain(std::iter::repeat_n(0.0, 1 + bounds)).collect(), *right)
+        };
         let mut rows: Vec<Row> = self.balance.iter().map(widened).collect();
         let mut first = vec![None; rows.len()];
-        for (index, (sign, (row, offset))) in self.shares.iter().flat_map(|share| [(1.0, share), (-1.0, share)]).enumerate() {
+        for (index, (sign, (row, offset))) in
+            self.shares.iter().flat_map(|share| [(1.0, share), (-1.0, share)]).enumerate()
+        {
             let mut coefficients = vec![0.0; columns];
             coefficients.iter_mut().zip(row).for_each(|(place, value)| *place = sign * value);
             (coefficients[count], coefficients[count + 1 + index]) = (1.0, 1.0);
@@ -211,12 +248,29 @@ impl LeastEffort {
     /// By the interior point method, which has the last word where [`Self::quickly`] finds none.
     pub fn thoroughly(&self) -> Option<Vec<f64>> {
         let count = self.balance[0].0.len();
-        let equalities = self.balance.iter().map(|(row, right)| (row.iter().copied().chain([0.0]).collect(), *right)).collect();
-        let bounded = |sign: f64, (row, offset): &Row| (row.iter().map(|value| sign * value).chain([-1.0]).collect(), -sign * offset);
-        let inequalities = self.shares.iter().flat_map(|share| [bounded(1.0, share), bounded(-1.0, share)]).collect();
+        let equalities = self
+            .balance
+            .iter()
+            .map(|(row, right)| (row.iter().copied().chain([0.0]).collect(), *right))
+            .collect();
+        let bounded = |sign: f64, (row, offset): &Row| {
+            (row.iter().map(|value| sign * value).chain([-1.0]).collect(), -sign * offset)
+        };
+        let inequalities = self
+            .shares
+            .iter()
+            .flat_map(|share| [bounded(1.0, share), bounded(-1.0, share)])
+            .collect();
         let mut cost = vec![0.0; count + 1];
         cost[count] = 1.0;
-        let mut forces = ConvexProgram { cost, square_cost: 0.0, nonnegative: count + 1, equalities, inequalities }.solve()?;
+        let mut forces = ConvexProgram {
+            cost,
+            square_cost: 0.0,
+            nonnegative: count + 1,
+            equalities,
+            inequalities,
+        }
+        .solve()?;
         forces.truncate(count);
         is_balanced(&self.balance, &forces).then_some(forces)
     }
@@ -233,7 +287,8 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 fn middle(generators: &[Generator]) -> DVec3 {
-    generators.iter().map(|generator| generator.point).sum::<DVec3>() / generators.len().max(1) as f64
+    generators.iter().map(|generator| generator.point).sum::<DVec3>()
+        / generators.len().max(1) as f64
 }
 
 /// What forces must meet to hold a centre of mass: see [`balance_rows`].
@@ -247,9 +302,13 @@ pub fn balance(generators: &[Generator], centre_of_mass: DVec3) -> Vec<Row> {
 
 /// Six rows: the forces add up to one weight upwards, their torques about `origin` to nothing.
 fn balance_rows(generators: &[Generator], origin: DVec3) -> Vec<Row> {
-    let wrench = |generator: &Generator| (generator.force, (generator.point - origin).cross(generator.force));
+    let wrench = |generator: &Generator| {
+        (generator.force, (generator.point - origin).cross(generator.force))
+    };
     let wrenches: Vec<(DVec3, DVec3)> = generators.iter().map(wrench).collect();
-    let force = |axis: usize| (wrenches.iter().map(|(force, _)| force[axis]).collect(), if axis == 2 { 1.0 } else { 0.0 });
+    let force = |axis: usize| {
+        (wrenches.iter().map(|(force, _)| force[axis]).collect(), if axis == 2 { 1.0 } else { 0.0 })
+    };
     let torque = |axis: usize| (wrenches.iter().map(|(_, torque)| torque[axis]).collect(), 0.0);
     (0..3).map(force).chain((0..3).map(torque)).collect()
 }
@@ -262,7 +321,10 @@ mod tests {
     fn sole(limb: usize, middle: DVec3, normal: DVec3) -> SoleSupport {
         let corners = [(0.1, 0.05), (-0.1, 0.05), (-0.1, -0.05), (0.1, -0.05)];
         let (across, along) = (DVec3::X - DVec3::X.dot(normal) * normal, normal.cross(DVec3::X));
-        let points = corners.map(|(x, y)| ContactPoint { position: middle + x * across + y * along, normal: normal.normalize() });
+        let points = corners.map(|(x, y)| ContactPoint {
+            position: middle + x * across + y * along,
+            normal: normal.normalize(),
+        });
         SoleSupport { limb, area: 0.02, deepest: 0.0, points: points.to_vec() }
     }
 
@@ -273,7 +335,15 @@ mod tests {
         equalities.iter_mut().for_each(|(row, _)| row.extend([0.0, 0.0]));
         (equalities[3].0[count + 1], equalities[4].0[count]) = (-1.0, 1.0);
         let cost: Vec<f64> = (0..count).map(|_| 0.0).chain([-direction.x, -direction.y]).collect();
-        let x = ConvexProgram { cost, square_cost: 0.0, nonnegative: count, equalities, inequalities: Vec::new() }.solve().unwrap();
+        let x = ConvexProgram {
+            cost,
+            square_cost: 0.0,
+            nonnegative: count,
+            equalities,
+            inequalities: Vec::new(),
+        }
+        .solve()
+        .unwrap();
         DVec2::new(x[count], x[count + 1]).dot(direction)
     }
 
@@ -283,17 +353,32 @@ mod tests {
         let tilted = DVec3::new(0.2, 0.1, 1.0);
         for supports in [
             vec![sole(0, DVec3::new(1.0, 0.1, 0.0), DVec3::Z)],
-            vec![sole(0, DVec3::new(1.0, 0.1, 0.0), DVec3::Z), sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z)],
-            vec![sole(0, DVec3::new(1.0, 0.1, 0.3), tilted), sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z)],
+            vec![
+                sole(0, DVec3::new(1.0, 0.1, 0.0), DVec3::Z),
+                sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z),
+            ],
+            vec![
+                sole(0, DVec3::new(1.0, 0.1, 0.3), tilted),
+                sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z),
+            ],
             // As rays measure it: heights and normals off by rounding.
-            vec![sole(0, DVec3::new(1.0, 0.1, 2e-9), DVec3::new(1e-9, -3e-9, 1.0)), sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z)],
+            vec![
+                sole(0, DVec3::new(1.0, 0.1, 2e-9), DVec3::new(1e-9, -3e-9, 1.0)),
+                sole(1, DVec3::new(1.3, -0.1, 0.0), DVec3::Z),
+            ],
         ] {
             let generators = equilibrium.generators(&supports, ALL_FRICTION);
             let region = region_of(&generators);
             for direction in (0..45).map(|k| polygon::direction(k, 45)) {
-                let reach = region.iter().map(|corner| corner.dot(direction)).fold(f64::NEG_INFINITY, f64::max);
+                let reach = region
+                    .iter()
+                    .map(|corner| corner.dot(direction))
+                    .fold(f64::NEG_INFINITY, f64::max);
                 let wanted = furthest_by_definition(&generators, direction);
-                assert!(reach < wanted + 1e-7 && reach > wanted - 2e-6, "{direction}: {reach} {wanted}");
+                assert!(
+                    reach < wanted + 1e-7 && reach > wanted - 2e-6,
+                    "{direction}: {reach} {wanted}"
+                );
             }
         }
     }

@@ -1,8 +1,10 @@
-//! The contact forces of least squares: what a controller that spreads the load evenly would ask for.
+//! The contact forces of least squares: what a controller that spreads the load evenly would ask
+//! for.
 //!
-//! Of all forces along the pyramids' edges that hold the robot, those with the least sum of squares. They are the
-//! positive part of a combination of the balance rows, so six numbers say them all; Newton's method finds these in microseconds.
-//! It is a quadratic program: where Newton's method ends without forces, Clarabel has the last word.
+//! Of all forces along the pyramids' edges that hold the robot, those with the least sum of
+//! squares. They are the positive part of a combination of the balance rows, so six numbers say
+//! them all; Newton's method finds these in microseconds. It is a quadratic program: where Newton's
+//! method ends without forces, Clarabel has the last word.
 
 use super::convex_program::ConvexProgram;
 use super::equilibrium::{dot, is_balanced};
@@ -15,7 +17,8 @@ const HALVINGS_MAX: usize = 30;
 /// Added to the diagonal, so that rows which say the same can be solved for.
 const DAMPING: f64 = 1e-12;
 
-/// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where there are none.
+/// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where there
+/// are none.
 pub fn even_forces(rows: &[Row]) -> Option<Vec<f64>> {
     least_squares(rows).or_else(|| thoroughly(rows))
 }
@@ -23,12 +26,18 @@ pub fn even_forces(rows: &[Row]) -> Option<Vec<f64>> {
 /// By Clarabel.
 fn thoroughly(rows: &[Row]) -> Option<Vec<f64>> {
     let columns = rows.first()?.0.len();
-    let program =
-        ConvexProgram { cost: vec![0.0; columns], square_cost: 1.0, nonnegative: columns, equalities: rows.to_vec(), inequalities: vec![] };
+    let program = ConvexProgram {
+        cost: vec![0.0; columns],
+        square_cost: 1.0,
+        nonnegative: columns,
+        equalities: rows.to_vec(),
+        inequalities: vec![],
+    };
     program.solve().filter(|forces| is_balanced(rows, forces))
 }
 
-/// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where Newton's method finds none.
+/// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where
+/// Newton's method finds none.
 fn least_squares(rows: &[Row]) -> Option<Vec<f64>> {
     let mut weights = vec![0.0; rows.len()];
     let mut forces = vec![0.0; rows.first()?.0.len()];
@@ -40,7 +49,8 @@ fn least_squares(rows: &[Row]) -> Option<Vec<f64>> {
         let before = value(rows, &weights);
         let mut share = 1.0;
         let next = (0..HALVINGS_MAX).find_map(|_| {
-            let next: Vec<f64> = weights.iter().zip(&step).map(|(weight, step)| weight + share * step).collect();
+            let next: Vec<f64> =
+                weights.iter().zip(&step).map(|(weight, step)| weight + share * step).collect();
             share *= 0.5;
             (value(rows, &next) < before).then_some(next)
         })?;
@@ -58,7 +68,9 @@ fn value(rows: &[Row], weights: &[f64]) -> f64 {
 }
 
 fn positive_part(rows: &[Row], weights: &[f64]) -> Vec<f64> {
-    let combined = |column: usize| rows.iter().zip(weights).map(|((row, _), weight)| row[column] * weight).sum::<f64>();
+    let combined = |column: usize| {
+        rows.iter().zip(weights).map(|((row, _), weight)| row[column] * weight).sum::<f64>()
+    };
     (0..rows[0].0.len()).map(|column| combined(column).max(0.0)).collect()
 }
 
@@ -66,8 +78,16 @@ fn newton_step(rows: &[Row], forces: &[f64]) -> Option<Vec<f64>> {
     // Before any force is positive, all of them may become so.
     let all = forces.iter().all(|force| *force == 0.0);
     let counts: Vec<bool> = forces.iter().map(|force| all || *force > 0.0).collect();
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).zip(&counts).filter(|(_, counts)| **counts).map(|((x, y), _)| x * y).sum::<f64>();
-    let mut matrix: Vec<Vec<f64>> = rows.iter().map(|(a, _)| rows.iter().map(|(b, _)| product(a, b)).collect()).collect();
+    let product = |a: &[f64], b: &[f64]| {
+        a.iter()
+            .zip(b)
+            .zip(&counts)
+            .filter(|(_, counts)| **counts)
+            .map(|((x, y), _)| x * y)
+            .sum::<f64>()
+    };
+    let mut matrix: Vec<Vec<f64>> =
+        rows.iter().map(|(a, _)| rows.iter().map(|(b, _)| product(a, b)).collect()).collect();
     for (index, row) in matrix.iter_mut().enumerate() {
         row[index] += DAMPING;
     }
@@ -78,7 +98,8 @@ fn newton_step(rows: &[Row], forces: &[f64]) -> Option<Vec<f64>> {
 pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
     let count = right.len();
     for column in 0..count {
-        let pivot = (column..count).max_by(|&a, &b| matrix[a][column].abs().total_cmp(&matrix[b][column].abs()))?;
+        let pivot = (column..count)
+            .max_by(|&a, &b| matrix[a][column].abs().total_cmp(&matrix[b][column].abs()))?;
         matrix.swap(column, pivot);
         right.swap(column, pivot);
         if matrix[column][column] == 0.0 {
@@ -88,7 +109,10 @@ pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Ve
         let pivot_row = &above[column];
         for (offset, row) in below.iter_mut().enumerate() {
             let factor = row[column] / pivot_row[column];
-            row.iter_mut().zip(pivot_row).skip(column).for_each(|(value, other)| *value -= factor * other);
+            row.iter_mut()
+                .zip(pivot_row)
+                .skip(column)
+                .for_each(|(value, other)| *value -= factor * other);
             right[column + 1 + offset] -= factor * right[column];
         }
     }
@@ -108,8 +132,12 @@ mod tests {
         let forces = least_squares(&[(vec![1.0, 1.0, 1.0, 1.0], 1.0)]).unwrap();
         assert!(forces.iter().all(|force| (force - 0.25).abs() < 1e-6), "{forces:?}");
         // A beam on three supports, loaded at its end: the free solution would pull at the far one.
-        let forces = least_squares(&[(vec![1.0, 1.0, 1.0], 1.0), (vec![-1.0, 0.0, 1.0], 0.9)]).unwrap();
-        assert!((forces[2] - 0.9).abs() < 1e-5 && (forces[1] - 0.1).abs() < 1e-5 && forces[0] == 0.0, "{forces:?}");
+        let forces =
+            least_squares(&[(vec![1.0, 1.0, 1.0], 1.0), (vec![-1.0, 0.0, 1.0], 0.9)]).unwrap();
+        assert!(
+            (forces[2] - 0.9).abs() < 1e-5 && (forces[1] - 0.1).abs() < 1e-5 && forces[0] == 0.0,
+            "{forces:?}"
+        );
     }
 
     #[test]
@@ -119,14 +147,23 @@ mod tests {
 
     #[test]
     fn no_other_forces_are_shorter() {
-        let rows: Vec<Row> =
-            vec![(vec![1.0, 0.9, 1.1, 1.0, 0.8], 1.0), (vec![0.3, -0.2, 0.1, 0.0, -0.4], 0.05), (vec![0.1, 0.2, -0.3, 0.4, 0.1], 0.02)];
+        let rows: Vec<Row> = vec![
+            (vec![1.0, 0.9, 1.1, 1.0, 0.8], 1.0),
+            (vec![0.3, -0.2, 0.1, 0.0, -0.4], 0.05),
+            (vec![0.1, 0.2, -0.3, 0.4, 0.1], 0.02),
+        ];
         let forces = least_squares(&rows).unwrap();
-        // Along every way that keeps the rows and pulls nothing, the sum of squares grows: compare with corner solutions.
+        // Along every way that keeps the rows and pulls nothing, the sum of squares grows: compare
+        // with corner solutions.
         for cost in 0..5 {
-            let costs: Vec<f64> = (0..5).map(|column| f64::from(u8::from(column == cost))).collect();
-            let corner = super::super::simplex::Simplex::at_a_corner(&rows, &[]).unwrap().minimise(&costs).unwrap();
-            let slope: f64 = forces.iter().zip(&corner).map(|(force, other)| force * (other - force)).sum();
+            let costs: Vec<f64> =
+                (0..5).map(|column| f64::from(u8::from(column == cost))).collect();
+            let corner = super::super::simplex::Simplex::at_a_corner(&rows, &[])
+                .unwrap()
+                .minimise(&costs)
+                .unwrap();
+            let slope: f64 =
+                forces.iter().zip(&corner).map(|(force, other)| force * (other - force)).sum();
             assert!(slope > -1e-5, "{slope}");
         }
     }
@@ -134,7 +171,9 @@ mod tests {
     fn clarabel_finds_the_same_forces() {
         let mut seed = 1_u64;
         let mut draw = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (seed >> 11) as f64 / (1_u64 << 53) as f64
         };
         let mut held = 0;

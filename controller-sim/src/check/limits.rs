@@ -21,7 +21,11 @@ pub struct Spacing {
 }
 
 /// Whether time increases, every step is short, and no joint is faster than it can be.
-pub fn check_spacing(model: &RobotModel, config: &CheckerConfig, segment: &Segment) -> Result<Spacing, Violation> {
+pub fn check_spacing(
+    model: &RobotModel,
+    config: &CheckerConfig,
+    segment: &Segment,
+) -> Result<Spacing, Violation> {
     let bad = |waypoint, detail: String| Err(Violation::new(Check::Spacing, waypoint, detail));
     if segment.waypoints.is_empty() {
         return bad(0, "no waypoints".into());
@@ -29,29 +33,60 @@ pub fn check_spacing(model: &RobotModel, config: &CheckerConfig, segment: &Segme
     let mut changes = Vec::new();
     for (index, pair) in segment.waypoints.windows(2).enumerate() {
         if !below(pair[0].time, pair[1].time) {
-            return bad(index, format!("time goes from {} s to {} s; it must increase", pair[0].time, pair[1].time));
+            return bad(
+                index,
+                format!(
+                    "time goes from {} s to {} s; it must increase",
+                    pair[0].time, pair[1].time
+                ),
+            );
         }
-        let [a, b] = [&pair[0], &pair[1]].map(|waypoint| Configuration::of_waypoint(waypoint, model.joints.len()));
+        let [a, b] = [&pair[0], &pair[1]]
+            .map(|waypoint| Configuration::of_waypoint(waypoint, model.joints.len()));
         let change = Change::between(&a, &b);
-        if let Some(joint) = change.joints.iter().position(|step| !within(*step, config.joint_step_max + ROUNDING)) {
+        if let Some(joint) =
+            change.joints.iter().position(|step| !within(*step, config.joint_step_max + ROUNDING))
+        {
             let (name, step) = (&model.joints[joint].name, change.joints[joint]);
-            return bad(index, format!("joint {name} moves {step:.4} to the next waypoint, limit {}", config.joint_step_max));
+            return bad(
+                index,
+                format!(
+                    "joint {name} moves {step:.4} to the next waypoint, limit {}",
+                    config.joint_step_max
+                ),
+            );
         }
         let seconds = pair[1].time - pair[0].time;
-        let hurried = |(joint, step): (&Joint, &f64)| !within(*step, joint.velocity * seconds + ROUNDING);
+        let hurried =
+            |(joint, step): (&Joint, &f64)| !within(*step, joint.velocity * seconds + ROUNDING);
         if let Some(joint) = model.joints.iter().zip(&change.joints).position(hurried) {
-            let (Joint { name, velocity, .. }, speed) = (&model.joints[joint], change.joints[joint] / seconds);
-            return bad(index, format!("joint {name} moves at {speed:.2} a second to the next waypoint, limit {velocity}"));
+            let (Joint { name, velocity, .. }, speed) =
+                (&model.joints[joint], change.joints[joint] / seconds);
+            return bad(
+                index,
+                format!(
+                    "joint {name} moves at {speed:.2} a second to the next waypoint, limit {velocity}"
+                ),
+            );
         }
         if !within(change.root_position, config.root_step_max + ROUNDING) {
             return bad(
                 index,
-                format!("the root moves {:.4} m to the next waypoint, limit {}", change.root_position, config.root_step_max),
+                format!(
+                    "the root moves {:.4} m to the next waypoint, limit {}",
+                    change.root_position, config.root_step_max
+                ),
             );
         }
         if !within(change.root_rotation, config.joint_step_max + ROUNDING) {
             let turn = change.root_rotation;
-            return bad(index, format!("the root turns {turn:.4} rad to the next waypoint, limit {}", config.joint_step_max));
+            return bad(
+                index,
+                format!(
+                    "the root turns {turn:.4} rad to the next waypoint, limit {}",
+                    config.joint_step_max
+                ),
+            );
         }
         changes.push(change);
     }
@@ -65,7 +100,10 @@ pub fn check_limits(model: &RobotModel, case: &Case) -> Result<f64, Violation> {
         for (joint, &position) in model.joints.iter().zip(&configuration.q) {
             let margin = (position - joint.lower).min(joint.upper - position);
             if !within(-ROUNDING, margin) {
-                let detail = format!("joint {} at {position:.5}, limits {} to {}", joint.name, joint.lower, joint.upper);
+                let detail = format!(
+                    "joint {} at {position:.5}, limits {} to {}",
+                    joint.name, joint.lower, joint.upper
+                );
                 return Err(Violation::new(Check::Limits, waypoint, detail));
             }
             worst = worst.min(margin);

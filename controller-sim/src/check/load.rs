@@ -1,4 +1,5 @@
-//! What the ground does to the feet and the motors do in one configuration, if the load is spread evenly.
+//! What the ground does to the feet and the motors do in one configuration, if the load is spread
+//! evenly.
 
 use glam::DVec3;
 use surefoot_shared_types::robot::RobotModel;
@@ -67,7 +68,13 @@ struct Press {
 
 impl Press {
     fn on(limb: usize, pressed: &[Pressed]) -> Self {
-        let mut press = Self { limb, force: DVec3::ZERO, pressure: 0.0, moment: DVec3::ZERO, normal: DVec3::ZERO };
+        let mut press = Self {
+            limb,
+            force: DVec3::ZERO,
+            pressure: 0.0,
+            moment: DVec3::ZERO,
+            normal: DVec3::ZERO,
+        };
         for point in pressed.iter().filter(|point| point.limb == limb) {
             let pressure = point.pressure();
             press.force += point.force;
@@ -85,33 +92,56 @@ impl Press {
     }
 
     fn load(&self) -> Option<FootLoad> {
-        (self.pressure > 0.0).then(|| FootLoad { limb: self.limb, force: self.force, centre: self.moment / self.pressure })
+        (self.pressure > 0.0).then(|| FootLoad {
+            limb: self.limb,
+            force: self.force,
+            centre: self.moment / self.pressure,
+        })
     }
 }
 
-/// The load of least squares; without feet, and as if nothing but the root held the robot, where no forces hold it.
-pub fn even_load(model: &RobotModel, equilibrium: &mut Equilibrium, supports: &[SoleSupport], posture: &Posture) -> Load {
+/// The load of least squares; without feet, and as if nothing but the root held the robot, where no
+/// forces hold it.
+pub fn even_load(
+    model: &RobotModel,
+    equilibrium: &mut Equilibrium,
+    supports: &[SoleSupport],
+    posture: &Posture,
+) -> Load {
     let centre_of_mass = posture.centre_of_mass(model);
     let generators = equilibrium.generators(supports, ALL_FRICTION);
     let forces = even_forces(&balance(&generators, centre_of_mass)).unwrap_or_default();
     let pressed = pressed(supports, &generators, &forces, model.mass() * GRAVITY);
-    let presses: Vec<Press> = supports.iter().map(|support| Press::on(support.limb, &pressed)).collect();
+    let presses: Vec<Press> =
+        supports.iter().map(|support| Press::on(support.limb, &pressed)).collect();
     let stance = supports.iter().map(|support| support.limb).collect();
     let torques = Statics::new(model, generators, stance).torques_under(posture, &forces);
-    let share = model.joints.iter().zip(&torques).map(|(joint, torque)| torque.abs() / joint.effort);
+    let share =
+        model.joints.iter().zip(&torques).map(|(joint, torque)| torque.abs() / joint.effort);
     Load {
         centre_of_mass,
         balance_margin: equilibrium.region(supports, ALL_FRICTION).margin(centre_of_mass),
         feet: presses.iter().filter_map(Press::load).collect(),
         torque_use: share.fold(0.0, f64::max),
         torques,
-        friction_use: presses.iter().map(|press| press.friction_use(equilibrium.mu())).fold(0.0, f64::max),
+        friction_use: presses
+            .iter()
+            .map(|press| press.friction_use(equilibrium.mu()))
+            .fold(0.0, f64::max),
     }
 }
 
-fn pressed(supports: &[SoleSupport], generators: &[Generator], forces: &[f64], weight: f64) -> Vec<Pressed> {
-    let points = supports.iter().flat_map(|support| support.points.iter().map(|&at| (support.limb, at)));
+fn pressed(
+    supports: &[SoleSupport],
+    generators: &[Generator],
+    forces: &[f64],
+    weight: f64,
+) -> Vec<Pressed> {
+    let points =
+        supports.iter().flat_map(|support| support.points.iter().map(|&at| (support.limb, at)));
     let edges = generators.chunks(PYRAMID_SIDES).zip(forces.chunks(PYRAMID_SIDES));
-    let force = |(edges, shares): (&[Generator], &[f64])| edges.iter().zip(shares).map(|(edge, share)| share * weight * edge.force).sum();
+    let force = |(edges, shares): (&[Generator], &[f64])| {
+        edges.iter().zip(shares).map(|(edge, share)| share * weight * edge.force).sum()
+    };
     points.zip(edges).map(|((limb, at), edges)| Pressed { limb, at, force: force(edges) }).collect()
 }

@@ -1,7 +1,7 @@
 //! The physical checks: may this piece of motion, in this mode, on these contacts, be walked?
 //!
-//! [`Checker::check_segment`] runs them in the order of [`PHYSICAL`] and stops at the first violation;
-//! [`Checker::check_all`] runs them all. Each check lives in the file of its name.
+//! [`Checker::check_segment`] runs them in the order of [`PHYSICAL`] and stops at the first
+//! violation; [`Checker::check_all`] runs them all. Each check lives in the file of its name.
 
 mod acceleration;
 mod allowed_pairs;
@@ -48,13 +48,22 @@ pub const PHYSICAL: [Check; 8] = [
     Check::SelfCollision,
 ];
 /// Those of them that need a [`Case`].
-const OF_CASES: [Check; 6] = [Check::Limits, Check::Contact, Check::Balance, Check::Torque, Check::Collision, Check::SelfCollision];
+const OF_CASES: [Check; 6] = [
+    Check::Limits,
+    Check::Contact,
+    Check::Balance,
+    Check::Torque,
+    Check::Collision,
+    Check::SelfCollision,
+];
 
 /// A robot or world that cannot be judged.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CheckerError {
     /// The robot does not fit the messages.
-    #[error("the robot has {joints} moving joints; at most {max} fit a message: lock some in the robot file")]
+    #[error(
+        "the robot has {joints} moving joints; at most {max} fit a message: lock some in the robot file"
+    )]
     TooManyJoints {
         /// Its moving joints.
         joints: usize,
@@ -62,7 +71,9 @@ pub enum CheckerError {
         max: usize,
     },
     /// Not a biped.
-    #[error("the robot has {feet} feet; the checker judges bipeds: name a left and a right foot in the robot file")]
+    #[error(
+        "the robot has {feet} feet; the checker judges bipeds: name a left and a right foot in the robot file"
+    )]
     NotABiped {
         /// Its feet.
         feet: usize,
@@ -71,7 +82,9 @@ pub enum CheckerError {
     #[error("unusable shape: {0}")]
     Shape(String),
     /// A declared sole that the foot's own shapes do not carry.
-    #[error("the sole of foot '{foot}' has a vertex {millimetres} mm off the foot's collision shapes: correct the sole in the robot file")]
+    #[error(
+        "the sole of foot '{foot}' has a vertex {millimetres} mm off the foot's collision shapes: correct the sole in the robot file"
+    )]
     SoleOffFoot {
         /// The foot.
         foot: String,
@@ -115,7 +128,8 @@ impl Violation {
 pub struct SegmentReport {
     /// The worst margins of the checks that passed.
     pub margins: Margins,
-    /// The share of the joints' acceleration limits that stays unused; infinite where one is exceeded.
+    /// The share of the joints' acceleration limits that stays unused; infinite where one is
+    /// exceeded.
     pub acceleration: f64,
     /// The first violation of each check that did not.
     pub violations: Vec<Violation>,
@@ -125,8 +139,12 @@ pub struct SegmentReport {
 
 impl SegmentReport {
     /// Nothing measured yet.
-    const UNMEASURED: Self =
-        Self { margins: Margins::UNMEASURED, acceleration: f64::INFINITY, violations: Vec::new(), reserves: Reserves::UNMEASURED };
+    const UNMEASURED: Self = Self {
+        margins: Margins::UNMEASURED,
+        acceleration: f64::INFINITY,
+        violations: Vec::new(),
+        reserves: Reserves::UNMEASURED,
+    };
 }
 
 /// How much harder it could be: reported, never demanded.
@@ -144,7 +162,10 @@ impl Reserves {
 
     /// The smaller of each pair.
     pub fn min(&self, other: &Self) -> Self {
-        Self { friction: self.friction.min(other.friction), even_torque: self.even_torque.min(other.even_torque) }
+        Self {
+            friction: self.friction.min(other.friction),
+            even_torque: self.even_torque.min(other.even_torque),
+        }
     }
 }
 
@@ -155,7 +176,8 @@ pub struct Footing(Vec<SoleSupport>);
 /// Judges motions of one robot in one world.
 pub struct Checker {
     model: RobotModel,
-    /// The robot with its locked joints as joints: their motors must hold them, and they keep links apart.
+    /// The robot with its locked joints as joints: their motors must hold them, and they keep links
+    /// apart.
     unlocked: RobotModel,
     world: World,
     config: CheckerConfig,
@@ -166,9 +188,16 @@ pub struct Checker {
 
 impl Checker {
     /// Prepares all that does not depend on the motion, among it which links may touch each other.
-    pub fn new(model: RobotModel, world: World, config: CheckerConfig) -> Result<Self, CheckerError> {
+    pub fn new(
+        model: RobotModel,
+        world: World,
+        config: CheckerConfig,
+    ) -> Result<Self, CheckerError> {
         if model.joints.len() > JOINTS_MAX {
-            return Err(CheckerError::TooManyJoints { joints: model.joints.len(), max: JOINTS_MAX });
+            return Err(CheckerError::TooManyJoints {
+                joints: model.joints.len(),
+                max: JOINTS_MAX,
+            });
         }
         if model.feet.len() != 2 {
             return Err(CheckerError::NotABiped { feet: model.feet.len() });
@@ -194,9 +223,13 @@ impl Checker {
         &self.world
     }
 
-    /// The worst margins of a segment, or the first violation in the order of [`PHYSICAL`]. `alive` is called now and then
-    /// meanwhile.
-    pub fn check_segment(&mut self, segment: &Segment, alive: &mut dyn FnMut()) -> Result<Margins, Violation> {
+    /// The worst margins of a segment, or the first violation in the order of [`PHYSICAL`]. `alive`
+    /// is called now and then meanwhile.
+    pub fn check_segment(
+        &mut self,
+        segment: &Segment,
+        alive: &mut dyn FnMut(),
+    ) -> Result<Margins, Violation> {
         let mut margins = Margins::UNMEASURED;
         let spacing = limits::check_spacing(&self.model, &self.config, segment)?;
         check_acceleration(&self.model, segment.waypoints)?;
@@ -208,7 +241,8 @@ impl Checker {
         Ok(margins)
     }
 
-    /// All checks of a segment, each up to its first violation. Waypoints too far apart to interpolate end it early.
+    /// All checks of a segment, each up to its first violation. Waypoints too far apart to
+    /// interpolate end it early.
     pub fn check_all(&mut self, segment: &Segment) -> SegmentReport {
         let mut report = SegmentReport::UNMEASURED;
         match limits::check_spacing(&self.model, &self.config, segment) {
@@ -231,7 +265,8 @@ impl Checker {
         report
     }
 
-    /// How many times as long a motion must take, so that no joint accelerates more than it may; at least 1.
+    /// How many times as long a motion must take, so that no joint accelerates more than it may; at
+    /// least 1.
     pub fn slower_by(&self, waypoints: &[Waypoint]) -> f64 {
         acceleration::hardest(&self.model, waypoints).share.max(1.0).sqrt()
     }
@@ -260,14 +295,29 @@ impl Checker {
         Case { contacts, supports, motion: Motion::new(&self.model, segment.waypoints, spacing) }
     }
 
-    fn run(&mut self, check: Check, case: &Case, alive: &mut dyn FnMut()) -> Result<f64, Violation> {
+    fn run(
+        &mut self,
+        check: Check,
+        case: &Case,
+        alive: &mut dyn FnMut(),
+    ) -> Result<f64, Violation> {
         match check {
             Check::Limits => limits::check_limits(&self.model, case),
             Check::Contact => contact::check_contact(&self.model, &self.config, case),
-            Check::Balance => balance::check_balance(&self.model, &self.config, &mut self.equilibrium, case),
-            Check::Torque => torque::check_torque(&self.unlocked, &self.config, &mut self.equilibrium, case, alive),
+            Check::Balance => {
+                balance::check_balance(&self.model, &self.config, &mut self.equilibrium, case)
+            }
+            Check::Torque => torque::check_torque(
+                &self.unlocked,
+                &self.config,
+                &mut self.equilibrium,
+                case,
+                alive,
+            ),
             Check::Collision => self.collisions.check_world(&self.model, &self.config, case, alive),
-            Check::SelfCollision => self.collisions.check_self(&self.model, &self.config, case, alive),
+            Check::SelfCollision => {
+                self.collisions.check_self(&self.model, &self.config, case, alive)
+            }
             _ => Ok(f64::INFINITY),
         }
     }

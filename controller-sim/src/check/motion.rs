@@ -45,7 +45,10 @@ impl Change {
     pub fn between(a: &Configuration, b: &Configuration) -> Self {
         Self {
             root_position: a.world_from_root.translation.distance(b.world_from_root.translation),
-            root_rotation: rotation_distance(a.world_from_root.rotation, b.world_from_root.rotation),
+            root_rotation: rotation_distance(
+                a.world_from_root.rotation,
+                b.world_from_root.rotation,
+            ),
             joints: a.q.iter().zip(&b.q).map(|(x, y)| (x - y).abs()).collect(),
         }
     }
@@ -67,10 +70,15 @@ pub struct Motion {
 impl Motion {
     /// Samples a motion whose spacing is known to be bounded.
     pub fn new(model: &RobotModel, waypoints: &[Waypoint], Spacing { changes }: Spacing) -> Self {
-        let configurations: Vec<_> = waypoints.iter().map(|waypoint| Configuration::of_waypoint(waypoint, model.joints.len())).collect();
+        let configurations: Vec<_> = waypoints
+            .iter()
+            .map(|waypoint| Configuration::of_waypoint(waypoint, model.joints.len()))
+            .collect();
         let mut samples = Vec::new();
         for (index, start) in configurations.iter().enumerate() {
-            let pieces = changes.get(index).map_or(1, |change| ((change.largest() / SUBSTEP_MAX).ceil() as usize).max(1));
+            let pieces = changes
+                .get(index)
+                .map_or(1, |change| ((change.largest() / SUBSTEP_MAX).ceil() as usize).max(1));
             for piece in 0..pieces {
                 let configuration = match configurations.get(index + 1) {
                     Some(end) if piece > 0 => start.towards(end, piece as f64 / pieces as f64),

@@ -1,7 +1,8 @@
-//! Small dense linear programs by the primal simplex method, for those that are solved hundreds of times a second.
+//! Small dense linear programs by the primal simplex method, for those that are solved hundreds of
+//! times a second.
 //!
-//! It is a fast way to a solution, not the judge of one: whoever uses a solution verifies it, and whoever would refuse
-//! a motion because there is none asks [`super::convex_program`] first.
+//! It is a fast way to a solution, not the judge of one: whoever uses a solution verifies it, and
+//! whoever would refuse a motion because there is none asks [`super::convex_program`] first.
 
 /// Prices below this count as zero. The programs here are scaled to about 1.
 const PRICE_MIN: f64 = 1e-9;
@@ -17,7 +18,8 @@ const EXCHANGES_MAX: usize = 2_000;
 /// A row of coefficients, and what its product with the variables must be.
 pub type Row = (Vec<f64>, f64);
 
-/// A program in which some variables, all at least 0, meet some rows exactly, standing at one of its corners.
+/// A program in which some variables, all at least 0, meet some rows exactly, standing at one of
+/// its corners.
 #[derive(Debug, Clone)]
 pub struct Simplex {
     columns: usize,
@@ -28,19 +30,28 @@ pub struct Simplex {
 }
 
 impl Simplex {
-    /// A corner of `rows` over nonnegative variables, or nothing where none is found. `first[i]` may name a variable that
-    /// occurs with coefficient 1 in row `i` alone and begins as its solution.
+    /// A corner of `rows` over nonnegative variables, or nothing where none is found. `first[i]`
+    /// may name a variable that occurs with coefficient 1 in row `i` alone and begins as its
+    /// solution.
     pub fn at_a_corner(rows: &[Row], first: &[Option<usize>]) -> Option<Self> {
         let columns = rows.first()?.0.len();
-        let mut simplex = Self { columns, rows: Vec::with_capacity(rows.len()), basis: Vec::with_capacity(rows.len()) };
+        let mut simplex = Self {
+            columns,
+            rows: Vec::with_capacity(rows.len()),
+            basis: Vec::with_capacity(rows.len()),
+        };
         for (index, (coefficients, right)) in rows.iter().enumerate() {
             let own = first.get(index).copied().flatten().filter(|_| *right >= 0.0);
             let sign = if *right < 0.0 { -1.0 } else { 1.0 };
-            simplex.rows.push(coefficients.iter().chain([right]).map(|value| sign * value).collect());
+            simplex
+                .rows
+                .push(coefficients.iter().chain([right]).map(|value| sign * value).collect());
             simplex.basis.push(own.unwrap_or(columns + index));
         }
         let mut unmet = vec![0.0; columns + 1];
-        for (row, _) in simplex.rows.iter().zip(&simplex.basis).filter(|(_, variable)| **variable >= columns) {
+        for (row, _) in
+            simplex.rows.iter().zip(&simplex.basis).filter(|(_, variable)| **variable >= columns)
+        {
             unmet.iter_mut().zip(row).for_each(|(sum, value)| *sum -= value);
         }
         simplex.improve(&mut unmet)?;
@@ -51,16 +62,21 @@ impl Simplex {
         Some(simplex)
     }
 
-    /// Goes on to a corner where `cost` is least; the variables there, or nothing where there is no least cost.
+    /// Goes on to a corner where `cost` is least; the variables there, or nothing where there is no
+    /// least cost.
     pub fn minimise(&mut self, cost: &[f64]) -> Option<Vec<f64>> {
         let mut prices: Vec<f64> = cost.iter().copied().chain([0.0]).collect();
-        for (row, &variable) in self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns) {
+        for (row, &variable) in
+            self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns)
+        {
             let price = prices[variable];
             prices.iter_mut().zip(row).for_each(|(sum, value)| *sum -= price * value);
         }
         self.improve(&mut prices)?;
         let mut x = vec![0.0; self.columns];
-        for (row, &variable) in self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns) {
+        for (row, &variable) in
+            self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns)
+        {
             x[variable] = row[self.columns].max(0.0);
         }
         Some(x)
@@ -70,24 +86,36 @@ impl Simplex {
     fn improve(&mut self, prices: &mut [f64]) -> Option<()> {
         for exchange in 0..EXCHANGES_MAX {
             let careful = exchange >= GREEDY_MAX;
-            let Some(entering) = entering(&prices[..self.columns], careful) else { return Some(()) };
+            let Some(entering) = entering(&prices[..self.columns], careful) else {
+                return Some(());
+            };
             let leaving = self.leaving(entering, careful)?;
             self.exchange(leaving, entering);
             let price = prices[entering];
-            prices.iter_mut().zip(&self.rows[leaving]).for_each(|(sum, value)| *sum -= price * value);
+            prices
+                .iter_mut()
+                .zip(&self.rows[leaving])
+                .for_each(|(sum, value)| *sum -= price * value);
         }
         None
     }
 
-    /// The row that limits a variable's growth most. Of those that do so within rounding it is the one with the largest
-    /// pivot, or, under Bland's rule, the one whose variable comes first.
+    /// The row that limits a variable's growth most. Of those that do so within rounding it is the
+    /// one with the largest pivot, or, under Bland's rule, the one whose variable comes first.
     fn leaving(&self, entering: usize, first: bool) -> Option<usize> {
-        let entries = self.rows.iter().map(|row| (row[entering], row[self.columns].max(0.0))).enumerate();
+        let entries =
+            self.rows.iter().map(|row| (row[entering], row[self.columns].max(0.0))).enumerate();
         let limiting = entries.filter(|(_, (pivot, _))| *pivot > PIVOT_MIN);
-        let growth = limiting.clone().map(|(_, (pivot, right))| (right + ROUNDING) / pivot).fold(f64::INFINITY, f64::min);
+        let growth = limiting
+            .clone()
+            .map(|(_, (pivot, right))| (right + ROUNDING) / pivot)
+            .fold(f64::INFINITY, f64::min);
         let tied = limiting.filter(|(_, (pivot, right))| right / pivot <= growth);
-        let best =
-            if first { tied.min_by_key(|(row, _)| self.basis[*row]) } else { tied.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b)) };
+        let best = if first {
+            tied.min_by_key(|(row, _)| self.basis[*row])
+        } else {
+            tied.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b))
+        };
         best.map(|(row, _)| row)
     }
 
@@ -146,9 +174,14 @@ mod tests {
         let program = rows(&[(&[1.0, 1.0, 1.0, 0.0], 4.0), (&[1.0, 3.0, 0.0, 1.0], 6.0)]);
         for first in [&[Some(2), Some(3)][..], &[]] {
             let mut simplex = Simplex::at_a_corner(&program, first).unwrap();
-            for (cost, corner) in [([-1.0, -2.0, 0.0, 0.0], [3.0, 1.0]), ([1.0, -1.0, 0.0, 0.0], [0.0, 2.0])] {
+            for (cost, corner) in
+                [([-1.0, -2.0, 0.0, 0.0], [3.0, 1.0]), ([1.0, -1.0, 0.0, 0.0], [0.0, 2.0])]
+            {
                 let found = simplex.minimise(&cost).unwrap();
-                assert!((found[0] - corner[0]).abs() + (found[1] - corner[1]).abs() < 1e-12, "{found:?}");
+                assert!(
+                    (found[0] - corner[0]).abs() + (found[1] - corner[1]).abs() < 1e-12,
+                    "{found:?}"
+                );
             }
         }
     }
@@ -162,7 +195,8 @@ mod tests {
 
     #[test]
     fn rows_that_repeat_are_dropped() {
-        let program = rows(&[(&[1.0, 1.0, 0.0], 1.0), (&[2.0, 2.0, 0.0], 2.0), (&[0.0, 0.0, 1.0], 0.0)]);
+        let program =
+            rows(&[(&[1.0, 1.0, 0.0], 1.0), (&[2.0, 2.0, 0.0], 2.0), (&[0.0, 0.0, 1.0], 0.0)]);
         let mut simplex = Simplex::at_a_corner(&program, &[]).unwrap();
         assert_eq!(simplex.minimise(&[0.0, 1.0, 1.0]).unwrap(), [1.0, 0.0, 0.0]);
     }
@@ -171,24 +205,40 @@ mod tests {
     fn random_programs_cost_what_the_interior_point_method_says() {
         let mut state = 7_u64;
         let mut draw = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         for _ in 0..200 {
             let (columns, height) = (24, 6);
             let corner: Vec<f64> = (0..columns).map(|_| draw().max(0.0)).collect();
             // The last row bounds all variables, so that there is a least cost.
-            let mut matrix: Vec<Vec<f64>> = (1..height).map(|_| (0..columns).map(|_| draw()).collect()).collect();
+            let mut matrix: Vec<Vec<f64>> =
+                (1..height).map(|_| (0..columns).map(|_| draw()).collect()).collect();
             matrix.push(vec![1.0; columns]);
             let product = |row: &[f64]| row.iter().zip(&corner).map(|(a, b)| a * b).sum::<f64>();
-            let equalities: Vec<Row> = matrix.into_iter().map(|row| (product(&row), row)).map(|(right, row)| (row, right)).collect();
+            let equalities: Vec<Row> = matrix
+                .into_iter()
+                .map(|row| (product(&row), row))
+                .map(|(right, row)| (row, right))
+                .collect();
             let cost: Vec<f64> = (0..columns).map(|_| draw()).collect();
             let value = |x: &[f64]| x.iter().zip(&cost).map(|(a, b)| a * b).sum::<f64>();
-            let mine = Simplex::at_a_corner(&equalities, &[]).and_then(|mut simplex| simplex.minimise(&cost)).unwrap();
-            let unmet = |(row, right): &Row| (row.iter().zip(&mine).map(|(a, b)| a * b).sum::<f64>() - right).abs();
+            let mine = Simplex::at_a_corner(&equalities, &[])
+                .and_then(|mut simplex| simplex.minimise(&cost))
+                .unwrap();
+            let unmet = |(row, right): &Row| {
+                (row.iter().zip(&mine).map(|(a, b)| a * b).sum::<f64>() - right).abs()
+            };
             assert!(equalities.iter().map(unmet).fold(0.0, f64::max) < 1e-9);
-            let program =
-                ConvexProgram { cost: cost.clone(), square_cost: 0.0, nonnegative: columns, equalities, inequalities: Vec::new() };
+            let program = ConvexProgram {
+                cost: cost.clone(),
+                square_cost: 0.0,
+                nonnegative: columns,
+                equalities,
+                inequalities: Vec::new(),
+            };
             assert!((value(&mine) - value(&program.solve().unwrap())).abs() < 1e-6);
         }
     }

@@ -1,4 +1,5 @@
-//! What the world really gives a sole: sampled by rays over the *whole* declared sole, whatever the planner claims.
+//! What the world really gives a sole: sampled by rays over the *whole* declared sole, whatever the
+//! planner claims.
 
 use std::collections::BTreeMap;
 
@@ -58,7 +59,8 @@ pub struct SupportFinder {
     targets: Vec<Target>,
     soles: Vec<Vec<DVec2>>,
     gap_max: f64,
-    /// Cosines of the largest angle between surface and sole normal, and between surface normal and the vertical.
+    /// Cosines of the largest angle between surface and sole normal, and between surface normal and
+    /// the vertical.
     tilt_cos_min: f64,
     slope_cos_min: f64,
     known: BTreeMap<(u32, [u64; 7]), SoleSupport>,
@@ -78,7 +80,8 @@ impl SupportFinder {
     /// Rays against a world, for a robot's soles.
     pub fn new(model: &RobotModel, world: &World, config: &CheckerConfig) -> Result<Self, String> {
         let target = |shape: &surefoot_shared_types::scene::WorldShape| {
-            Target::new(&shape.shape, &shape.world_from_shape).map_err(|error| format!("{}: {error}", shape.name))
+            Target::new(&shape.shape, &shape.world_from_shape)
+                .map_err(|error| format!("{}: {error}", shape.name))
         };
         Ok(Self {
             targets: world.shapes.iter().map(target).collect::<Result<_, _>>()?,
@@ -93,13 +96,18 @@ impl SupportFinder {
     /// The support of a declared contact.
     pub fn find(&mut self, contact: &Contact) -> SoleSupport {
         let mut bits = [0; 7];
-        bits.iter_mut().zip(contact.position.iter().chain(&contact.rotation)).for_each(|(bits, value)| *bits = value.to_bits());
+        bits.iter_mut()
+            .zip(contact.position.iter().chain(&contact.rotation))
+            .for_each(|(bits, value)| *bits = value.to_bits());
         let key = (contact.limb, bits);
         if let Some(support) = self.known.get(&key) {
             return support.clone();
         }
         let pose = contact.world_from_sole();
-        let support = self.measure(contact.limb as usize, &Pose::from_parts(pose.translation, pose.rotation.normalize()));
+        let support = self.measure(
+            contact.limb as usize,
+            &Pose::from_parts(pose.translation, pose.rotation.normalize()),
+        );
         if self.known.len() >= CACHE_MAX {
             self.known.clear();
         }
@@ -113,7 +121,8 @@ impl SupportFinder {
         let probe = |at: DVec2| self.probe(&targets, world_from_sole, at);
         let mut probes: Vec<Probe> = coarse_samples(sole).into_iter().map(probe).collect();
         if probes.iter().any(|probe| probe.near) && !probes.iter().all(|probe| probe.holds) {
-            let near: Vec<DVec2> = probes.iter().filter(|probe| probe.near).map(|probe| probe.at).collect();
+            let near: Vec<DVec2> =
+                probes.iter().filter(|probe| probe.near).map(|probe| probe.at).collect();
             probes.extend(fine_samples(sole, &near).into_iter().map(probe));
         }
         let holding: Vec<Probe> = probes.iter().copied().filter(|probe| probe.holds).collect();
@@ -128,18 +137,23 @@ impl SupportFinder {
             let Probe { at, gap, normal, .. } = holding[corners[kept]];
             ContactPoint { position: *world_from_sole * at.extend(-gap), normal }
         };
-        let points = polygon::extreme_vertices(&outline, CONTACT_POINTS_MAX).into_iter().map(contact_point).collect();
+        let points = polygon::extreme_vertices(&outline, CONTACT_POINTS_MAX)
+            .into_iter()
+            .map(contact_point)
+            .collect();
         SoleSupport { limb, area: polygon::area(&outline), deepest, points }
     }
 
     fn targets_below(&self, sole: &[DVec2], world_from_sole: &Pose) -> Vec<&Target> {
-        let corners = sole.iter().flat_map(|at| [RAY_START, -RAY_START].map(|z| *world_from_sole * at.extend(z)));
+        let corners = sole
+            .iter()
+            .flat_map(|at| [RAY_START, -RAY_START].map(|z| *world_from_sole * at.extend(z)));
         let reached = Bounds::of_points(corners);
         self.targets.iter().filter(|target| target.bounds.gap(&reached) <= 0.0).collect()
     }
 
-    /// One ray from above the sole against its normal; contact where it meets a surface at the sole's height that is
-    /// neither tilted from the sole nor too steep for friction.
+    /// One ray from above the sole against its normal; contact where it meets a surface at the
+    /// sole's height that is neither tilted from the sole nor too steep for friction.
     fn probe(&self, targets: &[&Target], world_from_sole: &Pose, at: DVec2) -> Probe {
         let up = world_from_sole.rotation * DVec3::Z;
         let origin = *world_from_sole * at.extend(RAY_START);
@@ -147,14 +161,18 @@ impl SupportFinder {
         for target in targets {
             match target.cast(origin, -up) {
                 Hit::Inside => probe.gap = -RAY_START,
-                Hit::Surface { distance, normal } if distance <= 2.0 * RAY_START && distance - RAY_START < probe.gap => {
+                Hit::Surface { distance, normal }
+                    if distance <= 2.0 * RAY_START && distance - RAY_START < probe.gap =>
+                {
                     probe = Probe { gap: distance - RAY_START, normal, ..probe };
                 }
                 _ => {}
             }
         }
         probe.near = probe.gap.abs() <= self.gap_max;
-        probe.holds = probe.near && probe.normal.dot(up) >= self.tilt_cos_min && probe.normal.z >= self.slope_cos_min;
+        probe.holds = probe.near
+            && probe.normal.dot(up) >= self.tilt_cos_min
+            && probe.normal.z >= self.slope_cos_min;
         probe
     }
 }
@@ -163,8 +181,10 @@ impl SupportFinder {
 fn coarse_samples(sole: &[DVec2]) -> Vec<DVec2> {
     let (low, high) = extent(sole);
     let count = ((high - low) / GRID).ceil();
-    let cells = (0..count.x as usize).flat_map(|x| (0..count.y as usize).map(move |y| DVec2::new(x as f64, y as f64)));
-    let grid = cells.map(|cell| low + GRID * (cell + 0.5)).filter(|&at| polygon::margin(sole, at) >= 0.0);
+    let cells = (0..count.x as usize)
+        .flat_map(|x| (0..count.y as usize).map(move |y| DVec2::new(x as f64, y as f64)));
+    let grid =
+        cells.map(|cell| low + GRID * (cell + 0.5)).filter(|&at| polygon::margin(sole, at) >= 0.0);
     let middle = sole.iter().sum::<DVec2>() / sole.len() as f64;
     let edges = polygon::sides(sole).flat_map(|(a, b)| {
         let pieces = ((b - a).length() / GRID).ceil().max(1.0) as usize;
@@ -179,7 +199,9 @@ fn fine_samples(sole: &[DVec2], near: &[DVec2]) -> Vec<DVec2> {
     let count = ((high - low) / FINE_GRID).ceil() + 1.0;
     let (width, height) = (count.x as usize, count.y as usize);
     let mut wanted = vec![false; width * height];
-    let cell = |value: f64, count: usize| (value / FINE_GRID).round().clamp(0.0, count as f64 - 1.0) as usize;
+    let cell = |value: f64, count: usize| {
+        (value / FINE_GRID).round().clamp(0.0, count as f64 - 1.0) as usize
+    };
     for at in near {
         let (first, last) = (*at - low - 0.5 * GRID, *at - low + 0.5 * GRID);
         for x in cell(first.x, width)..=cell(last.x, width) {
@@ -188,24 +210,38 @@ fn fine_samples(sole: &[DVec2], near: &[DVec2]) -> Vec<DVec2> {
         }
     }
     let chosen = (0..wanted.len()).filter(|&index| wanted[index]);
-    let at = chosen.map(|index| low + FINE_GRID * DVec2::new((index / height) as f64, (index % height) as f64));
+    let at = chosen.map(|index| {
+        low + FINE_GRID * DVec2::new((index / height) as f64, (index % height) as f64)
+    });
     at.filter(|&at| polygon::margin(sole, at) >= 0.0).collect()
 }
 
 fn extent(sole: &[DVec2]) -> (DVec2, DVec2) {
-    sole.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| (low.min(*at), high.max(*at)))
+    sole.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), at| {
+        (low.min(*at), high.max(*at))
+    })
 }
 
-/// Whether each declared sole lies on its foot's own collision shapes: else a robot could claim giant feet.
-pub fn check_soles(model: &RobotModel, bodies: &[Body], tolerance: f64) -> Result<(), CheckerError> {
+/// Whether each declared sole lies on its foot's own collision shapes: else a robot could claim
+/// giant feet.
+pub fn check_soles(
+    model: &RobotModel,
+    bodies: &[Body],
+    tolerance: f64,
+) -> Result<(), CheckerError> {
     let vertex = Solid::Convex(Convex { core: Core::Segment(0.0), radius: 0.0 });
     for foot in &model.feet {
         for at in &foot.polygon {
             let point = foot.link_from_sole * at.extend(0.0);
-            let placed = Placed { world_from_solid: Pose::from_translation(point), bounds: Bounds { low: point, high: point } };
+            let placed = Placed {
+                world_from_solid: Pose::from_translation(point),
+                bounds: Bounds { low: point, high: point },
+            };
             let off = bodies.iter().filter(|body| body.link == Some(foot.link)).map(|body| {
                 let on_link = Placed::new(body, &Pose::IDENTITY);
-                separation((&body.solid, &on_link), (&vertex, &placed), DVec3::Z, 1.0).distance.abs()
+                separation((&body.solid, &on_link), (&vertex, &placed), DVec3::Z, 1.0)
+                    .distance
+                    .abs()
             });
             let nearest = off.fold(f64::INFINITY, f64::min);
             if !within(nearest, tolerance) {

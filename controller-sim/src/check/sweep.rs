@@ -1,8 +1,9 @@
 //! Distances over a continuous motion, by bounds on how far anything can move between two instants.
 //!
-//! The signed distance of two bodies changes no faster than they move. If it is `d0` and `d1` at the ends of an interval
-//! in which no point moves more than `w` relative to the other body, it never falls below `(d0 + d1 - w) / 2`. Where that
-//! does not clear a pair, the interval is halved for this pair, down to a motion of [`RESOLUTION`].
+//! The signed distance of two bodies changes no faster than they move. If it is `d0` and `d1` at
+//! the ends of an interval in which no point moves more than `w` relative to the other body, it
+//! never falls below `(d0 + d1 - w) / 2`. Where that does not clear a pair, the interval is halved
+//! for this pair, down to a motion of [`RESOLUTION`].
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -37,7 +38,8 @@ pub struct Pair {
     pub body: usize,
     /// What it may meet.
     pub partner: Partner,
-    /// Whether its distance counts as a margin; that of a foot and the world, on which it comes to stand, does not.
+    /// Whether its distance counts as a margin; that of a foot and the world, on which it comes to
+    /// stand, does not.
     measured: bool,
     /// The direction that last told the two apart.
     hint: Option<DVec3>,
@@ -89,7 +91,11 @@ struct Interval<'a> {
 
 impl Sweep<'_> {
     /// Checks a whole motion. `alive` is called at every waypoint.
-    pub fn run(&mut self, configurations: &[Configuration], alive: &mut dyn FnMut()) -> Result<(), Violation> {
+    pub fn run(
+        &mut self,
+        configurations: &[Configuration],
+        alive: &mut dyn FnMut(),
+    ) -> Result<(), Violation> {
         let mut before: Option<Scene> = None;
         for (waypoint, end) in configurations.iter().enumerate() {
             alive();
@@ -100,7 +106,13 @@ impl Sweep<'_> {
                 _ => (&scene, end),
             };
             if before.is_some() || configurations.len() == 1 {
-                let interval = Interval { waypoint: waypoint.saturating_sub(1), start, end, from: 0.0, to: 1.0 };
+                let interval = Interval {
+                    waypoint: waypoint.saturating_sub(1),
+                    start,
+                    end,
+                    from: 0.0,
+                    to: 1.0,
+                };
                 let ways = self.ways(&interval, &Change::between(start, end))?;
                 let all: Vec<usize> = (0..self.pairs.len()).collect();
                 self.clear(&interval, (previous, &scene), &ways, &all)?;
@@ -112,7 +124,12 @@ impl Sweep<'_> {
 
     fn place(&self, configuration: &Configuration) -> Scene {
         let posture = Posture::new(self.model, configuration);
-        let placed = |body: &Body| Placed::new(body, &body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]));
+        let placed = |body: &Body| {
+            Placed::new(
+                body,
+                &body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]),
+            )
+        };
         Scene { robot: self.robot.iter().map(placed).collect() }
     }
 
@@ -120,7 +137,11 @@ impl Sweep<'_> {
     fn ways(&self, interval: &Interval, change: &Change) -> Result<Vec<f64>, Violation> {
         let ways: Vec<f64> = self.pairs.iter().map(|pair| self.way(pair, change)).collect();
         match ways.iter().find(|way| !below(**way, f64::INFINITY)) {
-            Some(way) => Err(Violation::new(self.check, interval.waypoint, format!("a link moves by {way} m to the next waypoint"))),
+            Some(way) => Err(Violation::new(
+                self.check,
+                interval.waypoint,
+                format!("a link moves by {way} m to the next waypoint"),
+            )),
             None => Ok(ways),
         }
     }
@@ -128,12 +149,21 @@ impl Sweep<'_> {
     fn way(&self, pair: &Pair, change: &Change) -> f64 {
         match pair.partner {
             Partner::World(_) => self.levers[pair.body].way(change),
-            Partner::Robot(other) => self.levers[pair.body].relative_way(&self.levers[other], change),
+            Partner::Robot(other) => {
+                self.levers[pair.body].relative_way(&self.levers[other], change)
+            }
         }
     }
 
-    /// Clears the given pairs over an interval; `ways` are the motions over the whole way between the waypoints.
-    fn clear(&mut self, interval: &Interval, ends: (&Scene, &Scene), ways: &[f64], pairs: &[usize]) -> Result<(), Violation> {
+    /// Clears the given pairs over an interval; `ways` are the motions over the whole way between
+    /// the waypoints.
+    fn clear(
+        &mut self,
+        interval: &Interval,
+        ends: (&Scene, &Scene),
+        ways: &[f64],
+        pairs: &[usize],
+    ) -> Result<(), Violation> {
         let mut in_doubt = Vec::new();
         for &pair in pairs {
             let way = ways[pair] * (interval.to - interval.from);
@@ -154,7 +184,13 @@ impl Sweep<'_> {
     }
 
     /// The distance of a pair, or a bound that is enough to clear a motion of length `way`.
-    fn distance(&mut self, waypoint: usize, scene: &Scene, index: usize, way: f64) -> Result<f64, Violation> {
+    fn distance(
+        &mut self,
+        waypoint: usize,
+        scene: &Scene,
+        index: usize,
+        way: f64,
+    ) -> Result<f64, Violation> {
         let pair = &self.pairs[index];
         let (body, placed) = (&self.robot[pair.body], &scene.robot[pair.body]);
         let (other, there) = match pair.partner {
@@ -162,11 +198,19 @@ impl Sweep<'_> {
             Partner::World(other) => (&self.world[other], &self.world_placed[other]),
         };
         let enough = if pair.measured { way.max(self.worst) } else { way };
-        let hint = pair.hint.unwrap_or_else(|| (there.bounds.centre() - placed.bounds.centre()).normalize_or(DVec3::X));
+        let hint = pair.hint.unwrap_or_else(|| {
+            (there.bounds.centre() - placed.bounds.centre()).normalize_or(DVec3::X)
+        });
         let separation = if pair.measured { body_separation } else { separation };
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
         if !within(-self.penetration_max, found.distance) {
-            return Err(overlap(self.check, waypoint, (body, other), found.distance, self.penetration_max));
+            return Err(overlap(
+                self.check,
+                waypoint,
+                (body, other),
+                found.distance,
+                self.penetration_max,
+            ));
         }
         if pair.measured {
             self.worst = self.worst.min(found.distance);

@@ -1,7 +1,7 @@
 //! Static joint torques within the effort limits.
 //!
-//! On one foot the contact wrench is known: it carries the weight through the centre of mass. On two, the forces are those
-//! that load the most loaded joint least.
+//! On one foot the contact wrench is known: it carries the weight through the centre of mass. On
+//! two, the forces are those that load the most loaded joint least.
 
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
@@ -17,11 +17,12 @@ use crate::kinematics::{Posture, along_axis};
 
 /// Rounding allowed at a limit, as a share of it.
 const ROUNDING: f64 = 1e-6;
-/// Between waypoints every so many samples are checked: no joint turns by more than 0.05 rad from one to the next.
+/// Between waypoints every so many samples are checked: no joint turns by more than 0.05 rad from
+/// one to the next.
 const SAMPLES_APART: usize = 5;
 
-/// The share of a joint's effort limit that stays unused at the worst waypoint, or between two that are far apart. `alive` is called at
-/// each.
+/// The share of a joint's effort limit that stays unused at the worst waypoint, or between two that
+/// are far apart. `alive` is called at each.
 pub fn check_torque(
     model: &RobotModel,
     config: &CheckerConfig,
@@ -29,9 +30,12 @@ pub fn check_torque(
     case: &Case,
     alive: &mut dyn FnMut(),
 ) -> Result<f64, Violation> {
-    let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
+    let statics =
+        Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
     let mut worst = f64::INFINITY;
-    for sample in case.motion.samples.iter().filter(|sample| sample.piece.is_multiple_of(SAMPLES_APART)) {
+    for sample in
+        case.motion.samples.iter().filter(|sample| sample.piece.is_multiple_of(SAMPLES_APART))
+    {
         alive();
         let bad = |detail| Err(Violation::new(Check::Torque, sample.waypoint, detail));
         let Some(torques) = statics.torques(sample, config.effort_share + ROUNDING) else {
@@ -41,7 +45,11 @@ pub fn check_torque(
             let share = torque.abs() / joint.effort;
             if !within(share, config.effort_share + ROUNDING) {
                 let limit = config.effort_share * joint.effort;
-                return bad(format!("joint {} needs {:.1} N m or N, limit {limit:.1}", joint.name, torque.abs()));
+                return bad(format!(
+                    "joint {} needs {:.1} N m or N, limit {limit:.1}",
+                    joint.name,
+                    torque.abs()
+                ));
             }
             worst = worst.min(1.0 - share);
         }
@@ -49,16 +57,23 @@ pub fn check_torque(
     Ok(worst)
 }
 
-/// As [`check_torque`], by contact forces that spread the load evenly instead of those that suit the motors best; no limit
-/// is demanded of it. Minus infinity where no such forces hold the robot.
+/// As [`check_torque`], by contact forces that spread the load evenly instead of those that suit
+/// the motors best; no limit is demanded of it. Minus infinity where no such forces hold the robot.
 pub fn even_torque_reserve(model: &RobotModel, equilibrium: &Equilibrium, case: &Case) -> f64 {
-    let statics = Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
+    let statics =
+        Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
     let reserve = |sample: &Sample| {
         let Some(torques) = statics.even_torques(sample) else { return f64::NEG_INFINITY };
-        let shares = model.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort);
+        let shares =
+            model.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort);
         1.0 - shares.fold(0.0, f64::max)
     };
-    case.motion.samples.iter().filter(|sample| sample.is_waypoint()).map(reserve).fold(f64::INFINITY, f64::min)
+    case.motion
+        .samples
+        .iter()
+        .filter(|sample| sample.is_waypoint())
+        .map(reserve)
+        .fold(f64::INFINITY, f64::min)
 }
 
 fn stance_of(case: &Case) -> Vec<usize> {
@@ -82,11 +97,17 @@ impl<'a> Statics<'a> {
             let chain = model.chain(foot.link);
             (0..model.joints.len()).map(|joint| chain.contains(&joint)).collect()
         };
-        Self { model, weight: model.mass() * GRAVITY, generators, carries: model.feet.iter().map(carries).collect(), stance }
+        Self {
+            model,
+            weight: model.mass() * GRAVITY,
+            generators,
+            carries: model.feet.iter().map(carries).collect(),
+            stance,
+        }
     }
 
-    /// All joint torques (N m) or forces (N), or nothing where no contact forces hold the robot. Torques above `share_max`
-    /// of a limit are given only where both methods agree.
+    /// All joint torques (N m) or forces (N), or nothing where no contact forces hold the robot.
+    /// Torques above `share_max` of a limit are given only where both methods agree.
     fn torques(&self, sample: &Sample, share_max: f64) -> Option<Vec<f64>> {
         match self.stance[..] {
             [limb] => Some(sample.posture.standing_torques(self.model, limb)),
@@ -98,12 +119,17 @@ impl<'a> Statics<'a> {
         let loads = Loads::new(self, &sample.posture);
         let share = |(&joint, relief): (&usize, &Vec<f64>)| {
             let effort = self.model.joints[joint].effort;
-            (relief.iter().map(|value| -value / effort).collect::<Vec<f64>>(), loads.free[joint] / effort)
+            (
+                relief.iter().map(|value| -value / effort).collect::<Vec<f64>>(),
+                loads.free[joint] / effort,
+            )
         };
         let shares = loads.loaded.iter().zip(&loads.relief).map(share).collect();
         let program = LeastEffort::new(&self.generators, sample.centre_of_mass, shares);
         let fits = |torques: &Vec<f64>| {
-            loads.loaded.iter().all(|&joint| within(torques[joint].abs(), share_max * self.model.joints[joint].effort))
+            loads.loaded.iter().all(|&joint| {
+                within(torques[joint].abs(), share_max * self.model.joints[joint].effort)
+            })
         };
         let quickly = program.quickly().map(|forces| loads.torques(&forces)).filter(fits);
         quickly.or_else(|| program.thoroughly().map(|forces| loads.torques(&forces)))
@@ -115,17 +141,23 @@ impl<'a> Statics<'a> {
         Some(self.torques_under(&sample.posture, &forces))
     }
 
-    /// All joint torques (N m) or forces (N) where the ground presses so: a weight's share for each of the generators, or none.
+    /// All joint torques (N m) or forces (N) where the ground presses so: a weight's share for each
+    /// of the generators, or none.
     pub fn torques_under(&self, posture: &Posture, forces: &[f64]) -> Vec<f64> {
         Loads::new(self, posture).torques(forces)
     }
 
     /// What one unit of each generator takes off a joint.
     fn relief(&self, posture: &Posture, joint: usize) -> Vec<f64> {
-        let (kind, (axis, origin)) = (self.model.joints[joint].kind, posture.joint_axis(self.model, joint));
+        let (kind, (axis, origin)) =
+            (self.model.joints[joint].kind, posture.joint_axis(self.model, joint));
         let taken = |generator: &Generator| {
             let force = self.weight * generator.force;
-            if self.carries[generator.limb][joint] { along_axis(kind, (axis, origin), generator.point, force) } else { 0.0 }
+            if self.carries[generator.limb][joint] {
+                along_axis(kind, (axis, origin), generator.point, force)
+            } else {
+                0.0
+            }
         };
         self.generators.iter().map(taken).collect()
     }
@@ -144,7 +176,8 @@ struct Loads {
 impl Loads {
     fn new(statics: &Statics, posture: &Posture) -> Self {
         let free = posture.gravity_torques(statics.model);
-        let carries = |joint: &usize| statics.stance.iter().any(|&limb| statics.carries[limb][*joint]);
+        let carries =
+            |joint: &usize| statics.stance.iter().any(|&limb| statics.carries[limb][*joint]);
         let loaded: Vec<usize> = (0..free.len()).filter(carries).collect();
         let relief = loaded.iter().map(|&joint| statics.relief(posture, joint)).collect();
         Self { free, loaded, relief }

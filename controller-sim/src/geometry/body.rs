@@ -25,7 +25,12 @@ pub struct Body {
 }
 
 impl Body {
-    fn new(link: Option<LinkIndex>, name: &str, frame_from_solid: Pose, shape: &Shape) -> Result<Self, String> {
+    fn new(
+        link: Option<LinkIndex>,
+        name: &str,
+        frame_from_solid: Pose,
+        shape: &Shape,
+    ) -> Result<Self, String> {
         let solid = Solid::new(shape).map_err(|error| format!("{name}: {error}"))?;
         let local_bounds = solid.local_bounds();
         let reach = solid.reach_from(frame_from_solid.inverse().translation);
@@ -34,13 +39,24 @@ impl Body {
 
     /// All collision shapes of a robot.
     pub fn of_robot(model: &RobotModel) -> Result<Vec<Self>, String> {
-        let shapes = model.links.iter().enumerate().flat_map(|(index, link)| link.shapes.iter().map(move |shape| (index, link, shape)));
-        shapes.map(|(index, link, shape)| Self::new(Some(index), &link.name, shape.link_from_shape, &shape.shape)).collect()
+        let shapes =
+            model.links.iter().enumerate().flat_map(|(index, link)| {
+                link.shapes.iter().map(move |shape| (index, link, shape))
+            });
+        shapes
+            .map(|(index, link, shape)| {
+                Self::new(Some(index), &link.name, shape.link_from_shape, &shape.shape)
+            })
+            .collect()
     }
 
     /// All shapes of a world.
     pub fn of_world(world: &World) -> Result<Vec<Self>, String> {
-        world.shapes.iter().map(|shape| Self::new(None, &shape.name, shape.world_from_shape, &shape.shape)).collect()
+        world
+            .shapes
+            .iter()
+            .map(|shape| Self::new(None, &shape.name, shape.world_from_shape, &shape.shape))
+            .collect()
     }
 }
 

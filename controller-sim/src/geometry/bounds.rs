@@ -16,7 +16,10 @@ impl Bounds {
     /// The box around some points; a box of nothing is inside out.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         let empty = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
-        points.into_iter().fold(empty, |bounds, point| Self { low: bounds.low.min(point), high: bounds.high.max(point) })
+        points.into_iter().fold(empty, |bounds, point| Self {
+            low: bounds.low.min(point),
+            high: bounds.high.max(point),
+        })
     }
 
     /// The middle.
@@ -28,7 +31,9 @@ impl Bounds {
     pub fn moved(&self, world_from_local: &Pose) -> Self {
         let rotation = DMat3::from_quat(world_from_local.rotation);
         let half = 0.5 * (self.high - self.low);
-        let reach = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
+        let reach = rotation.x_axis.abs() * half.x
+            + rotation.y_axis.abs() * half.y
+            + rotation.z_axis.abs() * half.z;
         let centre = *world_from_local * self.centre();
         Self { low: centre - reach, high: centre + reach }
     }
@@ -38,7 +43,8 @@ impl Bounds {
         Self { low: self.low - margin, high: self.high + margin }
     }
 
-    /// How deep two boxes that overlap are in each other, m: the least way along an axis that parts them.
+    /// How deep two boxes that overlap are in each other, m: the least way along an axis that parts
+    /// them.
     pub fn overlap(&self, other: &Self) -> f64 {
         (self.high.min(other.high) - self.low.max(other.low)).min_element()
     }

@@ -1,4 +1,5 @@
-//! The checker's geometry: solids as support functions, separating directions, ray casts, plane polygons.
+//! The checker's geometry: solids as support functions, separating directions, ray casts, plane
+//! polygons.
 
 pub mod body;
 pub mod bounds;

@@ -5,7 +5,8 @@ use glam::DVec2;
 /// Twice the area (m2) below which three points count as on one line.
 const COLLINEAR_AREA: f64 = 1e-11;
 
-/// The convex hull's vertices, counter-clockwise, without points on its sides; fewer than three where there is no area.
+/// The convex hull's vertices, counter-clockwise, without points on its sides; fewer than three
+/// where there is no area.
 pub fn hull(points: &[DVec2]) -> Vec<DVec2> {
     hull_indices(points).into_iter().map(|index| points[index]).collect()
 }
@@ -13,7 +14,9 @@ pub fn hull(points: &[DVec2]) -> Vec<DVec2> {
 /// As [`hull`], as indices into `points` (Andrew's monotone chain).
 pub fn hull_indices(points: &[DVec2]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).collect();
-    order.sort_by(|&a, &b| points[a].x.total_cmp(&points[b].x).then(points[a].y.total_cmp(&points[b].y)));
+    order.sort_by(|&a, &b| {
+        points[a].x.total_cmp(&points[b].x).then(points[a].y.total_cmp(&points[b].y))
+    });
     let mut lower = half_hull(points, order.iter().copied());
     let mut upper = half_hull(points, order.iter().rev().copied());
     lower.pop();
@@ -36,13 +39,17 @@ fn half_hull(points: &[DVec2], order: impl Iterator<Item = usize>) -> Vec<usize>
     chain
 }
 
-/// Only once the hull is closed may a corner go for being nearly flat: along the way, two points above each other whose
-/// order rounding decides would take a true corner with them.
+/// Only once the hull is closed may a corner go for being nearly flat: along the way, two points
+/// above each other whose order rounding decides would take a true corner with them.
 fn without_flat_corners(points: &[DVec2], mut outline: Vec<usize>) -> Vec<usize> {
     let mut index = 0;
     while index < outline.len() && outline.len() >= 3 {
         let count = outline.len();
-        if turn(points, [outline[(index + count - 1) % count], outline[index], outline[(index + 1) % count]]) <= COLLINEAR_AREA {
+        if turn(
+            points,
+            [outline[(index + count - 1) % count], outline[index], outline[(index + 1) % count]],
+        ) <= COLLINEAR_AREA
+        {
             outline.remove(index);
             index = index.saturating_sub(1);
         } else {
@@ -62,12 +69,15 @@ pub fn area(polygon: &[DVec2]) -> f64 {
     0.5 * sides(polygon).map(|(a, b)| a.perp_dot(b)).sum::<f64>()
 }
 
-/// The signed distance of a point to the boundary: positive inside, minus infinity if the polygon has no area.
+/// The signed distance of a point to the boundary: positive inside, minus infinity if the polygon
+/// has no area.
 pub fn margin(polygon: &[DVec2], point: DVec2) -> f64 {
     if polygon.len() < 3 {
         return f64::NEG_INFINITY;
     }
-    let inside = sides(polygon).map(|(a, b)| (b - a).normalize_or_zero().perp_dot(point - a)).fold(f64::INFINITY, f64::min);
+    let inside = sides(polygon)
+        .map(|(a, b)| (b - a).normalize_or_zero().perp_dot(point - a))
+        .fold(f64::INFINITY, f64::min);
     if inside >= 0.0 {
         return inside;
     }
@@ -79,7 +89,8 @@ pub fn sides(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
     polygon.iter().copied().zip(polygon.iter().copied().cycle().skip(1))
 }
 
-/// At most `count` of the polygon's vertices, those furthest in evenly spaced directions: a polygon inside this one.
+/// At most `count` of the polygon's vertices, those furthest in evenly spaced directions: a polygon
+/// inside this one.
 pub fn extreme_vertices(polygon: &[DVec2], count: usize) -> Vec<usize> {
     if polygon.len() <= count {
         return (0..polygon.len()).collect();
@@ -87,7 +98,9 @@ pub fn extreme_vertices(polygon: &[DVec2], count: usize) -> Vec<usize> {
     let mut kept: Vec<usize> = (0..count)
         .map(|k| {
             let direction = direction(k, count);
-            (0..polygon.len()).fold(0, |best, i| if polygon[i].dot(direction) > polygon[best].dot(direction) { i } else { best })
+            (0..polygon.len()).fold(0, |best, i| {
+                if polygon[i].dot(direction) > polygon[best].dot(direction) { i } else { best }
+            })
         })
         .collect();
     kept.sort_unstable();
@@ -103,7 +116,11 @@ pub fn direction(k: usize, count: usize) -> DVec2 {
 
 fn distance_to_segment(a: DVec2, b: DVec2, point: DVec2) -> f64 {
     let along = b - a;
-    let t = if along.length_squared() > 0.0 { ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
+    let t = if along.length_squared() > 0.0 {
+        ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0)
+    } else {
+        0.0
+    };
     (a + t * along).distance(point)
 }
 
@@ -112,7 +129,10 @@ mod tests {
     use super::*;
 
     fn square() -> Vec<DVec2> {
-        hull(&[(0., 0.), (1., 0.), (0.5, 0.0), (1., 1.), (0., 1.), (0.4, 0.6), (1.0, 0.3)].map(DVec2::from))
+        hull(
+            &[(0., 0.), (1., 0.), (0.5, 0.0), (1., 1.), (0., 1.), (0.4, 0.6), (1.0, 0.3)]
+                .map(DVec2::from),
+        )
     }
 
     #[test]
@@ -123,8 +143,10 @@ mod tests {
 
     #[test]
     fn rounding_takes_no_corner() {
-        // Left and right side are upright but for the last digits; the rightmost point is the lower one.
-        let points = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0 + 1e-12, 1.0), (1.0 + 2e-12, 0.0)].map(DVec2::from);
+        // Left and right side are upright but for the last digits; the rightmost point is the lower
+        // one.
+        let points = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0 + 1e-12, 1.0), (1.0 + 2e-12, 0.0)]
+            .map(DVec2::from);
         assert!((area(&hull(&points)) - 1.0).abs() < 1e-9);
     }
 
@@ -137,7 +159,8 @@ mod tests {
 
     #[test]
     fn points_on_a_line_have_no_area() {
-        let line: Vec<DVec2> = (0..9).map(|i| DVec2::new(0.1 * f64::from(i), 0.3 * f64::from(i))).collect();
+        let line: Vec<DVec2> =
+            (0..9).map(|i| DVec2::new(0.1 * f64::from(i), 0.3 * f64::from(i))).collect();
         assert!(hull(&line).len() < 3);
     }
 }

@@ -58,10 +58,16 @@ impl Target {
         let form = match shape {
             Shape::Box { half_extents } => Form::HalfSpaces(box_faces(*half_extents)),
             Shape::Sphere { radius } => Form::Capsule { radius: *radius, half_length: 0.0 },
-            Shape::Capsule { radius, half_length } => Form::Capsule { radius: *radius, half_length: *half_length },
-            Shape::Cylinder { radius, half_length } => Form::Cylinder { radius: *radius, half_length: *half_length },
+            Shape::Capsule { radius, half_length } => {
+                Form::Capsule { radius: *radius, half_length: *half_length }
+            }
+            Shape::Cylinder { radius, half_length } => {
+                Form::Cylinder { radius: *radius, half_length: *half_length }
+            }
             Shape::ConvexHull { points } => Form::HalfSpaces(hull_faces(points)?),
-            Shape::Mesh { vertices, triangles, .. } => Form::Mesh(Box::new(triangle_mesh(vertices, triangles)?)),
+            Shape::Mesh { vertices, triangles, .. } => {
+                Form::Mesh(Box::new(triangle_mesh(vertices, triangles)?))
+            }
         };
         Ok(Self { world_from_shape: *world_from_shape, form, bounds })
     }
@@ -72,29 +78,41 @@ impl Target {
         let (origin, direction) = (inverse * origin, inverse.rotation * direction);
         let hit = match &self.form {
             Form::HalfSpaces(faces) => cast_half_spaces(faces, origin, direction),
-            Form::Capsule { radius, half_length } => cast_capsule(*radius, *half_length, origin, direction),
-            Form::Cylinder { radius, half_length } => cast_cylinder(*radius, *half_length, origin, direction),
+            Form::Capsule { radius, half_length } => {
+                cast_capsule(*radius, *half_length, origin, direction)
+            }
+            Form::Cylinder { radius, half_length } => {
+                cast_cylinder(*radius, *half_length, origin, direction)
+            }
             Form::Mesh(mesh) => cast_mesh(mesh, origin, direction),
         };
         match hit {
-            Hit::Surface { distance, normal } => Hit::Surface { distance, normal: self.world_from_shape.rotation * normal },
+            Hit::Surface { distance, normal } => {
+                Hit::Surface { distance, normal: self.world_from_shape.rotation * normal }
+            }
             other => other,
         }
     }
 }
 
 fn box_faces(half: DVec3) -> Vec<(DVec3, f64)> {
-    DVec3::AXES.into_iter().flat_map(|axis| [(axis, half.dot(axis)), (-axis, half.dot(axis))]).collect()
+    DVec3::AXES
+        .into_iter()
+        .flat_map(|axis| [(axis, half.dot(axis)), (-axis, half.dot(axis))])
+        .collect()
 }
 
 /// The supporting planes of a hull's faces; each is pushed out until no point lies beyond it.
 fn hull_faces(points: &[DVec3]) -> Result<Vec<(DVec3, f64)>, String> {
-    let (vertices, triangles) = try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
+    let (vertices, triangles) =
+        try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
     let normal = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|index| vertices[index as usize]);
         (b - a).cross(c - a).try_normalize()
     };
-    let offset = |normal: DVec3| vertices.iter().map(|vertex| vertex.dot(normal)).fold(f64::NEG_INFINITY, f64::max);
+    let offset = |normal: DVec3| {
+        vertices.iter().map(|vertex| vertex.dot(normal)).fold(f64::NEG_INFINITY, f64::max)
+    };
     Ok(triangles.iter().filter_map(normal).map(|normal| (normal, offset(normal))).collect())
 }
 
@@ -102,8 +120,15 @@ fn cast_half_spaces(faces: &[(DVec3, f64)], origin: DVec3, direction: DVec3) -> 
     clip(faces, origin, direction, (f64::NEG_INFINITY, f64::INFINITY), DVec3::ZERO)
 }
 
-/// What is left of the stretch of a ray between two distances inside all half spaces; `normal` is that of the stretch's beginning.
-fn clip(faces: &[(DVec3, f64)], origin: DVec3, direction: DVec3, (mut enter, mut leave): (f64, f64), mut normal: DVec3) -> Hit {
+/// What is left of the stretch of a ray between two distances inside all half spaces; `normal` is
+/// that of the stretch's beginning.
+fn clip(
+    faces: &[(DVec3, f64)],
+    origin: DVec3,
+    direction: DVec3,
+    (mut enter, mut leave): (f64, f64),
+    mut normal: DVec3,
+) -> Hit {
     for &(outward, offset) in faces {
         let (above, speed) = (outward.dot(origin) - offset, outward.dot(direction));
         if speed.abs() < 1e-15 {
@@ -144,7 +169,8 @@ fn ball_stretch(centre: DVec3, radius: f64, origin: DVec3, direction: DVec3) -> 
 fn wall_stretch(radius: f64, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
     let (o, d) = (origin.truncate(), direction.truncate());
     if d.length_squared() < 1e-24 {
-        return (o.length_squared() <= radius * radius).then_some((f64::NEG_INFINITY, f64::INFINITY));
+        return (o.length_squared() <= radius * radius)
+            .then_some((f64::NEG_INFINITY, f64::INFINITY));
     }
     let middle = -o.dot(d) / d.length_squared();
     let half = (radius * radius - (o + middle * d).length_squared()) / d.length_squared();
@@ -154,7 +180,11 @@ fn wall_stretch(radius: f64, origin: DVec3, direction: DVec3) -> Option<(f64, f6
 fn cast_cylinder(radius: f64, half_length: f64, origin: DVec3, direction: DVec3) -> Hit {
     let Some(wall) = wall_stretch(radius, origin, direction) else { return Hit::Miss };
     let caps = [(DVec3::Z, half_length), (-DVec3::Z, half_length)];
-    let normal = if wall.0.is_finite() { outward_wall((origin + wall.0 * direction).truncate()) } else { DVec3::ZERO };
+    let normal = if wall.0.is_finite() {
+        outward_wall((origin + wall.0 * direction).truncate())
+    } else {
+        DVec3::ZERO
+    };
     clip(&caps, origin, direction, wall, normal)
 }
 
@@ -162,18 +192,27 @@ fn outward_wall(across: DVec2) -> DVec3 {
     across.normalize_or_zero().extend(0.0)
 }
 
-/// A capsule is the union of two balls and a cylinder: the ray is inside it from its first entry to its last exit.
+/// A capsule is the union of two balls and a cylinder: the ray is inside it from its first entry to
+/// its last exit.
 fn cast_capsule(radius: f64, half_length: f64, origin: DVec3, direction: DVec3) -> Hit {
-    let ends = [half_length, -half_length].map(|z| ball_stretch(DVec3::new(0.0, 0.0, z), radius, origin, direction));
-    let side = wall_stretch(radius, origin, direction).and_then(|(a, b)| clip_height(half_length, origin.z, direction.z, (a, b)));
+    let ends = [half_length, -half_length]
+        .map(|z| ball_stretch(DVec3::new(0.0, 0.0, z), radius, origin, direction));
+    let side = wall_stretch(radius, origin, direction)
+        .and_then(|(a, b)| clip_height(half_length, origin.z, direction.z, (a, b)));
     let pieces = ends.into_iter().chain([side]).flatten();
-    let (enter, leave) = pieces.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (c, d)| (a.min(c), b.max(d)));
+    let (enter, leave) =
+        pieces.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (c, d)| (a.min(c), b.max(d)));
     let point = origin + enter * direction;
     let axis_point = DVec3::new(0.0, 0.0, point.z.clamp(-half_length, half_length));
     entered(enter, leave, (point - axis_point).normalize_or_zero())
 }
 
-fn clip_height(half_length: f64, origin: f64, speed: f64, (enter, leave): (f64, f64)) -> Option<(f64, f64)> {
+fn clip_height(
+    half_length: f64,
+    origin: f64,
+    speed: f64,
+    (enter, leave): (f64, f64),
+) -> Option<(f64, f64)> {
     if speed.abs() < 1e-15 {
         return (origin.abs() <= half_length).then_some((enter, leave));
     }
@@ -183,9 +222,17 @@ fn clip_height(half_length: f64, origin: f64, speed: f64, (enter, leave): (f64, 
 }
 
 fn cast_mesh(mesh: &TriMesh, origin: DVec3, direction: DVec3) -> Hit {
-    let Some(hit) = mesh.cast_local_ray_and_get_normal(&Ray::new(origin, direction), f64::MAX, false) else { return Hit::Miss };
+    let Some(hit) =
+        mesh.cast_local_ray_and_get_normal(&Ray::new(origin, direction), f64::MAX, false)
+    else {
+        return Hit::Miss;
+    };
     let normal = face_normal(mesh, hit.subshape);
-    if normal.dot(direction) > 0.0 { Hit::Inside } else { Hit::Surface { distance: hit.time_of_impact, normal } }
+    if normal.dot(direction) > 0.0 {
+        Hit::Inside
+    } else {
+        Hit::Surface { distance: hit.time_of_impact, normal }
+    }
 }
 
 #[cfg(test)]
@@ -193,20 +240,33 @@ mod tests {
     use super::*;
 
     fn cast(shape: &Shape, origin: [f64; 3], direction: [f64; 3]) -> Hit {
-        let target = Target::new(shape, &Pose::from_translation(DVec3::new(1.0, 2.0, 3.0))).unwrap();
-        target.cast(DVec3::from(origin) + DVec3::new(1.0, 2.0, 3.0), DVec3::from(direction).normalize())
+        let target =
+            Target::new(shape, &Pose::from_translation(DVec3::new(1.0, 2.0, 3.0))).unwrap();
+        target.cast(
+            DVec3::from(origin) + DVec3::new(1.0, 2.0, 3.0),
+            DVec3::from(direction).normalize(),
+        )
     }
 
     fn assert_surface(hit: Hit, expected: f64, outward: [f64; 3]) {
         let Hit::Surface { distance, normal } = hit else { panic!("{hit:?}") };
-        assert!((distance - expected).abs() < 1e-12 && (normal - DVec3::from(outward)).length() < 1e-12, "{hit:?}");
+        assert!(
+            (distance - expected).abs() < 1e-12 && (normal - DVec3::from(outward)).length() < 1e-12,
+            "{hit:?}"
+        );
     }
 
     #[test]
     fn box_and_hull_agree() {
         let half = DVec3::new(1.0, 0.5, 0.25);
-        let corner = |i: u8| half * DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 - half;
-        let solids = [Shape::Box { half_extents: half }, Shape::ConvexHull { points: (0..8).map(corner).collect() }];
+        let corner = |i: u8| {
+            half * DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0
+                - half
+        };
+        let solids = [
+            Shape::Box { half_extents: half },
+            Shape::ConvexHull { points: (0..8).map(corner).collect() },
+        ];
         for solid in &solids {
             assert_surface(cast(solid, [0.9, 0.1, 1.0], [0., 0., -1.]), 0.75, [0., 0., 1.]);
             assert_eq!(cast(solid, [1.1, 0.1, 1.0], [0., 0., -1.]), Hit::Miss);

@@ -1,14 +1,17 @@
 //! How far two solids are apart, as a bound that is true whatever an iteration did.
 //!
-//! The signed distance of two convex solids is the largest gap over all directions, where the gap along a unit direction is
-//! how far one must look along it from the end of the first solid to the beginning of the second (negative: they overlap,
-//! and that much translation along it would part them). So *any* direction gives a lower bound, by two support points.
-//! parry's GJK and EPA only propose directions; if they stop at a cap or fail, the bound is merely poor and reads as
+//! The signed distance of two convex solids is the largest gap over all directions, where the gap
+//! along a unit direction is how far one must look along it from the end of the first solid to the
+//! beginning of the second (negative: they overlap, and that much translation along it would part
+//! them). So *any* direction gives a lower bound, by two support points. parry's GJK and EPA only
+//! propose directions; if they stop at a cap or fail, the bound is merely poor and reads as
 //! overlap, never as free space. A mesh is taken triangle by triangle.
 
 use glam::DVec3;
 use parry3d_f64::bounding_volume::Aabb;
-use parry3d_f64::query::details::{closest_points_support_map_support_map_with_params, contact_support_map_support_map};
+use parry3d_f64::query::details::{
+    closest_points_support_map_support_map_with_params, contact_support_map_support_map,
+};
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::{SupportMap, TriMesh};
@@ -22,7 +25,8 @@ use super::solid::{Convex, Core, Solid};
 pub struct Separation {
     /// The bound, m; negative where they may overlap.
     pub distance: f64,
-    /// The unit direction, in the world, from the first solid to the second, along which the gap is this wide.
+    /// The unit direction, in the world, from the first solid to the second, along which the gap is
+    /// this wide.
     pub direction: DVec3,
 }
 
@@ -32,40 +36,64 @@ impl Separation {
     }
 }
 
-/// The separation of two solids: exact up to rounding, or any bound of at least `enough` (m). `hint` is a direction to try
-/// first, in the world.
-pub fn separation(a: (&Solid, &Placed), b: (&Solid, &Placed), hint: DVec3, enough: f64) -> Separation {
+/// The separation of two solids: exact up to rounding, or any bound of at least `enough` (m).
+/// `hint` is a direction to try first, in the world.
+pub fn separation(
+    a: (&Solid, &Placed),
+    b: (&Solid, &Placed),
+    hint: DVec3,
+    enough: f64,
+) -> Separation {
     let apart = a.1.bounds.gap(&b.1.bounds);
     // Boxes that overlap say nothing about how deep their contents do.
     if apart > 0.0 && apart >= enough {
         return Separation { distance: apart, direction: hint };
     }
     match (a.0, b.0) {
-        (Solid::Convex(first), Solid::Convex(second)) => {
-            convex_separation((first, &a.1.world_from_solid), (second, &b.1.world_from_solid), hint, enough)
+        (Solid::Convex(first), Solid::Convex(second)) => convex_separation(
+            (first, &a.1.world_from_solid),
+            (second, &b.1.world_from_solid),
+            hint,
+            enough,
+        ),
+        (Solid::Mesh(mesh), other) => {
+            mesh_separation((mesh, &a.1.world_from_solid), (other, b.1), hint, enough)
         }
-        (Solid::Mesh(mesh), other) => mesh_separation((mesh, &a.1.world_from_solid), (other, b.1), hint, enough),
         (other, Solid::Mesh(mesh)) => {
-            let turned = mesh_separation((mesh, &b.1.world_from_solid), (other, a.1), -hint, enough);
+            let turned =
+                mesh_separation((mesh, &b.1.world_from_solid), (other, a.1), -hint, enough);
             Separation { direction: -turned.direction, ..turned }
         }
     }
 }
 
-/// The same for bodies that do not stand on each other: two meshes of which triangles cross count as deep as the boxes around them
-/// overlap, a translation that surely parts them. Small triangles are soon parted, however deep the bodies are in each other.
-pub fn body_separation(a: (&Solid, &Placed), b: (&Solid, &Placed), hint: DVec3, enough: f64) -> Separation {
+/// The same for bodies that do not stand on each other: two meshes of which triangles cross count
+/// as deep as the boxes around them overlap, a translation that surely parts them. Small triangles
+/// are soon parted, however deep the bodies are in each other.
+pub fn body_separation(
+    a: (&Solid, &Placed),
+    b: (&Solid, &Placed),
+    hint: DVec3,
+    enough: f64,
+) -> Separation {
     let found = separation(a, b, hint, enough);
     match (a.0, b.0) {
-        (Solid::Mesh(_), Solid::Mesh(_)) if found.distance < 0.0 => Separation { distance: -a.1.bounds.overlap(&b.1.bounds), ..found },
+        (Solid::Mesh(_), Solid::Mesh(_)) if found.distance < 0.0 => {
+            Separation { distance: -a.1.bounds.overlap(&b.1.bounds), ..found }
+        }
         _ => found,
     }
 }
 
-/// Whether a point lies inside a closed mesh: whether most of three rays from it first meet the back of a triangle.
+/// Whether a point lies inside a closed mesh: whether most of three rays from it first meet the
+/// back of a triangle.
 pub fn is_inside_mesh(mesh: &TriMesh, world_from_mesh: &Pose, point: DVec3) -> bool {
     let origin = world_from_mesh.inverse() * point;
-    let directions = [DVec3::new(0.11, 0.23, 0.97), DVec3::new(-0.71, 0.13, 0.69), DVec3::new(0.19, -0.83, -0.53)];
+    let directions = [
+        DVec3::new(0.11, 0.23, 0.97),
+        DVec3::new(-0.71, 0.13, 0.69),
+        DVec3::new(0.19, -0.83, -0.53),
+    ];
     let leaves = |direction: DVec3| {
         let hit = mesh.cast_local_ray_and_get_normal(&Ray::new(origin, direction), f64::MAX, false);
         hit.is_some_and(|hit| face_normal(mesh, hit.subshape).dot(direction) > 0.0)
@@ -79,21 +107,36 @@ pub fn face_normal(mesh: &TriMesh, triangle: u32) -> DVec3 {
     (corners.b - corners.a).cross(corners.c - corners.a).normalize_or_zero()
 }
 
-fn mesh_separation(mesh: (&TriMesh, &Pose), other: (&Solid, &Placed), hint: DVec3, enough: f64) -> Separation {
+fn mesh_separation(
+    mesh: (&TriMesh, &Pose),
+    other: (&Solid, &Placed),
+    hint: DVec3,
+    enough: f64,
+) -> Separation {
     let near = other.1.bounds.moved(&mesh.1.inverse()).grown(enough.max(0.0));
     let mut worst = Separation { distance: enough, direction: hint };
     for index in mesh.0.bvh().intersect_aabb(&Aabb::new(near.low, near.high)) {
         let corners = mesh.0.triangle(index);
-        let triangle = Convex { core: Core::Triangle([corners.a, corners.b, corners.c]), radius: 0.0 };
+        let triangle =
+            Convex { core: Core::Triangle([corners.a, corners.b, corners.c]), radius: 0.0 };
         let found = match other.0 {
-            Solid::Convex(convex) => {
-                convex_separation((&triangle, mesh.1), (convex, &other.1.world_from_solid), worst.direction, worst.distance)
-            }
+            Solid::Convex(convex) => convex_separation(
+                (&triangle, mesh.1),
+                (convex, &other.1.world_from_solid),
+                worst.direction,
+                worst.distance,
+            ),
             Solid::Mesh(second) => {
-                let bounds = super::bounds::Bounds::of_points([corners.a, corners.b, corners.c]).moved(mesh.1);
+                let bounds = super::bounds::Bounds::of_points([corners.a, corners.b, corners.c])
+                    .moved(mesh.1);
                 let placed = Placed { world_from_solid: *mesh.1, bounds };
                 let solid = Solid::Convex(triangle);
-                let turned = mesh_separation((second, &other.1.world_from_solid), (&solid, &placed), -worst.direction, worst.distance);
+                let turned = mesh_separation(
+                    (second, &other.1.world_from_solid),
+                    (&solid, &placed),
+                    -worst.direction,
+                    worst.distance,
+                );
                 Separation { direction: -turned.direction, ..turned }
             }
         };
@@ -113,9 +156,10 @@ fn convex_separation(a: PlacedConvex, b: PlacedConvex, hint: DVec3, enough: f64)
     }
     match proposed_direction(a, b) {
         Proposal::Apart(direction) => hinted.better(along(a, b, direction)),
-        Proposal::Overlapping(direction) => {
-            parting_directions(a, b).into_iter().chain([direction]).fold(hinted, |best, axis| best.better(along(a, b, axis)))
-        }
+        Proposal::Overlapping(direction) => parting_directions(a, b)
+            .into_iter()
+            .chain([direction])
+            .fold(hinted, |best, axis| best.better(along(a, b, axis))),
     }
 }
 
@@ -136,7 +180,14 @@ fn proposed_direction(a: PlacedConvex, b: PlacedConvex) -> Proposal {
     let a_from_b = a.1.inverse() * *b.1;
     let (first, second) = (&a.0.core, &b.0.core);
     let mut simplex = VoronoiSimplex::new();
-    let found = closest_points_support_map_support_map_with_params(&a_from_b, first, second, f64::MAX, &mut simplex, None);
+    let found = closest_points_support_map_support_map_with_params(
+        &a_from_b,
+        first,
+        second,
+        f64::MAX,
+        &mut simplex,
+        None,
+    );
     if let GJKResult::ClosestPoints(on_first, on_second, _) = found
         && let Some(direction) = (on_second - on_first).try_normalize()
         && on_first.distance(on_second) > TOUCHING_MAX
@@ -144,17 +195,24 @@ fn proposed_direction(a: PlacedConvex, b: PlacedConvex) -> Proposal {
         return Proposal::Apart(a.1.rotation * direction);
     }
     let contact = contact_support_map_support_map(&a_from_b, first, second, TOUCHING_MAX);
-    Proposal::Overlapping(contact.map_or(DVec3::Z, |contact| (a.1.rotation * contact.normal1).normalize_or(DVec3::Z)))
+    Proposal::Overlapping(
+        contact.map_or(DVec3::Z, |contact| (a.1.rotation * contact.normal1).normalize_or(DVec3::Z)),
+    )
 }
 
 /// Below this distance (m) closest points do not tell a direction well.
 const TOUCHING_MAX: f64 = 1e-6;
 
-/// Both solids' faces and the cross products of their edges, both ways: what parts boxes and triangles, and what is left where EPA fails.
+/// Both solids' faces and the cross products of their edges, both ways: what parts boxes and
+/// triangles, and what is left where EPA fails.
 fn parting_directions(a: PlacedConvex, b: PlacedConvex) -> Vec<DVec3> {
     let edges = [a, b].map(|(convex, pose)| edges(&convex.core).map(|edge| pose.rotation * edge));
-    let crosses = edges[0].into_iter().flat_map(|x| edges[1].into_iter().filter_map(move |y| x.cross(y).try_normalize()));
-    let faces = [a, b].into_iter().flat_map(|(convex, pose)| faces(&convex.core).into_iter().map(|normal| pose.rotation * normal));
+    let crosses = edges[0]
+        .into_iter()
+        .flat_map(|x| edges[1].into_iter().filter_map(move |y| x.cross(y).try_normalize()));
+    let faces = [a, b].into_iter().flat_map(|(convex, pose)| {
+        faces(&convex.core).into_iter().map(|normal| pose.rotation * normal)
+    });
     faces.chain(crosses).flat_map(|axis| [axis, -axis]).collect()
 }
 
@@ -166,7 +224,8 @@ fn edges(core: &Core) -> [DVec3; 3] {
     }
 }
 
-/// Normals of a core's faces, for a triangle also of its edges in its plane; of one without, the axes.
+/// Normals of a core's faces, for a triangle also of its edges in its plane; of one without, the
+/// axes.
 fn faces(core: &Core) -> Vec<DVec3> {
     let Core::Triangle([a, b, c]) = core else { return DVec3::AXES.to_vec() };
     let normal = (b - a).cross(c - a).normalize_or_zero();
@@ -201,9 +260,16 @@ mod tests {
     }
 
     fn cube_mesh(half: f64) -> Shape {
-        let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 * half - half;
-        let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-        let triangles = quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        let corner = |i: u32| {
+            DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 * half
+                - half
+        };
+        let quads =
+            [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+        let triangles = quads
+            .iter()
+            .flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
+            .collect();
         let source = MeshSource { path: "cube.stl".into(), scale: DVec3::ONE };
         Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source }
     }
@@ -214,24 +280,38 @@ mod tests {
         let capsule = Shape::Capsule { radius: 0.1, half_length: 0.4 };
         assert!((measure(&ball, at(0., 0., 0.), &ball, at(3., 4., 0.)) - 4.0).abs() < 1e-9);
         assert!((measure(&ball, at(0., 0., 0.), &cube(1.0), at(0., 0., 1.49)) + 0.01).abs() < 1e-9);
-        assert!((measure(&capsule, at(0., 0., 0.), &cube(1.0), at(0., 0., 1.6)) - 0.1).abs() < 1e-9);
-        assert!((measure(&capsule, at(0., 0., 0.), &capsule, at(0.15, 0., 0.)) + 0.05).abs() < 1e-9);
+        assert!(
+            (measure(&capsule, at(0., 0., 0.), &cube(1.0), at(0., 0., 1.6)) - 0.1).abs() < 1e-9
+        );
+        assert!(
+            (measure(&capsule, at(0., 0., 0.), &capsule, at(0.15, 0., 0.)) + 0.05).abs() < 1e-9
+        );
     }
 
     #[test]
     fn an_overlap_is_seen_whatever_is_enough() {
         let solid = Solid::new(&cube(1.0)).unwrap();
-        let place = |pose: Pose| Placed { world_from_solid: pose, bounds: solid.local_bounds().moved(&pose) };
+        let place = |pose: Pose| Placed {
+            world_from_solid: pose,
+            bounds: solid.local_bounds().moved(&pose),
+        };
         for enough in [-0.003, 0.0, 0.1] {
-            let found = separation((&solid, &place(at(0., 0., 0.))), (&solid, &place(at(0., 0., 1.5))), DVec3::X, enough);
+            let found = separation(
+                (&solid, &place(at(0., 0., 0.))),
+                (&solid, &place(at(0., 0., 1.5))),
+                DVec3::X,
+                enough,
+            );
             assert!((found.distance + 0.5).abs() < 1e-9, "{found:?}");
         }
     }
 
     #[test]
     fn a_turned_cube_on_its_edge_is_measured() {
-        let turned =
-            Pose::from_parts(DVec3::new(0.0, 0.0, 1.0 + 2.0_f64.sqrt() - 0.003), rotation_from_rpy(std::f64::consts::FRAC_PI_4, 0.0, 0.3));
+        let turned = Pose::from_parts(
+            DVec3::new(0.0, 0.0, 1.0 + 2.0_f64.sqrt() - 0.003),
+            rotation_from_rpy(std::f64::consts::FRAC_PI_4, 0.0, 0.3),
+        );
         assert!((measure(&cube(1.0), at(0., 0., 0.), &cube(1.0), turned) + 0.003).abs() < 1e-8);
     }
 
@@ -251,16 +331,24 @@ mod tests {
     fn random_boxes_agree_with_the_separating_axis_theorem() {
         let mut state = 1_u64;
         let mut draw = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
         };
         for _ in 0..500 {
-            let mut pose =
-                || Pose::from_parts(DVec3::new(draw(), draw(), draw()), rotation_from_rpy(6.0 * draw(), 3.0 * draw(), 6.0 * draw()));
+            let mut pose = || {
+                Pose::from_parts(
+                    DVec3::new(draw(), draw(), draw()),
+                    rotation_from_rpy(6.0 * draw(), 3.0 * draw(), 6.0 * draw()),
+                )
+            };
             let (a, b) = (pose(), pose());
-            let (small, flat) = (cube(0.2), Shape::Box { half_extents: DVec3::new(0.3, 0.2, 0.02) });
+            let (small, flat) =
+                (cube(0.2), Shape::Box { half_extents: DVec3::new(0.3, 0.2, 0.02) });
             let found = measure(&small, a, &flat, b);
-            let cores = [Core::Box(DVec3::splat(0.2)), Core::Box(DVec3::new(0.3, 0.2, 0.02))].map(|core| Convex { core, radius: 0.0 });
+            let cores = [Core::Box(DVec3::splat(0.2)), Core::Box(DVec3::new(0.3, 0.2, 0.02))]
+                .map(|core| Convex { core, radius: 0.0 });
             let axes = parting_directions((&cores[0], &a), (&cores[1], &b))
                 .into_iter()
                 .map(|axis| along((&cores[0], &a), (&cores[1], &b), axis).distance);
@@ -274,7 +362,8 @@ mod tests {
 
     #[test]
     fn a_flat_sole_on_a_slanted_triangle_is_not_deep_in_it() {
-        let corners = [DVec3::new(-0.3, -0.2, -0.05), DVec3::new(0.4, -0.1, 0.02), DVec3::new(0.1, 0.5, 0.0)];
+        let corners =
+            [DVec3::new(-0.3, -0.2, -0.05), DVec3::new(0.4, -0.1, 0.02), DVec3::new(0.1, 0.5, 0.0)];
         let source = MeshSource { path: "ramp.stl".into(), scale: DVec3::ONE };
         let ramp = Shape::Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]], source };
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
@@ -282,10 +371,14 @@ mod tests {
         let sole = Shape::Box { half_extents: DVec3::new(0.1, 0.05, 0.02) };
         for turn in [0.0, 0.4, 1.1, 2.3] {
             for depth in [0.001, 0.004] {
-                let rotation = glam::DQuat::from_rotation_arc(DVec3::Z, normal) * rotation_from_rpy(0.0, 0.0, turn);
+                let rotation = glam::DQuat::from_rotation_arc(DVec3::Z, normal)
+                    * rotation_from_rpy(0.0, 0.0, turn);
                 let pose = Pose::from_parts(middle + normal * (0.02 - depth), rotation);
                 let found = measure(&sole, pose, &ramp, at(0., 0., 0.));
-                assert!((found + depth).abs() < 1e-9, "turned by {turn}: {found} in place of {depth}");
+                assert!(
+                    (found + depth).abs() < 1e-9,
+                    "turned by {turn}: {found} in place of {depth}"
+                );
             }
         }
     }

@@ -33,7 +33,8 @@ impl SupportMap for Core {
             Self::Box(half) => DVec3::select(direction.cmpge(DVec3::ZERO), *half, -*half),
             Self::Segment(half_length) => DVec3::new(0.0, 0.0, half_length.copysign(direction.z)),
             Self::Cylinder { radius, half_length } => {
-                let across = direction.truncate().try_normalize().unwrap_or(glam::DVec2::X) * *radius;
+                let across =
+                    direction.truncate().try_normalize().unwrap_or(glam::DVec2::X) * *radius;
                 across.extend(half_length.copysign(direction.z))
             }
             Self::Points(points) => furthest(points, direction),
@@ -79,12 +80,17 @@ impl Solid {
             Shape::Box { half_extents } => convex(Core::Box(*half_extents), 0.0),
             Shape::Sphere { radius } => convex(Core::Segment(0.0), *radius),
             Shape::Capsule { radius, half_length } => convex(Core::Segment(*half_length), *radius),
-            Shape::Cylinder { radius, half_length } => convex(Core::Cylinder { radius: *radius, half_length: *half_length }, 0.0),
+            Shape::Cylinder { radius, half_length } => {
+                convex(Core::Cylinder { radius: *radius, half_length: *half_length }, 0.0)
+            }
             Shape::ConvexHull { points } => {
-                let (vertices, _) = try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
+                let (vertices, _) =
+                    try_convex_hull(points).map_err(|error| format!("no convex hull: {error}"))?;
                 convex(Core::Points(vertices), 0.0)
             }
-            Shape::Mesh { vertices, triangles, .. } => Ok(Self::Mesh(Box::new(triangle_mesh(vertices, triangles)?))),
+            Shape::Mesh { vertices, triangles, .. } => {
+                Ok(Self::Mesh(Box::new(triangle_mesh(vertices, triangles)?)))
+            }
         }
     }
 
@@ -100,11 +106,16 @@ impl Solid {
         }
     }
 
-    /// The largest distance of any of its points from `centre` (m, its own frame), or a little more.
+    /// The largest distance of any of its points from `centre` (m, its own frame), or a little
+    /// more.
     pub fn reach_from(&self, centre: DVec3) -> f64 {
-        let furthest = |points: &[DVec3]| points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max);
+        let furthest = |points: &[DVec3]| {
+            points.iter().map(|point| point.distance(centre)).fold(0.0, f64::max)
+        };
         match self {
-            Self::Convex(Convex { core: Core::Points(points), radius }) => furthest(points) + radius,
+            Self::Convex(Convex { core: Core::Points(points), radius }) => {
+                furthest(points) + radius
+            }
             Self::Convex(_) => {
                 let bounds = self.local_bounds();
                 (bounds.low - centre).abs().max((bounds.high - centre).abs()).length()
@@ -116,5 +127,6 @@ impl Solid {
 
 /// parry's form of a mesh, or why it has none.
 pub fn triangle_mesh(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<TriMesh, String> {
-    TriMesh::new(vertices.to_vec(), triangles.to_vec()).map_err(|error| format!("unusable mesh: {error}"))
+    TriMesh::new(vertices.to_vec(), triangles.to_vec())
+        .map_err(|error| format!("unusable mesh: {error}"))
 }

@@ -25,41 +25,68 @@ pub struct EndReport {
 
 impl EndReport {
     fn new(error: f64, limit: f64, what: &str) -> Self {
-        let violation = (!within(error, limit)).then(|| format!("{what} by {error:.6}, limit {limit}"));
+        let violation =
+            (!within(error, limit)).then(|| format!("{what} by {error:.6}, limit {limit}"));
         Self { error, limit, violation }
     }
 }
 
-/// Compares a waypoint with where it must be; `joint_order[j]` is the place of the robot's joint `j` in the plan's own `q`.
-pub fn check_end(model: &RobotModel, end: &EndBlock, waypoint: &Waypoint, joint_order: &[usize]) -> EndReport {
+/// Compares a waypoint with where it must be; `joint_order[j]` is the place of the robot's joint
+/// `j` in the plan's own `q`.
+pub fn check_end(
+    model: &RobotModel,
+    end: &EndBlock,
+    waypoint: &Waypoint,
+    joint_order: &[usize],
+) -> EndReport {
     let configuration = Configuration::of_waypoint(waypoint, model.joints.len());
     let root = configuration.world_from_root;
     match end {
         EndBlock::Config { root_xyz, root_quat_xyzw, q, tol } => {
             let wanted = pose(&PoseBlock { xyz: *root_xyz, quat_xyzw: *root_quat_xyzw });
-            let off = |(joint, &place): (usize, &usize)| q.get(place).map_or(f64::INFINITY, |want| (configuration.q[joint] - want).abs());
+            let off = |(joint, &place): (usize, &usize)| {
+                q.get(place).map_or(f64::INFINITY, |want| (configuration.q[joint] - want).abs())
+            };
             let joints = joint_order.iter().enumerate().map(off).fold(0.0, f64::max);
-            let error = joints.max(root.translation.distance(wanted.translation)).max(rotation_distance(root.rotation, wanted.rotation));
+            let error = joints
+                .max(root.translation.distance(wanted.translation))
+                .max(rotation_distance(root.rotation, wanted.rotation));
             EndReport::new(error, *tol, "the configuration is off")
         }
         EndBlock::RootRegion { xy, radius, z_range, yaw, yaw_tol } => {
             let distance = root.translation.truncate().distance((*xy).into());
             let report = EndReport::new(distance, *radius, "the root is off the region's middle");
-            let height_violation = z_range.filter(|[low, high]| !(*low..=*high).contains(&root.translation.z));
             let height_violation =
-                height_violation.map(|[low, high]| format!("the root is at z {:.4}, not {low} to {high}", root.translation.z));
+                z_range.filter(|[low, high]| !(*low..=*high).contains(&root.translation.z));
+            let height_violation = height_violation.map(|[low, high]| {
+                format!("the root is at z {:.4}, not {low} to {high}", root.translation.z)
+            });
             let turn = yaw.map_or(0.0, |yaw| wrap_angle(yaw_of(root.rotation) - yaw).abs());
-            let yaw_violation = EndReport::new(turn, yaw_tol.unwrap_or(YAW_TOLERANCE), "the root's heading is off").violation;
-            EndReport { violation: report.violation.or(height_violation).or(yaw_violation), ..report }
+            let yaw_violation =
+                EndReport::new(turn, yaw_tol.unwrap_or(YAW_TOLERANCE), "the root's heading is off")
+                    .violation;
+            EndReport {
+                violation: report.violation.or(height_violation).or(yaw_violation),
+                ..report
+            }
         }
         EndBlock::Feet { soles, tol } => {
             let posture = Posture::new(model, &configuration);
             let off = |(name, block): (&String, &PoseBlock)| {
-                let Some(limb) = model.feet.iter().position(|foot| foot.name == *name) else { return f64::INFINITY };
+                let Some(limb) = model.feet.iter().position(|foot| foot.name == *name) else {
+                    return f64::INFINITY;
+                };
                 let (actual, wanted) = (posture.world_from_sole(model, limb), pose(block));
-                actual.translation.distance(wanted.translation).max(0.5 * rotation_distance(actual.rotation, wanted.rotation))
+                actual
+                    .translation
+                    .distance(wanted.translation)
+                    .max(0.5 * rotation_distance(actual.rotation, wanted.rotation))
             };
-            EndReport::new(soles.iter().map(off).fold(0.0, f64::max), *tol, "a sole is off its print")
+            EndReport::new(
+                soles.iter().map(off).fold(0.0, f64::max),
+                *tol,
+                "a sole is off its print",
+            )
         }
     }
 }

@@ -1,4 +1,5 @@
-//! A robot simple enough to compute by hand: a torso on two straight legs, and one arm of two links.
+//! A robot simple enough to compute by hand: a torso on two straight legs, and one arm of two
+//! links.
 
 #![allow(dead_code, reason = "each test uses a part")]
 
@@ -6,7 +7,9 @@ use glam::{DMat3, DVec2, DVec3};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
 use surefoot_shared_types::message::{Contact, Waypoint};
-use surefoot_shared_types::robot::{Attachment, Foot, Joint, JointKind, Link, LinkShape, RobotModel};
+use surefoot_shared_types::robot::{
+    Attachment, Foot, Joint, JointKind, Link, LinkShape, RobotModel,
+};
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -20,9 +23,25 @@ pub fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose::from_translation(DVec3::new(x, y, z))
 }
 
-fn link(name: &str, mass: f64, com: DVec3, parent: Option<Attachment>, shapes: &[(Pose, Shape)]) -> Link {
-    let shapes = shapes.iter().map(|(link_from_shape, shape)| LinkShape { link_from_shape: *link_from_shape, shape: shape.clone() });
-    Link { name: name.into(), parent, mass, com, inertia: DMat3::IDENTITY, shapes: shapes.collect() }
+fn link(
+    name: &str,
+    mass: f64,
+    com: DVec3,
+    parent: Option<Attachment>,
+    shapes: &[(Pose, Shape)],
+) -> Link {
+    let shapes = shapes.iter().map(|(link_from_shape, shape)| LinkShape {
+        link_from_shape: *link_from_shape,
+        shape: shape.clone(),
+    });
+    Link {
+        name: name.into(),
+        parent,
+        mass,
+        com,
+        inertia: DMat3::IDENTITY,
+        shapes: shapes.collect(),
+    }
 }
 
 fn hang(parent: usize, x: f64, y: f64, z: f64, joint: usize) -> Option<Attachment> {
@@ -49,7 +68,10 @@ pub fn box_of(x: f64, y: f64, z: f64) -> Shape {
 
 /// The root stands 0.9 m over the soles, which are 0.2 x 0.1 m, 0.2 m apart.
 pub fn robot() -> RobotModel {
-    let leg = [(at(0., 0., -0.58), box_of(0.04, 0.04, 0.28)), (at(0., 0., -0.88), box_of(0.1, 0.05, 0.02))];
+    let leg = [
+        (at(0., 0., -0.58), box_of(0.04, 0.04, 0.28)),
+        (at(0., 0., -0.88), box_of(0.1, 0.05, 0.02)),
+    ];
     let arm = [(at(0., 0., -0.2), Shape::Capsule { radius: 0.03, half_length: 0.15 })];
     let down = DVec3::new(0.0, 0.0, -0.2);
     let links = vec![
@@ -85,8 +107,16 @@ pub fn robot() -> RobotModel {
 /// A floor whose top is at z = 0, and some more shapes.
 pub fn world(more: Vec<(&str, Pose, Shape)>) -> World {
     let floor = ("floor", at(0., 0., -0.25), box_of(3., 3., 0.25));
-    let shape = |(name, world_from_shape, shape): (&str, Pose, Shape)| WorldShape { name: name.into(), world_from_shape, shape };
-    World { mu: 0.6, shapes: std::iter::once(floor).chain(more).map(shape).collect(), digest: Digest([2; 32]) }
+    let shape = |(name, world_from_shape, shape): (&str, Pose, Shape)| WorldShape {
+        name: name.into(),
+        world_from_shape,
+        shape,
+    };
+    World {
+        mu: 0.6,
+        shapes: std::iter::once(floor).chain(more).map(shape).collect(),
+        digest: Digest([2; 32]),
+    }
 }
 
 /// The robot standing at the origin with its arm so.
@@ -99,7 +129,15 @@ pub fn waypoint(time: f64, shoulder: f64, elbow: f64) -> Waypoint {
 /// The arm swinging at a constant speed, `count` waypoints.
 pub fn swing(from: (f64, f64), to: (f64, f64), count: usize) -> Vec<Waypoint> {
     let part = |i: usize| i as f64 / (count - 1) as f64;
-    (0..count).map(|i| waypoint(i as f64, from.0 + part(i) * (to.0 - from.0), from.1 + part(i) * (to.1 - from.1))).collect()
+    (0..count)
+        .map(|i| {
+            waypoint(
+                i as f64,
+                from.0 + part(i) * (to.0 - from.0),
+                from.1 + part(i) * (to.1 - from.1),
+            )
+        })
+        .collect()
 }
 
 /// A foot on the floor where the standing robot has it.

@@ -1,9 +1,10 @@
-//! The sender's window: which chunk goes next, and what the controller's words mean for it. No clock, no transport.
+//! The sender's window: which chunk goes next, and what the controller's words mean for it. No
+//! clock, no transport.
 //!
-//! At most a few chunks are on their way. Acknowledgements are cumulative; after a stall everything not
-//! acknowledged goes again (go-back-N). A controller instance is believed to have accepted a chunk only if the stream
-//! digest it reports is that of our plan up to there, so neither a restarted planner nor a restarted controller can
-//! mistake another plan's progress for its own.
+//! At most a few chunks are on their way. Acknowledgements are cumulative; after a stall everything
+//! not acknowledged goes again (go-back-N). A controller instance is believed to have accepted a
+//! chunk only if the stream digest it reports is that of our plan up to there, so neither a
+//! restarted planner nor a restarted controller can mistake another plan's progress for its own.
 
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::instance::{ChannelError, Rank, Succession};
@@ -11,9 +12,11 @@ use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 
 use super::Outcome;
 
-/// Idle heartbeats without progress that prove a chunk lost: a controller sends them only when it has nothing to read.
+/// Idle heartbeats without progress that prove a chunk lost: a controller sends them only when it
+/// has nothing to read.
 pub(super) const IDLE_HEARTBEATS: u64 = 3;
-/// Go-backs without progress after which the controller counts as lost: it speaks, but what we send never arrives.
+/// Go-backs without progress after which the controller counts as lost: it speaks, but what we send
+/// never arrives.
 const GO_BACKS_MAX: u32 = 500;
 
 /// The state of one delivery.
@@ -36,7 +39,11 @@ pub(super) struct Window<'a> {
 
 impl<'a> Window<'a> {
     /// A window for `credit` chunks over a whole stream, of which nothing is known to have arrived.
-    pub(super) fn new(chunks: &'a [PlanChunk], session: u64, credit: usize) -> Result<Self, ChannelError> {
+    pub(super) fn new(
+        chunks: &'a [PlanChunk],
+        session: u64,
+        credit: usize,
+    ) -> Result<Self, ChannelError> {
         let end = check_stream(chunks)?;
         Ok(Self {
             chunks,
@@ -56,7 +63,8 @@ impl<'a> Window<'a> {
         })
     }
 
-    /// Takes in a controller's word. False if it is malformed or a replaced controller's, and was ignored.
+    /// Takes in a controller's word. False if it is malformed or a replaced controller's, and was
+    /// ignored.
     pub(super) fn hear(&mut self, feedback: &Feedback) -> bool {
         if !feedback.is_well_formed() {
             return false;
@@ -77,7 +85,8 @@ impl<'a> Window<'a> {
         self.coming().filter(|_| is_open)
     }
 
-    /// The place of the chunk that goes next, be the window open or not, and the controller it is for.
+    /// The place of the chunk that goes next, be the window open or not, and the controller it is
+    /// for.
     pub(super) fn coming(&self) -> Option<(usize, u64)> {
         let controller = self.controllers.current()?;
         (self.next < self.chunks.len()).then_some((self.next, controller))
@@ -97,8 +106,8 @@ impl<'a> Window<'a> {
         self.idle_heartbeats = 0;
     }
 
-    /// Goes back to the first chunk not acknowledged if the controller has nothing to read any more. Ask only after a
-    /// while without progress.
+    /// Goes back to the first chunk not acknowledged if the controller has nothing to read any
+    /// more. Ask only after a while without progress.
     pub(super) fn go_back(&mut self) -> bool {
         let lost = self.next > self.acknowledged && self.idle_heartbeats >= IDLE_HEARTBEATS;
         if lost {
@@ -151,20 +160,24 @@ impl<'a> Window<'a> {
     /// How many of our chunks the controller has accepted.
     fn believed(&self, feedback: &Feedback) -> usize {
         let Ok(accepted) = usize::try_from(feedback.next_sequence) else { return 0 };
-        let ours = self.is_our_plan(feedback) && accepted <= self.chunks.len() && feedback.stream == self.stream_at(accepted);
+        let ours = self.is_our_plan(feedback)
+            && accepted <= self.chunks.len()
+            && feedback.stream == self.stream_at(accepted);
         if ours { accepted } else { 0 }
     }
 
     fn is_our_plan(&self, feedback: &Feedback) -> bool {
-        self.chunks.first().is_some_and(|chunk| (chunk.plan_id, chunk.epoch) == (feedback.plan_id, feedback.epoch))
+        self.chunks
+            .first()
+            .is_some_and(|chunk| (chunk.plan_id, chunk.epoch) == (feedback.plan_id, feedback.epoch))
     }
 
     fn stream_at(&self, accepted: usize) -> Digest {
         self.chunks.get(accepted).map_or(self.end, |chunk| chunk.stream)
     }
 
-    /// A refusal that concerns this delivery: of our session, or of our stream, or of a message whose sender is unknown
-    /// because it was damaged before any was accepted.
+    /// A refusal that concerns this delivery: of our session, or of our stream, or of a message
+    /// whose sender is unknown because it was damaged before any was accepted.
     fn refusal_in(&self, feedback: &Feedback) -> Option<Outcome> {
         if Verdict::from_wire(feedback.verdict) != Some(Verdict::Refused) {
             return None;
@@ -185,7 +198,9 @@ impl Window<'_> {
     /// Whether the controller walks a later epoch of this plan than ours: then ours is out of date.
     fn succession_in(&self, feedback: &Feedback) -> Option<Outcome> {
         let first = self.chunks.first()?;
-        let overtaken = feedback.session != 0 && feedback.plan_id == first.plan_id && feedback.epoch > first.epoch;
+        let overtaken = feedback.session != 0
+            && feedback.plan_id == first.plan_id
+            && feedback.epoch > first.epoch;
         overtaken.then_some(Outcome::Superseded)
     }
 }

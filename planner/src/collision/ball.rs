@@ -71,8 +71,12 @@ fn bounds(shape: &Shape) -> Aabb {
         Shape::Box { half_extents } => *half_extents,
         Shape::Sphere { radius } => DVec3::splat(*radius),
         Shape::Cylinder { radius, half_length } => DVec3::new(*radius, *radius, *half_length),
-        Shape::Capsule { radius, half_length } => DVec3::new(*radius, *radius, half_length + radius),
-        Shape::ConvexHull { points } | Shape::Mesh { vertices: points, .. } => return Aabb::of_points(points.iter().copied()),
+        Shape::Capsule { radius, half_length } => {
+            DVec3::new(*radius, *radius, half_length + radius)
+        }
+        Shape::ConvexHull { points } | Shape::Mesh { vertices: points, .. } => {
+            return Aabb::of_points(points.iter().copied());
+        }
     };
     Aabb { min: -half, max: half }
 }
@@ -82,7 +86,9 @@ fn radius_about(shape: &Shape, center: DVec3) -> f64 {
     match shape {
         Shape::Box { half_extents } => (*half_extents + center.abs()).length(),
         Shape::Sphere { radius } => radius + center.length(),
-        Shape::Capsule { radius, half_length } => radius + (DVec3::Z * *half_length + center.abs()).length(),
+        Shape::Capsule { radius, half_length } => {
+            radius + (DVec3::Z * *half_length + center.abs()).length()
+        }
         Shape::Cylinder { radius, half_length } => {
             let across = radius + center.truncate().length();
             DVec3::new(across, 0.0, half_length + center.z.abs()).length()
@@ -96,7 +102,8 @@ fn radius_about(shape: &Shape, center: DVec3) -> f64 {
 /// How many middles are compared at once.
 pub const LANES: usize = 4;
 
-/// The middles of all bodies' balls in the root's frame, in three lists for the sake of loops over them.
+/// The middles of all bodies' balls in the root's frame, in three lists for the sake of loops over
+/// them.
 #[derive(Debug, Clone)]
 pub struct Centers {
     x: [f64; BODIES_MAX],
@@ -108,20 +115,36 @@ pub struct Centers {
 
 impl Default for Centers {
     fn default() -> Self {
-        Self { x: [0.0; BODIES_MAX], y: [0.0; BODIES_MAX], z: [0.0; BODIES_MAX], len: 0, held_len: 0 }
+        Self {
+            x: [0.0; BODIES_MAX],
+            y: [0.0; BODIES_MAX],
+            z: [0.0; BODIES_MAX],
+            len: 0,
+            held_len: 0,
+        }
     }
 }
 
 impl Centers {
     /// Places the balls of held nodes, and forgets the others.
-    pub fn place_held(&mut self, balls: &[BodyBall], held_nodes: usize, root_from_nodes: &[DAffine3]) {
+    pub fn place_held(
+        &mut self,
+        balls: &[BodyBall],
+        held_nodes: usize,
+        root_from_nodes: &[DAffine3],
+    ) {
         self.len = 0;
         self.push(balls.iter().take_while(|body| body.node < held_nodes), root_from_nodes);
         self.held_len = self.len;
     }
 
     /// Places the balls of all other nodes.
-    pub fn place_moving(&mut self, balls: &[BodyBall], held_nodes: usize, root_from_nodes: &[DAffine3]) {
+    pub fn place_moving(
+        &mut self,
+        balls: &[BodyBall],
+        held_nodes: usize,
+        root_from_nodes: &[DAffine3],
+    ) {
         self.len = self.held_len;
         self.push(balls.iter().skip_while(|body| body.node < held_nodes), root_from_nodes);
     }
@@ -146,8 +169,8 @@ impl Centers {
         self.iter().sum::<DVec3>().is_finite()
     }
 
-    /// Whether a point is further from all middles of a block of [`LANES`] than `reaches` says (m2); all must be numbers. It takes
-    /// no branches, so that several are compared at once.
+    /// Whether a point is further from all middles of a block of [`LANES`] than `reaches` says
+    /// (m2); all must be numbers. It takes no branches, so that several are compared at once.
     #[inline]
     pub fn are_apart(&self, point: DVec3, block: usize, reaches: &[f64; LANES]) -> bool {
         let [x, y, z] = [&self.x, &self.y, &self.z].map(|list| &list.as_chunks::<LANES>().0[block]);
@@ -158,7 +181,11 @@ impl Centers {
         ((signs[0] & signs[1]) & (signs[2] & signs[3])) >> 63 == 1
     }
 
-    fn push<'a>(&mut self, balls: impl Iterator<Item = &'a BodyBall>, root_from_nodes: &[DAffine3]) {
+    fn push<'a>(
+        &mut self,
+        balls: impl Iterator<Item = &'a BodyBall>,
+        root_from_nodes: &[DAffine3],
+    ) {
         // Robots with more bodies than fit are refused.
         for body in balls.take(BODIES_MAX - self.len) {
             let center = root_from_nodes[body.node].transform_point3(body.ball.center);

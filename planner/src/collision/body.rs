@@ -1,4 +1,5 @@
-//! The robot's links as bodies: solids with the balls around them, and which of them stand on the ground.
+//! The robot's links as bodies: solids with the balls around them, and which of them stand on the
+//! ground.
 
 use glam::{DAffine3, DVec3};
 use surefoot_shared_types::Pose;
@@ -26,7 +27,8 @@ pub struct Part {
     pub bounds: Aabb,
     /// A ball around it, in the node's frame.
     pub ball: Ball,
-    /// The core in the node's frame where it is a point or a segment; the solid is all within its radius of it.
+    /// The core in the node's frame where it is a point or a segment; the solid is all within its
+    /// radius of it.
     pub spine: Option<Segment>,
 }
 
@@ -67,7 +69,15 @@ impl Body {
             let node_from_link = tree.of_link(link).1;
             let parts = Part::all(&model.links[link], &node_from_link)?;
             let node_link = tree.nodes()[node].link;
-            Ok(Self { link, node, node_link, node_from_link, parts, ball, foot: foot_of(model, tree, node) })
+            Ok(Self {
+                link,
+                node,
+                node_link,
+                node_from_link,
+                parts,
+                ball,
+                foot: foot_of(model, tree, node),
+            })
         });
         let bodies: Vec<Self> = bodies.collect::<Result<_, CollisionError>>()?;
         if bodies.len() > BODIES_MAX {
@@ -78,7 +88,8 @@ impl Body {
 
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.parts.as_slice()) + self.parts.iter().map(|part| part.solid.bytes()).sum::<usize>()
+        size_of_val(self.parts.as_slice())
+            + self.parts.iter().map(|part| part.solid.bytes()).sum::<usize>()
     }
 }
 
@@ -87,7 +98,11 @@ impl Part {
         let parts = link.shapes.iter().enumerate().map(|(index, placed)| {
             let owner = format!("link '{}', shape {index}", link.name);
             if !placed.link_from_shape.is_finite() {
-                return Err(CollisionError::BadNumber { owner, what: "the pose", requirement: "finite" });
+                return Err(CollisionError::BadNumber {
+                    owner,
+                    what: "the pose",
+                    requirement: "finite",
+                });
             }
             let solid = Solid::new(&placed.shape, &owner)?;
             let node_from_part = *node_from_link * placed.link_from_shape;
@@ -107,12 +122,17 @@ impl Part {
 }
 
 impl Part {
-    /// Whether a segment in the frame in which the node's frame is `frame` comes within `reach` (m) of this part.
+    /// Whether a segment in the frame in which the node's frame is `frame` comes within `reach` (m)
+    /// of this part.
     pub fn is_within_of_spine(&self, frame: &DAffine3, spine: Segment, reach: f64) -> bool {
         let part_from_frame = |point: DVec3| {
             let r = &frame.matrix3;
             let point = point - frame.translation;
-            self.part_from_node.transform_point3(DVec3::new(r.x_axis.dot(point), r.y_axis.dot(point), r.z_axis.dot(point)))
+            self.part_from_node.transform_point3(DVec3::new(
+                r.x_axis.dot(point),
+                r.y_axis.dot(point),
+                r.z_axis.dot(point),
+            ))
         };
         let start = part_from_frame(spine.start);
         let spine = Segment { start, delta: part_from_frame(spine.start + spine.delta) - start };
@@ -124,5 +144,9 @@ fn foot_of(model: &RobotModel, tree: &Tree, node: usize) -> Option<FootBody> {
     let limb = model.feet.iter().position(|foot| tree.of_link(foot.link).0 == node)?;
     let foot = &model.feet[limb];
     let node_from_sole = tree.of_link(foot.link).1 * foot.link_from_sole;
-    Some(FootBody { limb, sole_from_node: node_from_sole.inverse(), node_normal: node_from_sole.rotation * DVec3::Z })
+    Some(FootBody {
+        limb,
+        sole_from_node: node_from_sole.inverse(),
+        node_normal: node_from_sole.rotation * DVec3::Z,
+    })
 }

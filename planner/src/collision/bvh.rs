@@ -1,4 +1,5 @@
-//! A static tree of boxes, stored in depth-first order with skip links: queries need neither a stack nor the heap.
+//! A static tree of boxes, stored in depth-first order with skip links: queries need neither a
+//! stack nor the heap.
 
 use glam::{DMat3, DVec3};
 
@@ -19,7 +20,9 @@ impl Aabb {
 
     /// The box around some points.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |all, p| Self { min: all.min.min(p), max: all.max.max(p) })
+        points
+            .into_iter()
+            .fold(Self::EMPTY, |all, p| Self { min: all.min.min(p), max: all.max.max(p) })
     }
 
     /// The box around both.
@@ -36,7 +39,9 @@ impl Aabb {
     pub fn transformed(self, rotation: &DMat3, translation: DVec3) -> Self {
         let center = *rotation * self.center() + translation;
         let half = self.half_extents();
-        let reach = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
+        let reach = rotation.x_axis.abs() * half.x
+            + rotation.y_axis.abs() * half.y
+            + rotation.z_axis.abs() * half.z;
         Self { min: center - reach, max: center + reach }
     }
 
@@ -55,7 +60,8 @@ impl Aabb {
         !(self.min.cmpgt(other.max).any() || other.min.cmpgt(self.max).any())
     }
 
-    /// Whether the box is not further than `reach` (m) from a point; true where a number is not one.
+    /// Whether the box is not further than `reach` (m) from a point; true where a number is not
+    /// one.
     pub fn reaches(&self, point: DVec3, reach: f64) -> bool {
         let gap = (self.min - point).max(point - self.max).max(DVec3::ZERO);
         // A maximum drops what is no number; the sum does not.
@@ -75,7 +81,8 @@ pub struct Bvh {
     items: Vec<u32>,
 }
 
-/// Children follow their parent; `skip` is the node after the whole subtree. An inner node has no items.
+/// Children follow their parent; `skip` is the node after the whole subtree. An inner node has no
+/// items.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     bounds: Aabb,
@@ -85,7 +92,8 @@ struct Node {
 }
 
 impl Bvh {
-    /// The tree over `bounds`, with at most `leaf_max` items to a leaf. Items are indices into `bounds`.
+    /// The tree over `bounds`, with at most `leaf_max` items to a leaf. Items are indices into
+    /// `bounds`.
     pub fn new(bounds: &[Aabb], leaf_max: usize) -> Self {
         let mut items: Vec<u32> = (0..bounds.len() as u32).collect();
         let mut nodes = Vec::with_capacity(2 * bounds.len().div_ceil(leaf_max.max(1)));
@@ -95,8 +103,13 @@ impl Bvh {
         Self { nodes, items }
     }
 
-    /// The first item, in the tree's fixed order, that `accept`s among the leaves whose boxes `enter` lets in.
-    pub fn find(&self, enter: impl Fn(&Aabb) -> bool, mut accept: impl FnMut(usize) -> bool) -> Option<usize> {
+    /// The first item, in the tree's fixed order, that `accept`s among the leaves whose boxes
+    /// `enter` lets in.
+    pub fn find(
+        &self,
+        enter: impl Fn(&Aabb) -> bool,
+        mut accept: impl FnMut(usize) -> bool,
+    ) -> Option<usize> {
         let mut at = 0;
         while let Some(node) = self.nodes.get(at) {
             if !enter(&node.bounds) {
@@ -124,7 +137,12 @@ fn build(nodes: &mut Vec<Node>, items: &mut [u32], first: u32, bounds: &[Aabb], 
     let around = items.iter().fold(Aabb::EMPTY, |all, &item| all.union(bounds[item as usize]));
     let index = nodes.len();
     let is_leaf = items.len() <= leaf_max;
-    nodes.push(Node { bounds: around, skip: 0, first, count: if is_leaf { items.len() as u32 } else { 0 } });
+    nodes.push(Node {
+        bounds: around,
+        skip: 0,
+        first,
+        count: if is_leaf { items.len() as u32 } else { 0 },
+    });
     if !is_leaf {
         let half = items.len() / 2;
         split_by_centers(items, half, bounds);

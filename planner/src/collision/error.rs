@@ -4,7 +4,9 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CollisionError {
     /// The points of a hull do not span a volume.
-    #[error("{owner}: the convex hull is degenerate ({reason}); give at least four points that span a volume")]
+    #[error(
+        "{owner}: the convex hull is degenerate ({reason}); give at least four points that span a volume"
+    )]
     DegenerateHull {
         /// Whose shape it is, such as `link 'left_shin', shape 0`.
         owner: String,
@@ -30,7 +32,9 @@ pub enum CollisionError {
         requirement: &'static str,
     },
     /// More links with collision shapes than a check's fixed workspace holds.
-    #[error("{count} links have collision shapes, {max} are supported; merge links that do not move against each other")]
+    #[error(
+        "{count} links have collision shapes, {max} are supported; merge links that do not move against each other"
+    )]
     TooManyBodies {
         /// How many there are.
         count: usize,

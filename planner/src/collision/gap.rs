@@ -1,4 +1,5 @@
-//! A direction along which two bodies of the robot are mostly apart: one look along it takes the place of most dear checks.
+//! A direction along which two bodies of the robot are mostly apart: one look along it takes the
+//! place of most dear checks.
 
 use glam::{DAffine3, DVec3};
 use parry3d_f64::shape::SupportMap;
@@ -24,18 +25,27 @@ impl Gap {
         Some(Self { direction: in_node, height: in_node.dot(top) + convex.radius })
     }
 
-    /// Whether the second body's part is further than `margin` (m) beyond the first body; `true` is certain. The nodes' frames are
-    /// given in any common one.
-    pub fn is_wider(&self, frame_a: &DAffine3, (part, frame_b): (&Part, &DAffine3), margin: f64) -> bool {
+    /// Whether the second body's part is further than `margin` (m) beyond the first body; `true` is
+    /// certain. The nodes' frames are given in any common one.
+    pub fn is_wider(
+        &self,
+        frame_a: &DAffine3,
+        (part, frame_b): (&Part, &DAffine3),
+        margin: f64,
+    ) -> bool {
         let Solid::Convex(convex) = &part.solid else { return false };
         let direction = frame_a.matrix3 * self.direction;
         let b = &frame_b.matrix3;
-        let in_node = DVec3::new(b.x_axis.dot(direction), b.y_axis.dot(direction), b.z_axis.dot(direction));
+        let in_node =
+            DVec3::new(b.x_axis.dot(direction), b.y_axis.dot(direction), b.z_axis.dot(direction));
         let in_part = part.part_from_node.matrix3 * in_node;
-        let part_origin = direction.dot(frame_b.translation - frame_a.translation) + in_node.dot(part.node_from_part.translation);
+        let part_origin = direction.dot(frame_b.translation - frame_a.translation)
+            + in_node.dot(part.node_from_part.translation);
         let free = part_origin - self.height - margin;
         // The box around it first, then the solid itself.
-        let lowest = in_part.dot(part.bounds.center()) - in_part.abs().dot(part.bounds.half_extents());
-        free + lowest > 0.0 || free + in_part.dot(convex.core.local_support_point(-in_part)) - convex.radius > 0.0
+        let lowest =
+            in_part.dot(part.bounds.center()) - in_part.abs().dot(part.bounds.half_extents());
+        free + lowest > 0.0
+            || free + in_part.dot(convex.core.local_support_point(-in_part)) - convex.radius > 0.0
     }
 }

@@ -1,4 +1,5 @@
-//! Convex hulls with a fast support map: hill climbing over the hull's edges from a tabulated start.
+//! Convex hulls with a fast support map: hill climbing over the hull's edges from a tabulated
+//! start.
 
 use glam::DVec3;
 use parry3d_f64::transformation::try_convex_hull;
@@ -10,7 +11,8 @@ use super::bvh::Aabb;
 pub struct Hull {
     vertices: Vec<DVec3>,
     aabb: Aabb,
-    /// Where each vertex's neighbours begin in `neighbors`, and the end; empty where vertices are few and scanned.
+    /// Where each vertex's neighbours begin in `neighbors`, and the end; empty where vertices are
+    /// few and scanned.
     starts: Vec<u32>,
     neighbors: Vec<u32>,
     /// The furthest vertex in the direction of each cell of a cube's faces.
@@ -34,13 +36,15 @@ impl Hull {
         }
         let (vertices, triangles) = try_convex_hull(points).map_err(|error| error.to_string())?;
         let aabb = Aabb::of_points(points.iter().copied());
-        let scan = Self { vertices, aabb, starts: Vec::new(), neighbors: Vec::new(), cells: Vec::new() };
+        let scan =
+            Self { vertices, aabb, starts: Vec::new(), neighbors: Vec::new(), cells: Vec::new() };
         let size = scan.size();
         if !is_solid(&scan.vertices, &triangles, size) {
             return Err("all points lie in one plane".into());
         }
         if !scan.covers(points, &triangles, size) {
-            // The builder lost a corner to rounding: all the points have the hull that was asked for.
+            // The builder lost a corner to rounding: all the points have the hull that was asked
+            // for.
             return Ok(Self { vertices: points.to_vec(), ..scan });
         }
         if scan.vertices.len() <= SCAN_MAX {
@@ -62,12 +66,17 @@ impl Hull {
 
     /// The vertex furthest along `direction`.
     pub fn support(&self, direction: DVec3) -> DVec3 {
-        if self.starts.is_empty() { self.vertices[self.scan(direction)] } else { self.vertices[self.climb(direction)] }
+        if self.starts.is_empty() {
+            self.vertices[self.scan(direction)]
+        } else {
+            self.vertices[self.climb(direction)]
+        }
     }
 
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.vertices.as_slice()) + 4 * (self.starts.len() + self.neighbors.len() + self.cells.len())
+        size_of_val(self.vertices.as_slice())
+            + 4 * (self.starts.len() + self.neighbors.len() + self.cells.len())
     }
 
     fn scan(&self, direction: DVec3) -> usize {
@@ -112,33 +121,44 @@ impl Hull {
     }
 
     fn with_neighbors(mut self, triangles: &[[u32; 3]]) -> Self {
-        let mut edges: Vec<(u32, u32)> = triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)]).collect();
+        let mut edges: Vec<(u32, u32)> = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)])
+            .collect();
         edges.sort_unstable();
         edges.dedup();
-        let start_of = |vertex: usize| edges.partition_point(|&(from, _)| (from as usize) < vertex) as u32;
+        let start_of =
+            |vertex: usize| edges.partition_point(|&(from, _)| (from as usize) < vertex) as u32;
         self.starts = (0..=self.vertices.len()).map(start_of).collect();
         self.neighbors = edges.iter().map(|&(_, to)| to).collect();
-        self.cells = (0..6 * CELLS * CELLS).map(|cell| self.scan(direction_of(cell)) as u32).collect();
+        self.cells =
+            (0..6 * CELLS * CELLS).map(|cell| self.scan(direction_of(cell)) as u32).collect();
         self
     }
 
     /// Whether climbing finds what a scan finds, along all vertices, faces and cells.
     fn agrees_with_scan(&self, triangles: &[[u32; 3]], size: f64) -> bool {
         let corner = |index: u32| self.vertices[index as usize];
-        let normals = triangles.iter().map(|&[a, b, c]| (corner(b) - corner(a)).cross(corner(c) - corner(a)).normalize_or_zero());
+        let normals = triangles.iter().map(|&[a, b, c]| {
+            (corner(b) - corner(a)).cross(corner(c) - corner(a)).normalize_or_zero()
+        });
         let middle = self.vertices.iter().sum::<DVec3>() / self.vertices.len() as f64;
         let outward = self.vertices.iter().map(|vertex| (*vertex - middle).normalize_or_zero());
         let cells = (0..6 * CELLS * CELLS).map(direction_of);
-        normals.chain(outward).chain(cells).flat_map(|direction| [direction, -direction]).all(|direction| {
-            let lost = self.vertices[self.scan(direction)] - self.vertices[self.climb(direction)];
-            lost.dot(direction) <= CLIMB_TOLERANCE * size * direction.length()
-        })
+        normals.chain(outward).chain(cells).flat_map(|direction| [direction, -direction]).all(
+            |direction| {
+                let lost =
+                    self.vertices[self.scan(direction)] - self.vertices[self.climb(direction)];
+                lost.dot(direction) <= CLIMB_TOLERANCE * size * direction.length()
+            },
+        )
     }
 }
 
 fn is_solid(vertices: &[DVec3], triangles: &[[u32; 3]], size: f64) -> bool {
     let corner = |index: u32| vertices[index as usize] - vertices[0];
-    let volume: f64 = triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))) / 6.0).sum();
+    let volume: f64 =
+        triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))) / 6.0).sum();
     volume.is_finite() && volume > FLATNESS * size * size * size
 }
 

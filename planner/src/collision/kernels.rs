@@ -1,7 +1,8 @@
-//! Closed forms for points, segments, triangles and boxes. A box is centred on the origin along the axes of its frame.
+//! Closed forms for points, segments, triangles and boxes. A box is centred on the origin along the
+//! axes of its frame.
 //!
-//! A sphere is a point with a radius and a capsule a segment with a radius: callers compare these distances of the
-//! cores with the sum of radii and clearance.
+//! A sphere is a point with a radius and a capsule a segment with a radius: callers compare these
+//! distances of the cores with the sum of radii and clearance.
 
 use glam::{DAffine3, DMat3, DVec3};
 use surefoot_shared_types::Pose;
@@ -33,7 +34,8 @@ impl Segment {
     }
 }
 
-/// Whether a value is above a bound. Not so where either is not a number: `!exceeds(distance, margin)` is a hit then.
+/// Whether a value is above a bound. Not so where either is not a number:
+/// `!exceeds(distance, margin)` is a hit then.
 pub fn exceeds(value: f64, bound: f64) -> bool {
     value > bound
 }
@@ -43,8 +45,8 @@ pub fn point_box_distance_squared(point: DVec3, half_extents: DVec3) -> f64 {
     (point.abs() - half_extents).max(DVec3::ZERO).length_squared()
 }
 
-/// Squared distance of a segment from a solid box: the minimum of a convex, piecewise quadratic function whose pieces
-/// end where the segment crosses a face's plane.
+/// Squared distance of a segment from a solid box: the minimum of a convex, piecewise quadratic
+/// function whose pieces end where the segment crosses a face's plane.
 pub fn segment_box_distance_squared(segment: Segment, half_extents: DVec3) -> f64 {
     let Segment { start, delta } = segment;
     let slope = |t: f64| {
@@ -71,12 +73,15 @@ pub fn segment_box_distance_squared(segment: Segment, half_extents: DVec3) -> f6
     point_box_distance_squared(start + delta * t, half_extents)
 }
 
-/// Squared distance of two segments (Ericson, Real-Time Collision Detection, 5.1.9). Either may be a point.
+/// Squared distance of two segments (Ericson, Real-Time Collision Detection, 5.1.9). Either may be
+/// a point.
 pub fn segment_segment_distance_squared(a: Segment, b: Segment) -> f64 {
     let between = a.start - b.start;
     let (aa, bb, ab) = (a.delta.length_squared(), b.delta.length_squared(), a.delta.dot(b.delta));
     let (on_a, on_b) = (a.delta.dot(between), b.delta.dot(between));
-    let ratio = |numerator: f64, denominator: f64| if denominator > 0.0 { (numerator / denominator).clamp(0.0, 1.0) } else { 0.0 };
+    let ratio = |numerator: f64, denominator: f64| {
+        if denominator > 0.0 { (numerator / denominator).clamp(0.0, 1.0) } else { 0.0 }
+    };
     let first_guess = ratio(ab * on_b - on_a * bb, aa * bb - ab * ab);
     let t = ratio(ab * first_guess + on_b, bb);
     let s = ratio(ab * t - on_a, aa);
@@ -92,17 +97,23 @@ pub fn point_triangle_distance_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> f
     let to_edge = |start: DVec3, end: DVec3| {
         let (edge, to_point) = (end - start, point - start);
         let length_squared = edge.length_squared();
-        let t = if length_squared > 0.0 { (to_point.dot(edge) / length_squared).clamp(0.0, 1.0) } else { 0.0 };
+        let t = if length_squared > 0.0 {
+            (to_point.dot(edge) / length_squared).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
         (to_point - edge * t).length_squared()
     };
     to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
-/// Squared height of a point above or below a triangle, or `None` where its foot lies outside or the triangle is flat.
+/// Squared height of a point above or below a triangle, or `None` where its foot lies outside or
+/// the triangle is flat.
 fn height_over_triangle_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let normal = (b - a).cross(c - a);
     let length_squared = normal.length_squared();
-    let is_left_of = |start: DVec3, end: DVec3| normal.dot((end - start).cross(point - start)) >= 0.0;
+    let is_left_of =
+        |start: DVec3, end: DVec3| normal.dot((end - start).cross(point - start)) >= 0.0;
     let is_over = length_squared > 0.0 && is_left_of(a, b) && is_left_of(b, c) && is_left_of(c, a);
     let height = normal.dot(point - a);
     is_over.then(|| height * height / length_squared)
@@ -115,15 +126,19 @@ pub fn segment_triangle_distance_squared(segment: Segment, triangle: [DVec3; 3])
     if segment_crosses_triangle(segment, triangle) {
         return 0.0;
     }
-    let to_edge = |start: DVec3, end: DVec3| segment_segment_distance_squared(segment, Segment { start, delta: end - start });
+    let to_edge = |start: DVec3, end: DVec3| {
+        segment_segment_distance_squared(segment, Segment { start, delta: end - start })
+    };
     let edges = to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a));
-    let ends = [segment.start, end].map(|point| height_over_triangle_squared(point, triangle).unwrap_or(f64::INFINITY));
+    let ends = [segment.start, end]
+        .map(|point| height_over_triangle_squared(point, triangle).unwrap_or(f64::INFINITY));
     edges.min(ends[0]).min(ends[1])
 }
 
 fn segment_crosses_triangle(segment: Segment, [a, b, c]: [DVec3; 3]) -> bool {
     let normal = (b - a).cross(c - a);
-    let (above, below) = (normal.dot(segment.start - a), normal.dot(segment.start + segment.delta - a));
+    let (above, below) =
+        (normal.dot(segment.start - a), normal.dot(segment.start + segment.delta - a));
     if above * below > 0.0 || above == below {
         return false;
     }
@@ -131,12 +146,18 @@ fn segment_crosses_triangle(segment: Segment, [a, b, c]: [DVec3; 3]) -> bool {
     height_over_triangle_squared(crossing, [a, b, c]).is_some()
 }
 
-/// The widest gap between two boxes along any of the 15 separating axes: a lower bound of their distance, and negative
-/// or 0 exactly where they overlap. `a_from_b` and `center` place the second box in the first one's frame.
+/// The widest gap between two boxes along any of the 15 separating axes: a lower bound of their
+/// distance, and negative or 0 exactly where they overlap. `a_from_b` and `center` place the second
+/// box in the first one's frame.
 pub fn box_box_gap(a: DVec3, b: DVec3, a_from_b: &DMat3, center: DVec3) -> f64 {
-    let absolute = DMat3::from_cols(a_from_b.x_axis.abs(), a_from_b.y_axis.abs(), a_from_b.z_axis.abs());
+    let absolute =
+        DMat3::from_cols(a_from_b.x_axis.abs(), a_from_b.y_axis.abs(), a_from_b.z_axis.abs());
     let along_a = (center.abs() - a - absolute * b).max_element();
-    let in_b = DVec3::new(a_from_b.x_axis.dot(center), a_from_b.y_axis.dot(center), a_from_b.z_axis.dot(center));
+    let in_b = DVec3::new(
+        a_from_b.x_axis.dot(center),
+        a_from_b.y_axis.dot(center),
+        a_from_b.z_axis.dot(center),
+    );
     let reach = DVec3::new(absolute.x_axis.dot(a), absolute.y_axis.dot(a), absolute.z_axis.dot(a));
     let along_b = (in_b.abs() - b - reach).max_element();
     let mut gap = along_a.max(along_b);
@@ -148,9 +169,17 @@ pub fn box_box_gap(a: DVec3, b: DVec3, a_from_b: &DMat3, center: DVec3) -> f64 {
     gap
 }
 
-/// The gap along the product of the first box's axis `i` and the second one's axis `j`; none where they are parallel,
-/// where the face normals already decide.
-fn edge_gap(a: DVec3, b: DVec3, a_from_b: &DMat3, absolute: &DMat3, center: DVec3, i: usize, j: usize) -> f64 {
+/// The gap along the product of the first box's axis `i` and the second one's axis `j`; none where
+/// they are parallel, where the face normals already decide.
+fn edge_gap(
+    a: DVec3,
+    b: DVec3,
+    a_from_b: &DMat3,
+    absolute: &DMat3,
+    center: DVec3,
+    i: usize,
+    j: usize,
+) -> f64 {
     let (i1, i2, j1, j2) = ((i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3);
     let column = a_from_b.col(j);
     let length_squared = column[i1] * column[i1] + column[i2] * column[i2];

@@ -20,7 +20,8 @@ pub struct Mesh {
 const LEAF_MAX: usize = 4;
 /// A ray that passes an edge this close, relative to the triangle, is not trusted.
 const EDGE_TOLERANCE: f64 = 1e-9;
-/// Directions to try until a ray meets no edge. No component is 0 and none is special to how people build things.
+/// Directions to try until a ray meets no edge. No component is 0 and none is special to how people
+/// build things.
 const RAYS: [DVec3; 4] = [
     DVec3::new(0.0131, 0.0277, 0.9995),
     DVec3::new(0.9981, 0.0343, 0.0507),
@@ -41,10 +42,17 @@ impl Mesh {
             return Err("has a triangle with a vertex that does not exist".into());
         }
         let corners = |triangle: &[u32; 3]| triangle.map(|index| vertices[index as usize]);
-        let bounds: Vec<Aabb> = triangles.iter().map(|triangle| Aabb::of_points(corners(triangle))).collect();
+        let bounds: Vec<Aabb> =
+            triangles.iter().map(|triangle| Aabb::of_points(corners(triangle))).collect();
         let aabb = bounds.iter().fold(Aabb::EMPTY, |all, one| all.union(*one));
         let tree = Bvh::new(&bounds, LEAF_MAX);
-        Ok(Self { vertices: vertices.to_vec(), triangles: triangles.to_vec(), tree, aabb, is_closed: is_closed(vertices, triangles) })
+        Ok(Self {
+            vertices: vertices.to_vec(),
+            triangles: triangles.to_vec(),
+            tree,
+            aabb,
+            is_closed: is_closed(vertices, triangles),
+        })
     }
 
     /// Its vertices.
@@ -63,23 +71,34 @@ impl Mesh {
     }
 
     /// Whether any triangle that may reach into `region` is accepted.
-    pub fn any_triangle_near(&self, region: &Aabb, mut accept: impl FnMut([DVec3; 3]) -> bool) -> bool {
-        self.tree.find(|bounds| bounds.overlaps(region), |triangle| accept(self.corners(triangle))).is_some()
+    pub fn any_triangle_near(
+        &self,
+        region: &Aabb,
+        mut accept: impl FnMut([DVec3; 3]) -> bool,
+    ) -> bool {
+        self.tree
+            .find(|bounds| bounds.overlaps(region), |triangle| accept(self.corners(triangle)))
+            .is_some()
     }
 
-    /// Whether a point lies within the closed surface; in doubt it does. An open surface holds nothing.
+    /// Whether a point lies within the closed surface; in doubt it does. An open surface holds
+    /// nothing.
     pub fn contains(&self, point: DVec3) -> bool {
         if !self.is_closed || !self.aabb.contains(point) {
             return false;
         }
-        RAYS.iter().find_map(|&direction| self.winding_along(point, direction)).is_none_or(|winding| winding != 0)
+        RAYS.iter()
+            .find_map(|&direction| self.winding_along(point, direction))
+            .is_none_or(|winding| winding != 0)
     }
 
-    /// How often the surface winds around the start of a ray, or `None` where the ray passes too close to an edge.
+    /// How often the surface winds around the start of a ray, or `None` where the ray passes too
+    /// close to an edge.
     fn winding_along(&self, start: DVec3, direction: DVec3) -> Option<i64> {
         let inverse = direction.recip();
         let winding = Cell::new(0);
-        let is_unclear = |triangle: usize| match crossing(start, direction, self.corners(triangle)) {
+        let is_unclear = |triangle: usize| match crossing(start, direction, self.corners(triangle))
+        {
             Crossing::Miss => false,
             Crossing::Through(side) => {
                 winding.set(winding.get() + side);
@@ -93,7 +112,9 @@ impl Mesh {
 
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.vertices.as_slice()) + size_of_val(self.triangles.as_slice()) + self.tree.bytes()
+        size_of_val(self.vertices.as_slice())
+            + size_of_val(self.triangles.as_slice())
+            + self.tree.bytes()
     }
 }
 
@@ -104,21 +125,28 @@ fn is_closed(vertices: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     order.sort_unstable_by_key(|&index| key(vertices[index as usize]));
     let mut welded = vec![0; vertices.len()];
     for pair in 0..order.len() {
-        let is_same = pair > 0 && key(vertices[order[pair] as usize]) == key(vertices[order[pair - 1] as usize]);
-        welded[order[pair] as usize] = if is_same { welded[order[pair - 1] as usize] } else { order[pair] };
+        let is_same = pair > 0
+            && key(vertices[order[pair] as usize]) == key(vertices[order[pair - 1] as usize]);
+        welded[order[pair] as usize] =
+            if is_same { welded[order[pair - 1] as usize] } else { order[pair] };
     }
     let mut edges: Vec<(u32, u32, bool)> = Vec::with_capacity(3 * triangles.len());
     for triangle in triangles {
         let [a, b, c] = triangle.map(|index| welded[index as usize]);
-        edges.extend([(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to)));
+        edges.extend(
+            [(a, b), (b, c), (c, a)].map(|(from, to)| (from.min(to), from.max(to), from < to)),
+        );
     }
     edges.retain(|&(from, to, _)| from != to);
     edges.sort_unstable();
-    edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)).all(|uses| 2 * uses.iter().filter(|one| one.2).count() == uses.len())
+    edges
+        .chunk_by(|a, b| (a.0, a.1) == (b.0, b.1))
+        .all(|uses| 2 * uses.iter().filter(|one| one.2).count() == uses.len())
 }
 
 fn ray_meets(bounds: &Aabb, start: DVec3, inverse_direction: DVec3) -> bool {
-    let (a, b) = ((bounds.min - start) * inverse_direction, (bounds.max - start) * inverse_direction);
+    let (a, b) =
+        ((bounds.min - start) * inverse_direction, (bounds.max - start) * inverse_direction);
     let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());
     enter <= leave && leave >= 0.0
 }
@@ -145,7 +173,8 @@ fn crossing(start: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Crossing {
         return if is_near_plane { Crossing::Unclear } else { Crossing::Miss };
     }
     let turned = direction.cross(to_start);
-    let (u, v, t) = (ac.dot(turned) / slope, -ab.dot(turned) / slope, -normal.dot(to_start) / slope);
+    let (u, v, t) =
+        (ac.dot(turned) / slope, -ab.dot(turned) / slope, -normal.dot(to_start) / slope);
     let inside = u.min(v).min(1.0 - u - v);
     if inside < -EDGE_TOLERANCE || t < 0.0 {
         Crossing::Miss

@@ -1,7 +1,7 @@
 //! Collision of the robot with the world and with itself.
 //!
-//! Everything is prepared once; queries are exact (f64), allocate nothing and may run on any number of threads at once.
-//! In doubt the answer is a hit: see [`narrow`].
+//! Everything is prepared once; queries are exact (f64), allocate nothing and may run on any number
+//! of threads at once. In doubt the answer is a hit: see [`narrow`].
 
 pub mod ball;
 mod body;
@@ -37,7 +37,8 @@ use crate::snapshot::Snapshot;
 pub enum FootState {
     /// Stands on the world: its sole may touch what it stands on.
     Stance,
-    /// Lifting off or landing along its sole normal: clearance to the sides and above, none asked below the sole.
+    /// Lifting off or landing along its sole normal: clearance to the sides and above, none asked
+    /// below the sole.
     Leaving,
     /// In the air: full clearance.
     Free,
@@ -62,7 +63,8 @@ pub enum Hit {
     },
 }
 
-/// A standing foot is lifted by this much (m) before it is tested: the sole may touch, but not sink in any further.
+/// A standing foot is lifted by this much (m) before it is tested: the sole may touch, but not sink
+/// in any further.
 const STANCE_LIFT: f64 = 0.0015;
 /// A leaving foot is lifted by this much (m) more than its clearance.
 const LEAVING_LIFT: f64 = 0.0005;
@@ -86,38 +88,57 @@ struct Shunned {
     half_sides: DVec2,
 }
 
-/// What [`CollisionModel::foot_hit`] answers where a sole is known not to be carried: no shape's index.
+/// What [`CollisionModel::foot_hit`] answers where a sole is known not to be carried: no shape's
+/// index.
 pub const SHUNNED: usize = usize::MAX;
 /// How far above or below a shunned place a sole still counts as standing there, m.
 const SHUNNED_HEIGHT: f64 = 0.05;
 
 impl CollisionModel {
-    /// Prepares a robot in a world; everything shall keep `clearance` (m, finite, at least 0) from everything.
+    /// Prepares a robot in a world; everything shall keep `clearance` (m, finite, at least 0) from
+    /// everything.
     ///
     /// # Errors
     /// Names the first shape or number that cannot be used.
     pub fn new(model: &RobotModel, world: &World, clearance: f64) -> Result<Self, CollisionError> {
         if !(clearance.is_finite() && clearance >= 0.0) {
-            return Err(CollisionError::BadNumber { owner: "planner".into(), what: "clearance", requirement: "finite and not negative" });
+            return Err(CollisionError::BadNumber {
+                owner: "planner".into(),
+                what: "clearance",
+                requirement: "finite and not negative",
+            });
         }
         let bodies = Body::all(model, &Tree::new(model))?;
         let pairs = SelfPairs::new(model, &bodies, clearance);
         let link_names = model.links.iter().map(|link| link.name.clone()).collect();
         let shape_names = world.shapes.iter().map(|shape| shape.name.clone()).collect();
         let world = WorldShapes::new(world)?;
-        Ok(Self { bodies, pairs, world, clearance, shunned: heapless::Vec::new(), link_names, shape_names })
+        Ok(Self {
+            bodies,
+            pairs,
+            world,
+            clearance,
+            shunned: heapless::Vec::new(),
+            link_names,
+            shape_names,
+        })
     }
 
     /// A hit in words, for a person.
     pub fn describe(&self, hit: Hit) -> String {
         match hit {
-            Hit::World { link, shape } => format!("link '{}' meets '{}' of the world", self.link_names[link], self.shape_names[shape]),
-            Hit::SelfPair { a, b } => format!("link '{}' meets link '{}'", self.link_names[a], self.link_names[b]),
+            Hit::World { link, shape } => format!(
+                "link '{}' meets '{}' of the world",
+                self.link_names[link], self.shape_names[shape]
+            ),
+            Hit::SelfPair { a, b } => {
+                format!("link '{}' meets link '{}'", self.link_names[a], self.link_names[b])
+            }
         }
     }
 
-    /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None` where everything keeps its clearance,
-    /// subject to what the `feet` (one state per foot) do.
+    /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None`
+    /// where everything keeps its clearance, subject to what the `feet` (one state per foot) do.
     pub fn hit(&self, snapshot: &Snapshot, feet: &[FootState]) -> Option<Hit> {
         self.world_hit(snapshot, feet).or_else(|| self.self_hit(snapshot))
     }
@@ -129,12 +150,31 @@ impl CollisionModel {
         for (center, body) in centers.iter().zip(&self.bodies) {
             around = around.union(Aabb { min: *center, max: *center }.grown(body.ball.radius));
         }
-        let nearby = self.world.nearby(&around.grown(STANCE_LIFT.max(2.0 * self.clearance + LEAVING_LIFT)));
+        let nearby =
+            self.world.nearby(&around.grown(STANCE_LIFT.max(2.0 * self.clearance + LEAVING_LIFT)));
         self.bodies.iter().zip(&centers).find_map(|(body, center)| {
             let shape = match body.foot {
-                Some(foot) => self.foot_body_hit(body, &snapshot.world_from_node(body.node), foot.node_normal, feet[foot.limb], &nearby),
-                None if !self.world.reaches(*center, body.ball.radius + self.clearance, &nearby) => None,
-                None => self.world.hit(body, &snapshot.world_from_node(body.node), self.clearance, &nearby),
+                Some(foot) => self.foot_body_hit(
+                    body,
+                    &snapshot.world_from_node(body.node),
+                    foot.node_normal,
+                    feet[foot.limb],
+                    &nearby,
+                ),
+                None if !self.world.reaches(
+                    *center,
+                    body.ball.radius + self.clearance,
+                    &nearby,
+                ) =>
+                {
+                    None
+                }
+                None => self.world.hit(
+                    body,
+                    &snapshot.world_from_node(body.node),
+                    self.clearance,
+                    &nearby,
+                ),
             };
             shape.map(|shape| Hit::World { link: body.link, shape })
         })
@@ -144,8 +184,14 @@ impl CollisionModel {
         snapshot.centers().iter().map(|center| snapshot.to_world(center)).collect()
     }
 
-    /// The first world shape that the wanted links (one flag per link) hit, their poses given in the root's frame.
-    pub fn carried_hit(&self, world_from_root: &Pose, root_from_links: &[Pose], wanted: &[bool]) -> Option<usize> {
+    /// The first world shape that the wanted links (one flag per link) hit, their poses given in
+    /// the root's frame.
+    pub fn carried_hit(
+        &self,
+        world_from_root: &Pose,
+        root_from_links: &[Pose],
+        wanted: &[bool],
+    ) -> Option<usize> {
         let bodies = self.bodies.iter().filter(|body| wanted[body.link]);
         bodies
             .map(|body| (body, *world_from_root * root_from_links[body.node_link]))
@@ -170,44 +216,62 @@ impl CollisionModel {
         Some(Hit::SelfPair { a: a.min(b), b: a.max(b) })
     }
 
-    /// Keeps soles away from where one was not carried: none may be placed with its middle over that sole's rectangle, whose
-    /// half length and half width are `half_sides` (m). Of more than [`CORRECTIONS_MAX`] places the last ones are not kept.
+    /// Keeps soles away from where one was not carried: none may be placed with its middle over
+    /// that sole's rectangle, whose half length and half width are `half_sides` (m). Of more than
+    /// [`CORRECTIONS_MAX`] places the last ones are not kept.
     pub fn shun(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
-        let _ = self.shunned.push(Shunned { sole_from_world: world_from_sole.inverse(), half_sides: half_sides.into() });
+        let _ = self.shunned.push(Shunned {
+            sole_from_world: world_from_sole.inverse(),
+            half_sides: half_sides.into(),
+        });
     }
 
-    /// The first world shape that a foot alone, with what is rigidly joined to it, hits with its sole at a pose; or [`SHUNNED`].
+    /// The first world shape that a foot alone, with what is rigidly joined to it, hits with its
+    /// sole at a pose; or [`SHUNNED`].
     pub fn foot_hit(&self, limb: usize, world_from_sole: &Pose, state: FootState) -> Option<usize> {
         if self.shunned.iter().any(|place| place.holds(world_from_sole.translation)) {
             return Some(SHUNNED);
         }
         let world_from_node = |foot: &body::FootBody| *world_from_sole * foot.sole_from_node;
-        self.foot_bodies(limb)
-            .find_map(|(body, foot)| self.foot_body_hit(body, &world_from_node(&foot), foot.node_normal, state, &Nearby::UNKNOWN))
+        self.foot_bodies(limb).find_map(|(body, foot)| {
+            self.foot_body_hit(
+                body,
+                &world_from_node(&foot),
+                foot.node_normal,
+                state,
+                &Nearby::UNKNOWN,
+            )
+        })
     }
 
-    /// The first world shape that meets a box, given by its middle's pose and half of each side (m).
+    /// The first world shape that meets a box, given by its middle's pose and half of each side
+    /// (m).
     pub fn box_hit(&self, world_from_box: &Pose, half_extents: DVec3) -> Option<usize> {
         self.world.box_hit(world_from_box, half_extents)
     }
 
     /// The box around a foot and all that is rigidly joined to it, in its sole's frame.
     pub fn foot_bounds(&self, limb: usize) -> Aabb {
-        let parts = self.foot_bodies(limb).flat_map(|(body, foot)| body.parts.iter().map(move |part| (part, foot.sole_from_node)));
+        let parts = self.foot_bodies(limb).flat_map(|(body, foot)| {
+            body.parts.iter().map(move |part| (part, foot.sole_from_node))
+        });
         let boxes = parts.map(|(part, sole_from_node)| {
             let sole_from_part = sole_from_node * part.node_from_part;
-            part.bounds.transformed(&DMat3::from_quat(sole_from_part.rotation), sole_from_part.translation)
+            part.bounds
+                .transformed(&DMat3::from_quat(sole_from_part.rotation), sole_from_part.translation)
         });
         boxes.fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// The bounding box of every collision shape: its link and which of the link's shapes it is, its frame in the link's, the box in
-    /// its frame. Not in the order of the links.
+    /// The bounding box of every collision shape: its link and which of the link's shapes it is,
+    /// its frame in the link's, the box in its frame. Not in the order of the links.
     pub fn part_bounds(&self) -> impl Iterator<Item = ([usize; 2], Pose, Aabb)> + '_ {
         self.bodies.iter().flat_map(|body| {
             let link_from_node = body.node_from_link.inverse();
             let parts = body.parts.iter().enumerate();
-            parts.map(move |(index, part)| ([body.link, index], link_from_node * part.node_from_part, part.bounds))
+            parts.map(move |(index, part)| {
+                ([body.link, index], link_from_node * part.node_from_part, part.bounds)
+            })
         })
     }
 
@@ -216,13 +280,15 @@ impl CollisionModel {
         self.bodies.iter().find(|body| body.link == link)?.foot.map(|foot| foot.limb)
     }
 
-    /// The first world shape that what is rigid with the root meets, the least that the robot takes up [Grey 4.1.1].
+    /// The first world shape that what is rigid with the root meets, the least that the robot takes
+    /// up [Grey 4.1.1].
     pub fn root_hit(&self, world_from_root: &Pose) -> Option<usize> {
         let mut rigid = self.bodies.iter().filter(|body| body.node == 0);
         rigid.find_map(|body| self.world.hit(body, world_from_root, 0.0, &Nearby::UNKNOWN))
     }
 
-    /// Whether the first two feet, with what is rigidly joined to them, come too near to each other at these sole poses.
+    /// Whether the first two feet, with what is rigidly joined to them, come too near to each other
+    /// at these sole poses.
     pub fn feet_hit(&self, world_from_soles: [&Pose; 2]) -> bool {
         let limb_of = |body: u32| self.bodies[body as usize].foot.filter(|foot| foot.limb < 2);
         self.pairs.checked.iter().any(|pair| match (limb_of(pair.a), limb_of(pair.b)) {
@@ -238,7 +304,8 @@ impl CollisionModel {
 
     /// A bound (m) on how far any point of any collision shape lies from itself in two snapshots.
     pub fn motion_bound(&self, a: &Snapshot, b: &Snapshot) -> f64 {
-        // All is seen in the root's frame in `a`; what does not move in the root's frame turns as the root does.
+        // All is seen in the root's frame in `a`; what does not move in the root's frame turns as
+        // the root does.
         let (ra, rb) = (a.world_rotation(), b.world_rotation());
         let turn = ra.transpose() * *rb;
         let shift = a.turned_to_root(b.world_from_root.translation - a.world_from_root.translation);
@@ -247,8 +314,10 @@ impl CollisionModel {
         let mut bound: f64 = 0.0;
         for (index, body) in self.bodies.iter().enumerate() {
             let (at_a, at_b) = (&frames_a[body.node].matrix3, &frames_b[body.node].matrix3);
-            let chord = if at_a == at_b { root_chord } else { chord_squared(&(turn * *at_b), at_a) };
-            let moved = (turn * b.centers().get(index) + shift - a.centers().get(index)).length_squared();
+            let chord =
+                if at_a == at_b { root_chord } else { chord_squared(&(turn * *at_b), at_a) };
+            let moved =
+                (turn * b.centers().get(index) + shift - a.centers().get(index)).length_squared();
             let turned = chord * body.ball.radius * body.ball.radius;
             // The sum of two lengths is at most this root: most bodies need no other.
             if 2.0 * (moved + turned) > bound * bound {
@@ -265,15 +334,25 @@ impl CollisionModel {
 
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
-        let bodies = size_of_val(self.bodies.as_slice()) + self.bodies.iter().map(Body::bytes).sum::<usize>();
+        let bodies = size_of_val(self.bodies.as_slice())
+            + self.bodies.iter().map(Body::bytes).sum::<usize>();
         bodies + self.pairs.bytes() + self.world.bytes()
     }
 
     fn foot_bodies(&self, limb: usize) -> impl Iterator<Item = (&Body, body::FootBody)> {
-        self.bodies.iter().filter_map(move |body| body.foot.filter(|foot| foot.limb == limb).map(|foot| (body, foot)))
+        self.bodies.iter().filter_map(move |body| {
+            body.foot.filter(|foot| foot.limb == limb).map(|foot| (body, foot))
+        })
     }
 
-    fn foot_body_hit(&self, body: &Body, world_from_node: &Pose, node_normal: DVec3, state: FootState, nearby: &Nearby) -> Option<usize> {
+    fn foot_body_hit(
+        &self,
+        body: &Body,
+        world_from_node: &Pose,
+        node_normal: DVec3,
+        state: FootState,
+        nearby: &Nearby,
+    ) -> Option<usize> {
         let (lift, margin) = match state {
             FootState::Stance => (STANCE_LIFT, 0.0),
             FootState::Leaving => (self.clearance + LEAVING_LIFT, self.clearance),
@@ -283,16 +362,20 @@ impl CollisionModel {
     }
 }
 
-/// The squared distance (of a radius of 1) by which the turn from one rotation to another moves a point at the most: the chord
-/// of its angle.
+/// The squared distance (of a radius of 1) by which the turn from one rotation to another moves a
+/// point at the most: the chord of its angle.
 fn chord_squared(a: &DMat3, b: &DMat3) -> f64 {
     let apart = *a - *b;
-    0.5 * (apart.x_axis.length_squared() + apart.y_axis.length_squared() + apart.z_axis.length_squared())
+    0.5 * (apart.x_axis.length_squared()
+        + apart.y_axis.length_squared()
+        + apart.z_axis.length_squared())
 }
 
 impl Shunned {
     fn holds(&self, position: DVec3) -> bool {
         let at = self.sole_from_world * position;
-        at.x.abs() <= self.half_sides.x && at.y.abs() <= self.half_sides.y && at.z.abs() <= SHUNNED_HEIGHT
+        at.x.abs() <= self.half_sides.x
+            && at.y.abs() <= self.half_sides.y
+            && at.z.abs() <= SHUNNED_HEIGHT
     }
 }

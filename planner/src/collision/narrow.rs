@@ -1,7 +1,8 @@
 //! Whether two solids come within a margin of each other.
 //!
-//! "No" is only said with a proof: an exact closed form, or a separating direction whose gap was measured. An iteration
-//! cap, a degenerate simplex or a number that is not one therefore reads as "yes".
+//! "No" is only said with a proof: an exact closed form, or a separating direction whose gap was
+//! measured. An iteration cap, a degenerate simplex or a number that is not one therefore reads as
+//! "yes".
 
 use glam::{DMat3, DQuat, DVec3};
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
@@ -10,21 +11,26 @@ use surefoot_shared_types::Pose;
 
 use super::bvh::Aabb;
 use super::kernels::{
-    Segment, box_box_gap, exceeds, point_box_distance_squared, point_triangle_distance_squared, segment_box_distance_squared,
-    segment_segment_distance_squared, segment_triangle_distance_squared,
+    Segment, box_box_gap, exceeds, point_box_distance_squared, point_triangle_distance_squared,
+    segment_box_distance_squared, segment_segment_distance_squared,
+    segment_triangle_distance_squared,
 };
 use super::mesh::Mesh;
 use super::solid::{Convex, Core, Solid};
 
-/// Whether the distance of two solids is `margin` (m, at least 0) or less; touching counts, and so does one solid
-/// within the other.
+/// Whether the distance of two solids is `margin` (m, at least 0) or less; touching counts, and so
+/// does one solid within the other.
 pub fn is_within(a: &Solid, b: &Solid, a_from_b: &Pose, margin: f64) -> bool {
     match (a, b) {
         (Solid::Convex(a), Solid::Convex(b)) => convex_within(a, b, a_from_b, margin),
-        (Solid::Mesh(mesh), Solid::Convex(convex)) => mesh_within(mesh, convex, a_from_b, margin) || mesh_holds(mesh, b, a_from_b),
+        (Solid::Mesh(mesh), Solid::Convex(convex)) => {
+            mesh_within(mesh, convex, a_from_b, margin) || mesh_holds(mesh, b, a_from_b)
+        }
         (Solid::Convex(_), Solid::Mesh(_)) => is_within(b, a, &a_from_b.inverse(), margin),
         (Solid::Mesh(mesh_a), Solid::Mesh(mesh_b)) => {
-            meshes_within(mesh_a, mesh_b, a_from_b, margin) || mesh_holds(mesh_a, b, a_from_b) || mesh_holds(mesh_b, a, &a_from_b.inverse())
+            meshes_within(mesh_a, mesh_b, a_from_b, margin)
+                || mesh_holds(mesh_a, b, a_from_b)
+                || mesh_holds(mesh_b, a, &a_from_b.inverse())
         }
     }
 }
@@ -41,7 +47,8 @@ pub fn segment_within(solid: &Solid, segment: Segment, reach: f64) -> bool {
     }
     let half_length = 0.5 * segment.delta.length();
     let core = if half_length > 0.0 { Core::Segment { half_length } } else { Core::Point };
-    let rotation = DQuat::from_rotation_arc(DVec3::Z, segment.delta.try_normalize().unwrap_or(DVec3::Z));
+    let rotation =
+        DQuat::from_rotation_arc(DVec3::Z, segment.delta.try_normalize().unwrap_or(DVec3::Z));
     let frame = Pose::from_parts(segment.start + 0.5 * segment.delta, rotation);
     is_within(solid, &Solid::Convex(Convex { core, radius: 0.0 }), &frame, reach)
 }
@@ -73,11 +80,20 @@ fn meshes_within(a: &Mesh, b: &Mesh, a_from_b: &Pose, margin: f64) -> bool {
 fn triangle_within(core: &Core, corners: [DVec3; 3], reach: f64) -> bool {
     let reach_squared = reach * reach;
     match core {
-        Core::Point => !exceeds(point_triangle_distance_squared(DVec3::ZERO, corners), reach_squared),
-        Core::Segment { half_length } => {
-            !exceeds(segment_triangle_distance_squared(Segment::along_z(&Pose::IDENTITY, *half_length), corners), reach_squared)
+        Core::Point => {
+            !exceeds(point_triangle_distance_squared(DVec3::ZERO, corners), reach_squared)
         }
-        _ => !is_beyond_plane(core, corners, reach) && gjk_within(core, &Core::Triangle(corners), &Pose::IDENTITY, reach),
+        Core::Segment { half_length } => !exceeds(
+            segment_triangle_distance_squared(
+                Segment::along_z(&Pose::IDENTITY, *half_length),
+                corners,
+            ),
+            reach_squared,
+        ),
+        _ => {
+            !is_beyond_plane(core, corners, reach)
+                && gjk_within(core, &Core::Triangle(corners), &Pose::IDENTITY, reach)
+        }
     }
 }
 
@@ -94,7 +110,9 @@ fn convex_within(a: &Convex, b: &Convex, a_from_b: &Pose, margin: f64) -> bool {
     let reach = a.radius + b.radius + margin;
     let reach_squared = reach * reach;
     match (&a.core, &b.core) {
-        (Core::Point, Core::Point) => !exceeds(a_from_b.translation.length_squared(), reach_squared),
+        (Core::Point, Core::Point) => {
+            !exceeds(a_from_b.translation.length_squared(), reach_squared)
+        }
         (Core::Point | Core::Segment { .. }, Core::Point | Core::Segment { .. }) => {
             let (a, b) = (segment_of(&a.core, &Pose::IDENTITY), segment_of(&b.core, a_from_b));
             !exceeds(segment_segment_distance_squared(a, b), reach_squared)
@@ -102,15 +120,26 @@ fn convex_within(a: &Convex, b: &Convex, a_from_b: &Pose, margin: f64) -> bool {
         (Core::Box { half_extents }, Core::Point) => {
             !exceeds(point_box_distance_squared(a_from_b.translation, *half_extents), reach_squared)
         }
-        (Core::Box { half_extents }, Core::Segment { half_length }) => {
-            !exceeds(segment_box_distance_squared(Segment::along_z(a_from_b, *half_length), *half_extents), reach_squared)
+        (Core::Box { half_extents }, Core::Segment { half_length }) => !exceeds(
+            segment_box_distance_squared(Segment::along_z(a_from_b, *half_length), *half_extents),
+            reach_squared,
+        ),
+        (Core::Point | Core::Segment { .. }, Core::Box { .. }) => {
+            convex_within(b, a, &a_from_b.inverse(), margin)
         }
-        (Core::Point | Core::Segment { .. }, Core::Box { .. }) => convex_within(b, a, &a_from_b.inverse(), margin),
         (Core::Box { half_extents: half_a }, Core::Box { half_extents: half_b }) => {
-            let gap = box_box_gap(*half_a, *half_b, &DMat3::from_quat(a_from_b.rotation), a_from_b.translation);
+            let gap = box_box_gap(
+                *half_a,
+                *half_b,
+                &DMat3::from_quat(a_from_b.rotation),
+                a_from_b.translation,
+            );
             gap <= 0.0 || !exceeds(gap, reach) && gjk_within(&a.core, &b.core, a_from_b, reach)
         }
-        _ => !are_boxes_apart(&a.core, &b.core, a_from_b, reach) && gjk_within(&a.core, &b.core, a_from_b, reach),
+        _ => {
+            !are_boxes_apart(&a.core, &b.core, a_from_b, reach)
+                && gjk_within(&a.core, &b.core, a_from_b, reach)
+        }
     }
 }
 
@@ -118,7 +147,12 @@ fn convex_within(a: &Convex, b: &Convex, a_from_b: &Pose, margin: f64) -> bool {
 fn are_boxes_apart(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     let (around_a, around_b) = (a.aabb(), b.aabb());
     let center = *a_from_b * around_b.center() - around_a.center();
-    box_box_gap(around_a.half_extents(), around_b.half_extents(), &DMat3::from_quat(a_from_b.rotation), center) > reach
+    box_box_gap(
+        around_a.half_extents(),
+        around_b.half_extents(),
+        &DMat3::from_quat(a_from_b.rotation),
+        center,
+    ) > reach
 }
 
 fn segment_of(core: &Core, frame: &Pose) -> Segment {
@@ -132,11 +166,14 @@ fn transformed(bounds: Aabb, pose: &Pose) -> Aabb {
     bounds.transformed(&DMat3::from_quat(pose.rotation), pose.translation)
 }
 
-/// A direction in the first solid's frame along which two convex solids are apart, if they are and it is found.
+/// A direction in the first solid's frame along which two convex solids are apart, if they are and
+/// it is found.
 pub fn separation(a: &Solid, b: &Solid, a_from_b: &Pose) -> Option<DVec3> {
     let (Solid::Convex(a), Solid::Convex(b)) = (a, b) else { return None };
     match closest(&a.core, &b.core, a_from_b, f64::INFINITY) {
-        GJKResult::ClosestPoints(_, _, direction) | GJKResult::Proximity(direction) | GJKResult::NoIntersection(direction) => {
+        GJKResult::ClosestPoints(_, _, direction)
+        | GJKResult::Proximity(direction)
+        | GJKResult::NoIntersection(direction) => {
             (measured_gap(&a.core, &b.core, a_from_b, direction) > 0.0).then_some(direction)
         }
         GJKResult::Intersection => None,
@@ -155,14 +192,17 @@ fn closest(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> GJKResult {
     gjk::closest_points(a_from_b, a, b, reach, true, &mut simplex)
 }
 
-/// GJK on two cores. Whatever it answers, only a measured gap along the direction that it found counts as separation.
+/// GJK on two cores. Whatever it answers, only a measured gap along the direction that it found
+/// counts as separation.
 fn gjk_within(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     if !a_from_b.is_finite() {
         return true;
     }
     let direction = match closest(a, b, a_from_b, reach) {
         GJKResult::Intersection => return true,
-        GJKResult::ClosestPoints(_, _, direction) | GJKResult::Proximity(direction) | GJKResult::NoIntersection(direction) => direction,
+        GJKResult::ClosestPoints(_, _, direction)
+        | GJKResult::Proximity(direction)
+        | GJKResult::NoIntersection(direction) => direction,
     };
     !exceeds(measured_gap(a, b, a_from_b, direction), reach)
 }

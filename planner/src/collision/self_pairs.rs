@@ -22,16 +22,18 @@ pub struct Pair {
     pub b: u32,
     /// The distance to keep, m.
     pub clearance: f64,
-    /// Along which the two are apart as the robot stands, and mostly so elsewhere too; `None` where there is no gap, or where one is
-    /// a ball or a capsule or has several parts.
+    /// Along which the two are apart as the robot stands, and mostly so elsewhere too; `None` where
+    /// there is no gap, or where one is a ball or a capsule or has several parts.
     standing_gap: Option<Gap>,
 }
 
 impl Pair {
-    /// Whether two bodies whose balls are known to be near come within the pair's clearance of each other; their nodes' frames are given
-    /// in any common one.
+    /// Whether two bodies whose balls are known to be near come within the pair's clearance of each
+    /// other; their nodes' frames are given in any common one.
     pub fn is_hit(&self, a: (&Body, &DAffine3), b: (&Body, &DAffine3)) -> bool {
-        let are_apart = self.standing_gap.is_some_and(|gap| gap.is_wider(a.1, (&b.0.parts[0], b.1), self.clearance));
+        let are_apart = self
+            .standing_gap
+            .is_some_and(|gap| gap.is_wider(a.1, (&b.0.parts[0], b.1), self.clearance));
         !are_apart && parts_within(a, b, self.clearance)
     }
 }
@@ -45,8 +47,9 @@ pub struct SelfPairs {
     pub allowed: Vec<(usize, usize)>,
     /// Numbers in a row of the tables.
     stride: usize,
-    /// For each two bodies, row by row: up to which squared distance of their balls' centres (m2) the solids have to be looked
-    /// at; less than 0 for those that may touch, for pairs the other way around, and at each row's end.
+    /// For each two bodies, row by row: up to which squared distance of their balls' centres (m2)
+    /// the solids have to be looked at; less than 0 for those that may touch, for pairs the other
+    /// way around, and at each row's end.
     reach_squared: Vec<f64>,
     /// For each two bodies the pair that they are, as an index.
     places: Vec<u32>,
@@ -56,13 +59,15 @@ pub struct SelfPairs {
 const SAMPLES: usize = 300;
 /// Pairs that collide in at least this many of them (95 %) may touch.
 const ALWAYS: usize = SAMPLES * 95 / 100;
-/// Pairs that collide at position zero may touch where at most this many moving joints lie between them.
+/// Pairs that collide at position zero may touch where at most this many moving joints lie between
+/// them.
 const NEIGHBOR_JOINTS_MAX: usize = 3;
 /// Halvings in the search of the clearance at rest: below a nanometre of any clearance in use.
 const HALVINGS: usize = 30;
 
 impl SelfPairs {
-    /// Sorts the pairs of a robot's bodies; `clearance` (m) is asked where the standing posture leaves room for it.
+    /// Sorts the pairs of a robot's bodies; `clearance` (m) is asked where the standing posture
+    /// leaves room for it.
     pub fn new(model: &RobotModel, bodies: &[Body], clearance: f64) -> Self {
         let unlocked = model.unlocked();
         let survey = Survey::new(model, &unlocked, bodies);
@@ -75,7 +80,8 @@ impl SelfPairs {
             for (b, body_b) in bodies.iter().enumerate().skip(a + 1) {
                 let links = [body_a.link, body_b.link];
                 let joints = joints_between(&unlocked.links, links);
-                let touches_at_zero = || joints <= NEIGHBOR_JOINTS_MAX && touch(bodies, [a, b], &survey.zero);
+                let touches_at_zero =
+                    || joints <= NEIGHBOR_JOINTS_MAX && touch(bodies, [a, b], &survey.zero);
                 if joints <= 1 || survey.hits(bodies, [a, b]) >= ALWAYS || touches_at_zero() {
                     allowed.push((body_a.link.min(body_b.link), body_a.link.max(body_b.link)));
                     continue;
@@ -102,18 +108,21 @@ impl SelfPairs {
         let is_sound = centers.are_finite();
         (0..centers.count()).find_map(|a| {
             let center = centers.get(a);
-            let (reaches, _) = self.reach_squared[a * self.stride..(a + 1) * self.stride].as_chunks::<LANES>();
+            let (reaches, _) =
+                self.reach_squared[a * self.stride..(a + 1) * self.stride].as_chunks::<LANES>();
             (a / LANES..reaches.len()).find_map(|block| {
                 if is_sound && centers.are_apart(center, block, &reaches[block]) {
                     return None;
                 }
                 (0..LANES).find_map(|lane| {
                     let (b, reach) = (block * LANES + lane, reaches[block][lane]);
-                    let is_near = reach >= 0.0 && !exceeds(center.distance_squared(centers.get(b)), reach);
+                    let is_near =
+                        reach >= 0.0 && !exceeds(center.distance_squared(centers.get(b)), reach);
                     if !is_near {
                         return None;
                     }
-                    Some(&self.checked[self.places[a * self.stride + b] as usize]).filter(|pair| accept(pair))
+                    Some(&self.checked[self.places[a * self.stride + b] as usize])
+                        .filter(|pair| accept(pair))
                 })
             })
         })
@@ -121,13 +130,15 @@ impl SelfPairs {
 
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
-        let tables = size_of_val(self.reach_squared.as_slice()) + size_of_val(self.places.as_slice());
+        let tables =
+            size_of_val(self.reach_squared.as_slice()) + size_of_val(self.places.as_slice());
         size_of_val(self.checked.as_slice()) + size_of_val(self.allowed.as_slice()) + tables
     }
 }
 
-/// The poses in the configurations that decide: whether a pair may touch by the robot with its locked joints as joints, since a pair does
-/// not become one of neighbours because what lies between is held still.
+/// The poses in the configurations that decide: whether a pair may touch by the robot with its
+/// locked joints as joints, since a pair does not become one of neighbours because what lies
+/// between is held still.
 struct Survey {
     /// The frames of all bodies' nodes at zero.
     zero: Vec<Pose>,
@@ -139,16 +150,27 @@ struct Survey {
 
 impl Survey {
     fn new(model: &RobotModel, unlocked: &RobotModel, bodies: &[Body]) -> Self {
-        let zero: Vec<f64> = unlocked.joints.iter().map(|joint| 0f64.clamp(joint.lower, joint.upper)).collect();
+        let zero: Vec<f64> =
+            unlocked.joints.iter().map(|joint| 0f64.clamp(joint.lower, joint.upper)).collect();
         let sample_count = if bodies.len() > 1 { SAMPLES } else { 0 };
         let kinematics = Kinematics::new(unlocked);
-        let links_from_nodes: Vec<Pose> = bodies.iter().map(|body| body.node_from_link.inverse()).collect();
+        let links_from_nodes: Vec<Pose> =
+            bodies.iter().map(|body| body.node_from_link.inverse()).collect();
         let node_poses = |q: &[f64]| -> Vec<Pose> {
             let links = link_poses(&kinematics, q);
-            bodies.iter().zip(&links_from_nodes).map(|(body, link_from_node)| links[body.link] * *link_from_node).collect()
+            bodies
+                .iter()
+                .zip(&links_from_nodes)
+                .map(|(body, link_from_node)| links[body.link] * *link_from_node)
+                .collect()
         };
-        let samples = (0..sample_count).map(|index| node_poses(&random_q(unlocked, index))).collect();
-        Self { zero: node_poses(&zero), samples, standing: link_poses(&Kinematics::new(model), &model.standing_q) }
+        let samples =
+            (0..sample_count).map(|index| node_poses(&random_q(unlocked, index))).collect();
+        Self {
+            zero: node_poses(&zero),
+            samples,
+            standing: link_poses(&Kinematics::new(model), &model.standing_q),
+        }
     }
 
     fn touches_standing(&self, a: &Body, b: &Body) -> bool {
@@ -169,7 +191,11 @@ fn link_poses(kinematics: &Kinematics, q: &[f64]) -> Vec<Pose> {
 fn random_q(model: &RobotModel, index: usize) -> Vec<f64> {
     let mut random = Random::new(0, Stream::Preparation, 0, index as u64);
     let turn = std::f64::consts::PI;
-    model.joints.iter().map(|joint| random.uniform(joint.lower.clamp(-turn, turn), joint.upper.clamp(-turn, turn))).collect()
+    model
+        .joints
+        .iter()
+        .map(|joint| random.uniform(joint.lower.clamp(-turn, turn), joint.upper.clamp(-turn, turn)))
+        .collect()
 }
 
 /// Whether two bodies touch, the nodes of all being at these poses.
@@ -177,9 +203,12 @@ fn touch(bodies: &[Body], [a, b]: [usize; 2], poses: &[Pose]) -> bool {
     bodies_within(&bodies[a], &poses[a], &bodies[b], &poses[b], 0.0)
 }
 
-/// `clearance`, or half of the pair's distance in a posture where that is less (to within a nanometre, from below).
+/// `clearance`, or half of the pair's distance in a posture where that is less (to within a
+/// nanometre, from below).
 fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f64 {
-    let is_free = |margin: f64| !bodies_within(a, &standing[a.node_link], b, &standing[b.node_link], 2.0 * margin);
+    let is_free = |margin: f64| {
+        !bodies_within(a, &standing[a.node_link], b, &standing[b.node_link], 2.0 * margin)
+    };
     if is_free(clearance) {
         return clearance;
     }
@@ -197,19 +226,31 @@ fn standing_gap(a: &Body, b: &Body, standing: &[Pose]) -> Option<Gap> {
     if part_a.spine.is_some() || part_b.spine.is_some() {
         return None;
     }
-    let [from_a, from_b] = [(a, part_a), (b, part_b)].map(|(body, part)| standing[body.node_link] * part.node_from_part);
+    let [from_a, from_b] = [(a, part_a), (b, part_b)]
+        .map(|(body, part)| standing[body.node_link] * part.node_from_part);
     Gap::beyond(part_a, separation(&part_a.solid, &part_b.solid, &from_a.inv_mul(&from_b))?)
 }
 
 /// Whether two bodies come within `margin` of each other, their nodes being at these poses.
-pub fn bodies_within(a: &Body, world_from_a: &Pose, b: &Body, world_from_b: &Pose, margin: f64) -> bool {
+pub fn bodies_within(
+    a: &Body,
+    world_from_a: &Pose,
+    b: &Body,
+    world_from_b: &Pose,
+    margin: f64,
+) -> bool {
     let (world_from_a, world_from_b) = (affine(world_from_a), affine(world_from_b));
     let reach = a.ball.radius + b.ball.radius + margin;
-    let centers = [world_from_a.transform_point3(a.ball.center), world_from_b.transform_point3(b.ball.center)];
-    !exceeds(centers[0].distance_squared(centers[1]), reach * reach) && parts_within((a, &world_from_a), (b, &world_from_b), margin)
+    let centers = [
+        world_from_a.transform_point3(a.ball.center),
+        world_from_b.transform_point3(b.ball.center),
+    ];
+    !exceeds(centers[0].distance_squared(centers[1]), reach * reach)
+        && parts_within((a, &world_from_a), (b, &world_from_b), margin)
 }
 
-/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any common one.
+/// The same, of bodies whose balls are known to be near; their nodes' frames are given in any
+/// common one.
 fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -> bool {
     b.0.parts.iter().any(|part_b| {
         let center_b = b.1.transform_point3(part_b.ball.center);
@@ -229,10 +270,17 @@ fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64) -
         (Some(spine_a), Some(spine_b)) if spine_a.is_point() && spine_b.is_point() => true,
         (Some(spine_a), Some(spine_b)) => {
             let reach = a.0.solid.radius() + b.0.solid.radius() + margin;
-            !exceeds(segment_segment_distance_squared(spine_a.placed(a.1), spine_b.placed(b.1)), reach * reach)
+            !exceeds(
+                segment_segment_distance_squared(spine_a.placed(a.1), spine_b.placed(b.1)),
+                reach * reach,
+            )
         }
-        (_, Some(spine)) => a.0.is_within_of_spine(a.1, spine.placed(b.1), b.0.solid.radius() + margin),
-        (Some(spine), _) => b.0.is_within_of_spine(b.1, spine.placed(a.1), a.0.solid.radius() + margin),
+        (_, Some(spine)) => {
+            a.0.is_within_of_spine(a.1, spine.placed(b.1), b.0.solid.radius() + margin)
+        }
+        (Some(spine), _) => {
+            b.0.is_within_of_spine(b.1, spine.placed(a.1), a.0.solid.radius() + margin)
+        }
         (None, None) => {
             let [from_a, from_b] = [a, b].map(|(part, frame)| pose(frame) * part.node_from_part);
             is_within(&a.0.solid, &b.0.solid, &from_a.inv_mul(&from_b), margin)

@@ -1,4 +1,5 @@
-//! Shapes as collision checks see them: a convex core with a radius around it, or a surface of triangles.
+//! Shapes as collision checks see them: a convex core with a radius around it, or a surface of
+//! triangles.
 
 use glam::DVec3;
 use parry3d_f64::shape::SupportMap;
@@ -61,7 +62,11 @@ impl Solid {
     pub fn new(shape: &Shape, owner: &str) -> Result<Self, CollisionError> {
         let positive = |value: f64, what: &'static str| -> Result<f64, CollisionError> {
             let is_good = value.is_finite() && value > 0.0;
-            is_good.then_some(value).ok_or(CollisionError::BadNumber { owner: owner.into(), what, requirement: "finite and positive" })
+            is_good.then_some(value).ok_or(CollisionError::BadNumber {
+                owner: owner.into(),
+                what,
+                requirement: "finite and positive",
+            })
         };
         let (core, radius) = match shape {
             Shape::Box { half_extents } => {
@@ -72,19 +77,26 @@ impl Solid {
             Shape::Sphere { radius: 0.0 } => (Core::Point, 0.0),
             Shape::Sphere { radius } => (Core::Point, positive(*radius, "the radius")?),
             Shape::Cylinder { radius, half_length } => {
-                let (radius, half_length) = (positive(*radius, "the radius")?, positive(*half_length, "the length")?);
+                let (radius, half_length) =
+                    (positive(*radius, "the radius")?, positive(*half_length, "the length")?);
                 (Core::Cylinder { radius, half_length }, 0.0)
             }
-            Shape::Capsule { radius, half_length } => {
-                (Core::Segment { half_length: positive(*half_length, "the length")? }, positive(*radius, "the radius")?)
-            }
+            Shape::Capsule { radius, half_length } => (
+                Core::Segment { half_length: positive(*half_length, "the length")? },
+                positive(*radius, "the radius")?,
+            ),
             Shape::ConvexHull { points } => {
-                let hull = Hull::new(points).map_err(|reason| CollisionError::DegenerateHull { owner: owner.into(), reason })?;
+                let hull = Hull::new(points).map_err(|reason| CollisionError::DegenerateHull {
+                    owner: owner.into(),
+                    reason,
+                })?;
                 (Core::Hull(hull), 0.0)
             }
             Shape::Mesh { vertices, triangles, .. } => {
                 let mesh = Mesh::new(vertices, triangles);
-                return mesh.map(Self::Mesh).map_err(|reason| CollisionError::BadMesh { owner: owner.into(), reason });
+                return mesh
+                    .map(Self::Mesh)
+                    .map_err(|reason| CollisionError::BadMesh { owner: owner.into(), reason });
             }
         };
         Ok(Self::Convex(Convex { core, radius }))
@@ -111,8 +123,12 @@ impl Solid {
     /// The core of a ball or capsule, placed by `frame`; `None` for other solids.
     pub fn spine(&self, frame: &Pose) -> Option<Segment> {
         match self {
-            Self::Convex(Convex { core: Core::Point, .. }) => Some(Segment { start: frame.translation, delta: DVec3::ZERO }),
-            Self::Convex(Convex { core: Core::Segment { half_length }, .. }) => Some(Segment::along_z(frame, *half_length)),
+            Self::Convex(Convex { core: Core::Point, .. }) => {
+                Some(Segment { start: frame.translation, delta: DVec3::ZERO })
+            }
+            Self::Convex(Convex { core: Core::Segment { half_length }, .. }) => {
+                Some(Segment::along_z(frame, *half_length))
+            }
             _ => None,
         }
     }
@@ -154,7 +170,9 @@ impl SupportMap for Core {
     fn local_support_point(&self, direction: DVec3) -> DVec3 {
         match self {
             Self::Point => DVec3::ZERO,
-            Self::Segment { half_length } => DVec3::new(0.0, 0.0, half_length.copysign(direction.z)),
+            Self::Segment { half_length } => {
+                DVec3::new(0.0, 0.0, half_length.copysign(direction.z))
+            }
             Self::Box { half_extents } => half_extents.copysign(direction),
             Self::Cylinder { radius, half_length } => {
                 let rim = DVec3::new(direction.x, direction.y, 0.0).normalize_or_zero() * *radius;

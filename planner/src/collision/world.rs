@@ -49,7 +49,11 @@ impl WorldShapes {
         for shape in &world.shapes {
             let owner = format!("world shape '{}'", shape.name);
             if !shape.world_from_shape.is_finite() {
-                return Err(CollisionError::BadNumber { owner, what: "the pose", requirement: "finite" });
+                return Err(CollisionError::BadNumber {
+                    owner,
+                    what: "the pose",
+                    requirement: "finite",
+                });
             }
             let solid = Solid::new(&shape.shape, &owner)?;
             let rotation = DMat3::from_quat(shape.world_from_shape.rotation);
@@ -81,17 +85,28 @@ impl WorldShapes {
         self.tree.find(|bounds| bounds.reaches(center, reach), |_| true).is_some()
     }
 
-    /// The first shape within `margin` of a body, in the tree's order; `nearby` holds all that may be.
-    pub fn hit(&self, body: &Body, world_from_node: &Pose, margin: f64, nearby: &Nearby) -> Option<usize> {
-        let may_be = self.reaches(*world_from_node * body.ball.center, body.ball.radius + margin, nearby);
-        may_be.then(|| body.parts.iter().find_map(|part| self.part_hit(part, world_from_node, margin, nearby)))?
+    /// The first shape within `margin` of a body, in the tree's order; `nearby` holds all that may
+    /// be.
+    pub fn hit(
+        &self,
+        body: &Body,
+        world_from_node: &Pose,
+        margin: f64,
+        nearby: &Nearby,
+    ) -> Option<usize> {
+        let may_be =
+            self.reaches(*world_from_node * body.ball.center, body.ball.radius + margin, nearby);
+        may_be.then(|| {
+            body.parts.iter().find_map(|part| self.part_hit(part, world_from_node, margin, nearby))
+        })?
     }
 
     /// The first shape that meets a box, in the tree's order.
     pub fn box_hit(&self, world_from_box: &Pose, half_extents: DVec3) -> Option<usize> {
         let solid = Solid::Convex(Convex { core: Core::Box { half_extents }, radius: 0.0 });
         let bounds = Aabb { min: -half_extents, max: half_extents };
-        let around = bounds.transformed(&DMat3::from_quat(world_from_box.rotation), world_from_box.translation);
+        let around = bounds
+            .transformed(&DMat3::from_quat(world_from_box.rotation), world_from_box.translation);
         let touches = |index: usize| {
             let shape = &self.shapes[index];
             is_within(&shape.solid, &solid, &(shape.shape_from_world * *world_from_box), 0.0)
@@ -99,16 +114,31 @@ impl WorldShapes {
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
     }
 
-    fn part_hit(&self, part: &Part, world_from_node: &Pose, margin: f64, nearby: &Nearby) -> Option<usize> {
+    fn part_hit(
+        &self,
+        part: &Part,
+        world_from_node: &Pose,
+        margin: f64,
+        nearby: &Nearby,
+    ) -> Option<usize> {
         let world_from_part = *world_from_node * part.node_from_part;
         let rotation = DMat3::from_quat(world_from_part.rotation);
         let around = part.bounds.transformed(&rotation, world_from_part.translation).grown(margin);
         let touches = |index: usize| {
             let shape = &self.shapes[index];
-            is_within(&shape.solid, &part.solid, &(shape.shape_from_world * world_from_part), margin)
+            is_within(
+                &shape.solid,
+                &part.solid,
+                &(shape.shape_from_world * world_from_part),
+                margin,
+            )
         };
         if nearby.is_all {
-            let mut near = nearby.shapes.iter().filter(|(_, bounds)| bounds.overlaps(&around)).map(|&(index, _)| index as usize);
+            let mut near = nearby
+                .shapes
+                .iter()
+                .filter(|(_, bounds)| bounds.overlaps(&around))
+                .map(|&(index, _)| index as usize);
             return near.find(|&index| touches(index));
         }
         self.tree.find(|bounds| bounds.overlaps(&around), touches)

@@ -43,18 +43,25 @@ impl Parts {
         match &world_shape.shape {
             Shape::Box { half_extents } => self.add_box(&pose, *half_extents),
             Shape::Sphere { radius } => self.add_round(&pose, *radius, 0.0, RoundEnds::Ball),
-            Shape::Capsule { radius, half_length } => self.add_round(&pose, *radius, *half_length, RoundEnds::Ball),
+            Shape::Capsule { radius, half_length } => {
+                self.add_round(&pose, *radius, *half_length, RoundEnds::Ball)
+            }
             Shape::Cylinder { radius, half_length } => {
                 self.add_round(&pose, *radius, *half_length, RoundEnds::Flat);
                 self.add_cylinder_faces(&pose, *radius, *half_length);
             }
             Shape::ConvexHull { points } => {
-                let error = |message: &str| SurfacesError::Shape { shape: world_shape.name.clone(), message: message.into() };
-                let (vertices, triangles) =
-                    try_convex_hull(points).map_err(|_| error("its points span no volume; give at least four that do"))?;
+                let error = |message: &str| SurfacesError::Shape {
+                    shape: world_shape.name.clone(),
+                    message: message.into(),
+                };
+                let (vertices, triangles) = try_convex_hull(points)
+                    .map_err(|_| error("its points span no volume; give at least four that do"))?;
                 self.add_triangles(&pose, &vertices, &triangles, false);
             }
-            Shape::Mesh { vertices, triangles, .. } => self.add_triangles(&pose, vertices, triangles, true),
+            Shape::Mesh { vertices, triangles, .. } => {
+                self.add_triangles(&pose, vertices, triangles, true)
+            }
         }
         Ok(())
     }
@@ -64,9 +71,15 @@ impl Parts {
             for sign in [-1.0, 1.0] {
                 let mut normal = DVec3::ZERO;
                 normal[axis] = sign;
-                let (u, v) = (normal.any_orthonormal_vector(), normal.cross(normal.any_orthonormal_vector()));
+                let (u, v) = (
+                    normal.any_orthonormal_vector(),
+                    normal.cross(normal.any_orthonormal_vector()),
+                );
                 let corner = |a: f64, b: f64| *pose * ((normal + a * u + b * v) * half);
-                self.add_face(&[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], false);
+                self.add_face(
+                    &[corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+                    false,
+                );
             }
         }
     }
@@ -86,16 +99,31 @@ impl Parts {
         };
         for i in 0..sides {
             let [low, high] = [-half_length, half_length];
-            self.add_face(&[rim(i, sides, low), rim(i + 1, sides, low), rim(i + 1, sides, high), rim(i, sides, high)], false);
+            self.add_face(
+                &[
+                    rim(i, sides, low),
+                    rim(i + 1, sides, low),
+                    rim(i + 1, sides, high),
+                    rim(i, sides, high),
+                ],
+                false,
+            );
         }
         let cap_sides = sides.min(FACE_VERTICES_MAX);
         let top: Vec<DVec3> = (0..cap_sides).map(|i| rim(i, cap_sides, half_length)).collect();
-        let bottom: Vec<DVec3> = (0..cap_sides).rev().map(|i| rim(i, cap_sides, -half_length)).collect();
+        let bottom: Vec<DVec3> =
+            (0..cap_sides).rev().map(|i| rim(i, cap_sides, -half_length)).collect();
         self.add_face(&top, false);
         self.add_face(&bottom, false);
     }
 
-    fn add_triangles(&mut self, pose: &Pose, vertices: &[DVec3], triangles: &[[u32; 3]], of_mesh: bool) {
+    fn add_triangles(
+        &mut self,
+        pose: &Pose,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+        of_mesh: bool,
+    ) {
         let points: Vec<DVec3> = vertices.iter().map(|&v| *pose * v).collect();
         let mut corners = Vec::new();
         merge_coplanar(&points, triangles, |face| {
@@ -109,7 +137,13 @@ impl Parts {
     fn add_face(&mut self, corners: &[DVec3], of_mesh: bool) {
         let Some(normal) = spanned(corners).try_normalize() else { return };
         let offset = corners.iter().map(|&p| normal.dot(p)).sum::<f64>() / corners.len() as f64;
-        self.faces.push(Face { normal, offset, first: self.vertices.len() as u32, count: corners.len() as u32, of_mesh });
+        self.faces.push(Face {
+            normal,
+            offset,
+            first: self.vertices.len() as u32,
+            count: corners.len() as u32,
+            of_mesh,
+        });
         self.vertices.extend_from_slice(corners);
     }
 }

@@ -1,4 +1,5 @@
-//! Placements read off the geometry: on the planes near the ideal, wholly on a face, or across a pair of features.
+//! Placements read off the geometry: on the planes near the ideal, wholly on a face, or across a
+//! pair of features.
 
 use std::cmp::Ordering;
 use std::f64::consts::FRAC_PI_2;
@@ -70,7 +71,8 @@ impl PartialEq for Candidate {
 
 impl Eq for Candidate {}
 
-/// The sole in a plane frame, turned by `turn` about its own origin; wherever it lies there, it heads where the request lets it.
+/// The sole in a plane frame, turned by `turn` about its own origin; wherever it lies there, it
+/// heads where the request lets it.
 struct TurnedSole {
     turn: f64,
     rotation: DQuat,
@@ -84,7 +86,8 @@ impl TurnedSole {
 }
 
 impl Surfaces {
-    /// Begins to list candidates for a request whose features are gathered: the ideal on every plane.
+    /// Begins to list candidates for a request whose features are gathered: the ideal on every
+    /// plane.
     pub(super) fn begin_candidates(&self, scratch: &mut Scratch, request: &Request) {
         scratch.candidates.clear();
         scratch.waiting.clear();
@@ -97,8 +100,9 @@ impl Surfaces {
         }
     }
 
-    /// Adds the next best candidate to `scratch.candidates`; answers whether there was one. What else lies in a plane than the ideal is
-    /// listed only once it may be next: most requests are content with the first few.
+    /// Adds the next best candidate to `scratch.candidates`; answers whether there was one. What
+    /// else lies in a plane than the ideal is listed only once it may be next: most requests are
+    /// content with the first few.
     pub(super) fn next_candidate(&self, scratch: &mut Scratch, request: &Request) -> bool {
         while let Some(&plane) = scratch.planes.get(scratch.planes_listed)
             && !scratch.waiting.is_full()
@@ -128,7 +132,14 @@ impl Lister<'_, '_> {
     fn sole(&self, turn: f64) -> Option<TurnedSole> {
         let rotation = rotation_about(DVec3::Z, turn);
         let (sin, cos) = libm::sincos(turn);
-        let outline = || self.request.sole_polygon.iter().take(POLYGON_VERTICES_MAX).map(|p| DVec2::new(cos, sin).rotate(*p)).collect();
+        let outline = || {
+            self.request
+                .sole_polygon
+                .iter()
+                .take(POLYGON_VERTICES_MAX)
+                .map(|p| DVec2::new(cos, sin).rotate(*p))
+                .collect()
+        };
         let heads = self.request.heads(self.plane.world_from_plane.rotation * rotation);
         heads.then(|| TurnedSole { turn, rotation, outline: outline() })
     }
@@ -137,8 +148,11 @@ impl Lister<'_, '_> {
     fn add(&mut self, sole: &TurnedSole, shift: DVec2, extra_cost: f64) {
         let position = self.plane.world_from_plane * shift.extend(0.0);
         if self.request.is_near(position) {
-            let world_from_sole = Pose::from_parts(position, self.plane.world_from_plane.rotation * sole.rotation);
-            let cost = (position - self.request.ideal.translation).length() + TURN_COST * sole.turn.abs() + extra_cost;
+            let world_from_sole =
+                Pose::from_parts(position, self.plane.world_from_plane.rotation * sole.rotation);
+            let cost = (position - self.request.ideal.translation).length()
+                + TURN_COST * sole.turn.abs()
+                + extra_cost;
             self.scratch.waiting.push(Candidate { cost, world_from_sole });
         }
     }
@@ -154,7 +168,8 @@ impl Lister<'_, '_> {
     fn singles(&mut self) {
         let as_it_is = self.sole(0.0);
         for i in 0..self.scratch.footprints.len().min(SINGLES_MAX) {
-            let [aligned, other] = aligned_turns(self.scratch.footprints[i].across).map(|turn| self.sole(turn));
+            let [aligned, other] =
+                aligned_turns(self.scratch.footprints[i].across).map(|turn| self.sole(turn));
             for sole in [&as_it_is, &aligned, &other].into_iter().flatten() {
                 self.single(i, sole);
             }
@@ -163,7 +178,9 @@ impl Lister<'_, '_> {
 
     fn single(&mut self, feature: usize, sole: &TurnedSole) {
         let footprint = &self.scratch.footprints[feature];
-        let whole = EDGE_MARGINS.iter().find_map(|&margin| shift_onto(&footprint.outline, &sole.outline, margin));
+        let whole = EDGE_MARGINS
+            .iter()
+            .find_map(|&margin| shift_onto(&footprint.outline, &sole.outline, margin));
         if let Some(shift) = whole {
             self.add(sole, shift, 0.0);
             for share in [0.5, 0.75] {
@@ -189,7 +206,9 @@ impl Lister<'_, '_> {
             for j in 0..i {
                 let (one, other) = (&self.scratch.footprints[i], &self.scratch.footprints[j]);
                 let across = one.across;
-                if across.dot(other.across).abs() < 0.985 && across.perp_dot(other.across).abs() < 0.985 {
+                if across.dot(other.across).abs() < 0.985
+                    && across.perp_dot(other.across).abs() < 0.985
+                {
                     continue;
                 }
                 self.pair(i, j, across, span_max);
@@ -198,7 +217,8 @@ impl Lister<'_, '_> {
         }
     }
 
-    /// The sole across features `i` and `j`, which lie apart along `across`, unless they span more than any sole could.
+    /// The sole across features `i` and `j`, which lie apart along `across`, unless they span more
+    /// than any sole could.
     fn pair(&mut self, i: usize, j: usize, across: DVec2, span_max: f64) {
         let (one, other) = (&self.scratch.footprints[i], &self.scratch.footprints[j]);
         let [a, b] = [one.extent(across), other.extent(across)];
@@ -233,11 +253,14 @@ impl Lister<'_, '_> {
             return;
         }
         let centred = shift_to_centre(outer, reach);
-        let into_sole = [EDGE_MARGINS[0], EDGE_MARGINS[1], 0.0].iter().find_map(|&margin| shift_within(reach, outer, margin));
+        let into_sole = [EDGE_MARGINS[0], EDGE_MARGINS[1], 0.0]
+            .iter()
+            .find_map(|&margin| shift_within(reach, outer, margin));
         let nearest = into_sole.map(|shift| -shift);
         let lengthwise_at = |wish: f64| {
             let moved = [length[0] + wish, length[1] + wish];
-            wish + shift_within(lengthwise, moved, EDGE_MARGINS[1]).unwrap_or_else(|| shift_to_centre(lengthwise, moved))
+            wish + shift_within(lengthwise, moved, EDGE_MARGINS[1])
+                .unwrap_or_else(|| shift_to_centre(lengthwise, moved))
         };
         let start = lengthwise_at(0.0);
         for shift in SHIFTS_ALONG.map(|shift| along * lengthwise_at(start + shift)) {
@@ -248,14 +271,16 @@ impl Lister<'_, '_> {
     }
 }
 
-/// The two smallest turns that align a sole, heading along x, with a direction or its perpendicular: first the smaller.
+/// The two smallest turns that align a sole, heading along x, with a direction or its
+/// perpendicular: first the smaller.
 fn aligned_turns(direction: DVec2) -> [f64; 2] {
     let angle = libm::atan2(direction.y, direction.x);
     let nearest = angle - FRAC_PI_2 * libm::round(angle / FRAC_PI_2);
     [nearest, if nearest > 0.0 { nearest - FRAC_PI_2 } else { nearest + FRAC_PI_2 }]
 }
 
-/// Where to shift a sole over a feature in one direction: into it if it fits; else centred, or flush with either end.
+/// Where to shift a sole over a feature in one direction: into it if it fits; else centred, or
+/// flush with either end.
 fn shifts_over(face: [f64; 2], sole: [f64; 2]) -> heapless::Vec<f64, 3> {
     let fitting = EDGE_MARGINS.iter().find_map(|&margin| shift_within(face, sole, margin));
     match fitting {
@@ -288,9 +313,11 @@ mod tests {
             world_from_shape: Pose::from_translation(DVec3::from(place)),
             shape: Shape::Box { half_extents: DVec3::from(half_extents) },
         };
-        let steps = (0..5).map(|i| block(i, [0.15, 0.4, 0.06], [0.3 * i as f64, 0.0, 0.12 * i as f64]));
+        let steps =
+            (0..5).map(|i| block(i, [0.15, 0.4, 0.06], [0.3 * i as f64, 0.0, 0.12 * i as f64]));
         let bars = (0..3).map(|i| block(5 + i, [0.02, 0.5, 0.02], [0.14 * i as f64, 0.9, 0.3]));
-        let world = World { mu: 0.6, shapes: steps.chain(bars).collect(), digest: Default::default() };
+        let world =
+            World { mu: 0.6, shapes: steps.chain(bars).collect(), digest: Default::default() };
         Surfaces::new(&world, FootPlacementConfig::default()).unwrap()
     }
 
@@ -303,9 +330,14 @@ mod tests {
     fn planes_listed_when_they_are_due_give_what_all_at_once_give() {
         let surfaces = steps_and_bars();
         let mut scratch = Scratch::new(surfaces.config());
-        let sole_polygon = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(|(x, y)| DVec2::new(x, y));
+        let sole_polygon =
+            [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(|(x, y)| DVec2::new(x, y));
         for i in 0..24 {
-            let ideal = Pose::from_translation(DVec3::new(0.07 * i as f64, 0.05 * i as f64, 0.03 * i as f64));
+            let ideal = Pose::from_translation(DVec3::new(
+                0.07 * i as f64,
+                0.05 * i as f64,
+                0.03 * i as f64,
+            ));
             let request = Request {
                 sole_polygon: &sole_polygon,
                 ideal,
@@ -325,7 +357,10 @@ mod tests {
             surfaces.begin_candidates(&mut scratch, &request);
             (0..scratch.planes.len()).for_each(|plane| scratch.planes[plane].distance = 0.0);
             let at_once = costs(&surfaces, &mut scratch, &request);
-            assert!(when_due.iter().zip(&at_once).all(|(one, other)| (one - other).abs() < 1e-9) && when_due.len() == at_once.len());
+            assert!(
+                when_due.iter().zip(&at_once).all(|(one, other)| (one - other).abs() < 1e-9)
+                    && when_due.len() == at_once.len()
+            );
             assert_eq!(scratch.dropped(), 0);
         }
     }

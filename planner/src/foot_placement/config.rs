@@ -6,21 +6,23 @@ use surefoot_shared_types::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX};
 use super::SurfacesError;
 use super::polygon::{area_and_centroid, inner_distance};
 
-/// What counts as support, and the bounds of the search for it. All lengths in metres, angles in radians.
+/// What counts as support, and the bounds of the search for it. All lengths in metres, angles in
+/// radians.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FootPlacementConfig {
     /// The smallest support area, m2 (ours: a quarter of a DRC-Hubo sole).
     pub support_area_min: f64,
-    /// How many times `support_area_min` is asked for at first; where too little carries that much the bound relaxes, to one time in
-    /// the end [Grey 4.1.2].
+    /// How many times `support_area_min` is asked for at first; where too little carries that much
+    /// the bound relaxes, to one time in the end [Grey 4.1.2].
     pub support_area_inflation: f64,
-    /// The smallest distance from the support polygon's centroid to its nearest edge, m [Grey 4.1.2].
+    /// The smallest distance from the support polygon's centroid to its nearest edge, m
+    /// [Grey 4.1.2].
     pub centroid_edge_distance_min: f64,
     /// How far a surface may be from the sole's plane and still carry it, m.
     pub plane_distance_max: f64,
-    /// The smallest width of a carrying piece of a face under the sole, m: a corner or edge touched by less carries nothing
-    /// that a real foot could rely on, and may fall between the samples of a checker's 5 mm grid (ours). Pieces of meshes are exempt: others
-    /// may continue them.
+    /// The smallest width of a carrying piece of a face under the sole, m: a corner or edge touched
+    /// by less carries nothing that a real foot could rely on, and may fall between the samples of
+    /// a checker's 5 mm grid (ours). Pieces of meshes are exempt: others may continue them.
     pub contact_width_min: f64,
     /// How far a carrying surface's normal may be from the sole's, rad.
     pub normal_tilt_max: f64,
@@ -28,17 +30,20 @@ pub struct FootPlacementConfig {
     pub plane_tilt_max: f64,
     /// How far a carrying surface stays inside the friction cone, rad.
     pub friction_margin: f64,
-    /// Thickness of the plate above the sole in which nothing may be, m (the thesis's thin rectangle, 4.2.2).
+    /// Thickness of the plate above the sole in which nothing may be, m (the thesis's thin
+    /// rectangle, 4.2.2).
     pub plate_height: f64,
     /// Algorithm 1's targets per request, `N_SampleAttempts` [Grey 4.2.2, figure 4.10].
     pub sample_attempts_max: u32,
-    /// Of these targets the first ones, which lie at the ideal and half a foot about it [Grey 4.2.2]; at most five.
+    /// Of these targets the first ones, which lie at the ideal and half a foot about it
+    /// [Grey 4.2.2]; at most five.
     pub sample_attempts_seeded: u32,
     /// Algorithm 1's triplets per target, `N_PlaneAttempts` [Grey 4.2.2, figure 4.10].
     pub plane_attempts_max: u32,
     /// Algorithm 1's placements and swaps per triplet, `N_MaxIterations` [Grey 4.2.2, figure 4.10].
     pub iterations_max: u32,
-    /// Of these placements the first ones, which are near the triplet's middle and keep about to the ideal heading [Grey 4.2.2].
+    /// Of these placements the first ones, which are near the triplet's middle and keep about to
+    /// the ideal heading [Grey 4.2.2].
     pub iterations_seeded: u32,
     /// The nearest intersection points a triplet is drawn from, `N_neighbors` [Grey 4.2.2].
     pub neighbors: usize,
@@ -56,13 +61,16 @@ pub struct FootPlacementConfig {
     pub candidates_max: usize,
     /// Most intersection points of one request.
     pub intersection_points_max: usize,
-    /// Most points of the ground under a sole that is set down; what is beyond is not seen then, and refused later.
+    /// Most points of the ground under a sole that is set down; what is beyond is not seen then,
+    /// and refused later.
     pub ground_points_max: usize,
 }
 
-/// The share of a small sole's area that must be carried where more is asked for: what the default asks of the reference robot's.
+/// The share of a small sole's area that must be carried where more is asked for: what the default
+/// asks of the reference robot's.
 const AREA_SHARE_MIN: f64 = 0.26;
-/// The share, of the distance from a small sole's centroid to its nearest edge, that a support polygon's must have at least; as above.
+/// The share, of the distance from a small sole's centroid to its nearest edge, that a support
+/// polygon's must have at least; as above.
 const EDGE_DISTANCE_SHARE_MIN: f64 = 0.29;
 /// However small the sole, so many times what the checker asks for must be carried.
 const OVER_CHECKED: f64 = 1.2;
@@ -99,20 +107,27 @@ impl Default for FootPlacementConfig {
 }
 
 impl FootPlacementConfig {
-    /// Algorithm 1 as it is printed: without seeded targets and placements, and with one bound of the area [Grey 4.2.2].
+    /// Algorithm 1 as it is printed: without seeded targets and placements, and with one bound of
+    /// the area [Grey 4.2.2].
     pub fn as_printed() -> Self {
-        Self { support_area_inflation: 1.0, sample_attempts_seeded: 0, iterations_seeded: 0, ..Self::default() }
+        Self {
+            support_area_inflation: 1.0,
+            sample_attempts_seeded: 0,
+            iterations_seeded: 0,
+            ..Self::default()
+        }
     }
 
-    /// With what a robot's soles (m, each in its sole frame) have to be carried by, where a scenario asks for one support area and its
-    /// checker for another, m2.
+    /// With what a robot's soles (m, each in its sole frame) have to be carried by, where a
+    /// scenario asks for one support area and its checker for another, m2.
     pub(crate) fn for_soles(soles: &[Vec<DVec2>], asked: f64, checked: f64) -> Self {
         let standard = Self::default();
         let (mut area_min, mut edge_distance_min) = (asked, standard.centroid_edge_distance_min);
         for sole in soles {
             let (area, centroid) = area_and_centroid(sole);
             area_min = area_min.min(AREA_SHARE_MIN * area);
-            edge_distance_min = edge_distance_min.min(EDGE_DISTANCE_SHARE_MIN * inner_distance(sole, centroid));
+            edge_distance_min =
+                edge_distance_min.min(EDGE_DISTANCE_SHARE_MIN * inner_distance(sole, centroid));
         }
         Self {
             support_area_min: area_min.max(asked.min(OVER_CHECKED * checked)),
@@ -157,7 +172,12 @@ impl FootPlacementConfig {
         }
         for (field, value, lower, upper) in counts {
             if !(lower..=upper).contains(&value) {
-                return Err(SurfacesError::Config { field, value: value as f64, lower: lower as f64, upper: upper as f64 });
+                return Err(SurfacesError::Config {
+                    field,
+                    value: value as f64,
+                    lower: lower as f64,
+                    upper: upper as f64,
+                });
             }
         }
         Ok(())
@@ -173,7 +193,8 @@ pub(super) const NEIGHBORS_MAX: usize = 64;
 mod tests {
     use super::*;
 
-    /// The support area and the distance to the edge that a sole needs, where the checker asks for an area.
+    /// The support area and the distance to the edge that a sole needs, where the checker asks for
+    /// an area.
     fn needs(length: f64, width: f64, checked: f64) -> (f64, f64) {
         let [x, y] = [0.5 * length, 0.5 * width];
         let sole = vec![DVec2::new(-x, -y), DVec2::new(x, -y), DVec2::new(x, y), DVec2::new(-x, y)];
@@ -185,7 +206,10 @@ mod tests {
     fn a_small_sole_needs_a_share_of_itself_and_more_than_the_checker_asks_for() {
         assert_eq!(needs(0.22, 0.14, 5e-4), (0.008, 0.02));
         let (area, edge_distance) = needs(0.2, 0.04, 5e-4);
-        assert!((area - 0.26 * 0.008).abs() < 1e-12 && (edge_distance - 0.29 * 0.02).abs() < 1e-12, "{area} {edge_distance}");
+        assert!(
+            (area - 0.26 * 0.008).abs() < 1e-12 && (edge_distance - 0.29 * 0.02).abs() < 1e-12,
+            "{area} {edge_distance}"
+        );
         assert_eq!(needs(0.05, 0.04, 5e-4).0, 6e-4);
         assert_eq!(needs(0.2, 0.04, 0.0070).0, 0.008);
     }

@@ -1,4 +1,5 @@
-//! Merging coplanar neighbouring triangles into convex faces, so that a triangulated floor is as good as a box.
+//! Merging coplanar neighbouring triangles into convex faces, so that a triangulated floor is as
+//! good as a box.
 
 use glam::DVec3;
 
@@ -11,15 +12,22 @@ const PLANE_DEVIATION_MAX: f64 = 1e-5;
 /// How far a corner may bend inwards and still count as straight, as the sine of the angle.
 const REFLEX_SINE_MAX: f64 = 1e-6;
 
-/// Merges neighbouring coplanar triangles while the result stays convex (a greedy Hertel-Mehlhorn), in a fixed order,
-/// and hands out the faces as vertex loops, counter-clockwise from outside. Triangles without area are left out.
-pub(super) fn merge_coplanar(points: &[DVec3], triangles: &[[u32; 3]], mut face: impl FnMut(&[u32])) {
+/// Merges neighbouring coplanar triangles while the result stays convex (a greedy Hertel-Mehlhorn),
+/// in a fixed order, and hands out the faces as vertex loops, counter-clockwise from outside.
+/// Triangles without area are left out.
+pub(super) fn merge_coplanar(
+    points: &[DVec3],
+    triangles: &[[u32; 3]],
+    mut face: impl FnMut(&[u32]),
+) {
     let mut merger = Merger::new(points, triangles);
     for (_, _, one, other) in merger.inner_edges() {
         merger.try_merge(one, other);
     }
     for triangle in 0..triangles.len() {
-        if merger.find(triangle as u32) == triangle as u32 && merger.normals[triangle] != DVec3::ZERO {
+        if merger.find(triangle as u32) == triangle as u32
+            && merger.normals[triangle] != DVec3::ZERO
+        {
             let straightened = merger.straightened(triangle);
             face(&straightened);
         }
@@ -39,9 +47,12 @@ struct Merger<'a> {
 impl<'a> Merger<'a> {
     fn new(points: &'a [DVec3], triangles: &[[u32; 3]]) -> Self {
         let welded = weld(points);
-        let loops: Vec<Vec<u32>> = triangles.iter().map(|t| t.iter().map(|&i| welded[i as usize]).collect()).collect();
+        let loops: Vec<Vec<u32>> =
+            triangles.iter().map(|t| t.iter().map(|&i| welded[i as usize]).collect()).collect();
         let corner = |i: u32| points[i as usize];
-        let normal = |l: &Vec<u32>| (corner(l[1]) - corner(l[0])).cross(corner(l[2]) - corner(l[0])).normalize_or_zero();
+        let normal = |l: &Vec<u32>| {
+            (corner(l[1]) - corner(l[0])).cross(corner(l[2]) - corner(l[0])).normalize_or_zero()
+        };
         let normals = loops.iter().map(normal).collect();
         Self { points, parents: (0..triangles.len() as u32).collect(), loops, normals }
     }
@@ -56,8 +67,12 @@ impl<'a> Merger<'a> {
             }
         }
         sides.sort_unstable();
-        let shared = sides.windows(2).filter(|pair| (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1));
-        shared.map(|pair| (pair[0].0, pair[0].1, pair[0].2, pair[1].2)).filter(|e| self.are_coplanar(e.2, e.3)).collect()
+        let shared =
+            sides.windows(2).filter(|pair| (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1));
+        shared
+            .map(|pair| (pair[0].0, pair[0].1, pair[0].2, pair[1].2))
+            .filter(|e| self.are_coplanar(e.2, e.3))
+            .collect()
     }
 
     fn are_coplanar(&self, one: u32, other: u32) -> bool {
@@ -81,8 +96,12 @@ impl<'a> Merger<'a> {
         if one == other || !self.are_coplanar(one, other) {
             return;
         }
-        let Some(union) = joined(&self.loops[one as usize], &self.loops[other as usize]) else { return };
-        if union.len() <= FACE_VERTICES_MAX && self.is_flat_and_convex(&union, self.normals[one as usize]) {
+        let Some(union) = joined(&self.loops[one as usize], &self.loops[other as usize]) else {
+            return;
+        };
+        if union.len() <= FACE_VERTICES_MAX
+            && self.is_flat_and_convex(&union, self.normals[one as usize])
+        {
             self.loops[one as usize] = union;
             self.loops[other as usize] = Vec::new();
             self.parents[other as usize] = one;
@@ -95,7 +114,8 @@ impl<'a> Merger<'a> {
         (0..n).all(|i| {
             let (before, after) = (point(i + 1) - point(i), point(i + 2) - point(i + 1));
             let bend = normal.dot(before.cross(after));
-            bend >= -REFLEX_SINE_MAX * before.length() * after.length() && (point(i) - point(0)).dot(normal).abs() <= PLANE_DEVIATION_MAX
+            bend >= -REFLEX_SINE_MAX * before.length() * after.length()
+                && (point(i) - point(0)).dot(normal).abs() <= PLANE_DEVIATION_MAX
         })
     }
 
@@ -129,12 +149,15 @@ fn weld(points: &[DVec3]) -> Vec<u32> {
     welded
 }
 
-/// The outline of two loops that share a side (in opposite directions), or `None` if they do not, or enclose a hole.
+/// The outline of two loops that share a side (in opposite directions), or `None` if they do not,
+/// or enclose a hole.
 fn joined(one: &[u32], other: &[u32]) -> Option<Vec<u32>> {
     let (n, m) = (one.len(), other.len());
     let side = |l: &[u32], i: usize| (l[i % l.len()], l[(i + 1) % l.len()]);
     let reversed = |(a, b): (u32, u32)| (b, a);
-    let (i, j) = (0..n).flat_map(|i| (0..m).map(move |j| (i, j))).find(|&(i, j)| side(one, i) == reversed(side(other, j)))?;
+    let (i, j) = (0..n)
+        .flat_map(|i| (0..m).map(move |j| (i, j)))
+        .find(|&(i, j)| side(one, i) == reversed(side(other, j)))?;
     let from_one = (1..=n).map(|k| one[(i + k) % n]);
     let from_other = (2..m).map(|k| other[(j + k) % m]);
     let mut outline: Vec<u32> = from_one.chain(from_other).collect();
@@ -144,7 +167,8 @@ fn joined(one: &[u32], other: &[u32]) -> Option<Vec<u32>> {
     (outline.len() >= 3 && sorted.windows(2).all(|pair| pair[0] != pair[1])).then_some(outline)
 }
 
-/// Removes the places where an outline goes out and straight back: further sides that the two loops shared.
+/// Removes the places where an outline goes out and straight back: further sides that the two loops
+/// shared.
 fn remove_spikes(outline: &mut Vec<u32>) {
     let mut i = 0;
     while outline.len() > 3 && i < outline.len() {
@@ -169,12 +193,15 @@ mod tests {
         faces
     }
 
-    /// A grid of `n` by `n` squares, two triangles each, with every triangle's vertices its own (as in STL).
+    /// A grid of `n` by `n` squares, two triangles each, with every triangle's vertices its own (as
+    /// in STL).
     fn grid(n: u32, height: impl Fn(u32, u32) -> f64) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let (mut points, mut triangles) = (Vec::new(), Vec::new());
         let at = |x: u32, y: u32| DVec3::new(f64::from(x), f64::from(y), height(x, y));
         for (x, y) in (0..n).flat_map(|x| (0..n).map(move |y| (x, y))) {
-            for corners in [[(x, y), (x + 1, y), (x + 1, y + 1)], [(x, y), (x + 1, y + 1), (x, y + 1)]] {
+            for corners in
+                [[(x, y), (x + 1, y), (x + 1, y + 1)], [(x, y), (x + 1, y + 1), (x, y + 1)]]
+            {
                 let first = points.len() as u32;
                 points.extend(corners.map(|(x, y)| at(x, y)));
                 triangles.push([first, first + 1, first + 2]);

@@ -1,15 +1,15 @@
 //! Where a foot can stand, on arbitrary geometry [Grey 4.1.2, 4.2].
 //!
-//! [`Surfaces`] is compiled once from a world: every planar face (coplanar triangles merged), every line and cap of
-//! a round shape, and a bounding volume hierarchy over them. [`Surfaces::support`] says exactly what carries a sole
-//! at a pose; [`Surfaces::propose`] finds poses that carry: set down where the ground is rough, read off the geometry elsewhere, and
-//! by the thesis's Algorithm 1 after;
-//! [`Surfaces::propose_nests`] finds those that only a second face holds.
-//! Both work in a [`Scratch`] of the caller and never touch the heap.
+//! [`Surfaces`] is compiled once from a world: every planar face (coplanar triangles merged), every
+//! line and cap of a round shape, and a bounding volume hierarchy over them. [`Surfaces::support`]
+//! says exactly what carries a sole at a pose; [`Surfaces::propose`] finds poses that carry: set
+//! down where the ground is rough, read off the geometry elsewhere, and by the thesis's Algorithm 1
+//! after; [`Surfaces::propose_nests`] finds those that only a second face holds. Both work in a
+//! [`Scratch`] of the caller and never touch the heap.
 //!
-//! What is deliberately absent: curved surfaces carry along a line or at a point only, never a strip; steep walls
-//! never carry; a solid that swallows the whole foot shows no surface near the sole, so the caller's collision test
-//! (`is_free`) must refuse it.
+//! What is deliberately absent: curved surfaces carry along a line or at a point only, never a
+//! strip; steep walls never carry; a solid that swallows the whole foot shows no surface near the
+//! sole, so the caller's collision test (`is_free`) must refuse it.
 
 mod build;
 mod candidates;
@@ -49,7 +49,8 @@ pub struct Support {
 /// Why a sole finds no support at a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum NoSupport {
-    /// The sole polygon is not a convex counter-clockwise polygon of 3 to 16 vertices, or the pose is not finite.
+    /// The sole polygon is not a convex counter-clockwise polygon of 3 to 16 vertices, or the pose
+    /// is not finite.
     InvalidSole,
     /// The sole is tilted beyond the friction cone.
     TooSteep,
@@ -87,7 +88,9 @@ impl NoSupport {
             Self::TooSteep => "it is too steep for the friction",
             Self::NothingBelow => "there is nothing to stand on",
             Self::Penetrates => "something stands in the sole's place",
-            Self::FacesDown => "the ground there faces down (do its triangles wind clockwise, seen from above?)",
+            Self::FacesDown => {
+                "the ground there faces down (do its triangles wind clockwise, seen from above?)"
+            }
             Self::AreaTooSmall => "too little of the sole is carried",
             Self::CentroidNearEdge => "what carries it is too narrow",
             Self::TooManyElements => "the mesh there is too fine for planner bounds",
@@ -120,10 +123,14 @@ pub enum SurfacesError {
     },
 }
 
-/// The pose at `position` whose z axis is `normal` (pointing up) and whose x axis, seen from above, heads for `yaw`.
+/// The pose at `position` whose z axis is `normal` (pointing up) and whose x axis, seen from above,
+/// heads for `yaw`.
 fn pose_on_plane(position: DVec3, normal: DVec3, yaw: f64) -> Pose {
     let (sin, cos) = libm::sincos(yaw);
     let heading = DVec3::new(cos, sin, 0.0);
     let x = (heading * normal.z - DVec3::Z * heading.dot(normal)).normalize();
-    Pose::from_parts(position, DQuat::from_mat3(&DMat3::from_cols(x, normal.cross(x), normal)).normalize())
+    Pose::from_parts(
+        position,
+        DQuat::from_mat3(&DMat3::from_cols(x, normal.cross(x), normal)).normalize(),
+    )
 }

@@ -1,8 +1,10 @@
-//! Nested placements: a sole on a face too steep to hold it alone, kept from sliding by a second face that stands against its edge, as
-//! in the concave M of figure 4.11. Random planes never find one: too steep a plane is turned down, and the edge would have to
-//! meet the valley exactly [Grey 4.2.3].
+//! Nested placements: a sole on a face too steep to hold it alone, kept from sliding by a second
+//! face that stands against its edge, as in the concave M of figure 4.11. Random planes never find
+//! one: too steep a plane is turned down, and the edge would have to meet the valley exactly
+//! [Grey 4.2.3].
 //!
-//! A walk cannot use them yet: planner and checker count forces under the sole only. Hence they have a query of their own.
+//! A walk cannot use them yet: planner and checker count forces under the sole only. Hence they
+//! have a query of their own.
 
 use std::ops::ControlFlow;
 
@@ -47,12 +49,23 @@ struct Valley {
 }
 
 impl Surfaces {
-    /// Hands nested placements within reach to `out`, nearest first, until it returns `false`. Each is held by friction on both
-    /// faces with the centre of mass above the middle of the sole's support.
-    pub fn propose_nests(&self, scratch: &mut Scratch, request: &Request, out: &mut dyn FnMut(Placement) -> bool) -> Tally {
-        let random = Random::new(request.seed, Stream::FootPlacement, request.object, request.attempt);
-        let mut proposal = Proposal { surfaces: self, scratch, request, random, tally: Tally::default(), out };
-        if request.ideal.is_finite() && request.reach_xy.is_finite() && request.sole_polygon.len() >= 3 {
+    /// Hands nested placements within reach to `out`, nearest first, until it returns `false`. Each
+    /// is held by friction on both faces with the centre of mass above the middle of the sole's
+    /// support.
+    pub fn propose_nests(
+        &self,
+        scratch: &mut Scratch,
+        request: &Request,
+        out: &mut dyn FnMut(Placement) -> bool,
+    ) -> Tally {
+        let random =
+            Random::new(request.seed, Stream::FootPlacement, request.object, request.attempt);
+        let mut proposal =
+            Proposal { surfaces: self, scratch, request, random, tally: Tally::default(), out };
+        if request.ideal.is_finite()
+            && request.reach_xy.is_finite()
+            && request.sole_polygon.len() >= 3
+        {
             proposal.tally.stopped = proposal.nest().is_break();
         }
         proposal.tally
@@ -74,20 +87,34 @@ impl Surfaces {
 
     /// The valley in which a steep face meets another one, if they do.
     fn valley(&self, steep: u32, other: u32, near: DVec3) -> Option<Valley> {
-        let (Element::Face(steep, steep_corners), Element::Face(other, other_corners)) = (self.element(steep), self.element(other)) else {
+        let (Element::Face(steep, steep_corners), Element::Face(other, other_corners)) =
+            (self.element(steep), self.element(other))
+        else {
             return None;
         };
         if self.is_flat_enough(steep.normal) {
             return None;
         }
-        let along = steep.normal.cross(other.normal).try_normalize().filter(|t| t.z.abs() <= VALLEY_RISE_MAX)?;
+        let along = steep
+            .normal
+            .cross(other.normal)
+            .try_normalize()
+            .filter(|t| t.z.abs() <= VALLEY_RISE_MAX)?;
         let uphill = along.cross(steep.normal);
         let uphill = if uphill.z < 0.0 { -uphill } else { uphill };
         let point = point_of_both(steep, other, along, near)?;
-        let [one, two] = [steep_corners, other_corners].map(|corners| reach_along(corners, point, along));
+        let [one, two] =
+            [steep_corners, other_corners].map(|corners| reach_along(corners, point, along));
         let span = [one[0].max(two[0]), one[1].min(two[1])];
         let is_concave = other.normal.dot(uphill) > 1e-3;
-        (is_concave && span[0] < span[1]).then_some(Valley { point, along, uphill, normal: steep.normal, against: other.normal, span })
+        (is_concave && span[0] < span[1]).then_some(Valley {
+            point,
+            along,
+            uphill,
+            normal: steep.normal,
+            against: other.normal,
+            span,
+        })
     }
 }
 
@@ -98,7 +125,8 @@ fn point_of_both(one: &Face, other: &Face, along: DVec3, near: DVec3) -> Option<
     point.is_finite().then_some(point)
 }
 
-/// From where to where a face reaches a line in its plane, m along the line; an empty range (infinity, minus infinity) if it does not.
+/// From where to where a face reaches a line in its plane, m along the line; an empty range
+/// (infinity, minus infinity) if it does not.
 fn reach_along(corners: &[DVec3], point: DVec3, along: DVec3) -> [f64; 2] {
     let mut reach = [f64::INFINITY, f64::NEG_INFINITY];
     let mut add = |p: DVec3| {
@@ -119,33 +147,47 @@ fn reach_along(corners: &[DVec3], point: DVec3, along: DVec3) -> [f64; 2] {
 }
 
 impl Valley {
-    /// The sole with its edge whose outward normal is `outward` in the valley, `shift` (m) along it.
+    /// The sole with its edge whose outward normal is `outward` in the valley, `shift` (m) along
+    /// it.
     fn world_from_sole(&self, sole: &[DVec2], outward: DVec2, shift: f64) -> Pose {
         let down = -self.uphill;
         let aside = self.normal.cross(down);
         let x = down * outward.x - aside * outward.y;
-        let rotation = DQuat::from_mat3(&DMat3::from_cols(x, self.normal.cross(x), self.normal)).normalize();
+        let rotation =
+            DQuat::from_mat3(&DMat3::from_cols(x, self.normal.cross(x), self.normal)).normalize();
         let furthest = sole.iter().map(|p| p.dot(outward)).fold(f64::NEG_INFINITY, f64::max);
-        Pose::from_parts(self.point + self.along * shift + self.uphill * (EDGE_GAP + furthest), rotation)
+        Pose::from_parts(
+            self.point + self.along * shift + self.uphill * (EDGE_GAP + furthest),
+            rotation,
+        )
     }
 
-    /// Whether friction on both faces carries a weight above the middle of a support, `friction` being its angle, rad.
+    /// Whether friction on both faces carries a weight above the middle of a support, `friction`
+    /// being its angle, rad.
     ///
-    /// Two forces carry a weight only if the three meet in a point. Seen along the valley the other face's force passes through the
-    /// nested edge, at an angle between `against - friction` and `against + friction` from the vertical, and the steep face's through the
-    /// support's far end: it must lie between `slope - friction` and `slope + friction`.
+    /// Two forces carry a weight only if the three meet in a point. Seen along the valley the other
+    /// face's force passes through the nested edge, at an angle between `against - friction` and
+    /// `against + friction` from the vertical, and the steep face's through the support's far end:
+    /// it must lie between `slope - friction` and `slope + friction`.
     fn holds(&self, world_from_sole: &Pose, support: &Support, friction: f64) -> bool {
         let horizontal = self.uphill.truncate().normalize().extend(0.0);
-        let height_and_distance = |p: DVec3| DVec2::new((p - self.point).dot(horizontal), p.z - self.point.z);
+        let height_and_distance =
+            |p: DVec3| DVec2::new((p - self.point).dot(horizontal), p.z - self.point.z);
         let in_world = |p: &DVec2| height_and_distance(*world_from_sole * p.extend(0.0));
         let count = support.polygon.len() as f64;
         let middle = support.polygon.iter().map(in_world).sum::<DVec2>() / count;
-        let far = support.polygon.iter().map(in_world).fold(DVec2::ZERO, |far, p| if p.x > far.x { p } else { far });
+        let far = support
+            .polygon
+            .iter()
+            .map(in_world)
+            .fold(DVec2::ZERO, |far, p| if p.x > far.x { p } else { far });
         let slope = libm::asin(self.uphill.z.clamp(-1.0, 1.0));
         let against = libm::atan2(self.against.dot(horizontal), self.against.z);
-        let [flattest, steepest] = [against - friction, against + friction].map(|angle| angle.clamp(1e-6, 1.5));
+        let [flattest, steepest] =
+            [against - friction, against + friction].map(|angle| angle.clamp(1e-6, 1.5));
         // Where the forces meet, above the middle; then the angle of the steep face's force.
-        let needed = |angle: f64| libm::atan2(far.x - middle.x, middle.x / libm::tan(angle) - far.y);
+        let needed =
+            |angle: f64| libm::atan2(far.x - middle.x, middle.x / libm::tan(angle) - far.y);
         needed(flattest) <= slope + friction && needed(steepest) >= slope - friction
     }
 }
@@ -156,7 +198,9 @@ impl Proposal<'_, '_> {
         surfaces.gather_slopes(self.scratch, self.request);
         self.tally.features = self.scratch.features.len() as u32;
         let count = self.scratch.features.len();
-        for (i, j) in (0..count).flat_map(|i| (0..count).map(move |j| (i, j))).filter(|(i, j)| i != j) {
+        for (i, j) in
+            (0..count).flat_map(|i| (0..count).map(move |j| (i, j))).filter(|(i, j)| i != j)
+        {
             let [steep, other] = [i, j].map(|k| self.scratch.features[k].1);
             if let Some(valley) = surfaces.valley(steep, other, self.request.ideal.translation) {
                 self.try_valley(&valley)?;
@@ -190,9 +234,20 @@ impl Proposal<'_, '_> {
     fn examine_nest(&mut self, valley: &Valley, world_from_sole: Pose) -> ControlFlow<()> {
         self.tally.examined[Source::Nested as usize] += 1;
         let demand = Demand { braced: true, any_intrusion: false, ..self.demand(0.0) };
-        match self.surfaces.support_of(self.scratch, self.request.sole_polygon, &world_from_sole, demand) {
+        match self.surfaces.support_of(
+            self.scratch,
+            self.request.sole_polygon,
+            &world_from_sole,
+            demand,
+        ) {
             Err(reason) => self.tally.refused[reason as usize] += 1,
-            Ok(support) if !valley.holds(&world_from_sole, &support, libm::acos(self.surfaces.steepest_cos)) => {
+            Ok(support)
+                if !valley.holds(
+                    &world_from_sole,
+                    &support,
+                    libm::acos(self.surfaces.steepest_cos),
+                ) =>
+            {
                 self.tally.refused[NoSupport::TooSteep as usize] += 1;
             }
             Ok(support) => {

@@ -41,14 +41,17 @@ impl Footprint {
 }
 
 impl Surfaces {
-    /// The planes of the gathered features, nearest first, then those tangent to two round features.
+    /// The planes of the gathered features, nearest first, then those tangent to two round
+    /// features.
     pub(super) fn list_planes(&self, scratch: &mut Scratch, request: &Request) {
         scratch.planes.clear();
         let mut rounds: heapless::Vec<Round, TANGENT_ROUNDS_MAX> = heapless::Vec::new();
         let ideal = (request.ideal.translation, yaw_of(request.ideal.rotation));
         for i in 0..scratch.features.len() {
             match self.element(scratch.features[i].1) {
-                Element::Face(face, vertices) => self.add_plane(scratch, ideal, face.normal, vertices[0]),
+                Element::Face(face, vertices) => {
+                    self.add_plane(scratch, ideal, face.normal, vertices[0])
+                }
                 Element::Round(round) => {
                     if let Some(normal) = round.side_normal(DVec3::Z) {
                         self.add_plane(scratch, ideal, normal, round.line_facing(normal)[0]);
@@ -67,7 +70,13 @@ impl Surfaces {
     }
 
     /// Adds a plane near the ideal position and heading unless it is too steep or known already.
-    fn add_plane(&self, scratch: &mut Scratch, (ideal, yaw): (DVec3, f64), normal: DVec3, point: DVec3) {
+    fn add_plane(
+        &self,
+        scratch: &mut Scratch,
+        (ideal, yaw): (DVec3, f64),
+        normal: DVec3,
+        point: DVec3,
+    ) {
         if !self.is_flat_enough(normal) {
             return;
         }
@@ -83,7 +92,11 @@ impl Surfaces {
         };
         if !scratch.planes.iter().any(is_same) {
             let world_from_plane = pose_on_plane(origin, normal, yaw);
-            scratch.planes.push(Plane { world_from_plane, normal, distance: (height - ideal.z).abs() * normal.z });
+            scratch.planes.push(Plane {
+                world_from_plane,
+                normal,
+                distance: (height - ideal.z).abs() * normal.z,
+            });
         }
     }
 
@@ -96,13 +109,20 @@ impl Surfaces {
             let mut outline = heapless::Vec::new();
             match self.element(scratch.features[i].1) {
                 Element::Face(face, vertices) => {
-                    let is_in_plane = |&v: &DVec3| (v - plane.world_from_plane.translation).dot(plane.normal).abs() <= tolerance;
-                    if face.normal.dot(plane.normal) >= self.coplanar_cos && vertices.iter().any(is_in_plane) {
+                    let is_in_plane = |&v: &DVec3| {
+                        (v - plane.world_from_plane.translation).dot(plane.normal).abs()
+                            <= tolerance
+                    };
+                    if face.normal.dot(plane.normal) >= self.coplanar_cos
+                        && vertices.iter().any(is_in_plane)
+                    {
                         outline.extend(vertices.iter().map(|&v| in_plane(v).truncate()));
                     }
                 }
                 Element::Round(round) => {
-                    let normal = round.side_normal(plane.normal).filter(|n| n.dot(plane.normal) >= self.coplanar_cos);
+                    let normal = round
+                        .side_normal(plane.normal)
+                        .filter(|n| n.dot(plane.normal) >= self.coplanar_cos);
                     let top = normal.map(|n| round.line_facing(n).map(in_plane));
                     let top = top.filter(|ends| ends.iter().all(|p| p.z.abs() <= tolerance));
                     outline.extend(top.iter().flatten().map(|p| p.truncate()));

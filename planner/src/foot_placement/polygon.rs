@@ -5,7 +5,8 @@ use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
 use super::scratch::{CLIP_VERTICES_MAX, ClipBuffer};
 
-/// Keeps the part of a planar convex polygon where `keep` (an affine function of the point) is not negative.
+/// Keeps the part of a planar convex polygon where `keep` (an affine function of the point) is not
+/// negative.
 pub(super) fn clip(polygon: &mut Vec<DVec3>, spare: &mut Vec<DVec3>, keep: impl Fn(DVec3) -> f64) {
     spare.clear();
     let Some(&last) = polygon.last() else { return };
@@ -23,7 +24,8 @@ pub(super) fn clip(polygon: &mut Vec<DVec3>, spare: &mut Vec<DVec3>, keep: impl 
     std::mem::swap(polygon, spare);
 }
 
-/// The buffers hold a face's vertices plus one for every clip plane, so this never drops; if it did, the piece shrinks.
+/// The buffers hold a face's vertices plus one for every clip plane, so this never drops; if it
+/// did, the piece shrinks.
 fn push(points: &mut Vec<DVec3>, point: DVec3) {
     debug_assert!(points.len() < CLIP_VERTICES_MAX, "clip buffer too small");
     if points.len() < CLIP_VERTICES_MAX {
@@ -50,7 +52,8 @@ pub(super) fn sides_of(outline: &[DVec2]) -> Sides {
     edges(outline).take(POLYGON_VERTICES_MAX).map(side).collect()
 }
 
-/// Clips a polygon given in the sole frame to the vertical prism over an outline, moved inwards by `inset`.
+/// Clips a polygon given in the sole frame to the vertical prism over an outline, moved inwards by
+/// `inset`.
 pub(super) fn clip_to_sides(buffer: &mut ClipBuffer, sides: &[HalfPlane], inset: f64) {
     for HalfPlane { normal, offset } in sides {
         let offset = offset + inset;
@@ -65,7 +68,8 @@ pub(super) fn edges(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> +
     (0..polygon.len()).map(|i| (polygon[i], polygon[(i + 1) % polygon.len()]))
 }
 
-/// The unit normal of a side that points into a counter-clockwise polygon; zero for a side without length.
+/// The unit normal of a side that points into a counter-clockwise polygon; zero for a side without
+/// length.
 pub(super) fn inward_normal(a: DVec2, b: DVec2) -> DVec2 {
     (b - a).perp().normalize_or_zero()
 }
@@ -92,7 +96,9 @@ pub(super) fn convex_hull(points: &mut [DVec2], hull: &mut Vec<DVec2>) {
         if step == count {
             chain_start = hull.len();
         }
-        while hull.len() > chain_start && cross(hull[hull.len() - 2], hull[hull.len() - 1], points[i]) <= 0.0 {
+        while hull.len() > chain_start
+            && cross(hull[hull.len() - 2], hull[hull.len() - 1], points[i]) <= 0.0
+        {
             hull.pop();
         }
         hull.push(points[i]);
@@ -105,8 +111,8 @@ pub(super) fn convex_hull(points: &mut [DVec2], hull: &mut Vec<DVec2>) {
 /// Twice the area for which a vertex is not worth keeping, m2.
 const CORNER_AREA_MIN: f64 = 1e-10;
 
-/// Removes the vertices that cost next to no area, and more until at most `vertices_max` are left, each time the one
-/// that costs least. The polygon only shrinks.
+/// Removes the vertices that cost next to no area, and more until at most `vertices_max` are left,
+/// each time the one that costs least. The polygon only shrinks.
 pub(super) fn simplify(hull: &mut Vec<DVec2>, vertices_max: usize) {
     while hull.len() > 2 {
         let n = hull.len();
@@ -119,7 +125,8 @@ pub(super) fn simplify(hull: &mut Vec<DVec2>, vertices_max: usize) {
     }
 }
 
-/// The area and the centroid of a convex polygon; `(0, first vertex or origin)` without an interior.
+/// The area and the centroid of a convex polygon; `(0, first vertex or origin)` without an
+/// interior.
 pub(crate) fn area_and_centroid(polygon: &[DVec2]) -> (f64, DVec2) {
     let Some(&origin) = polygon.first() else { return (0.0, DVec2::ZERO) };
     let (mut doubled, mut moment) = (0.0, DVec2::ZERO);
@@ -141,7 +148,9 @@ pub(super) fn distance_to(polygon: &[DVec2], point: DVec2) -> f64 {
     if inner_distance(polygon, point) >= 0.0 {
         return 0.0;
     }
-    edges(polygon).map(|(a, b)| (closest_on_segment(a, b, point) - point).length()).fold(f64::INFINITY, f64::min)
+    edges(polygon)
+        .map(|(a, b)| (closest_on_segment(a, b, point) - point).length())
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// The point of the segment `a b` nearest to `point`.
@@ -151,12 +160,18 @@ pub(super) fn closest_on_segment(a: DVec2, b: DVec2, point: DVec2) -> DVec2 {
     if length2 < 1e-24 { a } else { a + along * ((point - a).dot(along) / length2).clamp(0.0, 1.0) }
 }
 
-/// The smallest width of a convex polygon seen along its plane's x and y, m: the least, over its edges, of the farthest vertex.
+/// The smallest width of a convex polygon seen along its plane's x and y, m: the least, over its
+/// edges, of the farthest vertex.
 pub(super) fn width(polygon: &[DVec3]) -> f64 {
     let flat = |i: usize| polygon[i % polygon.len()].truncate();
     let height_over = |i: usize| {
         let along = (flat(i + 1) - flat(i)).try_normalize()?;
-        Some(polygon.iter().map(|p| along.perp_dot(p.truncate() - flat(i)).abs()).fold(0.0, f64::max))
+        Some(
+            polygon
+                .iter()
+                .map(|p| along.perp_dot(p.truncate() - flat(i)).abs())
+                .fold(0.0, f64::max),
+        )
     };
     let least = (0..polygon.len()).filter_map(height_over).fold(f64::INFINITY, f64::min);
     if least.is_finite() { least } else { 0.0 }
@@ -173,7 +188,12 @@ mod tests {
     #[test]
     fn the_hull_of_a_filled_square_is_its_corners() {
         let mut points = square();
-        points.extend([DVec2::new(1.0, 0.0), DVec2::new(1.0, 0.5), DVec2::new(0.0, 0.0), DVec2::new(2.0, 0.5)]);
+        points.extend([
+            DVec2::new(1.0, 0.0),
+            DVec2::new(1.0, 0.5),
+            DVec2::new(0.0, 0.0),
+            DVec2::new(2.0, 0.5),
+        ]);
         let mut hull = Vec::new();
         convex_hull(&mut points, &mut hull);
         assert_eq!(hull, square());
@@ -181,7 +201,12 @@ mod tests {
 
     #[test]
     fn the_hull_of_little_has_no_area() {
-        for points in [vec![], vec![DVec2::ONE], vec![DVec2::ONE; 3], vec![DVec2::ZERO, DVec2::ONE, 0.5 * DVec2::ONE]] {
+        for points in [
+            vec![],
+            vec![DVec2::ONE],
+            vec![DVec2::ONE; 3],
+            vec![DVec2::ZERO, DVec2::ONE, 0.5 * DVec2::ONE],
+        ] {
             let mut hull = Vec::new();
             convex_hull(&mut points.clone(), &mut hull);
             assert!(area_and_centroid(&hull).0 == 0.0, "{points:?} gave {hull:?}");
@@ -207,7 +232,8 @@ mod tests {
 
     #[test]
     fn noise_on_an_upright_side_costs_no_corner() {
-        let noisy = [(0.0, 0.0), (1e-17, 1.0), (2e-17, 0.5), (2.0, 0.0), (2.0 + 4e-16, 0.7), (2.0, 1.0)];
+        let noisy =
+            [(0.0, 0.0), (1e-17, 1.0), (2e-17, 0.5), (2.0, 0.0), (2.0 + 4e-16, 0.7), (2.0, 1.0)];
         let mut hull = Vec::new();
         convex_hull(&mut noisy.map(DVec2::from), &mut hull);
         simplify(&mut hull, 16);

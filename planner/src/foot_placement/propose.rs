@@ -29,7 +29,8 @@ const GATHERING_STEPS: i32 = 4;
 pub struct Request<'a> {
     /// The sole's outline in the sole frame: convex, counter-clockwise, 3 to 16 vertices, m.
     pub sole_polygon: &'a [DVec2],
-    /// Where the sole is wished for. Of its rotation only the heading counts: the ground decides the tilt.
+    /// Where the sole is wished for. Of its rotation only the heading counts: the ground decides
+    /// the tilt.
     pub ideal: Pose,
     /// The farthest horizontal distance from the ideal position, m.
     pub reach_xy: f64,
@@ -125,13 +126,18 @@ impl Request<'_> {
     /// Whether a position of the sole is near enough to the ideal one.
     pub(super) fn is_near(&self, position: DVec3) -> bool {
         let moved = position - self.ideal.translation;
-        moved.truncate().length() <= self.reach_xy + 1e-9 && (self.reach_z[0] - 1e-9..=self.reach_z[1] + 1e-9).contains(&moved.z)
+        moved.truncate().length() <= self.reach_xy + 1e-9
+            && (self.reach_z[0] - 1e-9..=self.reach_z[1] + 1e-9).contains(&moved.z)
     }
 
     /// Whether a rotation of the sole heads near enough to where the ideal one does.
     pub(super) fn heads(&self, world_from_sole: DQuat) -> bool {
-        let [heading, ideal] = [world_from_sole, self.ideal.rotation].map(|rotation| (rotation * DVec3::X).truncate());
-        heading.dot(ideal) >= (libm::cos(self.yaw_spread.clamp(0.0, PI)) - 1e-9) * heading.length() * ideal.length()
+        let [heading, ideal] =
+            [world_from_sole, self.ideal.rotation].map(|rotation| (rotation * DVec3::X).truncate());
+        heading.dot(ideal)
+            >= (libm::cos(self.yaw_spread.clamp(0.0, PI)) - 1e-9)
+                * heading.length()
+                * ideal.length()
     }
 
     /// The sole's area, m2.
@@ -144,11 +150,14 @@ impl Request<'_> {
         self.sole_polygon.iter().map(|p| p.length()).fold(0.0, f64::max)
     }
 
-    /// The box in the world where surfaces may be for this request, its horizontal size scaled by `share`.
+    /// The box in the world where surfaces may be for this request, its horizontal size scaled by
+    /// `share`.
     pub(super) fn region(&self, share: f64) -> Aabb {
         let side = self.reach_xy * share + self.sole_radius();
-        let lower = self.ideal.translation + DVec3::new(-side, -side, self.reach_z[0] - self.sole_radius());
-        let upper = self.ideal.translation + DVec3::new(side, side, self.reach_z[1] + self.sole_radius());
+        let lower =
+            self.ideal.translation + DVec3::new(-side, -side, self.reach_z[0] - self.sole_radius());
+        let upper =
+            self.ideal.translation + DVec3::new(side, side, self.reach_z[1] + self.sole_radius());
         Aabb::new(lower, upper)
     }
 }
@@ -164,11 +173,19 @@ pub(super) struct Proposal<'a, 'r> {
 }
 
 impl Surfaces {
-    /// Hands placements within reach to `out`, best first, until it returns `false` or the effort is spent. The order
-    /// depends on nothing but the arguments. An ideal that is not finite finds nothing.
-    pub fn propose(&self, scratch: &mut Scratch, request: &Request, out: &mut dyn FnMut(Placement) -> bool) -> Tally {
-        let random = Random::new(request.seed, Stream::FootPlacement, request.object, request.attempt);
-        let mut proposal = Proposal { surfaces: self, scratch, request, random, tally: Tally::default(), out };
+    /// Hands placements within reach to `out`, best first, until it returns `false` or the effort
+    /// is spent. The order depends on nothing but the arguments. An ideal that is not finite finds
+    /// nothing.
+    pub fn propose(
+        &self,
+        scratch: &mut Scratch,
+        request: &Request,
+        out: &mut dyn FnMut(Placement) -> bool,
+    ) -> Tally {
+        let random =
+            Random::new(request.seed, Stream::FootPlacement, request.object, request.attempt);
+        let mut proposal =
+            Proposal { surfaces: self, scratch, request, random, tally: Tally::default(), out };
         if request.ideal.is_finite() && request.reach_xy.is_finite() {
             let outcome = proposal.run();
             proposal.tally.stopped = outcome.is_break();
@@ -239,14 +256,22 @@ impl Proposal<'_, '_> {
         self.scratch.deferred.clear();
         let demand = self.demand(1.0);
         let mut count = 0;
-        while count < self.request.effort.geometric_max && self.surfaces.next_candidate(self.scratch, self.request) {
+        while count < self.request.effort.geometric_max
+            && self.surfaces.next_candidate(self.scratch, self.request)
+        {
             let last = self.scratch.candidates.len() - 1;
             if self.is_repeated(last) {
                 continue;
             }
             count += 1;
-            let examined = self.examine(self.scratch.candidates[last].world_from_sole, Source::Geometric, demand)?;
-            if examined == Examined::Refused(NoSupport::AreaTooSmall) && demand.area_min > self.demand(0.0).area_min {
+            let examined = self.examine(
+                self.scratch.candidates[last].world_from_sole,
+                Source::Geometric,
+                demand,
+            )?;
+            if examined == Examined::Refused(NoSupport::AreaTooSmall)
+                && demand.area_min > self.demand(0.0).area_min
+            {
                 self.scratch.deferred.push(last as u32);
             }
         }
@@ -260,11 +285,13 @@ impl Proposal<'_, '_> {
     /// The demand with this share of the inflation of the area's bound, from 1 to 0 [Grey 4.1.2].
     pub(super) fn demand(&self, share: f64) -> Demand {
         let config = &self.surfaces.config;
-        let area_min = config.support_area_min * (1.0 + (config.support_area_inflation - 1.0) * share);
+        let area_min =
+            config.support_area_min * (1.0 + (config.support_area_inflation - 1.0) * share);
         Demand { area_min, braced: false, any_intrusion: true }
     }
 
-    /// Whether a candidate is like one just before it; costs are sorted, so that is where its like are.
+    /// Whether a candidate is like one just before it; costs are sorted, so that is where its like
+    /// are.
     fn is_repeated(&self, index: usize) -> bool {
         let at = &self.scratch.candidates[index];
         let is_alike = |pose: &Pose| {
@@ -283,7 +310,11 @@ impl Proposal<'_, '_> {
             }
             let base = self.scratch.candidates[i % count].world_from_sole;
             let (shift, turn) = VARIATION;
-            let shift = DVec3::new(self.random.uniform(-shift, shift), self.random.uniform(-shift, shift), 0.0);
+            let shift = DVec3::new(
+                self.random.uniform(-shift, shift),
+                self.random.uniform(-shift, shift),
+                0.0,
+            );
             let turn = rotation_about(DVec3::Z, self.random.uniform(-turn, turn));
             let pose = base * Pose::from_parts(shift, turn);
             if self.request.reaches(&pose) {
@@ -293,10 +324,21 @@ impl Proposal<'_, '_> {
         ControlFlow::Continue(())
     }
 
-    /// Hands a placement out if the sole is carried and the foot free there. Whether it was, or the caller said enough.
-    pub(super) fn examine(&mut self, world_from_sole: Pose, source: Source, demand: Demand) -> ControlFlow<(), Examined> {
+    /// Hands a placement out if the sole is carried and the foot free there. Whether it was, or the
+    /// caller said enough.
+    pub(super) fn examine(
+        &mut self,
+        world_from_sole: Pose,
+        source: Source,
+        demand: Demand,
+    ) -> ControlFlow<(), Examined> {
         self.tally.examined[source as usize] += 1;
-        let support = match self.surfaces.support_of(self.scratch, self.request.sole_polygon, &world_from_sole, demand) {
+        let support = match self.surfaces.support_of(
+            self.scratch,
+            self.request.sole_polygon,
+            &world_from_sole,
+            demand,
+        ) {
             Ok(support) => support,
             Err(reason) => {
                 self.tally.refused[reason as usize] += 1;
@@ -307,7 +349,12 @@ impl Proposal<'_, '_> {
     }
 
     /// Hands out a carried sole if the foot is free there.
-    pub(super) fn hand_out(&mut self, world_from_sole: Pose, support: Support, source: Source) -> ControlFlow<(), Examined> {
+    pub(super) fn hand_out(
+        &mut self,
+        world_from_sole: Pose,
+        support: Support,
+        source: Source,
+    ) -> ControlFlow<(), Examined> {
         if !(self.request.is_free)(&world_from_sole) {
             self.tally.not_free += 1;
             return ControlFlow::Continue(Examined::NotFree);

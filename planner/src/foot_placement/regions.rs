@@ -11,7 +11,9 @@ const SIDES_MAX: usize = 24;
 
 /// The extent of points along a direction.
 pub(super) fn extent(points: impl Iterator<Item = DVec2>, direction: DVec2) -> [f64; 2] {
-    points.map(|p| p.dot(direction)).fold([f64::INFINITY, f64::NEG_INFINITY], |[l, u], x| [l.min(x), u.max(x)])
+    points
+        .map(|p| p.dot(direction))
+        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, u], x| [l.min(x), u.max(x)])
 }
 
 /// The unit direction across the narrowest extent of an outline, perpendicular to one of its sides.
@@ -24,8 +26,9 @@ pub(super) fn narrowest_direction(outline: &[DVec2]) -> Option<DVec2> {
     across.min_by(|&m, &n| width(m).total_cmp(&width(n)))
 }
 
-/// The smallest translation after which the sole `sole` (already turned, at its present place) lies wholly on `face`,
-/// `margin` (m) from its edges, or `None` if the face is too small or has too many sides.
+/// The smallest translation after which the sole `sole` (already turned, at its present place) lies
+/// wholly on `face`, `margin` (m) from its edges, or `None` if the face is too small or has too
+/// many sides.
 pub(super) fn shift_onto(face: &[DVec2], sole: &[DVec2], margin: f64) -> Option<DVec2> {
     let mut planes: heapless::Vec<HalfPlane, SIDES_MAX> = heapless::Vec::new();
     for (a, b) in edges(face) {
@@ -52,7 +55,10 @@ fn nearest_to_origin(planes: &[HalfPlane]) -> Option<DVec2> {
         return Some(point);
     }
     let pairs = (0..planes.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
-    pairs.filter_map(|(i, j)| crossing(&planes[i], &planes[j])).filter(|&p| is_inside(p)).min_by(nearer)
+    pairs
+        .filter_map(|(i, j)| crossing(&planes[i], &planes[j]))
+        .filter(|&p| is_inside(p))
+        .min_by(nearer)
 }
 
 /// The point on both boundaries.
@@ -63,7 +69,8 @@ fn crossing(one: &HalfPlane, other: &HalfPlane) -> Option<DVec2> {
     (determinant.abs() > 1e-9).then(|| DVec2::new(x, y) / determinant)
 }
 
-/// The smallest translation that brings the sole's extent into the face's, `margin` from its ends, if it fits.
+/// The smallest translation that brings the sole's extent into the face's, `margin` from its ends,
+/// if it fits.
 pub(super) fn shift_within(face: [f64; 2], sole: [f64; 2], margin: f64) -> Option<f64> {
     let (lowest, highest) = (face[0] + margin - sole[0], face[1] - margin - sole[1]);
     (lowest <= highest).then(|| 0f64.clamp(lowest, highest))
@@ -81,13 +88,21 @@ mod tests {
     const MARGIN: f64 = 0.01;
 
     fn rectangle(x: [f64; 2], y: [f64; 2]) -> [DVec2; 4] {
-        [DVec2::new(x[0], y[0]), DVec2::new(x[1], y[0]), DVec2::new(x[1], y[1]), DVec2::new(x[0], y[1])]
+        [
+            DVec2::new(x[0], y[0]),
+            DVec2::new(x[1], y[0]),
+            DVec2::new(x[1], y[1]),
+            DVec2::new(x[0], y[1]),
+        ]
     }
 
     #[test]
     fn a_sole_moves_no_further_than_it_must() {
         let sole = rectangle([-0.1, 0.1], [-0.05, 0.05]);
-        assert_eq!(shift_onto(&rectangle([-1.0, 1.0], [-1.0, 1.0]), &sole, MARGIN), Some(DVec2::ZERO));
+        assert_eq!(
+            shift_onto(&rectangle([-1.0, 1.0], [-1.0, 1.0]), &sole, MARGIN),
+            Some(DVec2::ZERO)
+        );
         let shift = shift_onto(&rectangle([0.0, 1.0], [-1.0, 1.0]), &sole, MARGIN).unwrap();
         assert!((shift - DVec2::new(0.1 + MARGIN, 0.0)).length() < 1e-12);
         let shift = shift_onto(&rectangle([0.0, 1.0], [0.2, 1.0]), &sole, MARGIN).unwrap();
@@ -98,7 +113,9 @@ mod tests {
     #[test]
     fn extents_move_in_or_are_centred() {
         assert_eq!(shift_within([0.0, 1.0], [0.4, 0.6], MARGIN), Some(0.0));
-        assert!((shift_within([0.5, 1.0], [0.4, 0.6], MARGIN).unwrap() - (0.1 + MARGIN)).abs() < 1e-12);
+        assert!(
+            (shift_within([0.5, 1.0], [0.4, 0.6], MARGIN).unwrap() - (0.1 + MARGIN)).abs() < 1e-12
+        );
         assert_eq!(shift_within([1.0, 1.1], [-0.5, 0.5], MARGIN), None);
         assert_eq!(shift_to_centre([1.0, 1.1], [-0.5, 0.5]), 1.05);
     }

@@ -1,4 +1,5 @@
-//! Algorithm 1: planes through triplets of intersection points, and placements on them [Grey 4.2.2].
+//! Algorithm 1: planes through triplets of intersection points, and placements on them
+//! [Grey 4.2.2].
 
 use std::ops::ControlFlow;
 
@@ -15,10 +16,17 @@ use super::propose::{Examined, Proposal, Source};
 use super::support::Demand;
 use super::surfaces::Element;
 
-/// Where the first targets lie: at the ideal, then half a foot ahead of it, behind it and to both sides, m.
-const SEEDS: [DVec3; SEEDS_MAX] =
-    [DVec3::ZERO, DVec3::new(0.1, 0.0, 0.0), DVec3::new(-0.1, 0.0, 0.0), DVec3::new(0.0, 0.1, 0.0), DVec3::new(0.0, -0.1, 0.0)];
-/// How far from the triplet's middle, and how far from the ideal heading, seeded placements are, as a share of what others may.
+/// Where the first targets lie: at the ideal, then half a foot ahead of it, behind it and to both
+/// sides, m.
+const SEEDS: [DVec3; SEEDS_MAX] = [
+    DVec3::ZERO,
+    DVec3::new(0.1, 0.0, 0.0),
+    DVec3::new(-0.1, 0.0, 0.0),
+    DVec3::new(0.0, 0.1, 0.0),
+    DVec3::new(0.0, -0.1, 0.0),
+];
+/// How far from the triplet's middle, and how far from the ideal heading, seeded placements are, as
+/// a share of what others may.
 const SEEDED_SHARE: f64 = 0.25;
 /// The share of the attempts over which the bound of the support's area relaxes.
 const RELAXING_SHARE: f64 = 0.25;
@@ -38,7 +46,8 @@ enum TripletEnd {
 }
 
 impl Proposal<'_, '_> {
-    /// The whole of Algorithm 1; each target that leads to a placement hands it out and the next target follows.
+    /// The whole of Algorithm 1; each target that leads to a placement hands it out and the next
+    /// target follows.
     pub(super) fn sample(&mut self) -> ControlFlow<()> {
         if self.request.effort.sampled_max == 0 {
             return ControlFlow::Continue(());
@@ -47,7 +56,8 @@ impl Proposal<'_, '_> {
         let config = &self.surfaces.config;
         for attempt in 0..config.sample_attempts_max {
             let target = self.sample_target(attempt);
-            let relaxed = f64::from(attempt) / (RELAXING_SHARE * f64::from(config.sample_attempts_max));
+            let relaxed =
+                f64::from(attempt) / (RELAXING_SHARE * f64::from(config.sample_attempts_max));
             let demand = Demand { any_intrusion: false, ..self.demand((1.0 - relaxed).max(0.0)) };
             let neighbors = nearest(&self.scratch.intersection_points, target, config.neighbors);
             if neighbors.len() < 3 {
@@ -63,10 +73,13 @@ impl Proposal<'_, '_> {
         ControlFlow::Continue(())
     }
 
-    /// Lines 8 to 19: placements on the triplet's plane, which turns towards whatever is in the way.
+    /// Lines 8 to 19: placements on the triplet's plane, which turns towards whatever is in the
+    /// way.
     fn try_triplet(&mut self, mut triplet: Triplet, demand: Demand) -> ControlFlow<(), TripletEnd> {
         for iteration in 0..self.surfaces.config.iterations_max {
-            if self.tally.examined[Source::Sampled as usize] + self.tally.out_of_reach >= self.request.effort.sampled_max {
+            if self.tally.examined[Source::Sampled as usize] + self.tally.out_of_reach
+                >= self.request.effort.sampled_max
+            {
                 break;
             }
             let Some(normal) = self.suitable_normal(&triplet) else {
@@ -82,8 +95,11 @@ impl Proposal<'_, '_> {
                 Examined::Found => return ControlFlow::Continue(TripletEnd::Found),
                 Examined::Refused(NoSupport::Penetrates | NoSupport::FacesDown) => {
                     if let Some(point) = self.scratch.intrusion {
-                        let closest =
-                            (0..3).min_by(|&i, &j| triplet[i].distance_squared(point).total_cmp(&triplet[j].distance_squared(point)));
+                        let closest = (0..3).min_by(|&i, &j| {
+                            triplet[i]
+                                .distance_squared(point)
+                                .total_cmp(&triplet[j].distance_squared(point))
+                        });
                         triplet[closest.unwrap_or(0)] = point;
                     }
                 }
@@ -93,16 +109,19 @@ impl Proposal<'_, '_> {
         ControlFlow::Continue(TripletEnd::Exhausted)
     }
 
-    /// `IsSuitablePlane`: the upward normal, unless the points are collinear or the plane too steep.
+    /// `IsSuitablePlane`: the upward normal, unless the points are collinear or the plane too
+    /// steep.
     fn suitable_normal(&self, triplet: &Triplet) -> Option<DVec3> {
         let spanned = (triplet[1] - triplet[0]).cross(triplet[2] - triplet[0]);
         let normal = if spanned.z < 0.0 { -spanned } else { spanned };
         let length = normal.length();
-        (length >= TRIANGLE_AREA_MIN).then(|| normal / length).filter(|&n| self.surfaces.is_flat_enough(n))
+        (length >= TRIANGLE_AREA_MIN)
+            .then(|| normal / length)
+            .filter(|&n| self.surfaces.is_flat_enough(n))
     }
 
-    /// `SampleRandomSE2`: the triangle's centroid with the ideal heading first, then near both, then anywhere in it, any heading
-    /// allowed.
+    /// `SampleRandomSE2`: the triangle's centroid with the ideal heading first, then near both,
+    /// then anywhere in it, any heading allowed.
     fn sample_pose(&mut self, triplet: &Triplet, normal: DVec3, iteration: u32) -> Pose {
         let share = match iteration {
             0 if self.surfaces.config.iterations_seeded > 0 => 0.0,
@@ -134,19 +153,22 @@ impl Proposal<'_, '_> {
         let reach = request.reach_xy;
         let x = self.random.uniform(-reach, reach);
         let y = self.random.uniform(-reach, reach);
-        request.ideal.translation + DVec3::new(x, y, self.random.uniform(request.reach_z[0], request.reach_z[1]))
+        request.ideal.translation
+            + DVec3::new(x, y, self.random.uniform(request.reach_z[0], request.reach_z[1]))
     }
 
     /// Three different points.
     fn sample_triplet(&mut self, points: &[DVec3]) -> Triplet {
         let i = self.random.below(points.len());
         let j = (i + 1 + self.random.below(points.len() - 1)) % points.len();
-        let first_free = |taken: [usize; 2], at: usize| (at..).find(|k| !taken.contains(&(k % points.len())));
+        let first_free =
+            |taken: [usize; 2], at: usize| (at..).find(|k| !taken.contains(&(k % points.len())));
         let k = first_free([i, j], self.random.below(points.len())).map_or(0, |k| k % points.len());
         [points[i], points[j], points[k]]
     }
 
-    /// `SampleIntersection`: vertices, points along edges and lines, and random points of the features within reach.
+    /// `SampleIntersection`: vertices, points along edges and lines, and random points of the
+    /// features within reach.
     fn sample_intersection(&mut self) {
         self.scratch.intersection_points.clear();
         for i in 0..self.scratch.features.len() {
@@ -159,7 +181,8 @@ impl Proposal<'_, '_> {
         }
     }
 
-    /// Leaves in the clip buffer what of a feature lies within reach: a polygon, a line's two ends, or a point.
+    /// Leaves in the clip buffer what of a feature lies within reach: a polygon, a line's two ends,
+    /// or a point.
     fn clip_to_reach(&mut self, id: u32) {
         let region = self.request.region(1.0);
         let buffer = &mut self.scratch.clip;
@@ -167,7 +190,9 @@ impl Proposal<'_, '_> {
         match self.surfaces.element(id) {
             Element::Face(_, vertices) => buffer.polygon.extend(vertices.iter().copied()),
             Element::Round(round) => {
-                buffer.polygon.extend(round.line_facing(round.side_normal(DVec3::Z).unwrap_or(DVec3::Z)));
+                buffer
+                    .polygon
+                    .extend(round.line_facing(round.side_normal(DVec3::Z).unwrap_or(DVec3::Z)));
             }
         }
         for axis in 0..3 {
@@ -180,7 +205,8 @@ impl Proposal<'_, '_> {
         let polygon = &self.scratch.clip.polygon;
         for i in 0..polygon.len() {
             let (a, b) = (polygon[i], polygon[(i + 1) % polygon.len()]);
-            let steps = ((a.distance(b) / self.surfaces.config.point_spacing).ceil() as usize).clamp(1, EDGE_POINTS_MAX);
+            let steps = ((a.distance(b) / self.surfaces.config.point_spacing).ceil() as usize)
+                .clamp(1, EDGE_POINTS_MAX);
             for step in 0..steps {
                 self.scratch.intersection_points.push(a + (b - a) * (step as f64 / steps as f64));
             }

@@ -12,7 +12,8 @@ use super::surfaces::FACE_VERTICES_MAX;
 /// Most vertices of a face being clipped: its own plus one for every clip plane.
 pub(super) const CLIP_VERTICES_MAX: usize = FACE_VERTICES_MAX + 24;
 
-/// A polygon being clipped, and the spare it is clipped into; both hold up to [`CLIP_VERTICES_MAX`] without growing.
+/// A polygon being clipped, and the spare it is clipped into; both hold up to [`CLIP_VERTICES_MAX`]
+/// without growing.
 #[derive(Debug)]
 pub(super) struct ClipBuffer {
     /// The polygon.
@@ -23,17 +24,22 @@ pub(super) struct ClipBuffer {
 
 impl ClipBuffer {
     fn new() -> Self {
-        Self { polygon: Vec::with_capacity(CLIP_VERTICES_MAX), spare: Vec::with_capacity(CLIP_VERTICES_MAX) }
+        Self {
+            polygon: Vec::with_capacity(CLIP_VERTICES_MAX),
+            spare: Vec::with_capacity(CLIP_VERTICES_MAX),
+        }
     }
 }
 
-/// Memory of one caller's queries; no query allocates beyond it. One per thread, any number of [`super::Surfaces`].
+/// Memory of one caller's queries; no query allocates beyond it. One per thread, any number of
+/// [`super::Surfaces`].
 #[derive(Debug)]
 pub struct Scratch {
     pub(super) clip: ClipBuffer,
     pub(super) contact_points: Bounded<DVec2>,
     pub(super) hull: Vec<DVec2>,
-    /// The point of the last refused support that stands furthest above the sole plane, in the world.
+    /// The point of the last refused support that stands furthest above the sole plane, in the
+    /// world.
     pub(super) intrusion: Option<DVec3>,
     pub(super) features: Bounded<(f64, u32)>,
     pub(super) planes: Bounded<Plane>,

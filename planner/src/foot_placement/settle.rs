@@ -1,4 +1,5 @@
-//! Soles set down on rough ground: as a rigid foot does, each comes to rest on three points, above which its middle is.
+//! Soles set down on rough ground: as a rigid foot does, each comes to rest on three points, above
+//! which its middle is.
 
 use std::ops::ControlFlow;
 
@@ -34,7 +35,8 @@ const SPOTS: [DVec2; 13] = [
 const PLANES_TRIED_MAX: usize = 6;
 /// The share of the sole's area that a wide support has.
 const WIDE_SHARE: f64 = 0.6;
-/// Times that a sole is set down at a spot: as it tilts, its outline comes to lie over other ground.
+/// Times that a sole is set down at a spot: as it tilts, its outline comes to lie over other
+/// ground.
 const SETTLINGS: usize = 3;
 /// Times that the triangle below a sole climbs at the most.
 const CLIMBS_MAX: usize = 48;
@@ -43,7 +45,11 @@ const REST_SLACK: f64 = 1e-6;
 /// Twice the area of the smallest triangle that a sole rests on, m2.
 const AREA_MIN: f64 = 1e-8;
 /// The corners of the first triangle, below all ground and around every sole, m.
-const BELOW: [DVec3; 3] = [DVec3::new(-20.0, -10.0, -100.0), DVec3::new(20.0, -10.0, -100.0), DVec3::new(0.0, 20.0, -100.0)];
+const BELOW: [DVec3; 3] = [
+    DVec3::new(-20.0, -10.0, -100.0),
+    DVec3::new(20.0, -10.0, -100.0),
+    DVec3::new(0.0, 20.0, -100.0),
+];
 
 impl Proposal<'_, '_> {
     /// Whether the ground near the ideal is a mesh without a plane there that the sole has room in.
@@ -55,7 +61,10 @@ impl Proposal<'_, '_> {
         };
         let features = &self.scratch.features;
         let has_room = |(plane, _): (&Face, &[DVec3])| {
-            let coplanar = features.iter().filter_map(mesh_face).filter(|(face, _)| self.surfaces.are_coplanar(plane, face));
+            let coplanar = features
+                .iter()
+                .filter_map(mesh_face)
+                .filter(|(face, _)| self.surfaces.are_coplanar(plane, face));
             coplanar.map(|(_, vertices)| 0.5 * spanned(vertices).length()).sum::<f64>() >= sole_area
         };
         features.iter().all(|feature| mesh_face(feature).is_some())
@@ -69,8 +78,13 @@ impl Proposal<'_, '_> {
         let demand = Demand { area_min: enough.area_min.max(wide), ..enough };
         let mut others: heapless::Vec<Pose, { SPOTS.len() }> = heapless::Vec::new();
         for spot in SPOTS.iter().take(self.request.effort.geometric_max as usize) {
-            let Some(pose) = self.surfaces.settle(self.scratch, self.request, *spot) else { continue };
-            if self.request.reaches(&pose) && self.examine(pose, Source::Geometric, demand)? == Examined::Refused(NoSupport::AreaTooSmall) {
+            let Some(pose) = self.surfaces.settle(self.scratch, self.request, *spot) else {
+                continue;
+            };
+            if self.request.reaches(&pose)
+                && self.examine(pose, Source::Geometric, demand)?
+                    == Examined::Refused(NoSupport::AreaTooSmall)
+            {
                 others.extend([pose]);
             }
         }
@@ -84,11 +98,12 @@ impl Proposal<'_, '_> {
 impl Surfaces {
     /// Whether two faces lie in one plane.
     fn are_coplanar(&self, one: &Face, other: &Face) -> bool {
-        one.normal.dot(other.normal) >= self.coplanar_cos && (one.offset - other.offset).abs() <= self.config.plane_distance_max
+        one.normal.dot(other.normal) >= self.coplanar_cos
+            && (one.offset - other.offset).abs() <= self.config.plane_distance_max
     }
 
-    /// Where the sole comes to rest when it is set down at a spot, heading for the ideal yaw; `None` where nothing holds its middle, or
-    /// only what is too steep.
+    /// Where the sole comes to rest when it is set down at a spot, heading for the ideal yaw;
+    /// `None` where nothing holds its middle, or only what is too steep.
     fn settle(&self, scratch: &mut Scratch, request: &Request, spot: DVec2) -> Option<Pose> {
         let yaw = yaw_of(request.ideal.rotation);
         let (sin, cos) = libm::sincos(yaw);
@@ -110,8 +125,15 @@ impl Surfaces {
         Some(pose)
     }
 
-    /// Fills `scratch.ground` with the corners of what lies under the sole, between two heights from it, in the sole frame.
-    fn gather_ground(&self, scratch: &mut Scratch, outline: &[DVec2], world_from_sole: &Pose, [lowest, highest]: [f64; 2]) {
+    /// Fills `scratch.ground` with the corners of what lies under the sole, between two heights
+    /// from it, in the sole frame.
+    fn gather_ground(
+        &self,
+        scratch: &mut Scratch,
+        outline: &[DVec2],
+        world_from_sole: &Pose,
+        [lowest, highest]: [f64; 2],
+    ) {
         scratch.ground.clear();
         let sole = HeldSole::new(outline, world_from_sole);
         let region = sole.region(lowest, highest);
@@ -125,7 +147,10 @@ impl Surfaces {
                 Element::Round(round) => {
                     let normal = round.side_normal(world_from_sole.rotation * DVec3::Z);
                     let line = normal.map(|normal| round.line_facing(normal));
-                    scratch.clip.polygon.extend(line.into_iter().flatten().map(|end| sole.in_sole(end)));
+                    scratch
+                        .clip
+                        .polygon
+                        .extend(line.into_iter().flatten().map(|end| sole.in_sole(end)));
                 }
             }
             clip_to_sides(&mut scratch.clip, &sole.sides, 0.0);
@@ -134,13 +159,15 @@ impl Surfaces {
     }
 }
 
-/// The three of some points over which a plane rests that is above `middle`, and below none of them: the triangle under `middle` climbs
-/// to the point that stands highest above it until there is none.
+/// The three of some points over which a plane rests that is above `middle`, and below none of
+/// them: the triangle under `middle` climbs to the point that stands highest above it until there
+/// is none.
 fn resting_triangle(points: &[DVec3], middle: DVec2) -> Option<[DVec3; 3]> {
     let mut triangle = BELOW;
     for _ in 0..CLIMBS_MAX {
         let above = height_above(triangle);
-        let (height, highest) = points.iter().map(|p| (above(p), p)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (height, highest) =
+            points.iter().map(|p| (above(p), p)).max_by(|a, b| a.0.total_cmp(&b.0))?;
         if height <= REST_SLACK {
             return triangle.iter().all(|corner| !BELOW.contains(corner)).then_some(triangle);
         }
@@ -159,7 +186,11 @@ fn climbed(triangle: &[DVec3; 3], point: DVec3, middle: DVec2) -> Option<[DVec3;
     let depth = |triangle: &[DVec3; 3]| {
         let [a, b, c] = triangle.map(|corner| corner.truncate());
         let area = cross(a, b, c);
-        if area > AREA_MIN { cross(a, b, middle).min(cross(b, c, middle)).min(cross(c, a, middle)) / area } else { f64::NEG_INFINITY }
+        if area > AREA_MIN {
+            cross(a, b, middle).min(cross(b, c, middle)).min(cross(c, a, middle)) / area
+        } else {
+            f64::NEG_INFINITY
+        }
     };
     let best = replaced.into_iter().max_by(|a, b| depth(a).total_cmp(&depth(b)))?;
     (depth(&best) >= -1e-9).then_some(best)
@@ -181,18 +212,28 @@ mod tests {
     fn a_sole_rests_on_three_points_around_its_middle_and_under_none() {
         let mut random = Random::new(1, Stream::FootPlacement, 0, 0);
         for _ in 0..200 {
-            let points: Vec<DVec3> = (0..60).map(|_| DVec3::from_array([0.1, 0.1, 0.02].map(|side| random.uniform(-side, side)))).collect();
+            let points: Vec<DVec3> = (0..60)
+                .map(|_| {
+                    DVec3::from_array([0.1, 0.1, 0.02].map(|side| random.uniform(-side, side)))
+                })
+                .collect();
             let Some(triangle) = resting_triangle(&points, DVec2::ZERO) else { continue };
             assert!(points.iter().all(|p| height_above(triangle)(p) <= REST_SLACK));
             let [a, b, c] = triangle.map(|corner| corner.truncate());
-            let sides = [cross(a, b, DVec2::ZERO), cross(b, c, DVec2::ZERO), cross(c, a, DVec2::ZERO)];
+            let sides =
+                [cross(a, b, DVec2::ZERO), cross(b, c, DVec2::ZERO), cross(c, a, DVec2::ZERO)];
             assert!(sides.iter().all(|side| *side >= -1e-9), "{sides:?}");
         }
     }
 
     #[test]
     fn a_middle_with_ground_on_one_side_only_has_no_rest() {
-        let points = [DVec3::new(0.1, 0.0, 0.0), DVec3::new(0.2, 0.1, 0.0), DVec3::new(0.2, -0.1, 0.1), DVec3::new(0.3, 0.0, 0.0)];
+        let points = [
+            DVec3::new(0.1, 0.0, 0.0),
+            DVec3::new(0.2, 0.1, 0.0),
+            DVec3::new(0.2, -0.1, 0.1),
+            DVec3::new(0.3, 0.0, 0.0),
+        ];
         assert_eq!(resting_triangle(&points, DVec2::ZERO), None);
         assert_eq!(resting_triangle(&[], DVec2::ZERO), None);
     }

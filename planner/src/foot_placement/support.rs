@@ -6,7 +6,8 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
 use super::polygon::{
-    Sides, area_and_centroid, clip, clip_to_sides, convex_hull, cross, distance_to, edges, inner_distance, sides_of, simplify, width,
+    Sides, area_and_centroid, clip, clip_to_sides, convex_hull, cross, distance_to, edges,
+    inner_distance, sides_of, simplify, width,
 };
 use super::scratch::{Bounded, Scratch};
 use super::surfaces::{Element, Face, Round, RoundEnds, Surfaces};
@@ -15,7 +16,8 @@ use crate::collision::bvh;
 
 /// A surface that only touches the outline does not stand in it: how far inside it must be, m.
 const OUTLINE_INSET: f64 = 1e-4;
-/// How far a surface that faces down must be below the sole plane not to lie on top of the ground there, m.
+/// How far a surface that faces down must be below the sole plane not to lie on top of the ground
+/// there, m.
 const COVER_DEPTH: f64 = 1e-4;
 /// Halvings of the search for the point of a round axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
@@ -25,9 +27,11 @@ const AXIS_SEARCH_STEPS: usize = 48;
 pub(super) struct Demand {
     /// The smallest area, m2.
     pub area_min: f64,
-    /// Whether surfaces steeper than friction holds carry too: something else keeps the foot from sliding.
+    /// Whether surfaces steeper than friction holds carry too: something else keeps the foot from
+    /// sliding.
     pub braced: bool,
-    /// Whether any surface that stands in the outline is enough to refuse the sole; else it is the highest that is remembered.
+    /// Whether any surface that stands in the outline is enough to refuse the sole; else it is the
+    /// highest that is remembered.
     pub any_intrusion: bool,
 }
 
@@ -73,7 +77,9 @@ impl<'a> HeldSole<'a> {
 
     /// The box in the sole frame around the outline between two heights above the sole plane.
     fn plate(&self, lowest: f64, highest: f64) -> bvh::Aabb {
-        bvh::Aabb::of_points(self.outline.iter().flat_map(|p| [p.extend(lowest), p.extend(highest)]))
+        bvh::Aabb::of_points(
+            self.outline.iter().flat_map(|p| [p.extend(lowest), p.extend(highest)]),
+        )
     }
 }
 
@@ -95,13 +101,20 @@ impl Findings {
 }
 
 impl Surfaces {
-    /// The exact support of a sole held at a pose: the hull of all places within the outline where a surface is within
-    /// `plane_distance_max` of the sole plane, aligned with it and inside the friction cone [Grey 4.1.2].
+    /// The exact support of a sole held at a pose: the hull of all places within the outline where
+    /// a surface is within `plane_distance_max` of the sole plane, aligned with it and inside the
+    /// friction cone [Grey 4.1.2].
     ///
     /// # Errors
     /// Why there is none. `scratch` then remembers what stood in the way.
-    pub fn support(&self, scratch: &mut Scratch, sole_polygon: &[DVec2], world_from_sole: &Pose) -> Result<Support, NoSupport> {
-        let demand = Demand { area_min: self.config.support_area_min, braced: false, any_intrusion: false };
+    pub fn support(
+        &self,
+        scratch: &mut Scratch,
+        sole_polygon: &[DVec2],
+        world_from_sole: &Pose,
+    ) -> Result<Support, NoSupport> {
+        let demand =
+            Demand { area_min: self.config.support_area_min, braced: false, any_intrusion: false };
         self.support_of(scratch, sole_polygon, world_from_sole, demand)
     }
 
@@ -117,7 +130,8 @@ impl Surfaces {
         if !is_sole(sole_polygon) || !world_from_sole.is_finite() {
             return Err(NoSupport::InvalidSole);
         }
-        let sole = HeldSole { braced: demand.braced, ..HeldSole::new(sole_polygon, world_from_sole) };
+        let sole =
+            HeldSole { braced: demand.braced, ..HeldSole::new(sole_polygon, world_from_sole) };
         if !sole.braced && !self.is_flat_enough(sole.normal) {
             return Err(NoSupport::TooSteep);
         }
@@ -134,17 +148,25 @@ impl Surfaces {
     }
 
     /// Collects contact points and intrusions, or just one of these.
-    fn examine(&self, scratch: &mut Scratch, sole: &HeldSole, any_intrusion: bool) -> Result<Findings, NoSupport> {
+    fn examine(
+        &self,
+        scratch: &mut Scratch,
+        sole: &HeldSole,
+        any_intrusion: bool,
+    ) -> Result<Findings, NoSupport> {
         scratch.contact_points.clear();
         let mut findings = Findings::default();
         let heights = [-self.config.plane_distance_max, self.config.plate_height];
-        let (region, plate) = (sole.region(heights[0], heights[1]), sole.plate(heights[0], heights[1]));
+        let (region, plate) =
+            (sole.region(heights[0], heights[1]), sole.plate(heights[0], heights[1]));
         for (count, id) in self.elements_in(&region).enumerate() {
             if count >= self.config.support_elements_max {
                 return Err(NoSupport::TooManyElements);
             }
             match self.element(id) {
-                Element::Face(face, vertices) => self.examine_face(scratch, (sole, &plate), &mut findings, face, vertices),
+                Element::Face(face, vertices) => {
+                    self.examine_face(scratch, (sole, &plate), &mut findings, face, vertices)
+                }
                 Element::Round(round) => self.examine_round(scratch, sole, &mut findings, round),
             }
             if any_intrusion && findings.intrusion.is_some() {
@@ -180,7 +202,11 @@ impl Surfaces {
         if highest > obstructs_above && lowest < self.config.plate_height {
             clip_to_sides(buffer, &sole.sides, OUTLINE_INSET);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| self.config.plate_height - p.z);
-            buffer.polygon.iter().filter(|p| p.z > obstructs_above).for_each(|p| findings.intrude(*p));
+            buffer
+                .polygon
+                .iter()
+                .filter(|p| p.z > obstructs_above)
+                .for_each(|p| findings.intrude(*p));
         }
         if alignment >= self.carrying_cos && (sole.braced || self.is_flat_enough(face.normal)) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
@@ -189,12 +215,22 @@ impl Surfaces {
                 return;
             }
             for i in 0..scratch.clip.polygon.len() {
-                add_contact(&mut scratch.contact_points, &mut scratch.hull, scratch.clip.polygon[i].truncate());
+                add_contact(
+                    &mut scratch.contact_points,
+                    &mut scratch.hull,
+                    scratch.clip.polygon[i].truncate(),
+                );
             }
         }
     }
 
-    fn examine_round(&self, scratch: &mut Scratch, sole: &HeldSole, findings: &mut Findings, round: &Round) {
+    fn examine_round(
+        &self,
+        scratch: &mut Scratch,
+        sole: &HeldSole,
+        findings: &mut Findings,
+        round: &Round,
+    ) {
         let tolerance = self.config.plane_distance_max;
         let (a, b) = (sole.in_sole(round.a), sole.in_sole(round.b));
         if a.z.max(b.z) + round.radius < -tolerance {
@@ -206,7 +242,9 @@ impl Surfaces {
             }
             for end in [a, b] {
                 let point = end + DVec3::Z * round.radius;
-                if point.z.abs() <= tolerance && inner_distance(sole.outline, point.truncate()) >= 0.0 {
+                if point.z.abs() <= tolerance
+                    && inner_distance(sole.outline, point.truncate()) >= 0.0
+                {
                     add_contact(&mut scratch.contact_points, &mut scratch.hull, point.truncate());
                 }
             }
@@ -223,12 +261,23 @@ impl Surfaces {
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
         for i in 0..scratch.clip.polygon.len() {
-            add_contact(&mut scratch.contact_points, &mut scratch.hull, scratch.clip.polygon[i].truncate());
+            add_contact(
+                &mut scratch.contact_points,
+                &mut scratch.hull,
+                scratch.clip.polygon[i].truncate(),
+            );
         }
     }
 
-    /// Where a capsule or ball with the axis `a b` (sole frame) stands in the plate above the sole, if it does.
-    fn intrusion_of_round(&self, sole: &HeldSole, round: &Round, a: DVec3, b: DVec3) -> Option<DVec3> {
+    /// Where a capsule or ball with the axis `a b` (sole frame) stands in the plate above the sole,
+    /// if it does.
+    fn intrusion_of_round(
+        &self,
+        sole: &HeldSole,
+        round: &Round,
+        a: DVec3,
+        b: DVec3,
+    ) -> Option<DVec3> {
         let (low, high) = (self.config.plane_distance_max, self.config.plate_height);
         let distance = |t: f64| {
             let p = a + (b - a) * t;
@@ -245,7 +294,8 @@ impl Surfaces {
         }
         let nearest = 0.5 * (from + to);
         let point = a + (b - a) * nearest;
-        (distance(nearest) < round.radius - OUTLINE_INSET).then(|| point.truncate().extend((point.z + round.radius).min(high)))
+        (distance(nearest) < round.radius - OUTLINE_INSET)
+            .then(|| point.truncate().extend((point.z + round.radius).min(high)))
     }
 
     /// The support that the collected contact points make.
@@ -267,7 +317,8 @@ impl Surfaces {
 /// Whether a polygon is convex, counter-clockwise, and of a size that fits.
 fn is_sole(polygon: &[DVec2]) -> bool {
     let n = polygon.len();
-    let turns_left = |i: usize| cross(polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]) >= -1e-12;
+    let turns_left =
+        |i: usize| cross(polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]) >= -1e-12;
     (3..=POLYGON_VERTICES_MAX).contains(&n)
         && polygon.iter().all(|p| p.is_finite())
         && (0..n).all(turns_left)

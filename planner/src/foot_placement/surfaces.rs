@@ -101,7 +101,8 @@ impl Surfaces {
         config.validate()?;
         let parts = build::parts_of(world)?;
         let steepest = (libm::atan(world.mu) - config.friction_margin).max(0.0);
-        let [carrying_cos, coplanar_cos] = [config.normal_tilt_max, config.plane_tilt_max].map(libm::cos);
+        let [carrying_cos, coplanar_cos] =
+            [config.normal_tilt_max, config.plane_tilt_max].map(libm::cos);
         let mut surfaces = Self {
             config,
             faces: parts.faces,
@@ -112,7 +113,8 @@ impl Surfaces {
             carrying_cos,
             coplanar_cos,
         };
-        let boxes: Vec<Aabb> = (0..surfaces.element_count()).map(|id| surfaces.element_box(id)).collect();
+        let boxes: Vec<Aabb> =
+            (0..surfaces.element_count()).map(|id| surfaces.element_box(id)).collect();
         surfaces.bvh = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
         Ok(surfaces)
     }
@@ -157,17 +159,20 @@ impl Surfaces {
     pub(super) fn may_carry(&self, id: u32) -> bool {
         match self.element(id) {
             Element::Face(face, _) => self.is_flat_enough(face.normal),
-            Element::Round(round) => round.side_normal(DVec3::Z).is_some_and(|n| self.is_flat_enough(n)),
+            Element::Round(round) => {
+                round.side_normal(DVec3::Z).is_some_and(|n| self.is_flat_enough(n))
+            }
         }
     }
 
-    /// The horizontal distance from a point to the outline of an element seen from above, and the height of the element
-    /// there, m.
+    /// The horizontal distance from a point to the outline of an element seen from above, and the
+    /// height of the element there, m.
     pub(super) fn distance_and_height(&self, id: u32, from: DVec2) -> (f64, f64) {
         match self.element(id) {
             Element::Face(face, vertices) => {
                 let near = nearest_on_outline(vertices, from);
-                let height = (face.offset - face.normal.x * near.x - face.normal.y * near.y) / face.normal.z.max(1e-6);
+                let height = (face.offset - face.normal.x * near.x - face.normal.y * near.y)
+                    / face.normal.z.max(1e-6);
                 ((near - from).length(), height)
             }
             Element::Round(round) => {
@@ -197,10 +202,14 @@ impl Surfaces {
 
 /// The point nearest to `from` of an upward face seen from above.
 fn nearest_on_outline(vertices: &[DVec3], from: DVec2) -> DVec2 {
-    let sides = || (0..vertices.len()).map(|i| (vertices[i].truncate(), vertices[(i + 1) % vertices.len()].truncate()));
+    let sides = || {
+        (0..vertices.len())
+            .map(|i| (vertices[i].truncate(), vertices[(i + 1) % vertices.len()].truncate()))
+    };
     if sides().all(|(a, b)| (b - a).perp_dot(from - a) >= 0.0) {
         return from;
     }
     let near = sides().map(|(a, b)| super::polygon::closest_on_segment(a, b, from));
-    near.min_by(|p, q| p.distance_squared(from).total_cmp(&q.distance_squared(from))).unwrap_or(from)
+    near.min_by(|p, q| p.distance_squared(from).total_cmp(&q.distance_squared(from)))
+        .unwrap_or(from)
 }

@@ -1,4 +1,5 @@
-//! Turns about an axis as sine and cosine, and arcs of them: what a joint's limits admit, told without taking the angle.
+//! Turns about an axis as sine and cosine, and arcs of them: what a joint's limits admit, told
+//! without taking the angle.
 
 use glam::DVec3;
 
@@ -33,7 +34,10 @@ impl Turn {
 
     /// Both turns, one after the other.
     pub fn then(self, other: Self) -> Self {
-        Self { sin: self.sin * other.cos + self.cos * other.sin, cos: self.cos * other.cos - self.sin * other.sin }
+        Self {
+            sin: self.sin * other.cos + self.cos * other.sin,
+            cos: self.cos * other.cos - self.sin * other.sin,
+        }
     }
 
     /// The turn back.
@@ -79,8 +83,8 @@ impl Arc {
         Self { middle: Turn { sin, cos }, cos_half }
     }
 
-    /// Whether a turn's angle may lie within the arc; `false` is certain, but for rounding far smaller than any margin. Never
-    /// for a turn that is no number.
+    /// Whether a turn's angle may lie within the arc; `false` is certain, but for rounding far
+    /// smaller than any margin. Never for a turn that is no number.
     pub fn may_hold(&self, turn: Turn) -> bool {
         turn.cos * self.middle.cos + turn.sin * self.middle.sin >= self.cos_half - DOUBT
     }
@@ -97,7 +101,11 @@ mod tests {
                 let angle = 0.1 * f64::from(step) + 0.003;
                 let (sin, cos) = libm::sincos(angle);
                 let turn = Turn::in_proportion(0.3 * sin, 0.3 * cos);
-                assert_eq!(Arc::of_limits(upper, lower).may_hold(turn), (lower..=upper).contains(&angle), "{angle}");
+                assert_eq!(
+                    Arc::of_limits(upper, lower).may_hold(turn),
+                    (lower..=upper).contains(&angle),
+                    "{angle}"
+                );
             }
         }
         assert!(!Arc::of_limits(-4.0, 4.0).may_hold(Turn { sin: f64::NAN, cos: 0.0 }));

@@ -1,16 +1,18 @@
-//! Closed-form inverse kinematics of a six-joint leg: three hip axes (yaw, roll, pitch) that meet in one point, a knee
-//! and an ankle pitch parallel to the hip pitch, and an ankle roll that meets the ankle pitch at right angles.
+//! Closed-form inverse kinematics of a six-joint leg: three hip axes (yaw, roll, pitch) that meet
+//! in one point, a knee and an ankle pitch parallel to the hip pitch, and an ankle roll that meets
+//! the ankle pitch at right angles.
 //!
-//! With all joints at zero let x, y, z be the roll, pitch and yaw axes. Then, with `u` from hip to knee axis and `v` from
-//! knee axis to ankle,
+//! With all joints at zero let x, y, z be the roll, pitch and yaw axes. Then, with `u` from hip to
+//! knee axis and `v` from knee axis to ankle,
 //!
 //! ```text
 //! ankle - hip = R123 (u + Ry(q4) v)          R = R123 Ry(q4 + q5) Rx(q6)
 //! ```
 //!
-//! The distance between ankle and hip gives q4, the hip seen from the foot gives q6 and q5, and what remains of R gives
-//! q1 to q3. Two choices at the knee, at the ankle and at the hip make eight branches. All of this is done in sines and
-//! cosines; angles are taken only of branches that may be within the limits, mostly one.
+//! The distance between ankle and hip gives q4, the hip seen from the foot gives q6 and q5, and
+//! what remains of R gives q1 to q3. Two choices at the knee, at the ankle and at the hip make
+//! eight branches. All of this is done in sines and cosines; angles are taken only of branches that
+//! may be within the limits, mostly one.
 
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
@@ -40,7 +42,8 @@ pub struct ClosedForm {
     arcs: [Arc; 6],
 }
 
-/// How the distance between ankle and hip follows from the knee's turn: its square is `base + 2 amplitude cos(q4 - phase)`.
+/// How the distance between ankle and hip follows from the knee's turn: its square is
+/// `base + 2 amplitude cos(q4 - phase)`.
 #[derive(Debug, Clone)]
 struct Stretch {
     base: f64,
@@ -87,7 +90,9 @@ impl ClosedForm {
             ankle_from_foot: zero_root_from_sole.inverse_transform_point(ankle),
             zero_rotation_inverse: zero_rotation.transpose() * root_from_axes,
             stretch: Stretch::new(knee, shank),
-            arcs: std::array::from_fn(|i| Arc::of_limits(signs[i] * joints[i].lower, signs[i] * joints[i].upper)),
+            arcs: std::array::from_fn(|i| {
+                Arc::of_limits(signs[i] * joints[i].lower, signs[i] * joints[i].upper)
+            }),
             knee,
             shank,
             signs,
@@ -95,10 +100,21 @@ impl ClosedForm {
     }
 
     /// The solution within the limits that is nearest to `near`.
-    pub fn solve(&self, joints: &[LegJoint], root_from_sole: &Pose, near: &LegPositions) -> Option<LegPositions> {
-        let rotation = self.axes_from_root * DMat3::from_quat(root_from_sole.rotation) * self.zero_rotation_inverse;
+    pub fn solve(
+        &self,
+        joints: &[LegJoint],
+        root_from_sole: &Pose,
+        near: &LegPositions,
+    ) -> Option<LegPositions> {
+        let rotation = self.axes_from_root
+            * DMat3::from_quat(root_from_sole.rotation)
+            * self.zero_rotation_inverse;
         let ankle = self.axes_from_root * (*root_from_sole * self.ankle_from_foot - self.hip);
-        let foot_ankle = DVec3::new(rotation.x_axis.dot(ankle), rotation.y_axis.dot(ankle), rotation.z_axis.dot(ankle));
+        let foot_ankle = DVec3::new(
+            rotation.x_axis.dot(ankle),
+            rotation.y_axis.dot(ankle),
+            rotation.z_axis.dot(ankle),
+        );
         let rolls = self.ankle_rolls(foot_ankle)?;
         let mut best: Option<(f64, LegPositions)> = None;
         for knee in self.knees(ankle)?.into_iter().filter(|&knee| self.arcs[3].may_hold(knee)) {
@@ -122,7 +138,8 @@ impl ClosedForm {
         Some([phase.then(opening), phase.then(opening.back())])
     }
 
-    /// Both ankle rolls that bring the hip into the plane of the leg; `ankle` is hip to ankle in the foot's axes.
+    /// Both ankle rolls that bring the hip into the plane of the leg; `ankle` is hip to ankle in
+    /// the foot's axes.
     fn ankle_rolls(&self, ankle: DVec3) -> Option<[Turn; 2]> {
         let along = self.knee.y + self.shank.y;
         let amplitude = (ankle.y * ankle.y + ankle.z * ankle.z).sqrt();
@@ -138,8 +155,10 @@ impl ClosedForm {
     fn branches(&self, rotation: &DMat3, foot_ankle: DVec3, knee: Turn, roll: Turn) -> [Branch; 2] {
         let leg = self.knee + knee.about_y(self.shank);
         let seen = roll.about_x(foot_ankle);
-        let pitches = Turn::in_proportion(seen.z * leg.x - seen.x * leg.z, seen.z * leg.z + seen.x * leg.x);
-        // The hip's rotation: `rotation Rx(-roll) Ry(-pitches)`, of which some columns' entries are needed.
+        let pitches =
+            Turn::in_proportion(seen.z * leg.x - seen.x * leg.z, seen.z * leg.z + seen.x * leg.x);
+        // The hip's rotation: `rotation Rx(-roll) Ry(-pitches)`, of which some columns' entries are
+        // needed.
         let z_axis = roll.sin * rotation.y_axis + roll.cos * rotation.z_axis;
         let hip_y = roll.cos * rotation.y_axis - roll.sin * rotation.z_axis;
         let hip_xz = pitches.cos * rotation.x_axis.z + pitches.sin * z_axis.z;
@@ -149,11 +168,20 @@ impl ClosedForm {
         let yaw = Turn { sin: -hip_y.x * scale, cos: hip_y.y * scale };
         let pitch = Turn { sin: -hip_xz * scale, cos: hip_zz * scale };
         let ankle_pitch = pitches.then(knee.back());
-        [[yaw, hip_roll, pitch, knee, ankle_pitch, roll], [yaw.opposite(), hip_roll.mirrored(), pitch.opposite(), knee, ankle_pitch, roll]]
+        [
+            [yaw, hip_roll, pitch, knee, ankle_pitch, roll],
+            [yaw.opposite(), hip_roll.mirrored(), pitch.opposite(), knee, ankle_pitch, roll],
+        ]
     }
 
     /// Keeps a branch that is within the limits and nearer than the best so far.
-    fn consider(&self, joints: &[LegJoint], branch: &Branch, near: &LegPositions, best: &mut Option<(f64, LegPositions)>) {
+    fn consider(
+        &self,
+        joints: &[LegJoint],
+        branch: &Branch,
+        near: &LegPositions,
+        best: &mut Option<(f64, LegPositions)>,
+    ) {
         if !self.arcs.iter().zip(branch).all(|(arc, &turn)| arc.may_hold(turn)) {
             return;
         }

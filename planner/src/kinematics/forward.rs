@@ -33,7 +33,9 @@ impl Kinematics {
     pub fn new(model: &RobotModel) -> Self {
         let links = model.links.iter().map(|link| {
             let (parent, parent_from_joint, joint) =
-                link.parent.as_ref().map_or((0, Pose::IDENTITY, None), |at| (at.parent, at.parent_from_joint, at.joint));
+                link.parent.as_ref().map_or((0, Pose::IDENTITY, None), |at| {
+                    (at.parent, at.parent_from_joint, at.joint)
+                });
             let motion = joint.map_or(Motion::Fixed, |joint| {
                 let axis = model.joints[joint].axis;
                 match model.joints[joint].kind {
@@ -67,7 +69,11 @@ impl Kinematics {
 
     /// The centre of mass in the world.
     pub fn center_of_mass(&self, world_from_links: &[Pose]) -> DVec3 {
-        let moment = self.links.iter().zip(world_from_links).map(|(link, pose)| (*pose * link.com) * link.mass);
+        let moment = self
+            .links
+            .iter()
+            .zip(world_from_links)
+            .map(|(link, pose)| (*pose * link.com) * link.mass);
         moment.sum::<DVec3>() / self.mass
     }
 }
@@ -76,7 +82,9 @@ impl Motion {
     fn pose(self, q: &[f64]) -> Pose {
         match self {
             Self::Fixed => Pose::IDENTITY,
-            Self::Turn { joint, axis } => Pose::from_parts(DVec3::ZERO, rotation_about(axis, q[joint])),
+            Self::Turn { joint, axis } => {
+                Pose::from_parts(DVec3::ZERO, rotation_about(axis, q[joint]))
+            }
             Self::Slide { joint, axis } => Pose::from_parts(axis * q[joint], DQuat::IDENTITY),
         }
     }

@@ -1,5 +1,6 @@
-//! One leg: the joints that carry a foot and no other, and which joint positions put its sole where it shall be. A joint that carries
-//! both feet, as a waist does between a root in the trunk and the hips, belongs to no leg: it is held as the robot stands.
+//! One leg: the joints that carry a foot and no other, and which joint positions put its sole where
+//! it shall be. A joint that carries both feet, as a waist does between a root in the trunk and the
+//! hips, belongs to no leg: it is held as the robot stands.
 
 use glam::DVec3;
 use heapless::Vec as BoundedVec;
@@ -19,7 +20,9 @@ pub type LegPositions = BoundedVec<f64, LEG_JOINTS_MAX>;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum LegError {
     /// Fewer than six or more than [`LEG_JOINTS_MAX`] joints.
-    #[error("the leg to foot '{foot}' has {joints} moving joints of its own; 6 to {LEG_JOINTS_MAX} are needed to place a sole freely")]
+    #[error(
+        "the leg to foot '{foot}' has {joints} moving joints of its own; 6 to {LEG_JOINTS_MAX} are needed to place a sole freely"
+    )]
     JointCount {
         /// The foot's name.
         foot: String,
@@ -57,7 +60,10 @@ pub struct Leg {
 }
 
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant, reason = "there are two of them, and a box would be one more step to each solution")]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there are two of them, and a box would be one more step to each solution"
+)]
 enum Solver {
     ClosedForm(ClosedForm),
     Newton(Newton),
@@ -75,7 +81,8 @@ impl Leg {
             return Err(LegError::JointCount { foot: foot.name.clone(), joints: chain.len() });
         }
         let zero = zero_poses(model, &chain);
-        let joints: BoundedVec<_, LEG_JOINTS_MAX> = chain.iter().map(|&index| leg_joint(model, &zero, index, joint_margin)).collect();
+        let joints: BoundedVec<_, LEG_JOINTS_MAX> =
+            chain.iter().map(|&index| leg_joint(model, &zero, index, joint_margin)).collect();
         let zero_root_from_sole = zero[foot.link] * foot.link_from_sole;
         let solver = match ClosedForm::recognise(&joints, &zero_root_from_sole) {
             Some(closed_form) => Solver::ClosedForm(closed_form),
@@ -112,14 +119,15 @@ impl Leg {
         self.reach
     }
 
-    /// Writes the leg's part of `q` so that the sole stands at `root_from_sole`, choosing among the solutions within the
-    /// limits the one nearest to what `q` holds. Leaves `q` alone and answers `false` where there is none.
+    /// Writes the leg's part of `q` so that the sole stands at `root_from_sole`, choosing among the
+    /// solutions within the limits the one nearest to what `q` holds. Leaves `q` alone and answers
+    /// `false` where there is none.
     pub fn solve(&self, root_from_sole: &Pose, q: &mut [f64]) -> bool {
         self.solve_by(root_from_sole, q, Newton::solve)
     }
 
-    /// The same, but where there is no closed form only a solution to which the iteration leads from what `q` holds or from the
-    /// standing posture.
+    /// The same, but where there is no closed form only a solution to which the iteration leads
+    /// from what `q` holds or from the standing posture.
     pub fn solve_near(&self, root_from_sole: &Pose, q: &mut [f64]) -> bool {
         self.solve_by(root_from_sole, q, Newton::solve_near)
     }
@@ -132,7 +140,9 @@ impl Leg {
     ) -> bool {
         let near: LegPositions = self.joints.iter().map(|joint| q[joint.index]).collect();
         let found = match &self.solver {
-            Solver::ClosedForm(closed_form) => closed_form.solve(&self.joints, root_from_sole, &near),
+            Solver::ClosedForm(closed_form) => {
+                closed_form.solve(&self.joints, root_from_sole, &near)
+            }
             Solver::Newton(newton) => iterate(newton, &self.joints, root_from_sole, &near),
         };
         let Some(found) = found else { return false };
@@ -142,7 +152,8 @@ impl Leg {
         true
     }
 
-    /// The leg's joints, each with the motion of what carries it: takes its point and axis to where they are, in the root's frame.
+    /// The leg's joints, each with the motion of what carries it: takes its point and axis to where
+    /// they are, in the root's frame.
     pub fn axes(&self, q: &[f64]) -> impl Iterator<Item = (&LegJoint, Pose)> {
         self.joints.iter().scan(Pose::IDENTITY, move |motion, joint| {
             let before = *motion;
@@ -153,13 +164,17 @@ impl Leg {
 
     /// The sole's pose in the root's frame.
     pub fn root_from_sole(&self, q: &[f64]) -> Pose {
-        let motion = self.joints.iter().fold(Pose::IDENTITY, |motion, joint| motion * joint.motion(q[joint.index]));
+        let motion = self
+            .joints
+            .iter()
+            .fold(Pose::IDENTITY, |motion, joint| motion * joint.motion(q[joint.index]));
         motion * self.zero_root_from_sole
     }
 }
 
 impl LegJoint {
-    /// What moving to `position` does to everything beyond the joint, in the root's frame with all joints before at zero.
+    /// What moving to `position` does to everything beyond the joint, in the root's frame with all
+    /// joints before at zero.
     pub fn motion(&self, position: f64) -> Pose {
         match self.kind {
             JointKind::Revolute => {
@@ -180,10 +195,18 @@ fn leg_joint(model: &RobotModel, zero: &[Pose], index: JointIndex, margin: f64) 
     let joint = &model.joints[index];
     let world_from_joint = zero[joint.child];
     let [lower, upper] = limits_within(joint, margin);
-    LegJoint { index, kind: joint.kind, point: world_from_joint.translation, axis: world_from_joint.rotation * joint.axis, lower, upper }
+    LegJoint {
+        index,
+        kind: joint.kind,
+        point: world_from_joint.translation,
+        axis: world_from_joint.rotation * joint.axis,
+        lower,
+        upper,
+    }
 }
 
-/// A joint's limits with a margin on either side; the middle of them where there is no room for that.
+/// A joint's limits with a margin on either side; the middle of them where there is no room for
+/// that.
 pub fn limits_within(joint: &Joint, margin: f64) -> [f64; 2] {
     let middle = joint.lower.midpoint(joint.upper);
     [(joint.lower + margin).min(middle), (joint.upper - margin).max(middle)]
@@ -192,8 +215,12 @@ pub fn limits_within(joint: &Joint, margin: f64) -> [f64; 2] {
 /// All links in the root's frame, the joints of a leg at zero, all others as the robot stands.
 fn zero_poses(model: &RobotModel, leg: &[JointIndex]) -> Vec<Pose> {
     let mut poses = vec![Pose::IDENTITY; model.links.len()];
-    let q: Vec<f64> =
-        model.standing_q.iter().enumerate().map(|(joint, &standing)| if leg.contains(&joint) { 0.0 } else { standing }).collect();
+    let q: Vec<f64> = model
+        .standing_q
+        .iter()
+        .enumerate()
+        .map(|(joint, &standing)| if leg.contains(&joint) { 0.0 } else { standing })
+        .collect();
     super::Kinematics::new(model).forward(&Pose::IDENTITY, &q, &mut poses);
     poses
 }

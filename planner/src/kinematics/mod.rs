@@ -1,5 +1,5 @@
-//! Forward kinematics of the whole tree, and inverse kinematics of a leg: closed-form where the leg's axes meet as they
-//! must, a bounded Newton iteration otherwise.
+//! Forward kinematics of the whole tree, and inverse kinematics of a leg: closed-form where the
+//! leg's axes meet as they must, a bounded Newton iteration otherwise.
 
 mod arc;
 pub mod closed_form;

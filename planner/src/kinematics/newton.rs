@@ -1,5 +1,6 @@
-//! Bounded numeric inverse kinematics for a leg without a closed form: damped Newton steps from the caller's positions, from
-//! the standing posture, and from those of some known postures whose soles are nearest to the one wished for.
+//! Bounded numeric inverse kinematics for a leg without a closed form: damped Newton steps from the
+//! caller's positions, from the standing posture, and from those of some known postures whose soles
+//! are nearest to the one wished for.
 
 use glam::{DMat3, DQuat, DVec3};
 use heapless::Vec as BoundedVec;
@@ -22,8 +23,8 @@ const COS_HALF_SMALL: f64 = 0.98;
 const STALL: f64 = 0.98;
 /// So many such steps in a row end a start.
 const STALLS_MAX: usize = 3;
-/// So many steps in a row that push a joint against its limit end a start, too: of a thousand starts that lead to a solution one does so,
-/// of those that lead to none most.
+/// So many steps in a row that push a joint against its limit end a start, too: of a thousand
+/// starts that lead to a solution one does so, of those that lead to none most.
 const PUSHES_MAX: usize = 3;
 /// Known postures: the first half near the standing one, the others anywhere within the limits.
 const POSTURES: usize = 512;
@@ -58,7 +59,8 @@ pub struct Newton {
     postures: Vec<Posture>,
 }
 
-/// What a joint carries up to the next one, or to the sole, in a frame that moves with the joint, its axis along z.
+/// What a joint carries up to the next one, or to the sole, in a frame that moves with the joint,
+/// its axis along z.
 #[derive(Debug, Clone, Copy)]
 struct Link {
     joint_from_next: DMat3,
@@ -90,7 +92,8 @@ impl Newton {
         };
         for index in 0..POSTURES {
             let positions = newton.draw_posture(joints, index);
-            let root_from_sole = newton.forward(joints, &positions, &mut [[0.0; 6]; LEG_JOINTS_MAX]);
+            let root_from_sole =
+                newton.forward(joints, &positions, &mut [[0.0; 6]; LEG_JOINTS_MAX]);
             newton.postures.push(Posture { root_from_sole, positions });
         }
         newton
@@ -106,8 +109,14 @@ impl Newton {
         joints.iter().zip(&self.standing).map(draw).collect()
     }
 
-    /// A solution within the limits: from `near`, else from the standing posture, else from known postures.
-    pub fn solve(&self, joints: &[LegJoint], root_from_sole: &Pose, near: &LegPositions) -> Option<LegPositions> {
+    /// A solution within the limits: from `near`, else from the standing posture, else from known
+    /// postures.
+    pub fn solve(
+        &self,
+        joints: &[LegJoint],
+        root_from_sole: &Pose,
+        near: &LegPositions,
+    ) -> Option<LegPositions> {
         if !self.is_long_enough(joints, root_from_sole) {
             return None;
         }
@@ -117,12 +126,19 @@ impl Newton {
     }
 
     /// The same without the known postures: for samples, most of which have no solution.
-    pub fn solve_near(&self, joints: &[LegJoint], root_from_sole: &Pose, near: &LegPositions) -> Option<LegPositions> {
+    pub fn solve_near(
+        &self,
+        joints: &[LegJoint],
+        root_from_sole: &Pose,
+        near: &LegPositions,
+    ) -> Option<LegPositions> {
         if !self.is_long_enough(joints, root_from_sole) {
             return None;
         }
         let standing = (near != &self.standing).then_some(&self.standing);
-        std::iter::once(near).chain(standing).find_map(|start| self.descend(joints, root_from_sole, start))
+        std::iter::once(near)
+            .chain(standing)
+            .find_map(|start| self.descend(joints, root_from_sole, start))
     }
 
     /// Whether the ankle may be where the sole has it.
@@ -134,9 +150,11 @@ impl Newton {
     fn nearest_postures(&self, root_from_sole: &Pose) -> [usize; POSTURE_STARTS] {
         let mut nearest = [(f64::INFINITY, 0); POSTURE_STARTS];
         for (index, posture) in self.postures.iter().enumerate() {
-            let shift = (posture.root_from_sole.translation - root_from_sole.translation).length_squared();
+            let shift =
+                (posture.root_from_sole.translation - root_from_sole.translation).length_squared();
             let aligned = posture.root_from_sole.rotation.dot(root_from_sole.rotation);
-            let mut candidate = (shift / (LENGTH_SCALE * LENGTH_SCALE) + 4.0 * (1.0 - aligned * aligned), index);
+            let mut candidate =
+                (shift / (LENGTH_SCALE * LENGTH_SCALE) + 4.0 * (1.0 - aligned * aligned), index);
             for kept in &mut nearest {
                 if candidate.0 < kept.0 {
                     std::mem::swap(kept, &mut candidate);
@@ -146,7 +164,12 @@ impl Newton {
         nearest.map(|(_, index)| index)
     }
 
-    fn descend(&self, joints: &[LegJoint], target: &Pose, start: &LegPositions) -> Option<LegPositions> {
+    fn descend(
+        &self,
+        joints: &[LegJoint],
+        target: &Pose,
+        start: &LegPositions,
+    ) -> Option<LegPositions> {
         let mut q = start.clone();
         let (mut least, mut stalls, mut pushes) = (f64::INFINITY, 0, 0);
         for iteration in 0..ITERATIONS_MAX {
@@ -154,7 +177,11 @@ impl Newton {
             let reached = self.forward(joints, &q, &mut columns);
             let error = twist(&reached, target);
             if error.iter().all(|e| e.abs() < TOLERANCE) {
-                return joints.iter().zip(&q).all(|(joint, &position)| joint.admits(position)).then_some(q);
+                return joints
+                    .iter()
+                    .zip(&q)
+                    .all(|(joint, &position)| joint.admits(position))
+                    .then_some(q);
             }
             let size = error.iter().fold(0.0_f64, |size, e| size.max(e.abs()));
             stalls = if size > STALL * least { stalls + 1 } else { 0 };
@@ -184,7 +211,9 @@ impl Newton {
     fn forward(&self, joints: &[LegJoint], q: &LegPositions, columns: &mut [Vector6]) -> Pose {
         let (mut point, mut frame) = (joints[0].point, self.root_from_first);
         let mut axes = [(DVec3::ZERO, DVec3::ZERO); LEG_JOINTS_MAX];
-        for (((joint, link), &position), axis) in joints.iter().zip(&self.links).zip(q).zip(&mut axes) {
+        for (((joint, link), &position), axis) in
+            joints.iter().zip(&self.links).zip(q).zip(&mut axes)
+        {
             *axis = (point, frame.z_axis);
             match joint.kind {
                 JointKind::Revolute => turn_about_z(&mut frame, position),
@@ -222,7 +251,10 @@ fn links(joints: &[LegJoint], zero_root_from_sole: &Pose) -> BoundedVec<Link, LE
     let sole = (DMat3::from_quat(zero_root_from_sole.rotation), zero_root_from_sole.translation);
     let link = |(joint, (frame, point)): (&LegJoint, (DMat3, DVec3))| {
         let joint_from_root = frame_along(joint.axis).transpose();
-        Link { joint_from_next: joint_from_root * frame, next: joint_from_root * (point - joint.point) }
+        Link {
+            joint_from_next: joint_from_root * frame,
+            next: joint_from_root * (point - joint.point),
+        }
     };
     joints.iter().zip(ends.chain(std::iter::once(sole))).map(link).collect()
 }
@@ -238,14 +270,18 @@ fn twist(from: &Pose, to: &Pose) -> Vector6 {
     let linear = to.translation - from.translation;
     let turn = to.rotation * from.rotation.conjugate();
     // The chord of a small turn leads to the same place as its arc, without an arc tangent.
-    let angular = if turn.w > COS_HALF_SMALL { 2.0 * turn.xyz() } else { scaled_axis_from_rotation(turn) };
+    let angular =
+        if turn.w > COS_HALF_SMALL { 2.0 * turn.xyz() } else { scaled_axis_from_rotation(turn) };
     [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z]
 }
 
-/// The step that six columns make do all of the error, `J^-1 error`; `None` of other numbers of them and near a singularity.
+/// The step that six columns make do all of the error, `J^-1 error`; `None` of other numbers of
+/// them and near a singularity.
 fn exact(columns: &[Vector6], error: &Vector6) -> Option<LegPositions> {
     let columns: &[Vector6; 6] = columns.try_into().ok()?;
-    let line = |row: usize| [0, 1, 2, 3, 4, 5, 6].map(|col| columns.get(col).map_or(error[row], |column| column[row]));
+    let line = |row: usize| {
+        [0, 1, 2, 3, 4, 5, 6].map(|col| columns.get(col).map_or(error[row], |column| column[row]))
+    };
     let mut system = [0, 1, 2, 3, 4, 5].map(line);
     let solution = eliminate(&mut system, PIVOT_MIN)?;
     Some(solution.into_iter().collect())
@@ -265,10 +301,13 @@ fn least_squares(columns: &[Vector6], error: &Vector6) -> Option<LegPositions> {
     Some(columns.iter().map(|c| c.iter().zip(&solution).map(|(a, b)| a * b).sum()).collect())
 }
 
-/// Solves a 6 by 6 system given with its right-hand side as a seventh column; `None` where a pivot is less than `pivot_min`.
+/// Solves a 6 by 6 system given with its right-hand side as a seventh column; `None` where a pivot
+/// is less than `pivot_min`.
 fn eliminate(system: &mut [[f64; 7]; 6], pivot_min: f64) -> Option<Vector6> {
     for pivot in 0..6 {
-        let larger = |best: usize, row: usize| if system[row][pivot].abs() > system[best][pivot].abs() { row } else { best };
+        let larger = |best: usize, row: usize| {
+            if system[row][pivot].abs() > system[best][pivot].abs() { row } else { best }
+        };
         let best = (pivot + 1..6).fold(pivot, larger);
         system.swap(pivot, best);
         let line = system[pivot];
@@ -278,7 +317,8 @@ fn eliminate(system: &mut [[f64; 7]; 6], pivot_min: f64) -> Option<Vector6> {
         let inverse = 1.0 / line[pivot];
         for row in &mut system[pivot + 1..] {
             let factor = row[pivot] * inverse;
-            // Whole rows, since these are done two numbers at a time; what is left of the pivot is not read again.
+            // Whole rows, since these are done two numbers at a time; what is left of the pivot is
+            // not read again.
             for (entry, above) in row.iter_mut().zip(&line) {
                 *entry -= factor * above;
             }

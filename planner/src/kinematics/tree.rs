@@ -1,5 +1,6 @@
-//! The robot as the search moves it: one node to each link that moves, with all that is fixed to it, in the root's frame. First
-//! stand the nodes that no leg moves, the held ones; they keep their places as long as their own joints do.
+//! The robot as the search moves it: one node to each link that moves, with all that is fixed to
+//! it, in the root's frame. First stand the nodes that no leg moves, the held ones; they keep their
+//! places as long as their own joints do.
 
 use glam::{DAffine3, DMat3, DVec3};
 use surefoot_shared_types::Pose;
@@ -50,7 +51,8 @@ impl Tree {
     pub fn new(model: &RobotModel) -> Self {
         let legs: Vec<_> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
         let is_held = |link: usize| model.chain(link).iter().all(|joint| !legs.contains(joint));
-        let moves = |link: &usize| model.links[*link].parent.as_ref().is_none_or(|at| at.joint.is_some());
+        let moves =
+            |link: &usize| model.links[*link].parent.as_ref().is_none_or(|at| at.joint.is_some());
         let mut order: Vec<usize> = (0..model.links.len()).filter(moves).collect();
         order.sort_by_key(|&link| !is_held(link));
         let mut of_links = vec![(0, Pose::IDENTITY); model.links.len()];
@@ -60,7 +62,9 @@ impl Tree {
                     let (node, node_from_parent): (usize, Pose) = of_links[at.parent];
                     (node, node_from_parent * at.parent_from_joint)
                 }
-                _ => (order.iter().position(|&moving| moving == index).unwrap_or(0), Pose::IDENTITY),
+                _ => {
+                    (order.iter().position(|&moving| moving == index).unwrap_or(0), Pose::IDENTITY)
+                }
             };
         }
         let nodes = order.iter().map(|&link| Node::new(model, link, &of_links)).collect();
@@ -88,7 +92,12 @@ impl Tree {
     }
 
     /// Places a range of nodes in the root's frame; those before them are placed.
-    pub fn place(&self, range: std::ops::Range<usize>, q: &[f64], root_from_nodes: &mut [DAffine3]) {
+    pub fn place(
+        &self,
+        range: std::ops::Range<usize>,
+        q: &[f64],
+        root_from_nodes: &mut [DAffine3],
+    ) {
         for index in range {
             let node = &self.nodes[index];
             root_from_nodes[index] = match node.joint {
@@ -109,7 +118,9 @@ impl Node {
     fn new(model: &RobotModel, link: usize, of_links: &[(usize, Pose)]) -> Self {
         let (mut mass, mut moment) = (0.0, DVec3::ZERO);
         let node = of_links[link].0;
-        for (part, (_, node_from_part)) in model.links.iter().zip(of_links).filter(|(_, (of, _))| *of == node) {
+        for (part, (_, node_from_part)) in
+            model.links.iter().zip(of_links).filter(|(_, (of, _))| *of == node)
+        {
             mass += part.mass;
             moment += (*node_from_part * part.com) * part.mass;
         }
@@ -127,15 +138,28 @@ impl Node {
         let Some(at) = &model.links[link].parent else { return root };
         let (parent, node_from_parent) = of_links[at.parent];
         let parent_from_joint = node_from_parent * at.parent_from_joint;
-        let motion = at.joint.map_or(root.motion, |joint| Motion::new(model.joints[joint].kind, model.joints[joint].axis));
+        let motion = at.joint.map_or(root.motion, |joint| {
+            Motion::new(model.joints[joint].kind, model.joints[joint].axis)
+        });
         let is_turned = parent_from_joint.rotation != glam::DQuat::IDENTITY;
-        Self { parent, joint: at.joint, parent_from_joint: affine(&parent_from_joint), is_turned, motion, ..root }
+        Self {
+            parent,
+            joint: at.joint,
+            parent_from_joint: affine(&parent_from_joint),
+            is_turned,
+            motion,
+            ..root
+        }
     }
 
     /// This node's frame where its parent's is `parent` and its joint stands at `q`.
     fn after(&self, parent: &DAffine3, q: f64) -> DAffine3 {
         let translation = parent.matrix3 * self.parent_from_joint.translation + parent.translation;
-        let r = if self.is_turned { parent.matrix3 * self.parent_from_joint.matrix3 } else { parent.matrix3 };
+        let r = if self.is_turned {
+            parent.matrix3 * self.parent_from_joint.matrix3
+        } else {
+            parent.matrix3
+        };
         let turned = |sign: f64| libm::sincos(sign * q);
         let matrix3 = match self.motion {
             Motion::TurnAboutX(sign) => {
@@ -150,8 +174,12 @@ impl Node {
                 let (s, c) = turned(sign);
                 DMat3::from_cols(c * r.x_axis + s * r.y_axis, c * r.y_axis - s * r.x_axis, r.z_axis)
             }
-            Motion::Turn(axis) => r * DMat3::from_quat(surefoot_shared_types::spatial::rotation_about(axis, q)),
-            Motion::Slide(axis) => return DAffine3 { matrix3: r, translation: translation + r * (axis * q) },
+            Motion::Turn(axis) => {
+                r * DMat3::from_quat(surefoot_shared_types::spatial::rotation_about(axis, q))
+            }
+            Motion::Slide(axis) => {
+                return DAffine3 { matrix3: r, translation: translation + r * (axis * q) };
+            }
         };
         DAffine3 { matrix3, translation }
     }

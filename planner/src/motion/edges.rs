@@ -1,4 +1,5 @@
-//! What single-mode planning knows of each pair of transitions within a mode: how often it failed, or the motion it found.
+//! What single-mode planning knows of each pair of transitions within a mode: how often it failed,
+//! or the motion it found.
 
 use crate::arena::{Place, filled};
 use crate::motion::graph::{ArenaFull, TransitionId};
@@ -19,7 +20,8 @@ struct Slot {
     record: EdgeRecord,
 }
 
-/// An open-addressing table from a pair of transitions to its record, allocated once and never iterated.
+/// An open-addressing table from a pair of transitions to its record, allocated once and never
+/// iterated.
 #[derive(Debug)]
 pub struct EdgeTable {
     slots: Vec<Option<Slot>>,
@@ -41,7 +43,12 @@ impl EdgeTable {
     ///
     /// # Errors
     /// The table is full.
-    pub fn set(&mut self, from: TransitionId, to: TransitionId, record: EdgeRecord) -> Result<(), ArenaFull> {
+    pub fn set(
+        &mut self,
+        from: TransitionId,
+        to: TransitionId,
+        record: EdgeRecord,
+    ) -> Result<(), ArenaFull> {
         let index = self.find(from, to);
         if self.slots[index].is_none() {
             if 2 * (self.used + 1) > self.slots.len() {
@@ -58,7 +65,8 @@ impl EdgeTable {
         self.slots.len() * size_of::<Option<Slot>>()
     }
 
-    /// The slot that holds a pair, or the free one where it belongs. There always is one: the table is at most half full.
+    /// The slot that holds a pair, or the free one where it belongs. There always is one: the table
+    /// is at most half full.
     fn find(&self, from: TransitionId, to: TransitionId) -> usize {
         let mask = self.slots.len() - 1;
         let hash = (u64::from(from) << 32 | u64::from(to)).wrapping_mul(0x9E37_79B9_7F4A_7C15);

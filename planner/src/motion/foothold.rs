@@ -28,12 +28,28 @@ pub struct Foothold {
 
 impl Foothold {
     /// A placement with its support polygon (sole frame).
-    pub fn new(limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
-        Self { limb, world_from_sole, region: Region::seen_from_above(&world_from_sole, &support), support, stoop: Stoop::UPRIGHT }
+    pub fn new(
+        limb: usize,
+        world_from_sole: Pose,
+        support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
+    ) -> Self {
+        Self {
+            limb,
+            world_from_sole,
+            region: Region::seen_from_above(&world_from_sole, &support),
+            support,
+            stoop: Stoop::UPRIGHT,
+        }
     }
 
-    /// The placement of a robot's foot with its support polygon (sole frame), of which counts what the ankle can hold.
-    pub fn of(body: &Body, limb: usize, world_from_sole: Pose, support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>) -> Self {
+    /// The placement of a robot's foot with its support polygon (sole frame), of which counts what
+    /// the ankle can hold.
+    pub fn of(
+        body: &Body,
+        limb: usize,
+        world_from_sole: Pose,
+        support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
+    ) -> Self {
         let region = Region::seen_from_above(&world_from_sole, &body.ankles[limb].clip(&support));
         Self { limb, world_from_sole, support, region, stoop: Stoop::UPRIGHT }
     }
@@ -43,7 +59,8 @@ impl Foothold {
         Self::of(body, limb, world_from_sole, body.sole_polygons[limb].iter().copied().collect())
     }
 
-    /// The distance between two placements' sole frames, D(T) of the transition between them [Grey 4.4.2], m.
+    /// The distance between two placements' sole frames, D(T) of the transition between them
+    /// [Grey 4.4.2], m.
     pub fn distance(&self, other: &Self) -> f64 {
         self.world_from_sole.translation.distance(other.world_from_sole.translation)
     }
@@ -60,7 +77,14 @@ pub fn single_mode(stance: &Foothold) -> Mode {
     let mut regions = [Region::default(), Region::default()];
     regions[stance.limb] = stance.region.clone();
     let region = stance.region.clone();
-    Mode { support, world_from_soles: [stance.world_from_sole; 2], regions, depth: region.margin(region.centroid()), region, start: None }
+    Mode {
+        support,
+        world_from_soles: [stance.world_from_sole; 2],
+        regions,
+        depth: region.margin(region.centroid()),
+        region,
+        start: None,
+    }
 }
 
 /// The mode in which both feet carry the robot; the placements may come in either order.

@@ -1,8 +1,9 @@
 //! The graph of modes and transitions [Grey 4.4.2].
 //!
-//! A transition `(a | b)` is "all weight on placement a, placement b touched". Its twin `(b | a)` lies at the other end of
-//! the double-support mode of the two. From `(a | b)` the robot goes on to the twin (double support), or swings its free
-//! foot to another placement: `(a | c)` (single support on a).
+//! A transition `(a | b)` is "all weight on placement a, placement b touched". Its twin `(b | a)`
+//! lies at the other end of the double-support mode of the two. From `(a | b)` the robot goes on to
+//! the twin (double support), or swings its free foot to another placement: `(a | c)` (single
+//! support on a).
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -108,7 +109,8 @@ pub struct Prior {
 }
 
 impl Prior {
-    /// Attempts that a transition is expected to take besides where no primitive posture holds on it: 24 of them find one in fifteen.
+    /// Attempts that a transition is expected to take besides where no primitive posture holds on
+    /// it: 24 of them find one in fifteen.
     pub const UNLIKELY: u32 = 120;
 }
 
@@ -128,12 +130,18 @@ pub struct Graph {
 
 /// Two placements of one foot closer than this are one, m.
 const SAME_PLACE: f64 = 0.01;
-/// Two placements of one foot turned less than this against each other are one, as the sine of half the angle.
+/// Two placements of one foot turned less than this against each other are one, as the sine of half
+/// the angle.
 const SAME_TURN: f64 = 0.02;
 
 impl Graph {
     /// Empty arenas of these capacities, for steps of at most `reach` (m).
-    pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize, reach: f64) -> Self {
+    pub fn new(
+        footholds_max: usize,
+        transitions_max: usize,
+        configurations_max: usize,
+        reach: f64,
+    ) -> Self {
         Self {
             footholds: reserve(footholds_max),
             places: PlaceIndex::new(reach.max(SAME_PLACE), footholds_max),
@@ -158,7 +166,9 @@ impl Graph {
 
     /// The configuration of a transition, if one was found.
     pub fn configuration(&self, id: TransitionId) -> Option<&Configuration> {
-        self.transitions[id as usize].configuration.map(|place| &self.configurations[place as usize])
+        self.transitions[id as usize]
+            .configuration
+            .map(|place| &self.configurations[place as usize])
     }
 
     /// The place of a transition's configuration in the arena: how many were found before.
@@ -184,7 +194,11 @@ impl Graph {
     ///
     /// # Errors
     /// The arena of configurations is full.
-    pub fn record_found(&mut self, id: TransitionId, found: Configuration) -> Result<(), ArenaFull> {
+    pub fn record_found(
+        &mut self,
+        id: TransitionId,
+        found: Configuration,
+    ) -> Result<(), ArenaFull> {
         if self.configurations.len() == self.configurations.capacity() {
             return Err(ArenaFull::Configurations);
         }
@@ -199,7 +213,8 @@ impl Graph {
         self.step_costs[id as usize / 2] = cost(id) + cost(Self::twin(id));
     }
 
-    /// C(T) of a transition and its twin together: what it costs to swing a foot there and to set it down, m^3.
+    /// C(T) of a transition and its twin together: what it costs to swing a foot there and to set
+    /// it down, m^3.
     pub fn step_cost(&self, id: TransitionId) -> f64 {
         self.step_costs[id as usize / 2]
     }
@@ -215,10 +230,15 @@ impl Graph {
         }
     }
 
-    /// Whether the motion from one transition to another may have failed; it has not where the answer is no.
+    /// Whether the motion from one transition to another may have failed; it has not where the
+    /// answer is no.
     pub fn may_have_failed(&self, from: TransitionId, to: TransitionId) -> bool {
         let transition = &self.transitions[to as usize];
-        if to == Self::twin(from) { transition.is_doubtful_from_twin } else { transition.is_doubtful }
+        if to == Self::twin(from) {
+            transition.is_doubtful_from_twin
+        } else {
+            transition.is_doubtful
+        }
     }
 
     /// The swings from a stance to which a motion has failed.
@@ -262,19 +282,24 @@ impl Graph {
     /// The placement of the same foot that is all but this one, if there is one.
     pub fn same(&self, foothold: &Foothold) -> Option<FootholdId> {
         let is_same = |known: &Foothold| {
-            let turn = known.world_from_sole.rotation.conjugate() * foothold.world_from_sole.rotation;
+            let turn =
+                known.world_from_sole.rotation.conjugate() * foothold.world_from_sole.rotation;
             known.distance(foothold) < SAME_PLACE && turn.xyz().length() < SAME_TURN
         };
-        self.near(foothold.limb, foothold.world_from_sole.translation).find(|&(_, known)| is_same(known)).map(|(id, _)| id)
+        self.near(foothold.limb, foothold.world_from_sole.translation)
+            .find(|&(_, known)| is_same(known))
+            .map(|(id, _)| id)
     }
 
     /// The very same placement, if the graph has it.
     pub fn identical(&self, limb: usize, world_from_sole: &Pose) -> Option<FootholdId> {
-        self.near(limb, world_from_sole.translation).find(|(_, known)| known.world_from_sole == *world_from_sole).map(|(id, _)| id)
+        self.near(limb, world_from_sole.translation)
+            .find(|(_, known)| known.world_from_sole == *world_from_sole)
+            .map(|(id, _)| id)
     }
 
-    /// All placements of a foot that a step leads to from a place, or that are the same as one there, and perhaps others of that foot, in
-    /// their order.
+    /// All placements of a foot that a step leads to from a place, or that are the same as one
+    /// there, and perhaps others of that foot, in their order.
     pub fn near(&self, limb: usize, place: DVec3) -> impl Iterator<Item = (FootholdId, &Foothold)> {
         let near = self.places.near(limb, place).map(|id| (id, &self.footholds[id as usize]));
         near.filter(move |(_, foothold)| foothold.limb == limb)
@@ -305,7 +330,8 @@ impl Graph {
     /// # Errors
     /// The arena is full.
     pub fn identical_or_new(&mut self, foothold: &Foothold) -> Result<FootholdId, ArenaFull> {
-        self.identical(foothold.limb, &foothold.world_from_sole).map_or_else(|| self.add_foothold(foothold.clone()), Ok)
+        self.identical(foothold.limb, &foothold.world_from_sole)
+            .map_or_else(|| self.add_foothold(foothold.clone()), Ok)
     }
 
     /// Adds the two transitions between placements of different feet.

@@ -5,8 +5,8 @@ use crate::arena::{Uniform, reserve};
 /// Position of a node that is not in the heap.
 const ABSENT: u32 = u32::MAX;
 
-/// A node and what it is ordered by: cost first, then the number of edges, then the index, so that no two are equal. All of it is one
-/// number, which is compared at once.
+/// A node and what it is ordered by: cost first, then the number of edges, then the index, so that
+/// no two are equal. All of it is one number, which is compared at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry(u128);
 

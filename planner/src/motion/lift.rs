@@ -1,4 +1,5 @@
-//! How a swing foot leaves its placement: straight along the sole's normal, as high as there is room.
+//! How a swing foot leaves its placement: straight along the sole's normal, as high as there is
+//! room.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -10,7 +11,8 @@ use crate::motion::swing::Travel;
 use crate::motion::track::{Follower, Progress, State, Stretch, place_at};
 use crate::motion::workspace::push;
 
-/// How high a swing foot is lifted off its placement before it may travel, along the sole's normal, m; tried in order.
+/// How high a swing foot is lifted off its placement before it may travel, along the sole's normal,
+/// m; tried in order.
 const HEIGHTS: [f64; 2] = [0.02, 0.012];
 
 /// A search for a lift. The motion is the same backwards, so it serves to land as well.
@@ -27,7 +29,8 @@ impl Lift {
         Self { from: *from, tried: 0, lifted: *from }
     }
 
-    /// Spends one unit of work; answers the state with the foot lifted once that is reached: `waypoints` then holds the way there.
+    /// Spends one unit of work; answers the state with the foot lifted once that is reached:
+    /// `waypoints` then holds the way there.
     ///
     /// # Errors
     /// What stops the last lift.
@@ -62,8 +65,13 @@ impl Lift {
         if !follower.is_under_way() {
             waypoints.clear();
             self.lifted = lifted(constraints, mode, &self.from, HEIGHTS[self.tried])?;
-            let stretch =
-                Stretch { from: self.from, to: self.lifted, exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Leaving };
+            let stretch = Stretch {
+                from: self.from,
+                to: self.lifted,
+                exact: true,
+                travel: Travel::STRAIGHT,
+                swing_foot: FootState::Leaving,
+            };
             follower.begin(constraints, &stretch);
             return Ok(false);
         }
@@ -76,11 +84,17 @@ impl Lift {
 }
 
 /// A state with the swing sole raised along its normal.
-fn lifted(constraints: &Constraints, mode: &Mode, state: &State, height: f64) -> Result<State, Rejection> {
+fn lifted(
+    constraints: &Constraints,
+    mode: &Mode,
+    state: &State,
+    height: f64,
+) -> Result<State, Rejection> {
     let mut raised = *state;
     if let Some(limb) = mode.swing() {
         let sole = &mut raised.world_from_soles[limb];
-        *sole = Pose::from_parts(sole.translation + sole.rotation * (DVec3::Z * height), sole.rotation);
+        *sole =
+            Pose::from_parts(sole.translation + sole.rotation * (DVec3::Z * height), sole.rotation);
     }
     place_at(constraints, mode, &raised)
 }

@@ -1,8 +1,9 @@
-//! What the modes cost in single-mode planning: S(sigma), Z(T, sigma) and the cost of a transition [Grey 4.4.3].
+//! What the modes cost in single-mode planning: S(sigma), Z(T, sigma) and the cost of a transition
+//! [Grey 4.4.3].
 //!
-//! A transition joins two modes: that of its stance foot alone and that of both its feet. Costs lead the search to the modes
-//! that may close the gap between what hangs together with the start and what with the goal, and away from those where it
-//! has laboured in vain.
+//! A transition joins two modes: that of its stance foot alone and that of both its feet. Costs
+//! lead the search to the modes that may close the gap between what hangs together with the start
+//! and what with the goal, and away from those where it has laboured in vain.
 
 use crate::arena::{Uniform, filled, reserve};
 use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId, boundary_of};
@@ -19,7 +20,10 @@ pub enum ModeId {
 impl ModeId {
     /// The two modes that a transition joins.
     pub fn of(graph: &Graph, id: TransitionId) -> [Self; 2] {
-        [Self::Single(graph.transitions()[id as usize].stance), Self::Double(id.min(Graph::twin(id)))]
+        [
+            Self::Single(graph.transitions()[id as usize].stance),
+            Self::Double(id.min(Graph::twin(id))),
+        ]
     }
 }
 
@@ -72,11 +76,16 @@ impl ModeCosts {
         self.found.push(id);
     }
 
-    /// Notes a motion between two neighbours in a mode: transitions, or a transition and a boundary.
+    /// Notes a motion between two neighbours in a mode: transitions, or a transition and a
+    /// boundary.
     ///
     /// # Errors
     /// There are too many.
-    pub fn add_motion(&mut self, ends: [TransitionId; 2], is_double: bool) -> Result<(), ArenaFull> {
+    pub fn add_motion(
+        &mut self,
+        ends: [TransitionId; 2],
+        is_double: bool,
+    ) -> Result<(), ArenaFull> {
         if self.motions.len() == self.motions.capacity() {
             return Err(ArenaFull::Edges);
         }
@@ -97,12 +106,15 @@ impl ModeCosts {
         self.record(mode).attempts
     }
 
-    /// Finds anew what hangs together with the start and with the goal: the nodes of two boundaries.
+    /// Finds anew what hangs together with the start and with the goal: the nodes of two
+    /// boundaries.
     pub fn spread(&mut self, graph: &Graph, ends: [TransitionId; 2]) {
         for index in 0..self.found.len() {
             let id = self.found[index];
             self.transitions[id as usize].leads_to = [false; 2];
-            ModeId::of(graph, id).into_iter().for_each(|mode| self.record_mut(mode).holds = [false; 2]);
+            ModeId::of(graph, id)
+                .into_iter()
+                .for_each(|mode| self.record_mut(mode).holds = [false; 2]);
         }
         for (side, end) in ends.into_iter().enumerate() {
             while self.spread_once(side, end) {}
@@ -120,15 +132,17 @@ impl ModeCosts {
     /// Carries what leads to an end over every motion once; whether that reached anything new.
     fn spread_once(&mut self, side: usize, end: TransitionId) -> bool {
         let transitions = &mut self.transitions;
-        let leads = |transitions: &Uniform<TransitionRecord>, id: TransitionId| match boundary_of(id) {
-            Some(_) => id == end,
-            None => transitions[id as usize].leads_to[side],
-        };
+        let leads =
+            |transitions: &Uniform<TransitionRecord>, id: TransitionId| match boundary_of(id) {
+                Some(_) => id == end,
+                None => transitions[id as usize].leads_to[side],
+            };
         let mut is_new = false;
         // Forth and back, since walks are found in order.
         for &[a, b] in self.motions.iter().chain(self.motions.iter().rev()) {
             for (from, to) in [(a, b), (b, a)] {
-                if boundary_of(to).is_none() && leads(transitions, from) && !leads(transitions, to) {
+                if boundary_of(to).is_none() && leads(transitions, from) && !leads(transitions, to)
+                {
                     transitions[to as usize].leads_to[side] = true;
                     is_new = true;
                 }
@@ -137,8 +151,8 @@ impl ModeCosts {
         is_new
     }
 
-    /// Z(T, sigma): whether T hangs together with the start or the goal through the mode, and the mode holds nothing of the
-    /// other. As of the last [`ModeCosts::spread`].
+    /// Z(T, sigma): whether T hangs together with the start or the goal through the mode, and the
+    /// mode holds nothing of the other. As of the last [`ModeCosts::spread`].
     pub fn leads(&self, id: TransitionId, mode: ModeId) -> bool {
         let TransitionRecord { is_joined, leads_to } = self.transitions[id as usize];
         let is_through = is_joined[usize::from(matches!(mode, ModeId::Double(_)))];
@@ -192,7 +206,8 @@ mod tests {
 
     const ENDS: usize = 5;
 
-    /// Figures 4.16 and 4.17: mode sigma_0, one foot on its placement, and transitions T_0^1, T_0^2, ... to other modes.
+    /// Figures 4.16 and 4.17: mode sigma_0, one foot on its placement, and transitions T_0^1,
+    /// T_0^2, ... to other modes.
     struct Figure {
         graph: Graph,
         costs: ModeCosts,
@@ -202,9 +217,16 @@ mod tests {
         fn new() -> Self {
             let mut graph = Graph::new(1 + ENDS, 2 * ENDS, 2 * ENDS, 1.0);
             let mut costs = ModeCosts::new(1 + ENDS, 2 * ENDS, 2 * ENDS);
-            let foothold = |limb, x| Foothold::new(limb, Pose::from_parts(DVec3::X * x, DQuat::IDENTITY), heapless::Vec::new());
+            let foothold = |limb, x| {
+                Foothold::new(
+                    limb,
+                    Pose::from_parts(DVec3::X * x, DQuat::IDENTITY),
+                    heapless::Vec::new(),
+                )
+            };
             let stance = graph.add_foothold(foothold(0, 0.0)).unwrap();
-            let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
+            let configuration =
+                Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
             for index in 1..=ENDS {
                 let other = graph.add_foothold(foothold(1, 0.1 * index as f64)).unwrap();
                 graph.connect(stance, other).unwrap();
@@ -225,14 +247,20 @@ mod tests {
         }
 
         fn hangs_on(mut self, boundary: usize, index: usize) -> Self {
-            self.costs.add_motion([boundary_node(boundary), Self::transition(index)], true).unwrap();
+            self.costs
+                .add_motion([boundary_node(boundary), Self::transition(index)], true)
+                .unwrap();
             self
         }
 
         /// The transitions that cost nothing on the side of sigma_0.
         fn free(&mut self) -> Vec<usize> {
             self.costs.spread(&self.graph, [START, GOAL].map(boundary_node));
-            (1..=ENDS).filter(|&index| self.costs.share(Self::transition(index), ModeId::Single(0)) == 0.0).collect()
+            (1..=ENDS)
+                .filter(|&index| {
+                    self.costs.share(Self::transition(index), ModeId::Single(0)) == 0.0
+                })
+                .collect()
         }
     }
 
@@ -250,13 +278,24 @@ mod tests {
     fn figure_4_16_c_nothing_is_free_where_the_mode_holds_both_trees() {
         let apart = Figure::new().hangs_on(START, 1).joined_in_sigma_0(1, 2).hangs_on(GOAL, 4);
         assert!(apart.joined_in_sigma_0(3, 4).free().is_empty());
-        assert!(Figure::new().hangs_on(START, 1).joined_in_sigma_0(1, 2).hangs_on(GOAL, 4).free().is_empty(), "a root is a tree too");
+        assert!(
+            Figure::new()
+                .hangs_on(START, 1)
+                .joined_in_sigma_0(1, 2)
+                .hangs_on(GOAL, 4)
+                .free()
+                .is_empty(),
+            "a root is a tree too"
+        );
     }
 
     #[test]
     fn figure_4_17_trees_of_neither_end_are_not_free() {
         assert!(Figure::new().joined_in_sigma_0(1, 2).free().is_empty());
-        assert_eq!(Figure::new().hangs_on(START, 1).joined_in_sigma_0(1, 2).joined_in_sigma_0(3, 4).free(), [1, 2]);
+        assert_eq!(
+            Figure::new().hangs_on(START, 1).joined_in_sigma_0(1, 2).joined_in_sigma_0(3, 4).free(),
+            [1, 2]
+        );
     }
 
     #[test]
@@ -274,7 +313,13 @@ mod tests {
         costs.add_attempts(stance, 6);
         assert_eq!(costs.attempts(stance), 7, "S starts at 1");
         let cubed = |index: usize| (0.1 * index as f64).powi(3);
-        assert!((costs.cost(&figure.graph, Figure::transition(1)) - 7.0 * cubed(1)).abs() < 1e-12, "free on the side of the start");
-        assert!((costs.cost(&figure.graph, Figure::transition(2)) - 8.0 * cubed(2)).abs() < 1e-12, "both modes count");
+        assert!(
+            (costs.cost(&figure.graph, Figure::transition(1)) - 7.0 * cubed(1)).abs() < 1e-12,
+            "free on the side of the start"
+        );
+        assert!(
+            (costs.cost(&figure.graph, Figure::transition(2)) - 8.0 * cubed(2)).abs() < 1e-12,
+            "both modes count"
+        );
     }
 }

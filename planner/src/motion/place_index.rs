@@ -13,7 +13,8 @@ const PLACES_PER_BUCKET: usize = 4;
 /// The end of a list.
 const NONE: u32 = u32::MAX;
 
-/// Lists of placements by the cell of the plane that they lie in and their foot; several cells may share a list. Allocated once.
+/// Lists of placements by the cell of the plane that they lie in and their foot; several cells may
+/// share a list. Allocated once.
 #[derive(Debug)]
 pub struct PlaceIndex {
     /// How wide a cell is, m.
@@ -25,7 +26,8 @@ pub struct PlaceIndex {
 }
 
 impl PlaceIndex {
-    /// Room for so many placements, of which those that are no farther than `reach` (m) from a place will be asked for.
+    /// Room for so many placements, of which those that are no farther than `reach` (m) from a
+    /// place will be asked for.
     pub fn new(reach: f64, places_max: usize) -> Self {
         let buckets = (places_max / PLACES_PER_BUCKET).next_power_of_two().max(BUCKETS_MIN);
         // A little wider than the reach: no rounding may part two places by more than a cell.
@@ -46,14 +48,20 @@ impl PlaceIndex {
         self.next.push(NONE);
     }
 
-    /// All placements of a foot that are within reach of a place, and perhaps others, the first one first.
+    /// All placements of a foot that are within reach of a place, and perhaps others, the first one
+    /// first.
     pub fn near(&self, limb: usize, place: DVec3) -> impl Iterator<Item = u32> + '_ {
         let [x, y] = self.cell(place);
-        let mut buckets: heapless::Vec<usize, CELLS> =
-            (0..CELLS as i64).map(|cell| self.bucket(limb, [x - 1 + cell / 3, y - 1 + cell % 3])).collect();
+        let mut buckets: heapless::Vec<usize, CELLS> = (0..CELLS as i64)
+            .map(|cell| self.bucket(limb, [x - 1 + cell / 3, y - 1 + cell % 3]))
+            .collect();
         buckets.sort_unstable();
-        let distinct = buckets.iter().enumerate().filter(|&(index, bucket)| index == 0 || buckets[index - 1] != *bucket);
-        let mut lists: heapless::Vec<u32, CELLS> = distinct.map(|(_, &bucket)| self.ends[bucket][0]).collect();
+        let distinct = buckets
+            .iter()
+            .enumerate()
+            .filter(|&(index, bucket)| index == 0 || buckets[index - 1] != *bucket);
+        let mut lists: heapless::Vec<u32, CELLS> =
+            distinct.map(|(_, &bucket)| self.ends[bucket][0]).collect();
         std::iter::from_fn(move || {
             let list = lists.iter_mut().min().filter(|index| **index != NONE)?;
             let next = self.next[*list as usize];
@@ -71,8 +79,11 @@ impl PlaceIndex {
     }
 
     fn bucket(&self, limb: usize, [x, y]: [i64; 2]) -> usize {
-        // Two odd multipliers of 64 bits that spread neighbours (from the golden ratio, and from Knuth's generator).
-        let mixed = (x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (y as u64).wrapping_mul(0x5851_F42D_4C95_7F2D) ^ limb as u64;
+        // Two odd multipliers of 64 bits that spread neighbours (from the golden ratio, and from
+        // Knuth's generator).
+        let mixed = (x as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
+            ^ (y as u64).wrapping_mul(0x5851_F42D_4C95_7F2D)
+            ^ limb as u64;
         ((mixed ^ mixed >> 32) as usize) & (self.ends.len() - 1)
     }
 }
@@ -86,16 +97,26 @@ mod tests {
     fn all_within_reach_are_found_once_each_in_their_order() {
         for reach in [0.02, 0.7, 3.0] {
             let mut random = Random::new(1, Stream::FootPlacement, 0, 0);
-            let mut anywhere = || DVec3::from_array(std::array::from_fn(|_| random.uniform(-4.0, 4.0)));
+            let mut anywhere =
+                || DVec3::from_array(std::array::from_fn(|_| random.uniform(-4.0, 4.0)));
             let places: Vec<DVec3> = (0..2_000).map(|_| anywhere()).collect();
             let mut index = PlaceIndex::new(reach, places.len());
             places.iter().enumerate().for_each(|(number, &place)| index.add(number % 2, place));
             for (at, limb) in (0..200).map(|number| (anywhere(), number % 2)) {
                 let is_near = |number: &u32| places[*number as usize].distance(at) <= reach;
-                let expected: Vec<u32> = (0..places.len() as u32).filter(|number| *number as usize % 2 == limb).filter(is_near).collect();
+                let expected: Vec<u32> = (0..places.len() as u32)
+                    .filter(|number| *number as usize % 2 == limb)
+                    .filter(is_near)
+                    .collect();
                 let near: Vec<u32> = index.near(limb, at).collect();
                 assert!(near.windows(2).all(|pair| pair[0] < pair[1]));
-                assert_eq!(near.into_iter().filter(|number| *number as usize % 2 == limb).filter(is_near).collect::<Vec<_>>(), expected);
+                assert_eq!(
+                    near.into_iter()
+                        .filter(|number| *number as usize % 2 == limb)
+                        .filter(is_near)
+                        .collect::<Vec<_>>(),
+                    expected
+                );
             }
         }
     }

@@ -10,7 +10,9 @@ use crate::chunking::Motion;
 use crate::constraint::{Mode, StartBalance};
 use crate::motion::edges::{EdgeRecord, EdgeTable};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
-use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, FootholdId, Graph, START, TransitionId, boundary_of};
+use crate::motion::graph::{
+    ArenaFull, BOUNDARIES_MAX, FootholdId, Graph, START, TransitionId, boundary_of,
+};
 use crate::motion::mode_costs::{ModeCosts, ModeId};
 use crate::motion::sampling::Sampling;
 use crate::motion::track::State;
@@ -87,14 +89,17 @@ pub struct Hop {
     pub to: TransitionId,
 }
 
-/// Waypoints of motions that are found for each one of a plan that is as long as it may be: not all are of use.
+/// Waypoints of motions that are found for each one of a plan that is as long as it may be: not all
+/// are of use.
 const MOTIONS_PER_PLAN: usize = 3;
 
 impl Roadmap {
     /// Arenas of these capacities, for steps of at most `reach` (m).
     pub fn new(config: &PlannerConfig, reach: f64) -> Self {
-        let [footholds_max, transitions_max] = [config.footholds_max, config.transitions_max].map(|count| count as usize);
-        let [configurations_max, waypoints_max] = [config.configurations_max, config.waypoints_max].map(|count| count as usize);
+        let [footholds_max, transitions_max] =
+            [config.footholds_max, config.transitions_max].map(|count| count as usize);
+        let [configurations_max, waypoints_max] =
+            [config.configurations_max, config.waypoints_max].map(|count| count as usize);
         Self {
             graph: Graph::new(footholds_max, transitions_max, configurations_max, reach),
             edges: EdgeTable::new(4 * configurations_max),
@@ -130,34 +135,53 @@ impl Roadmap {
         append_all(&mut self.waypoints, ways, threads).ok_or(ArenaFull::Waypoints)
     }
 
-    /// Notes what came of sampling a transition, and how its foot is lifted: where the waypoints after the configuration itself are stored.
+    /// Notes what came of sampling a transition, and how its foot is lifted: where the waypoints
+    /// after the configuration itself are stored.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_sampling(&mut self, sampling: &Sampling, waypoints: Place) -> Result<(), ArenaFull> {
+    pub fn record_sampling(
+        &mut self,
+        sampling: &Sampling,
+        waypoints: Place,
+    ) -> Result<(), ArenaFull> {
         self.graph.record_failures(sampling.id, sampling.failed());
         let Some(found) = sampling.found() else { return Ok(()) };
         let lift = LiftRecord { lifted: found.lifted.world_from_soles, waypoints };
         self.record_found(sampling.id, found.configuration, lift)
     }
 
-    /// Notes a motion that pi_S gave between two primitive configurations, unless one of its transitions has another configuration
-    /// already.
+    /// Notes a motion that pi_S gave between two primitive configurations, unless one of its
+    /// transitions has another configuration already.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_primitive(&mut self, hop: Hop, ends: &[State; 2], track: Place) -> Result<(), ArenaFull> {
+    pub fn record_primitive(
+        &mut self,
+        hop: Hop,
+        ends: &[State; 2],
+        track: Place,
+    ) -> Result<(), ArenaFull> {
         for (id, state) in [hop.from, hop.to].into_iter().zip(ends) {
             match self.graph.configuration(id) {
                 Some(known) if known != &state.configuration => return Ok(()),
                 Some(_) => {}
-                None => self.record_found(id, state.configuration, LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) })?,
+                None => self.record_found(
+                    id,
+                    state.configuration,
+                    LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) },
+                )?,
             }
         }
         self.record_motion(hop, track)
     }
 
-    fn record_found(&mut self, id: TransitionId, configuration: Configuration, lift: LiftRecord) -> Result<(), ArenaFull> {
+    fn record_found(
+        &mut self,
+        id: TransitionId,
+        configuration: Configuration,
+        lift: LiftRecord,
+    ) -> Result<(), ArenaFull> {
         self.graph.record_found(id, configuration)?;
         self.costs.add_found(id);
         self.lifts.push(lift);
@@ -174,16 +198,25 @@ impl Roadmap {
         self.costs.add_motion([hop.from, hop.to], self.is_double(hop))
     }
 
-    /// Puts a shorter motion, its first state included, in the place of the one that was found for a hop.
+    /// Puts a shorter motion, its first state included, in the place of the one that was found for
+    /// a hop.
     ///
     /// # Errors
     /// An arena is full.
     pub fn shorten_motion(&mut self, hop: Hop, track: &[Configuration]) -> Result<(), ArenaFull> {
         let record = self.edges.get(hop.from, hop.to);
-        let Some((first, _)) = record.motion.filter(|&(_, count)| track.len() <= count as usize + 1) else { return Ok(()) };
+        let Some((first, _)) =
+            record.motion.filter(|&(_, count)| track.len() <= count as usize + 1)
+        else {
+            return Ok(());
+        };
         let shorter = &track[1..];
         self.waypoints[first as usize..first as usize + shorter.len()].copy_from_slice(shorter);
-        self.edges.set(hop.from, hop.to, EdgeRecord { motion: Some((first, shorter.len() as u32)), ..record })
+        self.edges.set(
+            hop.from,
+            hop.to,
+            EdgeRecord { motion: Some((first, shorter.len() as u32)), ..record },
+        )
     }
 
     /// How many waypoints there are of all motions and lifts.
@@ -215,7 +248,8 @@ impl Roadmap {
     /// The mode of a hop.
     pub fn mode(&self, hop: Hop) -> Mode {
         let [stance, other] = self.placements(hop);
-        let mode = if self.is_double(hop) { double_mode(stance, other) } else { single_mode(stance) };
+        let mode =
+            if self.is_double(hop) { double_mode(stance, other) } else { single_mode(stance) };
         let start = self.start_balance.filter(|_| boundary_of(hop.from) == Some(START));
         Mode { start, ..mode }
     }
@@ -227,7 +261,8 @@ impl Roadmap {
         }
         let (stance, other) = self.graph.pair(node);
         let world_from_soles = world_from_soles(TransitionPair { stance, other });
-        let configuration = *self.graph.configuration(node).unwrap_or(&self.boundaries[START].state.configuration);
+        let configuration =
+            *self.graph.configuration(node).unwrap_or(&self.boundaries[START].state.configuration);
         State { configuration, world_from_soles }
     }
 
@@ -235,7 +270,8 @@ impl Roadmap {
     pub fn lifted(&self, hop: Hop) -> [Option<(State, &[Configuration])>; 2] {
         let is_swing = !self.is_double(hop);
         [hop.from, hop.to].map(|node| {
-            let place = boundary_of(node).is_none().then(|| self.graph.configuration_place(node)).flatten();
+            let place =
+                boundary_of(node).is_none().then(|| self.graph.configuration_place(node)).flatten();
             let LiftRecord { lifted, waypoints } = self.lifts[place.filter(|_| is_swing)?];
             let way = list_at(&self.waypoints, waypoints);
             Some((State { configuration: *way.last()?, world_from_soles: lifted }, way))
@@ -274,7 +310,8 @@ impl Roadmap {
     pub fn is_unsolved(&self, segment: Segment<'_>, index: usize) -> bool {
         let Hop { from, to } = segment.hop(index);
         let record = self.edges.get(from, to);
-        !self.graph.transitions()[to as usize].is_found() || record.motion.is_none() && record.failures > 0
+        !self.graph.transitions()[to as usize].is_found()
+            || record.motion.is_none() && record.failures > 0
     }
 
     /// The motion of a hop as chunks are made of it.
@@ -288,19 +325,22 @@ impl Roadmap {
         let mode = self.mode(hop);
         let placements = self.placements(hop);
         let limbs = (0..2).filter(|&limb| mode.stands(limb));
-        let stance = limbs.filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb));
+        let stance = limbs
+            .filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb));
         (mode.support, stance.collect())
     }
 
     /// The placements that a hop touches: the stance first.
     fn placements(&self, hop: Hop) -> [&Foothold; 2] {
-        let (stance, other) = self.graph.pair(if boundary_of(hop.from).is_some() { hop.to } else { hop.from });
+        let (stance, other) =
+            self.graph.pair(if boundary_of(hop.from).is_some() { hop.to } else { hop.from });
         [stance, other]
     }
 
     /// Whether both feet stand during a hop.
     fn is_double(&self, hop: Hop) -> bool {
-        let starts_double = boundary_of(hop.from).is_some_and(|index| self.boundaries[index].support == SupportMode::Double);
+        let starts_double = boundary_of(hop.from)
+            .is_some_and(|index| self.boundaries[index].support == SupportMode::Double);
         starts_double || boundary_of(hop.to).is_some() || hop.to == Graph::twin(hop.from)
     }
 }

@@ -1,9 +1,10 @@
 //! Rounds of searches side by side.
 //!
-//! A round hands one search to each of its slots, advances all of them by a unit of work at a time, as far as a budget
-//! allows, and once all have ended merges the results in order. The partition depends on nothing but the sequences, and no
-//! search sees what another of its round found, so neither the number of threads nor the size of budgets can matter.
-//! Segments that are planned side by side share a round, each in a lane of its own.
+//! A round hands one search to each of its slots, advances all of them by a unit of work at a time,
+//! as far as a budget allows, and once all have ended merges the results in order. The partition
+//! depends on nothing but the sequences, and no search sees what another of its round found, so
+//! neither the number of threads nor the size of budgets can matter. Segments that are planned side
+//! by side share a round, each in a lane of its own.
 
 use crate::allowance::{self, Allowance, Piece};
 use crate::arena::Place;
@@ -97,9 +98,16 @@ impl Round {
         (self.count, self.is_running) = (0, true);
     }
 
-    /// Adds searches for configurations of the transitions of a lane's sequence that have none, from `next` on. Answers where the
-    /// lane's next round goes on: where the slots are used up, or another lane is at the same transition.
-    pub fn add_sampling(&mut self, lane: usize, roadmap: &Roadmap, segment: Segment<'_>, next: usize) -> usize {
+    /// Adds searches for configurations of the transitions of a lane's sequence that have none,
+    /// from `next` on. Answers where the lane's next round goes on: where the slots are used up, or
+    /// another lane is at the same transition.
+    pub fn add_sampling(
+        &mut self,
+        lane: usize,
+        roadmap: &Roadmap,
+        segment: Segment<'_>,
+        next: usize,
+    ) -> usize {
         for (index, &id) in segment.sequence.iter().enumerate().skip(next) {
             if roadmap.graph.transitions()[id as usize].is_found() {
                 continue;
@@ -114,17 +122,26 @@ impl Round {
         segment.sequence.len()
     }
 
-    /// Adds searches for the motions of a lane's segment that are missing, from hop `next` on (hop 0 leads from the boundary before
-    /// it to the first transition, the last one from the last transition to the boundary after it). Answers where the lane's next
-    /// round goes on, like [`Round::add_sampling`].
-    pub fn add_motions(&mut self, lane: usize, shared: &Shared, roadmap: &mut Roadmap, segment: Segment<'_>, next: usize) -> usize {
+    /// Adds searches for the motions of a lane's segment that are missing, from hop `next` on (hop
+    /// 0 leads from the boundary before it to the first transition, the last one from the last
+    /// transition to the boundary after it). Answers where the lane's next round goes on, like
+    /// [`Round::add_sampling`].
+    pub fn add_motions(
+        &mut self,
+        lane: usize,
+        shared: &Shared,
+        roadmap: &mut Roadmap,
+        segment: Segment<'_>,
+        next: usize,
+    ) -> usize {
         for index in next..=segment.sequence.len() {
             let hop = segment.hop(index);
             let record = roadmap.edges.get(hop.from, hop.to);
             if record.motion.is_some() {
                 continue;
             }
-            let others = self.lane_of(|task| matches!(task, Task::Move { hop: begun, .. } if *begun == hop));
+            let others =
+                self.lane_of(|task| matches!(task, Task::Move { hop: begun, .. } if *begun == hop));
             if others.is_some_and(|other| other != lane) {
                 return index;
             }
@@ -155,13 +172,26 @@ impl Round {
     }
 
     /// Begins to shorten the next motions, which may spend `work_max` units together.
-    pub fn begin_shortcuts(&mut self, shared: &Shared, roadmap: &Roadmap, hops: impl Iterator<Item = Hop>, (goal, work_max): (Goal, u64)) {
+    pub fn begin_shortcuts(
+        &mut self,
+        shared: &Shared,
+        roadmap: &Roadmap,
+        hops: impl Iterator<Item = Hop>,
+        (goal, work_max): (Goal, u64),
+    ) {
         self.begin();
         let mut left = work_max;
         for hop in hops.take(SLOTS) {
-            let Some(track) = roadmap.motion(hop).filter(|track| track.len() < TRACK_MAX) else { continue };
+            let Some(track) = roadmap.motion(hop).filter(|track| track.len() < TRACK_MAX) else {
+                continue;
+            };
             let work = left.min(SHORTCUT_WORK * track.len() as u64);
-            let random = Random::new(shared.seed, Stream::Shortcut, u64::from(hop.from) << 32 | u64::from(hop.to), 0);
+            let random = Random::new(
+                shared.seed,
+                Stream::Shortcut,
+                u64::from(hop.from) << 32 | u64::from(hop.to),
+                0,
+            );
             let shortcutting = Shortcutting::new(goal, roadmap.mode(hop), random, work);
             if work == 0 || !self.give(0, Task::Shorten { hop, shortcutting }) {
                 break;
@@ -183,19 +213,30 @@ impl Round {
         self.count == self.slots.len()
     }
 
-    /// Spends at most so many units of work; answers how many it spent. Less than allowed means that all searches have ended.
+    /// Spends at most so many units of work; answers how many it spent. Less than allowed means
+    /// that all searches have ended.
     pub fn advance(&mut self, shared: &Shared, roadmap: &Roadmap, budget: u64) -> u64 {
-        allowance::advance(&mut self.slots[..self.count], budget, &shared.threads, |slot| slot.advance(shared, &roadmap.graph))
+        allowance::advance(&mut self.slots[..self.count], budget, &shared.threads, |slot| {
+            slot.advance(shared, &roadmap.graph)
+        })
     }
 
     /// Merges what the searches found, in order.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn merge(&mut self, threads: &Threads, roadmap: &mut Roadmap) -> Result<RoundTally, ArenaFull> {
+    pub fn merge(
+        &mut self,
+        threads: &Threads,
+        roadmap: &mut Roadmap,
+    ) -> Result<RoundTally, ArenaFull> {
         let places = self.store(threads, roadmap)?;
-        let has_search = |lane: &usize| self.slots[..self.count].iter().any(|slot| slot.lane == *lane);
-        let mut tally = RoundTally { lanes: (0..LANES_MAX).filter(has_search).count() as u64, ..RoundTally::default() };
+        let has_search =
+            |lane: &usize| self.slots[..self.count].iter().any(|slot| slot.lane == *lane);
+        let mut tally = RoundTally {
+            lanes: (0..LANES_MAX).filter(has_search).count() as u64,
+            ..RoundTally::default()
+        };
         for (slot, way) in self.slots.iter_mut().zip(places) {
             slot.return_trees(roadmap);
             let found = slot.merge(roadmap, way)?;
@@ -214,8 +255,13 @@ impl Round {
     }
 
     /// Stores the ways that the searches found; answers where.
-    fn store(&self, threads: &Threads, roadmap: &mut Roadmap) -> Result<heapless::Vec<Place, SLOTS>, ArenaFull> {
-        let ways: heapless::Vec<&[Configuration], SLOTS> = self.slots[..self.count].iter().map(Slot::way).collect();
+    fn store(
+        &self,
+        threads: &Threads,
+        roadmap: &mut Roadmap,
+    ) -> Result<heapless::Vec<Place, SLOTS>, ArenaFull> {
+        let ways: heapless::Vec<&[Configuration], SLOTS> =
+            self.slots[..self.count].iter().map(Slot::way).collect();
         roadmap.store(&ways, threads)
     }
 
@@ -260,15 +306,23 @@ impl Slot {
     fn advance(&mut self, shared: &Shared, graph: &Graph) {
         match &mut self.task {
             Task::Idle => {}
-            Task::Sample(sampling) => sampling.advance(&shared.constraints, shared.seed, graph, &mut self.workspace),
-            Task::Move { search, found, .. } => {
-                *found = search.advance(&shared.constraints, &mut self.workspace).map(|ended| ended.is_ok());
+            Task::Sample(sampling) => {
+                sampling.advance(&shared.constraints, shared.seed, graph, &mut self.workspace)
             }
-            Task::Shorten { shortcutting, .. } => shortcutting.advance(&shared.constraints, &mut self.workspace),
+            Task::Move { search, found, .. } => {
+                *found = search
+                    .advance(&shared.constraints, &mut self.workspace)
+                    .map(|ended| ended.is_ok());
+            }
+            Task::Shorten { shortcutting, .. } => {
+                shortcutting.advance(&shared.constraints, &mut self.workspace)
+            }
             Task::Emit { emission, has_failed, .. } => {
                 *has_failed = match emission.advance(&shared.constraints) {
                     Ok(None) => false,
-                    Ok(Some((state, _))) => push(&mut self.workspace.track, state.configuration).is_err(),
+                    Ok(Some((state, _))) => {
+                        push(&mut self.workspace.track, state.configuration).is_err()
+                    }
                     Err(_) => true,
                 }
             }
@@ -294,7 +348,9 @@ impl Slot {
     fn way(&self) -> &[Configuration] {
         match &self.task {
             Task::Sample(sampling) if sampling.found().is_some() => &self.workspace.lifts[0],
-            Task::Move { found: Some(true), .. } | Task::Emit { has_failed: false, .. } => &self.workspace.track,
+            Task::Move { found: Some(true), .. } | Task::Emit { has_failed: false, .. } => {
+                &self.workspace.track
+            }
             _ => &[],
         }
     }

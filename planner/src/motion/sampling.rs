@@ -1,7 +1,8 @@
-//! Sampling one transition: attempts at a configuration from which the touched foot can also leave its placement.
+//! Sampling one transition: attempts at a configuration from which the touched foot can also leave
+//! its placement.
 //!
-//! A configuration that no swing can leave or reach would only be found out by the motions that need it, one failed sequence
-//! after another.
+//! A configuration that no swing can leave or reach would only be found out by the motions that
+//! need it, one failed sequence after another.
 
 use crate::body::Configuration;
 use crate::constraint::{Constraints, Mode, Rejection};
@@ -40,7 +41,14 @@ impl Sampling {
     /// Goes on where earlier attempts ended.
     pub fn new(graph: &Graph, id: TransitionId) -> Self {
         let first = graph.transitions()[id as usize].attempts - 1;
-        Self { id, mode: single_mode(graph.pair(id).0), first, attempt: first, lift: None, found: None }
+        Self {
+            id,
+            mode: single_mode(graph.pair(id).0),
+            first,
+            attempt: first,
+            lift: None,
+            found: None,
+        }
     }
 
     /// Whether it has found a configuration or made all its attempts.
@@ -59,12 +67,21 @@ impl Sampling {
     }
 
     /// Spends one unit of work.
-    pub fn advance(&mut self, constraints: &Constraints, seed: u64, graph: &Graph, workspace: &mut Workspace) {
+    pub fn advance(
+        &mut self,
+        constraints: &Constraints,
+        seed: u64,
+        graph: &Graph,
+        workspace: &mut Workspace,
+    ) {
         let advanced = match &mut self.lift {
             None => self.draw(constraints, seed, graph),
             Some((configuration, lift)) => lift
                 .advance(constraints, &self.mode, &mut workspace.follower, &mut workspace.lifts[0])
-                .map(|lifted| self.found = lifted.map(|lifted| Found { configuration: *configuration, lifted })),
+                .map(|lifted| {
+                    self.found =
+                        lifted.map(|lifted| Found { configuration: *configuration, lifted })
+                }),
         };
         if let Err(rejection) = advanced {
             self.lift = None;
@@ -73,11 +90,17 @@ impl Sampling {
         }
     }
 
-    fn draw(&mut self, constraints: &Constraints, seed: u64, graph: &Graph) -> Result<(), Rejection> {
+    fn draw(
+        &mut self,
+        constraints: &Constraints,
+        seed: u64,
+        graph: &Graph,
+    ) -> Result<(), Rejection> {
         let (stance, other) = graph.pair(self.id);
         let pair = TransitionPair { stance, other };
         let name = (seed, u64::from(self.id));
-        let configuration = transition::sample(constraints, &self.mode, pair, name, u64::from(self.attempt))?;
+        let configuration =
+            transition::sample(constraints, &self.mode, pair, name, u64::from(self.attempt))?;
         let state = State { configuration, world_from_soles: world_from_soles(pair) };
         self.lift = Some((configuration, Lift::new(&state)));
         Ok(())

@@ -7,8 +7,9 @@ use crate::motion::heap::IndexHeap;
 use crate::motion::mode_costs::ModeCosts;
 use crate::motion::swing_lists::Swing;
 
-/// The penalty p for each failed single-mode search between two transitions: no less than the cost of a transition
-/// that was never tried and is as long as a step usually is, however unlikely it looks [Grey 4.4.2].
+/// The penalty p for each failed single-mode search between two transitions: no less than the cost
+/// of a transition that was never tried and is as long as a step usually is, however unlikely it
+/// looks [Grey 4.4.2].
 pub const SINGLE_MODE_PENALTY: f64 = 4.0;
 
 /// What a search looks for.
@@ -16,11 +17,14 @@ pub const SINGLE_MODE_PENALTY: f64 = 4.0;
 pub enum Purpose {
     /// Any walk: C(T), which costs nothing where a configuration is known [Grey 4.4.2].
     Find,
-    /// How far walks lead from the goal back toward the start, where there is none from one to the other [Grey 4.4.4].
+    /// How far walks lead from the goal back toward the start, where there is none from one to the
+    /// other [Grey 4.4.4].
     Return,
-    /// The modes to search next, over transitions with a configuration alone: what these cost [Grey 4.4.3].
+    /// The modes to search next, over transitions with a configuration alone: what these cost
+    /// [Grey 4.4.3].
     Join,
-    /// A shorter walk, over the placements of one that was found: every transition costs [Grey 4.4.6].
+    /// A shorter walk, over the placements of one that was found: every transition costs
+    /// [Grey 4.4.6].
     Shorten,
 }
 
@@ -35,7 +39,8 @@ pub struct Query<'a> {
     pub modes: &'a ModeCosts,
     /// What it looks for.
     pub purpose: Purpose,
-    /// The station nearest to each placement; none of the range for one that is not used on the route.
+    /// The station nearest to each placement; none of the range for one that is not used on the
+    /// route.
     pub stations: &'a [u32],
     /// The first and the last station near which it may step.
     pub range: [u32; 2],
@@ -47,7 +52,8 @@ pub struct Query<'a> {
     pub goal: [FootholdId; 2],
 }
 
-/// What each transition costs in a shorter walk besides S(T) D^3(T), m^3: the best step is then some 0.3 m long.
+/// What each transition costs in a shorter walk besides S(T) D^3(T), m^3: the best step is then
+/// some 0.3 m long.
 const SHORTEN_BASE: f64 = 0.05;
 
 impl Query<'_> {
@@ -83,7 +89,9 @@ impl Query<'_> {
     fn failed(&self, from: TransitionId, to: TransitionId) -> f64 {
         match self.purpose {
             Purpose::Join => 0.0,
-            Purpose::Find | Purpose::Return | Purpose::Shorten => f64::from(self.edges.get(from, to).failures) * SINGLE_MODE_PENALTY,
+            Purpose::Find | Purpose::Return | Purpose::Shorten => {
+                f64::from(self.edges.get(from, to).failures) * SINGLE_MODE_PENALTY
+            }
         }
     }
 }
@@ -112,14 +120,16 @@ impl Arrival {
 
 /// The arrays of the shortest-path search, allocated once.
 ///
-/// What a swing costs depends on where it leads, and on where it begins only if that very motion has failed. So the first arrival on
-/// a stance settles all its swings but the doubtful ones: a stance is expanded once, each of its swings is set down at once or passed
-/// over, and only arrivals that may be the first on their stance, or lead on to doubtful ones, wait in the heap.
+/// What a swing costs depends on where it leads, and on where it begins only if that very motion
+/// has failed. So the first arrival on a stance settles all its swings but the doubtful ones: a
+/// stance is expanded once, each of its swings is set down at once or passed over, and only
+/// arrivals that may be the first on their stance, or lead on to doubtful ones, wait in the heap.
 #[derive(Debug)]
 pub struct SequenceSearch {
     heap: IndexHeap,
     arrivals: Uniform<Arrival>,
-    /// The transitions that the last search reached, and the stances; the only ones whose entries it has changed.
+    /// The transitions that the last search reached, and the stances; the only ones whose entries
+    /// it has changed.
     reached: Vec<TransitionId>,
     reached_stances: Vec<FootholdId>,
     stances: Vec<StanceRecord>,
@@ -152,7 +162,10 @@ impl SequenceSearch {
             arrivals: Uniform::new(Arrival::NONE, transitions_max),
             reached: reserve(transitions_max),
             reached_stances: reserve(footholds_max),
-            stances: filled(StanceRecord { arrival: UNREACHED, is_entered: false, is_used: false }, footholds_max),
+            stances: filled(
+                StanceRecord { arrival: UNREACHED, is_entered: false, is_used: false },
+                footholds_max,
+            ),
             entered: reserve(footholds_max),
             sequence: reserve(transitions_max),
             best: None,
@@ -178,7 +191,8 @@ impl SequenceSearch {
         }
     }
 
-    /// Begins to look for the cheapest sequence (Dijkstra; among equal costs the fewest transitions).
+    /// Begins to look for the cheapest sequence (Dijkstra; among equal costs the fewest
+    /// transitions).
     pub fn begin(&mut self, query: &Query<'_>) {
         self.clear();
         for &start in query.starts {
@@ -189,8 +203,9 @@ impl SequenceSearch {
         }
     }
 
-    /// Spends at most so many units of work, of `SWINGS_PER_UNIT` swings each; answers how many it spent. The same query as at
-    /// the beginning. Once less is spent than allowed, the search has ended, see [`SequenceSearch::has_found`].
+    /// Spends at most so many units of work, of `SWINGS_PER_UNIT` swings each; answers how many it
+    /// spent. The same query as at the beginning. Once less is spent than allowed, the search has
+    /// ended, see [`SequenceSearch::has_found`].
     pub fn advance(&mut self, query: &Query<'_>, budget: u64) -> u64 {
         for spent in 0..budget {
             let mut looked_at = 0;
@@ -198,7 +213,9 @@ impl SequenceSearch {
                 match self.expand(query) {
                     Some(swings) => looked_at += swings + 1,
                     None => {
-                        self.best.iter().for_each(|&(_, goal)| trace(&self.arrivals, goal, &mut self.sequence));
+                        self.best
+                            .iter()
+                            .for_each(|&(_, goal)| trace(&self.arrivals, goal, &mut self.sequence));
                         return spent;
                     }
                 }
@@ -252,13 +269,21 @@ impl SequenceSearch {
     }
 
     /// Relaxes some swings from a transition; answers how many there were.
-    fn swing(&mut self, query: &Query<'_>, node: TransitionId, swings: impl Iterator<Item = Swing>, reached: Cost) -> u64 {
+    fn swing(
+        &mut self,
+        query: &Query<'_>,
+        node: TransitionId,
+        swings: impl Iterator<Item = Swing>,
+        reached: Cost,
+    ) -> u64 {
         let mut looked_at = 0;
         let is_doubtful = query.graph.is_doubtful(query.graph.transitions()[node as usize].stance);
         for swing in swings.filter(|swing| swing.to != node) {
             looked_at += 1;
-            let is_vain = !is_doubtful && self.is_settled_for_less(query, swing, reached) || !self.may_use(query, swing.other);
-            if is_vain || !self.relax(query, node, swing.to, query.penalty(node, swing.to), reached) {
+            let is_vain = !is_doubtful && self.is_settled_for_less(query, swing, reached)
+                || !self.may_use(query, swing.other);
+            if is_vain || !self.relax(query, node, swing.to, query.penalty(node, swing.to), reached)
+            {
                 continue;
             }
             if is_doubtful {
@@ -269,23 +294,40 @@ impl SequenceSearch {
         looked_at
     }
 
-    /// Whether a swing, even without any penalty, leads to a stance that has been reached for less, where only the first arrival counts.
-    fn is_settled_for_less(&self, query: &Query<'_>, Swing { to, other }: Swing, reached: Cost) -> bool {
+    /// Whether a swing, even without any penalty, leads to a stance that has been reached for less,
+    /// where only the first arrival counts.
+    fn is_settled_for_less(
+        &self,
+        query: &Query<'_>,
+        Swing { to, other }: Swing,
+        reached: Cost,
+    ) -> bool {
         let arrival = (reached.0 + query.step_cost(to), reached.1 + 2);
-        arrival >= self.stances[other as usize].arrival && !query.graph.is_doubtful(other) && !query.goal.contains(&other)
+        arrival >= self.stances[other as usize].arrival
+            && !query.graph.is_doubtful(other)
+            && !query.goal.contains(&other)
     }
 
-    /// Goes on from a transition that was reached to its twin: the foot is set down, and carries the robot.
+    /// Goes on from a transition that was reached to its twin: the foot is set down, and carries
+    /// the robot.
     fn set_down(&mut self, query: &Query<'_>, node: TransitionId) {
         let twin = Graph::twin(node);
-        if self.relax(query, node, twin, query.penalty(node, twin), self.arrivals[node as usize].cost()) {
+        if self.relax(
+            query,
+            node,
+            twin,
+            query.penalty(node, twin),
+            self.arrivals[node as usize].cost(),
+        ) {
             self.arrive(query.graph, twin);
         }
     }
 
-    /// Notes that a transition's stance was reached, if that is the first arrival there or not only the first one counts.
+    /// Notes that a transition's stance was reached, if that is the first arrival there or not only
+    /// the first one counts.
     fn arrive(&mut self, graph: &Graph, node: TransitionId) {
-        let (cost, stance) = (self.arrivals[node as usize].cost(), graph.transitions()[node as usize].stance);
+        let (cost, stance) =
+            (self.arrivals[node as usize].cost(), graph.transitions()[node as usize].stance);
         let record = &mut self.stances[stance as usize];
         let is_first = cost < record.arrival;
         if is_first {
@@ -312,7 +354,14 @@ impl SequenceSearch {
     }
 
     /// Notes a cheaper way to a transition, if it is one.
-    fn relax(&mut self, query: &Query<'_>, from: TransitionId, to: TransitionId, penalty: f64, reached: Cost) -> bool {
+    fn relax(
+        &mut self,
+        query: &Query<'_>,
+        from: TransitionId,
+        to: TransitionId,
+        penalty: f64,
+        reached: Cost,
+    ) -> bool {
         let cost = (reached.0 + penalty + query.cost(to), reached.1 + 1);
         let known = self.arrivals[to as usize].cost();
         if cost >= known {
@@ -351,7 +400,8 @@ mod tests {
     use surefoot_shared_types::Pose;
     use surefoot_shared_types::message::limits::JOINTS_MAX;
 
-    /// A straight walk: left soles and right ones at these places along it (m), each pair within `reach` (m) connected.
+    /// A straight walk: left soles and right ones at these places along it (m), each pair within
+    /// `reach` (m) connected.
     struct Line {
         graph: Graph,
         edges: EdgeTable,
@@ -366,7 +416,11 @@ mod tests {
             let mut graph = Graph::new(count, count * count, count * count, reach);
             let foothold = |limb, x: f64| {
                 let y = if limb == 0 { 0.05 } else { -0.05 };
-                Foothold::new(limb, Pose::from_parts(DVec3::new(x, y, 0.0), DQuat::IDENTITY), heapless::Vec::new())
+                Foothold::new(
+                    limb,
+                    Pose::from_parts(DVec3::new(x, y, 0.0), DQuat::IDENTITY),
+                    heapless::Vec::new(),
+                )
             };
             for &x in places {
                 for limb in [0, 1] {
@@ -383,10 +437,21 @@ mod tests {
             }
             let last = count as u32 - 2;
             let modes = ModeCosts::new(count, count * count, count * count);
-            Self { graph, edges: EdgeTable::new(256), modes, stations: vec![0; count], ends: [[0, 1], [last, last + 1]] }
+            Self {
+                graph,
+                edges: EdgeTable::new(256),
+                modes,
+                stations: vec![0; count],
+                ends: [[0, 1], [last, last + 1]],
+            }
         }
 
-        fn query<'a>(&'a self, starts: &'a [TransitionId], purpose: Purpose, goal: [FootholdId; 2]) -> Query<'a> {
+        fn query<'a>(
+            &'a self,
+            starts: &'a [TransitionId],
+            purpose: Purpose,
+            goal: [FootholdId; 2],
+        ) -> Query<'a> {
             Query {
                 graph: &self.graph,
                 edges: &self.edges,
@@ -401,11 +466,15 @@ mod tests {
         }
 
         fn starts(&self, [left, right]: [FootholdId; 2]) -> Vec<TransitionId> {
-            [self.graph.find(left, right), self.graph.find(right, left)].into_iter().flatten().collect()
+            [self.graph.find(left, right), self.graph.find(right, left)]
+                .into_iter()
+                .flatten()
+                .collect()
         }
 
         fn searched(&self, query: &Query<'_>) -> SequenceSearch {
-            let mut search = SequenceSearch::new(self.stations.len(), self.graph.transitions().len());
+            let mut search =
+                SequenceSearch::new(self.stations.len(), self.graph.transitions().len());
             search.begin(query);
             while search.advance(query, 1) == 1 {}
             search
@@ -422,7 +491,10 @@ mod tests {
         }
 
         fn longest_step(&self, sequence: &[TransitionId]) -> f64 {
-            sequence.iter().map(|&id| self.graph.transitions()[id as usize].distance).fold(0.0, f64::max)
+            sequence
+                .iter()
+                .map(|&id| self.graph.transitions()[id as usize].distance)
+                .fold(0.0, f64::max)
         }
     }
 
@@ -430,19 +502,27 @@ mod tests {
     fn moderate_steps_are_cheaper_than_few_long_ones() {
         let line = Line::new(&[0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2], 0.7);
         let (sequence, _) = line.cheapest();
-        assert!(line.longest_step(&sequence) < 0.3, "steps of 0.6 m are there to be had, and are not taken");
+        assert!(
+            line.longest_step(&sequence) < 0.3,
+            "steps of 0.6 m are there to be had, and are not taken"
+        );
     }
 
     #[test]
     fn where_there_is_no_sequence_either_end_reaches_its_own_side() {
         let line = Line::new(&[0.0, 0.2, 0.4, 1.4, 1.6], 0.5);
         let [start, goal] = line.ends;
-        for (purpose, from, to, side) in [(Purpose::Find, start, goal, 0..6), (Purpose::Return, goal, start, 6..10)] {
+        for (purpose, from, to, side) in
+            [(Purpose::Find, start, goal, 0..6), (Purpose::Return, goal, start, 6..10)]
+        {
             let starts = line.starts(from);
             let search = line.searched(&line.query(&starts, purpose, to));
             let mut entered = search.entered().to_vec();
             entered.sort_unstable();
-            assert!(!search.has_found() && entered == side.collect::<Vec<FootholdId>>(), "{purpose:?}: {entered:?}");
+            assert!(
+                !search.has_found() && entered == side.collect::<Vec<FootholdId>>(),
+                "{purpose:?}: {entered:?}"
+            );
         }
     }
 
@@ -450,21 +530,30 @@ mod tests {
     fn judging_what_the_cheapest_sequences_hold_finds_the_cheapest_of_all() {
         let places: Vec<f64> = (0..12).map(|index| 0.1 * f64::from(index)).collect();
         for seed in 0..40 {
-            let prior =
-                |id: TransitionId| Prior { attempts: 0, surcharge: Random::new(seed, Stream::Transition, id.into(), 0).below(9) as u32 };
+            let prior = |id: TransitionId| Prior {
+                attempts: 0,
+                surcharge: Random::new(seed, Stream::Transition, id.into(), 0).below(9) as u32,
+            };
             let (mut all, mut some) = (Line::new(&places, 0.45), Line::new(&places, 0.45));
             let ids = 0..all.graph.transitions().len() as TransitionId;
             ids.clone().for_each(|id| all.graph.record_prior(id, prior(id)));
             let mut judged = 0;
-            while let Some(id) = some.cheapest().0.into_iter().find(|&id| some.graph.is_unjudged(id)) {
+            while let Some(id) =
+                some.cheapest().0.into_iter().find(|&id| some.graph.is_unjudged(id))
+            {
                 some.graph.record_prior(id, prior(id));
                 judged += 1;
             }
-            assert!((some.cheapest().1 - all.cheapest().1).abs() < 1e-12 && judged < ids.len(), "{judged} of {} judged", ids.len());
+            assert!(
+                (some.cheapest().1 - all.cheapest().1).abs() < 1e-12 && judged < ids.len(),
+                "{judged} of {} judged",
+                ids.len()
+            );
         }
     }
 
-    /// What the cheapest sequence costs, by relaxing all swings of all transitions until nothing changes.
+    /// What the cheapest sequence costs, by relaxing all swings of all transitions until nothing
+    /// changes.
     fn least_cost(query: &Query<'_>) -> f64 {
         let ids = 0..query.graph.transitions().len() as TransitionId;
         let mut costs = vec![f64::INFINITY; ids.len()];
@@ -473,7 +562,12 @@ mod tests {
         while std::mem::take(&mut has_changed) {
             for from in ids.clone() {
                 let stance = query.graph.transitions()[from as usize].stance;
-                for to in query.graph.from_stance(stance).filter(|&to| to != from).chain([Graph::twin(from)]) {
+                for to in query
+                    .graph
+                    .from_stance(stance)
+                    .filter(|&to| to != from)
+                    .chain([Graph::twin(from)])
+                {
                     let cost = costs[from as usize] + query.penalty(from, to) + query.cost(to);
                     if cost < costs[to as usize] - 1e-12 {
                         (costs[to as usize], has_changed) = (cost, true);
@@ -481,10 +575,13 @@ mod tests {
                 }
             }
         }
-        ids.filter(|&id| query.is_goal(id)).map(|id| costs[id as usize]).fold(f64::INFINITY, f64::min)
+        ids.filter(|&id| query.is_goal(id))
+            .map(|id| costs[id as usize])
+            .fold(f64::INFINITY, f64::min)
     }
 
-    /// Lets attempts at transitions fail, others be found, and motions fail on two of three placements.
+    /// Lets attempts at transitions fail, others be found, and motions fail on two of three
+    /// placements.
     fn try_at_random(line: &mut Line, seed: u64) {
         let mut random = Random::new(seed, Stream::Transition, 0, 0);
         let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
@@ -524,12 +621,16 @@ mod tests {
     fn costs_are_those_of_the_thesis() {
         let mut line = Line::new(&[0.0, 0.3], 0.5);
         let (sequence, cost) = line.cheapest();
-        let distances: Vec<f64> = line.graph.transitions().iter().map(|transition| transition.distance).collect();
+        let distances: Vec<f64> =
+            line.graph.transitions().iter().map(|transition| transition.distance).collect();
         let cubed = |id: &TransitionId| distances[*id as usize].powi(3);
         assert!((cost - sequence.iter().map(cubed).sum::<f64>()).abs() < 1e-12, "S(T) starts at 1");
         let (first, second) = (sequence[0], sequence[1]);
         line.graph.record_failures(first, 4);
-        assert!((line.graph.transitions()[first as usize].cost() - 5.0 * cubed(&first)).abs() < 1e-12, "S(T) D^3(T)");
+        assert!(
+            (line.graph.transitions()[first as usize].cost() - 5.0 * cubed(&first)).abs() < 1e-12,
+            "S(T) D^3(T)"
+        );
         let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
         for &id in &sequence {
             line.graph.record_found(id, configuration).unwrap();

@@ -1,8 +1,10 @@
-//! Shortcuts within one motion, and its local optimisation [Grey 4.4.6]. Two waypoints of a track are joined straight, on the
-//! constraint manifold and checked like any motion. Where that is shorter, it takes the place of what led from one to the other.
+//! Shortcuts within one motion, and its local optimisation [Grey 4.4.6]. Two waypoints of a track
+//! are joined straight, on the constraint manifold and checked like any motion. Where that is
+//! shorter, it takes the place of what led from one to the other.
 //!
-//! [`Goal::Shortcuts`] joins all that may change at once, and where that fails, waypoints drawn at random, as long as that brings
-//! something. [`Goal::Corners`] goes along the whole track, cuts corners, and leaves out needless waypoints.
+//! [`Goal::Shortcuts`] joins all that may change at once, and where that fails, waypoints drawn at
+//! random, as long as that brings something. [`Goal::Corners`] goes along the whole track, cuts
+//! corners, and leaves out needless waypoints.
 
 use surefoot_shared_types::spatial::rotation_distance;
 
@@ -15,21 +17,22 @@ use crate::motion::tree::METRES_PER_RADIAN;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::Random;
 
-/// A swing foot keeps its way this near to where the motion begins and ends, m: it leaves and reaches a placement along the
-/// sole's normal.
+/// A swing foot keeps its way this near to where the motion begins and ends, m: it leaves and
+/// reaches a placement along the sole's normal.
 const LIFT_KEPT: f64 = 0.012;
 /// A shortcut must make a stretch shorter by this share.
 const GAIN_MIN: f64 = 0.05;
-/// A shortcut is only tried where the straight way is shorter than this share of what it must come to: a leg's joints do not
-/// move straight where its sole does.
+/// A shortcut is only tried where the straight way is shorter than this share of what it must come
+/// to: a leg's joints do not move straight where its sole does.
 const PROMISING_MAX: f64 = 0.9;
 /// Shortcuts in a row that bring nothing before no more are tried.
 const FRUITLESS_MAX: u32 = 6;
-/// At a corner the way past a waypoint is longer than the way from its neighbour to the other by this share.
+/// At a corner the way past a waypoint is longer than the way from its neighbour to the other by
+/// this share.
 const CORNER_MIN: f64 = 0.02;
 
-/// The distance between two configurations: Euclidean over all joints (rad, m), the root's position (m, over
-/// [`METRES_PER_RADIAN`]) and its turn (rad).
+/// The distance between two configurations: Euclidean over all joints (rad, m), the root's position
+/// (m, over [`METRES_PER_RADIAN`]) and its turn (rad).
 pub fn distance(a: &Configuration, b: &Configuration) -> f64 {
     let joints: f64 = a.q.iter().zip(&b.q).map(|(x, y)| (x - y) * (x - y)).sum();
     let (a, b) = (&a.world_from_root, &b.world_from_root);
@@ -52,8 +55,8 @@ pub enum Goal {
     Corners,
 }
 
-/// Makes one track shorter, a unit of work at a time. `workspace.track` holds it, its first state included, and is valid at all
-/// times.
+/// Makes one track shorter, a unit of work at a time. `workspace.track` holds it, its first state
+/// included, and is valid at all times.
 #[derive(Debug, Clone)]
 pub struct Shortcutting {
     goal: Goal,
@@ -145,15 +148,24 @@ impl Shortcutting {
             }
             Aim::Corner(from) => {
                 let joint_step = constraints.config.waypoint_joint_step;
-                let is_corner = |&at: &usize| is_corner(&workspace.track[at - 1..=at + 1], joint_step);
-                let Some(at) = (from.max(first + 1)..last).find(is_corner) else { return Stage::Over };
+                let is_corner =
+                    |&at: &usize| is_corner(&workspace.track[at - 1..=at + 1], joint_step);
+                let Some(at) = (from.max(first + 1)..last).find(is_corner) else {
+                    return Stage::Over;
+                };
                 self.join(constraints, [at - 1, at + 1], Aim::Corner(at), workspace)
             }
         }
     }
 
     /// Begins to join two waypoints, if that can bring enough.
-    fn join(&mut self, constraints: &Constraints, ends: [usize; 2], aim: Aim, workspace: &mut Workspace) -> Stage {
+    fn join(
+        &mut self,
+        constraints: &Constraints,
+        ends: [usize; 2],
+        aim: Aim,
+        workspace: &mut Workspace,
+    ) -> Stage {
         let [from, to] = ends;
         if to < from + 2 {
             return self.after_failure(aim);
@@ -167,7 +179,13 @@ impl Shortcutting {
             return self.after_failure(aim);
         }
         let state = |index: usize| state_of(constraints, &self.mode, &workspace.track[index]);
-        let stretch = Stretch { from: state(from), to: state(to), exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
+        let stretch = Stretch {
+            from: state(from),
+            to: state(to),
+            exact: true,
+            travel: Travel::STRAIGHT,
+            swing_foot: FootState::Free,
+        };
         workspace.shortcut.clear();
         workspace.follower.begin(constraints, &stretch);
         Stage::Join(Joint { aim, ends, length: 0.0, length_max })
@@ -195,11 +213,17 @@ impl Shortcutting {
 }
 
 impl Joint {
-    /// Goes on by one trial; answers by how many waypoints the track has become shorter, once they are joined.
+    /// Goes on by one trial; answers by how many waypoints the track has become shorter, once they
+    /// are joined.
     ///
     /// # Errors
     /// What stops it: [`Rejection::Discontinuous`] where it would be no shorter.
-    fn advance(&mut self, constraints: &Constraints, mode: &Mode, workspace: &mut Workspace) -> Result<Option<usize>, Rejection> {
+    fn advance(
+        &mut self,
+        constraints: &Constraints,
+        mode: &Mode,
+        workspace: &mut Workspace,
+    ) -> Result<Option<usize>, Rejection> {
         let before = workspace.follower.here().configuration;
         let progress = workspace.follower.advance(constraints, mode)?;
         if progress == Progress::Nearer {
@@ -213,11 +237,13 @@ impl Joint {
             return Err(Rejection::Discontinuous);
         }
         push(&mut workspace.shortcut, here)?;
-        Ok((progress == Progress::Arrived).then(|| replace(&mut workspace.track, self.ends, &workspace.shortcut)))
+        Ok((progress == Progress::Arrived)
+            .then(|| replace(&mut workspace.track, self.ends, &workspace.shortcut)))
     }
 }
 
-/// Puts a way in the place of what leads from one waypoint to another; it is no more waypoints. Answers how many fewer.
+/// Puts a way in the place of what leads from one waypoint to another; it is no more waypoints.
+/// Answers how many fewer.
 fn replace(track: &mut Vec<Configuration>, [from, to]: [usize; 2], way: &[Configuration]) -> usize {
     let kept = from + 1 + way.len();
     track[from + 1..kept].copy_from_slice(way);
@@ -225,10 +251,13 @@ fn replace(track: &mut Vec<Configuration>, [from, to]: [usize; 2], way: &[Config
     to + 1 - kept
 }
 
-/// The first and the last waypoint of a track whose swing foot is off the places where the motion begins and ends.
+/// The first and the last waypoint of a track whose swing foot is off the places where the motion
+/// begins and ends.
 fn free_waypoints(constraints: &Constraints, mode: &Mode, track: &[Configuration]) -> [usize; 2] {
     let Some(limb) = mode.swing() else { return [0, track.len() - 1] };
-    let sole = |configuration: &Configuration| state_of(constraints, mode, configuration).world_from_soles[limb].translation;
+    let sole = |configuration: &Configuration| {
+        state_of(constraints, mode, configuration).world_from_soles[limb].translation
+    };
     let is_free = |end: usize| {
         let placement = sole(&track[end]);
         move |index: &usize| sole(&track[*index]).distance(placement) >= LIFT_KEPT
@@ -242,7 +271,8 @@ fn free_waypoints(constraints: &Constraints, mode: &Mode, track: &[Configuration
 fn state_of(constraints: &Constraints, mode: &Mode, configuration: &Configuration) -> State {
     let mut world_from_soles = mode.world_from_soles;
     if let Some(limb) = mode.swing() {
-        world_from_soles[limb] = configuration.world_from_root * constraints.body.legs[limb].root_from_sole(&configuration.q);
+        world_from_soles[limb] = configuration.world_from_root
+            * constraints.body.legs[limb].root_from_sole(&configuration.q);
     }
     State { configuration: *configuration, world_from_soles }
 }
@@ -255,7 +285,8 @@ fn draw([first, last]: [usize; 2], random: &mut Random) -> [usize; 2] {
     ends
 }
 
-/// Whether the way turns at the middle one of three waypoints, or its neighbours are within a step of each other.
+/// Whether the way turns at the middle one of three waypoints, or its neighbours are within a step
+/// of each other.
 fn is_corner(track: &[Configuration], joint_step: f64) -> bool {
     let [a, b, c] = [&track[0], &track[1], &track[2]];
     let step = a.q.iter().zip(&c.q).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);

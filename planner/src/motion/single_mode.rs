@@ -1,9 +1,11 @@
-//! Single-mode planning: from one transition configuration to another within their common mode [Grey 4.4.3].
+//! Single-mode planning: from one transition configuration to another within their common mode
+//! [Grey 4.4.3].
 //!
-//! The first search between two transitions begins with primitive trajectories [Grey 4.4.5]: the shapes of `swing`. Then the
-//! trees of both grow, and each later search grows them on.
+//! The first search between two transitions begins with primitive trajectories [Grey 4.4.5]: the
+//! shapes of `swing`. Then the trees of both grow, and each later search grows them on.
 //!
-//! A search is advanced by one unit of work at a time, so that no step of the planner need wait for its end.
+//! A search is advanced by one unit of work at a time, so that no step of the planner need wait for
+//! its end.
 
 use crate::collision::FootState;
 use crate::constraint::{Constraints, Mode, Rejection};
@@ -28,8 +30,9 @@ pub struct Problem {
     pub failures: u32,
 }
 
-/// Where a shape of travel is probed before it is followed: at so many places, each the same share of the way after the one before.
-/// One that does not hold at one of them costs little then. The first shape is the likeliest, and only followed.
+/// Where a shape of travel is probed before it is followed: at so many places, each the same share
+/// of the way after the one before. One that does not hold at one of them costs little then. The
+/// first shape is the likeliest, and only followed.
 const PROBES: u32 = 7;
 
 /// A search within one mode.
@@ -54,7 +57,8 @@ enum Stage {
 }
 
 impl Search {
-    /// Begins, with empty memory but for the trees, and for the lifts where the lifted ends are known.
+    /// Begins, with empty memory but for the trees, and for the lifts where the lifted ends are
+    /// known.
     pub fn new(problem: Problem, lifted: [Option<State>; 2]) -> Self {
         let ends = [lifted[0].unwrap_or(problem.from), lifted[1].unwrap_or(problem.to)];
         let is_lifted = lifted.map(|known| known.is_some() || problem.mode.swing().is_none());
@@ -62,9 +66,13 @@ impl Search {
         Self { problem, ends, is_lifted, stage }
     }
 
-    /// Spends one unit of work. At the end answers whether the motion was found: then `workspace.track` holds the waypoints
-    /// after its first state, the last one included.
-    pub fn advance(&mut self, constraints: &Constraints, workspace: &mut Workspace) -> Option<Result<(), Rejection>> {
+    /// Spends one unit of work. At the end answers whether the motion was found: then
+    /// `workspace.track` holds the waypoints after its first state, the last one included.
+    pub fn advance(
+        &mut self,
+        constraints: &Constraints,
+        workspace: &mut Workspace,
+    ) -> Option<Result<(), Rejection>> {
         match self.advance_stage(constraints, workspace) {
             Ok(false) => None,
             Ok(true) => Some(self.complete(workspace)),
@@ -75,7 +83,8 @@ impl Search {
         }
     }
 
-    /// How often it tried to extend a tree; at least once, since a primitive trajectory that fails is an attempt too.
+    /// How often it tried to extend a tree; at least once, since a primitive trajectory that fails
+    /// is an attempt too.
     pub fn extensions(&self) -> u32 {
         match &self.stage {
             Stage::Grow(growing) => growing.extensions().max(1),
@@ -83,13 +92,23 @@ impl Search {
         }
     }
 
-    fn advance_stage(&mut self, constraints: &Constraints, workspace: &mut Workspace) -> Result<bool, Rejection> {
+    fn advance_stage(
+        &mut self,
+        constraints: &Constraints,
+        workspace: &mut Workspace,
+    ) -> Result<bool, Rejection> {
         match &mut self.stage {
-            &mut Stage::Travel { shape, probed } => Ok(self.travel(constraints, shape, probed, workspace)),
-            Stage::Grow(growing) => growing.advance(constraints, &self.problem, &self.ends, workspace),
+            &mut Stage::Travel { shape, probed } => {
+                Ok(self.travel(constraints, shape, probed, workspace))
+            }
+            Stage::Grow(growing) => {
+                growing.advance(constraints, &self.problem, &self.ends, workspace)
+            }
             Stage::Lift { end, lift } => {
                 let (end, Workspace { follower, lifts, .. }) = (*end, workspace);
-                if let Some(lifted) = lift.advance(constraints, &self.problem.mode, follower, &mut lifts[end])? {
+                if let Some(lifted) =
+                    lift.advance(constraints, &self.problem.mode, follower, &mut lifts[end])?
+                {
                     self.ends[end] = lifted;
                     self.is_lifted[end] = true;
                     self.stage = stage_after(&self.problem, self.is_lifted);
@@ -100,12 +119,24 @@ impl Search {
     }
 
     /// Probes a shape, then follows it; answers whether it led to the end.
-    fn travel(&mut self, constraints: &Constraints, shape: usize, probed: u32, workspace: &mut Workspace) -> bool {
+    fn travel(
+        &mut self,
+        constraints: &Constraints,
+        shape: usize,
+        probed: u32,
+        workspace: &mut Workspace,
+    ) -> bool {
         let shapes = shapes(&self.problem.mode);
         if !workspace.follower.is_under_way() {
             workspace.track.clear();
             let [from, to] = self.ends;
-            let stretch = Stretch { from, to, exact: true, travel: shapes[shape], swing_foot: FootState::Free };
+            let stretch = Stretch {
+                from,
+                to,
+                exact: true,
+                travel: shapes[shape],
+                swing_foot: FootState::Free,
+            };
             workspace.follower.begin(constraints, &stretch);
             return false;
         }
@@ -128,11 +159,16 @@ impl Search {
         }
         workspace.follower.stop();
         let next = shape + 1;
-        self.stage = if next < shapes.len() { Stage::Travel { shape: next, probed: 0 } } else { Stage::Grow(Growing::new(&self.problem)) };
+        self.stage = if next < shapes.len() {
+            Stage::Travel { shape: next, probed: 0 }
+        } else {
+            Stage::Grow(Growing::new(&self.problem))
+        };
         false
     }
 
-    /// Puts the travel between lift-off and landing. A lift leads away from the placement, so landing is one in reverse.
+    /// Puts the travel between lift-off and landing. A lift leads away from the placement, so
+    /// landing is one in reverse.
     fn complete(&self, workspace: &mut Workspace) -> Result<(), Rejection> {
         let Workspace { track, lifts: [off, on], .. } = workspace;
         if track.len() + off.len() + on.len() > track.capacity() {
@@ -152,7 +188,11 @@ impl Search {
 ///
 /// # Errors
 /// What stopped it last.
-pub fn solve(constraints: &Constraints, problem: &Problem, workspace: &mut Workspace) -> Result<u64, Rejection> {
+pub fn solve(
+    constraints: &Constraints,
+    problem: &Problem,
+    workspace: &mut Workspace,
+) -> Result<u64, Rejection> {
     workspace.clear();
     let mut search = Search::new(problem.clone(), [None; 2]);
     let mut work = 1;
@@ -188,12 +228,21 @@ enum Tried {
     Arrived,
 }
 
-fn probe(constraints: &Constraints, mode: &Mode, follower: &mut Follower, probed: u32) -> Result<Tried, Rejection> {
+fn probe(
+    constraints: &Constraints,
+    mode: &Mode,
+    follower: &mut Follower,
+    probed: u32,
+) -> Result<Tried, Rejection> {
     let at = f64::from(probed + 1) / f64::from(PROBES + 1);
     follower.probe(constraints, mode, at).map(|()| Tried::Holds)
 }
 
-fn follow(constraints: &Constraints, mode: &Mode, workspace: &mut Workspace) -> Result<Tried, Rejection> {
+fn follow(
+    constraints: &Constraints,
+    mode: &Mode,
+    workspace: &mut Workspace,
+) -> Result<Tried, Rejection> {
     let progress = workspace.follower.advance(constraints, mode)?;
     if progress != Progress::Nearer {
         push(&mut workspace.track, workspace.follower.here().configuration)?;

@@ -1,5 +1,6 @@
-//! How a robot travels between two states of a mode: the way of its swing sole, and whether it stands up meanwhile. These are the
-//! parametrised primitive trajectories that a single-mode search begins with [Grey 4.4.5].
+//! How a robot travels between two states of a mode: the way of its swing sole, and whether it
+//! stands up meanwhile. These are the parametrised primitive trajectories that a single-mode search
+//! begins with [Grey 4.4.5].
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -12,8 +13,8 @@ use crate::motion::primitive::stand::side_of;
 pub struct Travel {
     /// The way of the swing sole.
     pub path: Path,
-    /// Whether the root rises as high as the legs allow, its hip over the swing foot above the other, and sinks again: legs that are
-    /// all but straight need less room.
+    /// Whether the root rises as high as the legs allow, its hip over the swing foot above the
+    /// other, and sinks again: legs that are all but straight need less room.
     pub stands_up: bool,
 }
 
@@ -45,8 +46,8 @@ pub enum Path {
     },
 }
 
-/// What is tried with one foot in the air, in this order: the humble first, then whatever succeeded most often where those before
-/// it did not.
+/// What is tried with one foot in the air, in this order: the humble first, then whatever succeeded
+/// most often where those before it did not.
 pub const SWINGS: [Travel; 23] = [
     hump(0.02, 0.0),
     hump(0.06, 0.0),
@@ -106,7 +107,8 @@ impl Path {
         }
     }
 
-    /// The sole a share `t` of the way. `outward` leads away from the other leg, and is asked for where the way leads aside.
+    /// The sole a share `t` of the way. `outward` leads away from the other leg, and is asked for
+    /// where the way leads aside.
     pub fn pose(&self, [from, to]: [&Pose; 2], outward: impl FnOnce() -> DVec3, t: f64) -> Pose {
         match *self {
             Self::Straight => interpolate(from, to, t),
@@ -116,7 +118,9 @@ impl Path {
                 pose
             }
             Self::Over { height, aside } => over_pose(from, to, height, || outward() * aside, t),
-            Self::Around { rise, aside } => around_pose(from, to, DVec3::Z * rise + outward() * aside, t),
+            Self::Around { rise, aside } => {
+                around_pose(from, to, DVec3::Z * rise + outward() * aside, t)
+            }
         }
     }
 }
@@ -129,7 +133,10 @@ pub fn plateau(t: f64) -> f64 {
 
 /// Away from the other leg: along y of the root's heading halfway.
 pub fn outward(world_from_roots: [&Pose; 2], limb: usize) -> DVec3 {
-    let left = rotation_about(DVec3::Z, yaw_of(interpolate(world_from_roots[0], world_from_roots[1], 0.5).rotation)) * DVec3::Y;
+    let left = rotation_about(
+        DVec3::Z,
+        yaw_of(interpolate(world_from_roots[0], world_from_roots[1], 0.5).rotation),
+    ) * DVec3::Y;
     side_of(limb) * left
 }
 
@@ -141,7 +148,11 @@ fn over_pose(from: &Pose, to: &Pose, height: f64, offset: impl FnOnce() -> DVec3
     let along = t * (rise + across + fall);
     let share = ((along - rise) / across.max(1e-9)).clamp(0.0, 1.0);
     let mut pose = interpolate(from, to, share);
-    pose.translation.z = if along < rise { from.translation.z + along } else { top - (along - rise - across).max(0.0) };
+    pose.translation.z = if along < rise {
+        from.translation.z + along
+    } else {
+        top - (along - rise - across).max(0.0)
+    };
     pose.translation += plateau(share) * offset();
     pose
 }
@@ -152,7 +163,8 @@ fn around_pose(from: &Pose, to: &Pose, offset: DVec3, t: f64) -> Pose {
     let along = t * (2.0 * out + across);
     let share = ((along - out) / across.max(1e-9)).clamp(0.0, 1.0);
     let mut pose = interpolate(from, to, share);
-    pose.translation += offset * (along.min(2.0 * out + across - along) / out.max(1e-9)).clamp(0.0, 1.0);
+    pose.translation +=
+        offset * (along.min(2.0 * out + across - along) / out.max(1e-9)).clamp(0.0, 1.0);
     pose
 }
 
@@ -162,7 +174,8 @@ mod tests {
     use glam::DQuat;
 
     fn ends() -> [Pose; 2] {
-        [DVec3::new(0.0, 0.1, 0.0), DVec3::new(0.4, 0.1, 0.2)].map(|at| Pose::from_parts(at, DQuat::IDENTITY))
+        [DVec3::new(0.0, 0.1, 0.0), DVec3::new(0.4, 0.1, 0.2)]
+            .map(|at| Pose::from_parts(at, DQuat::IDENTITY))
     }
 
     #[test]
@@ -170,9 +183,15 @@ mod tests {
         let [from, to] = &ends();
         for travel in SWINGS.iter().chain(&SHIFTS) {
             let at = |t| travel.path.pose([from, to], || DVec3::Y, t).translation;
-            assert!(at(0.0).distance(from.translation) < 1e-9 && at(1.0).distance(to.translation) < 1e-9, "{travel:?}");
+            assert!(
+                at(0.0).distance(from.translation) < 1e-9
+                    && at(1.0).distance(to.translation) < 1e-9,
+                "{travel:?}"
+            );
             let length = from.translation.distance(to.translation) + travel.path.detour();
-            let leap = (0..200).map(|step| at(f64::from(step) / 200.0).distance(at(f64::from(step + 1) / 200.0))).fold(0.0, f64::max);
+            let leap = (0..200)
+                .map(|step| at(f64::from(step) / 200.0).distance(at(f64::from(step + 1) / 200.0)))
+                .fold(0.0, f64::max);
             assert!(leap < 5.0 * length / 200.0, "{travel:?} leaps by {leap} m");
         }
     }
@@ -181,7 +200,17 @@ mod tests {
     fn a_foot_goes_out_before_it_goes_across() {
         let [from, to] = &ends();
         let path = Path::Around { rise: 0.0, aside: 0.2 };
-        let at = |along: f64| path.pose([from, to], || DVec3::Y, along / (0.4 + from.translation.distance(to.translation))).translation;
-        assert!(at(0.2).distance(from.translation + DVec3::Y * 0.2) < 1e-9, "out to the side, not yet across");
+        let at = |along: f64| {
+            path.pose(
+                [from, to],
+                || DVec3::Y,
+                along / (0.4 + from.translation.distance(to.translation)),
+            )
+            .translation
+        };
+        assert!(
+            at(0.2).distance(from.translation + DVec3::Y * 0.2) < 1e-9,
+            "out to the side, not yet across"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! The swings from each placement, side by side in memory: the search for sequences looks at hundreds of thousands of them.
+//! The swings from each placement, side by side in memory: the search for sequences looks at
+//! hundreds of thousands of them.
 
 use crate::arena::reserve;
 use crate::motion::graph::{FootholdId, TransitionId};
@@ -46,9 +47,14 @@ impl SwingLists {
     /// Adds a swing from a placement.
     pub fn add(&mut self, stance: FootholdId, swing: Swing) {
         let newest = &mut self.newest[stance as usize];
-        let has_room = self.blocks.get(*newest as usize).is_some_and(|block| (block.len as usize) < BLOCK_LEN);
+        let has_room =
+            self.blocks.get(*newest as usize).is_some_and(|block| (block.len as usize) < BLOCK_LEN);
         if !has_room {
-            self.blocks.push(Block { swings: [Swing::default(); BLOCK_LEN], len: 0, before: *newest });
+            self.blocks.push(Block {
+                swings: [Swing::default(); BLOCK_LEN],
+                len: 0,
+                before: *newest,
+            });
             *newest = (self.blocks.len() - 1) as u32;
         }
         let block = &mut self.blocks[*newest as usize];
@@ -59,7 +65,9 @@ impl SwingLists {
     /// The swings from a placement, newest first.
     pub fn from_stance(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
         let block = |index: u32| self.blocks.get(index as usize);
-        let blocks = std::iter::successors(block(self.newest[stance as usize]), move |newer| block(newer.before));
+        let blocks = std::iter::successors(block(self.newest[stance as usize]), move |newer| {
+            block(newer.before)
+        });
         blocks.flat_map(|block| block.swings[..block.len as usize].iter().rev().copied())
     }
 
@@ -84,7 +92,10 @@ mod tests {
             lists.add(stance_of(to), Swing { to, other: to + 1 });
         }
         for stance in 0..stances as u32 {
-            let expected = (0..swings as u32).rev().filter(|&to| stance_of(to) == stance).map(|to| Swing { to, other: to + 1 });
+            let expected = (0..swings as u32)
+                .rev()
+                .filter(|&to| stance_of(to) == stance)
+                .map(|to| Swing { to, other: to + 1 });
             assert!(lists.from_stance(stance).eq(expected));
         }
         assert_eq!((size_of::<Block>(), lists.blocks.capacity()), (128, capacity));

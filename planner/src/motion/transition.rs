@@ -1,7 +1,9 @@
-//! Transition configurations: both feet on their placements, all weight on one of them [Grey 4.4.2].
+//! Transition configurations: both feet on their placements, all weight on one of them
+//! [Grey 4.4.2].
 //!
-//! The root's pose is the only unknown beside the free joints: its rotation and height are chosen, the rest follows ([`settle_into`]).
-//! The first attempts are primitive configurations, then their neighbourhood, then uniform samples [Grey 4.4.5].
+//! The root's pose is the only unknown beside the free joints: its rotation and height are chosen,
+//! the rest follows ([`settle_into`]). The first attempts are primitive configurations, then their
+//! neighbourhood, then uniform samples [Grey 4.4.5].
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
@@ -20,9 +22,9 @@ use crate::random::{Random, Stream};
 use crate::region::Region;
 use crate::snapshot::Snapshot;
 
-/// The primitive postures: share of the standing reach beyond which to bend, pitch (rad), roll toward the stance foot
-/// (rad), and how far the centre of mass stands from the support's centroid toward the other foot (share of what the
-/// margin leaves).
+/// The primitive postures: share of the standing reach beyond which to bend, pitch (rad), roll
+/// toward the stance foot (rad), and how far the centre of mass stands from the support's centroid
+/// toward the other foot (share of what the margin leaves).
 const PRIMITIVES: [(f64, f64, f64, f64); 12] = [
     (1.0, 0.0, 0.0, 0.5),
     (1.0, 0.0, 0.0, 0.0),
@@ -37,8 +39,9 @@ const PRIMITIVES: [(f64, f64, f64, f64); 12] = [
     (0.84, 0.35, 0.1, 0.8),
     (1.03, 0.0, -0.1, 0.9),
 ];
-/// The primitive postures that reach farthest, by attempt: these few reach nineteen of twenty pairs that any of them does. First the one
-/// that asks most of the room about the robot: where it holds, swings find their way, too.
+/// The primitive postures that reach farthest, by attempt: these few reach nineteen of twenty pairs
+/// that any of them does. First the one that asks most of the room about the robot: where it holds,
+/// swings find their way, too.
 pub const REACHING: [u64; 4] = [10, 8, 11, 5];
 /// Attempts in the neighbourhood of the primitives, before uniform ones.
 const NEIGHBOURHOOD_ATTEMPTS: u64 = 24;
@@ -56,8 +59,9 @@ pub struct TransitionPair<'a> {
     pub other: &'a Foothold,
 }
 
-/// Samples a transition configuration. `attempt` counts the attempts S(T) made so far; `object` names the transition in
-/// the random stream. `mode` is the single-support mode of the stance placement.
+/// Samples a transition configuration. `attempt` counts the attempts S(T) made so far; `object`
+/// names the transition in the random stream. `mode` is the single-support mode of the stance
+/// placement.
 ///
 /// # Errors
 /// Why this attempt failed.
@@ -88,20 +92,23 @@ pub fn sample(
     is_deep.then_some(configuration).ok_or(Rejection::Balance)
 }
 
-/// As many attempts this one counts for in S(T): a projection takes as long as several samples, and tells more.
+/// As many attempts this one counts for in S(T): a projection takes as long as several samples, and
+/// tells more.
 pub fn counts(body: &Body, attempt: u32) -> u32 {
     if is_projected(body, u64::from(attempt)) { PROJECTION_COUNTS } else { 1 }
 }
 
-/// Whether an attempt is a projection: once samples have failed, and only where the legs have no closed form. With one, samples
-/// cost so little that as many of them as a projection takes find more.
+/// Whether an attempt is a projection: once samples have failed, and only where the legs have no
+/// closed form. With one, samples cost so little that as many of them as a projection takes find
+/// more.
 fn is_projected(body: &Body, attempt: u64) -> bool {
     attempt >= PROJECTED_FROM && !body.legs.iter().all(Leg::is_closed_form)
 }
 
-/// Whether one of a few primitive postures brings both soles to their placements, the centre of mass where the stance can carry it
-/// [Grey 4.4.2]. `mode` is the single-support mode of the stance placement. Where none does, another posture may: a pair that is
-/// not reached is unlikely, not impossible.
+/// Whether one of a few primitive postures brings both soles to their placements, the centre of
+/// mass where the stance can carry it [Grey 4.4.2]. `mode` is the single-support mode of the stance
+/// placement. Where none does, another posture may: a pair that is not reached is unlikely, not
+/// impossible.
 pub fn is_reached(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
     let mut snapshot = Snapshot::default();
     REACHING.into_iter().any(|attempt| reach(constraints, mode, pair, attempt, &mut snapshot))
@@ -112,25 +119,38 @@ pub fn reaches(constraints: &Constraints, stance: &Foothold, other: &Foothold) -
     is_reached(constraints, &single_mode(stance), TransitionPair { stance, other })
 }
 
-/// The first of the same postures, which are [`REACHING`], that also holds: balanced, within limits, free of the world, the legs apart
-/// [Grey figure 4.14].
-pub fn posture_that_holds(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> Option<usize> {
+/// The first of the same postures, which are [`REACHING`], that also holds: balanced, within
+/// limits, free of the world, the legs apart [Grey figure 4.14].
+pub fn posture_that_holds(
+    constraints: &Constraints,
+    mode: &Mode,
+    pair: TransitionPair<'_>,
+) -> Option<usize> {
     let mut snapshot = Snapshot::default();
     let mut holds = |attempt: u64| {
-        reach(constraints, mode, pair, attempt, &mut snapshot) && constraints.check(mode, &snapshot, [FootState::Stance; 2]).is_ok()
+        reach(constraints, mode, pair, attempt, &mut snapshot)
+            && constraints.check(mode, &snapshot, [FootState::Stance; 2]).is_ok()
     };
     REACHING.into_iter().position(&mut holds)
 }
 
 /// Whether any primitive posture is a configuration of a transition.
 pub fn any_posture_holds(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>) -> bool {
-    (0..PRIMITIVES.len() as u64).any(|attempt| sample(constraints, mode, pair, (0, 0), attempt).is_ok())
+    (0..PRIMITIVES.len() as u64)
+        .any(|attempt| sample(constraints, mode, pair, (0, 0), attempt).is_ok())
 }
 
-fn reach(constraints: &Constraints, mode: &Mode, pair: TransitionPair<'_>, attempt: u64, snapshot: &mut Snapshot) -> bool {
+fn reach(
+    constraints: &Constraints,
+    mode: &Mode,
+    pair: TransitionPair<'_>,
+    attempt: u64,
+    snapshot: &mut Snapshot,
+) -> bool {
     let body = &constraints.body;
     let mut draws = Random::new(0, Stream::Transition, 0, 0);
-    let (posture, free) = choose(body, mode, pair, constraints.com_margin(mode), attempt, &mut draws);
+    let (posture, free) =
+        choose(body, mode, pair, constraints.com_margin(mode), attempt, &mut draws);
     settle_into(body, &world_from_soles(pair), &posture, free, snapshot).is_ok()
 }
 
@@ -150,12 +170,21 @@ pub fn world_from_soles(pair: TransitionPair<'_>) -> [Pose; 2] {
 
 type FreeJoints = [f64; surefoot_shared_types::message::limits::JOINTS_MAX];
 
-fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, attempt: u64, draws: &mut Random) -> (Posture, FreeJoints) {
+fn choose(
+    body: &Body,
+    mode: &Mode,
+    pair: TransitionPair<'_>,
+    com_margin: f64,
+    attempt: u64,
+    draws: &mut Random,
+) -> (Posture, FreeJoints) {
     let primitives = PRIMITIVES.len() as u64;
-    let heading = mean_yaw(pair.stance.world_from_sole.rotation, pair.other.world_from_sole.rotation);
+    let heading =
+        mean_yaw(pair.stance.world_from_sole.rotation, pair.other.world_from_sole.rotation);
     let (share, pitch, roll, lean) = PRIMITIVES[(attempt % primitives) as usize];
     let side = side_of(pair.stance.limb);
-    let Carriage { rotation: [carried_roll, carried_pitch], q: mut free, .. } = body.carriages[pair.stance.limb];
+    let Carriage { rotation: [carried_roll, carried_pitch], q: mut free, .. } =
+        body.carriages[pair.stance.limb];
     let uniform = attempt >= primitives + NEIGHBOURHOOD_ATTEMPTS;
     let spread = match attempt {
         _ if uniform => 1.0,
@@ -165,7 +194,11 @@ fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, a
     let stoop = pair.stance.stoop.deeper(pair.other.stoop);
     let mut jitter = |half: f64| spread * draws.uniform(-half, half);
     let rotation = rotation_about(DVec3::Z, heading + jitter(0.6))
-        * rotation_from_rpy(carried_roll - side * roll + jitter(0.25), carried_pitch + pitch + stoop.pitch + jitter(0.3), 0.0);
+        * rotation_from_rpy(
+            carried_roll - side * roll + jitter(0.25),
+            carried_pitch + pitch + stoop.pitch + jitter(0.3),
+            0.0,
+        );
     let share = stoop.share * (share + jitter(0.15)) * body.standing_reach_share;
     let lean = (lean + jitter(0.6)).clamp(-0.5, 1.0);
     if uniform {
@@ -174,12 +207,18 @@ fn choose(body: &Body, mode: &Mode, pair: TransitionPair<'_>, com_margin: f64, a
             free[joint.index] = position.clamp(joint.lower, joint.upper);
         }
     }
-    let toward = lean_target(&mode.region, pair.other.region.centroid(), lean, com_margin + 2.0 * COM_TOLERANCE);
+    let toward = lean_target(
+        &mode.region,
+        pair.other.region.centroid(),
+        lean,
+        com_margin + 2.0 * COM_TOLERANCE,
+    );
     let com = toward + DVec2::new(jitter(0.02), jitter(0.02));
     (Posture { world_from_root: rotation, reach_share: share, com }, free)
 }
 
-/// The point a share `lean` of the way from the region's centroid toward `other`, as far as the margin allows.
+/// The point a share `lean` of the way from the region's centroid toward `other`, as far as the
+/// margin allows.
 fn lean_target(region: &Region, other: DVec2, lean: f64, margin: f64) -> DVec2 {
     let centroid = region.centroid();
     let limit = region.nearest_inside(other, margin);

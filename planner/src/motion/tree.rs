@@ -1,5 +1,6 @@
-//! Bidirectional tree search within one mode, in the mode's own coordinates (root, swing sole, free joints): the variant of
-//! CBiRRT of [Grey 4.4.3] in which closed-form legs take the place of projection.
+//! Bidirectional tree search within one mode, in the mode's own coordinates (root, swing sole, free
+//! joints): the variant of CBiRRT of [Grey 4.4.3] in which closed-form legs take the place of
+//! projection.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -14,20 +15,22 @@ use crate::motion::trees::TreeNode;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 
-/// Samples drawn in the first search between two states, and in each later one; the trees are kept for the next one. Few at first: most
-/// that is found at all is found soon, and another sequence may be easier.
+/// Samples drawn in the first search between two states, and in each later one; the trees are kept
+/// for the next one. Few at first: most that is found at all is found soon, and another sequence
+/// may be easier.
 const SAMPLES_MAX: [u32; 2] = [36, 64];
 /// Waypoints added by one extension toward a sample.
 const EXTENSION_MAX: u32 = 24;
 /// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.
 pub const METRES_PER_RADIAN: f64 = 0.35;
-/// How far samples of the root leave the straight line between both ends, as a share of the leg's reach; with a foot in the air they lie
-/// about a line that is as far above it, since a robot that stands up has room for that foot.
+/// How far samples of the root leave the straight line between both ends, as a share of the leg's
+/// reach; with a foot in the air they lie about a line that is as far above it, since a robot that
+/// stands up has room for that foot.
 const ROOT_SPREAD: f64 = 0.2;
 /// How far samples of the root turn, rad.
 const ROOT_TURN: f64 = 0.25;
-/// How far samples of the swing sole leave the straight line, as a share of the leg's reach. Most are out of reach, and lead the foot
-/// well around what is in its way.
+/// How far samples of the swing sole leave the straight line, as a share of the leg's reach. Most
+/// are out of reach, and lead the foot well around what is in its way.
 const SOLE_SPREAD: f64 = 0.75;
 /// How far samples of the swing sole turn, rad.
 const SOLE_TURN: f64 = 0.5;
@@ -62,7 +65,12 @@ enum Aim {
 impl Growing {
     /// Begins.
     pub fn new(problem: &Problem) -> Self {
-        let random = Random::new(problem.random.0, Stream::SingleMode, problem.random.1, u64::from(problem.failures));
+        let random = Random::new(
+            problem.random.0,
+            Stream::SingleMode,
+            problem.random.1,
+            u64::from(problem.failures),
+        );
         let samples_max = SAMPLES_MAX[(problem.failures as usize).min(SAMPLES_MAX.len() - 1)];
         Self { random, sample: 0, samples_max, side: 0, aim: Aim::Choose, parent: 0, added: 0 }
     }
@@ -72,8 +80,8 @@ impl Growing {
         self.sample
     }
 
-    /// Spends one unit of work; `true` once the trees meet: then the track holds the waypoints after the first end, the second
-    /// one included.
+    /// Spends one unit of work; `true` once the trees meet: then the track holds the waypoints
+    /// after the first end, the second one included.
     ///
     /// # Errors
     /// No connection with the last sample.
@@ -111,25 +119,49 @@ impl Growing {
         }
     }
 
-    fn choose(&mut self, constraints: &Constraints, problem: &Problem, ends: &[State; 2], workspace: &mut Workspace) {
+    fn choose(
+        &mut self,
+        constraints: &Constraints,
+        problem: &Problem,
+        ends: &[State; 2],
+        workspace: &mut Workspace,
+    ) {
         self.side = (self.sample % 2) as usize;
         let target = draw(constraints, problem, ends, &mut self.random);
         self.aim_at(constraints, problem, &target, Aim::Sample, workspace);
     }
 
-    fn turn_to_tip(&mut self, constraints: &Constraints, problem: &Problem, workspace: &mut Workspace) {
+    fn turn_to_tip(
+        &mut self,
+        constraints: &Constraints,
+        problem: &Problem,
+        workspace: &mut Workspace,
+    ) {
         let tip = self.parent;
         let target = workspace.trees[self.side][tip as usize].state;
         self.side = 1 - self.side;
         self.aim_at(constraints, problem, &target, Aim::Tip(tip), workspace);
     }
 
-    fn aim_at(&mut self, constraints: &Constraints, problem: &Problem, target: &State, aim: Aim, workspace: &mut Workspace) {
+    fn aim_at(
+        &mut self,
+        constraints: &Constraints,
+        problem: &Problem,
+        target: &State,
+        aim: Aim,
+        workspace: &mut Workspace,
+    ) {
         let tree = &workspace.trees[self.side];
         let near = nearest(tree, problem, target);
         (self.aim, self.parent, self.added) = (aim, near as u32, 0);
         let exact = matches!(aim, Aim::Tip(_));
-        let stretch = Stretch { from: tree[near].state, to: *target, exact, travel: Travel::STRAIGHT, swing_foot: FootState::Free };
+        let stretch = Stretch {
+            from: tree[near].state,
+            to: *target,
+            exact,
+            travel: Travel::STRAIGHT,
+            swing_foot: FootState::Free,
+        };
         workspace.follower.begin(constraints, &stretch);
     }
 
@@ -141,7 +173,11 @@ impl Growing {
         Ok(())
     }
 
-    fn next_sample(&mut self, why: Rejection, workspace: &mut Workspace) -> Result<bool, Rejection> {
+    fn next_sample(
+        &mut self,
+        why: Rejection,
+        workspace: &mut Workspace,
+    ) -> Result<bool, Rejection> {
         workspace.count(why);
         workspace.follower.stop();
         self.aim = Aim::Choose;
@@ -149,7 +185,8 @@ impl Growing {
         if self.sample < self.samples_max { Ok(false) } else { Err(why) }
     }
 
-    /// Writes the way from the first tree's root over both tips, which are the same state, to the second tree's root.
+    /// Writes the way from the first tree's root over both tips, which are the same state, to the
+    /// second tree's root.
     fn collect(&self, tip: u32, workspace: &mut Workspace) -> Result<(), Rejection> {
         let Workspace { track, trees, .. } = workspace;
         let tips = if self.side == 1 { [tip, self.parent] } else { [self.parent, tip] };
@@ -176,12 +213,13 @@ fn plant(ends: &[State; 2], workspace: &mut Workspace) {
 
 /// The nodes from one up to the root, that one included and the root left out.
 fn path_to_root(tree: &[TreeNode], node: u32) -> impl Iterator<Item = &TreeNode> {
-    let above = |&at: &u32| (at != 0).then(|| tree[at as usize].parent).filter(|&parent| parent != 0);
+    let above =
+        |&at: &u32| (at != 0).then(|| tree[at as usize].parent).filter(|&parent| parent != 0);
     std::iter::successors(Some(node).filter(|&at| at != 0), above).map(|at| &tree[at as usize])
 }
 
-/// The node nearest to a target in the search's metric; the first of several. Turns are looked at only where the shifts alone do
-/// not make a node too far.
+/// The node nearest to a target in the search's metric; the first of several. Turns are looked at
+/// only where the shifts alone do not make a node too far.
 pub fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
     let mut best = (0, f64::INFINITY);
     for (index, node) in nodes.iter().enumerate() {
@@ -196,10 +234,14 @@ pub fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
     best.0
 }
 
-/// The metric of the search, m: how far the root and the swing sole are apart, as `apart` says of poses.
+/// The metric of the search, m: how far the root and the swing sole are apart, as `apart` says of
+/// poses.
 fn distance(problem: &Problem, a: &State, b: &State, apart: impl Fn(&Pose, &Pose) -> f64) -> f64 {
     let root = apart(&a.configuration.world_from_root, &b.configuration.world_from_root);
-    root + problem.mode.swing().map_or(0.0, |limb| apart(&a.world_from_soles[limb], &b.world_from_soles[limb]))
+    root + problem
+        .mode
+        .swing()
+        .map_or(0.0, |limb| apart(&a.world_from_soles[limb], &b.world_from_soles[limb]))
 }
 
 fn shift(x: &Pose, y: &Pose) -> f64 {
@@ -211,29 +253,43 @@ fn shift_and_turn(x: &Pose, y: &Pose) -> f64 {
 }
 
 /// A random target about the straight line between both ends.
-fn draw(constraints: &Constraints, problem: &Problem, ends: &[State; 2], random: &mut Random) -> State {
+fn draw(
+    constraints: &Constraints,
+    problem: &Problem,
+    ends: &[State; 2],
+    random: &mut Random,
+) -> State {
     let share = random.uniform(0.0, 1.0);
     let mut state = ends[0];
     let roots = ends.map(|end| end.configuration.world_from_root);
     let root = interpolate(&roots[0], &roots[1], share);
-    let [root_spread, sole_spread] = [ROOT_SPREAD, SOLE_SPREAD].map(|spread| spread * constraints.body.legs[0].reach());
+    let [root_spread, sole_spread] =
+        [ROOT_SPREAD, SOLE_SPREAD].map(|spread| spread * constraints.body.legs[0].reach());
     let raise = if problem.mode.swing().is_some() { root_spread } else { 0.0 };
     state.configuration.world_from_root = scatter(&root, root_spread, raise, ROOT_TURN, random);
     if let Some(limb) = problem.mode.swing() {
-        let sole = interpolate(&ends[0].world_from_soles[limb], &ends[1].world_from_soles[limb], share);
-        state.world_from_soles[limb] = scatter(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN, random);
+        let sole =
+            interpolate(&ends[0].world_from_soles[limb], &ends[1].world_from_soles[limb], share);
+        state.world_from_soles[limb] =
+            scatter(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN, random);
     }
     let moves_free = random.below(2) == 1;
     for joint in &constraints.body.free_joints {
         let [from, to] = ends.map(|end| end.configuration.q[joint.index]);
-        let stray = if moves_free && joint.is_sampled { random.uniform(-FREE_SPREAD, FREE_SPREAD) } else { 0.0 };
-        state.configuration.q[joint.index] = (from + share * (to - from) + stray).clamp(joint.lower, joint.upper);
+        let stray = if moves_free && joint.is_sampled {
+            random.uniform(-FREE_SPREAD, FREE_SPREAD)
+        } else {
+            0.0
+        };
+        state.configuration.q[joint.index] =
+            (from + share * (to - from) + stray).clamp(joint.lower, joint.upper);
     }
     state
 }
 
 fn scatter(pose: &Pose, spread: f64, raise: f64, turn: f64, random: &mut Random) -> Pose {
-    let mut vector = |half: f64| DVec3::from_array(std::array::from_fn(|_| random.uniform(-half, half)));
+    let mut vector =
+        |half: f64| DVec3::from_array(std::array::from_fn(|_| random.uniform(-half, half)));
     let offset = vector(spread) + DVec3::Z * raise;
     let rotation = rotation_from_scaled_axis(vector(turn)) * pose.rotation;
     Pose::from_parts(pose.translation + offset, rotation.normalize())

@@ -1,5 +1,5 @@
-//! The trees of single-mode planning: one per transition and mode, kept from one cycle of the planner to the next
-//! [Grey 4.4.3].
+//! The trees of single-mode planning: one per transition and mode, kept from one cycle of the
+//! planner to the next [Grey 4.4.3].
 
 use crate::arena::reserve_written;
 use crate::motion::graph::TransitionId;
@@ -17,7 +17,8 @@ pub struct TreeNode {
 /// A tree; its first node is its root.
 pub type Tree = Vec<TreeNode>;
 
-/// Which tree: that of a transition (or a boundary's node) within one of the two modes that it connects.
+/// Which tree: that of a transition (or a boundary's node) within one of the two modes that it
+/// connects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TreeKey {
     /// The transition, or the node of a boundary.
@@ -34,7 +35,8 @@ struct Slot {
     lent: u64,
 }
 
-/// Trees that are kept, allocated once. Where there are more than it holds, the one that was not used for longest goes.
+/// Trees that are kept, allocated once. Where there are more than it holds, the one that was not
+/// used for longest goes.
 #[derive(Debug)]
 pub struct TreePool {
     slots: Vec<Slot>,
@@ -56,8 +58,9 @@ impl TreePool {
         Self { slots: (0..trees_max).map(slot).collect(), clock: 0 }
     }
 
-    /// Exchanges the tree of a key for an empty one of the caller's, which holds its place until [`TreePool::give_back`]. The
-    /// answer is where that is; `None` where the pool has no room or the tree is lent already.
+    /// Exchanges the tree of a key for an empty one of the caller's, which holds its place until
+    /// [`TreePool::give_back`]. The answer is where that is; `None` where the pool has no room or
+    /// the tree is lent already.
     pub fn lend(&mut self, key: TreeKey, tree: &mut Tree) -> Option<usize> {
         let known = self.slots.iter().position(|slot| slot.key == Some(key));
         let index = known.or_else(|| self.oldest())?;
@@ -87,7 +90,10 @@ impl TreePool {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.slots.iter().map(|slot| size_of::<Slot>() + slot.nodes.capacity() * size_of::<TreeNode>()).sum()
+        self.slots
+            .iter()
+            .map(|slot| size_of::<Slot>() + slot.nodes.capacity() * size_of::<TreeNode>())
+            .sum()
     }
 
     /// The slot that was not used for longest and is not lent; the first of several.
@@ -106,14 +112,18 @@ mod tests {
 
     fn node() -> TreeNode {
         let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
-        TreeNode { state: State { configuration, world_from_soles: [Pose::IDENTITY; 2] }, parent: 0 }
+        TreeNode {
+            state: State { configuration, world_from_soles: [Pose::IDENTITY; 2] },
+            parent: 0,
+        }
     }
 
     fn key(node: TransitionId) -> TreeKey {
         TreeKey { node, is_double: false }
     }
 
-    /// Grows the tree of a key by one node; answers how many it had, or `None` where it is not to be had.
+    /// Grows the tree of a key by one node; answers how many it had, or `None` where it is not to
+    /// be had.
     fn grow(pool: &mut TreePool, node_key: TreeKey, tree: &mut Tree) -> Option<usize> {
         let index = pool.lend(node_key, tree)?;
         let had = tree.len();
@@ -129,7 +139,11 @@ mod tests {
         assert_eq!(grow(&mut pool, key(7), &mut mine), Some(0));
         assert_eq!(grow(&mut pool, key(8), &mut mine), Some(0));
         assert_eq!(grow(&mut pool, key(7), &mut mine), Some(1));
-        assert_eq!(grow(&mut pool, TreeKey { node: 7, is_double: true }, &mut mine), Some(0), "another mode, another tree");
+        assert_eq!(
+            grow(&mut pool, TreeKey { node: 7, is_double: true }, &mut mine),
+            Some(0),
+            "another mode, another tree"
+        );
         assert_eq!(grow(&mut pool, key(7), &mut mine), Some(2));
         assert_eq!(grow(&mut pool, key(8), &mut mine), Some(0), "the oldest had to go");
     }

@@ -1,8 +1,10 @@
-//! Branches of Gamma_P that grow side by side: each by itself until it ends, then all of them become part of the trees, in order.
+//! Branches of Gamma_P that grow side by side: each by itself until it ends, then all of them
+//! become part of the trees, in order.
 //!
-//! Where one is left alone and there are several threads, both feet's placements are looked for side by side, and while the next station
-//! is, whether a step leads to the one before it. That is taken for granted meanwhile: where it turns out to be wrong, the branch goes on
-//! from before as if nothing had been looked for.
+//! Where one is left alone and there are several threads, both feet's placements are looked for
+//! side by side, and while the next station is, whether a step leads to the one before it. That is
+//! taken for granted meanwhile: where it turns out to be wrong, the branch goes on from before as
+//! if nothing had been looked for.
 
 use super::extension::{Extension, Step};
 use super::stance::{Context, Placed, ScratchOfFeet, Stance};
@@ -92,7 +94,14 @@ impl Piece for Branch {
 impl Branch {
     fn new(placement: &FootPlacementConfig) -> Self {
         let nowhere = Station { position: glam::DVec3::ZERO, yaw: 0.0 };
-        let extension = Extension { target: nowhere, backward: false, facing: 0.0, joins: false, relaxed: false, spacing: 0.0 };
+        let extension = Extension {
+            target: nowhere,
+            backward: false,
+            facing: 0.0,
+            joins: false,
+            relaxed: false,
+            spacing: 0.0,
+        };
         Self {
             purpose: Purpose::Sample { tip: 0 },
             extension,
@@ -108,7 +117,12 @@ impl Branch {
     }
 
     /// Grows by a station, by a stride from `first` on, or ends.
-    fn grow(&mut self, (context, placements): (&Context<'_>, &[Placed]), is_barred: &impl Fn(&Station) -> bool, mut first: usize) {
+    fn grow(
+        &mut self,
+        (context, placements): (&Context<'_>, &[Placed]),
+        is_barred: &impl Fn(&Station) -> bool,
+        mut first: usize,
+    ) {
         loop {
             let tip = tip_of(&self.from, &self.grown, placements);
             if self.is_long(tip.station) {
@@ -116,16 +130,27 @@ impl Branch {
                 return;
             }
             let name = self.name_of_step();
-            let step = self.extension.step(context, tip.station, first, name, &mut ScratchOfFeet::Shared(&mut self.scratch));
+            let step = self.extension.step(
+                context,
+                tip.station,
+                first,
+                name,
+                &mut ScratchOfFeet::Shared(&mut self.scratch),
+            );
             match step {
-                Step::Reached { stance, stride } if !context.has_step_between(tip.placements, &stance.placements) => first = stride + 1,
+                Step::Reached { stance, stride }
+                    if !context.has_step_between(tip.placements, &stance.placements) =>
+                {
+                    first = stride + 1
+                }
                 step => return self.take(step, is_barred),
             }
         }
     }
 
-    /// Grows by a station, or ends, the placements of both feet found side by side with a `helper`'s memory; meanwhile it is asked whether
-    /// a step leads to the station before. Answers how many units of work that took: none where none does.
+    /// Grows by a station, or ends, the placements of both feet found side by side with a
+    /// `helper`'s memory; meanwhile it is asked whether a step leads to the station before. Answers
+    /// how many units of work that took: none where none does.
     fn grow_alone(
         &mut self,
         (context, placements): (&Context<'_>, &[Placed]),
@@ -135,10 +160,25 @@ impl Branch {
         let tip = tip_of(&self.from, &self.grown, placements);
         let (is_long, name) = (self.is_long(tip.station), self.name_of_step());
         let scratch = &mut self.scratch;
-        let look = || (!is_long).then(|| self.extension.step(context, tip.station, 0, name, &mut ScratchOfFeet::Each([scratch, helper])));
+        let look = || {
+            (!is_long).then(|| {
+                self.extension.step(
+                    context,
+                    tip.station,
+                    0,
+                    name,
+                    &mut ScratchOfFeet::Each([scratch, helper]),
+                )
+            })
+        };
         let leads = || {
             let before = self.unproven.and_then(|_| self.grown.split_last());
-            before.is_none_or(|(_, before)| context.has_step_between(tip_of(&self.from, before, placements).placements, tip.placements))
+            before.is_none_or(|(_, before)| {
+                context.has_step_between(
+                    tip_of(&self.from, before, placements).placements,
+                    tip.placements,
+                )
+            })
         };
         let (step, leads) = context.threads.both(look, leads);
         match (self.unproven.take(), step) {
@@ -153,7 +193,9 @@ impl Branch {
                 self.grown.push(stance);
             }
             // It ends there if a step leads there; else it goes on by longer strides.
-            (_, Some(Step::Reached { stride, .. })) => self.grow((context, placements), is_barred, stride),
+            (_, Some(Step::Reached { stride, .. })) => {
+                self.grow((context, placements), is_barred, stride)
+            }
             (_, Some(step)) => self.take(step, is_barred),
         }
         1
@@ -169,7 +211,8 @@ impl Branch {
     }
 
     fn is_long(&self, tip: &Station) -> bool {
-        self.grown.len() == STATIONS_MAX || self.grown.len() + self.extension.stations_left(tip) >= self.stations_max
+        self.grown.len() == STATIONS_MAX
+            || self.grown.len() + self.extension.stations_left(tip) >= self.stations_max
     }
 
     /// Names the next step in the random stream.
@@ -200,7 +243,12 @@ pub(super) struct Branches {
 impl Branches {
     /// None yet.
     pub fn new(placement: &FootPlacementConfig) -> Self {
-        Self { branches: (0..BRANCHES_MAX).map(|_| Branch::new(placement)).collect(), count: 0, helper: Scratch::new(placement), begun: 0 }
+        Self {
+            branches: (0..BRANCHES_MAX).map(|_| Branch::new(placement)).collect(),
+            count: 0,
+            helper: Scratch::new(placement),
+            begun: 0,
+        }
     }
 
     /// Forgets all branches.
@@ -217,7 +265,8 @@ impl Branches {
     pub fn begin(&mut self, begin: Begin) {
         let branch = &mut self.branches[self.count];
         let Begin { purpose, extension, from, stations_max } = begin;
-        (branch.purpose, branch.extension, branch.from, branch.stations_max) = (purpose, extension, from, stations_max);
+        (branch.purpose, branch.extension, branch.from, branch.stations_max) =
+            (purpose, extension, from, stations_max);
         (branch.name, branch.end, branch.unproven) = (self.begun, None, None);
         branch.grown.clear();
         self.begun += 1;
@@ -229,8 +278,8 @@ impl Branches {
         &self.branches[..self.count]
     }
 
-    /// Grows them by at most so many stations together, none where it is barred; answers how many units of work that took. Less than the
-    /// budget means that all have ended.
+    /// Grows them by at most so many stations together, none where it is barred; answers how many
+    /// units of work that took. Less than the budget means that all have ended.
     pub fn advance(
         &mut self,
         context: &Context<'_>,
@@ -247,8 +296,16 @@ impl Branches {
             let mut growing = branches.iter_mut().filter(|branch| !branch.has_ended());
             spent += match (growing.next(), growing.next()) {
                 (None, _) => break,
-                (Some(alone), None) if several > 1 => alone.grow_alone(site, &is_barred, &mut self.helper),
-                _ => allowance::advance_several(branches, several, budget - spent, context.threads, grow),
+                (Some(alone), None) if several > 1 => {
+                    alone.grow_alone(site, &is_barred, &mut self.helper)
+                }
+                _ => allowance::advance_several(
+                    branches,
+                    several,
+                    budget - spent,
+                    context.threads,
+                    grow,
+                ),
             };
         }
         spent
@@ -256,7 +313,9 @@ impl Branches {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        let bytes = |branch: &Branch| branch.grown.capacity() * size_of::<Stance>() + branch.scratch.heap_bytes();
+        let bytes = |branch: &Branch| {
+            branch.grown.capacity() * size_of::<Stance>() + branch.scratch.heap_bytes()
+        };
         self.branches.iter().map(bytes).sum::<usize>() + self.helper.heap_bytes()
     }
 }

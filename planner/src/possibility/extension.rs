@@ -7,15 +7,19 @@ use super::stance::{Context, ScratchOfFeet, Stance, Wish};
 use super::station::Station;
 use super::torso::Room;
 
-/// Strides that are tried, as multiples of the station spacing, and how far each also leads aside, m: farther ones lead across gaps.
-const STRIDES: [(f64, f64); 7] = [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
-/// How many of them are tried where the robot does not step sideways: what is passed sideways leaves little room before and behind.
+/// Strides that are tried, as multiples of the station spacing, and how far each also leads aside,
+/// m: farther ones lead across gaps.
+const STRIDES: [(f64, f64); 7] =
+    [(1.0, 0.0), (1.8, 0.0), (2.6, 0.0), (1.0, 0.06), (1.0, -0.06), (1.0, 0.12), (1.0, -0.12)];
+/// How many of them are tried where the robot does not step sideways: what is passed sideways
+/// leaves little room before and behind.
 const STRIDES_AHEAD: usize = 3;
 /// The share of a stride by which a station must come nearer to the target.
 const PROGRESS_MIN: f64 = 0.25;
 /// Within this many station spacings of the target the branch may join it.
 const JOINING_SPACINGS: f64 = 1.3;
-/// The largest difference in height between two stations as shares of a leg's reach, C_S demanded and not: what one step climbs.
+/// The largest difference in height between two stations as shares of a leg's reach, C_S demanded
+/// and not: what one step climbs.
 const CLIMB_MAX: [f64; 2] = [0.4, 0.55];
 /// The largest turn with which a branch joins, rad.
 const JOINING_TURN_MAX: f64 = 0.5;
@@ -60,14 +64,23 @@ pub enum Step {
 }
 
 impl Extension {
-    /// Looks for the next station after the tip, by strides from `first` on. `name` is the query's in the random stream.
-    pub fn step(&self, context: &Context<'_>, tip: &Station, first: usize, name: u64, scratch: &mut ScratchOfFeet<'_>) -> Step {
+    /// Looks for the next station after the tip, by strides from `first` on. `name` is the query's
+    /// in the random stream.
+    pub fn step(
+        &self,
+        context: &Context<'_>,
+        tip: &Station,
+        first: usize,
+        name: u64,
+        scratch: &mut ScratchOfFeet<'_>,
+    ) -> Step {
         if first == 0
             && let Some(room) = self.room_to_arrive(context, tip)
         {
             return Step::Arrived { is_upright: room == Room::Upright };
         }
-        let strides = if SIDES.contains(&self.facing) { &STRIDES[..] } else { &STRIDES[..STRIDES_AHEAD] };
+        let strides =
+            if SIDES.contains(&self.facing) { &STRIDES[..] } else { &STRIDES[..STRIDES_AHEAD] };
         for (index, &(stride, aside)) in strides.iter().enumerate().skip(first) {
             let wished = self.wished(tip, stride, aside);
             let turns_in_place = wished.position == tip.position;
@@ -75,12 +88,18 @@ impl Extension {
                 break;
             }
             let target_height = self.target.position.z;
-            let wish = Wish { station: wished, target_height, relaxed: self.relaxed, name: name << 3 | index as u64 };
+            let wish = Wish {
+                station: wished,
+                target_height,
+                relaxed: self.relaxed,
+                name: name << 3 | index as u64,
+            };
             let Some(stance) = context.stand(&wish, scratch) else { continue };
             let advances = if turns_in_place {
                 tip.way_to(&stance.station).length() <= TURN_DRIFT_MAX
             } else {
-                let nearer = tip.way_to(&self.target).length() - stance.station.way_to(&self.target).length();
+                let nearer = tip.way_to(&self.target).length()
+                    - stance.station.way_to(&self.target).length();
                 nearer >= PROGRESS_MIN * self.spacing.min(tip.way_to(&wished).length())
             };
             if !advances || !self.can_climb(context, tip, &stance.station) {
@@ -96,7 +115,8 @@ impl Extension {
 
     /// How many stations a branch still needs where nothing is in its way.
     pub fn stations_left(&self, tip: &Station) -> usize {
-        libm::ceil(tip.way_to(&self.target).length() / self.spacing - JOINING_SPACINGS).max(0.0) as usize
+        libm::ceil(tip.way_to(&self.target).length() / self.spacing - JOINING_SPACINGS).max(0.0)
+            as usize
     }
 
     /// A stride on from the tip, and aside of the way there.
@@ -104,19 +124,25 @@ impl Extension {
         let facing = if self.backward { PI + self.facing } else { self.facing };
         let on = tip.toward(&self.target, stride * self.spacing, facing);
         let way = tip.way_to(&on);
-        Station { position: on.position + (aside * way.perp().normalize_or_zero()).extend(0.0), ..on }
+        Station {
+            position: on.position + (aside * way.perp().normalize_or_zero()).extend(0.0),
+            ..on
+        }
     }
 
     /// Whether a step may lead from one station to the next, up or down.
     fn can_climb(&self, context: &Context<'_>, from: &Station, to: &Station) -> bool {
-        (to.position.z - from.position.z).abs() <= CLIMB_MAX[usize::from(self.relaxed)] * context.constraints.body.shorter_reach()
+        (to.position.z - from.position.z).abs()
+            <= CLIMB_MAX[usize::from(self.relaxed)] * context.constraints.body.shorter_reach()
     }
 
-    /// How much room there is on the last piece of the way; `None` where the branch has not arrived.
+    /// How much room there is on the last piece of the way; `None` where the branch has not
+    /// arrived.
     fn room_to_arrive(&self, context: &Context<'_>, tip: &Station) -> Option<Room> {
         let near = tip.way_to(&self.target).length() <= JOINING_SPACINGS * self.spacing;
         let turn = surefoot_shared_types::spatial::wrap_angle(self.target.yaw - tip.yaw);
-        let may_join = || turn.abs() <= JOINING_TURN_MAX && self.can_climb(context, tip, &self.target);
+        let may_join =
+            || turn.abs() <= JOINING_TURN_MAX && self.can_climb(context, tip, &self.target);
         match (near, self.joins) {
             (true, false) => Some(Room::Upright),
             (true, true) if may_join() => context.room_between(tip, &self.target, self.relaxed),

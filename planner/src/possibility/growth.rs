@@ -18,7 +18,8 @@ use crate::collision::bvh::Aabb;
 use crate::foot_placement::FootPlacementConfig;
 use crate::random::{Random, Stream};
 
-/// Branches that grow side by side toward samples at first, one of each tree. None sees what the others find, so a short search has few.
+/// Branches that grow side by side toward samples at first, one of each tree. None sees what the
+/// others find, so a short search has few.
 const AT_ONCE_MIN: usize = 2;
 /// One more for each so many samples.
 const SAMPLES_PER_BRANCH: u32 = 32;
@@ -109,8 +110,15 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// Trees of at most `vertices_max` stations from both `ends`, start and goal, at most `spacing` metres apart, inside `world` (m).
-    pub fn new(ends: [&Mark; 2], spacing: f64, vertices_max: usize, world: &Aabb, placement: &FootPlacementConfig) -> Self {
+    /// Trees of at most `vertices_max` stations from both `ends`, start and goal, at most `spacing`
+    /// metres apart, inside `world` (m).
+    pub fn new(
+        ends: [&Mark; 2],
+        spacing: f64,
+        vertices_max: usize,
+        world: &Aabb,
+        placement: &FootPlacementConfig,
+    ) -> Self {
         let [start, goal] = ends;
         let mut growth = Self {
             forest: Forest::new(vertices_max),
@@ -159,7 +167,8 @@ impl Growth {
         self.forest.labelled
     }
 
-    /// Notes that stage M has crossed the route from the start to a station: that way is possible from now on.
+    /// Notes that stage M has crossed the route from the start to a station: that way is possible
+    /// from now on.
     pub fn note_crossed(&mut self, station: usize) {
         for index in 1..=station {
             self.route.vertices[index].is_crossed = true;
@@ -184,7 +193,8 @@ impl Growth {
         list_at(&self.forest.placements, self.route.vertices[index].placements)
     }
 
-    /// Makes the straight way the route, whatever stands or gapes there: what is left to try where no route was found.
+    /// Makes the straight way the route, whatever stands or gapes there: what is left to try where
+    /// no route was found.
     pub fn go_straight(&mut self) {
         self.route.clear();
         let [mut at, goal] = self.ends.map(|end| end.station);
@@ -192,13 +202,15 @@ impl Growth {
         while self.route.vertices.len() < fits && at.distance(&goal) > STRAIGHT_END {
             self.route.vertices.push(Vertex { is_upright: false, ..Vertex::root(at, None) });
             at = at.toward(&goal, self.spacing, 0.0);
-            at.position.z += (goal.position.z - at.position.z) * (self.spacing / at.way_to(&goal).length().max(self.spacing));
+            at.position.z += (goal.position.z - at.position.z)
+                * (self.spacing / at.way_to(&goal).length().max(self.spacing));
         }
         self.route.vertices.push(Vertex::root(goal, None));
         self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
     }
 
-    /// Takes a place where stage M gave up, and what is within a radius of it (m, in the metric of Gamma_P), for possible no longer.
+    /// Takes a place where stage M gave up, and what is within a radius of it (m, in the metric of
+    /// Gamma_P), for possible no longer.
     pub fn give_up(&mut self, place: Station, radius: f64) {
         if self.given_up.is_full() {
             self.given_up.pop_front();
@@ -211,8 +223,8 @@ impl Growth {
         self.given_up.clear();
     }
 
-    /// Begins anew, for a route from start to goal that is another in all. The first of every few of them is walked backward, which
-    /// leaves room for the knees before a riser.
+    /// Begins anew, for a route from start to goal that is another in all. The first of every few
+    /// of them is walked backward, which leaves room for the knees before a riser.
     pub fn begin_again(&mut self) {
         self.detour = None;
         self.generation += 1;
@@ -227,7 +239,8 @@ impl Growth {
         self.generation += 1;
         self.facing = if self.route.is_backward() { BACKWARD } else { 0.0 };
         self.whole.clear();
-        let mut ends = between.map(|index| Vertex { placements: (0, 0), ..self.route.vertices[index] });
+        let mut ends =
+            between.map(|index| Vertex { placements: (0, 0), ..self.route.vertices[index] });
         ends[1].is_crossed = false;
         self.begin(ends);
         self.whole.extend_from_slice(&self.route.vertices);
@@ -237,16 +250,22 @@ impl Growth {
     pub fn bytes(&self) -> usize {
         let lists = [&self.spare, &self.whole, &self.crossed, &self.route.vertices];
         let vertices = lists.map(Vec::capacity).iter().sum::<usize>();
-        vertices * size_of::<Vertex>() + self.route.labels.capacity() * size_of::<Label>() + self.forest.bytes() + self.branches.bytes()
+        vertices * size_of::<Vertex>()
+            + self.route.labels.capacity() * size_of::<Label>()
+            + self.forest.bytes()
+            + self.branches.bytes()
     }
 
-    /// Spends at most `budget` units of work, each a station that is tried; answers what that came to, and how much was spent.
+    /// Spends at most `budget` units of work, each a station that is tried; answers what that came
+    /// to, and how much was spent.
     pub fn advance(&mut self, context: &Context<'_>, budget: u64) -> (Progress, u64) {
         if matches!(self.activity, Activity::Labelling) {
             return (self.label_next(context), 1);
         }
         let Self { forest, branches, given_up, .. } = self;
-        let is_barred = |station: &Station| given_up.iter().any(|known| known.place.distance(station) < known.radius);
+        let is_barred = |station: &Station| {
+            given_up.iter().any(|known| known.place.distance(station) < known.radius)
+        };
         let spent = branches.advance(context, &forest.placements, is_barred, budget);
         if spent == budget {
             return (Progress::Growing, spent);
@@ -254,7 +273,8 @@ impl Growth {
         (self.conclude(context), spent + 1)
     }
 
-    /// All branches have ended: one after the other becomes part of the trees, or of the route, and the next ones begin.
+    /// All branches have ended: one after the other becomes part of the trees, or of the route, and
+    /// the next ones begin.
     fn conclude(&mut self, context: &Context<'_>) -> Progress {
         match self.activity {
             Activity::Growing => self.merge(context),
@@ -273,7 +293,8 @@ impl Growth {
         Progress::Growing
     }
 
-    /// The straight way is tried first: from the start to the goal, or from the farthest place that stage M has reached.
+    /// The straight way is tried first: from the start to the goal, or from the farthest place that
+    /// stage M has reached.
     fn begin(&mut self, ends: [Vertex; 2]) {
         self.ends = ends;
         self.bounds = bounds_around(ends.map(|end| end.station.position), &self.world);
@@ -320,11 +341,19 @@ impl Growth {
     }
 
     fn extension(&self, tree: usize, target: Station, facing: f64, joins: bool) -> Extension {
-        Extension { target, backward: tree == 1, facing, joins, relaxed: self.relaxed, spacing: self.spacing }
+        Extension {
+            target,
+            backward: tree == 1,
+            facing,
+            joins,
+            relaxed: self.relaxed,
+            spacing: self.spacing,
+        }
     }
 
-    /// Whether the robot may also step sideways: where half of the samples found no other way. On a long course only once stage M has
-    /// given a route up: it relaxes its demands before, since there are more places that arms brush against than slits.
+    /// Whether the robot may also step sideways: where half of the samples found no other way. On a
+    /// long course only once stage M has given a route up: it relaxes its demands before, since
+    /// there are more places that arms brush against than slits.
     fn sidles(&self) -> bool {
         let is_late = 2 * self.samples >= samples_max(&self.bounds);
         is_late && (self.generation > 0 || is_short(&self.bounds))
@@ -337,13 +366,18 @@ impl Growth {
         std::mem::take(&mut self.joins)
     }
 
-    /// Begins the next branches: those that join, and others toward samples, the more the longer they have been drawn. The first of all
-    /// join alone, since the straight way needs none besides.
+    /// Begins the next branches: those that join, and others toward samples, the more the longer
+    /// they have been drawn. The first of all join alone, since the straight way needs none
+    /// besides.
     fn begin_branches(&mut self, seed: u64) {
         let joins = self.forget_branches();
         joins.iter().for_each(|&join| self.join(join));
         let is_first = self.samples == 0 && !joins.is_empty();
-        let at_once = if is_first { 0 } else { (AT_ONCE_MIN + (self.samples / SAMPLES_PER_BRANCH) as usize).min(BRANCHES_MAX) };
+        let at_once = if is_first {
+            0
+        } else {
+            (AT_ONCE_MIN + (self.samples / SAMPLES_PER_BRANCH) as usize).min(BRANCHES_MAX)
+        };
         while self.branches.len() < at_once && self.samples < samples_max(&self.bounds) {
             self.sample(seed);
         }
@@ -353,17 +387,30 @@ impl Growth {
     }
 
     fn sample(&mut self, seed: u64) {
-        let mut random = Random::new(seed, Stream::Possibility, u64::from(self.samples) << 1 | u64::from(self.relaxed), self.generation);
+        let mut random = Random::new(
+            seed,
+            Stream::Possibility,
+            u64::from(self.samples) << 1 | u64::from(self.relaxed),
+            self.generation,
+        );
         let tree = (self.samples % 2) as usize;
         let toward = self.forest.trees[1 - tree][0].station.position;
-        let course = Course { bounds: &self.bounds, toward, backward: tree == 1, facing: self.facing, sidles: self.sidles() };
-        let (tip, target, facing) = draw(&mut self.forest.trees[tree], &course, self.samples / 2, &mut random);
+        let course = Course {
+            bounds: &self.bounds,
+            toward,
+            backward: tree == 1,
+            facing: self.facing,
+            sidles: self.sidles(),
+        };
+        let (tip, target, facing) =
+            draw(&mut self.forest.trees[tree], &course, self.samples / 2, &mut random);
         self.samples += 1;
         let extension = self.extension(tree, target, facing, false);
         self.grow(Purpose::Sample { tip }, extension, self.forest.trees[tree][tip as usize]);
     }
 
-    /// The sufficient conditions cannot be met all along: the necessary ones are enough from now on. What has grown meets them.
+    /// The sufficient conditions cannot be met all along: the necessary ones are enough from now
+    /// on. What has grown meets them.
     fn relax(&mut self) {
         if self.relaxed {
             self.activity = Activity::Over(Progress::Exhausted);
@@ -374,7 +421,8 @@ impl Growth {
         self.try_first();
     }
 
-    /// There is no room for more stations: what demands less may need fewer, so it begins anew with that; what demands least is over.
+    /// There is no room for more stations: what demands less may need fewer, so it begins anew with
+    /// that; what demands least is over.
     fn overflow(&mut self) {
         if self.relaxed {
             self.activity = Activity::Over(Progress::Full);
@@ -384,9 +432,11 @@ impl Growth {
         self.relax();
     }
 
-    /// Adds the next branch to its tree, and once all are added begins others; or makes a route of the first that meets the other tree.
+    /// Adds the next branch to its tree, and once all are added begins others; or makes a route of
+    /// the first that meets the other tree.
     fn merge(&mut self, context: &Context<'_>) {
-        let Some(&Branch { purpose, extension, end, .. }) = self.branches.all().get(self.merged) else {
+        let Some(&Branch { purpose, extension, end, .. }) = self.branches.all().get(self.merged)
+        else {
             return self.begin_branches(context.seed);
         };
         let tree = usize::from(extension.backward);
@@ -404,7 +454,12 @@ impl Growth {
     }
 
     /// Adds a branch to its tree; answers its tip, or `None` where there is no room.
-    fn add(&mut self, branch: usize, (tree, mut tip): (usize, u32), context: &Context<'_>) -> Option<u32> {
+    fn add(
+        &mut self,
+        branch: usize,
+        (tree, mut tip): (usize, u32),
+        context: &Context<'_>,
+    ) -> Option<u32> {
         let branch = &self.branches.all()[branch];
         for stance in &branch.grown {
             tip = self.forest.add((tree, tip), branch.extension.facing, stance)?;
@@ -413,23 +468,35 @@ impl Growth {
         Some(tip)
     }
 
-    /// What follows where a branch came to its end at a tip: if it grew toward a sample, or was the first try, the other tree reaches out
-    /// for its tip. If it reached out itself, facing as on all of the route, it tries once more sideways.
+    /// What follows where a branch came to its end at a tip: if it grew toward a sample, or was the
+    /// first try, the other tree reaches out for its tip. If it reached out itself, facing as on
+    /// all of the route, it tries once more sideways.
     fn join_after(&self, branch: usize, (tree, tip): (usize, u32)) -> Option<Join> {
         let Branch { purpose, extension, ref grown, .. } = self.branches.all()[branch];
         if let Purpose::Meet { met, .. } = purpose
             && extension.facing == self.facing
             && self.sidles()
         {
-            return Some(Join { tree, tip, met, facing: SIDES[self.samples as usize / 2 % SIDES.len()] });
+            return Some(Join {
+                tree,
+                tip,
+                met,
+                facing: SIDES[self.samples as usize / 2 % SIDES.len()],
+            });
         }
-        let reaches_out = !grown.is_empty() && (matches!(purpose, Purpose::Sample { .. }) || self.samples == 0 && tree == 0);
+        let reaches_out = !grown.is_empty()
+            && (matches!(purpose, Purpose::Sample { .. }) || self.samples == 0 && tree == 0);
         reaches_out.then(|| {
             let Vertex { station: at, facing, .. } = self.forest.trees[tree][tip as usize];
             let other = &self.forest.trees[1 - tree];
             let near = other.nearest(|station| station.distance(&at));
             let is_alike = other[near as usize].facing == facing;
-            Join { tree: 1 - tree, tip: near, met: tip, facing: if is_alike { facing } else { self.facing } }
+            Join {
+                tree: 1 - tree,
+                tip: near,
+                met: tip,
+                facing: if is_alike { facing } else { self.facing },
+            }
         })
     }
 
@@ -439,8 +506,14 @@ impl Growth {
         let next = labels.len();
         let before = next.checked_sub(1).and_then(|index| context.pair_of(&mut vertices[index]));
         let pair = context.pair_of(&mut vertices[next]);
-        let label = before.zip(pair).map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to));
-        labels.push(if label == Label::Indeterminate && vertices[next].is_crossed { Label::Crossed } else { label });
+        let label = before
+            .zip(pair)
+            .map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to));
+        labels.push(if label == Label::Indeterminate && vertices[next].is_crossed {
+            Label::Crossed
+        } else {
+            label
+        });
         if labels.len() < vertices.len() {
             return Progress::Growing;
         }
@@ -457,10 +530,15 @@ impl Growth {
         push_branch(&self.forest.trees[1], tips[1], &mut self.route.vertices);
         let is_straight = self.samples == 0 && !self.relaxed;
         self.forget_branches();
-        self.activity = if is_straight { Activity::Over(Progress::Route) } else { Activity::Straightening { tried: 0 } };
+        self.activity = if is_straight {
+            Activity::Over(Progress::Route)
+        } else {
+            Activity::Straightening { tried: 0 }
+        };
     }
 
-    /// Puts the route just found in place of the stations between two of the whole one, if that fits.
+    /// Puts the route just found in place of the stations between two of the whole one, if that
+    /// fits.
     fn insert_detour(&mut self, first: usize, last: usize) {
         if self.whole.len() + self.route.vertices.len() > self.spare.capacity() {
             std::mem::swap(&mut self.whole, &mut self.route.vertices);

@@ -1,9 +1,10 @@
 //! The labels of equation 3.1 on Gamma_P [Grey 3.1, 4.1.1].
 //!
-//! A vertex stands on a pair of placements, and an edge leads from one pair to the next with one step of each foot. Both are
-//! possible where C_S holds on all that this takes: then primitives lead along. Since all edges of a vertex share its pair,
-//! two possible ones always join there, unless primitives do not lead over the pair itself: such a vertex is indeterminate,
-//! an edge without length. What fails C_N never becomes a vertex or an edge.
+//! A vertex stands on a pair of placements, and an edge leads from one pair to the next with one
+//! step of each foot. Both are possible where C_S holds on all that this takes: then primitives
+//! lead along. Since all edges of a vertex share its pair, two possible ones always join there,
+//! unless primitives do not lead over the pair itself: such a vertex is indeterminate, an edge
+//! without length. What fails C_N never becomes a vertex or an edge.
 
 use super::stance::{Context, Pair, Placed};
 use super::tree::Vertex;
@@ -51,8 +52,17 @@ impl Context<'_> {
     }
 
     fn holds(&self, [left, right]: [&Placed; 2]) -> bool {
-        let print = |placed: &Placed| Print { limb: placed.limb, world_from_sole: placed.world_from_sole, is_whole: placed.is_whole };
+        let print = |placed: &Placed| Print {
+            limb: placed.limb,
+            world_from_sole: placed.world_from_sole,
+            is_whole: placed.is_whole,
+        };
         let body = &self.constraints.body;
-        sufficient_pair(self.preparation, body, &self.constraints.collision, [&print(left), &print(right)])
+        sufficient_pair(
+            self.preparation,
+            body,
+            &self.constraints.collision,
+            [&print(left), &print(right)],
+        )
     }
 }

@@ -12,7 +12,8 @@ use super::stance::{Pair, Placed};
 use super::station::Station;
 use super::tree::Vertex;
 
-/// A foot within so many metres (in the metric of Gamma_P) of a station faces as the robot does there: a turn about counts 0.94 m.
+/// A foot within so many metres (in the metric of Gamma_P) of a station faces as the robot does
+/// there: a turn about counts 0.94 m.
 const SUITS_WITHIN: f64 = 0.6;
 
 /// Stations from start to goal, both included; the placements found at each are kept by the growth.
@@ -27,7 +28,11 @@ pub struct Route {
 impl Route {
     /// Room for a route; empty.
     pub(super) fn new(start: &Mark, goal: &Mark, stations_max: usize) -> Self {
-        Self { vertices: reserve(2 * stations_max), labels: reserve(2 * stations_max), feet_apart: [start.feet_apart, goal.feet_apart] }
+        Self {
+            vertices: reserve(2 * stations_max),
+            labels: reserve(2 * stations_max),
+            feet_apart: [start.feet_apart, goal.feet_apart],
+        }
     }
 
     pub(super) fn start_on(&mut self, start: &Mark) {
@@ -47,7 +52,10 @@ impl Route {
     /// How many edges it has, and how many of them are possible.
     pub fn labelled(&self) -> Labelled {
         let edges = self.labels.len().saturating_sub(1) as u64;
-        Labelled { edges, possible: self.labels.iter().filter(|label| label.is_possible()).count() as u64 }
+        Labelled {
+            edges,
+            possible: self.labels.iter().filter(|label| label.is_possible()).count() as u64,
+        }
     }
 
     /// Whether primitives stand on a placement at a station.
@@ -83,10 +91,11 @@ impl Route {
         self.vertices.iter().any(|vertex| vertex.facing == BACKWARD)
     }
 
-    /// Whether a foot at `place` faces as the robot does on this route. Where that walks backward, feet that face ahead would draw
-    /// the search to what has been tried in vain.
+    /// Whether a foot at `place` faces as the robot does on this route. Where that walks backward,
+    /// feet that face ahead would draw the search to what has been tried in vain.
     pub fn suits(&self, place: &Station) -> bool {
-        !self.is_backward() || self.vertices.iter().any(|vertex| vertex.station.distance(place) < SUITS_WITHIN)
+        !self.is_backward()
+            || self.vertices.iter().any(|vertex| vertex.station.distance(place) < SUITS_WITHIN)
     }
 
     /// One of the stations.
@@ -94,8 +103,8 @@ impl Route {
         self.vertices[index].station
     }
 
-    /// Where a foot would ideally stand at a station: beside the route, facing along it, as far apart as the marks say
-    /// times `widening`.
+    /// Where a foot would ideally stand at a station: beside the route, facing along it, as far
+    /// apart as the marks say times `widening`.
     pub fn world_from_ideal_sole(&self, index: usize, limb: usize, widening: f64) -> Pose {
         let walked = index as f64 / (self.stations() - 1).max(1) as f64;
         let [from, to] = self.feet_apart;

@@ -1,4 +1,5 @@
-//! Whether the robot could perhaps stand at a station: placements for both feet, and room for the torso [Grey 4.1, 4.2].
+//! Whether the robot could perhaps stand at a station: placements for both feet, and room for the
+//! torso [Grey 4.1, 4.2].
 
 use std::ops::ControlFlow;
 
@@ -21,7 +22,8 @@ const KEPT_MAX: usize = 6;
 pub const PLACEMENTS_MAX: usize = 2 * KEPT_MAX;
 /// Steps between two stations that are tried by inverse kinematics.
 const STEPS_TRIED_MAX: usize = 8;
-/// The longest way between two looks at the torso's room, m: no torso is so thin that it slips past a wall between them.
+/// The longest way between two looks at the torso's room, m: no torso is so thin that it slips past
+/// a wall between them.
 const ROOM_STEP: f64 = 0.12;
 /// The effort while the demands are high: what the geometry says.
 const EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
@@ -29,7 +31,8 @@ const EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0
 const RELAXED_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 8, sampled_max: 24 };
 /// What a metre between the feet's heights costs when a pair is chosen.
 const HEIGHT_DIFFERENCE_COST: f64 = 2.0;
-/// What a metre of height away from the target costs: elevation is projected toward it where there is a choice [Grey 4.3].
+/// What a metre of height away from the target costs: elevation is projected toward it where there
+/// is a choice [Grey 4.3].
 const AWAY_FROM_TARGET_COST: f64 = 0.5;
 
 /// What stage P reads.
@@ -103,8 +106,9 @@ pub struct Wish {
 }
 
 impl Context<'_> {
-    /// Finds placements for both feet near a station, and moves the station over the best pair of them: its elevation, and
-    /// aside where the ground is narrow. `None` where C_N fails, or C_S where the wish insists on it.
+    /// Finds placements for both feet near a station, and moves the station over the best pair of
+    /// them: its elevation, and aside where the ground is narrow. `None` where C_N fails, or C_S
+    /// where the wish insists on it.
     pub fn stand(&self, wish: &Wish, scratch: &mut ScratchOfFeet<'_>) -> Option<Stance> {
         let placements = self.find_both_placements(wish, scratch)?;
         let (position, pair, are_apart) = self.best_pair(wish, &placements)?;
@@ -112,8 +116,17 @@ impl Context<'_> {
         let [left, right] = &pair;
         let room = self.torso.room(&self.constraints.collision, &station);
         let fits = room >= least_room(wish.relaxed)
-            && self.torso.hangs_over(&self.constraints.collision, &station, [&left.world_from_sole, &right.world_from_sole]);
-        fits.then_some(Stance { station, placements, pair: are_apart.then_some(pair), is_upright: room == Room::Upright })
+            && self.torso.hangs_over(
+                &self.constraints.collision,
+                &station,
+                [&left.world_from_sole, &right.world_from_sole],
+            );
+        fits.then_some(Stance {
+            station,
+            placements,
+            pair: are_apart.then_some(pair),
+            is_upright: room == Room::Upright,
+        })
     }
 
     /// Whether the robot above its legs has room at a station.
@@ -121,19 +134,24 @@ impl Context<'_> {
         self.torso.room(&self.constraints.collision, station) >= least_room(relaxed)
     }
 
-    /// How much room there is all the way between two stations, looked at every hand's breadth; `None` where it is too little.
+    /// How much room there is all the way between two stations, looked at every hand's breadth;
+    /// `None` where it is too little.
     pub fn room_between(&self, from: &Station, to: &Station, relaxed: bool) -> Option<Room> {
         let pieces = libm::ceil(from.position.distance(to.position) / ROOM_STEP).max(2.0);
         (1..pieces as usize).try_fold(Room::Upright, |least, piece| {
-            let room = self.torso.room(&self.constraints.collision, &from.toward_share(to, piece as f64 / pieces));
+            let room = self
+                .torso
+                .room(&self.constraints.collision, &from.toward_share(to, piece as f64 / pieces));
             (room >= least_room(relaxed)).then_some(room.min(least))
         })
     }
 
-    /// Whether a step leads from one of these placements to one of those, by inverse kinematics [Grey 4.4.2]; only the shortest few
-    /// of those that the robot may make are tried. True where no placements are known.
+    /// Whether a step leads from one of these placements to one of those, by inverse kinematics
+    /// [Grey 4.4.2]; only the shortest few of those that the robot may make are tried. True where
+    /// no placements are known.
     pub fn has_step_between(&self, from: &[Placed], to: &[Placed]) -> bool {
-        let mut steps: heapless::Vec<(f64, [&Placed; 2]), { PLACEMENTS_MAX * PLACEMENTS_MAX }> = heapless::Vec::new();
+        let mut steps: heapless::Vec<(f64, [&Placed; 2]), { PLACEMENTS_MAX * PLACEMENTS_MAX }> =
+            heapless::Vec::new();
         let possible = self.preparation.possible_steps();
         for from in from {
             let is_possible = |to: &Placed| {
@@ -141,20 +159,30 @@ impl Context<'_> {
                 possible.may_step([&left.world_from_sole, &right.world_from_sole])
             };
             for to in to.iter().filter(|to| to.limb != from.limb && is_possible(to)) {
-                let length = from.world_from_sole.translation.distance(to.world_from_sole.translation);
+                let length =
+                    from.world_from_sole.translation.distance(to.world_from_sole.translation);
                 let _full = steps.push((length, [from, to]));
             }
         }
         steps.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        from.is_empty() || steps.iter().take(STEPS_TRIED_MAX).any(|(_, step)| (self.is_step)(self.constraints, *step))
+        from.is_empty()
+            || steps
+                .iter()
+                .take(STEPS_TRIED_MAX)
+                .any(|(_, step)| (self.is_step)(self.constraints, *step))
     }
 
     /// Placements of the left foot, then of the right one; `None` where one of them has none.
-    fn find_both_placements(&self, wish: &Wish, scratch: &mut ScratchOfFeet<'_>) -> Option<heapless::Vec<Placed, PLACEMENTS_MAX>> {
+    fn find_both_placements(
+        &self,
+        wish: &Wish,
+        scratch: &mut ScratchOfFeet<'_>,
+    ) -> Option<heapless::Vec<Placed, PLACEMENTS_MAX>> {
         let (left, right) = match scratch {
-            ScratchOfFeet::Each([left, right]) => {
-                self.threads.both(|| self.find_placements(wish, 0, left), || self.find_placements(wish, 1, right))
-            }
+            ScratchOfFeet::Each([left, right]) => self.threads.both(
+                || self.find_placements(wish, 0, left),
+                || self.find_placements(wish, 1, right),
+            ),
             ScratchOfFeet::Shared(scratch) => {
                 let left = self.find_placements(wish, 0, scratch);
                 if left.is_empty() {
@@ -167,7 +195,12 @@ impl Context<'_> {
         has_both.then(|| left.into_iter().chain(right).collect())
     }
 
-    fn find_placements(&self, wish: &Wish, limb: usize, scratch: &mut Scratch) -> heapless::Vec<Placed, KEPT_MAX> {
+    fn find_placements(
+        &self,
+        wish: &Wish,
+        limb: usize,
+        scratch: &mut Scratch,
+    ) -> heapless::Vec<Placed, KEPT_MAX> {
         let mut placements = heapless::Vec::new();
         let query = FootQuery {
             limb,
@@ -181,7 +214,11 @@ impl Context<'_> {
         };
         query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
             let is_whole = is_whole(&self.constraints.body, limb, &placement.support.polygon);
-            match placements.push(Placed { limb, world_from_sole: placement.world_from_sole, is_whole }) {
+            match placements.push(Placed {
+                limb,
+                world_from_sole: placement.world_from_sole,
+                is_whole,
+            }) {
                 Ok(()) => ControlFlow::Continue(true),
                 Err(_) => ControlFlow::Break(()),
             }
@@ -189,9 +226,10 @@ impl Context<'_> {
         placements
     }
 
-    /// The point midway of the pair of soles that suits best, near their ideals, level, toward the target, this pair, and whether its
-    /// soles are apart. Soles that meet count only where all do: one foot goes before the other there. Only soles that R lets both legs
-    /// reach at once make a pair.
+    /// The point midway of the pair of soles that suits best, near their ideals, level, toward the
+    /// target, this pair, and whether its soles are apart. Soles that meet count only where all do:
+    /// one foot goes before the other there. Only soles that R lets both legs reach at once make a
+    /// pair.
     fn best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<(DVec3, Pair, bool)> {
         let mut apart: Option<(f64, DVec3, Pair)> = None;
         let mut any = apart;
@@ -200,7 +238,9 @@ impl Context<'_> {
                 let soles = [&left.world_from_sole, &right.world_from_sole];
                 let (cost, middle) = self.pair_cost(wish, soles);
                 let station = Station { position: middle, yaw: wish.station.yaw };
-                if apart.is_some_and(|(least, ..)| least <= cost) || !self.torso.may_reach(self.preparation, &station, soles) {
+                if apart.is_some_and(|(least, ..)| least <= cost)
+                    || !self.torso.may_reach(self.preparation, &station, soles)
+                {
                     continue;
                 }
                 if any.is_none_or(|(least, ..)| cost < least) {
@@ -217,7 +257,8 @@ impl Context<'_> {
 
     fn pair_cost(&self, wish: &Wish, [left, right]: [&Pose; 2]) -> (f64, DVec3) {
         let middle = left.translation.midpoint(right.translation);
-        let ideals = [0, 1].map(|limb| wish.station.world_from_ideal_sole(limb, self.feet_apart).translation);
+        let ideals = [0, 1]
+            .map(|limb| wish.station.world_from_ideal_sole(limb, self.feet_apart).translation);
         let aside = left.translation.distance(ideals[0]) + right.translation.distance(ideals[1]);
         let uneven = (left.translation.z - right.translation.z).abs();
         let away = (wish.target_height - middle.z).abs();

@@ -46,10 +46,12 @@ impl Station {
     /// Where a foot would ideally stand, `feet_apart` metres from the other.
     pub fn world_from_ideal_sole(&self, limb: usize, feet_apart: f64) -> Pose {
         let side = if limb == 0 { 0.5 } else { -0.5 };
-        self.world_from_station() * Pose::from_parts(DVec3::Y * side * feet_apart, glam::DQuat::IDENTITY)
+        self.world_from_station()
+            * Pose::from_parts(DVec3::Y * side * feet_apart, glam::DQuat::IDENTITY)
     }
 
-    /// The metric of Gamma_P: the distance between positions, heights counted double, and a third of a metre a radian.
+    /// The metric of Gamma_P: the distance between positions, heights counted double, and a third
+    /// of a metre a radian.
     pub fn distance(&self, other: &Self) -> f64 {
         let turn = METRES_PER_RADIAN * wrap_angle(other.yaw - self.yaw);
         libm::sqrt(self.place_distance_squared(other.position) + turn * turn)
@@ -72,17 +74,26 @@ impl Station {
         (other.position - self.position).truncate()
     }
 
-    /// The next station on the way to `target`, at most `stride` metres on. The robot faces `facing` radians off the direction to
-    /// the target: 0 where it walks there, pi where the way will be walked from the target to here.
+    /// The next station on the way to `target`, at most `stride` metres on. The robot faces
+    /// `facing` radians off the direction to the target: 0 where it walks there, pi where the way
+    /// will be walked from the target to here.
     pub fn toward(&self, target: &Self, stride: f64, facing: f64) -> Self {
         let way = self.way_to(target);
         let length = way.length();
-        let heading = if length < FACING_DISTANCE_MIN { target.yaw } else { libm::atan2(way.y, way.x) + facing };
+        let heading = if length < FACING_DISTANCE_MIN {
+            target.yaw
+        } else {
+            libm::atan2(way.y, way.x) + facing
+        };
         let turn = wrap_angle(heading - self.yaw);
-        let walks = length > 0.2 * stride && (turn.abs() <= WALKING_DEVIATION_MAX || length < FACING_DISTANCE_MIN);
+        let walks = length > 0.2 * stride
+            && (turn.abs() <= WALKING_DEVIATION_MAX || length < FACING_DISTANCE_MIN);
         let turn_max = if walks { TURN_WALKING_MAX } else { TURN_IN_PLACE_MAX };
         let share = if walks { (stride / length).min(1.0) } else { 0.0 };
-        Self { position: self.position + (share * way).extend(0.0), yaw: self.yaw + turn.clamp(-turn_max, turn_max) }
+        Self {
+            position: self.position + (share * way).extend(0.0),
+            yaw: self.yaw + turn.clamp(-turn_max, turn_max),
+        }
     }
 }
 

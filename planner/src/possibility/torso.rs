@@ -11,7 +11,8 @@ use crate::collision::CollisionModel;
 use crate::prepare::Preparation;
 
 /// Crouches and leans that are tried: the share of the standing height and the pitch, rad.
-const STOOPS: [(f64, f64); 6] = [(1.0, 0.0), (0.92, 0.1), (0.84, 0.2), (0.75, 0.3), (0.66, 0.35), (1.06, 0.0)];
+const STOOPS: [(f64, f64); 6] =
+    [(1.0, 0.0), (0.92, 0.1), (0.84, 0.2), (0.75, 0.3), (0.66, 0.35), (1.06, 0.0)];
 
 /// The legs are looked for from this far above the soles, m: rough ground is not in their way.
 const SOLE_LIFT: f64 = 0.05;
@@ -23,7 +24,8 @@ const LINE: f64 = 0.005;
 pub enum Room {
     /// Not even the part that is rigid with the root has room: C_N fails.
     None,
-    /// What is rigid with the root has room in some stoop, but not the arms, waist and head as they stand.
+    /// What is rigid with the root has room in some stoop, but not the arms, waist and head as they
+    /// stand.
     Core,
     /// All that the root carries has room in some stoop.
     Stooped,
@@ -47,20 +49,31 @@ impl Torso {
     pub fn new(model: &RobotModel, body: &Body) -> Self {
         let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: body.standing_q };
         let standing = body.snapshot(&at_origin);
-        let root_from_links: Vec<Pose> = (0..model.links.len()).map(|link| body.world_from_link(&standing, link)).collect();
+        let root_from_links: Vec<Pose> =
+            (0..model.links.len()).map(|link| body.world_from_link(&standing, link)).collect();
         let mut is_core = vec![true; model.links.len()];
         let mut is_upper = vec![true; model.links.len()];
         for (index, link) in model.links.iter().enumerate() {
             let Some(attachment) = &link.parent else { continue };
-            let in_a_leg = |joint: usize| body.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == joint));
+            let in_a_leg = |joint: usize| {
+                body.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == joint))
+            };
             is_core[index] = is_core[attachment.parent] && attachment.joint.is_none();
-            is_upper[index] = is_upper[attachment.parent] && !attachment.joint.is_some_and(in_a_leg);
+            is_upper[index] =
+                is_upper[attachment.parent] && !attachment.joint.is_some_and(in_a_leg);
         }
-        let soles = [0, 1].map(|limb| root_from_links[body.foot_links[limb]] * body.links_from_soles[limb]);
+        let soles =
+            [0, 1].map(|limb| root_from_links[body.foot_links[limb]] * body.links_from_soles[limb]);
         let middle = soles[0].translation.midpoint(soles[1].translation);
         let upright = rotation_about(DVec3::Z, -yaw_of(soles[0].rotation));
         let root_from_hips = [0, 1].map(|limb| body.legs[limb].hip());
-        Self { root_from_links, is_core, is_upper, station_from_root: Pose::from_parts(upright * -middle, upright), root_from_hips }
+        Self {
+            root_from_links,
+            is_core,
+            is_upper,
+            station_from_root: Pose::from_parts(upright * -middle, upright),
+            root_from_hips,
+        }
     }
 
     /// The root in the frame of a station, the robot upright.
@@ -76,7 +89,9 @@ impl Torso {
     /// How much room there is at a station.
     pub fn room(&self, collision: &CollisionModel, station: &Station) -> Room {
         let world_from_station = station.world_from_station();
-        let is_free = |stoop: (f64, f64), wanted: &[bool]| self.is_free(collision, &(world_from_station * self.stooped(stoop)), wanted);
+        let is_free = |stoop: (f64, f64), wanted: &[bool]| {
+            self.is_free(collision, &(world_from_station * self.stooped(stoop)), wanted)
+        };
         if is_free(STOOPS[0], &self.is_upper) {
             Room::Upright
         } else if STOOPS[1..].iter().any(|&stoop| is_free(stoop, &self.is_upper)) {
@@ -88,30 +103,53 @@ impl Torso {
         }
     }
 
-    /// Whether the legs may hang down to the soles: in some stoop that has room something is not in the way from a hip to its sole, or
-    /// from between the hips to between the soles. What bars all three is a floor or a ceiling, through which no elevation is
-    /// projected [Grey 4.3].
-    pub fn hangs_over(&self, collision: &CollisionModel, station: &Station, world_from_soles: [&Pose; 2]) -> bool {
+    /// Whether the legs may hang down to the soles: in some stoop that has room something is not in
+    /// the way from a hip to its sole, or from between the hips to between the soles. What bars all
+    /// three is a floor or a ceiling, through which no elevation is projected [Grey 4.3].
+    pub fn hangs_over(
+        &self,
+        collision: &CollisionModel,
+        station: &Station,
+        world_from_soles: [&Pose; 2],
+    ) -> bool {
         let soles = world_from_soles.map(|pose| *pose * (DVec3::Z * SOLE_LIFT));
         let is_barred = |from: DVec3, to: DVec3| {
             let way = to - from;
             let rotation = DQuat::from_rotation_arc(DVec3::Z, way.normalize());
-            collision.box_hit(&Pose::from_parts(from.midpoint(to), rotation), DVec3::new(LINE, LINE, 0.5 * way.length())).is_some()
+            collision
+                .box_hit(
+                    &Pose::from_parts(from.midpoint(to), rotation),
+                    DVec3::new(LINE, LINE, 0.5 * way.length()),
+                )
+                .is_some()
         };
         STOOPS.iter().any(|&stoop| {
             let world_from_root = station.world_from_station() * self.stooped(stoop);
             let hips = self.root_from_hips.map(|hip| world_from_root * hip);
-            let ways = [(soles[0].midpoint(soles[1]), hips[0].midpoint(hips[1])), (soles[0], hips[0]), (soles[1], hips[1])];
-            ways.iter().any(|&(sole, hip)| !is_barred(sole, hip)) && self.is_free(collision, &world_from_root, &self.is_core)
+            let ways = [
+                (soles[0].midpoint(soles[1]), hips[0].midpoint(hips[1])),
+                (soles[0], hips[0]),
+                (soles[1], hips[1]),
+            ];
+            ways.iter().any(|&(sole, hip)| !is_barred(sole, hip))
+                && self.is_free(collision, &world_from_root, &self.is_core)
         })
     }
 
-    /// Whether both soles may be in reach at once in some stoop, by the reachable spaces R [Grey 4.2.1].
-    pub fn may_reach(&self, preparation: &Preparation<'_>, station: &Station, world_from_soles: [&Pose; 2]) -> bool {
+    /// Whether both soles may be in reach at once in some stoop, by the reachable spaces R
+    /// [Grey 4.2.1].
+    pub fn may_reach(
+        &self,
+        preparation: &Preparation<'_>,
+        station: &Station,
+        world_from_soles: [&Pose; 2],
+    ) -> bool {
         let world_from_station = station.world_from_station();
         STOOPS.iter().any(|&stoop| {
             let root_from_world = (world_from_station * self.stooped(stoop)).inverse();
-            (0..2).all(|limb| preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation))
+            (0..2).all(|limb| {
+                preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation)
+            })
         })
     }
 

@@ -24,7 +24,8 @@ pub(super) struct Vertex {
     pub stands: Option<bool>,
     /// Whether all that the root carries has room there with the robot upright.
     pub is_upright: bool,
-    /// Whether stage M has crossed the edge that leads to it from the vertex before it on the route.
+    /// Whether stage M has crossed the edge that leads to it from the vertex before it on the
+    /// route.
     pub is_crossed: bool,
     /// How far off the way it is walked on the robot faces, rad.
     pub facing: f64,
@@ -34,7 +35,17 @@ pub(super) struct Vertex {
 
 impl Vertex {
     pub(super) fn root(station: Station, pair: Option<Pair>) -> Self {
-        Self { station, parent: 0, placements: (0, 0), pair, stands: None, is_upright: true, is_crossed: false, facing: 0.0, crowd: 0 }
+        Self {
+            station,
+            parent: 0,
+            placements: (0, 0),
+            pair,
+            stands: None,
+            is_upright: true,
+            is_crossed: false,
+            facing: 0.0,
+            crowd: 0,
+        }
     }
 }
 
@@ -68,12 +79,14 @@ impl Tree {
         self.stations.extend(vertices.iter().map(|vertex| vertex.station));
     }
 
-    /// Adds a vertex, for which there must be room: it counts to the crowd about each that is near it, and these to the crowd about it.
-    /// Answers its index.
+    /// Adds a vertex, for which there must be room: it counts to the crowd about each that is near
+    /// it, and these to the crowd about it. Answers its index.
     pub fn add(&mut self, mut vertex: Vertex) -> u32 {
         let at = vertex.station;
-        let is_near =
-            |near: &Station| near.place_distance_squared(at.position) < CROWD_RADIUS * CROWD_RADIUS && near.distance(&at) < CROWD_RADIUS;
+        let is_near = |near: &Station| {
+            near.place_distance_squared(at.position) < CROWD_RADIUS * CROWD_RADIUS
+                && near.distance(&at) < CROWD_RADIUS
+        };
         for (index, _) in self.stations.iter().enumerate().filter(|(_, near)| is_near(near)) {
             self.vertices[index].crowd += 1;
             vertex.crowd += 1;
@@ -97,7 +110,8 @@ impl Tree {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.vertices.capacity() * size_of::<Vertex>() + self.stations.capacity() * size_of::<Station>()
+        self.vertices.capacity() * size_of::<Vertex>()
+            + self.stations.capacity() * size_of::<Station>()
     }
 }
 

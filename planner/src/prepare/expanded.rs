@@ -1,10 +1,11 @@
-//! The expanded geometry of C_S [Grey 4.1.1, 4.4.5]: boxes about a pair of placements that hold the robot through all
-//! primitives of the pair. They are sized by sweeping those primitives.
+//! The expanded geometry of C_S [Grey 4.1.1, 4.4.5]: boxes about a pair of placements that hold the
+//! robot through all primitives of the pair. They are sized by sweeping those primitives.
 //!
-//! The lowest box of each foot turns with its ankle; all others stay upright and turn with the heading. They divide space
-//! by height. Up to `SPLIT` above the higher placement there is only a column about each leg, and one beside the stance foot
-//! where the swing foot rises; above it there is the room of the body and the corridor of the swing leg. So whatever lies
-//! between the placements, up to `SPLIT`, does not matter.
+//! The lowest box of each foot turns with its ankle; all others stay upright and turn with the
+//! heading. They divide space by height. Up to `SPLIT` above the higher placement there is only a
+//! column about each leg, and one beside the stance foot where the swing foot rises; above it there
+//! is the room of the body and the corridor of the swing leg. So whatever lies between the
+//! placements, up to `SPLIT`, does not matter.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
@@ -36,20 +37,25 @@ pub struct Expanded {
     pub soles: [Bounds; 2],
     /// By limb: the column about a leg, in the frame of the foot's stand. Its top is the split.
     pub columns: [Bounds; 2],
-    /// By stance limb: the column in which the other foot rises, in the frame of the stance foot's stand.
+    /// By stance limb: the column in which the other foot rises, in the frame of the stance foot's
+    /// stand.
     pub neutrals: [Bounds; 2],
-    /// By stance limb: trunk, arms and stance leg, in the frame of the stance foot's stand; heights from the split.
+    /// By stance limb: trunk, arms and stance leg, in the frame of the stance foot's stand; heights
+    /// from the split.
     pub bodies: [Bounds; 2],
-    /// By stance limb: the swing leg, about the swing foot's stand along the stance foot's heading; heights from the split.
+    /// By stance limb: the swing leg, about the swing foot's stand along the stance foot's heading;
+    /// heights from the split.
     pub swings: [Bounds; 2],
-    /// Everything during a shift, about the line between both stands along their mean heading; heights from the split.
+    /// Everything during a shift, about the line between both stands along their mean heading;
+    /// heights from the split.
     pub shift: Bounds,
 }
 
 /// What a primitive does while the boxes are fitted around it.
 #[derive(Debug, Clone, Copy)]
 pub enum Phase {
-    /// A stretch of a place over the foot `stance`; `landing` where the swing foot is in its sole box.
+    /// A stretch of a place over the foot `stance`; `landing` where the swing foot is in its sole
+    /// box.
     Place {
         /// The foot that carries.
         stance: usize,
@@ -81,7 +87,14 @@ impl Fitting {
     /// Boxes around nothing, for legs that stay `floor` (m) above the level of their soles.
     pub const fn empty(floor: f64) -> Self {
         let pair = [Aabb::EMPTY; 2];
-        Self { floor, columns: pair, neutrals: pair, bodies: pair, swings: pair, shift: Aabb::EMPTY }
+        Self {
+            floor,
+            columns: pair,
+            neutrals: pair,
+            bodies: pair,
+            swings: pair,
+            shift: Aabb::EMPTY,
+        }
     }
 
     /// The boxes around both.
@@ -97,8 +110,9 @@ impl Fitting {
         }
     }
 
-    /// Grows around a configuration of a primitive over two stands, by limb; `swing` is where the swing foot is. `false`
-    /// where something is below the split that belongs to no column, or a leg too near to the ground.
+    /// Grows around a configuration of a primitive over two stands, by limb; `swing` is where the
+    /// swing foot is. `false` where something is below the split that belongs to no column, or a
+    /// leg too near to the ground.
     pub fn add(
         &mut self,
         slices: &[Slice],
@@ -110,8 +124,11 @@ impl Fitting {
         let split = split_height(stands);
         let frames = Frames::new(stands, swing, phase, split);
         slices.iter().all(|slice| {
-            let world_from_slice = body.world_from_link(snapshot, slice.link) * slice.link_from_slice;
-            let within = |world_from_frame: &Pose| bounds_in(world_from_frame, &world_from_slice, &slice.bounds);
+            let world_from_slice =
+                body.world_from_link(snapshot, slice.link) * slice.link_from_slice;
+            let within = |world_from_frame: &Pose| {
+                bounds_in(world_from_frame, &world_from_slice, &slice.bounds)
+            };
             let rests = |limb: usize| match phase {
                 Phase::Place { stance, landing, .. } => limb == stance || landing,
                 Phase::Shift { .. } => true,
@@ -120,7 +137,8 @@ impl Fitting {
                 return true;
             }
             let height = within(&Pose::IDENTITY);
-            let held_below = height.min.z >= split || self.add_below(slice.owner, stands, &frames, phase, &within);
+            let held_below = height.min.z >= split
+                || self.add_below(slice.owner, stands, &frames, phase, &within);
             if height.max.z > split {
                 self.add_above(slice.owner, &frames, phase, &within);
             }
@@ -128,7 +146,14 @@ impl Fitting {
         })
     }
 
-    fn add_below(&mut self, owner: Owner, stands: &[Stand; 2], frames: &Frames, phase: Phase, within: &impl Fn(&Pose) -> Aabb) -> bool {
+    fn add_below(
+        &mut self,
+        owner: Owner,
+        stands: &[Stand; 2],
+        frames: &Frames,
+        phase: Phase,
+        within: &impl Fn(&Pose) -> Aabb,
+    ) -> bool {
         let limb = match owner {
             Owner::Trunk => return false,
             Owner::Leg(limb) | Owner::Foot(limb) => limb,
@@ -146,19 +171,31 @@ impl Fitting {
         }
     }
 
-    fn add_above(&mut self, owner: Owner, frames: &Frames, phase: Phase, within: &impl Fn(&Pose) -> Aabb) {
+    fn add_above(
+        &mut self,
+        owner: Owner,
+        frames: &Frames,
+        phase: Phase,
+        within: &impl Fn(&Pose) -> Aabb,
+    ) {
         match (phase, owner) {
             (Phase::Shift { .. }, _) => self.shift = self.shift.union(within(&frames.between)),
-            (Phase::Place { stance, .. }, Owner::Leg(limb) | Owner::Foot(limb)) if limb != stance => {
+            (Phase::Place { stance, .. }, Owner::Leg(limb) | Owner::Foot(limb))
+                if limb != stance =>
+            {
                 self.swings[stance] = self.swings[stance].union(within(&frames.about_swing));
             }
-            (Phase::Place { stance, .. }, _) => self.bodies[stance] = self.bodies[stance].union(within(&frames.about_stance)),
+            (Phase::Place { stance, .. }, _) => {
+                self.bodies[stance] = self.bodies[stance].union(within(&frames.about_stance))
+            }
         }
     }
 
     /// The boxes with `margin` (m) around them; `soles` are those of the feet.
     pub fn finish(&self, soles: [Aabb; 2], margin: f64) -> Expanded {
-        let grown = |bounds: &Aabb| Bounds::of(&bounds.grown(if bounds.min.x <= bounds.max.x { margin } else { 0.0 }));
+        let grown = |bounds: &Aabb| {
+            Bounds::of(&bounds.grown(if bounds.min.x <= bounds.max.x { margin } else { 0.0 }))
+        };
         let both = |pair: &[Aabb; 2]| [grown(&pair[0]), grown(&pair[1])];
         let mut columns = both(&self.columns);
         for (column, sole) in columns.iter_mut().zip(&soles) {
@@ -184,15 +221,22 @@ struct Frames {
 
 impl Frames {
     fn new(stands: &[Stand; 2], swing: &Stand, phase: Phase, split: f64) -> Self {
-        let at_split = |origin: DVec3, yaw: f64| Stand { origin: origin.truncate().extend(split), yaw, tilt: 0.0 }.world_from_stand();
+        let at_split = |origin: DVec3, yaw: f64| {
+            Stand { origin: origin.truncate().extend(split), yaw, tilt: 0.0 }.world_from_stand()
+        };
         match phase {
             Phase::Place { stance, .. } => {
                 let about = &stands[stance];
                 let about_stance = at_split(about.origin, about.yaw);
-                Self { about_stance, about_swing: at_split(swing.origin, about.yaw), between: about_stance }
+                Self {
+                    about_stance,
+                    about_swing: at_split(swing.origin, about.yaw),
+                    between: about_stance,
+                }
             }
             Phase::Shift { share } => {
-                let between = at_split(stands[0].origin.lerp(stands[1].origin, share), mean_heading(stands));
+                let between =
+                    at_split(stands[0].origin.lerp(stands[1].origin, share), mean_heading(stands));
                 Self { about_stance: between, about_swing: between, between }
             }
         }

@@ -1,4 +1,5 @@
-//! The format of a preparation: a header and arrays of plain data behind it, in units of eight bytes, to be read in place.
+//! The format of a preparation: a header and arrays of plain data behind it, in units of eight
+//! bytes, to be read in place.
 //!
 //! ```text
 //! Header   magic, version, key (what it was made from), digest of the rest, and where the arrays are
@@ -23,7 +24,8 @@ const VERSION: u32 = 9;
 /// Bytes of a word.
 const WORD: usize = 8;
 
-/// An array of a file: where its first word is, counted from the file's begin, and how many words it has.
+/// An array of a file: where its first word is, counted from the file's begin, and how many words
+/// it has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Span {
@@ -67,7 +69,9 @@ pub struct Contents {
 }
 
 const DIGEST_END: usize = 16 + 2 * size_of::<Digest>();
-const _: () = assert!(size_of::<Header>().is_multiple_of(WORD) && std::mem::offset_of!(Header, words) == DIGEST_END);
+const _: () = assert!(
+    size_of::<Header>().is_multiple_of(WORD) && std::mem::offset_of!(Header, words) == DIGEST_END
+);
 
 /// Bytes that are no preparation, or not the one asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -86,10 +90,21 @@ pub enum PreparationError {
     Misaligned,
 }
 
-/// What a preparation is made from: the robot, the margins that count, and the version of the program.
+/// What a preparation is made from: the robot, the margins that count, and the version of the
+/// program.
 pub fn key(model: &RobotModel, config: &PlannerConfig) -> Digest {
-    let PlannerConfig { clearance, com_margin, effort_share, joint_margin, waypoint_joint_step, collision_step, .. } = config;
-    let margins = [clearance, com_margin, effort_share, joint_margin, waypoint_joint_step, collision_step].map(|value| value.to_le_bytes());
+    let PlannerConfig {
+        clearance,
+        com_margin,
+        effort_share,
+        joint_margin,
+        waypoint_joint_step,
+        collision_step,
+        ..
+    } = config;
+    let margins =
+        [clearance, com_margin, effort_share, joint_margin, waypoint_joint_step, collision_step]
+            .map(|value| value.to_le_bytes());
     let program = env!("CARGO_PKG_VERSION").as_bytes();
     Digest::of(&[&MAGIC, &VERSION.to_le_bytes(), program, &model.digest.0, margins.as_flattened()])
 }
@@ -123,7 +138,15 @@ impl Writer {
     /// The file with its header, digest included.
     pub fn finish(mut self, key: Digest, contents: Contents) -> Vec<u64> {
         let words = self.words.len() as u64;
-        let header = Header { magic: MAGIC, version: VERSION, padding: 0, key, digest: Digest::default(), words, contents };
+        let header = Header {
+            magic: MAGIC,
+            version: VERSION,
+            padding: 0,
+            key,
+            digest: Digest::default(),
+            words,
+            contents,
+        };
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut self.words);
         bytes[..size_of::<Header>()].copy_from_slice(bytemuck::bytes_of(&header));
         let digest = Digest::of(&[&bytes[DIGEST_END..]]);
@@ -140,12 +163,17 @@ pub fn header<'a>(bytes: &'a [u8], key: &Digest) -> Result<&'a Header, Preparati
     if bytes.as_ptr().align_offset(WORD) != 0 {
         return Err(PreparationError::Misaligned);
     }
-    let Some(head) = bytes.get(..size_of::<Header>()) else { return Err(PreparationError::Damaged) };
-    let header: &Header = bytemuck::try_from_bytes(head).map_err(|_| PreparationError::Misaligned)?;
+    let Some(head) = bytes.get(..size_of::<Header>()) else {
+        return Err(PreparationError::Damaged);
+    };
+    let header: &Header =
+        bytemuck::try_from_bytes(head).map_err(|_| PreparationError::Misaligned)?;
     if (header.magic, header.version) != (MAGIC, VERSION) {
         return Err(PreparationError::Foreign);
     }
-    if header.words.checked_mul(WORD as u64) != Some(bytes.len() as u64) || header.digest != Digest::of(&[&bytes[DIGEST_END..]]) {
+    if header.words.checked_mul(WORD as u64) != Some(bytes.len() as u64)
+        || header.digest != Digest::of(&[&bytes[DIGEST_END..]])
+    {
         return Err(PreparationError::Damaged);
     }
     if header.key != *key {

@@ -1,9 +1,10 @@
-//! What is made once per robot, from the robot alone [Grey 4.1.1, 4.2.1, 4.4.5]: the space R that each leg may reach, the
-//! gait of the primitive trajectories with its range R_S of placement pairs, the expanded geometry that holds them, and the possible steps.
+//! What is made once per robot, from the robot alone [Grey 4.1.1, 4.2.1, 4.4.5]: the space R that
+//! each leg may reach, the gait of the primitive trajectories with its range R_S of placement
+//! pairs, the expanded geometry that holds them, and the possible steps.
 //!
-//! [`build`] makes it, as words that can be written to a file; [`Preparation::from_bytes`] checks such bytes and reads them
-//! in place. One robot and one set of margins give the same bytes on any number of threads. [`necessary`] and
-//! [`sufficient`] ask C_N and C_S of it.
+//! [`build`] makes it, as words that can be written to a file; [`Preparation::from_bytes`] checks
+//! such bytes and reads them in place. One robot and one set of margins give the same bytes on any
+//! number of threads. [`necessary`] and [`sufficient`] ask C_N and C_S of it.
 
 pub mod expanded;
 pub mod file;
@@ -33,7 +34,9 @@ use crate::motion::primitive::Gait;
 use expanded::Expanded;
 use file::{Contents, Writer};
 pub use file::{PreparationError, key};
-pub use labels::{Necessary, Print, is_whole, necessary, sufficient, sufficient_pair, sufficient_shift};
+pub use labels::{
+    Necessary, Print, is_whole, necessary, sufficient, sufficient_pair, sufficient_shift,
+};
 use probe::{Probe, in_empty_world};
 use range::{Lattice, PairRange, RangeHeader};
 use reach::{Reach, ReachHeader};
@@ -78,7 +81,8 @@ impl<'a> Preparation<'a> {
         let contents = &file::header(bytes, key)?.contents;
         let reach = |limb: usize| {
             let at: &ReachHeader = &contents.reach[limb];
-            Reach::new(at, file::array(bytes, at.bits)?, file::array(bytes, at.blocks)?).ok_or(PreparationError::Damaged)
+            Reach::new(at, file::array(bytes, at.bits)?, file::array(bytes, at.blocks)?)
+                .ok_or(PreparationError::Damaged)
         };
         let range = |limb: usize| {
             let at: &RangeHeader = &contents.ranges[limb];
@@ -87,7 +91,12 @@ impl<'a> Preparation<'a> {
         if !contents.gait.is_sound() || !contents.possible_steps.is_sound() {
             return Err(PreparationError::Damaged);
         }
-        Ok(Self { key: *key, contents, reach: [reach(0)?, reach(1)?], ranges: [range(0)?, range(1)?] })
+        Ok(Self {
+            key: *key,
+            contents,
+            reach: [reach(0)?, reach(1)?],
+            ranges: [range(0)?, range(1)?],
+        })
     }
 
     /// Whether this was made for a robot and the margins of a configuration.
@@ -95,7 +104,8 @@ impl<'a> Preparation<'a> {
         self.key == key(model, config)
     }
 
-    /// Whether a leg may place its sole at a point of the root's frame, however turned. `false` is certain.
+    /// Whether a leg may place its sole at a point of the root's frame, however turned. `false` is
+    /// certain.
     pub fn may_reach(&self, limb: usize, root_from_sole: DVec3) -> bool {
         self.reach[limb].may_reach(root_from_sole)
     }
@@ -130,7 +140,10 @@ impl<'a> Preparation<'a> {
 ///
 /// # Errors
 /// The robot is no biped that the planner can move.
-pub fn make(model: &RobotModel, config: &PlannerConfig) -> Result<Preparation<'static>, BuildError> {
+pub fn make(
+    model: &RobotModel,
+    config: &PlannerConfig,
+) -> Result<Preparation<'static>, BuildError> {
     let bytes: &'static [u8] = bytemuck::cast_slice(Vec::leak(build(model, config, &|_| ())?));
     Ok(Preparation::from_bytes(bytes, &key(model, config))?)
 }
@@ -142,29 +155,50 @@ const REACH_SHARE: f64 = 0.5;
 ///
 /// # Errors
 /// The robot is no biped that the planner can move.
-pub fn build(model: &RobotModel, config: &PlannerConfig, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<u64>, BuildError> {
+pub fn build(
+    model: &RobotModel,
+    config: &PlannerConfig,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<u64>, BuildError> {
     let probe = Probe::new(model, config)?;
     let legs = [Leg::new(model, 0, 0.0)?, Leg::new(model, 1, 0.0)?];
     let steps = legs.iter().map(|leg| leg.joints().len()).sum::<usize>() as f64;
     let done = AtomicU32::new(0);
-    let step = || progress(REACH_SHARE * f64::from(done.fetch_add(1, Ordering::Relaxed) + 1) / steps);
+    let step =
+        || progress(REACH_SHARE * f64::from(done.fetch_add(1, Ordering::Relaxed) + 1) / steps);
     let spaces: Vec<Voxels> = legs.par_iter().map(|leg| sweep::reachable(leg, &step)).collect();
-    let primitives = primitives::derive(&probe, config, &|share| progress(REACH_SHARE + (1.0 - REACH_SHARE) * share));
+    let primitives = primitives::derive(&probe, config, &|share| {
+        progress(REACH_SHARE + (1.0 - REACH_SHARE) * share)
+    });
     let mut writer = Writer::default();
     let reach = [0, 1].map(|limb| {
         let near = legs[limb].root_from_sole(&model.standing_q).translation;
         write_reach(&mut writer, &spaces[limb], near)
     });
-    let ranges = [0, 1].map(|limb| write_range(&mut writer, &primitives.lattice, &primitives.cells[limb]));
+    let ranges =
+        [0, 1].map(|limb| write_range(&mut writer, &primitives.lattice, &primitives.cells[limb]));
     let possible_steps = PossibleSteps::of(&in_empty_world(model, config.clone())?);
-    let contents = Contents { reach, gait: primitives.gait, ranges, expanded: primitives.expanded, possible_steps };
+    let contents = Contents {
+        reach,
+        gait: primitives.gait,
+        ranges,
+        expanded: primitives.expanded,
+        possible_steps,
+    };
     Ok(writer.finish(key(model, config), contents))
 }
 
 fn write_reach(writer: &mut Writer, cubes: &Voxels, near: DVec3) -> ReachHeader {
     let bits = writer.append(&cubes.words);
     let blocks = writer.append(&reach::blocks(cubes, near));
-    ReachHeader { origin: cubes.origin.into(), side: cubes.side, dims: cubes.dims.into(), padding: 0, bits, blocks }
+    ReachHeader {
+        origin: cubes.origin.into(),
+        side: cubes.side,
+        dims: cubes.dims.into(),
+        padding: 0,
+        bits,
+        blocks,
+    }
 }
 
 fn write_range(writer: &mut Writer, lattice: &Lattice, cells: &[u64]) -> RangeHeader {

@@ -22,7 +22,8 @@ const TILTS: [f64; 3] = [0.1, 0.06, 0.02];
 const TILT_WORTH: f64 = 0.8;
 /// Gaits that are tried on the whole coarse lattice: those that hold over most of its level pairs.
 const SHORTLIST: usize = 4;
-/// What the boxes are larger than what was swept, beyond the clearance: covers the pairs between those tried, m.
+/// What the boxes are larger than what was swept, beyond the clearance: covers the pairs between
+/// those tried, m.
 const BOX_SLACK: f64 = 0.01;
 /// Vertices that one task tries.
 const TASK_VERTICES: usize = 64;
@@ -41,7 +42,11 @@ pub struct Primitives {
 }
 
 /// Derives the primitives of a robot; `progress` is told the share that is done.
-pub fn derive(probe: &Probe, config: &PlannerConfig, progress: &(dyn Fn(f64) + Sync)) -> Primitives {
+pub fn derive(
+    probe: &Probe,
+    config: &PlannerConfig,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Primitives {
     let reach = probe.body().legs.iter().map(|leg| leg.reach()).fold(f64::INFINITY, f64::min);
     let lattice = Lattice::new(reach);
     let gait = best_gait(probe, config, &lattice);
@@ -54,24 +59,41 @@ pub fn derive(probe: &Probe, config: &PlannerConfig, progress: &(dyn Fn(f64) + S
     let fitting = left.1.union(&right.1);
     let margin = config.clearance + BOX_SLACK;
     let expanded = fitting.finish(probe.sole_boxes(&gait, margin), margin);
-    Primitives { gait, lattice, cells: [lattice.cell_bits(&left.0), lattice.cell_bits(&right.0)], expanded }
+    Primitives {
+        gait,
+        lattice,
+        cells: [lattice.cell_bits(&left.0), lattice.cell_bits(&right.0)],
+        expanded,
+    }
 }
 
-/// The gait that holds over most of the coarse lattice, the first of equals, for placements as steep as that leaves it.
+/// The gait that holds over most of the coarse lattice, the first of equals, for placements as
+/// steep as that leaves it.
 fn best_gait(probe: &Probe, config: &PlannerConfig, lattice: &Lattice) -> Gait {
     let radius = probe.foot_radius();
-    let gait = |style: &Style| Gait::new(probe.body(), style, radius, config.clearance, probe.balance_margin());
-    let [level, coarse] = [Lattice::is_level, Lattice::is_coarse]
-        .map(|is_wanted| (0..lattice.vertices()).filter(|&index| is_wanted(lattice, index)).collect::<Vec<usize>>());
-    let holds = |style: &Style, index: usize| {
-        [0, 1].iter().all(|&stance| probe.try_pair(&gait(style), stance, &lattice.vertex(index), Some(index as u64)).is_some())
+    let gait = |style: &Style| {
+        Gait::new(probe.body(), style, radius, config.clearance, probe.balance_margin())
     };
-    let count = |style: &Style, tried: &[usize]| tried.iter().filter(|&&index| holds(style, index)).count();
-    let mut ranked: Vec<(usize, Style)> = styles().into_par_iter().map(|style| (count(&style, &level), style)).collect();
+    let [level, coarse] = [Lattice::is_level, Lattice::is_coarse].map(|is_wanted| {
+        (0..lattice.vertices()).filter(|&index| is_wanted(lattice, index)).collect::<Vec<usize>>()
+    });
+    let holds = |style: &Style, index: usize| {
+        [0, 1].iter().all(|&stance| {
+            probe
+                .try_pair(&gait(style), stance, &lattice.vertex(index), Some(index as u64))
+                .is_some()
+        })
+    };
+    let count =
+        |style: &Style, tried: &[usize]| tried.iter().filter(|&&index| holds(style, index)).count();
+    let mut ranked: Vec<(usize, Style)> =
+        styles().into_par_iter().map(|style| (count(&style, &level), style)).collect();
     ranked.sort_by_key(|&(count, _)| std::cmp::Reverse(count));
     ranked.truncate(SHORTLIST);
     let counts: Vec<usize> = ranked.par_iter().map(|(_, style)| count(style, &coarse)).collect();
-    let best = (0..ranked.len()).max_by_key(|&index| (counts[index], std::cmp::Reverse(index))).unwrap_or(0);
+    let best = (0..ranked.len())
+        .max_by_key(|&index| (counts[index], std::cmp::Reverse(index)))
+        .unwrap_or(0);
     let style = ranked[best].1;
     let steeper = TILTS.into_par_iter().map(|tilt| Style { tilt, ..style });
     let held: Vec<(Style, usize)> = steeper.map(|style| (style, count(&style, &coarse))).collect();
@@ -84,7 +106,11 @@ fn best_gait(probe: &Probe, config: &PlannerConfig, lattice: &Lattice) -> Gait {
 fn styles() -> Vec<Style> {
     let tilt = TILTS[TILTS.len() - 1];
     let postures = ROLLS.into_iter().flat_map(|roll| LEANS.map(|lean| (roll, lean)));
-    let styles = |(roll, lean)| REACHES.into_iter().flat_map(move |reach| WIDTHS.map(|width| Style { tilt, reach, width, roll, lean }));
+    let styles = |(roll, lean)| {
+        REACHES
+            .into_iter()
+            .flat_map(move |reach| WIDTHS.map(|width| Style { tilt, reach, width, roll, lean }))
+    };
     postures.flat_map(styles).collect()
 }
 

@@ -1,8 +1,10 @@
-//! Sweeps the primitives of a robot: over which pairs of placements they hold, and how much room they take.
+//! Sweeps the primitives of a robot: over which pairs of placements they hold, and how much room
+//! they take.
 //!
-//! Every vertex of a lattice of pairs is tried, every other one with both soles inclined as far as primitives allow, under
-//! constraints with more margin than a plan needs. That margin is what covers the pairs between the vertices. A shift is
-//! tried with the left foot as stance only: the pairs are the same.
+//! Every vertex of a lattice of pairs is tried, every other one with both soles inclined as far as
+//! primitives allow, under constraints with more margin than a plan needs. That margin is what
+//! covers the pairs between the vertices. A shift is tried with the left foot as stance only: the
+//! pairs are the same.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -92,13 +94,16 @@ impl Probe {
         self.constraints.config.com_margin + BALANCE_SLACK
     }
 
-    /// The box that each foot needs in its sole's frame from the ground to the top of its lift, with `margin` (m) beside
-    /// and above it.
+    /// The box that each foot needs in its sole's frame from the ground to the top of its lift,
+    /// with `margin` (m) beside and above it.
     pub fn sole_boxes(&self, gait: &Gait, margin: f64) -> [Aabb; 2] {
         [0, 1].map(|limb| {
             let foot = self.constraints.collision.foot_bounds(limb);
             let (low, high) = (foot.min - DVec3::splat(margin), foot.max + DVec3::splat(margin));
-            Aabb { min: low.truncate().extend(foot.min.z + SOLE_GAP), max: high.truncate().extend(high.z + gait.lift) }
+            Aabb {
+                min: low.truncate().extend(foot.min.z + SOLE_GAP),
+                max: high.truncate().extend(high.z + gait.lift),
+            }
         })
     }
 
@@ -107,8 +112,15 @@ impl Probe {
         Fitting::empty(self.constraints.config.clearance - CLEARANCE_SLACK + FLOOR_SLACK)
     }
 
-    /// Whether all primitives of a pair hold, and the room that they take; `vertex` names the pair where soles are inclined.
-    pub fn try_pair(&self, gait: &Gait, stance: usize, offset: &PairOffset, vertex: Option<u64>) -> Option<Fitting> {
+    /// Whether all primitives of a pair hold, and the room that they take; `vertex` names the pair
+    /// where soles are inclined.
+    pub fn try_pair(
+        &self,
+        gait: &Gait,
+        stance: usize,
+        offset: &PairOffset,
+        vertex: Option<u64>,
+    ) -> Option<Fitting> {
         if self.body().legs.iter().any(|leg| leg.joints().len() != UNIQUE_JOINTS) {
             return None;
         }
@@ -130,28 +142,46 @@ impl Probe {
         if stance == 0 { [about, other] } else { [other, about] }
     }
 
-    fn place_holds(&self, gait: &Gait, stance: usize, footholds: &[Foothold; 2], stands: &[Stand; 2], fitting: &mut Fitting) -> bool {
+    fn place_holds(
+        &self,
+        gait: &Gait,
+        stance: usize,
+        footholds: &[Foothold; 2],
+        stands: &[Stand; 2],
+        fitting: &mut Fitting,
+    ) -> bool {
         let mode = single_mode(&footholds[stance]);
         let other = &footholds[1 - stance];
-        let Ok(place) = Place::new(self.body(), gait, &footholds[stance], other) else { return false };
+        let Ok(place) = Place::new(self.body(), gait, &footholds[stance], other) else {
+            return false;
+        };
         let leg = &self.body().legs[1 - stance];
         let mut seed = place.placed;
         (0..STRETCHES).rev().all(|stretch| {
             (0..=STRETCH_SAMPLES[stretch]).rev().all(|sample| {
                 let t = sample as f64 / STRETCH_SAMPLES[stretch] as f64;
-                let Ok(state) = with_legs(self.body(), place.at(stretch, t, &seed)) else { return false };
+                let Ok(state) = with_legs(self.body(), place.at(stretch, t, &seed)) else {
+                    return false;
+                };
                 seed = state;
                 let snapshot = self.body().snapshot(&state.configuration);
                 let mut feet = [FootState::Stance; 2];
                 feet[1 - stance] = foot_state(stretch);
                 let phase = Phase::Place { stance, stretch, landing: stretch == LANDING };
                 let swing = Stand::of(leg, &state.world_from_soles[1 - stance]);
-                self.admits(&mode, &snapshot, feet) && fitting.add(&self.slices, (self.body(), &snapshot), stands, &swing, phase)
+                self.admits(&mode, &snapshot, feet)
+                    && fitting.add(&self.slices, (self.body(), &snapshot), stands, &swing, phase)
             })
         })
     }
 
-    fn shift_holds(&self, gait: &Gait, footholds: &[Foothold; 2], stands: &[Stand; 2], fitting: &mut Fitting) -> bool {
+    fn shift_holds(
+        &self,
+        gait: &Gait,
+        footholds: &[Foothold; 2],
+        stands: &[Stand; 2],
+        fitting: &mut Fitting,
+    ) -> bool {
         let body = self.body();
         let mode = double_mode(&footholds[0], &footholds[1]);
         let over = |limb: usize| configuration(body, gait, &footholds[limb], &footholds[1 - limb]);
@@ -164,12 +194,19 @@ impl Probe {
             seed = state;
             let snapshot = body.snapshot(&state.configuration);
             self.admits(&mode, &snapshot, [FootState::Stance; 2])
-                && fitting.add(&self.slices, (body, &snapshot), stands, &stands[0], Phase::Shift { share })
+                && fitting.add(
+                    &self.slices,
+                    (body, &snapshot),
+                    stands,
+                    &stands[0],
+                    Phase::Shift { share },
+                )
         })
     }
 
     fn admits(&self, mode: &Mode, snapshot: &Snapshot, feet: [FootState; 2]) -> bool {
-        mode.region.margin(snapshot.com.truncate()) >= self.constraints.com_margin(mode) + BALANCE_SLACK
+        mode.region.margin(snapshot.com.truncate())
+            >= self.constraints.com_margin(mode) + BALANCE_SLACK
             && self.constraints.check(mode, snapshot, feet).is_ok()
     }
 }
@@ -178,14 +215,18 @@ impl Probe {
 ///
 /// # Errors
 /// The robot is none that the planner can move.
-pub fn in_empty_world(model: &RobotModel, config: PlannerConfig) -> Result<Constraints, BuildError> {
+pub fn in_empty_world(
+    model: &RobotModel,
+    config: PlannerConfig,
+) -> Result<Constraints, BuildError> {
     let body = Body::new(model, &config)?;
     let world = World { mu: 1.0, shapes: vec![], digest: Digest::default() };
     let collision = CollisionModel::new(model, &world, config.clearance)?;
     Ok(Constraints { body, collision, config })
 }
 
-/// Joints of a leg whose positions follow from its sole: with more of them a neutral configuration is not unique.
+/// Joints of a leg whose positions follow from its sole: with more of them a neutral configuration
+/// is not unique.
 const UNIQUE_JOINTS: usize = 6;
 /// Where a foot's box begins above the ground: a leaving foot's own clearance begins there, m.
 const SOLE_GAP: f64 = 0.0005;
@@ -195,7 +236,8 @@ fn owner_of(model: &RobotModel, body: &Body, collision: &CollisionModel, link: u
         return Owner::Foot(limb);
     }
     let chain = model.chain(link);
-    let in_leg = |limb: usize| body.legs[limb].joints().iter().any(|joint| chain.contains(&joint.index));
+    let in_leg =
+        |limb: usize| body.legs[limb].joints().iter().any(|joint| chain.contains(&joint.index));
     match (in_leg(0), in_leg(1)) {
         (true, false) => Owner::Leg(0),
         (false, true) => Owner::Leg(1),
@@ -203,13 +245,14 @@ fn owner_of(model: &RobotModel, body: &Body, collision: &CollisionModel, link: u
     }
 }
 
-/// The rotations of both soles: level, or inclined as far as primitives allow in directions that depend on the vertex.
+/// The rotations of both soles: level, or inclined as far as primitives allow in directions that
+/// depend on the vertex.
 fn inclinations(stands: &[Stand; 2], tilt: f64, vertex: Option<u64>) -> [glam::DQuat; 2] {
     [0, 1].map(|limb| {
         let level = rotation_about(DVec3::Z, stands[limb].yaw);
         let Some(vertex) = vertex else { return level };
-        let direction =
-            Random::new(0, Stream::Preparation, limb as u64 | 1 << 32, vertex).uniform(-std::f64::consts::PI, std::f64::consts::PI);
+        let direction = Random::new(0, Stream::Preparation, limb as u64 | 1 << 32, vertex)
+            .uniform(-std::f64::consts::PI, std::f64::consts::PI);
         let axis = DVec3::new(libm::cos(direction), libm::sin(direction), 0.0);
         rotation_about(axis, tilt) * level
     })

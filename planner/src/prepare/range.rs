@@ -1,4 +1,5 @@
-//! R_S: the range of placement pairs over which every primitive was swept [Grey 4.4.5], read in place.
+//! R_S: the range of placement pairs over which every primitive was swept [Grey 4.4.5], read in
+//! place.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -12,7 +13,8 @@ const KNOTS_MAX: usize = 16;
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Lattice {
-    /// Where its vertices are along each axis, in rising order, m and rad; one more than there are cells, the rest 0.
+    /// Where its vertices are along each axis, in rising order, m and rad; one more than there are
+    /// cells, the rest 0.
     knots: [[f64; KNOTS_MAX]; 4],
     /// Cells along each axis.
     cells: [u32; 4],
@@ -38,7 +40,8 @@ pub struct PairRange<'a> {
 impl<'a> PairRange<'a> {
     /// The range with this header; `None` where header and bits do not fit together.
     pub fn new(header: &'a RangeHeader, words: &'a [u64]) -> Option<Self> {
-        let fits = header.lattice.is_sound() && header.lattice.cells_total().div_ceil(64) == words.len();
+        let fits =
+            header.lattice.is_sound() && header.lattice.cells_total().div_ceil(64) == words.len();
         fits.then_some(Self { header, words })
     }
 
@@ -57,7 +60,8 @@ impl<'a> PairRange<'a> {
         (held, self.header.lattice.cells_total() as u64)
     }
 
-    /// The least and the greatest of ahead, aside, above and turn over all cells that hold; `None` where none does.
+    /// The least and the greatest of ahead, aside, above and turn over all cells that hold; `None`
+    /// where none does.
     pub fn extent(&self) -> Option<[[f64; 2]; 4]> {
         let Lattice { knots, cells } = &self.header.lattice;
         let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 4];
@@ -75,7 +79,8 @@ impl<'a> PairRange<'a> {
     }
 }
 
-/// Heights of the vertices, as shares of the reach; those of pairs on one floor lie in the middle of a cell.
+/// Heights of the vertices, as shares of the reach; those of pairs on one floor lie in the middle
+/// of a cell.
 const HEIGHTS: [f64; 6] = [-0.19, -0.09, -0.015, 0.015, 0.09, 0.19];
 /// Turns of the vertices, rad; those of feet that face the same way lie in the middle of a cell.
 const TURNS: [f64; 6] = [-0.3, -0.15, -0.04, 0.04, 0.15, 0.3];
@@ -99,7 +104,8 @@ impl Lattice {
     fn is_sound(&self) -> bool {
         self.cells.iter().zip(&self.knots).all(|(&cells, knots)| {
             let is_rising = |pair: &[f64]| pair[0] < pair[1];
-            (1..KNOTS_MAX as u32).contains(&cells) && knots[..=cells as usize].windows(2).all(is_rising)
+            (1..KNOTS_MAX as u32).contains(&cells)
+                && knots[..=cells as usize].windows(2).all(is_rising)
         })
     }
 
@@ -139,10 +145,13 @@ impl Lattice {
     /// Whether a coarse vertex is one of the few that stand for walking on a floor.
     pub fn is_level(&self, index: usize) -> bool {
         let steps = self.steps(index);
-        self.is_coarse(index) && (2..4).all(|axis| steps[axis] == LEVEL[axis]) && steps[0] % 4 == LEVEL[0] % 4
+        self.is_coarse(index)
+            && (2..4).all(|axis| steps[axis] == LEVEL[axis])
+            && steps[0] % 4 == LEVEL[0] % 4
     }
 
-    /// Whether the sum of a vertex's coordinates is odd, counted from the lowest: half of the vertices of every cell.
+    /// Whether the sum of a vertex's coordinates is odd, counted from the lowest: half of the
+    /// vertices of every cell.
     pub fn is_odd(&self, index: usize) -> bool {
         self.steps(index).iter().sum::<usize>() % 2 == 1
     }
@@ -160,7 +169,12 @@ impl Lattice {
     /// A bit for each cell whose sixteen vertices all hold.
     pub fn cell_bits(&self, holds: &[bool]) -> Vec<u64> {
         let along = self.cells.map(|count| count as usize);
-        let strides = [1, along[0] + 1, (along[0] + 1) * (along[1] + 1), (along[0] + 1) * (along[1] + 1) * (along[2] + 1)];
+        let strides = [
+            1,
+            along[0] + 1,
+            (along[0] + 1) * (along[1] + 1),
+            (along[0] + 1) * (along[1] + 1) * (along[2] + 1),
+        ];
         let total: usize = along.iter().product();
         let mut words = vec![0u64; total.div_ceil(64)];
         for cell in 0..total {
@@ -170,7 +184,9 @@ impl Lattice {
                 vertex += rest % along[axis] * strides[axis];
                 rest /= along[axis];
             }
-            let corner = |corner: usize| vertex + (0..4).map(|axis| (corner >> axis & 1) * strides[axis]).sum::<usize>();
+            let corner = |corner: usize| {
+                vertex + (0..4).map(|axis| (corner >> axis & 1) * strides[axis]).sum::<usize>()
+            };
             if (0..16).all(|index| holds[corner(index)]) {
                 words[cell / 64] |= 1 << (cell % 64);
             }
@@ -193,15 +209,28 @@ mod tests {
     #[test]
     fn a_cell_holds_if_its_sixteen_vertices_do() {
         let lattice = Lattice::new(0.64);
-        let inside = |offset: &PairOffset| offset.ahead < 0.21 && offset.turn > -0.25 && offset.aside < 0.35;
-        let holds: Vec<bool> = (0..lattice.vertices()).map(|index| inside(&lattice.vertex(index))).collect();
+        let inside =
+            |offset: &PairOffset| offset.ahead < 0.21 && offset.turn > -0.25 && offset.aside < 0.35;
+        let holds: Vec<bool> =
+            (0..lattice.vertices()).map(|index| inside(&lattice.vertex(index))).collect();
         let words = lattice.cell_bits(&holds);
         let header = RangeHeader { lattice, bits: Span { first: 0, len: words.len() as u64 } };
         let range = PairRange::new(&header, &words).unwrap();
         let at = |ahead: f64, turn: f64| PairOffset { ahead, aside: 0.2, above: 0.01, turn };
-        assert!(range.contains(&at(0.19, -0.14)) && range.contains(&at(-0.27, 0.29)) && range.contains(&at(0.0, 0.0)));
-        assert!(!range.contains(&at(0.22, 0.0)) && !range.contains(&at(0.0, -0.16)) && !range.contains(&at(f64::NAN, 0.0)));
+        assert!(
+            range.contains(&at(0.19, -0.14))
+                && range.contains(&at(-0.27, 0.29))
+                && range.contains(&at(0.0, 0.0))
+        );
+        assert!(
+            !range.contains(&at(0.22, 0.0))
+                && !range.contains(&at(0.0, -0.16))
+                && !range.contains(&at(f64::NAN, 0.0))
+        );
         let extent = range.extent().unwrap();
-        assert!((extent[0][1] - 0.2).abs() < 1e-9 && (extent[3][0] + 0.15).abs() < 1e-9, "{extent:?}");
+        assert!(
+            (extent[0][1] - 0.2).abs() < 1e-9 && (extent[3][0] + 0.15).abs() < 1e-9,
+            "{extent:?}"
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! The reachable space R of each leg [Grey 4.2.1], read in place: where its sole may be relative to the root, with any
-//! rotation. An outer bound, so that nothing reachable is left out.
+//! The reachable space R of each leg [Grey 4.2.1], read in place: where its sole may be relative to
+//! the root, with any rotation. An outer bound, so that nothing reachable is left out.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, UVec3};
@@ -50,17 +50,30 @@ pub struct Reach<'a> {
 }
 
 impl<'a> Reach<'a> {
-    /// The reachable space with this header; `None` where header, bits and blocks do not fit together.
+    /// The reachable space with this header; `None` where header, bits and blocks do not fit
+    /// together.
     pub fn new(header: &ReachHeader, words: &'a [u64], blocks: &'a [Block]) -> Option<Self> {
-        let cubes = header.dims.iter().try_fold(1u64, |product, &count| product.checked_mul(u64::from(count)))?;
+        let cubes = header
+            .dims
+            .iter()
+            .try_fold(1u64, |product, &count| product.checked_mul(u64::from(count)))?;
         let origin = DVec3::from(header.origin);
-        let is_sound = origin.is_finite() && header.side.is_finite() && header.side > 0.0 && cubes.div_ceil(64) == words.len() as u64;
+        let is_sound = origin.is_finite()
+            && header.side.is_finite()
+            && header.side > 0.0
+            && cubes.div_ceil(64) == words.len() as u64;
         let are_boxes = blocks.iter().all(|block| {
             DVec3::from(block.center).is_finite()
                 && DVec3::from(block.half_extents).is_finite()
                 && block.half_extents.iter().all(|&half| half > 0.0)
         });
-        let reach = Self { origin, cubes_per_metre: 1.0 / header.side, dims: header.dims.into(), words, blocks };
+        let reach = Self {
+            origin,
+            cubes_per_metre: 1.0 / header.side,
+            dims: header.dims.into(),
+            words,
+            blocks,
+        };
         (is_sound && are_boxes).then_some(reach)
     }
 
@@ -71,11 +84,13 @@ impl<'a> Reach<'a> {
             return false;
         }
         let cube = at.as_uvec3();
-        let index = cube.x as usize + self.dims.x as usize * (cube.y as usize + self.dims.y as usize * cube.z as usize);
+        let index = cube.x as usize
+            + self.dims.x as usize * (cube.y as usize + self.dims.y as usize * cube.z as usize);
         self.words[index / 64] >> (index % 64) & 1 == 1
     }
 
-    /// Boxes of the root's frame that cover the reachable space, those nearest to the standing posture's sole first.
+    /// Boxes of the root's frame that cover the reachable space, those nearest to the standing
+    /// posture's sole first.
     pub fn blocks(&self) -> &'a [Block] {
         self.blocks
     }
@@ -103,6 +118,14 @@ pub fn blocks(cubes: &Voxels, near: DVec3) -> Vec<Block> {
         *entry = entry.union(Aabb { min: center, max: center }.grown(0.5 * cubes.side));
     }
     boxes.retain(|bounds| bounds.min.x <= bounds.max.x);
-    boxes.sort_by(|a, b| a.center().distance_squared(near).total_cmp(&b.center().distance_squared(near)));
-    boxes.iter().map(|bounds| Block { center: bounds.center().into(), half_extents: bounds.half_extents().into() }).collect()
+    boxes.sort_by(|a, b| {
+        a.center().distance_squared(near).total_cmp(&b.center().distance_squared(near))
+    });
+    boxes
+        .iter()
+        .map(|bounds| Block {
+            center: bounds.center().into(),
+            half_extents: bounds.half_extents().into(),
+        })
+        .collect()
 }

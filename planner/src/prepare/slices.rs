@@ -34,7 +34,13 @@ pub struct Slice {
 }
 
 /// Cuts a shape fixed to a link across the longest side of the box around it.
-pub fn slices(link: usize, owner: Owner, link_from_shape: Pose, shape: &Shape, bounds: &Aabb) -> Vec<Slice> {
+pub fn slices(
+    link: usize,
+    owner: Owner,
+    link_from_shape: Pose,
+    shape: &Shape,
+    bounds: &Aabb,
+) -> Vec<Slice> {
     let edges = edges(shape);
     let size = bounds.max - bounds.min;
     let axis = size.max_position();
@@ -45,7 +51,12 @@ pub fn slices(link: usize, owner: Owner, link_from_shape: Pose, shape: &Shape, b
         let mut piece = *bounds;
         (piece.min[axis], piece.max[axis]) = (ends[0], ends[1]);
         let bounds = edges.as_ref().map_or(piece, |edges| around(edges, axis, ends));
-        (bounds.min.x <= bounds.max.x).then_some(Slice { link, owner, link_from_slice: link_from_shape, bounds })
+        (bounds.min.x <= bounds.max.x).then_some(Slice {
+            link,
+            owner,
+            link_from_slice: link_from_shape,
+            bounds,
+        })
     };
     (0..count).filter_map(slice).collect()
 }
@@ -58,10 +69,17 @@ fn edges(shape: &Shape) -> Option<Vec<[DVec3; 2]>> {
         _ => return None,
     };
     let sides = |[a, b, c]: [u32; 3]| [[a, b], [b, c], [c, a]];
-    Some(triangles.into_iter().flat_map(sides).map(|ends| ends.map(|index| vertices[index as usize])).collect())
+    Some(
+        triangles
+            .into_iter()
+            .flat_map(sides)
+            .map(|ends| ends.map(|index| vertices[index as usize]))
+            .collect(),
+    )
 }
 
-/// The box around what lies of a surface between two heights along an axis. Its corners are on the edges.
+/// The box around what lies of a surface between two heights along an axis. Its corners are on the
+/// edges.
 fn around(edges: &[[DVec3; 2]], axis: usize, [low, high]: [f64; 2]) -> Aabb {
     edges.iter().fold(Aabb::EMPTY, |bounds, &[a, b]| {
         let way = b[axis] - a[axis];
@@ -86,7 +104,13 @@ mod tests {
     fn pyramid() -> Shape {
         let corner = |x: f64, y: f64| DVec3::new(x, y, 0.0);
         Shape::ConvexHull {
-            points: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0), DVec3::new(0.0, 0.0, 3.0)],
+            points: vec![
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+                DVec3::new(0.0, 0.0, 3.0),
+            ],
         }
     }
 
@@ -97,15 +121,21 @@ mod tests {
         assert_eq!(cut.len(), 50);
         for slice in cut {
             let half = 1.0 - slice.bounds.min.z / 3.0;
-            assert!((slice.bounds.max.x - half).abs() < 1e-6 && (slice.bounds.min.y + half).abs() < 1e-6, "{slice:?}");
+            assert!(
+                (slice.bounds.max.x - half).abs() < 1e-6
+                    && (slice.bounds.min.y + half).abs() < 1e-6,
+                "{slice:?}"
+            );
         }
     }
 
     #[test]
     fn a_ball_is_cut_as_the_box_around_it() {
         let bounds = Aabb { min: DVec3::splat(-0.05), max: DVec3::splat(0.05) };
-        let cut = slices(0, Owner::Leg(1), Pose::IDENTITY, &Shape::Sphere { radius: 0.05 }, &bounds);
-        let volume: f64 = cut.iter().map(|slice| (slice.bounds.max - slice.bounds.min).element_product()).sum();
+        let cut =
+            slices(0, Owner::Leg(1), Pose::IDENTITY, &Shape::Sphere { radius: 0.05 }, &bounds);
+        let volume: f64 =
+            cut.iter().map(|slice| (slice.bounds.max - slice.bounds.min).element_product()).sum();
         assert!(cut.len() == 2 && (volume - 1e-3).abs() < 1e-12, "{cut:?}");
     }
 }

@@ -1,10 +1,10 @@
-//! The reachable space of a leg, built from the sole upward: what the joints k to n can reach is what the joints k + 1 to n
-//! can reach, swept by joint k. The limits are a box, so this is exact; what it adds is discretisation, and every step
-//! says by how much it may fall short. The sum is added around the result, so that nothing reachable is left out
-//! [Grey 4.2.1].
+//! The reachable space of a leg, built from the sole upward: what the joints k to n can reach is
+//! what the joints k + 1 to n can reach, swept by joint k. The limits are a box, so this is exact;
+//! what it adds is discretisation, and every step says by how much it may fall short. The sum is
+//! added around the result, so that nothing reachable is left out [Grey 4.2.1].
 //!
-//! A sweep of a solid set is the set at one limit and the sweep of its border: whoever enters the solid while the joint
-//! moves crosses its border.
+//! A sweep of a solid set is the set at one limit and the sweep of its border: whoever enters the
+//! solid while the joint moves crosses its border.
 
 use glam::{DVec3, IVec3};
 use surefoot_shared_types::robot::JointKind;
@@ -35,10 +35,11 @@ enum Reached {
     Cubes(Voxels, f64),
 }
 
-/// The outer bound of where a leg's sole can be relative to the root, any rotation, as cubes of side
-/// `COARSENING * FINE_SIDE`.
+/// The outer bound of where a leg's sole can be relative to the root, any rotation, as cubes of
+/// side `COARSENING * FINE_SIDE`.
 pub fn reachable(leg: &Leg, step: &dyn Fn()) -> Voxels {
-    let sole = leg.root_from_sole(&[0.0; surefoot_shared_types::message::limits::JOINTS_MAX]).translation;
+    let sole =
+        leg.root_from_sole(&[0.0; surefoot_shared_types::message::limits::JOINTS_MAX]).translation;
     let mut reached = Reached::Points(vec![sole], 0.0);
     for joint in leg.joints().iter().rev() {
         reached = swept(&reached, joint);
@@ -54,10 +55,13 @@ fn swept(reached: &Reached, joint: &LegJoint) -> Reached {
             let count: usize = points.iter().map(|&point| range.samples(point, HALF_ARC)).sum();
             if count <= POINTS_MAX {
                 let mut swept = Vec::with_capacity(count);
-                points.iter().for_each(|&point| range.sweep(point, HALF_ARC, &mut |sample| swept.push(sample)));
+                points.iter().for_each(|&point| {
+                    range.sweep(point, HALF_ARC, &mut |sample| swept.push(sample))
+                });
                 return Reached::Points(swept, error + HALF_ARC);
             }
-            let mut cubes = Voxels::around(&range.bounds(points.iter().copied(), 0.0), FINE_SIDE, COARSENING);
+            let mut cubes =
+                Voxels::around(&range.bounds(points.iter().copied(), 0.0), FINE_SIDE, COARSENING);
             points.iter().for_each(|&point| range.sweep_into(point, &mut cubes));
             Reached::Cubes(cubes, error + HALF_ARC)
         }
@@ -77,8 +81,8 @@ fn swept_cubes(cubes: &Voxels, range: &Range) -> Voxels {
     swept
 }
 
-/// Sets every cube whose centre, moved back from the lower limit, lies in the set. The cubes of the set that have all
-/// their neighbours are then covered without a gap.
+/// Sets every cube whose centre, moved back from the lower limit, lies in the set. The cubes of the
+/// set that have all their neighbours are then covered without a gap.
 fn fill_at_lower_limit(cubes: &Voxels, range: &Range, swept: &mut Voxels) {
     let back = range.joint.motion(range.lower).inverse();
     let dims = swept.dims.as_ivec3();
@@ -100,13 +104,15 @@ fn grown(reached: Reached) -> Voxels {
     let (fine, error) = match reached {
         Reached::Cubes(cubes, error) => (cubes, error),
         Reached::Points(points, error) => {
-            let mut cubes = Voxels::around(&Aabb::of_points(points.iter().copied()), FINE_SIDE, COARSENING);
+            let mut cubes =
+                Voxels::around(&Aabb::of_points(points.iter().copied()), FINE_SIDE, COARSENING);
             points.iter().for_each(|&point| cubes.set_at(cubes.in_cubes(point)));
             (cubes, error)
         }
     };
     let reach = error + FINE_SIDE * CENTER_TO_CORNER + ROUNDING;
-    let bounds = Aabb { min: fine.origin, max: fine.origin + fine.dims.as_dvec3() * fine.side }.grown(reach);
+    let bounds =
+        Aabb { min: fine.origin, max: fine.origin + fine.dims.as_dvec3() * fine.side }.grown(reach);
     let mut coarse = Voxels::around(&bounds, FINE_SIDE * f64::from(COARSENING), 1);
     for cube in fine.cubes() {
         coarse.set_at(coarse.in_cubes(fine.center(cube)));
@@ -153,7 +159,9 @@ impl<'a> Range<'a> {
         let span = self.upper - self.lower;
         match self.joint.kind {
             JointKind::Prismatic => span,
-            JointKind::Revolute => span * (point - self.joint.point).cross(self.joint.axis).length(),
+            JointKind::Revolute => {
+                span * (point - self.joint.point).cross(self.joint.axis).length()
+            }
         }
     }
 
@@ -161,13 +169,16 @@ impl<'a> Range<'a> {
         libm::ceil(self.travel(point) / (2.0 * half_arc)).max(1.0) as usize
     }
 
-    /// Hands over places of the point such that none on its way is farther than `half_arc` from one of them.
+    /// Hands over places of the point such that none on its way is farther than `half_arc` from one
+    /// of them.
     fn sweep(&self, point: DVec3, half_arc: f64, take: &mut impl FnMut(DVec3)) {
         let count = self.samples(point, half_arc);
         let step = (self.upper - self.lower) / count as f64;
         let first = self.lower + 0.5 * step;
         match self.joint.kind {
-            JointKind::Prismatic => (0..count).for_each(|i| take(point + self.joint.axis * (first + step * i as f64))),
+            JointKind::Prismatic => {
+                (0..count).for_each(|i| take(point + self.joint.axis * (first + step * i as f64)))
+            }
             JointKind::Revolute => Circle::new(self.joint, point).walk([first, step], count, take),
         }
     }
@@ -178,7 +189,9 @@ impl<'a> Range<'a> {
         let step = (self.upper - self.lower) / count as f64;
         let first = self.lower + 0.5 * step;
         if self.joint.kind == JointKind::Prismatic {
-            (0..count).for_each(|i| cubes.set_at(cubes.in_cubes(point + self.joint.axis * (first + step * i as f64))));
+            (0..count).for_each(|i| {
+                cubes.set_at(cubes.in_cubes(point + self.joint.axis * (first + step * i as f64)))
+            });
             return;
         }
         let circle = Circle::new(self.joint, point);
@@ -191,7 +204,9 @@ impl<'a> Range<'a> {
     fn bounds(&self, points: impl Iterator<Item = DVec3>, margin: f64) -> Aabb {
         let mut bounds = Aabb::EMPTY;
         for point in points {
-            self.sweep(point, BOUNDS_HALF_ARC, &mut |sample| bounds = bounds.union(Aabb { min: sample, max: sample }));
+            self.sweep(point, BOUNDS_HALF_ARC, &mut |sample| {
+                bounds = bounds.union(Aabb { min: sample, max: sample })
+            });
         }
         bounds.grown(margin + BOUNDS_HALF_ARC)
     }
@@ -228,7 +243,14 @@ mod tests {
     use crate::random::{Random, Stream};
 
     fn hinge() -> LegJoint {
-        LegJoint { index: 0, kind: JointKind::Revolute, point: DVec3::new(0.1, 0.0, 0.0), axis: DVec3::Z, lower: -1.0, upper: 2.0 }
+        LegJoint {
+            index: 0,
+            kind: JointKind::Revolute,
+            point: DVec3::new(0.1, 0.0, 0.0),
+            axis: DVec3::Z,
+            lower: -1.0,
+            upper: 2.0,
+        }
     }
 
     #[test]
@@ -245,7 +267,8 @@ mod tests {
 
     #[test]
     fn no_sole_is_left_out_where_hip_axes_do_not_meet() {
-        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml");
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../configs/robots/hubo/robot.toml");
         let mut model = surefoot_shared_types::robot::load::load_robot(&path).unwrap();
         let hip = model.joints.iter().find(|joint| joint.name == "left_hip_pitch").unwrap().child;
         model.links[hip].parent.as_mut().unwrap().parent_from_joint.translation.x += 0.03;
@@ -254,14 +277,19 @@ mod tests {
         let cubes = reachable(&leg, &|| ());
         let mut random = Random::new(1, Stream::Preparation, 7, 0);
         for _ in 0..50_000 {
-            let q: Vec<f64> = model.joints.iter().map(|joint| random.uniform(joint.lower, joint.upper)).collect();
+            let q: Vec<f64> =
+                model.joints.iter().map(|joint| random.uniform(joint.lower, joint.upper)).collect();
             assert!(cubes.is_set_at(cubes.in_cubes(leg.root_from_sole(&q).translation)), "{q:?}");
         }
     }
 
     #[test]
     fn a_swept_solid_has_no_hole() {
-        let mut cubes = Voxels::around(&Aabb { min: DVec3::splat(0.2), max: DVec3::splat(0.4) }, FINE_SIDE, COARSENING);
+        let mut cubes = Voxels::around(
+            &Aabb { min: DVec3::splat(0.2), max: DVec3::splat(0.4) },
+            FINE_SIDE,
+            COARSENING,
+        );
         for i in 0..20 * 20 * 20 {
             let cube = IVec3::new(10 + i % 20, 10 + i / 20 % 20, 10 + i / 400);
             cubes.set(cube);

@@ -18,8 +18,9 @@ pub struct Voxels {
 }
 
 impl Voxels {
-    /// An empty grid over a box, with a border of at least one cube beside it; its origin is a multiple of `side * align`
-    /// and its dimensions are multiples of `align`, so that grids of different sides can share their borders.
+    /// An empty grid over a box, with a border of at least one cube beside it; its origin is a
+    /// multiple of `side * align` and its dimensions are multiples of `align`, so that grids of
+    /// different sides can share their borders.
     pub fn around(bounds: &Aabb, side: f64, align: u32) -> Self {
         let block = side * f64::from(align);
         let low = ((bounds.min - DVec3::splat(side)) / block).floor();
@@ -59,14 +60,20 @@ impl Voxels {
     pub fn cubes(&self) -> impl Iterator<Item = IVec3> + '_ {
         let (nx, ny) = (self.dims.x as usize, self.dims.y as usize);
         let bits = self.words.iter().enumerate().filter(|(_, word)| **word != 0);
-        bits.flat_map(|(at, &word)| (0..64).filter(move |bit| word >> bit & 1 == 1).map(move |bit| at * 64 + bit))
-            .map(move |index| IVec3::new((index % nx) as i32, (index / nx % ny) as i32, (index / nx / ny) as i32))
+        bits.flat_map(|(at, &word)| {
+            (0..64).filter(move |bit| word >> bit & 1 == 1).map(move |bit| at * 64 + bit)
+        })
+        .map(move |index| {
+            IVec3::new((index % nx) as i32, (index / nx % ny) as i32, (index / nx / ny) as i32)
+        })
     }
 
     /// The same grid with only those cubes set of which one of the 26 neighbours is not.
     pub fn border(&self) -> Self {
         let row = self.dims.x as usize;
-        let inner = [1, row, row * self.dims.y as usize].into_iter().fold(self.words.clone(), |words, stride| between_set(&words, stride));
+        let inner = [1, row, row * self.dims.y as usize]
+            .into_iter()
+            .fold(self.words.clone(), |words, stride| between_set(&words, stride));
         let words = self.words.iter().zip(&inner).map(|(all, inner)| all & !inner).collect();
         Self { words, ..*self }
     }
@@ -81,12 +88,14 @@ impl Voxels {
     }
 }
 
-/// The bits that are set with both bits `stride` before and after. No cube at the rim of a grid is set, so that nothing
-/// carries over from one row to the next.
+/// The bits that are set with both bits `stride` before and after. No cube at the rim of a grid is
+/// set, so that nothing carries over from one row to the next.
 fn between_set(words: &[u64], stride: usize) -> Vec<u64> {
     let (skip, shift) = (stride / 64, stride % 64);
-    let word = |index: Option<usize>| index.and_then(|index| words.get(index)).copied().unwrap_or(0);
-    let joined = |low: u64, high: u64| if shift == 0 { low } else { low >> shift | high << (64 - shift) };
+    let word =
+        |index: Option<usize>| index.and_then(|index| words.get(index)).copied().unwrap_or(0);
+    let joined =
+        |low: u64, high: u64| if shift == 0 { low } else { low >> shift | high << (64 - shift) };
     let after = |at: usize| joined(word(at.checked_add(skip)), word(at.checked_add(skip + 1)));
     let before = |at: usize| {
         let (near, far) = (word(at.checked_sub(skip)), word(at.checked_sub(skip + 1)));
@@ -115,7 +124,9 @@ mod tests {
         let cubes: Vec<IVec3> = grid.cubes().collect();
         assert_eq!(cubes.len(), 1);
         assert!((grid.center(cubes[0]) - DVec3::new(0.275, -0.125, 0.025)).length() < 1e-12);
-        assert!(grid.is_set_at(cubes[0].as_dvec3()) && grid.border().is_set_at(cubes[0].as_dvec3()));
+        assert!(
+            grid.is_set_at(cubes[0].as_dvec3()) && grid.border().is_set_at(cubes[0].as_dvec3())
+        );
     }
 
     #[test]

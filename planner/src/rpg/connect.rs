@@ -16,16 +16,22 @@ const NOWHERE: u32 = u32::MAX;
 type Batch<T> = heapless::Vec<T, AT_ONCE>;
 
 impl Planner {
-    /// Connects the next placements with their neighbours, as many as a budget allows, each one unit of work; once all are, counts each
-    /// to the nearest station.
+    /// Connects the next placements with their neighbours, as many as a budget allows, each one
+    /// unit of work; once all are, counts each to the nearest station.
     pub(super) fn connect(&mut self, next: FootholdId, budget: u64) -> Result<Phase, ArenaFull> {
         let count = self.roadmap.graph.footholds().len();
         if next as usize == count {
-            return if self.locate_next(budget) { Ok(Phase::Connect { next }) } else { self.after_connecting() };
+            return if self.locate_next(budget) {
+                Ok(Phase::Connect { next })
+            } else {
+                self.after_connecting()
+            };
         }
-        let ids: Batch<FootholdId> = (next..count as FootholdId).take(items_in(budget, AT_ONCE)).collect();
+        let ids: Batch<FootholdId> =
+            (next..count as FootholdId).take(items_in(budget, AT_ONCE)).collect();
         let steps = self.shared.preparation.possible_steps();
-        let (seeding, graph, stretches) = (Seeding::of(&self.shared), &self.roadmap.graph, self.stretches);
+        let (seeding, graph, stretches) =
+            (Seeding::of(&self.shared), &self.roadmap.graph, self.stretches);
         let neighbours = |id: FootholdId| {
             let is_due = |a: &Foothold, b: &Foothold| {
                 let soles = left_and_right(a, b).map(|foothold| &foothold.world_from_sole);
@@ -44,11 +50,13 @@ impl Planner {
         Ok(Phase::Connect { next: next + ids.len() as FootholdId })
     }
 
-    /// Finds the nearest stations of the next placements that are new, as many as a budget allows; of all, after the route has changed.
-    /// `false` when each has been looked at.
+    /// Finds the nearest stations of the next placements that are new, as many as a budget allows;
+    /// of all, after the route has changed. `false` when each has been looked at.
     fn locate_next(&mut self, budget: u64) -> bool {
         let (route, footholds) = (self.growth.route(), self.roadmap.graph.footholds());
-        let ids: Batch<usize> = (self.nearest_stations.len()..footholds.len()).take(items_in(budget, AT_ONCE)).collect();
+        let ids: Batch<usize> = (self.nearest_stations.len()..footholds.len())
+            .take(items_in(budget, AT_ONCE))
+            .collect();
         let locate = |id: usize| {
             let world_from_sole = &footholds[id].world_from_sole;
             let suits = route.suits(&Station::of_sole(world_from_sole));
@@ -63,8 +71,8 @@ impl Planner {
         !ids.is_empty()
     }
 
-    /// Connects placements, too, that are farther apart than primitive postures reach: they burden the search, so only where the others
-    /// lead nowhere.
+    /// Connects placements, too, that are farther apart than primitive postures reach: they burden
+    /// the search, so only where the others lead nowhere.
     pub(super) fn stretch(&mut self) -> Phase {
         self.stretches = true;
         Phase::Connect { next: 0 }

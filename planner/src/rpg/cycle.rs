@@ -1,5 +1,5 @@
-//! The cycle of stage M, figure 4.13 of [Grey 4.4] as a machine: the cheapest sequence of transitions, configurations for these,
-//! motions within their modes, and back.
+//! The cycle of stage M, figure 4.13 of [Grey 4.4] as a machine: the cheapest sequence of
+//! transitions, configurations for these, motions within their modes, and back.
 //!
 //! ```text
 //! Sequence(Find) -> Sample -> Move -> complete
@@ -10,9 +10,10 @@
 //!    '<----------- no luck -------------'
 //! ```
 //!
-//! A sequence that [`Purpose::Find`] has found is the first whose modes are searched. Where one of its motions is missing,
-//! [`Purpose::Join`] chooses the modes to search next among all transitions that have a configuration, by what the modes
-//! have cost so far [Grey 4.4.3], and there the trees grow on.
+//! A sequence that [`Purpose::Find`] has found is the first whose modes are searched. Where one of
+//! its motions is missing, [`Purpose::Join`] chooses the modes to search next among all transitions
+//! that have a configuration, by what the modes have cost so far [Grey 4.4.3], and there the trees
+//! grow on.
 
 use super::lanes::{Lane, Turn};
 use super::{Phase, Planner};
@@ -27,7 +28,12 @@ impl Planner {
             self.round.begin();
             for (index, lane) in self.lanes.going() {
                 if let Turn::Sample { next, failed } = lane.turn {
-                    let next = self.round.add_sampling(index, &self.roadmap, self.cuts.segment(lane), next);
+                    let next = self.round.add_sampling(
+                        index,
+                        &self.roadmap,
+                        self.cuts.segment(lane),
+                        next,
+                    );
                     lane.turn = Turn::Sample { next, failed };
                 }
             }
@@ -43,7 +49,11 @@ impl Planner {
 
     /// The current lane's turn after a round in which, perhaps, one of its searches `has_failed`.
     fn after_sampling(&mut self, has_failed: bool) -> Result<(), ArenaFull> {
-        let Lane { turn: Turn::Sample { next, failed }, ref sequence, purpose, .. } = *self.lanes.current() else { return Ok(()) };
+        let Lane { turn: Turn::Sample { next, failed }, ref sequence, purpose, .. } =
+            *self.lanes.current()
+        else {
+            return Ok(());
+        };
         match (failed || has_failed, purpose) {
             (failed, _) if next < sequence.len() => self.take_turn(Turn::Sample { next, failed }),
             (false, _) => self.take_turn(Turn::Move { next: 0, failed: false }),
@@ -59,7 +69,13 @@ impl Planner {
             self.round.begin();
             for (index, lane) in self.lanes.going() {
                 if let Turn::Move { next, failed } = lane.turn {
-                    let next = self.round.add_motions(index, &self.shared, &mut self.roadmap, self.cuts.segment(lane), next);
+                    let next = self.round.add_motions(
+                        index,
+                        &self.shared,
+                        &mut self.roadmap,
+                        self.cuts.segment(lane),
+                        next,
+                    );
                     lane.turn = Turn::Move { next, failed };
                 }
             }
@@ -75,7 +91,11 @@ impl Planner {
 
     /// The same after a round of motions.
     fn after_moving(&mut self, has_failed: bool) -> Result<(), ArenaFull> {
-        let Lane { turn: Turn::Move { next, failed }, ref sequence, purpose, .. } = *self.lanes.current() else { return Ok(()) };
+        let Lane { turn: Turn::Move { next, failed }, ref sequence, purpose, .. } =
+            *self.lanes.current()
+        else {
+            return Ok(());
+        };
         match (failed || has_failed, purpose) {
             (failed, _) if next <= sequence.len() => self.take_turn(Turn::Move { next, failed }),
             (false, _) => self.shorten_or_complete()?,
@@ -86,7 +106,8 @@ impl Planner {
         Ok(())
     }
 
-    /// Advances the round as far as a budget allows; answers what it did once all its searches have ended.
+    /// Advances the round as far as a budget allows; answers what it did once all its searches have
+    /// ended.
     pub(super) fn advance_round(&mut self, budget: u64) -> Result<Option<RoundTally>, ArenaFull> {
         let spent = self.round.advance(&self.shared, &self.roadmap, budget);
         self.tally.work += spent;

@@ -61,6 +61,9 @@ mod tests {
         let mut hindrances = Hindrances::default();
         (0..2 * PLACES_MAX).for_each(|place| hindrances.note(station(place as f64)));
         hindrances.note(station(3.0));
-        assert_eq!(hindrances.worst(), Some(Hindrance { position: DVec3::new(3.0, 0.0, 0.0), failures: 2 }));
+        assert_eq!(
+            hindrances.worst(),
+            Some(Hindrance { position: DVec3::new(3.0, 0.0, 0.0), failures: 2 })
+        );
     }
 }

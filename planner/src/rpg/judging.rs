@@ -1,4 +1,5 @@
-//! Judging how likely transitions are [Grey 4.4.2], by itself or beside the search for another lane's sequence.
+//! Judging how likely transitions are [Grey 4.4.2], by itself or beside the search for another
+//! lane's sequence.
 
 use super::lanes::Turn;
 use super::{Phase, Planner};
@@ -12,8 +13,9 @@ const AT_ONCE: usize = 64;
 
 type Batch<T> = heapless::Vec<T, AT_ONCE>;
 
-/// Transitions to judge, one of each pair of twins, and what has come of the first of them. The graph learns of it once all are judged, so
-/// that a search in the meantime meets the same costs from its beginning to its end.
+/// Transitions to judge, one of each pair of twins, and what has come of the first of them. The
+/// graph learns of it once all are judged, so that a search in the meantime meets the same costs
+/// from its beginning to its end.
 #[derive(Debug, Default)]
 pub struct Judging {
     ids: Batch<TransitionId>,
@@ -42,29 +44,50 @@ impl Judging {
     }
 }
 
-/// How likely these transitions and their twins are, each of both by itself: often there are only one or two.
-fn judge_all(shared: &Shared, graph: &Graph, ids: &Batch<TransitionId>, may_be_scant: bool) -> Batch<[Prior; 2]> {
-    let all: heapless::Vec<TransitionId, { 2 * AT_ONCE }> = ids.iter().flat_map(|&id| [id, Graph::twin(id)]).collect();
+/// How likely these transitions and their twins are, each of both by itself: often there are only
+/// one or two.
+fn judge_all(
+    shared: &Shared,
+    graph: &Graph,
+    ids: &Batch<TransitionId>,
+    may_be_scant: bool,
+) -> Batch<[Prior; 2]> {
+    let all: heapless::Vec<TransitionId, { 2 * AT_ONCE }> =
+        ids.iter().flat_map(|&id| [id, Graph::twin(id)]).collect();
     let priors = shared.threads.map(&all, |id| judge(&shared.constraints, id, graph, may_be_scant));
     priors.as_chunks().0.iter().copied().collect()
 }
 
-/// The transitions to judge for a sequence, twins by one of them, some perhaps twice: those that it holds, then all on the placements of
-/// those that turn out to be unlikely, since the next sequence would only go through the next of these.
-fn unjudged<'a>(graph: &'a Graph, sequence: &'a [TransitionId]) -> impl Iterator<Item = TransitionId> + 'a {
-    let unlikely = sequence.iter().filter(|&&id| graph.is_unlikely(id)).flat_map(|&id| [id, Graph::twin(id)]);
-    let neighbours = unlikely.flat_map(|id| graph.from_stance(graph.transitions()[id as usize].stance));
-    sequence.iter().copied().chain(neighbours).filter(|&id| graph.is_unjudged(id)).map(|id| id.min(Graph::twin(id)))
+/// The transitions to judge for a sequence, twins by one of them, some perhaps twice: those that it
+/// holds, then all on the placements of those that turn out to be unlikely, since the next sequence
+/// would only go through the next of these.
+fn unjudged<'a>(
+    graph: &'a Graph,
+    sequence: &'a [TransitionId],
+) -> impl Iterator<Item = TransitionId> + 'a {
+    let unlikely =
+        sequence.iter().filter(|&&id| graph.is_unlikely(id)).flat_map(|&id| [id, Graph::twin(id)]);
+    let neighbours =
+        unlikely.flat_map(|id| graph.from_stance(graph.transitions()[id as usize].stance));
+    sequence
+        .iter()
+        .copied()
+        .chain(neighbours)
+        .filter(|&id| graph.is_unjudged(id))
+        .map(|id| id.min(Graph::twin(id)))
 }
 
 impl Planner {
-    /// Judges what is to be judged before the next sequence is sought, beside another lane's search. What is not judged yet costs as
-    /// little as it can, so the cheapest sequence is the cheapest of all once all that it holds is judged.
+    /// Judges what is to be judged before the next sequence is sought, beside another lane's
+    /// search. What is not judged yet costs as little as it can, so the cheapest sequence is the
+    /// cheapest of all once all that it holds is judged.
     pub(super) fn judge(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         let may_be_scant = self.may_be_scant();
         let Self { judging, seeker, shared, roadmap, nearest_stations, .. } = self;
-        let judge = |budget: u64| judge_all(shared, &roadmap.graph, &judging.due(budget), may_be_scant);
-        let (sought, priors) = seeker.advance_beside((roadmap, nearest_stations), &shared.threads, budget, judge);
+        let judge =
+            |budget: u64| judge_all(shared, &roadmap.graph, &judging.due(budget), may_be_scant);
+        let (sought, priors) =
+            seeker.advance_beside((roadmap, nearest_stations), &shared.threads, budget, judge);
         let spent = sought + priors.len() as u64;
         self.tally.work += spent;
         judging.priors.extend(priors);
@@ -76,7 +99,8 @@ impl Planner {
         self.after_search()
     }
 
-    /// Whether scant support is no reason to think less of a transition: where better placements have led nowhere.
+    /// Whether scant support is no reason to think less of a transition: where better placements
+    /// have led nowhere.
     fn may_be_scant(&self) -> bool {
         self.tally.routes > 1 || self.tally.sweeps > 1
     }

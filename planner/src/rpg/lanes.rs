@@ -1,7 +1,8 @@
-//! Segments planned side by side [Grey 3.2]: each lane takes one of them through the cycle of stage M, and then another.
+//! Segments planned side by side [Grey 3.2]: each lane takes one of them through the cycle of stage
+//! M, and then another.
 //!
-//! All lanes work on one Gamma_M. Their searches for configurations and motions share rounds; what changes the graph itself, like
-//! more placements, happens to one lane at a time.
+//! All lanes work on one Gamma_M. Their searches for configurations and motions share rounds; what
+//! changes the graph itself, like more placements, happens to one lane at a time.
 
 use surefoot_shared_types::config::PlannerConfig;
 
@@ -27,7 +28,8 @@ pub enum Turn {
     Move { next: usize, failed: bool },
     /// It has a sequence that cannot be completed.
     Fail,
-    /// Its segment cannot be walked: another route is to be found, once the segments before it are complete.
+    /// Its segment cannot be walked: another route is to be found, once the segments before it are
+    /// complete.
     Leave,
 }
 
@@ -126,7 +128,8 @@ impl Lanes {
         self.current = index;
     }
 
-    /// Begins with a new route of so many segments, which nothing was swept along. Trouble on the route before still counts.
+    /// Begins with a new route of so many segments, which nothing was swept along. Trouble on the
+    /// route before still counts.
     pub fn begin_route(&mut self, segments: usize) {
         let trouble = self.current().trouble;
         (self.current, self.next_segment) = (0, 0);
@@ -141,7 +144,8 @@ impl Lanes {
         (self.lanes[0].trouble, self.lanes[0].sweeps) = (trouble, 0);
     }
 
-    /// The current lane's segment is complete: it goes on with the next of so many, if there is one.
+    /// The current lane's segment is complete: it goes on with the next of so many, if there is
+    /// one.
     fn next_segment(&mut self, segments: usize) {
         let segment = self.next_segment;
         let lane = self.current_mut();
@@ -167,14 +171,20 @@ impl Lanes {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.lanes.iter().map(|lane| (lane.sequence.capacity() + lane.best.capacity()) * size_of::<TransitionId>()).sum()
+        self.lanes
+            .iter()
+            .map(|lane| {
+                (lane.sequence.capacity() + lane.best.capacity()) * size_of::<TransitionId>()
+            })
+            .sum()
     }
 }
 
 impl Planner {
-    /// What comes next: lanes that fail go first, then those whose sequences are sought, beside others whose sequences are judged, before
-    /// those that sample, and these before those that move, so that a round serves as many lanes as it can; and all before another route is
-    /// looked for, which keeps what they have crossed.
+    /// What comes next: lanes that fail go first, then those whose sequences are sought, beside
+    /// others whose sequences are judged, before those that sample, and these before those that
+    /// move, so that a round serves as many lanes as it can; and all before another route is looked
+    /// for, which keeps what they have crossed.
     pub(super) fn next_turn(&mut self) -> Result<Phase, ArenaFull> {
         if let Some(lane) = self.lanes.find(|turn| turn == Turn::Fail) {
             self.lanes.go_to(lane);
@@ -217,7 +227,8 @@ impl Planner {
         self.take_turn(Turn::Seek);
     }
 
-    /// Keeps the current lane's sequence as the walk of its segment, and goes on with another segment.
+    /// Keeps the current lane's sequence as the walk of its segment, and goes on with another
+    /// segment.
     pub(super) fn complete_segment(&mut self) -> Result<(), ArenaFull> {
         let Self { lanes, cuts, .. } = self;
         cuts.complete(lanes.current().segment, &lanes.current().sequence)?;

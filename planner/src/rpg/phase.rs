@@ -1,4 +1,5 @@
-//! The phases of a search, as the head of `rpg.rs` draws them, and the tally of what was done in them.
+//! The phases of a search, as the head of `rpg.rs` draws them, and the tally of what was done in
+//! them.
 
 use crate::constraint::Rejection;
 use crate::motion::graph::FootholdId;

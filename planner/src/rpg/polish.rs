@@ -1,7 +1,9 @@
-//! Post-processing of the motions of a walk that is complete: shortcuts and local optimisation within each mode [Grey 4.4.6].
+//! Post-processing of the motions of a walk that is complete: shortcuts and local optimisation
+//! within each mode [Grey 4.4.6].
 //!
-//! First shortcuts, in the motions that are longest against the straight way before the others; with what is left of the work,
-//! local optimisation of all motions in turn. What is found takes the place of the motion in Gamma_M.
+//! First shortcuts, in the motions that are longest against the straight way before the others;
+//! with what is left of the work, local optimisation of all motions in turn. What is found takes
+//! the place of the motion in Gamma_M.
 
 use surefoot_shared_types::message::limits::CHUNK_WAYPOINTS_MAX;
 
@@ -38,11 +40,16 @@ impl Polish {
 }
 
 impl Planner {
-    /// After the last segment: post-processing, as far as enough work is left to put the plan together.
+    /// After the last segment: post-processing, as far as enough work is left to put the plan
+    /// together.
     pub(super) fn polish_or_assemble(&mut self) -> Phase {
         let config = &self.shared.constraints.config;
         let wanted = (config.polish_share * self.tally.work as f64) as u64;
-        let until = self.tally.work.saturating_add(wanted).min(config.work_max.saturating_sub(self.work_to_assemble()));
+        let until = self
+            .tally
+            .work
+            .saturating_add(wanted)
+            .min(config.work_max.saturating_sub(self.work_to_assemble()));
         if until <= self.tally.work {
             return Phase::Assemble { next: 0 };
         }
@@ -51,7 +58,8 @@ impl Planner {
         Phase::Weigh { next: 0 }
     }
 
-    /// Units of work that at the most are needed to put the plan together, and to weigh its motions before.
+    /// Units of work that at the most are needed to put the plan together, and to weigh its motions
+    /// before.
     fn work_to_assemble(&self) -> u64 {
         let (hops, waypoints) = (self.walk.len(), self.roadmap.waypoints_len());
         (3 * hops + waypoints / (CHUNK_WAYPOINTS_MAX - 1) + 1) as u64
@@ -60,7 +68,8 @@ impl Planner {
     /// Compares one motion of the walk to the straight way.
     pub(super) fn weigh(&mut self, next: usize) -> Phase {
         let Some(hop) = hop_of(&self.walk, next) else { return Phase::Polish(Goal::Shortcuts) };
-        if let Some(share) = straightness(&self.roadmap, hop).filter(|share| *share <= STRAIGHT_MAX) {
+        if let Some(share) = straightness(&self.roadmap, hop).filter(|share| *share <= STRAIGHT_MAX)
+        {
             self.polish.crooked.push(next as u32, share, 0);
         }
         Phase::Weigh { next: next + 1 }
@@ -72,7 +81,9 @@ impl Planner {
             let work = self.polish.until.saturating_sub(self.tally.work + 1);
             let (Polish { crooked, next, .. }, walk) = (&mut self.polish, &self.walk);
             let hops = std::iter::from_fn(|| match goal {
-                Goal::Shortcuts => crooked.pop().and_then(|(index, ..)| hop_of(walk, index as usize)),
+                Goal::Shortcuts => {
+                    crooked.pop().and_then(|(index, ..)| hop_of(walk, index as usize))
+                }
                 Goal::Corners => {
                     *next += 1;
                     hop_of(walk, *next - 1)

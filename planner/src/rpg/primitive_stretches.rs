@@ -1,8 +1,8 @@
-//! Omega_M where C_S holds: along the possible edges of the guide route, stage M takes what pi_S gives, configurations and
-//! motions alike, and searches for nothing [Grey 3.2, 4.4.5].
+//! Omega_M where C_S holds: along the possible edges of the guide route, stage M takes what pi_S
+//! gives, configurations and motions alike, and searches for nothing [Grey 3.2, 4.4.5].
 //!
-//! The feet step in turn, each past the other to the next station, as long as C_S lets them; else one closes up first. A step
-//! is a swing and a shift, emitted waypoint by waypoint.
+//! The feet step in turn, each past the other to the next station, as long as C_S lets them; else
+//! one closes up first. A step is a swing and a shift, emitted waypoint by waypoint.
 
 use surefoot_shared_types::message::SupportMode;
 
@@ -54,7 +54,9 @@ impl Walker {
     /// The first transition of the next stretch of possible edges.
     fn enter(&mut self, route: &Route) -> Option<Node> {
         while self.station + 1 < route.stations() {
-            if let (Some(leads), Some(pair)) = (leads(route, self.station), route.pair(self.station)) {
+            if let (Some(leads), Some(pair)) =
+                (leads(route, self.station), route.pair(self.station))
+            {
                 let lead = usize::from(!leads[0]);
                 return Some([pair[1 - lead], pair[lead]]);
             }
@@ -63,7 +65,8 @@ impl Walker {
         None
     }
 
-    /// The swing, or the shift where the other foot must lead, from a transition; `None` at the end of a stretch.
+    /// The swing, or the shift where the other foot must lead, from a transition; `None` at the end
+    /// of a stretch.
     fn step(&mut self, route: &Route, at: Node) -> Option<[Node; 2]> {
         let [stance, swings] = at;
         let leads = leads(route, self.station);
@@ -93,18 +96,21 @@ fn leads(route: &Route, station: usize) -> Option<[bool; 2]> {
 }
 
 impl Planner {
-    /// Where to go on once all placements are connected: to the primitives of a new route, else to the search.
+    /// Where to go on once all placements are connected: to the primitives of a new route, else to
+    /// the search.
     pub(super) fn after_connecting(&mut self) -> Result<Phase, ArenaFull> {
         if self.walker.is_some() { Ok(Phase::Primitive) } else { self.next_turn() }
     }
 
-    /// Begins the next motion along the route's possible edges, unless Gamma_M has it. Once a round is full or there is no more, all that
-    /// have begun are emitted side by side.
+    /// Begins the next motion along the route's possible edges, unless Gamma_M has it. Once a round
+    /// is full or there is no more, all that have begun are emitted side by side.
     pub(super) fn begin_primitive(&mut self) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             self.round.begin();
         }
-        let Some([from, to]) = self.walker.as_mut().and_then(|walker| walker.next(self.growth.route())) else {
+        let Some([from, to]) =
+            self.walker.as_mut().and_then(|walker| walker.next(self.growth.route()))
+        else {
             self.walker = None;
             return Ok(Phase::Emit);
         };
@@ -121,7 +127,8 @@ impl Planner {
 
     /// The shift or the swing between two transitions.
     fn primitive(&self, hop: Hop) -> Result<Emission, Rejection> {
-        let (graph, constraints, gait) = (&self.roadmap.graph, &self.shared.constraints, self.shared.preparation.gait());
+        let (graph, constraints, gait) =
+            (&self.roadmap.graph, &self.shared.constraints, self.shared.preparation.gait());
         let (stance, touched) = graph.pair(hop.from);
         if hop.to == Graph::twin(hop.from) {
             Emission::shift(constraints, gait, [stance, touched])
@@ -130,7 +137,8 @@ impl Planner {
         }
     }
 
-    /// Emits the motions of a round. One that fails, which it never does where C_S holds, is left to pi_N.
+    /// Emits the motions of a round. One that fails, which it never does where C_S holds, is left
+    /// to pi_N.
     pub(super) fn emit_primitives(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Emit) };
         self.tally.primitives += u64::from(round.found);
@@ -138,10 +146,15 @@ impl Planner {
         if self.walker.is_some() { Ok(Phase::Primitive) } else { self.next_turn() }
     }
 
-    /// The transition on two placements, added if the graph does not have it; `None` where it has not both placements.
+    /// The transition on two placements, added if the graph does not have it; `None` where it has
+    /// not both placements.
     fn transition_on(&mut self, node: Node) -> Result<Option<TransitionId>, ArenaFull> {
         let graph = &mut self.roadmap.graph;
-        let [Some(stance), Some(other)] = node.map(|placed| graph.identical(placed.limb, &placed.world_from_sole)) else { return Ok(None) };
+        let [Some(stance), Some(other)] =
+            node.map(|placed| graph.identical(placed.limb, &placed.world_from_sole))
+        else {
+            return Ok(None);
+        };
         if graph.find(stance, other).is_none() {
             graph.connect(stance, other)?;
         }
@@ -153,7 +166,11 @@ impl Planner {
 pub fn pair_on(body: &Body, end: &End) -> Option<Pair> {
     let placed = |limb: usize| {
         let foothold = &end.footholds[limb];
-        Placed { limb, world_from_sole: foothold.world_from_sole, is_whole: is_whole(body, limb, &foothold.support) }
+        Placed {
+            limb,
+            world_from_sole: foothold.world_from_sole,
+            is_whole: is_whole(body, limb, &foothold.support),
+        }
     };
     (end.support == SupportMode::Double).then(|| [placed(0), placed(1)])
 }

@@ -1,4 +1,5 @@
-//! Looking for the cheapest sequence of a lane [Grey 4.4.2], by itself or while other lanes' sequences are judged.
+//! Looking for the cheapest sequence of a lane [Grey 4.4.2], by itself or while other lanes'
+//! sequences are judged.
 
 use surefoot_shared_types::message::SupportMode;
 
@@ -26,10 +27,12 @@ struct Sought {
 }
 
 impl Sought {
-    /// What the next sequence of a lane has to be. One that returns leads from the segment's end to its start.
+    /// What the next sequence of a lane has to be. One that returns leads from the segment's end to
+    /// its start.
     fn by(lane: &Lane, roadmap: &Roadmap, cuts: &Cuts) -> Self {
         let [start, goal] = cuts.boundaries(lane.segment);
-        let [from, to] = if lane.purpose == Purpose::Return { [goal, start] } else { [start, goal] };
+        let [from, to] =
+            if lane.purpose == Purpose::Return { [goal, start] } else { [start, goal] };
         Self {
             purpose: lane.purpose,
             range: cuts.window(lane.segment),
@@ -58,7 +61,11 @@ pub struct Seeker {
 impl Seeker {
     /// Arrays for this many placements and transitions.
     pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
-        Self { search: SequenceSearch::new(footholds_max, transitions_max), sought: None, is_going: false }
+        Self {
+            search: SequenceSearch::new(footholds_max, transitions_max),
+            sought: None,
+            is_going: false,
+        }
     }
 
     /// The search, with what was found last.
@@ -76,8 +83,9 @@ impl Seeker {
         self.search.bytes()
     }
 
-    /// Works on something with a budget of its own while the search goes on; answers what each has spent. It has its share of the
-    /// budget until it has ended, the rest is the other's. `stations` are the nearest to each placement.
+    /// Works on something with a budget of its own while the search goes on; answers what each has
+    /// spent. It has its share of the budget until it has ended, the rest is the other's.
+    /// `stations` are the nearest to each placement.
     pub fn advance_beside<T: Send>(
         &mut self,
         (roadmap, stations): (&Roadmap, &[u32]),
@@ -101,18 +109,25 @@ impl Seeker {
     }
 }
 
-/// The transitions that a boundary leads to: on both feet those between its two placements, on one foot all that this one carries.
-fn start_transitions(graph: &Graph, boundary: &Boundary) -> heapless::Vec<TransitionId, STARTS_MAX> {
+/// The transitions that a boundary leads to: on both feet those between its two placements, on one
+/// foot all that this one carries.
+fn start_transitions(
+    graph: &Graph,
+    boundary: &Boundary,
+) -> heapless::Vec<TransitionId, STARTS_MAX> {
     let [left, right] = boundary.footholds;
     match boundary.support {
         SupportMode::Left => graph.from_stance(left).take(STARTS_MAX).collect(),
         SupportMode::Right => graph.from_stance(right).take(STARTS_MAX).collect(),
-        SupportMode::Double => [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect(),
+        SupportMode::Double => {
+            [graph.find(left, right), graph.find(right, left)].into_iter().flatten().collect()
+        }
     }
 }
 
 impl Planner {
-    /// Begins to look for the cheapest sequence of the current lane, which has the turn until it has learnt what came of it.
+    /// Begins to look for the cheapest sequence of the current lane, which has the turn until it
+    /// has learnt what came of it.
     pub(super) fn begin_search(&mut self) {
         let Self { seeker, roadmap, lanes, cuts, nearest_stations, .. } = self;
         let lane = lanes.current();
@@ -138,26 +153,37 @@ impl Planner {
 
     /// Gives the current lane its next turn, if a sequence was sought for it; then goes on.
     pub(super) fn after_search(&mut self) -> Result<Phase, ArenaFull> {
-        let Some(Sought { purpose, .. }) = self.seeker.sought.take() else { return self.next_turn() };
+        let Some(Sought { purpose, .. }) = self.seeker.sought.take() else {
+            return self.next_turn();
+        };
         let has_found = self.seeker.search.has_found();
         let is_unjudged = |id: &TransitionId| self.roadmap.graph.is_unjudged(*id);
         match purpose {
-            Purpose::Find | Purpose::Shorten if has_found && self.seeker.search.sequence().iter().any(is_unjudged) => {
+            Purpose::Find | Purpose::Shorten
+                if has_found && self.seeker.search.sequence().iter().any(is_unjudged) =>
+            {
                 self.take_sequence(Turn::Judge)?;
             }
             Purpose::Find => {
                 self.tally.sequences += 1;
-                if has_found { self.take_sequence(Turn::Sample { next: 0, failed: false })? } else { self.after_no_sequence() }
+                if has_found {
+                    self.take_sequence(Turn::Sample { next: 0, failed: false })?
+                } else {
+                    self.after_no_sequence()
+                }
             }
             Purpose::Return => return self.between_frontiers(),
-            Purpose::Join if has_found => self.take_sequence(Turn::Move { next: 0, failed: false })?,
+            Purpose::Join if has_found => {
+                self.take_sequence(Turn::Move { next: 0, failed: false })?
+            }
             Purpose::Join => self.take_turn(Turn::Fail),
             Purpose::Shorten => self.take_shorter()?,
         }
         self.next_turn()
     }
 
-    /// Makes the sequence that was found the one that the current lane completes, beginning with a turn.
+    /// Makes the sequence that was found the one that the current lane completes, beginning with a
+    /// turn.
     pub(super) fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
         self.take_turn(turn);
         self.lanes.current_mut().take(self.seeker.search.sequence())

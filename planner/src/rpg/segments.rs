@@ -1,6 +1,8 @@
-//! Cutting the route into segments that share their end states, and putting them together: Phi_M and Omega_M [Grey 3.2].
+//! Cutting the route into segments that share their end states, and putting them together: Phi_M
+//! and Omega_M [Grey 3.2].
 //!
-//! Between two segments the robot stands on both feet. So what a segment costs depends on its own length alone.
+//! Between two segments the robot stands on both feet. So what a segment costs depends on its own
+//! length alone.
 
 use surefoot_shared_types::message::SupportMode;
 
@@ -18,7 +20,8 @@ const SEGMENT_STATIONS: usize = 36;
 const MARGIN_STATIONS: usize = 8;
 /// How far the ground must be even before and after a boundary, m: about one step.
 const EVEN_REACH: f64 = 0.45;
-/// How far from its ideal a sole may stand at a boundary and beside it, m: the ground is even and wide there.
+/// How far from its ideal a sole may stand at a boundary and beside it, m: the ground is even and
+/// wide there.
 const ASIDE_MAX: f64 = 1e-3;
 
 /// Where the route is cut.
@@ -30,7 +33,8 @@ struct Cut {
     walk: Option<(usize, usize)>,
 }
 
-/// The cuts of the route that is followed, start and goal included, and the walks between them that are complete.
+/// The cuts of the route that is followed, start and goal included, and the walks between them that
+/// are complete.
 #[derive(Debug)]
 pub struct Cuts {
     cuts: Vec<Cut>,
@@ -82,7 +86,8 @@ impl Cuts {
         Ok(())
     }
 
-    /// How far walks that are complete lead from the start, as a station; `None` where the first is not.
+    /// How far walks that are complete lead from the start, as a station; `None` where the first is
+    /// not.
     pub fn crossed(&self) -> Option<usize> {
         let complete = self.cuts.iter().take_while(|cut| cut.walk.is_some()).count();
         (complete > 0).then(|| self.cuts[complete].station)
@@ -116,7 +121,11 @@ impl Planner {
     pub(super) fn cut_anew_or_shift(&mut self) -> Phase {
         match self.stations_before.take() {
             Some(before) => {
-                self.cuts.shift(self.lanes.current().segment, before, self.growth.route().stations());
+                self.cuts.shift(
+                    self.lanes.current().segment,
+                    before,
+                    self.growth.route().stations(),
+                );
                 self.lanes.current_mut().sweeps = 0;
                 Phase::Seed { next: 0 }
             }
@@ -135,32 +144,49 @@ impl Planner {
             self.lanes.begin_route(self.cuts.segments());
             return Ok(Phase::Seed { next: 0 });
         }
-        let Some(boundary) = self.stand_at(station)? else { return Ok(Phase::Cut { station: station + 1 }) };
+        let Some(boundary) = self.stand_at(station)? else {
+            return Ok(Phase::Cut { station: station + 1 });
+        };
         let boundary = self.roadmap.add_boundary(boundary);
         self.cuts.push(boundary, station);
         Ok(Phase::Cut { station: station + SEGMENT_STATIONS })
     }
 
-    /// Stands the robot at a station where the ground is even and wide, and so it is before and after it.
+    /// Stands the robot at a station where the ground is even and wide, and so it is before and
+    /// after it.
     fn stand_at(&mut self, station: usize) -> Result<Option<Boundary>, ArenaFull> {
         let ideal = |station: usize, limb: usize| {
             let ideal = self.growth.route().world_from_ideal_sole(station, limb, 1.0);
-            let near = |placed: &&Placed| placed.limb == limb && placed.world_from_sole.translation.distance(ideal.translation) < ASIDE_MAX;
+            let near = |placed: &&Placed| {
+                placed.limb == limb
+                    && placed.world_from_sole.translation.distance(ideal.translation) < ASIDE_MAX
+            };
             self.growth.placements(station).iter().find(near).map(|placed| placed.world_from_sole)
         };
-        let [Some(left), Some(right)] = [0, 1].map(|limb| ideal(station, limb)) else { return Ok(None) };
+        let [Some(left), Some(right)] = [0, 1].map(|limb| ideal(station, limb)) else {
+            return Ok(None);
+        };
         let route = self.growth.route();
         let is_even = |beside: usize| [0, 1].iter().all(|&limb| ideal(beside, limb).is_some());
-        let is_near = |beside: &usize| route.station(*beside).position.distance(route.station(station).position) < EVEN_REACH;
+        let is_near = |beside: &usize| {
+            route.station(*beside).position.distance(route.station(station).position) < EVEN_REACH
+        };
         let (before, after) = ((0..station).rev(), station + 1..route.stations());
         if !before.take_while(is_near).all(is_even) || !after.take_while(is_near).all(is_even) {
             return Ok(None);
         }
         let constraints = &self.shared.constraints;
-        let mut stand_on = |limb, sole| foothold_at(constraints, &self.shared.surfaces, &mut self.scratch[0], limb, sole).ok();
-        let [Some(left), Some(right)] = [stand_on(0, &left), stand_on(1, &right)] else { return Ok(None) };
+        let mut stand_on = |limb, sole| {
+            foothold_at(constraints, &self.shared.surfaces, &mut self.scratch[0], limb, sole).ok()
+        };
+        let [Some(left), Some(right)] = [stand_on(0, &left), stand_on(1, &right)] else {
+            return Ok(None);
+        };
         let placed = [left, right];
-        let Ok(state) = stand(constraints, &placed, self.growth.route().station(station).yaw) else { return Ok(None) };
+        let Ok(state) = stand(constraints, &placed, self.growth.route().station(station).yaw)
+        else {
+            return Ok(None);
+        };
         let graph = &mut self.roadmap.graph;
         let footholds = [graph.identical_or_new(&placed[0])?, graph.identical_or_new(&placed[1])?];
         Ok(Some(Boundary { footholds, state, support: SupportMode::Double }))

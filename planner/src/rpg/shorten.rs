@@ -1,5 +1,6 @@
-//! Removing needless steps: once a segment is complete, the transition search is done again over the placements that it uses,
-//! this time for fewer and moderate steps [Grey 4.4.6]. What does not come together leaves the segment as it was.
+//! Removing needless steps: once a segment is complete, the transition search is done again over
+//! the placements that it uses, this time for fewer and moderate steps [Grey 4.4.6]. What does not
+//! come together leaves the segment as it was.
 
 use super::Planner;
 use super::lanes::{Lane, Turn};
@@ -27,7 +28,9 @@ impl Planner {
     /// Tries the sequence that was found if it is shorter than the best.
     pub(super) fn take_shorter(&mut self) -> Result<(), ArenaFull> {
         let lane = self.lanes.current_mut();
-        if !self.seeker.search().has_found() || self.seeker.search().sequence().len() >= lane.best.len() {
+        if !self.seeker.search().has_found()
+            || self.seeker.search().sequence().len() >= lane.best.len()
+        {
             return self.keep_best();
         }
         lane.shortenings += 1;

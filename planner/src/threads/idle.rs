@@ -1,20 +1,22 @@
 //! Threads with nothing to do: they look for work for a while, and then sleep until a bell.
 //!
-//! Rayon's own threads fall asleep after some 15 us, and waking one takes 50 us and more where cores are virtual: longer than most of
-//! what there is to share.
+//! Rayon's own threads fall asleep after some 15 us, and waking one takes 50 us and more where
+//! cores are virtual: longer than most of what there is to share.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, fence};
 use std::sync::{Condvar, Mutex, PoisonError};
 
 use rayon::Yield;
 
-/// How often a thread without work looks again before it sleeps: some 2 ms, longer than most of what cannot be shared.
+/// How often a thread without work looks again before it sleeps: some 2 ms, longer than most of
+/// what cannot be shared.
 const LOOKS_MAX: u32 = 16384;
 
 /// Where the threads of a pool sleep, while one of them works and hands out what it can.
 #[derive(Debug)]
 pub struct Idle {
-    /// By thread: whether it is up the stack already, as the one that works or as one that looks for work.
+    /// By thread: whether it is up the stack already, as the one that works or as one that looks
+    /// for work.
     is_here: Vec<AtomicBool>,
     is_over: AtomicBool,
     asleep: AtomicUsize,
@@ -35,7 +37,8 @@ impl Idle {
         }
     }
 
-    /// Works, while the pool's other threads look for what is handed out. To be called inside the pool.
+    /// Works, while the pool's other threads look for what is handed out. To be called inside the
+    /// pool.
     pub fn attend<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.is_over.store(false, Ordering::SeqCst);
         let work = || {
@@ -62,8 +65,8 @@ impl Idle {
         rayon::join(|| self.with_others(others - 1, work), || self.look_for_work()).0
     }
 
-    /// Does what there is to do until all is over. A thread that waits for another one's work takes up what it finds, this too: it has no
-    /// time for it.
+    /// Does what there is to do until all is over. A thread that waits for another one's work takes
+    /// up what it finds, this too: it has no time for it.
     fn look_for_work(&self) {
         let Some(_here) = self.enter() else { return };
         while !self.is_over.load(Ordering::SeqCst) {
@@ -80,7 +83,11 @@ impl Idle {
         // What was handed out before anybody was asleep rang no bell.
         if rayon::yield_now() != Some(Yield::Executed) && !self.is_over.load(Ordering::SeqCst) {
             let rings = self.rings.lock().unwrap_or_else(PoisonError::into_inner);
-            drop(self.bell.wait_while(rings, |rings| *rings == known).unwrap_or_else(PoisonError::into_inner));
+            drop(
+                self.bell
+                    .wait_while(rings, |rings| *rings == known)
+                    .unwrap_or_else(PoisonError::into_inner),
+            );
         }
         self.asleep.fetch_sub(1, Ordering::SeqCst);
     }
@@ -92,7 +99,8 @@ impl Idle {
     }
 }
 
-/// Looks for something to do, and does it, so often or until something `is_done`; answers whether there was any, or it is.
+/// Looks for something to do, and does it, so often or until something `is_done`; answers whether
+/// there was any, or it is.
 pub fn look(looks_max: u32, is_done: impl Fn() -> bool) -> bool {
     for _ in 0..looks_max {
         if is_done() || rayon::yield_now() == Some(Yield::Executed) {

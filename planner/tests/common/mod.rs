@@ -1,5 +1,11 @@
-//! What the planner's test binaries share: the shipped scenarios, small worlds, and a robot built in code.
-#![allow(dead_code, missing_docs, clippy::unwrap_used, reason = "each test binary uses its own part, and ends where a file does not load")]
+//! What the planner's test binaries share: the shipped scenarios, small worlds, and a robot built
+//! in code.
+#![allow(
+    dead_code,
+    missing_docs,
+    clippy::unwrap_used,
+    reason = "each test binary uses its own part, and ends where a file does not load"
+)]
 
 mod preparation;
 
@@ -31,7 +37,8 @@ pub fn hubo() -> RobotModel {
     load_robot(&repository().join("configs/robots/hubo/robot.toml")).unwrap()
 }
 
-/// The Hubo whose left hip pitch axis stands 3 cm ahead of where yaw and roll meet, so that no closed form fits.
+/// The Hubo whose left hip pitch axis stands 3 cm ahead of where yaw and roll meet, so that no
+/// closed form fits.
 pub fn with_split_hip(model: &RobotModel) -> RobotModel {
     let mut model = model.clone();
     let joint = model.joints.iter().find(|joint| joint.name == "left_hip_pitch").unwrap();
@@ -39,10 +46,13 @@ pub fn with_split_hip(model: &RobotModel) -> RobotModel {
     model
 }
 
-/// What is prepared for a robot with the standard margins; the shipped robot is prepared once for all tests of a binary.
+/// What is prepared for a robot with the standard margins; the shipped robot is prepared once for
+/// all tests of a binary.
 pub fn preparation_of(model: &RobotModel) -> Arc<Vec<u64>> {
     static HUBO: OnceLock<(RobotModel, Arc<Vec<u64>>)> = OnceLock::new();
-    let build = |model: &RobotModel| Arc::new(prepare::build(model, &PlannerConfig::default(), &|_| ()).unwrap());
+    let build = |model: &RobotModel| {
+        Arc::new(prepare::build(model, &PlannerConfig::default(), &|_| ()).unwrap())
+    };
     let (known, words) = HUBO.get_or_init(|| {
         let model = hubo();
         let words = build(&model);
@@ -62,8 +72,13 @@ pub struct Case {
 impl Case {
     /// A scenario as it is shipped.
     pub fn shipped(name: &str) -> Self {
-        let scenario = load_scenario(&repository().join(format!("configs/scenarios/{name}.toml"))).unwrap();
-        Self { model: load_robot(&scenario.robot_path).unwrap(), world: load_world(&scenario.world_path).unwrap(), scenario }
+        let scenario =
+            load_scenario(&repository().join(format!("configs/scenarios/{name}.toml"))).unwrap();
+        Self {
+            model: load_robot(&scenario.robot_path).unwrap(),
+            world: load_world(&scenario.world_path).unwrap(),
+            scenario,
+        }
     }
 
     pub fn with_seed(mut self, seed: u64) -> Self {
@@ -91,7 +106,13 @@ impl Case {
         // A robot that cannot be prepared is refused as that, whatever else it is given.
         let preparation = try_preparation_for(&self.model, &self.scenario.planner)
             .unwrap_or_else(|_| preparation_for(&hubo(), &PlannerConfig::default()));
-        Planner::new(&self.model, &self.world, &self.scenario, preparation, NonZeroUsize::new(threads).unwrap())
+        Planner::new(
+            &self.model,
+            &self.world,
+            &self.scenario,
+            preparation,
+            NonZeroUsize::new(threads).unwrap(),
+        )
     }
 
     pub fn planner(&self, threads: usize) -> Planner {
@@ -120,7 +141,8 @@ pub fn hinge(origin: [f64; 3], axis: [f64; 3], limits: [f64; 2]) -> Hinge {
     Hinge { origin, kind: JointKind::Revolute, axis, limits }
 }
 
-/// A robot that is a root and one chain with a foot at its end, `sole` (m) from the last joint; every link weighs 2 kg.
+/// A robot that is a root and one chain with a foot at its end, `sole` (m) from the last joint;
+/// every link weighs 2 kg.
 pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
     let link = |name: String, parent| Link {
         name,
@@ -134,7 +156,10 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
     let mut joints = vec![];
     for (index, hinge) in hinges.iter().enumerate() {
         let parent_from_joint = Pose::from_translation(hinge.origin.into());
-        links.push(link(format!("link {index}"), Some(Attachment { parent: index, parent_from_joint, joint: Some(index) })));
+        links.push(link(
+            format!("link {index}"),
+            Some(Attachment { parent: index, parent_from_joint, joint: Some(index) }),
+        ));
         joints.push(Joint {
             name: format!("joint {index}"),
             kind: hinge.kind,
@@ -147,8 +172,14 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
             acceleration: 10.0,
         });
     }
-    let polygon = [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from).to_vec();
-    let foot = Foot { name: "left".into(), link: hinges.len(), link_from_sole: Pose::from_translation(sole.into()), polygon };
+    let polygon =
+        [(-0.1, -0.05), (0.1, -0.05), (0.1, 0.05), (-0.1, 0.05)].map(DVec2::from).to_vec();
+    let foot = Foot {
+        name: "left".into(),
+        link: hinges.len(),
+        link_from_sole: Pose::from_translation(sole.into()),
+        polygon,
+    };
     let middle = |joint: &Joint| 0.5 * (joint.lower + joint.upper);
     RobotModel {
         name: "chain".into(),
@@ -164,5 +195,9 @@ pub fn chain_robot(hinges: &[Hinge], sole: [f64; 3]) -> RobotModel {
 
 /// Joint positions anywhere between the limits, `margin` away from them.
 pub fn random_positions(model: &RobotModel, margin: f64, random: &mut Random) -> Vec<f64> {
-    model.joints.iter().map(|joint| random.uniform(joint.lower + margin, joint.upper - margin)).collect()
+    model
+        .joints
+        .iter()
+        .map(|joint| random.uniform(joint.lower + margin, joint.upper - margin))
+        .collect()
 }

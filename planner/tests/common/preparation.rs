@@ -1,5 +1,11 @@
-//! What is prepared for the robots of the tests: made once, kept beside the build for all test binaries.
-#![allow(dead_code, missing_docs, clippy::unwrap_used, reason = "each test binary uses its own part")]
+//! What is prepared for the robots of the tests: made once, kept beside the build for all test
+//! binaries.
+#![allow(
+    dead_code,
+    missing_docs,
+    clippy::unwrap_used,
+    reason = "each test binary uses its own part"
+)]
 
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -17,7 +23,10 @@ pub fn preparation_for(model: &RobotModel, config: &PlannerConfig) -> Preparatio
 }
 
 /// The same for a robot that it may be impossible to prepare.
-pub fn try_preparation_for(model: &RobotModel, config: &PlannerConfig) -> Result<Preparation<'static>, BuildError> {
+pub fn try_preparation_for(
+    model: &RobotModel,
+    config: &PlannerConfig,
+) -> Result<Preparation<'static>, BuildError> {
     let key = prepare::key(model, config);
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, preparation)) = known.iter().find(|(known, _)| *known == key) {
@@ -28,7 +37,11 @@ pub fn try_preparation_for(model: &RobotModel, config: &PlannerConfig) -> Result
     Ok(preparation)
 }
 
-fn obtain(model: &RobotModel, config: &PlannerConfig, key: &Digest) -> Result<Preparation<'static>, BuildError> {
+fn obtain(
+    model: &RobotModel,
+    config: &PlannerConfig,
+    key: &Digest,
+) -> Result<Preparation<'static>, BuildError> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("surefoot");
     let path = folder.join(format!("{key}.prepared"));
     if let Some(Ok(kept)) = std::fs::read(&path).ok().map(|bytes| read(&bytes, key)) {
@@ -44,6 +57,7 @@ fn obtain(model: &RobotModel, config: &PlannerConfig, key: &Digest) -> Result<Pr
 }
 
 fn read(bytes: &[u8], key: &Digest) -> Result<Preparation<'static>, PreparationError> {
-    let words: Vec<u64> = bytes.chunks_exact(8).map(|word| u64::from_ne_bytes(word.try_into().unwrap())).collect();
+    let words: Vec<u64> =
+        bytes.chunks_exact(8).map(|word| u64::from_ne_bytes(word.try_into().unwrap())).collect();
     Preparation::from_bytes(bytemuck::cast_slice(Vec::leak(words)), key)
 }

@@ -4,7 +4,9 @@
 #![allow(dead_code, missing_docs, reason = "each test binary uses its own part")]
 
 use glam::{DVec2, DVec3};
-use surefoot_planner::foot_placement::{Effort, FootPlacementConfig, NoSupport, Placement, Request, Scratch, Support, Surfaces};
+use surefoot_planner::foot_placement::{
+    Effort, FootPlacementConfig, NoSupport, Placement, Request, Scratch, Support, Surfaces,
+};
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::shape::MeshSource;
 use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy};
@@ -15,7 +17,12 @@ pub const SOLE_AREA: f64 = 0.22 * 0.14;
 
 /// The reference sole: its frame under the ankle, 0.13 ahead of it and 0.09 behind.
 pub fn sole() -> Vec<DVec2> {
-    vec![DVec2::new(-0.09, -0.07), DVec2::new(0.13, -0.07), DVec2::new(0.13, 0.07), DVec2::new(-0.09, 0.07)]
+    vec![
+        DVec2::new(-0.09, -0.07),
+        DVec2::new(0.13, -0.07),
+        DVec2::new(0.13, 0.07),
+        DVec2::new(-0.09, 0.07),
+    ]
 }
 
 pub fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -40,8 +47,16 @@ pub fn floor() -> (Shape, Pose) {
 }
 
 pub fn world(shapes: Vec<(Shape, Pose)>) -> World {
-    let named = |(i, (shape, world_from_shape)): (usize, (Shape, Pose))| WorldShape { name: format!("s{i}"), world_from_shape, shape };
-    World { mu: MU, shapes: shapes.into_iter().enumerate().map(named).collect(), digest: Default::default() }
+    let named = |(i, (shape, world_from_shape)): (usize, (Shape, Pose))| WorldShape {
+        name: format!("s{i}"),
+        world_from_shape,
+        shape,
+    };
+    World {
+        mu: MU,
+        shapes: shapes.into_iter().enumerate().map(named).collect(),
+        digest: Default::default(),
+    }
 }
 
 pub fn surfaces(shapes: Vec<(Shape, Pose)>) -> Surfaces {
@@ -73,10 +88,14 @@ pub fn round_bars(count: usize) -> Vec<(Shape, Pose)> {
     (0..count).map(bar).collect()
 }
 
-/// Two bars 0.03 wide along y whose outer span along x is this share of the sole's length, tops at z = 0.
+/// Two bars 0.03 wide along y whose outer span along x is this share of the sole's length, tops at
+/// z = 0.
 pub fn square_bars(span_share: f64) -> Vec<(Shape, Pose)> {
     let middle = 0.5 * (span_share * 0.22 - 0.03);
-    vec![block([0.03, 1.0, 0.03], [-middle, 0.0, 0.0]), block([0.03, 1.0, 0.03], [middle, 0.0, 0.0])]
+    vec![
+        block([0.03, 1.0, 0.03], [-middle, 0.0, 0.0]),
+        block([0.03, 1.0, 0.03], [middle, 0.0, 0.0]),
+    ]
 }
 
 pub fn stones() -> Vec<(Shape, Pose)> {
@@ -115,14 +134,21 @@ pub fn spiral() -> Vec<(Shape, Pose)> {
 /// A pipe of radius 0.08 across the x axis, its top at (`x`, 0, `height`).
 pub fn pipe(x: f64, height: f64) -> (Shape, Pose) {
     let across = rotation_from_rpy(std::f64::consts::FRAC_PI_2, 0.0, 0.0);
-    (Shape::Cylinder { radius: 0.08, half_length: 0.8 }, Pose::from_parts(DVec3::new(x, 0.0, height - 0.08), across))
+    (
+        Shape::Cylinder { radius: 0.08, half_length: 0.8 },
+        Pose::from_parts(DVec3::new(x, 0.0, height - 0.08), across),
+    )
 }
 
-/// A square `size` wide at z = 0 around the origin, of `n` by `n` squares of two triangles, open below.
+/// A square `size` wide at z = 0 around the origin, of `n` by `n` squares of two triangles, open
+/// below.
 pub fn mesh(size: f64, n: u32, height: impl Fn(f64, f64) -> f64) -> (Shape, Pose) {
     let coordinate = |i: u32| size * (f64::from(i) / f64::from(n) - 0.5);
-    let vertex = |i: u32, j: u32| DVec3::new(coordinate(i), coordinate(j), height(coordinate(i), coordinate(j)));
-    let vertices = (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))).map(|(i, j)| vertex(i, j)).collect();
+    let vertex = |i: u32, j: u32| {
+        DVec3::new(coordinate(i), coordinate(j), height(coordinate(i), coordinate(j)))
+    };
+    let vertices =
+        (0..=n).flat_map(|i| (0..=n).map(move |j| (i, j))).map(|(i, j)| vertex(i, j)).collect();
     let index = |i: u32, j: u32| i * (n + 1) + j;
     let square = |(i, j): (u32, u32)| {
         let corners = [index(i, j), index(i + 1, j), index(i + 1, j + 1), index(i, j + 1)];
@@ -135,7 +161,10 @@ pub fn mesh(size: f64, n: u32, height: impl Fn(f64, f64) -> f64) -> (Shape, Pose
 
 /// Rolling rubble of `2 n n` triangles, 8 m wide, with steps.
 pub fn rubble(n: u32) -> (Shape, Pose) {
-    mesh(8.0, n, |x, y| 0.05 * libm::sin(3.0 * x) * libm::cos(2.0 * y) + 0.03 * libm::floor(libm::sin(7.0 * x + 5.0 * y) + 0.5))
+    mesh(8.0, n, |x, y| {
+        0.05 * libm::sin(3.0 * x) * libm::cos(2.0 * y)
+            + 0.03 * libm::floor(libm::sin(7.0 * x + 5.0 * y) + 0.5)
+    })
 }
 
 pub fn free(_: &Pose) -> bool {

@@ -40,6 +40,7 @@ pub(super) fn digest(scenario: &Scenario) -> Digest {
         planner: &scenario.planner,
         checker: &scenario.checker,
     };
-    let bytes = serde_json::to_vec(&content).expect("structs of plain numbers can always be written as JSON");
+    let bytes = serde_json::to_vec(&content)
+        .expect("structs of plain numbers can always be written as JSON");
     Digest::of(&[&bytes])
 }

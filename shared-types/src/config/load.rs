@@ -51,17 +51,19 @@ struct RawGoal {
 
 /// Loads a scenario file.
 ///
-/// The file names `robot` and `world` (paths relative to it), `seed` (default 1), `[start]` and `[goal]` (`xyz` in m, `yaw` in
-/// rad, `feet_apart` in m; the goal also `position_tolerance` in m and `yaw_tolerance` in rad), and optionally `[planner]`
-/// ([`PlannerConfig`]) and `[checker]` ([`CheckerConfig`]). The robot and the world themselves are not opened.
+/// The file names `robot` and `world` (paths relative to it), `seed` (default 1), `[start]` and
+/// `[goal]` (`xyz` in m, `yaw` in rad, `feet_apart` in m; the goal also `position_tolerance` in m
+/// and `yaw_tolerance` in rad), and optionally `[planner]` ([`PlannerConfig`]) and `[checker]`
+/// ([`CheckerConfig`]). The robot and the world themselves are not opened.
 ///
 /// # Errors
-/// When the file cannot be read, a number is out of range, or a planner margin is not strictly stronger than what the checker
-/// tolerates.
+/// When the file cannot be read, a number is out of range, or a planner margin is not strictly
+/// stronger than what the checker tolerates.
 pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     let source = Source::read(path, TEXT_BYTES_MAX)?;
     let raw: RawScenario = source.parse_toml()?;
-    let (start_place, goal_place) = (source.place(raw.start.span().start), source.place(raw.goal.span().start));
+    let (start_place, goal_place) =
+        (source.place(raw.start.span().start), source.place(raw.goal.span().start));
     let spans = [raw.planner.as_ref().map(Spanned::span), raw.checker.as_ref().map(Spanned::span)];
     let [planner_span, checker_span] = &spans;
     let config_place = |field: &str| {
@@ -72,12 +74,16 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     let (start, goal) = (raw.start.into_inner(), raw.goal.into_inner());
     let planner = raw.planner.map(Spanned::into_inner).unwrap_or_default();
     let checker = raw.checker.map(Spanned::into_inner).unwrap_or_default();
-    let start_mark = mark(start.xyz, start.yaw, start.feet_apart).map_err(|message| start_place.error("[start]", message))?;
+    let start_mark = mark(start.xyz, start.yaw, start.feet_apart)
+        .map_err(|message| start_place.error("[start]", message))?;
     let goal_mark = mark(goal.xyz, goal.yaw, goal.feet_apart)
-        .and_then(|mark| check_positive("position_tolerance", &[goal.position_tolerance]).map(|()| mark))
+        .and_then(|mark| {
+            check_positive("position_tolerance", &[goal.position_tolerance]).map(|()| mark)
+        })
         .and_then(|mark| check_positive("yaw_tolerance", &[goal.yaw_tolerance]).map(|()| mark))
         .map_err(|message| goal_place.error("[goal]", message))?;
-    check_relations(&planner, &checker).map_err(|(field, message)| config_place(&field).error(field, message))?;
+    check_relations(&planner, &checker)
+        .map_err(|(field, message)| config_place(&field).error(field, message))?;
     let base_dir = path.parent().unwrap_or(Path::new(""));
     let scenario = Scenario {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),

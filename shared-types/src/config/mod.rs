@@ -66,6 +66,11 @@ impl Mark {
     /// The sole frames of the left and right print in the world.
     pub fn world_from_soles(&self) -> [Pose; 2] {
         let rotation = crate::spatial::rotation_about(DVec3::Z, self.yaw);
-        [0.5, -0.5].map(|side| Pose::from_parts(self.position + rotation * (DVec3::Y * side * self.feet_apart), rotation))
+        [0.5, -0.5].map(|side| {
+            Pose::from_parts(
+                self.position + rotation * (DVec3::Y * side * self.feet_apart),
+                rotation,
+            )
+        })
     }
 }

@@ -1,4 +1,5 @@
-//! The parameters of the planner and of the checker, with the relations that must hold between them.
+//! The parameters of the planner and of the checker, with the relations that must hold between
+//! them.
 
 /// A stance foot may be this far from its place between two waypoints of a plan, m.
 pub const FOOT_DRIFT_MAX: f64 = 1.0e-3;
@@ -9,12 +10,13 @@ pub const CONTACT_GAP_MAX: f64 = 1e-3;
 /// A surface carries a planned sole within this tilt of its normal, rad.
 pub const CONTACT_TILT_MAX: f64 = 4.0 * std::f64::consts::PI / 180.0;
 
-/// Everything that bounds or shapes the search. Deserialised from a scenario's `[planner]` table, each field optional.
+/// Everything that bounds or shapes the search. Deserialised from a scenario's `[planner]` table,
+/// each field optional.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlannerConfig {
-    /// Work units the whole plan may use; a unit is the least that the search advances by, some ten microseconds on the average
-    /// (`surefoot bench steps` measures each kind).
+    /// Work units the whole plan may use; a unit is the least that the search advances by, some ten
+    /// microseconds on the average (`surefoot bench steps` measures each kind).
     pub work_max: u64,
     /// Most stations in each tree of stage P.
     pub stations_max: u32,
@@ -22,18 +24,21 @@ pub struct PlannerConfig {
     pub footholds_max: u32,
     /// Most transitions in the graph.
     pub transitions_max: u32,
-    /// Most transitions for which a configuration is found; four times as many motions between them can be on record.
+    /// Most transitions for which a configuration is found; four times as many motions between them
+    /// can be on record.
     pub configurations_max: u32,
     /// Most waypoints of a plan, those shared by two chunks counted once.
     pub waypoints_max: u32,
     /// Sequences tried to shorten a segment once it is complete; 0 leaves walks as they were found.
     pub shorten_rounds_max: u32,
-    /// Work that may go into shortening the motions of a plan, as a share of what finding it took; 0 leaves them as they were found.
+    /// Work that may go into shortening the motions of a plan, as a share of what finding it took;
+    /// 0 leaves them as they were found.
     pub polish_share: f64,
-    /// Clearance between the robot and the world, and between its own links, at every sampled configuration, m.
+    /// Clearance between the robot and the world, and between its own links, at every sampled
+    /// configuration, m.
     pub clearance: f64,
-    /// How far the centre of mass stays inside the support polygon, m; of a small polygon at most 60 % of its depth. A
-    /// robot with soft joints sways by about a centimetre.
+    /// How far the centre of mass stays inside the support polygon, m; of a small polygon at most
+    /// 60 % of its depth. A robot with soft joints sways by about a centimetre.
     pub com_margin: f64,
     /// The share of a joint's effort limit that may be used, 0 to 1.
     pub effort_share: f64,
@@ -43,8 +48,9 @@ pub struct PlannerConfig {
     pub waypoint_joint_step: f64,
     /// The longest motion of any point of the robot between two collision samples, m.
     pub collision_step: f64,
-    /// The smallest support area of a foot placement, m2; of a small sole at most 26 % of it, which is what the default asks of the
-    /// reference robot's, but in any case a fifth more than the checker asks for.
+    /// The smallest support area of a foot placement, m2; of a small sole at most 26 % of it, which
+    /// is what the default asks of the reference robot's, but in any case a fifth more than the
+    /// checker asks for.
     pub support_area_min: f64,
     /// Distance between guide-route stations that seed foot placements, m.
     pub station_spacing: f64,
@@ -73,8 +79,8 @@ impl Default for PlannerConfig {
     }
 }
 
-/// The checker's tolerances. Deserialised from a scenario's `[checker]` table, each field optional. The loader refuses a
-/// scenario whose planner margins are not strictly larger than these.
+/// The checker's tolerances. Deserialised from a scenario's `[checker]` table, each field optional.
+/// The loader refuses a scenario whose planner margins are not strictly larger than these.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CheckerConfig {
@@ -82,7 +88,8 @@ pub struct CheckerConfig {
     pub foot_position_max: f64,
     /// How far a stance sole may be turned from its declared pose, rad.
     pub foot_rotation_max: f64,
-    /// A sole point counts as supported within this distance of a surface, m; also how deep a stance foot may press.
+    /// A sole point counts as supported within this distance of a surface, m; also how deep a
+    /// stance foot may press.
     pub contact_gap_max: f64,
     /// How far a supporting surface's normal may be from the sole's, rad.
     pub contact_tilt_max: f64,

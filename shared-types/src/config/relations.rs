@@ -5,7 +5,8 @@ use crate::source::NUMBER_MAX;
 use super::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX, FOOT_DRIFT_MAX, FOOT_TURN_MAX};
 use super::{CheckerConfig, PlannerConfig};
 
-/// The shortest steps that a scenario may ask for, rad or m: shorter ones keep a machine busy for nothing.
+/// The shortest steps that a scenario may ask for, rad or m: shorter ones keep a machine busy for
+/// nothing.
 const STEP_MIN: f64 = 1e-3;
 /// The smallest support area that a scenario may ask for, m2.
 const AREA_MIN: f64 = 1e-6;
@@ -17,8 +18,12 @@ const JOINT_MARGIN_MAX: f64 = 0.5;
 /// A parameter's name and what is wrong with it.
 type Complaint = (String, String);
 
-/// Complains about the first parameter that is out of range, or not strictly stronger than what the checker tolerates.
-pub(super) fn check_relations(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(), Complaint> {
+/// Complains about the first parameter that is out of range, or not strictly stronger than what the
+/// checker tolerates.
+pub(super) fn check_relations(
+    planner: &PlannerConfig,
+    checker: &CheckerConfig,
+) -> Result<(), Complaint> {
     check_planner(planner)?;
     check_checker(checker)?;
     check_margins(planner, checker)?;
@@ -71,19 +76,28 @@ fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(),
     if planner.effort_share >= checker.effort_share {
         return complain(
             "planner.effort_share",
-            format!("is {}; it must be below checker.effort_share, {}", planner.effort_share, checker.effort_share),
+            format!(
+                "is {}; it must be below checker.effort_share, {}",
+                planner.effort_share, checker.effort_share
+            ),
         );
     }
     if planner.waypoint_joint_step >= checker.joint_step_max {
         return complain(
             "planner.waypoint_joint_step",
-            format!("is {}; it must be below checker.joint_step_max, {}", planner.waypoint_joint_step, checker.joint_step_max),
+            format!(
+                "is {}; it must be below checker.joint_step_max, {}",
+                planner.waypoint_joint_step, checker.joint_step_max
+            ),
         );
     }
     if planner.clearance <= 0.5 * planner.collision_step {
         return complain(
             "planner.clearance",
-            format!("is {}; it must be above half of planner.collision_step, {}", planner.clearance, planner.collision_step),
+            format!(
+                "is {}; it must be above half of planner.collision_step, {}",
+                planner.clearance, planner.collision_step
+            ),
         );
     }
     Ok(())
@@ -98,7 +112,10 @@ fn check_tolerances(checker: &CheckerConfig) -> Result<(), Complaint> {
         ("checker.contact_tilt_max", checker.contact_tilt_max, CONTACT_TILT_MAX),
     ] {
         if value <= kept {
-            return complain(field, format!("is {value}; it must be above {kept}, which the planner keeps to"));
+            return complain(
+                field,
+                format!("is {value}; it must be above {kept}, which the planner keeps to"),
+            );
         }
     }
     Ok(())
@@ -108,7 +125,10 @@ fn above(field: &str, planner: f64, checker: f64) -> Result<(), Complaint> {
     if planner > checker {
         return Ok(());
     }
-    complain(&format!("planner.{field}"), format!("is {planner}; it must be above checker.{field}, {checker}"))
+    complain(
+        &format!("planner.{field}"),
+        format!("is {planner}; it must be above checker.{field}, {checker}"),
+    )
 }
 
 fn positive(field: &str, value: f64) -> Result<(), Complaint> {

@@ -1,8 +1,9 @@
 //! A bell: wakes a process that waits for the other side, without a look at the clock in between.
 //!
-//! Nothing depends on it. Whoever waits does so for a bounded time and then looks for itself, so a ring that is lost, or
-//! rung by a stranger, costs a moment and no more. It is a named pipe in the instance's folder: iceoryx2's listeners are
-//! sockets whose paths may have 107 bytes only, which an instance's name and folder would not leave.
+//! Nothing depends on it. Whoever waits does so for a bounded time and then looks for itself, so a
+//! ring that is lost, or rung by a stranger, costs a moment and no more. It is a named pipe in the
+//! instance's folder: iceoryx2's listeners are sockets whose paths may have 107 bytes only, which
+//! an instance's name and folder would not leave.
 
 use std::ffi::CString;
 use std::fs::{File, OpenOptions};
@@ -20,10 +21,12 @@ use super::{Instance, InstanceError};
 const LOOK_FOR: Duration = Duration::from_micros(500);
 /// How long it does so without giving way to whoever else needs its core.
 const SPIN_FOR: Duration = Duration::from_micros(50);
-/// Whoever was spoken to so recently still looks for itself; later it may sleep, and is to be woken.
+/// Whoever was spoken to so recently still looks for itself; later it may sleep, and is to be
+/// woken.
 pub const AWAKE_FOR: Duration = Duration::from_micros(250);
 
-/// Waits a moment and stays awake; `false` where nothing happened for so long, `idle`, that it is time to sleep until the bell.
+/// Waits a moment and stays awake; `false` where nothing happened for so long, `idle`, that it is
+/// time to sleep until the bell.
 pub fn stay_awake(idle: Duration) -> bool {
     match idle {
         _ if idle < SPIN_FOR => std::hint::spin_loop(),
@@ -47,7 +50,12 @@ impl Bell {
         make_pipe(&path).map_err(failed)?;
         // Open for both, so that it neither waits for the other side nor ends with it.
         let flags = libc::O_NONBLOCK | libc::O_NOFOLLOW;
-        let pipe = OpenOptions::new().read(true).write(true).custom_flags(flags).open(&path).map_err(failed)?;
+        let pipe = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .custom_flags(flags)
+            .open(&path)
+            .map_err(failed)?;
         if !pipe.metadata().map_err(failed)?.file_type().is_fifo() {
             return Err(InstanceError::Squatted { path, reason: "it is not a pipe".into() });
         }
@@ -61,9 +69,13 @@ impl Bell {
 
     /// Waits until the bell rings, a signal comes, or as long as `longest`.
     pub fn wait(&self, longest: Duration) {
-        let mut looked_at = libc::pollfd { fd: self.pipe.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+        let mut looked_at =
+            libc::pollfd { fd: self.pipe.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         let seconds = libc::time_t::try_from(longest.as_secs()).unwrap_or(libc::time_t::MAX);
-        let timeout = libc::timespec { tv_sec: seconds, tv_nsec: libc::c_long::from(longest.subsec_nanos() as i32) };
+        let timeout = libc::timespec {
+            tv_sec: seconds,
+            tv_nsec: libc::c_long::from(longest.subsec_nanos() as i32),
+        };
         // SAFETY: both pointers outlive the call, and one descriptor is named.
         let ready = unsafe { libc::ppoll(&mut looked_at, 1, &timeout, std::ptr::null()) };
         if ready > 0 {
@@ -92,7 +104,8 @@ mod tests {
     fn a_ring_before_or_during_the_wait_ends_it() {
         let base = tempfile::tempdir_in("/dev/shm").unwrap();
         let instance = Instance::create_in(&base.path().join("base"), "bell").unwrap();
-        let (ear, hand) = (Bell::open(&instance, "a-bell").unwrap(), Bell::open(&instance, "a-bell").unwrap());
+        let (ear, hand) =
+            (Bell::open(&instance, "a-bell").unwrap(), Bell::open(&instance, "a-bell").unwrap());
         hand.ring();
         ear.wait(Duration::from_secs(60));
         std::thread::scope(|scope| {

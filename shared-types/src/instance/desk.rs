@@ -1,7 +1,7 @@
 //! The desk at which a planner that stays up is asked: its clerk, and the clients.
 //!
-//! A client repeats its request until the clerk's status names it; the clerk takes each request once. Damaged requests, and
-//! those that make no sense, are passed over as if they had never come.
+//! A client repeats its request until the clerk's status names it; the clerk takes each request
+//! once. Damaged requests, and those that make no sense, are passed over as if they had never come.
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -33,11 +33,20 @@ impl Clerk {
     pub fn open(link: &Link, session: u64) -> Result<Self, ChannelError> {
         let desk = link.open_desk()?;
         let requests = desk.requests.subscriber_builder().buffer_size(CREDIT).create();
-        let requests = requests.map_err(|error| ChannelError::transport("creating the request subscriber", error))?;
+        let requests = requests
+            .map_err(|error| ChannelError::transport("creating the request subscriber", error))?;
         let status = desk.status.publisher_builder().max_loaned_samples(1).create();
-        let status = status.map_err(|error| ChannelError::transport("creating the status publisher", error))?;
+        let status = status
+            .map_err(|error| ChannelError::transport("creating the status publisher", error))?;
         link.instance.reserve_segments()?;
-        Ok(Self { requests, status, _desk: desk, session, words: 0, served: heapless::Deque::new() })
+        Ok(Self {
+            requests,
+            status,
+            _desk: desk,
+            session,
+            words: 0,
+            served: heapless::Deque::new(),
+        })
     }
 
     /// The next request that was not served yet, with its kind.
@@ -46,7 +55,10 @@ impl Clerk {
     /// The transport fails.
     pub fn take(&mut self) -> Result<Option<(PlanRequest, RequestKind)>, ChannelError> {
         loop {
-            let received = self.requests.receive().map_err(|error| ChannelError::transport("receiving a request", error))?;
+            let received = self
+                .requests
+                .receive()
+                .map_err(|error| ChannelError::transport("receiving a request", error))?;
             let Some(sample) = received else { return Ok(None) };
             let request = *sample.payload();
             if let Some(kind) = request.known_kind()
@@ -63,14 +75,24 @@ impl Clerk {
     /// The transport fails.
     pub fn tell(&mut self, status: &PlanStatus) -> Result<(), ChannelError> {
         self.words += 1;
-        let mut status = PlanStatus { schema: STATUS_SCHEMA, session: self.session, count: self.words, ..*status };
+        let mut status = PlanStatus {
+            schema: STATUS_SCHEMA,
+            session: self.session,
+            count: self.words,
+            ..*status
+        };
         status.seal();
-        self.status.send_copy(status).map(drop).map_err(|error| ChannelError::transport("sending the status", error))
+        self.status
+            .send_copy(status)
+            .map(drop)
+            .map_err(|error| ChannelError::transport("sending the status", error))
     }
 
     /// Whether a request is newer than all of its client before; notes it if so.
     fn is_new(&mut self, request: &PlanRequest) -> bool {
-        if let Some((_, number)) = self.served.iter_mut().find(|(client, _)| *client == request.client) {
+        if let Some((_, number)) =
+            self.served.iter_mut().find(|(client, _)| *client == request.client)
+        {
             let newer = request.number > *number;
             *number = request.number.max(*number);
             return newer;
@@ -94,7 +116,8 @@ pub struct Client {
 }
 
 impl Client {
-    /// Steps up to the desk. `id` must not be 0 and must differ from that of every client before (`instance::draw_id`).
+    /// Steps up to the desk. `id` must not be 0 and must differ from that of every client before
+    /// (`instance::draw_id`).
     ///
     /// # Errors
     /// The transport fails.
@@ -103,18 +126,30 @@ impl Client {
             return Err(ChannelError::Id);
         }
         let desk = link.open_desk()?;
-        let requests = desk.requests.publisher_builder().backpressure_strategy(BackpressureStrategy::DiscardData).create();
-        let requests = requests.map_err(|error| ChannelError::transport("creating the request publisher", error))?;
+        let requests = desk
+            .requests
+            .publisher_builder()
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .create();
+        let requests = requests
+            .map_err(|error| ChannelError::transport("creating the request publisher", error))?;
         let status = desk.status.subscriber_builder().create();
-        let status = status.map_err(|error| ChannelError::transport("creating the status subscriber", error))?;
+        let status = status
+            .map_err(|error| ChannelError::transport("creating the status subscriber", error))?;
         link.instance.reserve_segments()?;
         Ok(Self { requests, status, _desk: desk, _link: link, id, number: 0 })
     }
 
-    /// Gives a request its client and number, and seals it. Send what this answers, again and again until it is named.
+    /// Gives a request its client and number, and seals it. Send what this answers, again and again
+    /// until it is named.
     pub fn sign(&mut self, request: &PlanRequest) -> PlanRequest {
         self.number += 1;
-        let mut signed = PlanRequest { schema: REQUEST_SCHEMA, client: self.id, number: self.number, ..*request };
+        let mut signed = PlanRequest {
+            schema: REQUEST_SCHEMA,
+            client: self.id,
+            number: self.number,
+            ..*request
+        };
         signed.seal();
         signed
     }
@@ -124,7 +159,10 @@ impl Client {
     /// # Errors
     /// The transport fails.
     pub fn send(&self, request: &PlanRequest) -> Result<(), ChannelError> {
-        self.requests.send_copy(*request).map(drop).map_err(|error| ChannelError::transport("sending a request", error))
+        self.requests
+            .send_copy(*request)
+            .map(drop)
+            .map_err(|error| ChannelError::transport("sending a request", error))
     }
 
     /// The planner's latest word, if a new one came and is well-formed.
@@ -133,8 +171,13 @@ impl Client {
     /// The transport fails.
     pub fn status(&self) -> Result<Option<PlanStatus>, ChannelError> {
         let mut latest = None;
-        while let Some(sample) = self.status.receive().map_err(|error| ChannelError::transport("receiving the status", error))? {
-            latest = Some(*sample.payload()).filter(|status| status.known_state().is_some()).or(latest);
+        while let Some(sample) = self
+            .status
+            .receive()
+            .map_err(|error| ChannelError::transport("receiving the status", error))?
+        {
+            latest =
+                Some(*sample.payload()).filter(|status| status.known_state().is_some()).or(latest);
         }
         Ok(latest)
     }
@@ -162,10 +205,17 @@ mod tests {
         let second = client.sign(&cancel);
         client.send(&second).unwrap();
         client.send(&signed).unwrap();
-        let numbers: Vec<u64> = std::iter::from_fn(|| clerk.take().unwrap()).map(|(request, _)| request.number).collect();
+        let numbers: Vec<u64> = std::iter::from_fn(|| clerk.take().unwrap())
+            .map(|(request, _)| request.number)
+            .collect();
         assert_eq!(numbers, [1, 2]);
         assert_eq!(client.status().unwrap(), None);
-        let status = PlanStatus { client: 9, number: 2, state: RequestState::Cancelled as u32, ..PlanStatus::zeroed() };
+        let status = PlanStatus {
+            client: 9,
+            number: 2,
+            state: RequestState::Cancelled as u32,
+            ..PlanStatus::zeroed()
+        };
         clerk.tell(&status).unwrap();
         clerk.tell(&status).unwrap();
         let heard = client.status().unwrap().unwrap();

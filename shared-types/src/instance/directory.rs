@@ -11,7 +11,8 @@ use super::lock::LOCK_FILE;
 /// Where Linux shows POSIX shared memory.
 pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 
-/// The folder of all instances of this user: in `/dev/shm`, or in the folder for temporary files where that is unusable.
+/// The folder of all instances of this user: in `/dev/shm`, or in the folder for temporary files
+/// where that is unusable.
 pub(super) fn default_base() -> Result<PathBuf, InstanceError> {
     let folder = format!("surefoot-{}", effective_uid());
     let base = Path::new(SHARED_MEMORY).join(&folder);
@@ -22,7 +23,8 @@ pub(super) fn default_base() -> Result<PathBuf, InstanceError> {
     }
 }
 
-/// Creates a folder with mode 0700, or checks that it is ours alone. False if it was there and somebody removed it meanwhile.
+/// Creates a folder with mode 0700, or checks that it is ours alone. False if it was there and
+/// somebody removed it meanwhile.
 pub(super) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
     match DirBuilder::new().mode(0o700).create(path) {
         Ok(()) => Ok(true),
@@ -31,7 +33,8 @@ pub(super) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
     }
 }
 
-/// As [`ensure_private`] for a folder in the base; false also if somebody removed the base meanwhile.
+/// As [`ensure_private`] for a folder in the base; false also if somebody removed the base
+/// meanwhile.
 pub(super) fn ensure_private_root(root: &Path) -> Result<bool, InstanceError> {
     unless_missing(ensure_private(root))
 }
@@ -60,7 +63,11 @@ fn check_private(path: &Path) -> Result<(), InstanceError> {
         return squatted("it is not a folder".into());
     }
     if metadata.uid() != effective_uid() {
-        return squatted(format!("it belongs to user {}, not to user {}", metadata.uid(), effective_uid()));
+        return squatted(format!(
+            "it belongs to user {}, not to user {}",
+            metadata.uid(),
+            effective_uid()
+        ));
     }
     let mode = metadata.mode() & 0o7777;
     if mode & 0o077 != 0 {
@@ -102,13 +109,16 @@ pub(super) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
         }
         let path = entry.path();
         let is_folder = entry.file_type().map_err(|error| io_error(&path, error))?.is_dir();
-        unless_gone(if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) }, &path)?;
+        unless_gone(
+            if is_folder { fs::remove_dir_all(&path) } else { fs::remove_file(&path) },
+            &path,
+        )?;
     }
     Ok(())
 }
 
-/// Removes the root, and the base folder if it was the last one in it. The lock goes last: whoever finds none makes one of its
-/// own, and then the root stays.
+/// Removes the root, and the base folder if it was the last one in it. The lock goes last: whoever
+/// finds none makes one of its own, and then the root stays.
 pub(super) fn remove_root(root: &Path) -> Result<(), InstanceError> {
     empty_except_lock(root)?;
     let lock = root.join(LOCK_FILE);
@@ -124,7 +134,8 @@ pub(super) fn remove_root(root: &Path) -> Result<(), InstanceError> {
 
 /// The names of what stands in `folder`; none when it does not exist.
 pub(super) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
-    let mut names: Vec<String> = entries(folder)?.iter().filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    let mut names: Vec<String> =
+        entries(folder)?.iter().filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort();
     Ok(names)
 }

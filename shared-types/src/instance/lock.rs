@@ -27,11 +27,13 @@ pub(super) fn is_held(root: &Path) -> Result<bool, InstanceError> {
     }
 }
 
-/// The lock, held together with others, unless nobody has finished creating `root`, or somebody is removing it.
+/// The lock, held together with others, unless nobody has finished creating `root`, or somebody is
+/// removing it.
 pub(super) fn among_others(root: &Path) -> Result<Option<File>, InstanceError> {
     let Some(file) = open(root, false)? else { return Ok(None) };
     let is_ready = |file: &File| file.metadata().is_ok_and(|metadata| metadata.len() > 0);
-    Ok((granted(file.try_lock_shared(), root)? && is_ready(&file) && still_there(&file, root)).then_some(file))
+    Ok((granted(file.try_lock_shared(), root)? && is_ready(&file) && still_there(&file, root))
+        .then_some(file))
 }
 
 /// Marks `root` as one that others may enter. `alone` is its lock.
@@ -61,8 +63,14 @@ pub(super) fn pause() {
 
 fn open(root: &Path, create: bool) -> Result<Option<File>, InstanceError> {
     let path = root.join(LOCK_FILE);
-    let opened =
-        OpenOptions::new().read(true).write(true).create(create).truncate(false).mode(0o600).custom_flags(libc::O_NOFOLLOW).open(&path);
+    let opened = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create(create)
+        .truncate(false)
+        .mode(0o600)
+        .custom_flags(libc::O_NOFOLLOW)
+        .open(&path);
     match opened {
         Ok(file) => Ok(Some(file)),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
@@ -80,6 +88,9 @@ fn granted(result: Result<(), TryLockError>, root: &Path) -> Result<bool, Instan
 
 /// Whether the locked file is still the one that stands in `root`.
 fn still_there(file: &File, root: &Path) -> bool {
-    let (Ok(held), Ok(standing)) = (file.metadata(), root.join(LOCK_FILE).symlink_metadata()) else { return false };
+    let (Ok(held), Ok(standing)) = (file.metadata(), root.join(LOCK_FILE).symlink_metadata())
+    else {
+        return false;
+    };
     (held.dev(), held.ino()) == (standing.dev(), standing.ino())
 }

@@ -1,9 +1,10 @@
 //! An instance: the private corner of shared memory in which one planner and one controller meet.
 //!
-//! Its root folder is `/dev/shm/surefoot-<uid>/<name>`, mode 0700, and every segment carries a prefix of its own, so
-//! that nothing is shared with other users or other iceoryx2 programs. Everybody in the instance holds a shared lock on
-//! the file `lock` in the root; the kernel drops the locks of the killed. Whoever can get the lock exclusively is
-//! alone, and only then may the root and its segments be removed: the last one out does so, and so does the next
+//! Its root folder is `/dev/shm/surefoot-<uid>/<name>`, mode 0700, and every segment carries a
+//! prefix of its own, so that nothing is shared with other users or other iceoryx2 programs.
+//! Everybody in the instance holds a shared lock on the file `lock` in the root; the kernel drops
+//! the locks of the killed. Whoever can get the lock exclusively is alone, and only then may the
+//! root and its segments be removed: the last one out does so, and so does the next
 //! [`Instance::create`] or [`Instance::clean_dead`] after a crash.
 
 pub mod bell;
@@ -123,13 +124,16 @@ impl Instance {
         Self::attach_in(&directory::default_base()?, name)
     }
 
-    /// Like [`Self::create`], with the base folder given: an absolute path, created with mode 0700 when missing.
+    /// Like [`Self::create`], with the base folder given: an absolute path, created with mode 0700
+    /// when missing.
     pub fn create_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let place = Place::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
             directory::refuse_foreign_segments(&place.prefix)?;
-            // Nothing slow from here to the lock: whoever clears away what is dead takes a folder without one for dead, too.
-            let is_there = directory::ensure_private(base)? && directory::ensure_private_root(&place.root)?;
+            // Nothing slow from here to the lock: whoever clears away what is dead takes a folder
+            // without one for dead, too.
+            let is_there =
+                directory::ensure_private(base)? && directory::ensure_private_root(&place.root)?;
             if is_there && let Some(lock) = lock::alone(&place.root)? {
                 lock::admit_nobody(&lock, &place.root)?;
                 directory::empty_except_lock(&place.root)?;
@@ -160,7 +164,8 @@ impl Instance {
         Err(InstanceError::Missing { name: place.name, root: place.root })
     }
 
-    /// Removes every instance of this user in which no process lives any more; returns how many. Call it at start-up.
+    /// Removes every instance of this user in which no process lives any more; returns how many.
+    /// Call it at start-up.
     pub fn clean_dead() -> Result<usize, InstanceError> {
         Self::clean_dead_in(&directory::default_base()?)
     }
@@ -188,7 +193,10 @@ impl Instance {
     pub fn living() -> Result<Vec<String>, InstanceError> {
         let base = directory::default_base()?;
         let mut names = directory::child_names(&base)?;
-        names.retain(|name| Place::new(&base, name).is_ok_and(|place| matches!(lock::is_held(&place.root), Ok(true))));
+        names.retain(|name| {
+            Place::new(&base, name)
+                .is_ok_and(|place| matches!(lock::is_held(&place.root), Ok(true)))
+        });
         Ok(names)
     }
 
@@ -216,13 +224,16 @@ impl Instance {
         room::check(Path::new(directory::SHARED_MEMORY))
     }
 
-    /// Takes the memory of all segments of this instance from the system now, so that no later touch of them can find none
-    /// left, and closes them to other users. Call it after opening ports.
+    /// Takes the memory of all segments of this instance from the system now, so that no later
+    /// touch of them can find none left, and closes them to other users. Call it after opening
+    /// ports.
     ///
     /// # Errors
     /// Shared memory is full.
     pub fn reserve_segments(&self) -> Result<(), InstanceError> {
-        directory::segments(self.segment_prefix())?.iter().try_for_each(|segment| room::reserve(&segment.path()))
+        directory::segments(self.segment_prefix())?
+            .iter()
+            .try_for_each(|segment| room::reserve(&segment.path()))
     }
 
     /// iceoryx2's configuration for this instance. Nothing is looked up in files.
@@ -240,13 +251,22 @@ impl Instance {
 impl Place {
     fn new(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let fits = (1..=NAME_LEN_MAX).contains(&name.len());
-        if !fits || !name.bytes().all(|byte| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_' || byte == b'-') {
+        if !fits
+            || !name.bytes().all(|byte| {
+                byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_' || byte == b'-'
+            })
+        {
             return Err(InstanceError::Name { name: name.to_owned() });
         }
-        let path = base.to_str().filter(|path| base.is_absolute() && path.len() <= BASE_PATH_LEN_MAX);
+        let path =
+            base.to_str().filter(|path| base.is_absolute() && path.len() <= BASE_PATH_LEN_MAX);
         let path = path.ok_or_else(|| InstanceError::Path { path: base.to_owned() })?;
         let tag = Digest::of(&[path.as_bytes()]).to_string();
-        Ok(Self { name: name.to_owned(), root: base.join(name), prefix: format!("surefoot-{}-{name}.", &tag[..12]) })
+        Ok(Self {
+            name: name.to_owned(),
+            root: base.join(name),
+            prefix: format!("surefoot-{}-{name}.", &tag[..12]),
+        })
     }
 
     /// Removes root and segments. `_alone` is the exclusive lock that makes it lawful.

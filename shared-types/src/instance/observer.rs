@@ -1,6 +1,7 @@
 //! Listens to a pair without taking part: for monitors and loggers.
 //!
-//! An observer's mapping of the messages is read-only. One that reads too slowly misses messages; nobody waits for it.
+//! An observer's mapping of the messages is read-only. One that reads too slowly misses messages;
+//! nobody waits for it.
 
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
@@ -30,11 +31,24 @@ impl Observer {
         let link = Link::open(instance)?;
         let (desk, state_service) = (link.open_desk()?, link.open_state()?);
         let failed = |error| ChannelError::transport("creating a subscriber", error);
-        let chunks = link.chunks.subscriber_builder().buffer_size(CREDIT).create().map_err(failed)?;
+        let chunks =
+            link.chunks.subscriber_builder().buffer_size(CREDIT).create().map_err(failed)?;
         let feedback = link.feedback.subscriber_builder().create().map_err(failed)?;
         let status = desk.status.subscriber_builder().create().map_err(failed)?;
-        let state = state_service.subscriber_builder().buffer_size(STATE_BUFFER).create().map_err(failed)?;
-        Ok(Self { chunks, feedback, status, state, _desk: desk, _state_service: state_service, link })
+        let state = state_service
+            .subscriber_builder()
+            .buffer_size(STATE_BUFFER)
+            .create()
+            .map_err(failed)?;
+        Ok(Self {
+            chunks,
+            feedback,
+            status,
+            state,
+            _desk: desk,
+            _state_service: state_service,
+            link,
+        })
     }
 
     /// The next chunk, if one came and is undamaged.
@@ -71,14 +85,19 @@ impl Observer {
 
     /// Planners and controllers attached, killed ones included until somebody cleans up.
     pub fn speakers(&self) -> usize {
-        self.link.chunks.dynamic_config().number_of_publishers() + self.link.feedback.dynamic_config().number_of_publishers()
+        self.link.chunks.dynamic_config().number_of_publishers()
+            + self.link.feedback.dynamic_config().number_of_publishers()
     }
 }
 
 /// The next message that `is_sound`; others are passed over.
-fn next<M: Layout>(subscriber: &Subscriber<ipc::Service, M, ()>, is_sound: impl Fn(&M) -> bool) -> Result<Option<M>, ChannelError> {
+fn next<M: Layout>(
+    subscriber: &Subscriber<ipc::Service, M, ()>,
+    is_sound: impl Fn(&M) -> bool,
+) -> Result<Option<M>, ChannelError> {
     loop {
-        let received = subscriber.receive().map_err(|error| ChannelError::transport("receiving", error))?;
+        let received =
+            subscriber.receive().map_err(|error| ChannelError::transport("receiving", error))?;
         let Some(sample) = received else { return Ok(None) };
         if is_sound(sample.payload()) {
             return Ok(Some(*sample.payload()));

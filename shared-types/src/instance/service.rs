@@ -1,13 +1,15 @@
 //! The instance's iceoryx2 node and its services.
 //!
-//! `chunks` and `requests` never overflow: what a reader's buffer cannot take is sent again until it is acknowledged.
-//! `feedback` and `status` hold the latest word only. `state` holds the last ticks, the oldest of which a slow reader loses. A
-//! bell of each side wakes the other one.
+//! `chunks` and `requests` never overflow: what a reader's buffer cannot take is sent again until
+//! it is acknowledged. `feedback` and `status` hold the latest word only. `state` holds the last
+//! ticks, the oldest of which a slow reader loses. A bell of each side wakes the other one.
 
 use std::time::Duration;
 
 use iceoryx2::node::Node;
-use iceoryx2::prelude::{AttributeVerifier, LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_level};
+use iceoryx2::prelude::{
+    AttributeVerifier, LogLevel, NodeBuilder, SignalHandlingMode, ipc, set_log_level,
+};
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeOpenError as OpenError, PublishSubscribeOpenOrCreateError as OpenOrCreateError,
@@ -26,9 +28,11 @@ pub const READERS_MAX: usize = 8;
 pub const BORROWED_MAX: usize = 2;
 /// Slots that a sender keeps loaned ahead.
 pub const STOCK: usize = 48;
-/// Most chunks of a sender that can be in use at a time: those in all readers' buffers and hands, and its stock.
+/// Most chunks of a sender that can be in use at a time: those in all readers' buffers and hands,
+/// and its stock.
 pub const CHUNK_POOL: usize = READERS_MAX * (CREDIT + BORROWED_MAX) + STOCK;
-/// Most words of a controller that can be in use at a time: likewise, with a buffer of one and a history of one.
+/// Most words of a controller that can be in use at a time: likewise, with a buffer of one and a
+/// history of one.
 pub const WORD_POOL: usize = READERS_MAX * (1 + BORROWED_MAX) + 1 + STOCK;
 /// Ticks that a reader of the state may be behind before it loses the oldest.
 pub const STATE_BUFFER: usize = 256;
@@ -55,7 +59,9 @@ pub enum ChannelError {
     #[error(transparent)]
     Instance(#[from] InstanceError),
     /// The other program lays its messages out differently.
-    #[error("service '{service}': the other side lays its messages out differently; use the same version of surefoot on both sides")]
+    #[error(
+        "service '{service}': the other side lays its messages out differently; use the same version of surefoot on both sides"
+    )]
     Layout {
         /// The service's name.
         service: String,
@@ -72,7 +78,9 @@ pub enum ChannelError {
     #[error("0 is nobody's id; draw one with instance::draw_id")]
     Id,
     /// The robot of this instance is moved by another controller.
-    #[error("another controller moves the robot of this instance; end it, or choose another instance name")]
+    #[error(
+        "another controller moves the robot of this instance; end it, or choose another instance name"
+    )]
     Taken,
     /// The chunks handed over are not one stream.
     #[error(
@@ -123,13 +131,22 @@ impl Link {
         Self::open_with_layouts(instance, PlanChunk::HASH, Feedback::HASH)
     }
 
-    /// Like [`Self::open`], for a program with these layout hashes of [`PlanChunk`] and [`Feedback`].
-    pub fn open_with_layouts(instance: &Instance, chunk_hash: u64, feedback_hash: u64) -> Result<Self, ChannelError> {
+    /// Like [`Self::open`], for a program with these layout hashes of [`PlanChunk`] and
+    /// [`Feedback`].
+    pub fn open_with_layouts(
+        instance: &Instance,
+        chunk_hash: u64,
+        feedback_hash: u64,
+    ) -> Result<Self, ChannelError> {
         set_log_level(LogLevel::Fatal);
         instance.check_room()?;
         let config = instance.config()?;
-        let node = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled).create::<ipc::Service>();
-        let node = node.map_err(|error| ChannelError::transport("creating an iceoryx2 node", error))?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>();
+        let node =
+            node.map_err(|error| ChannelError::transport("creating an iceoryx2 node", error))?;
         let chunks = open_service(&node, instance, "chunks", chunk_hash, &LOSSLESS)?;
         let feedback = open_service(&node, instance, "feedback", feedback_hash, &LATEST)?;
         let chunk_bell = Bell::open(instance, "chunk-bell")?;
@@ -138,14 +155,17 @@ impl Link {
         Ok(Self { chunks, feedback, chunk_bell, feedback_bell, node, instance: instance.clone() })
     }
 
-    /// Opens the service on which a controller says how the simulated robot is, creating it if it does not exist yet.
+    /// Opens the service on which a controller says how the simulated robot is, creating it if it
+    /// does not exist yet.
     pub fn open_state(&self) -> Result<Service<State>, ChannelError> {
         open_service(&self.node, &self.instance, "state", State::HASH, &RECENT)
     }
 
-    /// Opens the services over which a planner that stays up is asked, creating what does not exist yet.
+    /// Opens the services over which a planner that stays up is asked, creating what does not exist
+    /// yet.
     pub fn open_desk(&self) -> Result<Desk, ChannelError> {
-        let requests = open_service(&self.node, &self.instance, "requests", PlanRequest::HASH, &LOSSLESS)?;
+        let requests =
+            open_service(&self.node, &self.instance, "requests", PlanRequest::HASH, &LOSSLESS)?;
         let status = open_service(&self.node, &self.instance, "status", PlanStatus::HASH, &LATEST)?;
         Ok(Desk { requests, status })
     }
@@ -173,8 +193,10 @@ fn open_service<M: Layout>(
 ) -> Result<Service<M>, ChannelError> {
     let name = service_name(instance, role);
     let action = format!("opening service '{name}'");
-    let iox_name = name.as_str().try_into().map_err(|error| ChannelError::transport(&action, error))?;
-    let attributes = layout_attribute(layout_hash).map_err(|reason| ChannelError::transport(&action, reason))?;
+    let iox_name =
+        name.as_str().try_into().map_err(|error| ChannelError::transport(&action, error))?;
+    let attributes =
+        layout_attribute(layout_hash).map_err(|reason| ChannelError::transport(&action, reason))?;
     let mut attempts = 0;
     loop {
         attempts += 1;
@@ -191,10 +213,14 @@ fn open_service<M: Layout>(
             .open_or_create_with_attributes(&attributes);
         match opened {
             Ok(service) => return Ok(service),
-            Err(OpenOrCreateError::PublishSubscribeOpenError(OpenError::IncompatibleAttributes | OpenError::IncompatibleTypes)) => {
+            Err(OpenOrCreateError::PublishSubscribeOpenError(
+                OpenError::IncompatibleAttributes | OpenError::IncompatibleTypes,
+            )) => {
                 return Err(ChannelError::Layout { service: name });
             }
-            Err(error) if attempts == OPEN_ATTEMPTS_MAX => return Err(ChannelError::transport(&action, error)),
+            Err(error) if attempts == OPEN_ATTEMPTS_MAX => {
+                return Err(ChannelError::transport(&action, error));
+            }
             Err(_) => std::thread::sleep(OPEN_PAUSE),
         }
     }
@@ -206,6 +232,7 @@ fn service_name(instance: &Instance, role: &str) -> String {
 
 fn layout_attribute(layout_hash: u64) -> Result<AttributeVerifier, String> {
     let key = AttributeKey::try_from(LAYOUT_KEY).map_err(|error| format!("{error:?}"))?;
-    let value = AttributeValue::try_from(format!("{layout_hash:016x}").as_str()).map_err(|error| format!("{error:?}"))?;
+    let value = AttributeValue::try_from(format!("{layout_hash:016x}").as_str())
+        .map_err(|error| format!("{error:?}"))?;
     AttributeVerifier::new().require(&key, &value).map_err(|error| format!("{error:?}"))
 }

@@ -1,4 +1,5 @@
-//! Slots of shared memory that are loaned before they are needed: loaning one costs an allocation, using it costs none.
+//! Slots of shared memory that are loaned before they are needed: loaning one costs an allocation,
+//! using it costs none.
 
 use std::mem::MaybeUninit;
 
@@ -19,12 +20,16 @@ pub struct Stock<M: Layout> {
 }
 
 impl<M: Layout> Stock<M> {
-    /// Touches `pool` slots, so that no page is met for the first time later, and keeps `len` of them in stock. The publisher
-    /// must be allowed to loan `pool` slots at a time.
+    /// Touches `pool` slots, so that no page is met for the first time later, and keeps `len` of
+    /// them in stock. The publisher must be allowed to loan `pool` slots at a time.
     ///
     /// # Errors
     /// The publisher has not so many.
-    pub fn new(publisher: Publisher<ipc::Service, M, ()>, pool: usize, len: usize) -> Result<Self, ChannelError> {
+    pub fn new(
+        publisher: Publisher<ipc::Service, M, ()>,
+        pool: usize,
+        len: usize,
+    ) -> Result<Self, ChannelError> {
         let mut slots = Vec::with_capacity(pool);
         for _ in 0..pool {
             let mut slot = loan(&publisher)?;

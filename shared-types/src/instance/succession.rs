@@ -1,14 +1,15 @@
 //! Who speaks now, and who has been replaced.
 //!
-//! A killed process leaves messages in flight that may arrive after its successor's. They are told apart by the id that
-//! every process draws at its start.
+//! A killed process leaves messages in flight that may arrive after its successor's. They are told
+//! apart by the id that every process draws at its start.
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 
 /// How many replaced ids are remembered.
 const REMEMBERED_MAX: usize = 32;
 
-/// An id for a process's session or instance: random, never 0. It has no influence on what is planned.
+/// An id for a process's session or instance: random, never 0. It has no influence on what is
+/// planned.
 pub fn draw_id() -> u64 {
     RandomState::new().build_hasher().finish().max(1)
 }
@@ -71,6 +72,9 @@ mod tests {
         succession.enthrone(1);
         assert_eq!(succession.rank(1), Rank::Current);
         succession.enthrone(2);
-        assert_eq!((succession.rank(1), succession.rank(2), succession.rank(3)), (Rank::Replaced, Rank::Current, Rank::New));
+        assert_eq!(
+            (succession.rank(1), succession.rank(2), succession.rank(3)),
+            (Rank::Replaced, Rank::Current, Rank::New)
+        );
     }
 }

@@ -4,11 +4,17 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use super::*;
 
 fn base() -> tempfile::TempDir {
-    tempfile::Builder::new().prefix("sf-test").permissions(fs::Permissions::from_mode(0o700)).tempdir_in("/dev/shm").unwrap()
+    tempfile::Builder::new()
+        .prefix("sf-test")
+        .permissions(fs::Permissions::from_mode(0o700))
+        .tempdir_in("/dev/shm")
+        .unwrap()
 }
 
 fn segments_of(instance: &Instance) -> Vec<String> {
-    let all = fs::read_dir("/dev/shm").unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let all = fs::read_dir("/dev/shm")
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap());
     all.filter(|name| name.starts_with(instance.segment_prefix())).collect()
 }
 
@@ -16,13 +22,23 @@ fn segments_of(instance: &Instance) -> Vec<String> {
 fn names_are_checked() {
     let base = base();
     for name in ["", "A", "a/b", "..", "a b", "ä", &"x".repeat(33), "a\0"] {
-        assert!(matches!(Instance::create_in(base.path(), name), Err(InstanceError::Name { .. })), "{name:?}");
+        assert!(
+            matches!(Instance::create_in(base.path(), name), Err(InstanceError::Name { .. })),
+            "{name:?}"
+        );
     }
-    let longest_base = base.path().join("b".repeat(BASE_PATH_LEN_MAX - base.path().as_os_str().len() - 1));
+    let longest_base =
+        base.path().join("b".repeat(BASE_PATH_LEN_MAX - base.path().as_os_str().len() - 1));
     let instance = Instance::create_in(&longest_base, &"x".repeat(NAME_LEN_MAX)).unwrap();
     assert!(Link::open(&instance).is_ok());
-    assert!(matches!(Instance::create_in(&longest_base.join("c"), "a"), Err(InstanceError::Path { .. })));
-    assert!(matches!(Instance::create_in(Path::new("relative"), "a"), Err(InstanceError::Path { .. })));
+    assert!(matches!(
+        Instance::create_in(&longest_base.join("c"), "a"),
+        Err(InstanceError::Path { .. })
+    ));
+    assert!(matches!(
+        Instance::create_in(Path::new("relative"), "a"),
+        Err(InstanceError::Path { .. })
+    ));
 }
 
 #[test]
@@ -101,7 +117,8 @@ fn what_a_crash_left_is_removed() {
     let base = base();
     let living = Instance::create_in(base.path(), "living").unwrap();
     let dead = Instance::create_in(base.path(), "dead").unwrap();
-    let (root, segment) = (dead.root().to_owned(), format!("/dev/shm/{}data", dead.segment_prefix()));
+    let (root, segment) =
+        (dead.root().to_owned(), format!("/dev/shm/{}data", dead.segment_prefix()));
     drop(dead);
     for path in [root.clone(), root.join("nodes")] {
         fs::create_dir(&path).unwrap();
@@ -118,8 +135,13 @@ fn another_layout_is_refused() {
     let base = base();
     let instance = Instance::create_in(base.path(), "layout").unwrap();
     let link = Link::open(&instance).unwrap();
-    for (chunk, feedback) in [(PlanChunk::HASH ^ 1, Feedback::HASH), (PlanChunk::HASH, Feedback::HASH ^ 1)] {
-        assert!(matches!(Link::open_with_layouts(&instance, chunk, feedback), Err(ChannelError::Layout { .. })));
+    for (chunk, feedback) in
+        [(PlanChunk::HASH ^ 1, Feedback::HASH), (PlanChunk::HASH, Feedback::HASH ^ 1)]
+    {
+        assert!(matches!(
+            Link::open_with_layouts(&instance, chunk, feedback),
+            Err(ChannelError::Layout { .. })
+        ));
     }
     assert!(Link::open(&instance).is_ok());
     drop(link);
@@ -132,7 +154,9 @@ fn all_who_leave_at_once_leave_nothing() {
     for round in 0..60 {
         let created = Instance::create_in(&inner, "walk").unwrap();
         let mut members = vec![Link::open(&created).unwrap()];
-        members.extend((0..3).map(|_| Link::open(&Instance::attach_in(&inner, "walk").unwrap()).unwrap()));
+        members.extend(
+            (0..3).map(|_| Link::open(&Instance::attach_in(&inner, "walk").unwrap()).unwrap()),
+        );
         let (root, prefix) = (created.root().to_owned(), created.segment_prefix().to_owned());
         drop(created);
         let gate = std::sync::Barrier::new(members.len());
@@ -147,7 +171,10 @@ fn all_who_leave_at_once_leave_nothing() {
                 });
             }
         });
-        let left = fs::read_dir("/dev/shm").unwrap().flatten().filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix));
+        let left = fs::read_dir("/dev/shm")
+            .unwrap()
+            .flatten()
+            .filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix));
         assert!(!root.exists() && left.count() == 0, "round {round}");
     }
 }
@@ -165,7 +192,8 @@ fn an_instance_can_be_created_while_others_try_to_attach() {
                 }
             });
         }
-        let created: Vec<bool> = (0..40).map(|_| Instance::create_in(base.path(), "walk").is_ok()).collect();
+        let created: Vec<bool> =
+            (0..40).map(|_| Instance::create_in(base.path(), "walk").is_ok()).collect();
         over.store(true, std::sync::atomic::Ordering::Relaxed);
         assert!(created.iter().all(|created| *created), "{created:?}");
     });
@@ -173,7 +201,10 @@ fn an_instance_can_be_created_while_others_try_to_attach() {
 
 /// Enters and leaves `rounds` times; what went wrong.
 fn come_and_go(base: &Path, name: &str, rounds: usize) -> Vec<String> {
-    (0..rounds).filter_map(|_| Instance::create_in(base, name).err()).map(|error| error.to_string()).collect()
+    (0..rounds)
+        .filter_map(|_| Instance::create_in(base, name).err())
+        .map(|error| error.to_string())
+        .collect()
 }
 
 #[test]

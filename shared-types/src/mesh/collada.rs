@@ -13,19 +13,23 @@ use super::Welder;
 use crate::source::{check_positive, check_xml_depth};
 use crate::spatial::rotation_about;
 
-/// Most children of a scene's nodes, counted at each instance: nodes that instantiate each other would have no end.
+/// Most children of a scene's nodes, counted at each instance: nodes that instantiate each other
+/// would have no end.
 const SCENE_ELEMENTS_MAX: usize = 1_000_000;
-/// Most triangles of a scene; instances multiply those of the file. The largest STL file holds fewer.
+/// Most triangles of a scene; instances multiply those of the file. The largest STL file holds
+/// fewer.
 const TRIANGLES_MAX: usize = 1 << 25;
 /// Characters of the file that a complaint repeats at most.
 const QUOTED_MAX: usize = 24;
 
-/// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does not count: ROS takes
-/// coordinates as they stand, and its robots rely on that.
+/// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does
+/// not count: ROS takes coordinates as they stand, and its robots rely on that.
 pub(super) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
-    let text = std::str::from_utf8(bytes).map_err(|_| "is not STL, OBJ or COLLADA by its name, nor text".to_owned())?;
+    let text = std::str::from_utf8(bytes)
+        .map_err(|_| "is not STL, OBJ or COLLADA by its name, nor text".to_owned())?;
     check_xml_depth(text).map_err(|(_, message)| message)?;
-    let document = Document::parse(text).map_err(|error| format!("cannot be parsed as COLLADA: {error}"))?;
+    let document =
+        Document::parse(text).map_err(|error| format!("cannot be parsed as COLLADA: {error}"))?;
     let root = document.root_element();
     if !root.has_tag_name("COLLADA") {
         return Err(format!("is not COLLADA: its root is <{}>", root.tag_name().name()));
@@ -35,12 +39,13 @@ pub(super) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
     if let Some(scene) = reader.scene(root)? {
         return reader.walk(scene, mesh_from_scene);
     }
-    root.descendants()
-        .filter(|node| node.has_tag_name("geometry"))
-        .try_for_each(|geometry| place(&geometry_triangles(geometry)?, &mesh_from_scene, reader.welder))
+    root.descendants().filter(|node| node.has_tag_name("geometry")).try_for_each(|geometry| {
+        place(&geometry_triangles(geometry)?, &mesh_from_scene, reader.welder)
+    })
 }
 
-/// The elements below one that others refer to, by tag and id. Of several with the same id the first counts.
+/// The elements below one that others refer to, by tag and id. Of several with the same id the
+/// first counts.
 struct Ids<'a, 'input>(BTreeMap<(&'a str, &'a str), Node<'a, 'input>>);
 
 impl<'a, 'input> Ids<'a, 'input> {
@@ -58,7 +63,9 @@ impl<'a, 'input> Ids<'a, 'input> {
     fn find(&self, from: Node, attribute: &str, tag: &str) -> Result<Node<'a, 'input>, String> {
         let url = from.attribute(attribute).unwrap_or_default();
         let found = url.strip_prefix('#').and_then(|id| self.0.get(&(tag, id)));
-        found.copied().ok_or_else(|| damaged(from, format!("refers to the <{tag}> '{}', which is not there", quoted(url))))
+        found.copied().ok_or_else(|| {
+            damaged(from, format!("refers to the <{tag}> '{}', which is not there", quoted(url)))
+        })
     }
 }
 
@@ -87,13 +94,20 @@ impl<'a, 'input> Reader<'a, 'input, '_> {
             for part in node.children() {
                 elements += 1;
                 if elements > SCENE_ELEMENTS_MAX {
-                    return Err(format!("has a scene of more than {SCENE_ELEMENTS_MAX} elements; its <node>s may instantiate each other"));
+                    return Err(format!(
+                        "has a scene of more than {SCENE_ELEMENTS_MAX} elements; its <node>s may instantiate each other"
+                    ));
                 }
                 match part.tag_name().name() {
                     "node" => ahead.push((part, mesh_from_node)),
-                    "instance_node" => ahead.push((self.ids.find(part, "url", "node")?, mesh_from_node)),
+                    "instance_node" => {
+                        ahead.push((self.ids.find(part, "url", "node")?, mesh_from_node))
+                    }
                     "instance_geometry" => self.place_instance(part, &mesh_from_node)?,
-                    "instance_controller" => return Err("is deformed by an <instance_controller>; export it without skin or morph".into()),
+                    "instance_controller" => return Err(
+                        "is deformed by an <instance_controller>; export it without skin or morph"
+                            .into(),
+                    ),
                     _ => {}
                 }
             }
@@ -113,7 +127,11 @@ impl<'a, 'input> Reader<'a, 'input, '_> {
 }
 
 /// Adds triangles at their place. A mirroring one keeps their normals outward.
-fn place(triangles: &[Triangle], mesh_from_node: &DAffine3, welder: &mut Welder) -> Result<(), String> {
+fn place(
+    triangles: &[Triangle],
+    mesh_from_node: &DAffine3,
+    welder: &mut Welder,
+) -> Result<(), String> {
     if welder.mesh.triangles.len() + triangles.len() > TRIANGLES_MAX {
         return Err(format!("has more than {TRIANGLES_MAX} triangles; export it coarser"));
     }
@@ -126,16 +144,23 @@ fn place(triangles: &[Triangle], mesh_from_node: &DAffine3, welder: &mut Welder)
 }
 
 fn metres_per_unit(root: Node) -> Result<f64, String> {
-    let text = child(root, "asset").and_then(|asset| child(asset, "unit")).and_then(|unit| unit.attribute("meter"));
+    let text = child(root, "asset")
+        .and_then(|asset| child(asset, "unit"))
+        .and_then(|unit| unit.attribute("meter"));
     let Some(text) = text else { return Ok(1.0) };
-    let metres = text.trim().parse().map_err(|_| format!("has the unit meter=\"{}\", which is not a number", quoted(text)))?;
+    let metres = text
+        .trim()
+        .parse()
+        .map_err(|_| format!("has the unit meter=\"{}\", which is not a number", quoted(text)))?;
     check_positive("has a unit whose meter", &[metres])?;
     Ok(metres)
 }
 
 /// A node's transforms, of which the first to stand in the document is the outermost.
 fn parent_from_node(node: Node) -> Result<DAffine3, String> {
-    node.children().try_fold(DAffine3::IDENTITY, |parent_from_here, element| Ok(parent_from_here * transform(element)?))
+    node.children().try_fold(DAffine3::IDENTITY, |parent_from_here, element| {
+        Ok(parent_from_here * transform(element)?)
+    })
 }
 
 fn transform(element: Node) -> Result<DAffine3, String> {
@@ -143,7 +168,10 @@ fn transform(element: Node) -> Result<DAffine3, String> {
         "matrix" => {
             let [xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, last @ ..] = exactly::<16>(element)?;
             if last != [0.0, 0.0, 0.0, 1.0] {
-                return Err(damaged(element, format!("ends in {last:?}; [0, 0, 0, 1] belongs there")));
+                return Err(damaged(
+                    element,
+                    format!("ends in {last:?}; [0, 0, 0, 1] belongs there"),
+                ));
             }
             let linear = DMat3::from_cols_array(&[xx, yx, zx, xy, yy, zy, xz, yz, zz]);
             Ok(DAffine3::from_mat3_translation(linear, DVec3::new(x, y, z)))
@@ -151,16 +179,23 @@ fn transform(element: Node) -> Result<DAffine3, String> {
         "translate" => Ok(DAffine3::from_translation(DVec3::from_array(exactly(element)?))),
         "rotate" => {
             let [x, y, z, degrees] = exactly(element)?;
-            let axis = DVec3::new(x, y, z).try_normalize().ok_or_else(|| damaged(element, "has no axis".into()))?;
+            let axis = DVec3::new(x, y, z)
+                .try_normalize()
+                .ok_or_else(|| damaged(element, "has no axis".into()))?;
             Ok(DAffine3::from_quat(rotation_about(axis, degrees.to_radians())))
         }
         "scale" => Ok(DAffine3::from_scale(DVec3::from_array(exactly(element)?))),
-        tag @ ("lookat" | "skew") => Err(format!("places a part by <{tag}>; export it with matrices")),
+        tag @ ("lookat" | "skew") => {
+            Err(format!("places a part by <{tag}>; export it with matrices"))
+        }
         _ => Ok(DAffine3::IDENTITY),
     }
 }
 
-fn children<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> impl Iterator<Item = Node<'a, 'input>> {
+fn children<'a, 'input>(
+    node: Node<'a, 'input>,
+    tag: &str,
+) -> impl Iterator<Item = Node<'a, 'input>> {
     node.children().filter(move |child| child.has_tag_name(tag))
 }
 
@@ -172,11 +207,16 @@ fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'inpu
 fn numbers<T: FromStr>(element: Node) -> Result<Vec<T>, String> {
     let texts = element.children().filter(Node::is_text).filter_map(|text| text.text());
     let complain = |word: &str| damaged(element, format!("holds '{}' for a number", quoted(word)));
-    texts.flat_map(str::split_ascii_whitespace).map(|word| word.parse().map_err(|_| complain(word))).collect()
+    texts
+        .flat_map(str::split_ascii_whitespace)
+        .map(|word| word.parse().map_err(|_| complain(word)))
+        .collect()
 }
 
 fn exactly<const N: usize>(element: Node) -> Result<[f64; N], String> {
-    numbers(element)?.try_into().map_err(|numbers: Vec<f64>| damaged(element, format!("holds {} numbers instead of {N}", numbers.len())))
+    numbers(element)?.try_into().map_err(|numbers: Vec<f64>| {
+        damaged(element, format!("holds {} numbers instead of {N}", numbers.len()))
+    })
 }
 
 fn damaged(element: Node, complaint: String) -> String {

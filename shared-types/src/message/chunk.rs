@@ -16,8 +16,8 @@ pub const FLAG_FIRST: u32 = 1;
 /// Flag: the last chunk of its plan.
 pub const FLAG_LAST: u32 = 2;
 
-/// A whole-body configuration at an instant. Between two waypoints joints and root position move linearly, the root's
-/// rotation along the shortest arc.
+/// A whole-body configuration at an instant. Between two waypoints joints and root position move
+/// linearly, the root's rotation along the shortest arc.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.Waypoint.v1")]
@@ -52,7 +52,8 @@ pub struct Contact {
     pub position: [f64; 3],
     /// Sole rotation in the world, unit quaternion x, y, z, w.
     pub rotation: [f64; 4],
-    /// The part of the sole that the planner found supported: convex, counter-clockwise, sole frame, m.
+    /// The part of the sole that the planner found supported: convex, counter-clockwise, sole
+    /// frame, m.
     pub polygon: [[f64; 2]; POLYGON_VERTICES_MAX],
 }
 
@@ -96,8 +97,8 @@ impl SupportMode {
     }
 }
 
-/// A piece of a plan within one mode. Its first waypoint repeats the last one of the chunk before. Every waypoint is
-/// statically stable, so the robot may stop at either end forever.
+/// A piece of a plan within one mode. Its first waypoint repeats the last one of the chunk before.
+/// Every waypoint is statically stable, so the robot may stop at either end forever.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.PlanChunk.v1")]
@@ -142,7 +143,10 @@ pub struct PlanChunk {
 
 const _: () = assert!(size_of::<Waypoint>() == 64 + 8 * JOINTS_MAX);
 const _: () = assert!(size_of::<Contact>() == 64 + 16 * POLYGON_VERTICES_MAX);
-const _: () = assert!(size_of::<PlanChunk>() == 200 + CONTACTS_MAX * size_of::<Contact>() + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>());
+const _: () = assert!(
+    size_of::<PlanChunk>()
+        == 200 + CONTACTS_MAX * size_of::<Contact>() + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>()
+);
 
 layout!(Waypoint { time: f64, root_position: [f64; 3], root_rotation: [f64; 4], q: [f64; JOINTS_MAX] } with []);
 layout!(Contact {
@@ -198,8 +202,8 @@ impl PlanChunk {
         &self.contacts[..(self.contacts_len as usize).min(CONTACTS_MAX)]
     }
 
-    /// The digest of the stream after this chunk. Who sends it (session, target instance) does not count: the same plan
-    /// has the same digest whoever carries it.
+    /// The digest of the stream after this chunk. Who sends it (session, target instance) does not
+    /// count: the same plan has the same digest whoever carries it.
     pub fn stream_after(&self) -> Digest {
         let bytes = bytemuck::bytes_of(self);
         let (head, rest) = bytes.split_at(std::mem::offset_of!(Self, robot));
@@ -231,14 +235,18 @@ mod tests {
 
     fn sealed() -> Box<PlanChunk> {
         let mut chunk = Box::new(PlanChunk::zeroed());
-        bytemuck::bytes_of_mut(&mut *chunk).iter_mut().enumerate().for_each(|(at, byte)| *byte = (at % 251) as u8);
+        bytemuck::bytes_of_mut(&mut *chunk)
+            .iter_mut()
+            .enumerate()
+            .for_each(|(at, byte)| *byte = (at % 251) as u8);
         chunk.seal();
         chunk
     }
 
     #[test]
     fn only_two_limbs_ever_carry() {
-        let carriers = |mode: SupportMode| (0..9).filter(|&limb| mode.carries(limb)).collect::<Vec<_>>();
+        let carriers =
+            |mode: SupportMode| (0..9).filter(|&limb| mode.carries(limb)).collect::<Vec<_>>();
         let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
         assert_eq!(modes.map(carriers), [vec![0], vec![1], vec![0, 1]]);
     }
@@ -273,7 +281,10 @@ mod tests {
         carried.seal();
         assert_eq!(carried.stream_after(), chunk.stream_after());
         let anonymous = PlanChunk { session: 0, target_instance: 0, crc: 0, ..*chunk };
-        assert_eq!(chunk.stream_after(), Digest::of(&[&chunk.stream.0, bytemuck::bytes_of(&anonymous)]));
+        assert_eq!(
+            chunk.stream_after(),
+            Digest::of(&[&chunk.stream.0, bytemuck::bytes_of(&anonymous)])
+        );
         carried.waypoints[3].q[4] += 1e-9;
         assert_ne!(carried.stream_after(), chunk.stream_after());
     }

@@ -22,8 +22,8 @@ pub enum CorrectionKind {
     Missing = 2,
     /// A box stands where the world file knows nothing: its pose and `half_extents`.
     Extra = 3,
-    /// Nothing carries the sole that should stand at `position` and `rotation`; `half_extents` holds half of its length and
-    /// width, and 0.
+    /// Nothing carries the sole that should stand at `position` and `rotation`; `half_extents`
+    /// holds half of its length and width, and 0.
     ContactMissing = 4,
 }
 
@@ -51,7 +51,9 @@ layout!(Correction { kind: u32, shape: u32, position: [f64; 3], rotation: [f64; 
 impl CorrectionKind {
     /// The kind with this wire value, if there is one.
     pub fn from_wire(value: u32) -> Option<Self> {
-        [Self::Moved, Self::Missing, Self::Extra, Self::ContactMissing].into_iter().find(|kind| *kind as u32 == value)
+        [Self::Moved, Self::Missing, Self::Extra, Self::ContactMissing]
+            .into_iter()
+            .find(|kind| *kind as u32 == value)
     }
 
     /// Its name in reports.

@@ -33,7 +33,8 @@ pub enum Check {
     Spacing = 6,
     /// The chunk does not continue the one before.
     Continuity = 7,
-    /// Unknown schema, counts out of range, numbers not finite, quaternions not unit, wrong contacts for the mode.
+    /// Unknown schema, counts out of range, numbers not finite, quaternions not unit, wrong
+    /// contacts for the mode.
     Malformed = 8,
     /// The CRC does not belong to the bytes.
     Crc = 9,
@@ -51,7 +52,8 @@ pub enum Check {
     Instance = 15,
     /// The world is not as the planner believes; [`Feedback::corrections`] says what was met.
     WorldDiffers = 16,
-    /// The robot's feet stand elsewhere than the plan says, and it cannot go on so; [`Feedback::standing`] says where it stands.
+    /// The robot's feet stand elsewhere than the plan says, and it cannot go on so;
+    /// [`Feedback::standing`] says where it stands.
     FootMisplaced = 17,
     /// A joint's speed changes faster than it may.
     Acceleration = 18,
@@ -135,7 +137,8 @@ pub struct Margins {
     pub contact: f64,
     /// Distance of the centre of mass to the edge of the equilibrium region, m.
     pub balance: f64,
-    /// Distance between robot and world beside the stance soles, m, capped at 0.1; negative where they overlap.
+    /// Distance between robot and world beside the stance soles, m, capped at 0.1; negative where
+    /// they overlap.
     pub collision: f64,
     /// Distance between links that may collide, m, capped at 0.1; negative where they overlap.
     pub self_collision: f64,
@@ -167,7 +170,8 @@ impl Margins {
     }
 }
 
-/// The controller's latest word. Cumulative: every chunk below `next_sequence` is accepted. Sent again as a heartbeat.
+/// The controller's latest word. Cumulative: every chunk below `next_sequence` is accepted. Sent
+/// again as a heartbeat.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.Feedback.v1")]
@@ -186,7 +190,8 @@ pub struct Feedback {
     pub next_sequence: u64,
     /// Counts this instance's feedback messages.
     pub count: u64,
-    /// A [`Verdict`] as its wire value. A refusal stays until the planner acknowledges it with a new epoch.
+    /// A [`Verdict`] as its wire value. A refusal stays until the planner acknowledges it with a
+    /// new epoch.
     pub verdict: u32,
     /// The violated [`Check`] as its wire value, when refused.
     pub check: u32,
@@ -196,12 +201,14 @@ pub struct Feedback {
     pub refused_waypoint: u32,
     /// 1 once the last chunk of the plan is accepted.
     pub finished: u32,
-    /// Chunks received again after they had been accepted, and not walked again, since the instance's start.
+    /// Chunks received again after they had been accepted, and not walked again, since the
+    /// instance's start.
     pub duplicated: u64,
-    /// Chunks received before their predecessors, and therefore ignored, since the instance's start.
+    /// Chunks received before their predecessors, and therefore ignored, since the instance's
+    /// start.
     pub gaps: u64,
-    /// Chunks that the robot walked since it was set on its start, whichever controller instances moved it. A chunk walked
-    /// twice makes it exceed the chunks accepted.
+    /// Chunks that the robot walked since it was set on its start, whichever controller instances
+    /// moved it. A chunk walked twice makes it exceed the chunks accepted.
     pub walked: u64,
     /// 1 while a chunk is being judged: such a heartbeat says only that the controller lives.
     pub busy: u32,
@@ -217,17 +224,23 @@ pub struct Feedback {
     pub margins: Margins,
     /// Where the robot stands and may stand forever.
     pub standing: Standing,
-    /// All that was met so far and is not as the world file says, oldest first. Cumulative: nothing is ever taken back.
+    /// All that was met so far and is not as the world file says, oldest first. Cumulative: nothing
+    /// is ever taken back.
     pub corrections: [Correction; CORRECTIONS_MAX],
 }
 
 const _: () = assert!(size_of::<Margins>() == 48);
-const _: () = assert!(size_of::<Feedback>() == 200 + size_of::<Standing>() + CORRECTIONS_MAX * size_of::<Correction>());
+const _: () = assert!(
+    size_of::<Feedback>()
+        == 200 + size_of::<Standing>() + CORRECTIONS_MAX * size_of::<Correction>()
+);
 
 impl Verdict {
     /// The verdict with this wire value, if there is one.
     pub fn from_wire(value: u32) -> Option<Self> {
-        [Self::Waiting, Self::Accepted, Self::Refused].into_iter().find(|verdict| *verdict as u32 == value)
+        [Self::Waiting, Self::Accepted, Self::Refused]
+            .into_iter()
+            .find(|verdict| *verdict as u32 == value)
     }
 }
 
@@ -248,7 +261,8 @@ impl Feedback {
     /// Whether the message is undamaged and its numbers can be what a controller says.
     pub fn is_well_formed(&self) -> bool {
         let verdict = Verdict::from_wire(self.verdict);
-        let refusal_is_named = verdict != Some(Verdict::Refused) || Check::from_wire(self.check).is_some();
+        let refusal_is_named =
+            verdict != Some(Verdict::Refused) || Check::from_wire(self.check).is_some();
         self.schema == FEEDBACK_SCHEMA
             && self.instance != 0
             && verdict.is_some()
@@ -313,7 +327,13 @@ mod tests {
             sealed.seal();
             sealed
         };
-        let good = Feedback { schema: FEEDBACK_SCHEMA, instance: 7, verdict: 2, check: 9, ..Feedback::zeroed() };
+        let good = Feedback {
+            schema: FEEDBACK_SCHEMA,
+            instance: 7,
+            verdict: 2,
+            check: 9,
+            ..Feedback::zeroed()
+        };
         assert!(!good.is_well_formed(), "without a seal");
         assert!(sealed(&good).is_well_formed());
         let bad = [
@@ -324,7 +344,11 @@ mod tests {
             Feedback { finished: 2, ..good },
             Feedback { busy: 2, ..good },
             Feedback { corrections_len: CORRECTIONS_MAX as u32 + 1, ..good },
-            Feedback { corrections_len: 1, corrections: [Correction { kind: 9, ..good.corrections[0] }; CORRECTIONS_MAX], ..good },
+            Feedback {
+                corrections_len: 1,
+                corrections: [Correction { kind: 9, ..good.corrections[0] }; CORRECTIONS_MAX],
+                ..good
+            },
             Feedback { standing: Standing { contacts_len: 9, ..good.standing }, ..good },
         ];
         assert!(bad.iter().all(|feedback| !sealed(feedback).is_well_formed()));

@@ -1,7 +1,9 @@
-//! What a message looks like in memory: every field's name, type, offset and size, and one hash over all of them.
+//! What a message looks like in memory: every field's name, type, offset and size, and one hash
+//! over all of them.
 //!
-//! Two programs may only share a service when their hashes agree: a type name and a size can stay the same while the
-//! fields change places. The table also serves whoever mirrors a message in another language.
+//! Two programs may only share a service when their hashes agree: a type name and a size can stay
+//! the same while the fields change places. The table also serves whoever mirrors a message in
+//! another language.
 
 use bytemuck::Pod;
 use iceoryx2::prelude::ZeroCopySend;
@@ -57,8 +59,9 @@ pub(crate) const fn hash_of(size: usize, fields: &[Field], parts: &[u64]) -> u64
     hash
 }
 
-/// Implements [`Layout`]: `layout!(Name { field: type, ... } with [Message, ...])`, where the messages in brackets are
-/// those that stand inside. A field that is missing or has another type does not compile.
+/// Implements [`Layout`]: `layout!(Name { field: type, ... } with [Message, ...])`, where the
+/// messages in brackets are those that stand inside. A field that is missing or has another type
+/// does not compile.
 macro_rules! layout {
     ($message:ident { $($field:ident: $type:ty),+ $(,)? } with [$($part:ty),*]) => {
         impl $crate::message::layout::Layout for $message {
@@ -88,7 +91,10 @@ pub(crate) use layout;
 mod tests {
     use super::*;
     use crate::message::request::MarkData;
-    use crate::message::{Contact, Correction, Feedback, Margins, PlanChunk, PlanRequest, PlanStatus, RobotRecord, Standing, Waypoint};
+    use crate::message::{
+        Contact, Correction, Feedback, Margins, PlanChunk, PlanRequest, PlanStatus, RobotRecord,
+        Standing, Waypoint,
+    };
 
     fn assert_no_gaps<M: Layout>() {
         let mut end = 0;
@@ -117,7 +123,9 @@ mod tests {
 
     #[test]
     fn the_wire_offsets_stand() {
-        let offset = |fields: &[Field], name: &str| fields.iter().find(|field| field.name == name).unwrap().offset;
+        let offset = |fields: &[Field], name: &str| {
+            fields.iter().find(|field| field.name == name).unwrap().offset
+        };
         let chunk = PlanChunk::FIELDS;
         let expected = [
             ("schema", 0),

@@ -1,4 +1,5 @@
-//! What crosses shared memory: plain old data, no padding, no `usize`, sizes asserted at compile time.
+//! What crosses shared memory: plain old data, no padding, no `usize`, sizes asserted at compile
+//! time.
 
 pub mod chunk;
 pub mod correction;

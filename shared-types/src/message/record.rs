@@ -8,7 +8,8 @@ use super::layout::{Layout, layout};
 use super::seal::Sealed;
 use crate::digest::Digest;
 
-/// A controller's last word and what else its successor needs. Kept in the instance's folder, never sent.
+/// A controller's last word and what else its successor needs. Kept in the instance's folder, never
+/// sent.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.RobotRecord.v1")]
@@ -49,6 +50,9 @@ impl Sealed for RobotRecord {
 impl RobotRecord {
     /// Whether the record is undamaged and can be what a controller left.
     pub fn is_well_formed(&self) -> bool {
-        self.layout == Self::HASH && self.generation > 0 && self.is_intact() && self.word.is_well_formed()
+        self.layout == Self::HASH
+            && self.generation > 0
+            && self.is_intact()
+            && self.word.is_well_formed()
     }
 }

@@ -23,9 +23,11 @@ const FEET_APART_MAX: f64 = 10.0;
 pub enum RequestKind {
     /// Walk from where the robot stands to `goal`; from `start` where it stands nowhere yet.
     Goal = 1,
-    /// Walk from `start` to `goal`. Only a robot that stands nowhere yet, or stands there, will accept the plan.
+    /// Walk from `start` to `goal`. Only a robot that stands nowhere yet, or stands there, will
+    /// accept the plan.
     StartAndGoal = 2,
-    /// Give up whatever is planned or delivered now; the robot stays at the end of the last chunk it walked.
+    /// Give up whatever is planned or delivered now; the robot stays at the end of the last chunk
+    /// it walked.
     Cancel = 3,
     /// Plan again from where the robot stands to the goal that was asked for last, with `seed`.
     Replan = 4,
@@ -44,7 +46,8 @@ pub struct MarkData {
     pub feet_apart: f64,
 }
 
-/// A client's wish. Sent again until a [`PlanStatus`] names it, so a planner may see it more than once.
+/// A client's wish. Sent again until a [`PlanStatus`] names it, so a planner may see it more than
+/// once.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.PlanRequest.v1")]
@@ -57,7 +60,8 @@ pub struct PlanRequest {
     pub number: u64,
     /// The seed of the search.
     pub seed: u64,
-    /// Work units that the search may use; 0 means as many as the scenario allows, and never more than those.
+    /// Work units that the search may use; 0 means as many as the scenario allows, and never more
+    /// than those.
     pub work_max: u64,
     /// A [`RequestKind`] as its wire value.
     pub kind: u32,
@@ -165,7 +169,9 @@ layout!(PlanStatus {
 impl RequestKind {
     /// The kind with this wire value, if there is one.
     pub fn from_wire(value: u32) -> Option<Self> {
-        [Self::Goal, Self::StartAndGoal, Self::Cancel, Self::Replan].into_iter().find(|kind| *kind as u32 == value)
+        [Self::Goal, Self::StartAndGoal, Self::Cancel, Self::Replan]
+            .into_iter()
+            .find(|kind| *kind as u32 == value)
     }
 }
 
@@ -224,9 +230,14 @@ impl From<Mark> for MarkData {
 impl MarkData {
     /// The mark, if its numbers can be those of one.
     pub fn mark(&self) -> Option<Mark> {
-        let bounded = self.position.iter().chain([&self.yaw]).all(|number| number.abs() <= COORDINATE_MAX);
+        let bounded =
+            self.position.iter().chain([&self.yaw]).all(|number| number.abs() <= COORDINATE_MAX);
         let apart = self.feet_apart > 0.0 && self.feet_apart <= FEET_APART_MAX;
-        (bounded && apart).then(|| Mark { position: self.position.into(), yaw: self.yaw, feet_apart: self.feet_apart })
+        (bounded && apart).then(|| Mark {
+            position: self.position.into(),
+            yaw: self.yaw,
+            feet_apart: self.feet_apart,
+        })
     }
 }
 
@@ -251,7 +262,8 @@ impl PlanRequest {
     pub fn known_kind(&self) -> Option<RequestKind> {
         let kind = RequestKind::from_wire(self.kind)?;
         let start = kind != RequestKind::StartAndGoal || self.start.mark().is_some();
-        let goal = !matches!(kind, RequestKind::Goal | RequestKind::StartAndGoal) || self.goal.mark().is_some();
+        let goal = !matches!(kind, RequestKind::Goal | RequestKind::StartAndGoal)
+            || self.goal.mark().is_some();
         let named = self.schema == REQUEST_SCHEMA && self.client != 0 && self.number != 0;
         (named && start && goal && self.is_intact()).then_some(kind)
     }
@@ -277,8 +289,15 @@ mod tests {
     #[test]
     fn requests_that_make_no_sense_have_no_kind() {
         let mark = MarkData { position: [1.0, 2.0, 0.0], yaw: 0.5, feet_apart: 0.2 };
-        let request =
-            PlanRequest { schema: REQUEST_SCHEMA, client: 3, number: 1, kind: 2, start: mark, goal: mark, ..PlanRequest::zeroed() };
+        let request = PlanRequest {
+            schema: REQUEST_SCHEMA,
+            client: 3,
+            number: 1,
+            kind: 2,
+            start: mark,
+            goal: mark,
+            ..PlanRequest::zeroed()
+        };
         assert_eq!(request.known_kind(), None, "without a seal");
         assert_eq!(sealed(request).known_kind(), Some(RequestKind::StartAndGoal));
         assert_eq!(MarkData::from(mark.mark().unwrap()), mark);
@@ -295,13 +314,21 @@ mod tests {
             PlanRequest { goal: MarkData { position: [1e9, 0.0, 0.0], ..mark }, ..request },
         ];
         assert!(bad.iter().all(|request| sealed(*request).known_kind().is_none()));
-        assert_eq!(sealed(PlanRequest { kind: 3, goal: odd, ..request }).known_kind(), Some(RequestKind::Cancel));
+        assert_eq!(
+            sealed(PlanRequest { kind: 3, goal: odd, ..request }).known_kind(),
+            Some(RequestKind::Cancel)
+        );
     }
 
     #[test]
     fn states_come_back() {
         for state in RequestState::ALL {
-            let status = PlanStatus { schema: STATUS_SCHEMA, session: 1, state: state as u32, ..PlanStatus::zeroed() };
+            let status = PlanStatus {
+                schema: STATUS_SCHEMA,
+                session: 1,
+                state: state as u32,
+                ..PlanStatus::zeroed()
+            };
             assert_eq!((status.known_state(), sealed(status).known_state()), (None, Some(state)));
             assert!(!state.word().is_empty());
         }

@@ -20,14 +20,18 @@ pub trait Sealed: Layout {
         hasher.finalize()
     }
 
-    /// Writes the CRC that belongs to the message's bytes. The last thing done to a message before it is sent.
+    /// Writes the CRC that belongs to the message's bytes. The last thing done to a message before
+    /// it is sent.
     fn seal(&mut self) {
         *self.crc_mut() = self.computed_crc();
     }
 
-    /// Whether the message carries the CRC of its bytes. Until this is known, no field may be believed.
+    /// Whether the message carries the CRC of its bytes. Until this is known, no field may be
+    /// believed.
     fn is_intact(&self) -> bool {
-        let carried = bytemuck::pod_read_unaligned::<u32>(&bytemuck::bytes_of(self)[Self::CRC_AT..Self::CRC_AT + 4]);
+        let carried = bytemuck::pod_read_unaligned::<u32>(
+            &bytemuck::bytes_of(self)[Self::CRC_AT..Self::CRC_AT + 4],
+        );
         carried == self.computed_crc()
     }
 }

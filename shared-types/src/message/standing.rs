@@ -24,7 +24,9 @@ pub struct Standing {
     pub contacts: [Contact; CONTACTS_MAX],
 }
 
-const _: () = assert!(size_of::<Standing>() == 8 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<Contact>());
+const _: () = assert!(
+    size_of::<Standing>() == 8 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<Contact>()
+);
 
 layout!(Standing { mode: u32, contacts_len: u32, waypoint: Waypoint, contacts: [Contact; CONTACTS_MAX] } with [Waypoint, Contact]);
 
@@ -44,18 +46,23 @@ impl Standing {
         self.contacts().iter().find(|contact| contact.limb == limb)
     }
 
-    /// The mark between both feet, each where it stands or stood last: of a biped whose two limbs are known.
+    /// The mark between both feet, each where it stands or stood last: of a biped whose two limbs
+    /// are known.
     pub fn mark(&self) -> Option<Mark> {
         let [left, right] = [0, 1].map(|limb| self.contact_of(limb).map(Contact::world_from_sole));
         let (left, right) = (left?, right?);
         let yaw = yaw_of(left.rotation);
         let turn = wrap_angle(yaw_of(right.rotation) - yaw);
         let feet_apart = left.translation.distance(right.translation);
-        Some(Mark { position: left.translation.midpoint(right.translation), yaw: wrap_angle(yaw + 0.5 * turn), feet_apart })
+        Some(Mark {
+            position: left.translation.midpoint(right.translation),
+            yaw: wrap_angle(yaw + 0.5 * turn),
+            feet_apart,
+        })
     }
 
-    /// The standing at the end of a chunk that was walked from this one: `mode` and `contacts` are the chunk's, `waypoint`
-    /// its last. Lifted limbs keep the contact they had.
+    /// The standing at the end of a chunk that was walked from this one: `mode` and `contacts` are
+    /// the chunk's, `waypoint` its last. Lifted limbs keep the contact they had.
     pub fn after(&self, mode: u32, contacts: &[Contact], waypoint: &Waypoint) -> Self {
         let mut next = Self { mode, waypoint: *waypoint, ..*self };
         for contact in contacts {
@@ -71,7 +78,12 @@ impl Standing {
 
     /// Whether counts, modes, limbs and numbers can be those of a standing robot.
     pub fn is_well_formed(&self) -> bool {
-        let numbers = self.waypoint.root_position.iter().chain(&self.waypoint.root_rotation).chain(&self.waypoint.q);
+        let numbers = self
+            .waypoint
+            .root_position
+            .iter()
+            .chain(&self.waypoint.root_rotation)
+            .chain(&self.waypoint.q);
         self.contacts_len as usize <= CONTACTS_MAX
             && SupportMode::from_wire(self.mode).is_some()
             && self.waypoint.time.is_finite()
@@ -108,20 +120,35 @@ mod tests {
     fn a_lifted_foot_is_remembered_where_it_stood_last() {
         let standing = Standing::zeroed();
         assert!(!standing.is_known());
-        let both = standing.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.2)], &at(0.0));
+        let both = standing.after(
+            SupportMode::Double as u32,
+            &[contact(0, 0.1), contact(1, 0.2)],
+            &at(0.0),
+        );
         let lifted = both.after(SupportMode::Left as u32, &[contact(0, 0.1)], &at(2.0));
-        assert_eq!((lifted.mode, lifted.contacts_len, lifted.waypoint.time), (SupportMode::Left as u32, 2, 2.0));
+        assert_eq!(
+            (lifted.mode, lifted.contacts_len, lifted.waypoint.time),
+            (SupportMode::Left as u32, 2, 2.0)
+        );
         assert_eq!(lifted.contact_of(1).unwrap().position[0], 0.2);
-        let landed = lifted.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.5)], &at(0.0));
+        let landed =
+            lifted.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.5)], &at(0.0));
         assert_eq!((landed.contacts_len, landed.contact_of(1).unwrap().position[0]), (2, 0.5));
         assert!(landed.is_well_formed() && landed.contact_of(2).is_none());
     }
 
     #[test]
     fn limbs_that_no_biped_has_and_rotations_that_are_none_are_told_apart() {
-        let good = Standing::zeroed().after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.2)], &at(1.0));
+        let good = Standing::zeroed().after(
+            SupportMode::Double as u32,
+            &[contact(0, 0.1), contact(1, 0.2)],
+            &at(1.0),
+        );
         assert!(good.is_well_formed() && Standing::zeroed().is_well_formed());
-        let with = |second: Contact| Standing { contacts: [good.contacts[0], second, good.contacts[2], good.contacts[3]], ..good };
+        let with = |second: Contact| Standing {
+            contacts: [good.contacts[0], second, good.contacts[2], good.contacts[3]],
+            ..good
+        };
         let bad = [
             with(contact(2, 0.2)),
             with(contact(u32::MAX, 0.2)),

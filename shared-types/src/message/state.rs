@@ -61,7 +61,10 @@ pub struct State {
 }
 
 const _: () = assert!(size_of::<FootForce>() == 56);
-const _: () = assert!(size_of::<State>() == 104 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<FootForce>() + 8 * JOINTS_MAX);
+const _: () = assert!(
+    size_of::<State>()
+        == 104 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<FootForce>() + 8 * JOINTS_MAX
+);
 
 layout!(FootForce { limb: u64, force: [f64; 3], centre: [f64; 3] } with []);
 layout!(State {
@@ -91,8 +94,13 @@ impl State {
     /// Whether its numbers can be what a controller says.
     pub fn is_well_formed(&self) -> bool {
         let Self { waypoint, centre_of_mass, balance_margin, friction_use, torque_use, .. } = self;
-        let pose = [waypoint.time].into_iter().chain(waypoint.root_position).chain(waypoint.root_rotation);
-        let body = pose.chain(waypoint.q).chain(*centre_of_mass).chain([*balance_margin, *friction_use, *torque_use]);
+        let pose =
+            [waypoint.time].into_iter().chain(waypoint.root_position).chain(waypoint.root_rotation);
+        let body = pose.chain(waypoint.q).chain(*centre_of_mass).chain([
+            *balance_margin,
+            *friction_use,
+            *torque_use,
+        ]);
         let forces = self.feet.iter().flat_map(|foot| foot.force.into_iter().chain(foot.centre));
         self.schema == STATE_SCHEMA
             && self.instance != 0

@@ -14,7 +14,10 @@ type Complaint = (String, String);
 /// Complains about the first thing in a plan that is out of order.
 pub(super) fn check_plan(plan: &PlanFile) -> Result<(), Complaint> {
     if plan.schema != SCHEMA {
-        return Err(("schema".into(), format!("is '{}'; only '{SCHEMA}' is understood", plan.schema)));
+        return Err((
+            "schema".into(),
+            format!("is '{}'; only '{SCHEMA}' is understood", plan.schema),
+        ));
     }
     check_robot(&plan.robot).map_err(|message| ("robot".to_owned(), message))?;
     check_numbers("mu", &[plan.scene.mu]).map_err(|message| ("scene".to_owned(), message))?;
@@ -63,7 +66,8 @@ fn check_names(names: &[String]) -> Result<(), String> {
 fn check_waypoints(plan: &PlanFile) -> Result<(), Complaint> {
     let mut before = f64::NEG_INFINITY;
     for (at, waypoint) in plan.waypoints.iter().enumerate() {
-        check_waypoint(waypoint, before, plan.joint_names.len()).map_err(|message| (format!("waypoint {at}"), message))?;
+        check_waypoint(waypoint, before, plan.joint_names.len())
+            .map_err(|message| (format!("waypoint {at}"), message))?;
         before = waypoint.t;
     }
     Ok(())
@@ -77,7 +81,12 @@ fn check_waypoint(waypoint: &WaypointBlock, before: f64, joints: usize) -> Resul
     check_configuration(waypoint.root_xyz, waypoint.root_quat_xyzw, &waypoint.q, joints)
 }
 
-fn check_configuration(xyz: [f64; 3], quat_xyzw: [f64; 4], q: &[f64], joints: usize) -> Result<(), String> {
+fn check_configuration(
+    xyz: [f64; 3],
+    quat_xyzw: [f64; 4],
+    q: &[f64],
+    joints: usize,
+) -> Result<(), String> {
     pose_from_arrays(xyz, quat_xyzw)?;
     if q.len() != joints {
         return Err(format!("q has {} entries for {joints} joint_names", q.len()));
@@ -89,7 +98,8 @@ fn check_phases(plan: &PlanFile) -> Result<(), Complaint> {
     let waypoints = plan.waypoints.len();
     let mut expected = 0;
     for (at, phase) in plan.phases.iter().enumerate() {
-        check_phase(phase, expected, waypoints).map_err(|message| (format!("phase {at}"), message))?;
+        check_phase(phase, expected, waypoints)
+            .map_err(|message| (format!("phase {at}"), message))?;
         expected = phase.last;
     }
     match plan.phases.last() {
@@ -104,7 +114,10 @@ fn check_phases(plan: &PlanFile) -> Result<(), Complaint> {
 
 fn check_phase(phase: &PhaseBlock, expected_first: usize, waypoints: usize) -> Result<(), String> {
     if phase.first != expected_first {
-        return Err(format!("begins at waypoint {} instead of {expected_first}; phases share their transition waypoints", phase.first));
+        return Err(format!(
+            "begins at waypoint {} instead of {expected_first}; phases share their transition waypoints",
+            phase.first
+        ));
     }
     if phase.last < phase.first || phase.last >= waypoints {
         return Err(format!("covers waypoints {}..{} of {waypoints}", phase.first, phase.last));
@@ -118,10 +131,14 @@ fn check_phase(phase: &PhaseBlock, expected_first: usize, waypoints: usize) -> R
     let mut feet: Vec<&str> = phase.contacts.iter().map(|contact| contact.foot.as_str()).collect();
     feet.sort_unstable();
     if feet != expected {
-        return Err(format!("has contacts {feet:?} in mode '{}', which needs {expected:?}", phase.mode));
+        return Err(format!(
+            "has contacts {feet:?} in mode '{}', which needs {expected:?}",
+            phase.mode
+        ));
     }
     for contact in &phase.contacts {
-        pose_from_block(&contact.sole_pose).map_err(|message| format!("contact '{}': {message}", contact.foot))?;
+        pose_from_block(&contact.sole_pose)
+            .map_err(|message| format!("contact '{}': {message}", contact.foot))?;
     }
     Ok(())
 }

@@ -17,8 +17,8 @@ use crate::{InputError, Pose, Shape};
 
 use super::check::check_plan;
 use super::{
-    ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, SceneBlock, SceneShapeBlock, ShapeBlock,
-    WaypointBlock,
+    ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA,
+    SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
 };
 
 /// How far the first configuration's soles may be from the start mark, m.
@@ -26,17 +26,30 @@ const START_TOLERANCE: f64 = 2e-3;
 /// How far it may be from the configuration in which a walk was broken off, m and rad.
 const CONFIGURATION_TOLERANCE: f64 = 1e-3;
 
-/// The plan file of a stream of chunks, to be saved in `plan_dir` (absolute, or relative to the working directory).
+/// The plan file of a stream of chunks, to be saved in `plan_dir` (absolute, or relative to the
+/// working directory).
 ///
-/// Every chunk's first waypoint repeats the last one of the chunk before and is written once. Neighbouring chunks with the same
-/// mode and the same sole poses become one phase.
-pub fn plan_from_chunks(robot: &RobotModel, world: &World, scenario: &Scenario, chunks: &[PlanChunk], plan_dir: &Path) -> PlanFile {
-    let plan_dir = plan_dir.canonicalize().or_else(|_| std::path::absolute(plan_dir)).unwrap_or_else(|_| plan_dir.to_owned());
+/// Every chunk's first waypoint repeats the last one of the chunk before and is written once.
+/// Neighbouring chunks with the same mode and the same sole poses become one phase.
+pub fn plan_from_chunks(
+    robot: &RobotModel,
+    world: &World,
+    scenario: &Scenario,
+    chunks: &[PlanChunk],
+    plan_dir: &Path,
+) -> PlanFile {
+    let plan_dir = plan_dir
+        .canonicalize()
+        .or_else(|_| std::path::absolute(plan_dir))
+        .unwrap_or_else(|_| plan_dir.to_owned());
     let (waypoints, phases) = motion(robot, chunks);
     PlanFile {
         schema: SCHEMA.to_owned(),
         robot: robot_block(robot, &plan_dir),
-        scene: SceneBlock { mu: world.mu, shapes: world.shapes.iter().map(|shape| shape_block(shape, &plan_dir)).collect() },
+        scene: SceneBlock {
+            mu: world.mu,
+            shapes: world.shapes.iter().map(|shape| shape_block(shape, &plan_dir)).collect(),
+        },
         joint_names: robot.joints.iter().map(|joint| joint.name.clone()).collect(),
         waypoints,
         phases,
@@ -63,7 +76,8 @@ pub fn save(plan: &PlanFile, path: &Path) -> Result<(), InputError> {
 }
 
 fn write_whole(plan: &PlanFile, path: &Path) -> std::io::Result<()> {
-    let mut writer = BufWriter::new(OpenOptions::new().write(true).create(true).truncate(true).open(path)?);
+    let mut writer =
+        BufWriter::new(OpenOptions::new().write(true).create(true).truncate(true).open(path)?);
     serde_json::to_writer(&mut writer, plan)?;
     writer.write_all(b"\n")?;
     let file: File = writer.into_inner().map_err(|error| error.into_error())?;
@@ -76,10 +90,17 @@ fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<
     for chunk in chunks {
         let first = waypoints.len().saturating_sub(1);
         let repeated = usize::from(!waypoints.is_empty());
-        waypoints.extend(chunk.waypoints().iter().skip(repeated).map(|waypoint| waypoint_block(waypoint, robot.joints.len())));
+        waypoints.extend(
+            chunk
+                .waypoints()
+                .iter()
+                .skip(repeated)
+                .map(|waypoint| waypoint_block(waypoint, robot.joints.len())),
+        );
         let last = waypoints.len().saturating_sub(1);
         let mode = SupportMode::from_wire(chunk.mode).map_or("unknown", SupportMode::word);
-        let contacts: Vec<_> = chunk.contacts().iter().map(|contact| contact_block(contact, robot)).collect();
+        let contacts: Vec<_> =
+            chunk.contacts().iter().map(|contact| contact_block(contact, robot)).collect();
         match phases.last_mut() {
             Some(phase) if phase.mode == mode && phase.contacts == contacts => phase.last = last,
             _ => phases.push(PhaseBlock { first, last, mode: mode.to_owned(), contacts }),
@@ -99,14 +120,21 @@ fn waypoint_block(waypoint: &Waypoint, joints: usize) -> WaypointBlock {
 
 fn contact_block(contact: &Contact, robot: &RobotModel) -> ContactBlock {
     let foot = robot.feet.get(contact.limb as usize).map_or("unknown", |foot| &foot.name);
-    ContactBlock { foot: foot.to_owned(), sole_pose: PoseBlock { xyz: contact.position, quat_xyzw: contact.rotation } }
+    ContactBlock {
+        foot: foot.to_owned(),
+        sole_pose: PoseBlock { xyz: contact.position, quat_xyzw: contact.rotation },
+    }
 }
 
 fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
     RobotBlock {
         urdf: relative_to(&robot.urdf_path, plan_dir),
         feet: robot.feet.iter().map(|foot| (foot.name.clone(), foot_block(foot, robot))).collect(),
-        locked_joints: robot.locked_joints.iter().map(|locked| (locked.joint.name.clone(), locked.position)).collect(),
+        locked_joints: robot
+            .locked_joints
+            .iter()
+            .map(|locked| (locked.joint.name.clone(), locked.position))
+            .collect(),
         exact_meshes: exact_meshes(robot),
         effort_limits: effort_limits(robot),
         acceleration_limits: acceleration_limits(robot),
@@ -115,14 +143,18 @@ fn robot_block(robot: &RobotModel, plan_dir: &Path) -> RobotBlock {
 }
 
 fn exact_meshes(robot: &RobotModel) -> Vec<String> {
-    let has_mesh = |link: &&Link| link.shapes.iter().any(|part| matches!(part.shape, Shape::Mesh { .. }));
+    let has_mesh =
+        |link: &&Link| link.shapes.iter().any(|part| matches!(part.shape, Shape::Mesh { .. }));
     robot.links.iter().filter(has_mesh).map(|link| link.name.clone()).collect()
 }
 
 /// Of all joints that have one, locked ones included.
 fn effort_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
     let joints = robot.joints.iter().chain(robot.locked_joints.iter().map(|locked| &locked.joint));
-    joints.filter(|joint| joint.effort.is_finite()).map(|joint| (joint.name.clone(), joint.effort)).collect()
+    joints
+        .filter(|joint| joint.effort.is_finite())
+        .map(|joint| (joint.name.clone(), joint.effort))
+        .collect()
 }
 
 fn acceleration_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
@@ -142,36 +174,64 @@ fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
     let block = match &shape.shape {
         Shape::Box { half_extents } => ShapeBlock::Box { half_extents: half_extents.to_array() },
         Shape::Sphere { radius } => ShapeBlock::Sphere { radius: *radius },
-        Shape::Cylinder { radius, half_length } => ShapeBlock::Cylinder { radius: *radius, length: 2.0 * half_length },
-        Shape::Capsule { radius, half_length } => ShapeBlock::Capsule { radius: *radius, length: 2.0 * half_length },
-        Shape::ConvexHull { points } => {
-            ShapeBlock::Convex { points: Some(points.iter().map(|point| point.to_array()).collect()), path: None, scale: None }
+        Shape::Cylinder { radius, half_length } => {
+            ShapeBlock::Cylinder { radius: *radius, length: 2.0 * half_length }
         }
-        Shape::Mesh { source: MeshSource { path, scale }, .. } => {
-            ShapeBlock::Mesh { path: relative_to(path, plan_dir), scale: (*scale != DVec3::ONE).then(|| scale.to_array()) }
+        Shape::Capsule { radius, half_length } => {
+            ShapeBlock::Capsule { radius: *radius, length: 2.0 * half_length }
         }
+        Shape::ConvexHull { points } => ShapeBlock::Convex {
+            points: Some(points.iter().map(|point| point.to_array()).collect()),
+            path: None,
+            scale: None,
+        },
+        Shape::Mesh { source: MeshSource { path, scale }, .. } => ShapeBlock::Mesh {
+            path: relative_to(path, plan_dir),
+            scale: (*scale != DVec3::ONE).then(|| scale.to_array()),
+        },
     };
-    SceneShapeBlock { name: shape.name.clone(), pose: pose_block(&shape.world_from_shape), shape: block }
+    SceneShapeBlock {
+        name: shape.name.clone(),
+        pose: pose_block(&shape.world_from_shape),
+        shape: block,
+    }
 }
 
-/// Where the plan's first chunk has the robot stand: on a slope the soles are not level, as the mark's are, and on one foot, where a
-/// plan goes on from a walk that was broken off, the whole configuration counts.
+/// Where the plan's first chunk has the robot stand: on a slope the soles are not level, as the
+/// mark's are, and on one foot, where a plan goes on from a walk that was broken off, the whole
+/// configuration counts.
 fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> EndBlock {
     let contacts = chunks.first().map_or(&[][..], PlanChunk::contacts);
-    if let Some([first, ..]) = chunks.first().map(PlanChunk::waypoints).filter(|_| contacts.len() < robot.feet.len()) {
+    if let Some([first, ..]) =
+        chunks.first().map(PlanChunk::waypoints).filter(|_| contacts.len() < robot.feet.len())
+    {
         let (root_xyz, root_quat_xyzw) = (first.root_position, first.root_rotation);
-        return EndBlock::Config { root_xyz, root_quat_xyzw, q: first.q[..robot.joints.len()].to_vec(), tol: CONFIGURATION_TOLERANCE };
+        return EndBlock::Config {
+            root_xyz,
+            root_quat_xyzw,
+            q: first.q[..robot.joints.len()].to_vec(),
+            tol: CONFIGURATION_TOLERANCE,
+        };
     }
     let mut block = end_block(robot, &scenario.start, START_TOLERANCE);
     if let EndBlock::Feet { soles, .. } = &mut block {
-        soles.extend(contacts.iter().map(|contact| contact_block(contact, robot)).map(|contact| (contact.foot, contact.sole_pose)));
+        soles.extend(
+            contacts
+                .iter()
+                .map(|contact| contact_block(contact, robot))
+                .map(|contact| (contact.foot, contact.sole_pose)),
+        );
     }
     block
 }
 
 fn end_block(robot: &RobotModel, mark: &Mark, tol: f64) -> EndBlock {
-    let soles: BTreeMap<_, _> =
-        robot.feet.iter().zip(mark.world_from_soles()).map(|(foot, pose)| (foot.name.clone(), pose_block(&pose))).collect();
+    let soles: BTreeMap<_, _> = robot
+        .feet
+        .iter()
+        .zip(mark.world_from_soles())
+        .map(|(foot, pose)| (foot.name.clone(), pose_block(&pose)))
+        .collect();
     EndBlock::Feet { soles, tol }
 }
 

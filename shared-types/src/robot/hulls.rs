@@ -1,6 +1,7 @@
-//! Which links keep their meshes as they are, though nobody asked for it: those whose convex hulls overlap where the meshes do not.
-//! Links that overlap in nearly every posture, or at position 0 near each other, count as covers that may touch; if only their hulls
-//! did so, real collisions between them would go unseen.
+//! Which links keep their meshes as they are, though nobody asked for it: those whose convex hulls
+//! overlap where the meshes do not. Links that overlap in nearly every posture, or at position 0
+//! near each other, count as covers that may touch; if only their hulls did so, real collisions
+//! between them would go unseen.
 
 use glam::DVec3;
 use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
@@ -24,12 +25,17 @@ struct Placed {
     bounds: Aabb,
 }
 
-/// The links, with their exact shapes, whose hulls, but not they themselves, overlap another link with all joints as near to 0 as their
-/// limits allow, or in the standing posture alone; of two such links one, the one of fewer triangles, where that is enough. `exact` makes
-/// a link's shapes with its meshes as they are; where it fails, hulls stay.
-pub(super) fn misleading_hulls(robot: &RobotModel, mut exact: impl FnMut(LinkIndex) -> Option<Link>) -> Vec<(LinkIndex, Vec<LinkShape>)> {
+/// The links, with their exact shapes, whose hulls, but not they themselves, overlap another link
+/// with all joints as near to 0 as their limits allow, or in the standing posture alone; of two
+/// such links one, the one of fewer triangles, where that is enough. `exact` makes a link's shapes
+/// with its meshes as they are; where it fails, hulls stay.
+pub(super) fn misleading_hulls(
+    robot: &RobotModel,
+    mut exact: impl FnMut(LinkIndex) -> Option<Link>,
+) -> Vec<(LinkIndex, Vec<LinkShape>)> {
     let links = &robot.links;
-    let neutral: Vec<f64> = robot.joints.iter().map(|joint| 0.0_f64.clamp(joint.lower, joint.upper)).collect();
+    let neutral: Vec<f64> =
+        robot.joints.iter().map(|joint| 0.0_f64.clamp(joint.lower, joint.upper)).collect();
     let mut apart: Vec<[LinkIndex; 2]> = pairs_with_hulls(links).collect();
     let mut misleading = vec![];
     for q in [&neutral, &robot.standing_q] {
@@ -45,7 +51,9 @@ pub(super) fn misleading_hulls(robot: &RobotModel, mut exact: impl FnMut(LinkInd
             }
             !overlap
         });
-        misleading.extend(chosen.into_iter().filter_map(|at| Some((at, survey.surfaces[at].take()?.parts))));
+        misleading.extend(
+            chosen.into_iter().filter_map(|at| Some((at, survey.surfaces[at].take()?.parts))),
+        );
     }
     misleading
 }
@@ -57,7 +65,9 @@ fn has_hull(link: &Link) -> bool {
 /// The pairs of links that are no neighbours, of which one at least is a hull.
 fn pairs_with_hulls(links: &[Link]) -> impl Iterator<Item = [LinkIndex; 2]> {
     let pairs = (0..links.len()).flat_map(|a| (a + 1..links.len()).map(move |b| [a, b]));
-    pairs.filter(|&pair| pair.iter().any(|&at| has_hull(&links[at])) && joints_between(links, pair) > NEIGHBOURS_MAX)
+    pairs.filter(|&pair| {
+        pair.iter().any(|&at| has_hull(&links[at])) && joints_between(links, pair) > NEIGHBOURS_MAX
+    })
 }
 
 /// All links where they are in a posture: as hulls, and as they are once that was asked for.
@@ -85,26 +95,34 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
 
     /// Whether two links overlap if those of `exact` are taken as they are.
     fn overlap(&self, pair: [LinkIndex; 2], exact: &[LinkIndex]) -> bool {
-        let shapes =
-            |at: LinkIndex| self.surfaces[at].as_ref().filter(|_| exact.contains(&at)).map_or(&self.hulls[at], |surface| &surface.shapes);
+        let shapes = |at: LinkIndex| {
+            self.surfaces[at]
+                .as_ref()
+                .filter(|_| exact.contains(&at))
+                .map_or(&self.hulls[at], |surface| &surface.shapes)
+        };
         let [first, second] = pair.map(shapes);
         first.iter().any(|a| second.iter().any(|b| a.meets(b)))
     }
 
-    /// The fewest of two links' hulls that have to give way for the two not to overlap; none where that does not help.
+    /// The fewest of two links' hulls that have to give way for the two not to overlap; none where
+    /// that does not help.
     fn parting(&mut self, pair: [LinkIndex; 2], links: &[Link]) -> Vec<LinkIndex> {
         let mut hulls = pair.to_vec();
         hulls.retain(|&at| has_hull(&links[at]) && !self.surface(at).shapes.is_empty());
         hulls.sort_by_key(|&at| self.surface(at).triangles);
         let singles = hulls.iter().map(|&at| vec![at]);
-        let choices: Vec<Vec<LinkIndex>> = singles.chain([hulls.clone()]).filter(|choice| !choice.is_empty()).collect();
+        let choices: Vec<Vec<LinkIndex>> =
+            singles.chain([hulls.clone()]).filter(|choice| !choice.is_empty()).collect();
         choices.into_iter().find(|choice| !self.overlap(pair, choice)).unwrap_or_default()
     }
 
     fn surface(&mut self, at: LinkIndex) -> &Surface {
         let Self { poses, surfaces, exact, .. } = self;
         surfaces[at].get_or_insert_with(|| {
-            let light = exact(at).map(|link| (triangles_of(&link), link)).filter(|(triangles, _)| *triangles <= TRIANGLES_MAX);
+            let light = exact(at)
+                .map(|link| (triangles_of(&link), link))
+                .filter(|(triangles, _)| *triangles <= TRIANGLES_MAX);
             light.map_or_else(Surface::default, |(triangles, link)| {
                 let shapes = placed(&link, &poses[at]);
                 Surface { triangles, parts: link.shapes, shapes }
@@ -114,13 +132,16 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
 }
 
 fn triangles_of(link: &Link) -> usize {
-    let triangles = |part: &LinkShape| if let Shape::Mesh { triangles, .. } = &part.shape { triangles.len() } else { 0 };
+    let triangles = |part: &LinkShape| {
+        if let Shape::Mesh { triangles, .. } = &part.shape { triangles.len() } else { 0 }
+    };
     link.shapes.iter().map(triangles).sum()
 }
 
 fn placed(link: &Link, world_from_link: &Pose) -> Vec<Placed> {
     let place = |part: &LinkShape| {
-        let (world_from_shape, shape) = (*world_from_link * part.link_from_shape, solid(&part.shape)?);
+        let (world_from_shape, shape) =
+            (*world_from_link * part.link_from_shape, solid(&part.shape)?);
         let bounds = shape.compute_aabb(&world_from_shape).loosened(SLACK);
         Some(Placed { world_from_shape, shape, bounds })
     };
@@ -129,7 +150,14 @@ fn placed(link: &Link, world_from_link: &Pose) -> Vec<Placed> {
 
 impl Placed {
     fn meets(&self, other: &Self) -> bool {
-        let test = || intersection_test(&self.world_from_shape, &*self.shape, &other.world_from_shape, &*other.shape);
+        let test = || {
+            intersection_test(
+                &self.world_from_shape,
+                &*self.shape,
+                &other.world_from_shape,
+                &*other.shape,
+            )
+        };
         self.bounds.intersects(&other.bounds) && test().is_ok_and(|test| test.intersecting)
     }
 }
@@ -142,14 +170,21 @@ fn solid(shape: &Shape) -> Option<SharedShape> {
         // Parry's cylinders stand along y.
         Shape::Cylinder { radius, half_length } => {
             let (vertices, _) = Cylinder::new(*half_length, *radius).to_trimesh(32);
-            let turned: Vec<DVec3> = vertices.iter().map(|vertex| DVec3::new(vertex.x, vertex.z, vertex.y)).collect();
+            let turned: Vec<DVec3> =
+                vertices.iter().map(|vertex| DVec3::new(vertex.x, vertex.z, vertex.y)).collect();
             SharedShape::new(ConvexPolyhedron::from_convex_hull(&turned)?)
         }
-        Shape::Capsule { radius, half_length } => {
-            SharedShape::new(Capsule::new(DVec3::NEG_Z * *half_length, DVec3::Z * *half_length, *radius))
+        Shape::Capsule { radius, half_length } => SharedShape::new(Capsule::new(
+            DVec3::NEG_Z * *half_length,
+            DVec3::Z * *half_length,
+            *radius,
+        )),
+        Shape::ConvexHull { points } => {
+            SharedShape::new(ConvexPolyhedron::from_convex_hull(points)?)
         }
-        Shape::ConvexHull { points } => SharedShape::new(ConvexPolyhedron::from_convex_hull(points)?),
-        Shape::Mesh { vertices, triangles, .. } => SharedShape::new(TriMesh::new(vertices.clone(), triangles.clone()).ok()?),
+        Shape::Mesh { vertices, triangles, .. } => {
+            SharedShape::new(TriMesh::new(vertices.clone(), triangles.clone()).ok()?)
+        }
     })
 }
 
@@ -161,9 +196,19 @@ mod tests {
     use super::*;
     use crate::shape::MeshSource;
 
-    /// Corners of a trough along y, 2 wide inside and 1 high, with walls 0.1 thick, from z = 0 upward.
+    /// Corners of a trough along y, 2 wide inside and 1 high, with walls 0.1 thick, from z = 0
+    /// upward.
     fn trough() -> (Vec<DVec3>, Vec<[u32; 3]>) {
-        let outline = [[-1.1, 0.0], [1.1, 0.0], [1.1, 1.0], [1.0, 1.0], [1.0, 0.1], [-1.0, 0.1], [-1.0, 1.0], [-1.1, 1.0]];
+        let outline = [
+            [-1.1, 0.0],
+            [1.1, 0.0],
+            [1.1, 1.0],
+            [1.0, 1.0],
+            [1.0, 0.1],
+            [-1.0, 0.1],
+            [-1.0, 1.0],
+            [-1.1, 1.0],
+        ];
         let ring = |y: f64| outline.map(|[x, z]| DVec3::new(x, y, z));
         let vertices = [ring(-1.0), ring(1.0)].concat();
         let sides = (0..8_u32).flat_map(|at| {
@@ -174,7 +219,11 @@ mod tests {
     }
 
     fn link(parent: Option<LinkIndex>, shape: Option<Shape>) -> Link {
-        let attachment = |parent| super::super::Attachment { parent, parent_from_joint: Pose::IDENTITY, joint: Some(parent) };
+        let attachment = |parent| super::super::Attachment {
+            parent,
+            parent_from_joint: Pose::IDENTITY,
+            joint: Some(parent),
+        };
         let shapes = shape.map(|shape| LinkShape { link_from_shape: Pose::IDENTITY, shape });
         Link {
             name: String::new(),
@@ -188,11 +237,22 @@ mod tests {
 
     fn joint(child: LinkIndex) -> Joint {
         let (kind, axis, limits) = (JointKind::Revolute, DVec3::Z, [-1.0, 1.0]);
-        Joint { name: String::new(), kind, axis, child, lower: limits[0], upper: limits[1], effort: 1.0, velocity: 1.0, acceleration: 1.0 }
+        Joint {
+            name: String::new(),
+            kind,
+            axis,
+            child,
+            lower: limits[0],
+            upper: limits[1],
+            effort: 1.0,
+            velocity: 1.0,
+            acceleration: 1.0,
+        }
     }
 
-    /// A trough, a link without shapes and a ball of a radius that slides upward, joined one after another. With its joint at 0 it is so
-    /// far above the middle of the trough, as the robot stands in the middle.
+    /// A trough, a link without shapes and a ball of a radius that slides upward, joined one after
+    /// another. With its joint at 0 it is so far above the middle of the trough, as the robot
+    /// stands in the middle.
     fn misleading_around(radius: f64, above: f64) -> Vec<LinkIndex> {
         let (vertices, triangles) = trough();
         let hull = Shape::ConvexHull { points: vertices.clone() };
@@ -211,7 +271,9 @@ mod tests {
         };
         let source = MeshSource { path: "trough.obj".into(), scale: DVec3::ONE };
         let mesh = Shape::Mesh { vertices, triangles, source };
-        let exact = |at: LinkIndex| Some(if at == 0 { link(None, Some(mesh.clone())) } else { ball.clone() });
+        let exact = |at: LinkIndex| {
+            Some(if at == 0 { link(None, Some(mesh.clone())) } else { ball.clone() })
+        };
         misleading_hulls(&robot, exact).into_iter().map(|(at, _)| at).collect()
     }
 
@@ -232,8 +294,16 @@ mod tests {
 
     #[test]
     fn a_fixed_link_adds_no_joint_to_the_way() {
-        let mut links = [link(None, None), link(Some(0), None), link(Some(1), None), link(Some(0), None)];
-        assert_eq!([joints_between(&links, [0, 2]), joints_between(&links, [3, 2]), joints_between(&links, [1, 1])], [2, 3, 0]);
+        let mut links =
+            [link(None, None), link(Some(0), None), link(Some(1), None), link(Some(0), None)];
+        assert_eq!(
+            [
+                joints_between(&links, [0, 2]),
+                joints_between(&links, [3, 2]),
+                joints_between(&links, [1, 1])
+            ],
+            [2, 3, 0]
+        );
         links[2].parent.as_mut().unwrap().joint = None;
         assert_eq!(joints_between(&links, [3, 2]), 2);
     }

@@ -16,7 +16,8 @@ pub(super) enum JointRole {
     Moving(Joint),
     /// It is fixed: `parent_from_child`.
     Fixed(Pose),
-    /// It is locked: `parent_from_child` at its position. The joint's `child` is still to be filled in.
+    /// It is locked: `parent_from_child` at its position. The joint's `child` is still to be filled
+    /// in.
     Locked(Pose, LockedJoint),
 }
 
@@ -32,7 +33,11 @@ pub(super) fn pose_from_origin(origin: &urdf_rs::Pose) -> Pose {
 }
 
 /// Decides what a URDF joint becomes under a robot file.
-pub(super) fn joint_role(urdf: &Urdf, index: usize, spec: &RobotSpec) -> Result<JointRole, InputError> {
+pub(super) fn joint_role(
+    urdf: &Urdf,
+    index: usize,
+    spec: &RobotSpec,
+) -> Result<JointRole, InputError> {
     let joint = &urdf.robot.joints[index];
     let kind = match joint.joint_type {
         urdf_rs::JointType::Fixed => return Ok(JointRole::Fixed(parent_from_joint(joint))),
@@ -64,45 +69,72 @@ pub(super) fn joint_role(urdf: &Urdf, index: usize, spec: &RobotSpec) -> Result<
 }
 
 /// Where a joint is held that mimics one that is held; `None` for one that mimics none.
-fn followed_position(urdf: &Urdf, index: usize, spec: &RobotSpec) -> Result<Option<f64>, InputError> {
+fn followed_position(
+    urdf: &Urdf,
+    index: usize,
+    spec: &RobotSpec,
+) -> Result<Option<f64>, InputError> {
     let Some(mimic) = &urdf.robot.joints[index].mimic else { return Ok(None) };
     let Some((leader, _)) = spec.locked.get(&mimic.joint) else {
-        let message = format!("mimics '{}', which moves; lock that one in the robot file, and this one is held with it", mimic.joint);
+        let message = format!(
+            "mimics '{}', which moves; lock that one in the robot file, and this one is held with it",
+            mimic.joint
+        );
         return Err(complain(urdf, index, message));
     };
     let position = mimic.multiplier.unwrap_or(1.0) * leader + mimic.offset.unwrap_or(0.0);
     match locked_limits(urdf, index) {
         (lower, upper) if (lower..=upper).contains(&position) => Ok(Some(position)),
         (lower, upper) => {
-            let message = format!("mimics '{}' to {position}, outside its limits {lower}..{upper}; lock it, too", mimic.joint);
+            let message = format!(
+                "mimics '{}' to {position}, outside its limits {lower}..{upper}; lock it, too",
+                mimic.joint
+            );
             Err(complain(urdf, index, message))
         }
     }
 }
 
 /// Complains about names in a table that are not moving joints of the URDF.
-pub(super) fn check_names(urdf: &Urdf, table: &str, values: &JointValues) -> Result<(), InputError> {
+pub(super) fn check_names(
+    urdf: &Urdf,
+    table: &str,
+    values: &JointValues,
+) -> Result<(), InputError> {
     for (name, (_, place)) in values {
         let complain = |message: &str| Err(place.error(format!("{table} '{name}'"), message));
         match urdf.robot.joints.iter().find(|joint| joint.name == *name) {
             None => return complain("the URDF has no joint of this name"),
-            Some(joint) if joint.joint_type == urdf_rs::JointType::Fixed => return complain("this joint is fixed; remove the entry"),
+            Some(joint) if joint.joint_type == urdf_rs::JointType::Fixed => {
+                return complain("this joint is fixed; remove the entry");
+            }
             Some(_) => {}
         }
     }
     Ok(())
 }
 
-fn moving_joint(urdf: &Urdf, index: usize, kind: JointKind, axis: DVec3, spec: &RobotSpec) -> Result<JointRole, InputError> {
+fn moving_joint(
+    urdf: &Urdf,
+    index: usize,
+    kind: JointKind,
+    axis: DVec3,
+    spec: &RobotSpec,
+) -> Result<JointRole, InputError> {
     let joint = &urdf.robot.joints[index];
     let facts = &urdf.joint_facts[index];
     let refuse = |message: String| Err(complain(urdf, index, message));
     if !facts.has_limit {
-        return refuse("has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file".into());
+        return refuse(
+            "has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file"
+                .into(),
+        );
     }
     let (lower, upper) = position_limits(joint);
     if lower >= upper || !lower.is_finite() || !upper.is_finite() {
-        return refuse(format!("its limits {lower}..{upper} leave no room to move; correct them or lock it in the robot file"));
+        return refuse(format!(
+            "its limits {lower}..{upper} leave no room to move; correct them or lock it in the robot file"
+        ));
     }
     if !(joint.limit.effort > 0.0 && joint.limit.effort.is_finite()) {
         return refuse(format!(
@@ -118,7 +150,17 @@ fn moving_joint(urdf: &Urdf, index: usize, kind: JointKind, axis: DVec3, spec: &
     }
     let effort = tightened_effort(joint, joint.limit.effort, spec)?;
     let (velocity, acceleration) = (joint.limit.velocity, acceleration(joint, spec)?);
-    Ok(JointRole::Moving(Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity, acceleration }))
+    Ok(JointRole::Moving(Joint {
+        name: joint.name.clone(),
+        kind,
+        axis,
+        child: 0,
+        lower,
+        upper,
+        effort,
+        velocity,
+        acceleration,
+    }))
 }
 
 /// A locked joint needs no limits of its own: what is not stated is not limited.
@@ -130,18 +172,31 @@ fn locked_joint(
     spec: &RobotSpec,
 ) -> Result<LockedJoint, InputError> {
     let joint = &urdf.robot.joints[index];
-    let stated = |limit: f64| if urdf.joint_facts[index].has_limit && limit > 0.0 { limit } else { f64::INFINITY };
+    let stated = |limit: f64| {
+        if urdf.joint_facts[index].has_limit && limit > 0.0 { limit } else { f64::INFINITY }
+    };
     let effort = tightened_effort(joint, stated(joint.limit.effort), spec)?;
     let (lower, upper) = locked_limits(urdf, index);
     let (velocity, acceleration) = (stated(joint.limit.velocity), acceleration(joint, spec)?);
-    let joint_model = Joint { name: joint.name.clone(), kind, axis, child: 0, lower, upper, effort, velocity, acceleration };
+    let joint_model = Joint {
+        name: joint.name.clone(),
+        kind,
+        axis,
+        child: 0,
+        lower,
+        upper,
+        effort,
+        velocity,
+        acceleration,
+    };
     Ok(LockedJoint { joint: joint_model, position, parent_from_joint: parent_from_joint(joint) })
 }
 
 /// Where a joint may be locked.
 fn locked_limits(urdf: &Urdf, index: usize) -> (f64, f64) {
     let joint = &urdf.robot.joints[index];
-    let is_bounded = urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
+    let is_bounded =
+        urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
     if is_bounded { position_limits(joint) } else { (f64::NEG_INFINITY, f64::INFINITY) }
 }
 
@@ -152,12 +207,17 @@ fn position_limits(joint: &urdf_rs::Joint) -> (f64, f64) {
     }
 }
 
-fn tightened_effort(joint: &urdf_rs::Joint, stated: f64, spec: &RobotSpec) -> Result<f64, InputError> {
+fn tightened_effort(
+    joint: &urdf_rs::Joint,
+    stated: f64,
+    spec: &RobotSpec,
+) -> Result<f64, InputError> {
     let limit = match spec.effort_limits.get(&joint.name) {
         None => stated,
         Some((effort, _)) if *effort > 0.0 && *effort <= stated => *effort,
         Some((effort, place)) => {
-            let message = format!("is {effort}; it must be positive and at most the URDF's {stated}");
+            let message =
+                format!("is {effort}; it must be positive and at most the URDF's {stated}");
             return Err(place.error(format!("[effort_limits] '{}'", joint.name), message));
         }
     };
@@ -168,14 +228,25 @@ fn acceleration(joint: &urdf_rs::Joint, spec: &RobotSpec) -> Result<f64, InputEr
     match spec.accelerations.get(&joint.name) {
         None => Ok(ACCELERATION_DEFAULT),
         Some((limit, _)) if *limit > 0.0 => Ok(*limit),
-        Some((limit, place)) => Err(place.error(format!("[accelerations] '{}'", joint.name), format!("is {limit}; it must be positive"))),
+        Some((limit, place)) => Err(place.error(
+            format!("[accelerations] '{}'", joint.name),
+            format!("is {limit}; it must be positive"),
+        )),
     }
 }
 
-fn check_locked_position(urdf: &Urdf, index: usize, position: f64, place: &Place) -> Result<(), InputError> {
+fn check_locked_position(
+    urdf: &Urdf,
+    index: usize,
+    position: f64,
+    place: &Place,
+) -> Result<(), InputError> {
     let (name, (lower, upper)) = (&urdf.robot.joints[index].name, locked_limits(urdf, index));
     if !(lower..=upper).contains(&position) {
-        return Err(place.error(format!("[locked] '{name}'"), format!("is {position}, outside its limits {lower}..{upper}")));
+        return Err(place.error(
+            format!("[locked] '{name}'"),
+            format!("is {position}, outside its limits {lower}..{upper}"),
+        ));
     }
     Ok(())
 }
@@ -189,5 +260,7 @@ fn unit_axis(joint: &urdf_rs::Joint) -> Result<DVec3, String> {
 }
 
 fn complain(urdf: &Urdf, index: usize, message: impl Into<String>) -> InputError {
-    urdf.joint_facts[index].place.error(format!("joint '{}'", urdf.robot.joints[index].name), message)
+    urdf.joint_facts[index]
+        .place
+        .error(format!("joint '{}'", urdf.robot.joints[index].name), message)
 }

@@ -25,14 +25,17 @@ const FORWARD_TURN_MAX: f64 = std::f64::consts::FRAC_PI_4;
 
 /// Loads the robot that a `robot.toml` describes.
 ///
-/// The file names the `urdf` (relative to it) and the two `[[feet]]` (`name` "left" or "right", `link`, `sole_xyz` in m and
-/// `sole_rpy` in rad in the link frame, `polygon` in m in the sole frame), and optionally the `root` link it expects,
-/// `exact_meshes` (links whose collision meshes are kept; others become convex hulls, unless these alone would overlap), and the
-/// tables `[standing]` (joint positions; joints not listed stand as near to 0 as their limits allow), `[locked]` (joints held still,
-/// and with them those that mimic one) and `[effort_limits]` (N m or N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
+/// The file names the `urdf` (relative to it) and the two `[[feet]]` (`name` "left" or "right",
+/// `link`, `sole_xyz` in m and `sole_rpy` in rad in the link frame, `polygon` in m in the sole
+/// frame), and optionally the `root` link it expects, `exact_meshes` (links whose collision meshes
+/// are kept; others become convex hulls, unless these alone would overlap), and the tables
+/// `[standing]` (joint positions; joints not listed stand as near to 0 as their limits allow),
+/// `[locked]` (joints held still, and with them those that mimic one) and `[effort_limits]` (N m or
+/// N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
 ///
 /// # Errors
-/// The first thing in the file, the URDF or a mesh that is out of order, with its file, line and element.
+/// The first thing in the file, the URDF or a mesh that is out of order, with its file, line and
+/// element.
 pub fn load_robot(robot_toml: &Path) -> Result<RobotModel, InputError> {
     let spec = read_robot_file(robot_toml)?;
     let robot = build_robot(&spec)?;
@@ -58,13 +61,18 @@ fn check_forward(robot: &RobotModel, spec: &RobotSpec) -> Result<(), InputError>
     Ok(())
 }
 
-/// Builds the robot that a plan file names. Its URDF is relative to `base_dir`; errors in the block name `plan_path`.
+/// Builds the robot that a plan file names. Its URDF is relative to `base_dir`; errors in the block
+/// name `plan_path`.
 ///
 /// The standing posture is as near to 0 as the limits allow: a plan does not say it.
 ///
 /// # Errors
 /// As [`load_robot`].
-pub fn robot_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &Path) -> Result<RobotModel, InputError> {
+pub fn robot_from_block(
+    block: &RobotBlock,
+    base_dir: &Path,
+    plan_path: &Path,
+) -> Result<RobotModel, InputError> {
     build_robot(&spec_from_block(block, base_dir, plan_path)?)
 }
 
@@ -95,8 +103,8 @@ fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
     Ok(robot)
 }
 
-/// Gives links their exact meshes whose hulls would hide collisions, whichever joints are locked: which links may touch is decided with all
-/// of them moving.
+/// Gives links their exact meshes whose hulls would hide collisions, whichever joints are locked:
+/// which links may touch is decided with all of them moving.
 fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes: &mut MeshStore) {
     let exact = |at: usize| build_link(urdf, tree[at].urdf_link, true, meshes).ok();
     for (at, shapes) in misleading_hulls(&robot.unlocked(), exact) {
@@ -107,12 +115,19 @@ fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes:
 fn check_root(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec) -> Result<(), InputError> {
     let root = &urdf.robot.links[tree[0].urdf_link].name;
     match &spec.root {
-        Some((stated, place)) if stated != root => Err(place.error("root", format!("is '{stated}', but the URDF's root link is '{root}'"))),
+        Some((stated, place)) if stated != root => {
+            Err(place.error("root", format!("is '{stated}', but the URDF's root link is '{root}'")))
+        }
         _ => Ok(()),
     }
 }
 
-fn build_bodies(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, meshes: &mut MeshStore) -> Result<(Vec<Link>, Joints), InputError> {
+fn build_bodies(
+    urdf: &Urdf,
+    tree: &[TreeLink],
+    spec: &RobotSpec,
+    meshes: &mut MeshStore,
+) -> Result<(Vec<Link>, Joints), InputError> {
     for (name, place) in &spec.exact_meshes {
         if !urdf.robot.links.iter().any(|link| link.name == *name) {
             return Err(place.error("exact_meshes", format!("the URDF has no link '{name}'")));
@@ -121,7 +136,10 @@ fn build_bodies(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, meshes: &mut M
     let mut links = Vec::with_capacity(tree.len());
     let mut joints = Joints::default();
     for (at, node) in tree.iter().enumerate() {
-        let exact = spec.exact_meshes.iter().any(|(name, _)| *name == urdf.robot.links[node.urdf_link].name);
+        let exact = spec
+            .exact_meshes
+            .iter()
+            .any(|(name, _)| *name == urdf.robot.links[node.urdf_link].name);
         let mut link = build_link(urdf, node.urdf_link, exact, meshes)?;
         if let Some((parent, joint)) = node.parent {
             link.parent = Some(attach(urdf, spec, (parent, joint, at), &mut joints)?);
@@ -129,7 +147,10 @@ fn build_bodies(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, meshes: &mut M
         links.push(link);
     }
     if joints.moving.len() > JOINTS_MAX {
-        let message = format!("{} joints move; at most {JOINTS_MAX} may. Lock some in the robot file", joints.moving.len());
+        let message = format!(
+            "{} joints move; at most {JOINTS_MAX} may. Lock some in the robot file",
+            joints.moving.len()
+        );
         return Err(InputError::file(&urdf.source.path, message));
     }
     Ok((links, joints))
@@ -150,7 +171,9 @@ fn attach(
     joints: &mut Joints,
 ) -> Result<Attachment, InputError> {
     Ok(match joint_role(urdf, urdf_joint, spec)? {
-        JointRole::Fixed(parent_from_child) => Attachment { parent, parent_from_joint: parent_from_child, joint: None },
+        JointRole::Fixed(parent_from_child) => {
+            Attachment { parent, parent_from_joint: parent_from_child, joint: None }
+        }
         JointRole::Locked(parent_from_child, mut locked) => {
             locked.joint.child = child;
             joints.locked.push(locked);
@@ -170,23 +193,32 @@ fn build_feet(spec: &RobotSpec, links: &[Link]) -> Result<Vec<Foot>, InputError>
         .map(|foot_spec| {
             let element = format!("foot '{}'", foot_spec.name);
             let Some(link) = links.iter().position(|link| link.name == foot_spec.link) else {
-                return Err(foot_spec.place.error(element, format!("the URDF has no link '{}'", foot_spec.link)));
+                return Err(foot_spec
+                    .place
+                    .error(element, format!("the URDF has no link '{}'", foot_spec.link)));
             };
             let (link, link_from_named) = shaped_ancestor(links, link);
             let FootSpec { name, link_from_sole, polygon, .. } = foot_spec;
-            let foot = Foot { name: name.clone(), link, link_from_sole: link_from_named * *link_from_sole, polygon: polygon.clone() };
+            let foot = Foot {
+                name: name.clone(),
+                link,
+                link_from_sole: link_from_named * *link_from_sole,
+                polygon: polygon.clone(),
+            };
             check_sole(&foot, &links[link], foot_spec)?;
             Ok(foot)
         })
         .collect()
 }
 
-/// The nearest link from one toward the root that has shapes and to which that one is fixed, as a frame of a sole is to its foot, and the
-/// frame's pose there; the link itself where there is none.
+/// The nearest link from one toward the root that has shapes and to which that one is fixed, as a
+/// frame of a sole is to its foot, and the frame's pose there; the link itself where there is none.
 fn shaped_ancestor(links: &[Link], link: usize) -> (usize, Pose) {
     let (mut at, mut at_from_link) = (link, Pose::IDENTITY);
     while links[at].shapes.is_empty() {
-        let Some(Attachment { parent, parent_from_joint, joint: None }) = &links[at].parent else { return (link, Pose::IDENTITY) };
+        let Some(Attachment { parent, parent_from_joint, joint: None }) = &links[at].parent else {
+            return (link, Pose::IDENTITY);
+        };
         (at, at_from_link) = (*parent, *parent_from_joint * at_from_link);
     }
     (at, at_from_link)
@@ -206,7 +238,10 @@ fn standing_posture(spec: &RobotSpec, joints: &Joints) -> Result<Vec<f64>, Input
             Some((position, _)) if (joint.lower..=joint.upper).contains(position) => Ok(*position),
             Some((position, place)) => Err(place.error(
                 format!("[standing] '{}'", joint.name),
-                format!("is {position}, outside the joint's limits {}..{}", joint.lower, joint.upper),
+                format!(
+                    "is {position}, outside the joint's limits {}..{}",
+                    joint.lower, joint.upper
+                ),
             )),
         })
         .collect()

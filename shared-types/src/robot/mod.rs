@@ -26,7 +26,8 @@ pub type JointIndex = usize;
 /// Index into [`RobotModel::feet`].
 pub type LimbIndex = usize;
 
-/// A validated robot. Links are sorted so that a parent stands before its children; link 0 is the root.
+/// A validated robot. Links are sorted so that a parent stands before its children; link 0 is the
+/// root.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotModel {
     /// The URDF's robot name.
@@ -35,7 +36,8 @@ pub struct RobotModel {
     pub urdf_path: std::path::PathBuf,
     /// All links, parents first.
     pub links: Vec<Link>,
-    /// The moving joints, in the order of every joint vector `q`. At most [`JOINTS_MAX`], unless the robot is [`Self::unlocked`].
+    /// The moving joints, in the order of every joint vector `q`. At most [`JOINTS_MAX`], unless
+    /// the robot is [`Self::unlocked`].
     pub joints: Vec<Joint>,
     /// The feet. A biped has two: 0 is left, 1 is right.
     pub feet: Vec<Foot>,
@@ -71,7 +73,8 @@ pub struct Attachment {
     pub parent: LinkIndex,
     /// The joint frame in the parent link's frame, which is also the child's frame at position 0.
     pub parent_from_joint: Pose,
-    /// The moving joint, or `None` for a fixed one (also a locked one, whose position is folded into the pose).
+    /// The moving joint, or `None` for a fixed one (also a locked one, whose position is folded
+    /// into the pose).
     pub joint: Option<JointIndex>,
 }
 
@@ -80,8 +83,8 @@ pub struct Attachment {
 pub struct LinkShape {
     /// The shape's frame in the link's.
     pub link_from_shape: Pose,
-    /// The shape. A mesh arrives here as its convex hull, unless the robot file asks for the exact surface or the hull would hide
-    /// collisions.
+    /// The shape. A mesh arrives here as its convex hull, unless the robot file asks for the exact
+    /// surface or the hull would hide collisions.
     pub shape: Shape,
 }
 
@@ -113,12 +116,13 @@ pub struct Joint {
     pub effort: f64,
     /// Largest speed (rad/s or m/s), positive and finite.
     pub velocity: f64,
-    /// Largest acceleration (rad/s2 or m/s2), positive and finite: of the robot file, or [`ACCELERATION_DEFAULT`].
+    /// Largest acceleration (rad/s2 or m/s2), positive and finite: of the robot file, or
+    /// [`ACCELERATION_DEFAULT`].
     pub acceleration: f64,
 }
 
-/// The largest acceleration of a joint of which the robot file says nothing (rad/s2 or m/s2): what geared joints of humanoids reach
-/// with little of their torque. URDF knows no such limit.
+/// The largest acceleration of a joint of which the robot file says nothing (rad/s2 or m/s2): what
+/// geared joints of humanoids reach with little of their torque. URDF knows no such limit.
 pub const ACCELERATION_DEFAULT: f64 = 10.0;
 
 /// A joint that the robot file holds still. Links see it as fixed; its motor still has to hold it.
@@ -141,7 +145,8 @@ pub struct Foot {
     pub link: LinkIndex,
     /// The sole frame in the link's: z points out of the ground into the foot, x forward.
     pub link_from_sole: Pose,
-    /// The sole's outline in the sole frame at z = 0: convex, counter-clockwise, at most [`POLYGON_VERTICES_MAX`] vertices.
+    /// The sole's outline in the sole frame at z = 0: convex, counter-clockwise, at most
+    /// [`POLYGON_VERTICES_MAX`] vertices.
     pub polygon: Vec<glam::DVec2>,
 }
 
@@ -196,14 +201,16 @@ impl RobotModel {
     pub fn leg(&self, limb: LimbIndex) -> Vec<JointIndex> {
         let mut joints = self.chain(self.feet[limb].link);
         let others = self.feet.iter().enumerate().filter(|(other, _)| *other != limb);
-        let carry_others: Vec<JointIndex> = others.flat_map(|(_, foot)| self.chain(foot.link)).collect();
+        let carry_others: Vec<JointIndex> =
+            others.flat_map(|(_, foot)| self.chain(foot.link)).collect();
         joints.retain(|joint| !carry_others.contains(joint));
         joints
     }
 }
 
 impl JointKind {
-    /// How a child frame stands in its joint's frame, moved along or about `axis` (unit, joint frame) to a position (rad or m).
+    /// How a child frame stands in its joint's frame, moved along or about `axis` (unit, joint
+    /// frame) to a position (rad or m).
     pub(crate) fn motion(self, axis: DVec3, position: f64) -> Pose {
         match self {
             Self::Revolute => Pose::from_rotation(rotation_about(axis, position)),
@@ -216,7 +223,8 @@ impl JointKind {
 pub fn joints_between(links: &[Link], pair: [LinkIndex; 2]) -> usize {
     let (mut at, mut count) = (pair, 0);
     while at[0] != at[1] {
-        // Parents stand before their children, so the later of two links is not an ancestor of the other.
+        // Parents stand before their children, so the later of two links is not an ancestor of the
+        // other.
         let later = usize::from(at[1] > at[0]);
         let Some(attachment) = &links[at[later]].parent else { break };
         count += usize::from(attachment.joint.is_some());

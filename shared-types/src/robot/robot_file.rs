@@ -53,7 +53,8 @@ pub(super) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
         (name.into_inner(), place)
     };
     let place = Place::file(path);
-    let feet = raw.feet.into_iter().map(|foot| foot_from_file(foot, &source)).collect::<Result<_, _>>()?;
+    let feet =
+        raw.feet.into_iter().map(|foot| foot_from_file(foot, &source)).collect::<Result<_, _>>()?;
     Ok(RobotSpec {
         feet: left_and_right(feet, &place)?,
         urdf_path: path.parent().unwrap_or(Path::new("")).join(raw.urdf),
@@ -69,20 +70,33 @@ pub(super) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
 }
 
 /// Takes a plan's robot block, its URDF relative to `base_dir`.
-pub(super) fn spec_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &Path) -> Result<RobotSpec, InputError> {
+pub(super) fn spec_from_block(
+    block: &RobotBlock,
+    base_dir: &Path,
+    plan_path: &Path,
+) -> Result<RobotSpec, InputError> {
     let place = Place::file(plan_path);
     let feet = block
         .feet
         .iter()
         .map(|(name, foot)| {
-            let link_from_sole = pose_from_block(&foot.sole_pose).map_err(|message| place.error(format!("foot '{name}'"), message))?;
-            FootSpec::new(name.clone(), foot.link.clone(), link_from_sole, &foot.polygon, place.clone())
+            let link_from_sole = pose_from_block(&foot.sole_pose)
+                .map_err(|message| place.error(format!("foot '{name}'"), message))?;
+            FootSpec::new(
+                name.clone(),
+                foot.link.clone(),
+                link_from_sole,
+                &foot.polygon,
+                place.clone(),
+            )
         })
         .collect::<Result<_, _>>()?;
     let effort_scale = block.effort_scale.unwrap_or(1.0);
-    check_positive("it", &[effort_scale]).map_err(|message| place.error("effort_scale", message))?;
+    check_positive("it", &[effort_scale])
+        .map_err(|message| place.error("effort_scale", message))?;
     let anonymous = RobotBlock { urdf: String::new(), ..block.clone() };
-    let bytes = serde_json::to_vec(&anonymous).map_err(|error| place.error("robot", error.to_string()))?;
+    let bytes =
+        serde_json::to_vec(&anonymous).map_err(|error| place.error("robot", error.to_string()))?;
     Ok(RobotSpec {
         feet: left_and_right(feet, &place)?,
         urdf_path: base_dir.join(&block.urdf),
@@ -100,7 +114,8 @@ pub(super) fn spec_from_block(block: &RobotBlock, base_dir: &Path, plan_path: &P
 fn foot_from_file(foot: Spanned<RawFoot>, source: &Source) -> Result<FootSpec, InputError> {
     let place = source.place(foot.span().start);
     let RawFoot { name, link, sole_xyz, sole_rpy, polygon } = foot.into_inner();
-    let link_from_sole = sole_pose(sole_xyz, sole_rpy).map_err(|message| place.error(format!("foot '{name}'"), message))?;
+    let link_from_sole = sole_pose(sole_xyz, sole_rpy)
+        .map_err(|message| place.error(format!("foot '{name}'"), message))?;
     FootSpec::new(name, link, link_from_sole, &polygon, place)
 }
 
@@ -116,18 +131,40 @@ fn left_and_right(feet: Vec<FootSpec>, place: &Place) -> Result<Vec<FootSpec>, I
         return Ok(feet);
     }
     let names: Vec<_> = feet.iter().map(|foot| foot.name.as_str()).collect();
-    Err(place.error("feet", format!("are {names:?}; a biped needs exactly one named \"left\" and one named \"right\"")))
+    Err(place.error(
+        "feet",
+        format!("are {names:?}; a biped needs exactly one named \"left\" and one named \"right\""),
+    ))
 }
 
-fn joint_values(table: &str, raw: BTreeMap<String, Spanned<f64>>, source: &Source) -> Result<JointValues, InputError> {
-    raw.into_iter().map(|(name, value)| checked_value(table, name, *value.get_ref(), source.place(value.span().start))).collect()
+fn joint_values(
+    table: &str,
+    raw: BTreeMap<String, Spanned<f64>>,
+    source: &Source,
+) -> Result<JointValues, InputError> {
+    raw.into_iter()
+        .map(|(name, value)| {
+            checked_value(table, name, *value.get_ref(), source.place(value.span().start))
+        })
+        .collect()
 }
 
-fn block_values(table: &str, raw: &BTreeMap<String, f64>, place: &Place) -> Result<JointValues, InputError> {
-    raw.iter().map(|(name, value)| checked_value(table, name.clone(), *value, place.clone())).collect()
+fn block_values(
+    table: &str,
+    raw: &BTreeMap<String, f64>,
+    place: &Place,
+) -> Result<JointValues, InputError> {
+    raw.iter()
+        .map(|(name, value)| checked_value(table, name.clone(), *value, place.clone()))
+        .collect()
 }
 
-fn checked_value(table: &str, name: String, value: f64, place: Place) -> Result<(String, (f64, Place)), InputError> {
+fn checked_value(
+    table: &str,
+    name: String,
+    value: f64,
+    place: Place,
+) -> Result<(String, (f64, Place)), InputError> {
     match check_numbers("entry", &[value]) {
         Ok(()) => Ok((name, (value, place))),
         Err(message) => Err(place.error(format!("{table} '{name}'"), message)),

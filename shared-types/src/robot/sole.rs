@@ -1,4 +1,5 @@
-//! Makes sure that a declared sole lies on the foot's own surface: a plan could otherwise claim giant feet.
+//! Makes sure that a declared sole lies on the foot's own surface: a plan could otherwise claim
+//! giant feet.
 
 use glam::DVec3;
 use parry3d_f64::query::PointQuery;
@@ -41,7 +42,8 @@ pub(super) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<()
     Ok(())
 }
 
-/// The distance from a shape's surface to a point in the shape's frame, negative inside. A mesh is only its surface.
+/// The distance from a shape's surface to a point in the shape's frame, negative inside. A mesh is
+/// only its surface.
 fn signed_distance(shape: &Shape, point: DVec3) -> Result<f64, String> {
     let radial = (point.x * point.x + point.y * point.y).sqrt();
     Ok(match shape {
@@ -60,7 +62,10 @@ fn signed_distance(shape: &Shape, point: DVec3) -> Result<f64, String> {
         }
         Shape::ConvexHull { points } => {
             let (corners, triangles) = hull_triangles(points)?;
-            let height = triangles.iter().filter_map(|triangle| height_above(&corners, *triangle, point)).fold(f64::NEG_INFINITY, f64::max);
+            let height = triangles
+                .iter()
+                .filter_map(|triangle| height_above(&corners, *triangle, point))
+                .fold(f64::NEG_INFINITY, f64::max);
             if height > 0.0 { surface_distance(&corners, &triangles, point) } else { height }
         }
         Shape::Mesh { vertices, triangles, .. } => surface_distance(vertices, triangles, point),

@@ -53,8 +53,15 @@ pub(super) struct FootSpec {
 }
 
 impl FootSpec {
-    /// A foot with the convex hull of `outline` as its sole; the message says what is wrong with it.
-    pub(super) fn new(name: String, link: String, link_from_sole: Pose, outline: &[[f64; 2]], place: Place) -> Result<Self, InputError> {
+    /// A foot with the convex hull of `outline` as its sole; the message says what is wrong with
+    /// it.
+    pub(super) fn new(
+        name: String,
+        link: String,
+        link_from_sole: Pose,
+        outline: &[[f64; 2]],
+        place: Place,
+    ) -> Result<Self, InputError> {
         match sole_polygon(outline) {
             Ok(polygon) => Ok(Self { name, link, link_from_sole, polygon, place }),
             Err(message) => Err(place.error(format!("foot '{name}'"), message)),
@@ -65,14 +72,22 @@ impl FootSpec {
 fn sole_polygon(outline: &[[f64; 2]]) -> Result<Vec<DVec2>, String> {
     check_numbers("polygon", outline.as_flattened())?;
     if let Some(far) = outline.as_flattened().iter().find(|number| number.abs() > SOLE_REACH_MAX) {
-        return Err(format!("polygon reaches {far} m from the sole frame; at most {SOLE_REACH_MAX} m is allowed"));
+        return Err(format!(
+            "polygon reaches {far} m from the sole frame; at most {SOLE_REACH_MAX} m is allowed"
+        ));
     }
-    let polygon = convex_polygon(&outline.iter().map(|point| DVec2::from_array(*point)).collect::<Vec<_>>());
+    let polygon =
+        convex_polygon(&outline.iter().map(|point| DVec2::from_array(*point)).collect::<Vec<_>>());
     if polygon.len() < 3 || polygon_area(&polygon) < SOLE_AREA_MIN {
-        return Err(format!("polygon is degenerate; its corners must enclose at least {SOLE_AREA_MIN:e} m2"));
+        return Err(format!(
+            "polygon is degenerate; its corners must enclose at least {SOLE_AREA_MIN:e} m2"
+        ));
     }
     if polygon.len() > POLYGON_VERTICES_MAX {
-        return Err(format!("polygon's convex hull has {} corners; at most {POLYGON_VERTICES_MAX} are allowed", polygon.len()));
+        return Err(format!(
+            "polygon's convex hull has {} corners; at most {POLYGON_VERTICES_MAX} are allowed",
+            polygon.len()
+        ));
     }
     Ok(polygon)
 }

@@ -19,11 +19,14 @@ pub(super) struct TreeLink {
 /// # Errors
 /// When a joint names an unknown link, a link has two parents, or the joints do not form one tree.
 pub(super) fn sort_links(urdf: &Urdf) -> Result<Vec<TreeLink>, InputError> {
-    let index: BTreeMap<&str, usize> = urdf.robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
+    let index: BTreeMap<&str, usize> =
+        urdf.robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
     let mut parent_joint: Vec<Option<usize>> = vec![None; urdf.robot.links.len()];
     let mut children: Vec<Vec<(usize, usize)>> = vec![Vec::new(); urdf.robot.links.len()];
     for (j, joint) in urdf.robot.joints.iter().enumerate() {
-        let complain = |message: String| Err(urdf.joint_facts[j].place.error(format!("joint '{}'", joint.name), message));
+        let complain = |message: String| {
+            Err(urdf.joint_facts[j].place.error(format!("joint '{}'", joint.name), message))
+        };
         let Some(&parent) = index.get(joint.parent.link.as_str()) else {
             return complain(format!("its parent link '{}' is not in the file", joint.parent.link));
         };
@@ -31,7 +34,10 @@ pub(super) fn sort_links(urdf: &Urdf) -> Result<Vec<TreeLink>, InputError> {
             return complain(format!("its child link '{}' is not in the file", joint.child.link));
         };
         if let Some(other) = parent_joint[child] {
-            return complain(format!("its child link '{}' already hangs on joint '{}'", joint.child.link, urdf.robot.joints[other].name));
+            return complain(format!(
+                "its child link '{}' already hangs on joint '{}'",
+                joint.child.link, urdf.robot.joints[other].name
+            ));
         }
         parent_joint[child] = Some(j);
         children[parent].push((child, j));
@@ -47,11 +53,14 @@ fn only_root(urdf: &Urdf, parent_joint: &[Option<usize>]) -> Result<usize, Input
     let name = |link: usize| &urdf.robot.links[link].name;
     match (roots.next(), roots.next()) {
         (Some(root), None) => Ok(root),
-        (Some(first), Some(second)) => Err(urdf.link_places[second]
-            .error(format!("link '{}'", name(second)), format!("is a second root beside '{}'; connect them with a joint", name(first)))),
-        (None, _) => Err(urdf.joint_facts[0]
-            .place
-            .error(format!("joint '{}'", urdf.robot.joints[0].name), "the joints form a cycle; no link is the root")),
+        (Some(first), Some(second)) => Err(urdf.link_places[second].error(
+            format!("link '{}'", name(second)),
+            format!("is a second root beside '{}'; connect them with a joint", name(first)),
+        )),
+        (None, _) => Err(urdf.joint_facts[0].place.error(
+            format!("joint '{}'", urdf.robot.joints[0].name),
+            "the joints form a cycle; no link is the root",
+        )),
     }
 }
 
@@ -60,8 +69,12 @@ fn depth_first(root: usize, children: &[Vec<(usize, usize)>]) -> Vec<TreeLink> {
     let mut stack = vec![TreeLink { urdf_link: root, parent: None }];
     while let Some(link) = stack.pop() {
         let at = sorted.len();
-        stack
-            .extend(children[link.urdf_link].iter().rev().map(|(child, joint)| TreeLink { urdf_link: *child, parent: Some((at, *joint)) }));
+        stack.extend(
+            children[link.urdf_link]
+                .iter()
+                .rev()
+                .map(|(child, joint)| TreeLink { urdf_link: *child, parent: Some((at, *joint)) }),
+        );
         sorted.push(link);
     }
     sorted
@@ -74,7 +87,8 @@ fn check_all_reached(urdf: &Urdf, sorted: &[TreeLink]) -> Result<(), InputError>
         None => Ok(()),
         Some(link) => {
             let name = &urdf.robot.links[link].name;
-            Err(urdf.link_places[link].error(format!("link '{name}'"), "hangs on a cycle of joints, not on the root"))
+            Err(urdf.link_places[link]
+                .error(format!("link '{name}'"), "hangs on a cycle of joints, not on the root"))
         }
     }
 }

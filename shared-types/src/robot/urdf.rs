@@ -1,7 +1,9 @@
-//! Reads URDF files: `urdf-rs` supplies the types, this module the strictness and the line numbers that it lacks.
+//! Reads URDF files: `urdf-rs` supplies the types, this module the strictness and the line numbers
+//! that it lacks.
 //!
-//! `urdf-rs` drops what it cannot read as a number, turns a missing `<limit>` into 0..0 and knows no lines. So the raw XML
-//! is walked first, and every number of every link and joint is checked where it stands.
+//! `urdf-rs` drops what it cannot read as a number, turns a missing `<limit>` into 0..0 and knows
+//! no lines. So the raw XML is walked first, and every number of every link and joint is checked
+//! where it stands.
 
 use std::path::Path;
 
@@ -13,7 +15,8 @@ use crate::source::{Place, Source, TEXT_BYTES_MAX, check_numbers, check_xml_dept
 /// Most links of a robot.
 const LINKS_MAX: usize = 4096;
 /// The joint types of the URDF specification.
-const JOINT_TYPES: [&str; 6] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
+const JOINT_TYPES: [&str; 6] =
+    ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
 /// The elements that are shapes.
 const SHAPES: [&str; 5] = ["box", "sphere", "cylinder", "capsule", "mesh"];
 /// Which attributes hold how many numbers.
@@ -54,12 +57,17 @@ pub(super) struct JointFacts {
 /// Reads a URDF and checks everything that can be checked element by element.
 pub(super) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
     let source = Source::read(path, TEXT_BYTES_MAX)?;
-    check_xml_depth(&source.text).map_err(|(offset, message)| source.place(offset).error("<robot>", message))?;
-    let document =
-        Document::parse(&source.text).map_err(|error| InputError::file(path, error.to_string()).at_line(error.pos().row as usize))?;
+    check_xml_depth(&source.text)
+        .map_err(|(offset, message)| source.place(offset).error("<robot>", message))?;
+    let document = Document::parse(&source.text).map_err(|error| {
+        InputError::file(path, error.to_string()).at_line(error.pos().row as usize)
+    })?;
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
-        return Err(element_place(&source, root).error(format!("<{}>", root.tag_name().name()), "is not a URDF; its root must be <robot>"));
+        return Err(element_place(&source, root).error(
+            format!("<{}>", root.tag_name().name()),
+            "is not a URDF; its root must be <robot>",
+        ));
     }
     let link_places = named_elements(&source, root, "link")?;
     let joint_places = named_elements(&source, root, "joint")?;
@@ -67,23 +75,32 @@ pub(super) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
         return Err(InputError::file(path, "holds no links"));
     }
     if link_places.len() > LINKS_MAX {
-        return Err(InputError::file(path, format!("has {} links; at most {LINKS_MAX} are supported", link_places.len())));
+        return Err(InputError::file(
+            path,
+            format!("has {} links; at most {LINKS_MAX} are supported", link_places.len()),
+        ));
     }
-    let joint_facts: Vec<JointFacts> =
-        children(root, "joint").zip(joint_places).map(|(joint, place)| joint_facts(joint, place)).collect::<Result<_, _>>()?;
+    let joint_facts: Vec<JointFacts> = children(root, "joint")
+        .zip(joint_places)
+        .map(|(joint, place)| joint_facts(joint, place))
+        .collect::<Result<_, _>>()?;
     for element in children(root, "link").chain(children(root, "joint")) {
-        element.descendants().filter(Node::is_element).try_for_each(|node| check_element_numbers(&source, element, node))?;
+        element
+            .descendants()
+            .filter(Node::is_element)
+            .try_for_each(|node| check_element_numbers(&source, element, node))?;
     }
-    let robot =
-        urdf_rs::read_from_string(&essence(&source.text, root)).map_err(|error| Place::file(path).error("<robot>", error.to_string()))?;
+    let robot = urdf_rs::read_from_string(&essence(&source.text, root))
+        .map_err(|error| Place::file(path).error("<robot>", error.to_string()))?;
     if robot.links.len() != link_places.len() || robot.joints.len() != joint_facts.len() {
         return Err(InputError::file(path, "links and joints must stand directly below <robot>"));
     }
     Ok(Urdf { link_places, joint_facts, robot, source })
 }
 
-/// The text without what planning does not read, in which real files hold much that `urdf-rs` does not expect: looks, sensors,
-/// transmissions, what other programs add in namespaces of their own or inside a shape.
+/// The text without what planning does not read, in which real files hold much that `urdf-rs` does
+/// not expect: looks, sensors, transmissions, what other programs add in namespaces of their own or
+/// inside a shape.
 fn essence(text: &str, root: Node) -> String {
     let is_passed_over = |node: &Node| {
         let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());
@@ -110,7 +127,10 @@ fn is_foreign(root: Node, node: Node) -> bool {
     node.tag_name().namespace() != root.tag_name().namespace()
 }
 
-fn children<'a, 'input>(root: Node<'a, 'input>, tag: &'static str) -> impl Iterator<Item = Node<'a, 'input>> {
+fn children<'a, 'input>(
+    root: Node<'a, 'input>,
+    tag: &'static str,
+) -> impl Iterator<Item = Node<'a, 'input>> {
     root.children().filter(move |node| node.has_tag_name(tag) && !is_foreign(root, *node))
 }
 
@@ -119,16 +139,19 @@ fn element_place(source: &Source, node: Node) -> Place {
 }
 
 /// The places of all elements with this tag, whose names must be there and unique.
-fn named_elements(source: &Source, root: Node, tag: &'static str) -> Result<Vec<Place>, InputError> {
+fn named_elements(
+    source: &Source,
+    root: Node,
+    tag: &'static str,
+) -> Result<Vec<Place>, InputError> {
     let mut names = std::collections::BTreeSet::new();
     children(root, tag)
         .map(|node| {
             let place = element_place(source, node);
             match node.attribute("name") {
                 None | Some("") => Err(place.error(format!("<{tag}>"), "has no name")),
-                Some(name) if !names.insert(name) => {
-                    Err(place.error(format!("{tag} '{name}'"), format!("another {tag} has the same name")))
-                }
+                Some(name) if !names.insert(name) => Err(place
+                    .error(format!("{tag} '{name}'"), format!("another {tag} has the same name"))),
                 Some(_) => Ok(place),
             }
         })
@@ -159,12 +182,20 @@ fn joint_facts(joint: Node, place: Place) -> Result<JointFacts, InputError> {
 
 fn check_element_numbers(source: &Source, owner: Node, node: Node) -> Result<(), InputError> {
     let tag = node.tag_name().name();
-    let attributes = NUMERIC.iter().filter(|(name, _)| *name == tag).flat_map(|(_, attributes)| attributes.iter());
+    let attributes = NUMERIC
+        .iter()
+        .filter(|(name, _)| *name == tag)
+        .flat_map(|(_, attributes)| attributes.iter());
     for (attribute, count) in attributes {
         let Some(text) = node.attribute(*attribute) else { continue };
         if let Err(message) = check_attribute(text, *count) {
-            let owner_name = format!("{} '{}'", owner.tag_name().name(), owner.attribute("name").unwrap_or_default());
-            return Err(element_place(source, node).error(owner_name, format!("<{tag} {attribute}=\"{text}\"> {message}")));
+            let owner_name = format!(
+                "{} '{}'",
+                owner.tag_name().name(),
+                owner.attribute("name").unwrap_or_default()
+            );
+            return Err(element_place(source, node)
+                .error(owner_name, format!("<{tag} {attribute}=\"{text}\"> {message}")));
         }
     }
     Ok(())

@@ -25,9 +25,10 @@ pub enum CorrectionError {
 }
 
 impl World {
-    /// The world as it is after corrections, oldest first. They name shapes by their place in this world; a missing shape's
-    /// place stays counted. A contact that is missing changes no shape: whoever plans must shun its place. The digest is
-    /// [`corrected_digest`]; without corrections the world is the same.
+    /// The world as it is after corrections, oldest first. They name shapes by their place in this
+    /// world; a missing shape's place stays counted. A contact that is missing changes no shape:
+    /// whoever plans must shun its place. The digest is [`corrected_digest`]; without corrections
+    /// the world is the same.
     ///
     /// # Errors
     /// A correction names no shape of this world, or is malformed.
@@ -36,15 +37,22 @@ impl World {
         let mut added = vec![];
         for (index, correction) in corrections.iter().enumerate() {
             let malformed = CorrectionError::Malformed { index };
-            let kind = correction.known_kind().filter(|_| correction.is_well_formed()).ok_or(malformed)?;
-            let unknown = CorrectionError::UnknownShape { shape: correction.shape, shapes: self.shapes.len() };
+            let kind =
+                correction.known_kind().filter(|_| correction.is_well_formed()).ok_or(malformed)?;
+            let unknown = CorrectionError::UnknownShape {
+                shape: correction.shape,
+                shapes: self.shapes.len(),
+            };
             match kind {
                 CorrectionKind::Moved => {
                     let slot = shapes.get_mut(correction.shape as usize).ok_or(unknown)?;
                     let known = &self.shapes[correction.shape as usize];
-                    *slot = Some(WorldShape { world_from_shape: correction.pose(), ..known.clone() });
+                    *slot =
+                        Some(WorldShape { world_from_shape: correction.pose(), ..known.clone() });
                 }
-                CorrectionKind::Missing => *shapes.get_mut(correction.shape as usize).ok_or(unknown)? = None,
+                CorrectionKind::Missing => {
+                    *shapes.get_mut(correction.shape as usize).ok_or(unknown)? = None
+                }
                 CorrectionKind::Extra => added.push(extra_box(index, correction)),
                 CorrectionKind::ContactMissing => {}
             }
@@ -54,9 +62,12 @@ impl World {
     }
 }
 
-/// The digest of a world after corrections: what the chunks of a plan made in the corrected world carry.
+/// The digest of a world after corrections: what the chunks of a plan made in the corrected world
+/// carry.
 pub fn corrected_digest(world: &Digest, corrections: &[Correction]) -> Digest {
-    corrections.iter().fold(*world, |digest, correction| digest.chain(bytemuck::bytes_of(correction)))
+    corrections
+        .iter()
+        .fold(*world, |digest, correction| digest.chain(bytemuck::bytes_of(correction)))
 }
 
 fn extra_box(index: usize, correction: &Correction) -> WorldShape {
@@ -95,7 +106,8 @@ mod tests {
         let names: Vec<&str> = corrected.shapes.iter().map(|shape| shape.name.as_str()).collect();
         assert_eq!(names, ["b", "correction_2"]);
         assert_eq!(corrected.shapes[0].world_from_shape, place);
-        let digests: Vec<Digest> = (0..=4).map(|count| world.corrected(&list[..count]).unwrap().digest).collect();
+        let digests: Vec<Digest> =
+            (0..=4).map(|count| world.corrected(&list[..count]).unwrap().digest).collect();
         assert!((0..4).all(|index| !digests[index + 1..].contains(&digests[index])));
         assert_eq!(digests[4], corrected_digest(&world.digest, &list));
     }
@@ -106,6 +118,9 @@ mod tests {
         let unknown = world.corrected(&[Correction::missing(2)]);
         assert_eq!(unknown, Err(CorrectionError::UnknownShape { shape: 2, shapes: 2 }));
         let malformed = Correction { rotation: [0.0; 4], ..Correction::missing(1) };
-        assert_eq!(world.corrected(&[Correction::missing(0), malformed]), Err(CorrectionError::Malformed { index: 1 }));
+        assert_eq!(
+            world.corrected(&[Correction::missing(0), malformed]),
+            Err(CorrectionError::Malformed { index: 1 })
+        );
     }
 }

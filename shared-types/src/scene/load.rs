@@ -18,14 +18,16 @@ const MU_MAX: f64 = 10.0;
 
 /// Loads a world file.
 ///
-/// The file holds `mu` and a list of `[[shapes]]`, each with a unique `name`, a pose (`xyz`, and `rpy` or `quat_xyzw`; metres
-/// and radians, identity by default) and exactly one geometry: `box = { half_extents }`, `sphere = { radius }`,
-/// `cylinder = { radius, length }` (along z, full length), `capsule = { radius, length }` (length of the cylindrical part),
-/// `convex = { points }` or `convex = { path, scale }`, `mesh = { path, scale }`. Paths are relative to the file; STL, OBJ and
-/// COLLADA are understood; `<up_axis>` does not count.
+/// The file holds `mu` and a list of `[[shapes]]`, each with a unique `name`, a pose (`xyz`, and
+/// `rpy` or `quat_xyzw`; metres and radians, identity by default) and exactly one geometry:
+/// `box = { half_extents }`, `sphere = { radius }`, `cylinder = { radius, length }` (along z, full
+/// length), `capsule = { radius, length }` (length of the cylindrical part), `convex = { points }`
+/// or `convex = { path, scale }`, `mesh = { path, scale }`. Paths are relative to the file; STL,
+/// OBJ and COLLADA are understood; `<up_axis>` does not count.
 ///
 /// # Errors
-/// When the file cannot be read or anything in it is out of order: the first such thing, with its line.
+/// When the file cannot be read or anything in it is out of order: the first such thing, with its
+/// line.
 pub fn load_world(path: &Path) -> Result<World, InputError> {
     let source = Source::read(path, TEXT_BYTES_MAX)?;
     let raw: RawWorld = source.parse_toml()?;
@@ -41,13 +43,19 @@ pub fn load_world(path: &Path) -> Result<World, InputError> {
     builder.finish(raw.mu.into_inner(), &mu_place, source.text.as_bytes())
 }
 
-/// Builds the world that a plan file carries. Mesh paths are relative to `base_dir`; errors name `plan_path`.
+/// Builds the world that a plan file carries. Mesh paths are relative to `base_dir`; errors name
+/// `plan_path`.
 ///
 /// # Errors
 /// The first thing in the block that is out of order.
-pub fn world_from_block(block: &SceneBlock, base_dir: &Path, plan_path: &Path) -> Result<World, InputError> {
+pub fn world_from_block(
+    block: &SceneBlock,
+    base_dir: &Path,
+    plan_path: &Path,
+) -> Result<World, InputError> {
     let place = Place::file(plan_path);
-    let bytes = serde_json::to_vec(block).map_err(|error| InputError::element(plan_path, "scene", error.to_string()))?;
+    let bytes = serde_json::to_vec(block)
+        .map_err(|error| InputError::element(plan_path, "scene", error.to_string()))?;
     let mut builder = WorldBuilder::new(base_dir);
     for shape in &block.shapes {
         builder.push(shape, &place)?;
@@ -68,7 +76,9 @@ impl<'a> WorldBuilder<'a> {
     }
 
     fn push(&mut self, block: &SceneShapeBlock, place: &Place) -> Result<(), InputError> {
-        let shape = self.shape(block).map_err(|message| place.error(format!("shape '{}'", block.name), message))?;
+        let shape = self
+            .shape(block)
+            .map_err(|message| place.error(format!("shape '{}'", block.name), message))?;
         self.shapes.push(shape);
         Ok(())
     }
@@ -87,7 +97,10 @@ impl<'a> WorldBuilder<'a> {
 
     fn finish(self, mu: f64, mu_place: &Place, bytes: &[u8]) -> Result<World, InputError> {
         if !(0.0..=MU_MAX).contains(&mu) {
-            return Err(mu_place.error("mu", format!("is {mu}; a coefficient of friction lies between 0 and {MU_MAX}")));
+            return Err(mu_place.error(
+                "mu",
+                format!("is {mu}; a coefficient of friction lies between 0 and {MU_MAX}"),
+            ));
         }
         if self.shapes.is_empty() {
             return Err(mu_place.error("shapes", "a world needs at least one shape to stand on"));

@@ -1,4 +1,5 @@
-//! A world: fixed shapes with one coefficient of friction. Nothing says which of them may be walked on.
+//! A world: fixed shapes with one coefficient of friction. Nothing says which of them may be walked
+//! on.
 
 pub mod correction;
 pub mod load;

@@ -1,4 +1,5 @@
-//! Turns the plan format's pose and shape words into validated values. World files use the same words.
+//! Turns the plan format's pose and shape words into validated values. World files use the same
+//! words.
 
 use std::path::Path;
 
@@ -24,13 +25,20 @@ pub(crate) fn pose_from_arrays(xyz: [f64; 3], quat_xyzw: [f64; 4]) -> Result<Pos
     check_numbers("quaternion", &quat_xyzw)?;
     let rotation = DQuat::from_array(quat_xyzw);
     if (rotation.length() - 1.0).abs() > QUATERNION_TOLERANCE {
-        return Err(format!("quaternion {quat_xyzw:?} has length {}; it must be 1 within {QUATERNION_TOLERANCE}", rotation.length()));
+        return Err(format!(
+            "quaternion {quat_xyzw:?} has length {}; it must be 1 within {QUATERNION_TOLERANCE}",
+            rotation.length()
+        ));
     }
     Ok(Pose::from_parts(xyz.into(), rotation.normalize()))
 }
 
 /// The shape in a block, mesh paths relative to `base_dir`; the message says what is wrong with it.
-pub(crate) fn shape_from_block(block: &ShapeBlock, base_dir: &Path, meshes: &mut MeshStore) -> Result<Shape, String> {
+pub(crate) fn shape_from_block(
+    block: &ShapeBlock,
+    base_dir: &Path,
+    meshes: &mut MeshStore,
+) -> Result<Shape, String> {
     let scale_of = |scale: &Option<[f64; 3]>| scale.map_or(DVec3::ONE, DVec3::from_array);
     match block {
         ShapeBlock::Box { half_extents } => {
@@ -51,9 +59,15 @@ pub(crate) fn shape_from_block(block: &ShapeBlock, base_dir: &Path, meshes: &mut
             check_positive("length", &[*length])?;
             Ok(Shape::Capsule { radius: *radius, half_length: 0.5 * length })
         }
-        ShapeBlock::Convex { points: Some(points), path: None, scale: None } => hull_from_points(points),
-        ShapeBlock::Convex { points: None, path: Some(path), scale } => meshes.hull(&base_dir.join(path), scale_of(scale)),
-        ShapeBlock::Convex { .. } => Err("convex needs either points, or a path with an optional scale".into()),
+        ShapeBlock::Convex { points: Some(points), path: None, scale: None } => {
+            hull_from_points(points)
+        }
+        ShapeBlock::Convex { points: None, path: Some(path), scale } => {
+            meshes.hull(&base_dir.join(path), scale_of(scale))
+        }
+        ShapeBlock::Convex { .. } => {
+            Err("convex needs either points, or a path with an optional scale".into())
+        }
         ShapeBlock::Mesh { path, scale } => meshes.surface(&base_dir.join(path), scale_of(scale)),
     }
 }

@@ -72,9 +72,14 @@ impl RawShape {
         let geometries = [
             self.r#box.map(|raw| ShapeBlock::Box { half_extents: raw.half_extents }),
             self.sphere.map(|raw| ShapeBlock::Sphere { radius: raw.radius }),
-            self.cylinder.map(|raw| ShapeBlock::Cylinder { radius: raw.radius, length: raw.length }),
+            self.cylinder
+                .map(|raw| ShapeBlock::Cylinder { radius: raw.radius, length: raw.length }),
             self.capsule.map(|raw| ShapeBlock::Capsule { radius: raw.radius, length: raw.length }),
-            self.convex.map(|raw| ShapeBlock::Convex { points: raw.points, path: raw.path, scale: raw.scale }),
+            self.convex.map(|raw| ShapeBlock::Convex {
+                points: raw.points,
+                path: raw.path,
+                scale: raw.scale,
+            }),
             self.mesh.map(|raw| ShapeBlock::Mesh { path: raw.path, scale: raw.scale }),
         ];
         let mut present = geometries.into_iter().flatten();

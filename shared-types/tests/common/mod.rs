@@ -159,8 +159,14 @@ pub struct Spoiling {
     pub complaint: &'static [&'static str],
 }
 
-/// Spoils `file` in one way after the other and checks that loading complains in one line that names the file.
-pub fn check_spoilings<T: std::fmt::Debug>(file: &str, good: &str, spoilings: &[Spoiling], load: impl Fn(&Path) -> Result<T, InputError>) {
+/// Spoils `file` in one way after the other and checks that loading complains in one line that
+/// names the file.
+pub fn check_spoilings<T: std::fmt::Debug>(
+    file: &str,
+    good: &str,
+    spoilings: &[Spoiling],
+    load: impl Fn(&Path) -> Result<T, InputError>,
+) {
     for Spoiling { from, to, complaint } in spoilings {
         let folder = Folder::new();
         assert!(good.contains(from), "{file} does not contain {from}");
@@ -176,7 +182,8 @@ pub fn check_spoilings<T: std::fmt::Debug>(file: &str, good: &str, spoilings: &[
     }
 }
 
-/// Truncates `good` at many places and flips many of its bytes: loading may refuse, but must return.
+/// Truncates `good` at many places and flips many of its bytes: loading may refuse, but must
+/// return.
 pub fn check_no_panic<T>(file: &str, good: &[u8], load: impl Fn(&Path) -> Result<T, InputError>) {
     let folder = Folder::new();
     let stride = (good.len() / 150).max(1);

@@ -158,7 +158,8 @@ pub enum ScalePart {
 /// Which scenarios to run.
 #[derive(Debug, Clone, Args)]
 pub struct CourseArguments {
-    /// Only this scenario, by its name or its file; may be given several times [default: all that belong to the bench]
+    /// Only this scenario, by its name or its file; may be given several times
+    /// [default: all that belong to the bench]
     #[arg(long = "scenario", value_name = "NAME")]
     pub scenarios: Vec<String>,
     /// Where scenarios given by name are
@@ -177,6 +178,7 @@ pub struct ThreadArguments {
 impl ThreadArguments {
     /// Planner threads.
     pub fn count(self) -> NonZeroUsize {
-        NonZeroUsize::new(self.threads.map_or_else(default_threads, usize::from)).unwrap_or(NonZeroUsize::MIN)
+        NonZeroUsize::new(self.threads.map_or_else(default_threads, usize::from))
+            .unwrap_or(NonZeroUsize::MIN)
     }
 }

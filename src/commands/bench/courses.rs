@@ -13,13 +13,15 @@ use crate::inputs::Inputs;
 /// When one of their files cannot be used.
 pub fn load(arguments: &CourseArguments, all: &[&str]) -> Result<Vec<Inputs>, InputError> {
     let asked = &arguments.scenarios;
-    let names: Vec<&str> = if asked.is_empty() { all.into() } else { asked.iter().map(String::as_str).collect() };
+    let names: Vec<&str> =
+        if asked.is_empty() { all.into() } else { asked.iter().map(String::as_str).collect() };
     names.into_iter().map(|name| Inputs::load(&path(&arguments.configs, name), None)).collect()
 }
 
 /// The file of a scenario given by its name or as a file.
 pub fn path(folder: &Path, name: &str) -> PathBuf {
-    let is_file = name.contains('/') || Path::new(name).extension().is_some_and(|extension| extension == "toml");
+    let is_file = name.contains('/')
+        || Path::new(name).extension().is_some_and(|extension| extension == "toml");
     if is_file { PathBuf::from(name) } else { folder.join(format!("{name}.toml")) }
 }
 

@@ -1,8 +1,10 @@
-//! `surefoot bench ipc`: real chunks there and verdicts back, over our transport and over others, in one run.
+//! `surefoot bench ipc`: real chunks there and verdicts back, over our transport and over others,
+//! in one run.
 //!
-//! Every transport carries the same bytes between two pinned threads: a chunk is copied into its memory and out of it, and so
-//! is the word that answers it. Ours also seals and checks both. The digest of the stream is the judge's to make, while it
-//! checks; one row has a judge that does only that, and one does all of it over raw memory. Only ratios within one run mean anything.
+//! Every transport carries the same bytes between two pinned threads: a chunk is copied into its
+//! memory and out of it, and so is the word that answers it. Ours also seals and checks both. The
+//! digest of the stream is the judge's to make, while it checks; one row has a judge that does only
+//! that, and one does all of it over raw memory. Only ratios within one run mean anything.
 
 mod drive;
 mod integrity;
@@ -70,7 +72,9 @@ struct Row {
 pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
     let rounds = arguments.rounds as usize;
     if affinity::cores() < 2 {
-        terminal::remark("one core only: both sides share it, so these figures are those of the scheduler");
+        terminal::remark(
+            "one core only: both sides share it, so these figures are those of the scheduler",
+        );
     }
     let machine = Machine::this()?;
     let measured = [
@@ -82,9 +86,17 @@ pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
         ("unix socket", socket::measure(rounds)?),
     ];
     let base = measured[0].1.round_trip().p50;
-    let rows: Vec<Row> = measured.iter().map(|(transport, measured)| row(transport, measured, base)).collect();
+    let rows: Vec<Row> =
+        measured.iter().map(|(transport, measured)| row(transport, measured, base)).collect();
     if arguments.json {
-        terminal::say(&serde_json::to_string_pretty(&IpcReport { schema: "surefoot-bench-ipc/1", machine, rows }).unwrap_or_default());
+        terminal::say(
+            &serde_json::to_string_pretty(&IpcReport {
+                schema: "surefoot-bench-ipc/1",
+                machine,
+                rows,
+            })
+            .unwrap_or_default(),
+        );
     } else {
         cells(&rows).iter().for_each(|line| terminal::say(line));
     }
@@ -115,7 +127,8 @@ fn cells(rows: &[Row]) -> Vec<String> {
     );
     let micros = |seconds: f64| 1e6 * seconds;
     let line = |row: &Row| {
-        let [p50, p95, p99, max] = [row.p50_seconds, row.p95_seconds, row.p99_seconds, row.max_seconds];
+        let [p50, p95, p99, max] =
+            [row.p50_seconds, row.p95_seconds, row.p99_seconds, row.max_seconds];
         format!(
             "{:<32}{:>9.2}{:>9.2}{:>9.2}{:>10.2}{:>8.2}{:>11.0}{:>13}",
             row.transport,

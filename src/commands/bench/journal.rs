@@ -1,4 +1,5 @@
-//! Results kept on disk as they come, one JSON object a line, so that an interrupted bench goes on where it was.
+//! Results kept on disk as they come, one JSON object a line, so that an interrupted bench goes on
+//! where it was.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -18,8 +19,8 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens `folder/name`, creating both where they are missing, and reads what it holds; `fresh` empties it. Without a folder
-    /// nothing is kept on disk.
+    /// Opens `folder/name`, creating both where they are missing, and reads what it holds; `fresh`
+    /// empties it. Without a folder nothing is kept on disk.
     ///
     /// # Errors
     /// When the file cannot be opened, another process writes to it, or a line in it is no result.
@@ -29,7 +30,8 @@ impl Journal {
         let mut file = open_locked(folder, &path).map_err(|reason| unwritable(&path, reason))?;
         let mut text = String::new();
         if !fresh {
-            file.read_to_string(&mut text).map_err(|error| InputError::file(&path, format!("cannot be read: {error}")))?;
+            file.read_to_string(&mut text)
+                .map_err(|error| InputError::file(&path, format!("cannot be read: {error}")))?;
         }
         // A killed process leaves half a line behind.
         text.truncate(text.rfind('\n').map_or(0, |last| last + 1));
@@ -41,7 +43,9 @@ impl Journal {
 
     /// The result of this key, with a verdict if one is needed.
     pub fn find(&self, key: &str, needs_verdict: bool) -> Option<&Trial> {
-        self.known.get(key).filter(|trial| !needs_verdict || !trial.is_found() || trial.verdict.is_some())
+        self.known
+            .get(key)
+            .filter(|trial| !needs_verdict || !trial.is_found() || trial.verdict.is_some())
     }
 
     /// Keeps a result.
@@ -61,17 +65,31 @@ impl Journal {
 
 fn open_locked(folder: &Path, path: &Path) -> Result<File, String> {
     std::fs::create_dir_all(folder).map_err(|error| error.to_string())?;
-    let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(|error| error.to_string())?;
+    let file = OpenOptions::new()
+        .read(true)
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path)
+        .map_err(|error| error.to_string())?;
     match file.try_lock() {
         Ok(()) => Ok(file),
-        Err(TryLockError::WouldBlock) => Err("another bench writes to it; wait for its end or choose another folder".to_owned()),
+        Err(TryLockError::WouldBlock) => {
+            Err("another bench writes to it; wait for its end or choose another folder".to_owned())
+        }
         Err(TryLockError::Error(error)) => Err(error.to_string()),
     }
 }
 
 fn parse(text: &str, path: &Path) -> Result<BTreeMap<String, Trial>, InputError> {
     let trial = |(index, line): (usize, &str)| {
-        let bad = |error| InputError::file(path, format!("is no journal of this bench ({error}); --fresh starts anew")).at_line(index + 1);
+        let bad = |error| {
+            InputError::file(
+                path,
+                format!("is no journal of this bench ({error}); --fresh starts anew"),
+            )
+            .at_line(index + 1)
+        };
         serde_json::from_str(line).map(|trial: Trial| (trial.key.clone(), trial)).map_err(bad)
     };
     text.lines().enumerate().map(trial).collect()

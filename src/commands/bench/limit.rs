@@ -1,5 +1,6 @@
-//! `surefoot bench limit`: how near planning comes to its floor, the time of checking the plan once. The check is the
-//! planner's own, of every waypoint and every motion between two, in the planner's resolution, on one thread.
+//! `surefoot bench limit`: how near planning comes to its floor, the time of checking the plan
+//! once. The check is the planner's own, of every waypoint and every motion between two, in the
+//! planner's resolution, on one thread.
 
 use serde::Serialize;
 use surefoot_planner::Planner;
@@ -17,7 +18,8 @@ use crate::failure::{Ending, Failure};
 use crate::inputs::Inputs;
 use crate::terminal;
 
-/// The scenarios measured unless told otherwise: all that ship with a way, the longer gauntlets left out.
+/// The scenarios measured unless told otherwise: all that ship with a way, the longer gauntlets
+/// left out.
 const SCENARIOS: [&str; 18] = [
     "flat_walk",
     "ibeam_hallway",
@@ -58,7 +60,8 @@ struct LimitRow {
     check_mean_seconds: Option<f64>,
     /// Mean of the configurations that the check looks at.
     check_mean_configurations: Option<f64>,
-    /// Mean processor time of the search divided by mean check time: on a busy machine both suffer alike.
+    /// Mean processor time of the search divided by mean check time: on a busy machine both suffer
+    /// alike.
     ratio: Option<f64>,
     /// Plans that failed the check: a fault of the planner.
     faults: Vec<String>,
@@ -77,12 +80,17 @@ struct Check {
 pub fn run(arguments: &LimitArguments) -> Result<Ending, Failure> {
     let courses = courses::load(&arguments.courses, &SCENARIOS)?;
     let machine = Machine::this()?;
-    let rows = courses.iter().map(|inputs| row(arguments, inputs, &machine.program)).collect::<Result<Vec<_>, _>>()?;
+    let rows = courses
+        .iter()
+        .map(|inputs| row(arguments, inputs, &machine.program))
+        .collect::<Result<Vec<_>, _>>()?;
     let report = LimitReport { schema: "surefoot-bench-limit/1", machine, rows };
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
     terminal::say(&if arguments.json { json() } else { text(&report) });
-    let (faulty, lacking) =
-        (report.rows.iter().any(|row| !row.faults.is_empty()), report.rows.iter().any(|row| row.search.found < row.search.trials));
+    let (faulty, lacking) = (
+        report.rows.iter().any(|row| !row.faults.is_empty()),
+        report.rows.iter().any(|row| row.search.found < row.search.trials),
+    );
     Ok(match (faulty, lacking) {
         (true, _) => Ending::Refused,
         (false, true) => Ending::NoPlan,
@@ -103,13 +111,21 @@ fn row(arguments: &LimitArguments, inputs: &Inputs, program: &str) -> Result<Lim
     }
     let search = Row::of(&trials);
     let check_mean_seconds = mean(&checks.iter().map(|check| check.seconds).collect::<Vec<_>>());
-    let configurations: Vec<f64> =
-        checks.iter().filter_map(|check| check.outcome.ok()).map(|done| (done.waypoints + done.between) as f64).collect();
-    let fault = |(index, check): (usize, &Check)| check.outcome.err().map(|fault| format!("plan {}: {fault:?}", index + 1));
+    let configurations: Vec<f64> = checks
+        .iter()
+        .filter_map(|check| check.outcome.ok())
+        .map(|done| (done.waypoints + done.between) as f64)
+        .collect();
+    let fault = |(index, check): (usize, &Check)| {
+        check.outcome.err().map(|fault| format!("plan {}: {fault:?}", index + 1))
+    };
     Ok(LimitRow {
         check_mean_seconds,
         check_mean_configurations: mean(&configurations),
-        ratio: search.processor_mean_seconds.zip(check_mean_seconds).map(|(search, check)| search / check),
+        ratio: search
+            .processor_mean_seconds
+            .zip(check_mean_seconds)
+            .map(|(search, check)| search / check),
         faults: checks.iter().enumerate().filter_map(fault).collect(),
         search,
     })
@@ -128,7 +144,18 @@ fn check(planner: &Planner) -> Check {
 }
 
 fn text(report: &LimitReport) -> String {
-    let head = ["scenario", "threads", "found", "plan", "processor", "check once", "ratio", "configurations", "waypoints", "mean work"];
+    let head = [
+        "scenario",
+        "threads",
+        "found",
+        "plan",
+        "processor",
+        "check once",
+        "ratio",
+        "configurations",
+        "waypoints",
+        "mean work",
+    ];
     let mut cells = vec![head.map(str::to_owned).to_vec()];
     cells.extend(report.rows.iter().map(|row| {
         vec![
@@ -144,9 +171,16 @@ fn text(report: &LimitReport) -> String {
             count(row.search.mean_work),
         ]
     }));
-    let mut parts = vec![format!("machine: {}", report.machine.describe()), String::new(), aligned(&cells), String::new()];
+    let mut parts = vec![
+        format!("machine: {}", report.machine.describe()),
+        String::new(),
+        aligned(&cells),
+        String::new(),
+    ];
     parts.push("Mean time of each stage".to_owned());
     parts.push(super::row::stages(report.rows.iter().map(|row| &row.search)));
-    parts.extend(report.rows.iter().flat_map(|row| row.faults.iter().map(|fault| format!("FAULT {}: {fault}", row.search.scenario))));
+    parts.extend(report.rows.iter().flat_map(|row| {
+        row.faults.iter().map(|fault| format!("FAULT {}: {fault}", row.search.scenario))
+    }));
     parts.join("\n")
 }

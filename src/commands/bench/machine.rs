@@ -19,8 +19,8 @@ pub struct Machine {
     pub memory_mib: u64,
     /// The kernel's version.
     pub kernel: String,
-    /// How many threads wanted to run, mean of the last minute before the bench began: more than a fraction of the cores
-    /// disturbs what is measured.
+    /// How many threads wanted to run, mean of the last minute before the bench began: more than a
+    /// fraction of the cores disturbs what is measured.
     pub load: Option<f64>,
     /// The program's version.
     pub version: &'static str,
@@ -37,15 +37,23 @@ impl Machine {
     /// When the program's own file cannot be read.
     pub fn this() -> Result<Self, Failure> {
         let file = std::env::current_exe().unwrap_or_default();
-        let program = std::fs::read(&file).map_err(|error| Failure::Output { path: file, reason: format!("not even read: {error}") })?;
+        let program = std::fs::read(&file).map_err(|error| Failure::Output {
+            path: file,
+            reason: format!("not even read: {error}"),
+        })?;
         let field = |path, name| field(&read(path), name);
-        let kib = field("/proc/meminfo", "MemTotal").and_then(|value| value.split_whitespace().next()?.parse::<u64>().ok());
+        let kib = field("/proc/meminfo", "MemTotal")
+            .and_then(|value| value.split_whitespace().next()?.parse::<u64>().ok());
         Ok(Self {
-            processor: field("/proc/cpuinfo", "model name").unwrap_or_else(|| "unknown processor".to_owned()),
+            processor: field("/proc/cpuinfo", "model name")
+                .unwrap_or_else(|| "unknown processor".to_owned()),
             cores: affinity::cores(),
             memory_mib: kib.unwrap_or(0) / 1024,
             kernel: read("/proc/sys/kernel/osrelease").trim().to_owned(),
-            load: read("/proc/loadavg").split_whitespace().next().and_then(|load| load.parse().ok()),
+            load: read("/proc/loadavg")
+                .split_whitespace()
+                .next()
+                .and_then(|load| load.parse().ok()),
             version: env!("CARGO_PKG_VERSION"),
             program: Digest::of(&[&program]).to_string(),
             optimised: !cfg!(debug_assertions),
@@ -97,7 +105,10 @@ mod tests {
     #[test]
     fn this_machine_has_a_name_and_memory() {
         let machine = Machine::this().unwrap();
-        assert!(machine.cores > 0 && machine.memory_mib > 0 && machine.program.len() == 64, "{machine:?}");
+        assert!(
+            machine.cores > 0 && machine.memory_mib > 0 && machine.program.len() == 64,
+            "{machine:?}"
+        );
         assert!(machine.describe().contains(&machine.kernel));
     }
 }

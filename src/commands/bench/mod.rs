@@ -1,4 +1,5 @@
-//! `surefoot bench`: measures on this machine. Each bench has a file of its own; `docs/BENCHES.md` documents their JSON.
+//! `surefoot bench`: measures on this machine. Each bench has a file of its own; `docs/BENCHES.md`
+//! documents their JSON.
 
 pub mod arguments;
 mod courses;

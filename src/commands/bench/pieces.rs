@@ -10,8 +10,8 @@ use crate::signals;
 /// A piece of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// The stage that most of its work belongs to, as an index into [`Stage::WORDS`]: a stage that ends without any work passes on to the next in
-    /// the same piece.
+    /// The stage that most of its work belongs to, as an index into [`Stage::WORDS`]: a stage that
+    /// ends without any work passes on to the next in the same piece.
     pub stage: usize,
     /// Work units.
     pub work: u64,
@@ -23,7 +23,11 @@ pub struct Piece {
 ///
 /// # Errors
 /// When a signal comes.
-pub fn search(planner: &mut Planner, advance: fn(&mut Planner) -> Status, tell: &mut dyn FnMut(Piece)) -> Result<Outcome, Failure> {
+pub fn search(
+    planner: &mut Planner,
+    advance: fn(&mut Planner) -> Status,
+    tell: &mut dyn FnMut(Piece),
+) -> Result<Outcome, Failure> {
     loop {
         let before = planner.tally();
         let watch = Stopwatch::start();

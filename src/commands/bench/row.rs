@@ -10,7 +10,8 @@ use super::statistics::{Summary, mean};
 use super::table::{aligned, seconds};
 use super::trial::Trial;
 
-/// One row of a bench: the trials of one scenario. Times and work are of the searches that found a plan; null where none did.
+/// One row of a bench: the trials of one scenario. Times and work are of the searches that found a
+/// plan; null where none did.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// The scenario's name.
@@ -33,11 +34,13 @@ pub struct Row {
     pub p95_seconds: Option<f64>,
     /// The slowest, s.
     pub max_seconds: Option<f64>,
-    /// Mean processor time of all threads, s: what remains of the time where others had the processor too.
+    /// Mean processor time of all threads, s: what remains of the time where others had the
+    /// processor too.
     pub processor_mean_seconds: Option<f64>,
     /// Mean time to get ready, of all searches, s.
     pub ready_mean_seconds: Option<f64>,
-    /// Time from the request to the first chunk: getting ready and searching, since a plan is published once it is whole. Mean, s.
+    /// Time from the request to the first chunk: getting ready and searching, since a plan is
+    /// published once it is whole. Mean, s.
     pub first_chunk_mean_seconds: Option<f64>,
     /// Its median, s.
     pub first_chunk_p50_seconds: Option<f64>,
@@ -67,13 +70,17 @@ impl Row {
     /// The row of some trials of one scenario, in the order of their seeds.
     pub fn of(trials: &[Trial]) -> Self {
         let found: Vec<&Trial> = trials.iter().filter(|trial| trial.is_found()).collect();
-        let of_found = |value: fn(&Trial) -> f64| found.iter().map(|trial| value(trial)).collect::<Vec<f64>>();
+        let of_found =
+            |value: fn(&Trial) -> f64| found.iter().map(|trial| value(trial)).collect::<Vec<f64>>();
         let seconds = Summary::of(&of_found(|trial| trial.seconds));
         let first_chunk = Summary::of(&of_found(|trial| trial.ready_seconds + trial.seconds));
         let ready: Vec<f64> = trials.iter().map(|trial| trial.ready_seconds).collect();
         let mut outcomes = BTreeMap::new();
         trials.iter().for_each(|trial| *outcomes.entry(trial.outcome.clone()).or_default() += 1);
-        let names: Vec<&[u8]> = trials.iter().map(|trial| trial.digest.as_ref().unwrap_or(&trial.outcome).as_bytes()).collect();
+        let names: Vec<&[u8]> = trials
+            .iter()
+            .map(|trial| trial.digest.as_ref().unwrap_or(&trial.outcome).as_bytes())
+            .collect();
         Self {
             scenario: trials.first().map(|trial| trial.scenario.clone()).unwrap_or_default(),
             threads: trials.first().map_or(0, |trial| trial.threads),
@@ -92,8 +99,12 @@ impl Row {
             first_chunk_p95_seconds: first_chunk.map(|seconds| seconds.p95),
             first_chunk_max_seconds: first_chunk.map(|seconds| seconds.max),
             mean_work: mean(&of_found(|trial| trial.work as f64)),
-            mean_work_by_stage: mean_by_stage(found.iter().map(|trial| as_numbers(&trial.work_by_stage))),
-            mean_seconds_by_stage: mean_by_stage(found.iter().filter_map(|trial| trial.seconds_by_stage.clone())),
+            mean_work_by_stage: mean_by_stage(
+                found.iter().map(|trial| as_numbers(&trial.work_by_stage)),
+            ),
+            mean_seconds_by_stage: mean_by_stage(
+                found.iter().filter_map(|trial| trial.seconds_by_stage.clone()),
+            ),
             mean_waypoints: mean(&of_found(|trial| trial.waypoints as f64)),
             arena_bytes: trials.iter().map(|trial| trial.arena_bytes).max().unwrap_or(0),
             checked: trials.iter().filter(|trial| trial.verdict.is_some()).count(),
@@ -109,7 +120,8 @@ pub fn stages<'a>(rows: impl Iterator<Item = &'a Row>) -> String {
     let cells = rows.filter(|row| row.found > 0).map(|row| {
         let total: f64 = row.mean_work_by_stage.values().sum();
         let stage = |stage: &str| {
-            let share = row.mean_work_by_stage.get(stage).map_or(0.0, |work| 100.0 * work / total.max(1.0));
+            let share =
+                row.mean_work_by_stage.get(stage).map_or(0.0, |work| 100.0 * work / total.max(1.0));
             format!("{} {share:.0} %", seconds(row.mean_seconds_by_stage.get(stage).copied()))
         };
         std::iter::once(row.scenario.clone()).chain(Stage::WORDS.map(stage)).collect()
@@ -153,12 +165,19 @@ mod tests {
 
     #[test]
     fn failures_count_as_trials_but_not_in_times() {
-        let trials = [trial(1, "found", 1.0), trial(2, "found", 3.0), trial(3, "budget_exhausted", 99.0)];
+        let trials =
+            [trial(1, "found", 1.0), trial(2, "found", 3.0), trial(3, "budget_exhausted", 99.0)];
         let row = Row::of(&trials);
         assert_eq!((row.trials, row.found, row.checked, row.refused), (3, 2, 1, 1));
-        assert_eq!((row.mean_seconds, row.max_seconds, row.mean_work), (Some(2.0), Some(3.0), Some(15.0)));
+        assert_eq!(
+            (row.mean_seconds, row.max_seconds, row.mean_work),
+            (Some(2.0), Some(3.0), Some(15.0))
+        );
         assert_eq!(row.processor_mean_seconds, Some(4.0));
-        assert_eq!((row.first_chunk_mean_seconds, row.first_chunk_max_seconds), (Some(2.5), Some(3.5)));
+        assert_eq!(
+            (row.first_chunk_mean_seconds, row.first_chunk_max_seconds),
+            (Some(2.5), Some(3.5))
+        );
         assert_eq!(row.mean_work_by_stage["seed"], 15.0);
         assert_eq!(row.mean_seconds_by_stage["seed"], 0.125);
         assert_eq!(row.outcomes["budget_exhausted"], 1);
@@ -176,6 +195,9 @@ mod tests {
     #[test]
     fn without_a_plan_there_are_no_times() {
         let row = Row::of(&[trial(1, "arena_full", 1.0)]);
-        assert_eq!((row.found, row.mean_seconds, row.p95_seconds, row.mean_work), (0, None, None, None));
+        assert_eq!(
+            (row.found, row.mean_seconds, row.p95_seconds, row.mean_work),
+            (0, None, None, None)
+        );
     }
 }

@@ -1,5 +1,6 @@
-//! `surefoot bench steps`: how long `step` takes when it is given a millisecond's worth of work, as a control loop would give it,
-//! and what a unit of work of each stage costs. One thread, pinned to a core, memory locked where that is permitted.
+//! `surefoot bench steps`: how long `step` takes when it is given a millisecond's worth of work, as
+//! a control loop would give it, and what a unit of work of each stage costs. One thread, pinned to
+//! a core, memory locked where that is permitted.
 
 use serde::Serialize;
 use surefoot_planner::stage::Stage;
@@ -88,16 +89,26 @@ pub fn run(arguments: &StepsArguments) -> Result<Ending, Failure> {
     let machine = Machine::this()?;
     let core = arguments.core.unwrap_or_else(|| affinity::cores() - 1);
     if core >= affinity::cores() {
-        return Err(Failure::Usage(format!("--core {core}: this process may use the cores 0 to {}", affinity::cores() - 1)));
+        return Err(Failure::Usage(format!(
+            "--core {core}: this process may use the cores 0 to {}",
+            affinity::cores() - 1
+        )));
     }
     let step_seconds = f64::from(arguments.step) * 1e-6;
     affinity::pin(Some(core));
-    let memory = memory::lock().map_or_else(|reason| format!("not locked: {reason}"), |()| "locked".to_owned());
-    let rows = courses.iter().map(|inputs| row(inputs, step_seconds)).collect::<Result<Vec<_>, _>>()?;
-    let report = StepsReport { schema: "surefoot-bench-steps/1", machine, core, memory, step_seconds, rows };
+    let memory = memory::lock()
+        .map_or_else(|reason| format!("not locked: {reason}"), |()| "locked".to_owned());
+    let rows =
+        courses.iter().map(|inputs| row(inputs, step_seconds)).collect::<Result<Vec<_>, _>>()?;
+    let report =
+        StepsReport { schema: "surefoot-bench-steps/1", machine, core, memory, step_seconds, rows };
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
     terminal::say(&if arguments.json { json() } else { text(&report) });
-    Ok(if report.rows.iter().all(|row| row.outcome == Outcome::Found.word()) { Ending::Done } else { Ending::NoPlan })
+    Ok(if report.rows.iter().all(|row| row.outcome == Outcome::Found.word()) {
+        Ending::Done
+    } else {
+        Ending::NoPlan
+    })
 }
 
 fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, Failure> {
@@ -107,7 +118,14 @@ fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, Failure> {
     let steps = steps(inputs, step_work)?;
     let times: Vec<f64> = steps.taken.iter().map(|step| step.0).collect();
     let works: Vec<u64> = steps.taken.iter().map(|step| step.1).collect();
-    let summary = Summary::of(&times).unwrap_or(Summary { mean: 0.0, std: 0.0, p50: 0.0, p95: 0.0, p99: 0.0, max: 0.0 });
+    let summary = Summary::of(&times).unwrap_or(Summary {
+        mean: 0.0,
+        std: 0.0,
+        p50: 0.0,
+        p95: 0.0,
+        p99: 0.0,
+        max: 0.0,
+    });
     let max_work = works.into_iter().max().unwrap_or(0);
     Ok(StepsRow {
         scenario: inputs.scenario.name.clone(),
@@ -122,7 +140,8 @@ fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, Failure> {
         p95_seconds: summary.p95,
         p99_seconds: summary.p99,
         max_seconds: summary.max,
-        mean_work: mean(&steps.taken.iter().map(|step| step.1 as f64).collect::<Vec<_>>()).unwrap_or(0.0),
+        mean_work: mean(&steps.taken.iter().map(|step| step.1 as f64).collect::<Vec<_>>())
+            .unwrap_or(0.0),
         max_work,
         overrun_work: max_work.saturating_sub(step_work),
         digest: steps.digest,
@@ -138,7 +157,13 @@ struct Steps {
 }
 
 fn new_planner(inputs: &Inputs) -> Result<Planner, Failure> {
-    Ok(Planner::new(&inputs.model, &inputs.world, &inputs.scenario, inputs.preparation(false)?, std::num::NonZeroUsize::MIN)?)
+    Ok(Planner::new(
+        &inputs.model,
+        &inputs.world,
+        &inputs.scenario,
+        inputs.preparation(false)?,
+        std::num::NonZeroUsize::MIN,
+    )?)
 }
 
 /// A search in steps of `step_work` units.
@@ -177,24 +202,62 @@ fn pieces(inputs: &Inputs) -> Result<(f64, Vec<StageRow>), Failure> {
 }
 
 fn text(report: &StepsReport) -> String {
-    let head = ["scenario", "outcome", "units/step", "steps", "p50", "p95", "p99", "max", "max units", "overrun"];
+    let head = [
+        "scenario",
+        "outcome",
+        "units/step",
+        "steps",
+        "p50",
+        "p95",
+        "p99",
+        "max",
+        "max units",
+        "overrun",
+    ];
     let mut cells = vec![head.map(str::to_owned).to_vec()];
     cells.extend(report.rows.iter().map(|row| {
-        let mut cells = vec![row.scenario.clone(), row.outcome.to_owned(), row.step_work.to_string(), row.steps.to_string()];
-        cells.extend([row.p50_seconds, row.p95_seconds, row.p99_seconds, row.max_seconds].map(|time| seconds(Some(time))));
+        let mut cells = vec![
+            row.scenario.clone(),
+            row.outcome.to_owned(),
+            row.step_work.to_string(),
+            row.steps.to_string(),
+        ];
+        cells.extend(
+            [row.p50_seconds, row.p95_seconds, row.p99_seconds, row.max_seconds]
+                .map(|time| seconds(Some(time))),
+        );
         cells.extend([row.max_work, row.overrun_work].map(|work| work.to_string()));
         cells
     }));
-    let head = ["scenario, stage", "pieces", "units", "time", "per unit", "longest piece", "largest piece"];
+    let head = [
+        "scenario, stage",
+        "pieces",
+        "units",
+        "time",
+        "per unit",
+        "longest piece",
+        "largest piece",
+    ];
     let mut stages = vec![head.map(str::to_owned).to_vec()];
-    stages.extend(report.rows.iter().flat_map(|row| row.stages.iter().map(move |stage| stage_cells(&row.scenario, stage))));
+    stages.extend(
+        report
+            .rows
+            .iter()
+            .flat_map(|row| row.stages.iter().map(move |stage| stage_cells(&row.scenario, stage))),
+    );
     [
         format!("machine: {}", report.machine.describe()),
-        format!("core {}, memory {}, steps of {}", report.core, report.memory, seconds(Some(report.step_seconds))),
+        format!(
+            "core {}, memory {}, steps of {}",
+            report.core,
+            report.memory,
+            seconds(Some(report.step_seconds))
+        ),
         String::new(),
         aligned(&cells),
         String::new(),
-        "What a unit of work costs in each stage; a piece is the least that a step advances by".to_owned(),
+        "What a unit of work costs in each stage; a piece is the least that a step advances by"
+            .to_owned(),
         aligned(&stages),
     ]
     .join("\n")

@@ -3,13 +3,21 @@
 /// Rows of cells as aligned lines; the first column to the left, the others to the right.
 pub fn aligned(rows: &[Vec<String>]) -> String {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0);
+    let width = |column: usize| {
+        rows.iter()
+            .filter_map(|row| row.get(column))
+            .map(|cell| cell.chars().count())
+            .max()
+            .unwrap_or(0)
+    };
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let cell = |(column, text): (usize, &String)| {
         let width = widths[column];
         if column == 0 { format!("{text:<width$}") } else { format!("{text:>width$}") }
     };
-    let line = |row: &Vec<String>| row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  ").trim_end().to_owned();
+    let line = |row: &Vec<String>| {
+        row.iter().enumerate().map(cell).collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
@@ -35,7 +43,8 @@ mod tests {
 
     #[test]
     fn columns_are_aligned() {
-        let rows = [vec!["name".to_owned(), "x".to_owned()], vec!["a".to_owned(), "100".to_owned()]];
+        let rows =
+            [vec!["name".to_owned(), "x".to_owned()], vec!["a".to_owned(), "100".to_owned()]];
         assert_eq!(aligned(&rows), "name    x\na     100");
         assert_eq!(aligned(&[]), "");
     }

@@ -20,7 +20,8 @@ use crate::search;
 
 /// Work units between two looks at whether a signal came, while stages are timed.
 const STAGE_WORK: u64 = 20_000;
-/// The seeds up to this one are searched a second time, stage by stage, to see which stage takes how long.
+/// The seeds up to this one are searched a second time, stage by stage, to see which stage takes
+/// how long.
 const STAGED_SEEDS_MAX: u64 = 5;
 
 /// What was measured in one search.
@@ -54,7 +55,8 @@ pub struct Trial {
     pub arena_bytes: u64,
     /// The plan's digest.
     pub digest: Option<String>,
-    /// What the controller's checks say of the plan, where they were asked: `accepted` or the first violation.
+    /// What the controller's checks say of the plan, where they were asked: `accepted` or the first
+    /// violation.
     pub verdict: Option<String>,
 }
 
@@ -84,12 +86,14 @@ impl Trial {
 }
 
 impl Question<'_> {
-    /// Names all that the answer depends on: robot, world, scenario, seed, threads and the `program`.
+    /// Names all that the answer depends on: robot, world, scenario, seed, threads and the
+    /// `program`.
     pub fn key(&self, program: &str) -> String {
         let Inputs { model, world, .. } = self.inputs;
         let scenario = self.scenario().digest;
         let threads = (self.threads.get() as u64).to_le_bytes();
-        Digest::of(&[program.as_bytes(), &model.digest.0, &world.digest.0, &scenario.0, &threads]).to_string()
+        Digest::of(&[program.as_bytes(), &model.digest.0, &world.digest.0, &scenario.0, &threads])
+            .to_string()
     }
 
     /// Searches and measures, and checks the plan where asked. Nothing else runs meanwhile.
@@ -98,9 +102,11 @@ impl Question<'_> {
     /// When the planner cannot be made, the plan cannot be checked, or a signal comes.
     pub fn answer(&self, program: &str) -> Result<Trial, Failure> {
         let (trial, planner) = self.search(program)?;
-        let verdict = if trial.is_found() && self.check { Some(self.verdict(&planner)?) } else { None };
+        let verdict =
+            if trial.is_found() && self.check { Some(self.verdict(&planner)?) } else { None };
         drop(planner);
-        let seconds_by_stage = if self.seed <= STAGED_SEEDS_MAX { Some(self.stages()?) } else { None };
+        let seconds_by_stage =
+            if self.seed <= STAGED_SEEDS_MAX { Some(self.stages()?) } else { None };
         Ok(Trial { verdict, seconds_by_stage, ..trial })
     }
 
@@ -117,7 +123,11 @@ impl Question<'_> {
     ///
     /// # Errors
     /// When the planner cannot be made, or a signal comes.
-    pub fn search_with(&self, program: &str, make: &dyn Fn() -> Result<Planner, Failure>) -> Result<(Trial, Planner), Failure> {
+    pub fn search_with(
+        &self,
+        program: &str,
+        make: &dyn Fn() -> Result<Planner, Failure>,
+    ) -> Result<(Trial, Planner), Failure> {
         let scenario = self.scenario();
         let watch = Stopwatch::start();
         let mut planner = make()?;
@@ -152,7 +162,9 @@ impl Question<'_> {
     pub fn stages(&self) -> Result<BTreeMap<String, f64>, Failure> {
         let mut planner = self.new_planner(&self.scenario())?;
         let mut seconds = [0.0; Stage::COUNT];
-        pieces::search(&mut planner, |planner| planner.step_stage(STAGE_WORK), &mut |piece| seconds[piece.stage] += piece.seconds)?;
+        pieces::search(&mut planner, |planner| planner.step_stage(STAGE_WORK), &mut |piece| {
+            seconds[piece.stage] += piece.seconds
+        })?;
         Ok(named(seconds))
     }
 
@@ -161,15 +173,32 @@ impl Question<'_> {
     }
 
     fn new_planner(&self, scenario: &Scenario) -> Result<Planner, Failure> {
-        Ok(Planner::new(&self.inputs.model, &self.inputs.world, scenario, self.inputs.preparation(false)?, self.threads)?)
+        Ok(Planner::new(
+            &self.inputs.model,
+            &self.inputs.world,
+            scenario,
+            self.inputs.preparation(false)?,
+            self.threads,
+        )?)
     }
 
     fn verdict(&self, planner: &Planner) -> Result<String, Failure> {
         let folder = Path::new(".");
-        let plan = plan_from_chunks(&self.inputs.model, &self.inputs.world, &self.scenario(), planner.chunks(), folder);
+        let plan = plan_from_chunks(
+            &self.inputs.model,
+            &self.inputs.world,
+            &self.scenario(),
+            planner.chunks(),
+            folder,
+        );
         let report = check_plan(&plan, &folder.join("plan.json"))?;
-        let of_ends = [&report.start, &report.goal].into_iter().filter_map(|end| end.violation.clone());
-        let first = report.violations().map(|placed| format!("phase {}: {}", placed.phase, placed.violation)).chain(of_ends).next();
+        let of_ends =
+            [&report.start, &report.goal].into_iter().filter_map(|end| end.violation.clone());
+        let first = report
+            .violations()
+            .map(|placed| format!("phase {}: {}", placed.phase, placed.violation))
+            .chain(of_ends)
+            .next();
         Ok(first.unwrap_or_else(|| "accepted".to_owned()))
     }
 }

@@ -27,8 +27,22 @@ pub(super) struct Judge {
 
 impl Judge {
     /// A judge that has judged nothing yet.
-    pub(super) fn new(walker: Walker, truth: Option<Truth>, disturbance: Option<Disturbance>, simulated: Option<Simulated>) -> Self {
-        Self { walker, truth, disturbance, simulated, failed: Ok(()), corrections: 0, seconds: 0.0, detail: String::new() }
+    pub(super) fn new(
+        walker: Walker,
+        truth: Option<Truth>,
+        disturbance: Option<Disturbance>,
+        simulated: Option<Simulated>,
+    ) -> Self {
+        Self {
+            walker,
+            truth,
+            disturbance,
+            simulated,
+            failed: Ok(()),
+            corrections: 0,
+            seconds: 0.0,
+            detail: String::new(),
+        }
     }
 
     /// Leaves out what an earlier controller told already.
@@ -71,7 +85,13 @@ impl Judge {
     /// What is to be said at the end of a plan.
     pub(super) fn conclude(&self, duplicated: u64, refusal: Option<Refusal>) -> Judged {
         let margins = WorstMargins::from(&self.walker.margins());
-        Judged { check_seconds: self.seconds, accepted: self.walker.next_sequence(), duplicated, margins, refusal }
+        Judged {
+            check_seconds: self.seconds,
+            accepted: self.walker.next_sequence(),
+            duplicated,
+            margins,
+            refusal,
+        }
     }
 
     fn walk(&mut self, chunk: &PlanChunk, margins: Margins, alive: &mut dyn FnMut()) -> Judgement {
@@ -84,14 +104,20 @@ impl Judge {
             Walked::DoesNotFit(why) => self.hold(Check::FootMisplaced, 0, None, why),
             Walked::NothingCarries(contact) => {
                 let correction = nothing_carries(self.walker.checker().model(), &contact);
-                self.hold(Check::WorldDiffers, 0, Some(correction), format!("nothing carries foot {} where it comes down", contact.limb))
+                self.hold(
+                    Check::WorldDiffers,
+                    0,
+                    Some(correction),
+                    format!("nothing carries foot {} where it comes down", contact.limb),
+                )
             }
         }
     }
 
     /// A refusal, for its own reason or because the world is another.
     fn refuse(&mut self, chunk: &PlanChunk, violation: Violation) -> Judgement {
-        let correction = self.truth.as_mut().and_then(|truth| truth.met(&self.walker, chunk, &violation));
+        let correction =
+            self.truth.as_mut().and_then(|truth| truth.met(&self.walker, chunk, &violation));
         let check = match violation.check {
             _ if correction.is_some() => Check::WorldDiffers,
             // The controller before this one knew how far the feet are off, and this one does not.
@@ -101,8 +127,15 @@ impl Judge {
         self.hold(check, violation.waypoint as u32, correction, violation.detail)
     }
 
-    /// The robot stays where it really stands. What was met is part of the world from now on, as long as a word can hold it.
-    fn hold(&mut self, check: Check, waypoint: u32, correction: Option<Correction>, detail: String) -> Judgement {
+    /// The robot stays where it really stands. What was met is part of the world from now on, as
+    /// long as a word can hold it.
+    fn hold(
+        &mut self,
+        check: Check,
+        waypoint: u32,
+        correction: Option<Correction>,
+        detail: String,
+    ) -> Judgement {
         self.detail = detail;
         self.walker.hold();
         let correction = correction.filter(|_| self.corrections < CORRECTIONS_MAX);

@@ -14,7 +14,8 @@ use crate::signals;
 const TICK_SECONDS: f64 = 0.01;
 /// The longest sleep while real time catches up.
 const NAP: Duration = Duration::from_millis(1);
-/// What a chunk that came so late is behind is made up for; a robot that waited longer has stood still, s.
+/// What a chunk that came so late is behind is made up for; a robot that waited longer has stood
+/// still, s.
 const LATE_SECONDS_MAX: f64 = 0.1;
 
 /// The simulated walk of one controller.
@@ -31,14 +32,24 @@ impl Simulated {
     /// When the state service cannot be opened.
     pub fn new(receiver: &ChunkReceiver, instance: u64, rate: f64) -> Result<Self, ChannelError> {
         let pace = Pace { watch: Stopwatch::start(), rate, over_at: 0.0 };
-        Ok(Self { simulation: Simulation::new(instance, TICK_SECONDS), publisher: receiver.open_state()?, pace })
+        Ok(Self {
+            simulation: Simulation::new(instance, TICK_SECONDS),
+            publisher: receiver.open_state()?,
+            pace,
+        })
     }
 
-    /// Walks an accepted chunk; `alive` is called while real time catches up. A signal ends the waiting.
+    /// Walks an accepted chunk; `alive` is called while real time catches up. A signal ends the
+    /// waiting.
     ///
     /// # Errors
     /// When a state cannot be sent.
-    pub fn walk(&mut self, walker: &mut Walker, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Result<(), ChannelError> {
+    pub fn walk(
+        &mut self,
+        walker: &mut Walker,
+        chunk: &PlanChunk,
+        alive: &mut dyn FnMut(),
+    ) -> Result<(), ChannelError> {
         let waypoints = chunk.waypoints();
         let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
         let (publisher, pace) = (&mut self.publisher, &mut self.pace);
@@ -77,7 +88,10 @@ impl Pace {
     /// Waits until the robot is `seconds` of simulated time within the chunk.
     fn wait(&self, seconds: f64, alive: &mut dyn FnMut()) {
         alive();
-        while self.rate > 0.0 && self.watch.seconds() < self.over_at + seconds / self.rate && signals::raised().is_none() {
+        while self.rate > 0.0
+            && self.watch.seconds() < self.over_at + seconds / self.rate
+            && signals::raised().is_none()
+        {
             std::thread::sleep(NAP);
             alive();
         }

@@ -16,16 +16,23 @@ const LOCKED_KIB_MIN: u64 = 65_536;
 
 /// Whether shared memory can be written to, and how much of it there is.
 pub(super) fn shared_memory() -> Vec<Finding> {
-    let writable = match tempfile::Builder::new().prefix("surefoot-doctor-").tempfile_in(SHARED_MEMORY) {
-        Ok(_) => Finding::good(format!("shared memory: {SHARED_MEMORY} can be written to")),
-        Err(error) => Finding::missing(format!("shared memory: {error}; mount a tmpfs there with mode 1777")),
-    };
+    let writable =
+        match tempfile::Builder::new().prefix("surefoot-doctor-").tempfile_in(SHARED_MEMORY) {
+            Ok(_) => Finding::good(format!("shared memory: {SHARED_MEMORY} can be written to")),
+            Err(error) => Finding::missing(format!(
+                "shared memory: {error}; mount a tmpfs there with mode 1777"
+            )),
+        };
     let size = match sizes_mib(Path::new(SHARED_MEMORY)) {
         Some((free, total)) if free < FREE_MIB_MIN => Finding::missing(format!(
             "shared memory: {free} MiB of {total} MiB free, {FREE_MIB_MIN} are needed; remount it larger (in a container: --shm-size=256m)"
         )),
-        Some((free, total)) => Finding::good(format!("shared memory: {free} MiB of {total} MiB free")),
-        None => Finding::missing(format!("shared memory: {SHARED_MEMORY} is no file system; mount a tmpfs there")),
+        Some((free, total)) => {
+            Finding::good(format!("shared memory: {free} MiB of {total} MiB free"))
+        }
+        None => Finding::missing(format!(
+            "shared memory: {SHARED_MEMORY} is no file system; mount a tmpfs there"
+        )),
     };
     vec![writable, size]
 }
@@ -41,16 +48,20 @@ pub(super) fn cores() -> Finding {
 /// The limits that the system sets this process.
 pub(super) fn limits() -> Vec<Finding> {
     let open_files = match soft_limit(libc::RLIMIT_NOFILE) {
-        Some(files) if files < OPEN_FILES_MIN => {
-            Finding::missing(format!("open files: {files}, {OPEN_FILES_MIN} are needed; run 'ulimit -n 1024'"))
-        }
+        Some(files) if files < OPEN_FILES_MIN => Finding::missing(format!(
+            "open files: {files}, {OPEN_FILES_MIN} are needed; run 'ulimit -n 1024'"
+        )),
         files => Finding::good(format!("open files: {}", in_words(files, ""))),
     };
     let locked = match soft_limit(libc::RLIMIT_MEMLOCK) {
-        Some(bytes) if bytes / 1024 < LOCKED_KIB_MIN => {
-            Finding::advice(format!("locked memory: {} KiB; run 'ulimit -l {LOCKED_KIB_MIN}' to keep timing steady", bytes / 1024))
-        }
-        bytes => Finding::good(format!("locked memory: {}", in_words(bytes.map(|bytes| bytes / 1024), " KiB"))),
+        Some(bytes) if bytes / 1024 < LOCKED_KIB_MIN => Finding::advice(format!(
+            "locked memory: {} KiB; run 'ulimit -l {LOCKED_KIB_MIN}' to keep timing steady",
+            bytes / 1024
+        )),
+        bytes => Finding::good(format!(
+            "locked memory: {}",
+            in_words(bytes.map(|bytes| bytes / 1024), " KiB")
+        )),
     };
     vec![open_files, locked]
 }

@@ -27,11 +27,18 @@ pub(super) fn run(instance: &Instance) -> Result<String, String> {
         let delivered = deliver(instance);
         over.store(true, Ordering::Relaxed);
         let received = receiver.join().map_err(|_| "the receiving thread panicked".to_owned())?;
-        received.map_err(|error| error.to_string()).and(delivered.map_err(|error| error.to_string()))
+        received
+            .map_err(|error| error.to_string())
+            .and(delivered.map_err(|error| error.to_string()))
     })?;
     match outcome {
-        Outcome::Accepted => Ok(format!("{CHUNKS} chunks delivered and acknowledged in {:.1} ms", 1000.0 * watch.seconds())),
-        other => Err(format!("chunks are not delivered ({other:?}); look for a full /dev/shm and for sandboxes that forbid shared memory")),
+        Outcome::Accepted => Ok(format!(
+            "{CHUNKS} chunks delivered and acknowledged in {:.1} ms",
+            1000.0 * watch.seconds()
+        )),
+        other => Err(format!(
+            "chunks are not delivered ({other:?}); look for a full /dev/shm and for sandboxes that forbid shared memory"
+        )),
     }
 }
 
@@ -44,7 +51,9 @@ fn deliver(instance: &Instance) -> Result<Outcome, ChannelError> {
 fn receive(instance: &Instance, over: &AtomicBool) -> Result<(), ChannelError> {
     let mut receiver = ChunkReceiver::open(instance, draw_id())?;
     let keep_going = || !over.load(Ordering::Relaxed);
-    let accept = &mut |chunk: &PlanChunk, _: &mut dyn FnMut()| Judgement::Accepted(Margins::UNMEASURED, chunk.stream_after());
+    let accept = &mut |chunk: &PlanChunk, _: &mut dyn FnMut()| {
+        Judgement::Accepted(Margins::UNMEASURED, chunk.stream_after())
+    };
     receiver.run(accept, &keep_going)?;
     receiver.linger(accept, Some(PATIENCE), &keep_going).map(|_| ())
 }
@@ -54,8 +63,16 @@ fn stream() -> Vec<PlanChunk> {
     let mut chunks: Vec<PlanChunk> = Vec::new();
     for sequence in 0..CHUNKS {
         let stream = chunks.last().map_or(Digest::default(), PlanChunk::stream_after);
-        let flags = if sequence == 0 { FLAG_FIRST } else { 0 } | if sequence + 1 == CHUNKS { FLAG_LAST } else { 0 };
-        chunks.push(PlanChunk { schema: CHUNK_SCHEMA, plan_id: 1, sequence, stream, flags, ..PlanChunk::zeroed() });
+        let flags = if sequence == 0 { FLAG_FIRST } else { 0 }
+            | if sequence + 1 == CHUNKS { FLAG_LAST } else { 0 };
+        chunks.push(PlanChunk {
+            schema: CHUNK_SCHEMA,
+            plan_id: 1,
+            sequence,
+            stream,
+            flags,
+            ..PlanChunk::zeroed()
+        });
     }
     chunks
 }

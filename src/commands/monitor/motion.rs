@@ -37,7 +37,11 @@ impl Motion {
         self.last = Some(*state);
         self.ticks += 1;
         let [margin, friction, torque] = self.worst.unwrap_or([f64::INFINITY, 0.0, 0.0]);
-        self.worst = Some([margin.min(state.balance_margin), friction.max(state.friction_use), torque.max(state.torque_use)]);
+        self.worst = Some([
+            margin.min(state.balance_margin),
+            friction.max(state.friction_use),
+            torque.max(state.torque_use),
+        ]);
     }
 
     /// What was heard in the last `period` (s), if anything was; starts a new one.
@@ -78,12 +82,21 @@ mod tests {
     fn the_worst_of_a_period_is_told_and_missed_ticks_are_counted() {
         let mut motion = Motion::default();
         assert_eq!(motion.summary(1.0), None);
-        let state = |tick, balance_margin, torque_use| State { instance: 7, tick, balance_margin, torque_use, ..State::zeroed() };
+        let state = |tick, balance_margin, torque_use| State {
+            instance: 7,
+            tick,
+            balance_margin,
+            torque_use,
+            ..State::zeroed()
+        };
         for state in [state(1, 0.02, 0.3), state(2, 0.01, 0.2), state(6, 0.03, 0.5)] {
             motion.note(&state);
         }
         let summary = motion.summary(1.5).unwrap();
-        assert_eq!((summary.ticks_per_second, summary.missed, summary.balance_margin, summary.torque_use), (2.0, 3, 0.01, 0.5));
+        assert_eq!(
+            (summary.ticks_per_second, summary.missed, summary.balance_margin, summary.torque_use),
+            (2.0, 3, 0.01, 0.5)
+        );
         assert_eq!(motion.summary(1.0), None);
         motion.note(&State { instance: 8, ..state(20, 0.1, 0.1) });
         assert_eq!(motion.summary(1.0).unwrap().missed, 3, "another controller counts anew");

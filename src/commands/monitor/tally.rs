@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use surefoot_shared_types::message::{Check, Feedback, PlanChunk, PlanStatus, RequestState, State, Verdict};
+use surefoot_shared_types::message::{
+    Check, Feedback, PlanChunk, PlanStatus, RequestState, State, Verdict,
+};
 
 use super::motion::{Motion, MotionSummary};
 use crate::margins::WorstMargins;
@@ -42,7 +44,8 @@ pub(super) struct Summary {
     chunks_per_second: f64,
     /// The controller's words heard per second.
     words_per_second: f64,
-    /// Time from a chunk's publication to its verdict as the monitor saw it, s: median, 95 of 100, longest.
+    /// Time from a chunk's publication to its verdict as the monitor saw it, s: median, 95 of 100,
+    /// longest.
     verdict_latency: Option<[f64; 3]>,
     /// The worst margins so far.
     margins: WorstMargins,
@@ -93,7 +96,11 @@ impl Tally {
         let mut news = vec![];
         self.words += 1;
         if self.instance.replace(word.instance) != Some(word.instance) {
-            news.push(News::Controller { seconds, instance: format!("{:016x}", word.instance), next_sequence: word.next_sequence });
+            news.push(News::Controller {
+                seconds,
+                instance: format!("{:016x}", word.instance),
+                next_sequence: word.next_sequence,
+            });
         }
         if word.session == 0 {
             return news;
@@ -103,11 +110,16 @@ impl Tally {
         self.note_progress(word, seconds);
         if word.verdict == Verdict::Refused as u32 && self.refused.replace(plan) != Some(plan) {
             let check = Check::from_wire(word.check).map_or("unknown", Check::word).to_owned();
-            let (sequence, waypoint, corrections) = (word.refused_sequence, word.refused_waypoint, word.corrections_len);
+            let (sequence, waypoint, corrections) =
+                (word.refused_sequence, word.refused_waypoint, word.corrections_len);
             news.push(News::Refused { seconds, sequence, check, waypoint, corrections });
         }
         if word.finished == 1 && self.finished.replace(plan) != Some(plan) {
-            news.push(News::Finished { seconds, chunks: word.next_sequence, margins: self.margins });
+            news.push(News::Finished {
+                seconds,
+                chunks: word.next_sequence,
+                margins: self.margins,
+            });
         }
         news
     }
@@ -157,7 +169,11 @@ impl Tally {
     }
 
     fn note_progress(&mut self, word: &Feedback, seconds: f64) {
-        while self.published.first_key_value().is_some_and(|(sequence, _)| *sequence < word.next_sequence) {
+        while self
+            .published
+            .first_key_value()
+            .is_some_and(|(sequence, _)| *sequence < word.next_sequence)
+        {
             if let Some((_, published)) = self.published.pop_first()
                 && self.latencies.len() < LATENCIES_MAX
             {
@@ -179,16 +195,27 @@ impl News {
     /// One line for a person.
     pub(super) fn line(&self) -> String {
         match self {
-            Self::Planner { seconds, session } => format!("{seconds:9.3} s  planner {session} speaks"),
-            Self::Controller { seconds, instance, next_sequence } => {
-                format!("{seconds:9.3} s  controller {instance} speaks, {next_sequence} chunks behind it")
+            Self::Planner { seconds, session } => {
+                format!("{seconds:9.3} s  planner {session} speaks")
             }
-            Self::Plan { seconds, plan_id, epoch } => format!("{seconds:9.3} s  plan {plan_id}, epoch {epoch}"),
+            Self::Controller { seconds, instance, next_sequence } => {
+                format!(
+                    "{seconds:9.3} s  controller {instance} speaks, {next_sequence} chunks behind it"
+                )
+            }
+            Self::Plan { seconds, plan_id, epoch } => {
+                format!("{seconds:9.3} s  plan {plan_id}, epoch {epoch}")
+            }
             Self::Refused { seconds, sequence, check, waypoint, corrections } => {
-                format!("{seconds:9.3} s  refused: {check} at waypoint {waypoint} of chunk {sequence}, {corrections} corrections so far")
+                format!(
+                    "{seconds:9.3} s  refused: {check} at waypoint {waypoint} of chunk {sequence}, {corrections} corrections so far"
+                )
             }
             Self::Finished { seconds, chunks, margins } => {
-                format!("{seconds:9.3} s  finished: {chunks} chunks accepted; margins: {}", margins.describe())
+                format!(
+                    "{seconds:9.3} s  finished: {chunks} chunks accepted; margins: {}",
+                    margins.describe()
+                )
             }
             Self::Request { seconds, client, number, state } => {
                 format!("{seconds:9.3} s  request {number} of client {client}: {state}")
@@ -205,14 +232,23 @@ impl News {
 
 impl Summary {
     fn line(&self) -> String {
-        let rates = format!("{:.1} chunks/s, {:.0} words/s", self.chunks_per_second, self.words_per_second);
+        let rates =
+            format!("{:.1} chunks/s, {:.0} words/s", self.chunks_per_second, self.words_per_second);
         let latency = self.verdict_latency.map_or(String::new(), |[p50, p95, max]| {
-            format!(", verdict after {:.2} ms (p95 {:.2}, max {:.2})", 1000.0 * p50, 1000.0 * p95, 1000.0 * max)
+            format!(
+                ", verdict after {:.2} ms (p95 {:.2}, max {:.2})",
+                1000.0 * p50,
+                1000.0 * p95,
+                1000.0 * max
+            )
         });
         let margins = self.margins.describe();
         let margins = if margins.is_empty() { margins } else { format!("; margins: {margins}") };
         let motion = self.motion.map_or(String::new(), |motion| format!("; {}", motion.describe()));
-        format!("{:9.3} s  {} accepted, {rates}{latency}{margins}{motion}", self.seconds, self.accepted)
+        format!(
+            "{:9.3} s  {} accepted, {rates}{latency}{margins}{motion}",
+            self.seconds, self.accepted
+        )
     }
 }
 
@@ -225,8 +261,15 @@ mod tests {
     #[test]
     fn latencies_run_from_a_chunks_first_sight_to_its_verdict() {
         let mut tally = Tally::default();
-        let chunk = |sequence| PlanChunk { session: 5, plan_id: 1, sequence, ..PlanChunk::zeroed() };
-        let word = |next_sequence| Feedback { instance: 6, session: 5, plan_id: 1, next_sequence, ..Feedback::zeroed() };
+        let chunk =
+            |sequence| PlanChunk { session: 5, plan_id: 1, sequence, ..PlanChunk::zeroed() };
+        let word = |next_sequence| Feedback {
+            instance: 6,
+            session: 5,
+            plan_id: 1,
+            next_sequence,
+            ..Feedback::zeroed()
+        };
         assert_eq!(tally.note_chunk(&chunk(0), 1.0).len(), 2, "a planner and a plan");
         assert_eq!(tally.note_chunk(&chunk(1), 1.1).len(), 0);
         tally.note_chunk(&chunk(0), 1.2);
@@ -235,15 +278,29 @@ mod tests {
         let News::Summary(summary) = tally.summary(2.0, 1.0) else { panic!("no summary") };
         let [p50, _, max] = summary.verdict_latency.unwrap();
         assert!((p50 - 0.4).abs() < 1e-9 && (max - 0.5).abs() < 1e-9, "{summary:?}");
-        assert_eq!((summary.accepted, summary.chunks_per_second, summary.words_per_second), (2, 3.0, 2.0));
+        assert_eq!(
+            (summary.accepted, summary.chunks_per_second, summary.words_per_second),
+            (2, 3.0, 2.0)
+        );
     }
 
     #[test]
     fn ends_are_told_once_in_each_epoch() {
         let mut tally = Tally::default();
-        let refused = Feedback { instance: 6, session: 5, plan_id: 1, verdict: 2, check: 16, ..Feedback::zeroed() };
+        let refused = Feedback {
+            instance: 6,
+            session: 5,
+            plan_id: 1,
+            verdict: 2,
+            check: 16,
+            ..Feedback::zeroed()
+        };
         let told = |tally: &mut Tally, word: &Feedback| {
-            tally.note_word(word, 1.0).into_iter().filter(|news| matches!(news, News::Refused { .. } | News::Finished { .. })).count()
+            tally
+                .note_word(word, 1.0)
+                .into_iter()
+                .filter(|news| matches!(news, News::Refused { .. } | News::Finished { .. }))
+                .count()
         };
         assert_eq!((told(&mut tally, &refused), told(&mut tally, &refused)), (1, 0));
         let again = Feedback { epoch: 1, ..refused };

@@ -1,6 +1,7 @@
 //! `surefoot plan --serve`: stays up, and plans and delivers what clients ask for.
 //!
-//! The newest request counts: it takes the place of whatever is planned or delivered. Robot and world stay loaded.
+//! The newest request counts: it takes the place of whatever is planned or delivered. Robot and
+//! world stay loaded.
 
 use std::cell::RefCell;
 use std::num::NonZeroUsize;
@@ -42,12 +43,22 @@ pub(super) fn run(
     preparation: Preparation<'static>,
     audience: Audience,
 ) -> Result<Ending, Failure> {
-    let Some(name) = &arguments.instance else { return Err(Failure::Usage("--serve needs --instance NAME".into())) };
+    let Some(name) = &arguments.instance else {
+        return Err(Failure::Usage("--serve needs --instance NAME".into()));
+    };
     let session = draw_id();
     let sender = ChunkSender::open(&enter(name)?, session)?;
     let clerk = Clerk::open(sender.link(), session)?;
     let desk = RefCell::new(Desk { clerk, status: PlanStatus::zeroed(), next: None });
-    let mut server = Server { arguments, inputs, preparation, audience, sender, desk: &desk, last: Task::first(inputs) };
+    let mut server = Server {
+        arguments,
+        inputs,
+        preparation,
+        audience,
+        sender,
+        desk: &desk,
+        last: Task::first(inputs),
+    };
     server.audience.tell(&Line::PlannerServes)?;
     loop {
         let asked = server.wait()?;
@@ -116,7 +127,8 @@ impl Server<'_> {
 
     /// Does what a request asks, unless another one comes.
     fn serve(&mut self, (request, kind): Asked) -> Result<(), Failure> {
-        self.desk.borrow_mut().status = PlanStatus { client: request.client, number: request.number, ..PlanStatus::zeroed() };
+        self.desk.borrow_mut().status =
+            PlanStatus { client: request.client, number: request.number, ..PlanStatus::zeroed() };
         let state = match self.task(&request, kind)? {
             Some(task) => self.plan_and_deliver(task)?,
             None if kind == RequestKind::Cancel => RequestState::Cancelled,
@@ -134,7 +146,11 @@ impl Server<'_> {
         }
         let word = self.sender.settle(SETTLE_WITHIN, &|| signals::raised().is_none())?;
         let Ok(here) = Task::anew(self.inputs, word.as_ref()) else { return Ok(None) };
-        let goal = if kind == RequestKind::Replan { Some(self.last.scenario.goal) } else { request.goal.mark() };
+        let goal = if kind == RequestKind::Replan {
+            Some(self.last.scenario.goal)
+        } else {
+            request.goal.mark()
+        };
         let Some(goal) = goal else { return Ok(None) };
         let task = here.towards(goal, request.seed, request.work_max);
         Ok(match kind {
@@ -173,7 +189,12 @@ impl Server<'_> {
                 (Outcome::Stopped, _) => return Ok(RequestState::Cancelled),
                 (Outcome::ControllerLost, _) => return Ok(RequestState::ControllerLost),
                 (_, Some(word)) if may_go_on(&delivery, task.standing.is_some()) => {
-                    match task.after(self.inputs, &word, planner.chunks(), planner.way_back().chunks) {
+                    match task.after(
+                        self.inputs,
+                        &word,
+                        planner.chunks(),
+                        planner.way_back().chunks,
+                    ) {
                         Ok(next) => task = next,
                         Err(_) => return Ok(RequestState::Refused),
                     }
@@ -184,17 +205,22 @@ impl Server<'_> {
         Ok(RequestState::Refused)
     }
 
-    /// Searches, from farther back where nothing leads on; a planner with a plan, or the state in which the request ends.
+    /// Searches, from farther back where nothing leads on; a planner with a plan, or the state in
+    /// which the request ends.
     fn plan(&mut self, task: &mut Task) -> Result<Result<Planner, RequestState>, Failure> {
         {
             let mut desk = self.desk.borrow_mut();
-            (desk.status.plan_id, desk.status.epoch, desk.status.accepted) = (task.plan_id, task.epoch, 0);
+            (desk.status.plan_id, desk.status.epoch, desk.status.accepted) =
+                (task.plan_id, task.epoch, 0);
             desk.enter(RequestState::Planning)?;
         }
-        let threads = NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
+        let threads =
+            NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
             let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
-            let Some(planned) = self.search(&mut planner, task)? else { return Ok(Err(RequestState::Cancelled)) };
+            let Some(planned) = self.search(&mut planner, task)? else {
+                return Ok(Err(RequestState::Cancelled));
+            };
             if planned.end != PlanEnd::NoPlan || !task.may_go_back(&planner) {
                 return Ok(self.conclude(planner, &planned, task));
             }
@@ -213,11 +239,19 @@ impl Server<'_> {
             }
             audience.tell(line)
         };
-        search::run_until(planner, task.scenario.planner.work_max, &mut tell, &mut || desk.borrow_mut().is_interrupted())
+        search::run_until(planner, task.scenario.planner.work_max, &mut tell, &mut || {
+            desk.borrow_mut().is_interrupted()
+        })
     }
 
-    fn conclude(&mut self, planner: Planner, planned: &Planned, task: &Task) -> Result<Planner, RequestState> {
-        self.audience.say(|| verdict::of_search(&format!("plan {}.{}", task.plan_id, task.epoch), planned));
+    fn conclude(
+        &mut self,
+        planner: Planner,
+        planned: &Planned,
+        task: &Task,
+    ) -> Result<Planner, RequestState> {
+        self.audience
+            .say(|| verdict::of_search(&format!("plan {}.{}", task.plan_id, task.epoch), planned));
         let mut desk = self.desk.borrow_mut();
         desk.status.work = planned.work;
         match planned.end {

@@ -9,7 +9,15 @@ fn stream(session: u64, plan_id: u64, len: u64, time: f64) -> Vec<PlanChunk> {
     for sequence in 0..len {
         let stream = chunks.last().map_or(Digest::default(), PlanChunk::stream_after);
         let flags = if sequence + 1 == len { FLAG_LAST } else { 0 };
-        let mut chunk = PlanChunk { session, target_instance: ME, plan_id, sequence, stream, flags, ..PlanChunk::zeroed() };
+        let mut chunk = PlanChunk {
+            session,
+            target_instance: ME,
+            plan_id,
+            sequence,
+            stream,
+            flags,
+            ..PlanChunk::zeroed()
+        };
         chunk.waypoints[0].time = time;
         chunk.seal();
         chunks.push(chunk);
@@ -20,7 +28,9 @@ fn stream(session: u64, plan_id: u64, len: u64, time: f64) -> Vec<PlanChunk> {
 fn walk(position: &mut Position, chunk: &PlanChunk) -> Admission {
     let admission = position.admit(chunk);
     match admission {
-        Admission::Judge => position.accept(chunk, chunk.stream_after(), &Margins::UNMEASURED, chunk),
+        Admission::Judge => {
+            position.accept(chunk, chunk.stream_after(), &Margins::UNMEASURED, chunk)
+        }
         Admission::Refuse(check) => position.refuse(check, 0, None),
         Admission::Ignore => {}
     }
@@ -34,12 +44,21 @@ fn duplicates_gaps_and_foreign_chunks_are_counted_and_not_judged() {
     let mut foreign = chunks[1];
     foreign.target_instance = 8;
     foreign.seal();
-    let given = [&chunks[1], &chunks[0], &chunks[0], &foreign, &chunks[3], &chunks[1], &chunks[2], &chunks[3], &chunks[3]];
-    let judged: Vec<u64> =
-        given.into_iter().filter(|chunk| walk(&mut position, chunk) == Admission::Judge).map(|chunk| chunk.sequence).collect();
+    let given = [
+        &chunks[1], &chunks[0], &chunks[0], &foreign, &chunks[3], &chunks[1], &chunks[2],
+        &chunks[3], &chunks[3],
+    ];
+    let judged: Vec<u64> = given
+        .into_iter()
+        .filter(|chunk| walk(&mut position, chunk) == Admission::Judge)
+        .map(|chunk| chunk.sequence)
+        .collect();
     assert_eq!(judged, [0, 1, 2, 3]);
     assert!(position.is_finished());
-    assert_eq!(position.tally(), Tally { received: 9, accepted: 4, duplicates: 2, gaps: 2, leftovers: 0, foreign: 1 });
+    assert_eq!(
+        position.tally(),
+        Tally { received: 9, accepted: 4, duplicates: 2, gaps: 2, leftovers: 0, foreign: 1 }
+    );
     assert_eq!(position.feedback(1).stream, chunks[3].stream_after());
 }
 
@@ -50,10 +69,17 @@ fn damage_is_seen_before_any_field_is_believed() {
         let mut position = Position::new(ME);
         let mut damaged = chunks[0];
         bytemuck::bytes_of_mut(&mut damaged)[bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(walk(&mut position, &damaged), Admission::Refuse(Check::Crc), "header bit {bit}");
+        assert_eq!(
+            walk(&mut position, &damaged),
+            Admission::Refuse(Check::Crc),
+            "header bit {bit}"
+        );
         assert_eq!(walk(&mut position, &damaged), Admission::Ignore, "a refusal stays");
         let word = position.feedback(1);
-        assert_eq!((word.verdict, word.check, word.session), (Verdict::Refused as u32, Check::Crc as u32, 0));
+        assert_eq!(
+            (word.verdict, word.check, word.session),
+            (Verdict::Refused as u32, Check::Crc as u32, 0)
+        );
     }
 }
 
@@ -63,7 +89,10 @@ fn another_stream_under_the_same_name_is_refused() {
     walk(&mut position, &stream(1, 1, 3, 0.0)[0]);
     assert_eq!(walk(&mut position, &stream(1, 1, 3, 5.0)[1]), Admission::Refuse(Check::Stream));
     assert_eq!(walk(&mut position, &stream(1, 1, 3, 0.0)[1]), Admission::Ignore);
-    assert_eq!(position.refusal(), Some(Refusal { sequence: 1, check: Check::Stream, waypoint: 0 }));
+    assert_eq!(
+        position.refusal(),
+        Some(Refusal { sequence: 1, check: Check::Stream, waypoint: 0 })
+    );
 }
 
 #[test]
@@ -72,10 +101,17 @@ fn a_restarted_planner_goes_on_and_its_predecessor_is_silenced() {
     let mut position = Position::new(ME);
     walk(&mut position, &old[0]);
     walk(&mut position, &old[1]);
-    assert_eq!(walk(&mut position, &new[0]), Admission::Ignore, "the same first chunk is not walked again");
+    assert_eq!(
+        walk(&mut position, &new[0]),
+        Admission::Ignore,
+        "the same first chunk is not walked again"
+    );
     assert_eq!(walk(&mut position, &old[2]), Admission::Ignore, "the old session is over");
     assert_eq!(walk(&mut position, &new[2]), Admission::Judge);
-    assert_eq!(position.tally(), Tally { received: 5, accepted: 3, duplicates: 1, gaps: 0, leftovers: 1, foreign: 0 });
+    assert_eq!(
+        position.tally(),
+        Tally { received: 5, accepted: 3, duplicates: 1, gaps: 0, leftovers: 1, foreign: 0 }
+    );
 }
 
 #[test]
@@ -108,7 +144,12 @@ fn the_margins_are_those_of_the_plan_that_is_walked() {
     let mut position = Position::new(ME);
     let mut accept = |chunk: &PlanChunk, balance: f64| {
         assert_eq!(position.admit(chunk), Admission::Judge);
-        position.accept(chunk, chunk.stream_after(), &Margins { balance, ..Margins::UNMEASURED }, chunk);
+        position.accept(
+            chunk,
+            chunk.stream_after(),
+            &Margins { balance, ..Margins::UNMEASURED },
+            chunk,
+        );
         position.feedback(1).margins.balance
     };
     let (first, second) = (stream(1, 1, 2, 0.0), stream(1, 2, 1, 0.0));
@@ -126,11 +167,21 @@ fn a_successor_stands_where_the_robot_was_left() {
     walk(&mut position, &chunks[0]);
     walk(&mut position, &chunks[1]);
     position.refuse(Check::WorldDiffers, 2, Some(Correction::missing(3)));
-    let record = RobotRecord { stream_after_first: position.stream_after_first(), word: position.feedback(5), ..RobotRecord::zeroed() };
+    let record = RobotRecord {
+        stream_after_first: position.stream_after_first(),
+        word: position.feedback(5),
+        ..RobotRecord::zeroed()
+    };
     let mut next = Position::take_over(10, &record);
     let (before, after) = (position.feedback(6), next.feedback(1));
-    assert_eq!((after.instance, after.next_sequence, after.walked, after.stream), (10, 2, 2, before.stream));
-    assert_eq!((after.verdict, after.check, after.corrections()), (before.verdict, before.check, before.corrections()));
+    assert_eq!(
+        (after.instance, after.next_sequence, after.walked, after.stream),
+        (10, 2, 2, before.stream)
+    );
+    assert_eq!(
+        (after.verdict, after.check, after.corrections()),
+        (before.verdict, before.check, before.corrections())
+    );
     assert_eq!(walk(&mut next, &chunks[2]), Admission::Ignore, "meant for the one before");
     let mut chunk = PlanChunk { target_instance: 10, session: 2, epoch: 1, ..chunks[0] };
     chunk.seal();

@@ -17,7 +17,11 @@ fn stream(len: u64) -> Vec<PlanChunk> {
 }
 
 fn word(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
-    let stream = if accepted == 0 { Digest::default() } else { chunks[accepted as usize - 1].stream_after() };
+    let stream = if accepted == 0 {
+        Digest::default()
+    } else {
+        chunks[accepted as usize - 1].stream_after()
+    };
     sealed(Feedback {
         schema: FEEDBACK_SCHEMA,
         instance,
@@ -109,12 +113,23 @@ fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
 #[test]
 fn refusals_end_it_unless_they_are_of_another_session() {
     let chunks = stream(6);
-    let refused = |session| sealed(Feedback { verdict: 2, check: 3, refused_waypoint: 9, session, ..word(5, 1, 0, &chunks) });
+    let refused = |session| {
+        sealed(Feedback {
+            verdict: 2,
+            check: 3,
+            refused_waypoint: 9,
+            session,
+            ..word(5, 1, 0, &chunks)
+        })
+    };
     let mut window = Window::new(&chunks, SESSION, 8).unwrap();
     window.hear(&refused(1));
     assert_eq!(window.outcome(), None);
     window.hear(&refused(SESSION));
-    assert_eq!(window.outcome(), Some(Outcome::Refused { sequence: 0, check: Check::Collision, waypoint: 9 }));
+    assert_eq!(
+        window.outcome(),
+        Some(Outcome::Refused { sequence: 0, check: Check::Collision, waypoint: 9 })
+    );
     assert!(window.to_send().is_none());
 }
 

@@ -46,7 +46,12 @@ impl Emission {
     ///
     /// # Errors
     /// A leg does not reach: not where C_S holds.
-    pub fn swing(constraints: &Constraints, gait: &Gait, stance: &Foothold, [from, to]: [&Foothold; 2]) -> Result<Self, Rejection> {
+    pub fn swing(
+        constraints: &Constraints,
+        gait: &Gait,
+        stance: &Foothold,
+        [from, to]: [&Foothold; 2],
+    ) -> Result<Self, Rejection> {
         let back = Place::new(&constraints.body, gait, stance, from)?;
         let place = back.onto(&constraints.body, gait, stance, to)?;
         let ends = [back.placed, place.placed];
@@ -57,14 +62,19 @@ impl Emission {
     ///
     /// # Errors
     /// As [`Emission::swing`].
-    pub fn shift(constraints: &Constraints, gait: &Gait, [from, to]: [&Foothold; 2]) -> Result<Self, Rejection> {
+    pub fn shift(
+        constraints: &Constraints,
+        gait: &Gait,
+        [from, to]: [&Foothold; 2],
+    ) -> Result<Self, Rejection> {
         let first = configuration(&constraints.body, gait, from, to)?;
         let last = configuration(&constraints.body, gait, to, from)?;
         Ok(Self::begin(Course::Shift, [first, last]))
     }
 
     fn begin(course: Course, ends: [State; 2]) -> Self {
-        let mut emission = Self { course, here: ends[0], ends, stretch: 0, done: 0.0, step: STEP_FIRST };
+        let mut emission =
+            Self { course, here: ends[0], ends, stretch: 0, done: 0.0, step: STEP_FIRST };
         emission.skip_empty();
         emission
     }
@@ -79,16 +89,21 @@ impl Emission {
         self.stretch == self.stretches()
     }
 
-    /// Tries one step; answers the next waypoint and what the swing foot does on the way to it, or `None` where the step was too
-    /// long and a shorter one is to be tried. To be called until it is over.
+    /// Tries one step; answers the next waypoint and what the swing foot does on the way to it, or
+    /// `None` where the step was too long and a shorter one is to be tried. To be called until it
+    /// is over.
     ///
     /// # Errors
     /// A leg does not reach or would jump: not where C_S holds.
-    pub fn advance(&mut self, constraints: &Constraints) -> Result<Option<(&State, FootState)>, Rejection> {
+    pub fn advance(
+        &mut self,
+        constraints: &Constraints,
+    ) -> Result<Option<(&State, FootState)>, Rejection> {
         if self.step < STEP_MIN {
             return Err(Rejection::Discontinuous);
         }
-        let ahead = if self.done + self.step > 1.0 - STEP_MIN { 1.0 } else { self.done + self.step };
+        let ahead =
+            if self.done + self.step > 1.0 - STEP_MIN { 1.0 } else { self.done + self.step };
         let (wished, foot) = self.at(ahead);
         let next = match self.exact_end() {
             Some(end) if ahead >= 1.0 => *end,
@@ -123,10 +138,14 @@ impl Emission {
         }
     }
 
-    /// The state a share of the way along the stretch, legs not yet brought to their soles, and what the swing foot does.
+    /// The state a share of the way along the stretch, legs not yet brought to their soles, and
+    /// what the swing foot does.
     fn at(&self, t: f64) -> (State, FootState) {
         match &self.course {
-            Course::Shift => (shift_at(&self.ends[0].configuration, &self.ends[1].configuration, t, &self.here), FootState::Stance),
+            Course::Shift => (
+                shift_at(&self.ends[0].configuration, &self.ends[1].configuration, t, &self.here),
+                FootState::Stance,
+            ),
             Course::Swing { back, .. } if self.stretch < STRETCHES => {
                 let stretch = STRETCHES - 1 - self.stretch;
                 (back.at(stretch, 1.0 - t, &self.here), foot_state(stretch))
@@ -150,7 +169,11 @@ impl Emission {
 
 /// How far the swing sole travels in a stretch of a swing, m.
 fn length(back: &Place, place: &Place, stretch: usize) -> f64 {
-    if stretch < STRETCHES { back.length(STRETCHES - 1 - stretch) } else { place.length(stretch - STRETCHES) }
+    if stretch < STRETCHES {
+        back.length(STRETCHES - 1 - stretch)
+    } else {
+        place.length(stretch - STRETCHES)
+    }
 }
 
 /// The largest share of a step limit between two states.
@@ -159,6 +182,7 @@ fn step_use(constraints: &Constraints, a: &State, b: &State) -> f64 {
     let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
     let [from, to] = [a, b].map(|state| state.configuration.world_from_root.translation);
     let soles = a.world_from_soles.iter().zip(&b.world_from_soles);
-    let travel = soles.map(|(x, y)| x.translation.distance(y.translation)).fold(from.distance(to), f64::max);
+    let travel =
+        soles.map(|(x, y)| x.translation.distance(y.translation)).fold(from.distance(to), f64::max);
     (joint_step / constraints.config.waypoint_joint_step).max(travel / TRAVEL_MAX)
 }

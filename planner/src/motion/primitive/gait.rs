@@ -8,8 +8,8 @@ use super::stand::{Stand, side_of};
 use crate::body::Body;
 use crate::region::Region;
 
-/// How far a neutral swing foot stays from what may lie between the placements, m: obstacles up to this height do not
-/// matter there.
+/// How far a neutral swing foot stays from what may lie between the placements, m: obstacles up to
+/// this height do not matter there.
 pub const SPLIT: f64 = 0.02;
 
 /// What shapes the primitives of a robot.
@@ -46,8 +46,9 @@ pub struct Style {
 }
 
 impl Gait {
-    /// The gait of a robot in a style. `foot_radius` (m) bounds how far any part of a foot is from its ankle to the side, `margin`
-    /// (m) how near to the edge of its support the centre of mass may come.
+    /// The gait of a robot in a style. `foot_radius` (m) bounds how far any part of a foot is from
+    /// its ankle to the side, `margin` (m) how near to the edge of its support the centre of mass
+    /// may come.
     pub fn new(body: &Body, style: &Style, foot_radius: f64, clearance: f64, margin: f64) -> Self {
         let stands = [0, 1].map(|limb| standing(body, limb));
         let apart = (stands[0].origin - stands[1].origin).truncate().length();
@@ -65,8 +66,14 @@ impl Gait {
     /// Whether every number is one that a gait can have.
     pub fn is_sound(&self) -> bool {
         let is_length = |value: f64| value > 0.0 && value < 2.0;
-        let is_posture = self.reach_share > 0.0 && self.reach_share <= 1.0 && self.roll.abs() < 1.0 && (0.0..1.0).contains(&self.lean);
-        is_posture && is_length(self.width) && is_length(self.lift) && (0.0..1.0).contains(&self.tilt)
+        let is_posture = self.reach_share > 0.0
+            && self.reach_share <= 1.0
+            && self.roll.abs() < 1.0
+            && (0.0..1.0).contains(&self.lean);
+        is_posture
+            && is_length(self.width)
+            && is_length(self.lift)
+            && (0.0..1.0).contains(&self.tilt)
     }
 }
 

@@ -1,9 +1,10 @@
 //! pi_S: whole steps without search where the sufficient conditions hold [Grey 3.2, 4.4.5].
 //!
-//! A [`Preparation`](crate::prepare::Preparation) knows the [`Gait`] of a robot and the range R_S of placement pairs over
-//! which its primitives were swept. Where [`crate::prepare::sufficient`] says that C_S holds, [`Emission`] gives
-//! motions that meet every constraint; [`print_of`] is how a placement is shown to it. They join without a seam, since a
-//! primitive configuration depends on nothing but its two placements.
+//! A [`Preparation`](crate::prepare::Preparation) knows the [`Gait`] of a robot and the range R_S
+//! of placement pairs over which its primitives were swept. Where [`crate::prepare::sufficient`]
+//! says that C_S holds, [`Emission`] gives motions that meet every constraint; [`print_of`] is how
+//! a placement is shown to it. They join without a seam, since a primitive configuration depends on
+//! nothing but its two placements.
 
 pub mod emission;
 pub mod gait;

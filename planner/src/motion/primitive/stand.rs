@@ -57,13 +57,19 @@ impl Stand {
     pub fn offset_to(&self, other: &Self, limb: usize) -> PairOffset {
         let offset = self.world_from_stand().inverse() * other.origin;
         let side = side_of(limb);
-        PairOffset { ahead: offset.x, aside: side * offset.y, above: offset.z, turn: side * wrap_angle(other.yaw - self.yaw) }
+        PairOffset {
+            ahead: offset.x,
+            aside: side * offset.y,
+            above: offset.z,
+            turn: side * wrap_angle(other.yaw - self.yaw),
+        }
     }
 
     /// The level stand of the foot `limb` at an offset from this one.
     pub fn at_offset(&self, offset: &PairOffset, limb: usize) -> Self {
         let side = side_of(limb);
-        let origin = self.world_from_stand() * DVec3::new(offset.ahead, side * offset.aside, offset.above);
+        let origin =
+            self.world_from_stand() * DVec3::new(offset.ahead, side * offset.aside, offset.above);
         Self { origin, yaw: self.yaw + side * offset.turn, tilt: 0.0 }
     }
 }

@@ -1,16 +1,21 @@
-//! Straightening a route: branches that grow between two of its stations take the place of longer ways [Grey 4.3].
+//! Straightening a route: branches that grow between two of its stations take the place of longer
+//! ways [Grey 4.3].
 
 use super::{Activity, Begin, Branch, End, Growth, Progress, Purpose};
 use crate::possibility::branch::BRANCHES_MAX;
 use crate::random::{Random, Stream};
 
-/// Shortcuts that are tried side by side; of those that overlap at most one is taken, so more of them on a longer route.
+/// Shortcuts that are tried side by side; of those that overlap at most one is taken, so more of
+/// them on a longer route.
 const AT_ONCE: [usize; 2] = [2, BRANCHES_MAX];
-/// Shortcuts that are tried on a route of up to [`SHORTCUT_SPAN_MAX`] stations, each by one extension.
+/// Shortcuts that are tried on a route of up to [`SHORTCUT_SPAN_MAX`] stations, each by one
+/// extension.
 const SHORTCUTS_MAX: usize = 12;
-/// The same on a longer route, for each [`SHORTCUT_SPAN_MAX`] of its stations: it has turned more often than it need.
+/// The same on a longer route, for each [`SHORTCUT_SPAN_MAX`] of its stations: it has turned more
+/// often than it need.
 const LONG_SHORTCUTS_MAX: usize = 36;
-/// Shortcuts span at most this many stations, on a longer route half as many: about as far on average as where its end limits them.
+/// Shortcuts span at most this many stations, on a longer route half as many: about as far on
+/// average as where its end limits them.
 const SHORTCUT_SPAN_MAX: usize = 96;
 /// Shortcuts span at least this many stations.
 const SHORTCUT_SPAN_MIN: usize = 3;
@@ -38,30 +43,47 @@ impl Growth {
 
     fn begin_shortcut(&mut self, seed: u64, index: usize, span_max: usize) {
         let stations = self.route.vertices.len();
-        let mut random = Random::new(seed, Stream::Possibility, index as u64 | 1 << 40, self.generation);
+        let mut random =
+            Random::new(seed, Stream::Possibility, index as u64 | 1 << 40, self.generation);
         let from = random.below(stations - SHORTCUT_SPAN_MIN);
-        let to = from + SHORTCUT_SPAN_MIN + random.below((stations - from).min(span_max) - SHORTCUT_SPAN_MIN);
+        let to = from
+            + SHORTCUT_SPAN_MIN
+            + random.below((stations - from).min(span_max) - SHORTCUT_SPAN_MIN);
         let extension = self.extension(0, self.route.vertices[to].station, self.facing, true);
         let stations_max = to - from - 1;
-        self.branches.begin(Begin { purpose: Purpose::Shortcut { from, to }, extension, from: self.route.vertices[from], stations_max });
+        self.branches.begin(Begin {
+            purpose: Purpose::Shortcut { from, to },
+            extension,
+            from: self.route.vertices[from],
+            stations_max,
+        });
     }
 
-    /// Puts the branches that have arrived in place of the stations between their ends, from the last to the first, but for those that
-    /// overlap one before.
+    /// Puts the branches that have arrived in place of the stations between their ends, from the
+    /// last to the first, but for those that overlap one before.
     fn splice_all(&mut self) {
         let mut end = usize::MAX;
         loop {
             let arrived = |(index, branch): (usize, &Branch)| match (branch.purpose, branch.end) {
-                (Purpose::Shortcut { from, to }, Some(End::Arrived { is_upright })) if to <= end => Some((from, to, index, is_upright)),
+                (Purpose::Shortcut { from, to }, Some(End::Arrived { is_upright }))
+                    if to <= end =>
+                {
+                    Some((from, to, index, is_upright))
+                }
                 _ => None,
             };
-            let Some((from, to, index, is_upright)) = self.branches.all().iter().enumerate().filter_map(arrived).max() else { return };
+            let Some((from, to, index, is_upright)) =
+                self.branches.all().iter().enumerate().filter_map(arrived).max()
+            else {
+                return;
+            };
             end = from;
             self.splice([from, to], index, is_upright);
         }
     }
 
-    /// Puts a branch in place of the stations between its ends, if there is room for its placements.
+    /// Puts a branch in place of the stations between its ends, if there is room for its
+    /// placements.
     fn splice(&mut self, [from, to]: [usize; 2], branch: usize, is_upright: bool) {
         let first = self.forest.trees[0].len();
         for stance in &self.branches.all()[branch].grown {

@@ -12,15 +12,21 @@ pub(super) type Triangle = [DVec3; 3];
 pub(super) fn geometry_triangles(geometry: Node) -> Result<Vec<Triangle>, String> {
     let Some(mesh) = child(geometry, "mesh") else {
         let id = geometry.attribute("id").unwrap_or_default();
-        return Err(format!("has a <geometry> '{}' that is not a <mesh>; export it as triangles", quoted(id)));
+        return Err(format!(
+            "has a <geometry> '{}' that is not a <mesh>; export it as triangles",
+            quoted(id)
+        ));
     };
-    let vertices = child(mesh, "vertices").ok_or_else(|| damaged(mesh, "has no <vertices>".into()))?;
+    let vertices =
+        child(mesh, "vertices").ok_or_else(|| damaged(mesh, "has no <vertices>".into()))?;
     let positions = positions(mesh, vertices)?;
     let mut triangles = Vec::new();
     for primitive in mesh.children() {
         let position = |index: u32| {
             let vertex = positions.get(index as usize);
-            vertex.copied().ok_or_else(|| damaged(primitive, format!("has a corner at vertex {index} of {}", positions.len())))
+            vertex.copied().ok_or_else(|| {
+                damaged(primitive, format!("has a corner at vertex {index} of {}", positions.len()))
+            })
         };
         for [a, b, c] in faces(primitive, vertices)? {
             triangles.push([position(a)?, position(b)?, position(c)?]);
@@ -29,27 +35,38 @@ pub(super) fn geometry_triangles(geometry: Node) -> Result<Vec<Triangle>, String
     Ok(triangles)
 }
 
-/// The positions of a mesh. Ids are looked up in the mesh alone: some exporters use the same ones in every geometry.
+/// The positions of a mesh. Ids are looked up in the mesh alone: some exporters use the same ones
+/// in every geometry.
 fn positions(mesh: Node, vertices: Node) -> Result<Vec<DVec3>, String> {
     let ids = Ids::below(mesh);
     let source = ids.find(input(vertices, "POSITION")?, "source", "source")?;
-    let accessor = child(source, "technique_common").and_then(|technique| child(technique, "accessor"));
+    let accessor =
+        child(source, "technique_common").and_then(|technique| child(technique, "accessor"));
     let accessor = accessor.ok_or_else(|| damaged(source, "has no <accessor>".into()))?;
     let array = ids.find(accessor, "source", "float_array")?;
     let numbers: Vec<f64> = numbers(array)?;
     check_count(array, numbers.len())?;
-    let (offset, stride) = (whole_number(accessor, "offset", 0)?, whole_number(accessor, "stride", 1)?);
+    let (offset, stride) =
+        (whole_number(accessor, "offset", 0)?, whole_number(accessor, "stride", 1)?);
     if stride < 3 {
-        return Err(damaged(accessor, format!("has positions of {stride} numbers each; 3 belong there")));
+        return Err(damaged(
+            accessor,
+            format!("has positions of {stride} numbers each; 3 belong there"),
+        ));
     }
-    let items = numbers.get(offset..).unwrap_or_default().chunks(stride).filter_map(|item| item.first_chunk());
+    let items = numbers
+        .get(offset..)
+        .unwrap_or_default()
+        .chunks(stride)
+        .filter_map(|item| item.first_chunk());
     let count = whole_number(accessor, "count", usize::MAX)?;
     let positions: Vec<DVec3> = items.take(count).map(|item| DVec3::from_array(*item)).collect();
     check_count(accessor, positions.len())?;
     Ok(positions)
 }
 
-/// The triangles of a primitive, by the indices of their vertices. What is not made of faces has none.
+/// The triangles of a primitive, by the indices of their vertices. What is not made of faces has
+/// none.
 fn faces(primitive: Node, vertices: Node) -> Result<Vec<[u32; 3]>, String> {
     let tag = primitive.tag_name().name();
     if !matches!(tag, "triangles" | "polylist" | "polygons" | "trifans" | "tristrips") {
@@ -65,13 +82,20 @@ fn faces(primitive: Node, vertices: Node) -> Result<Vec<[u32; 3]>, String> {
     }
     check_count(primitive, lists.len())?;
     let lists = lists.iter().map(Vec::as_slice);
-    Ok(if tag == "tristrips" { lists.flat_map(strip).collect() } else { lists.flat_map(fan).collect() })
+    Ok(if tag == "tristrips" {
+        lists.flat_map(strip).collect()
+    } else {
+        lists.flat_map(fan).collect()
+    })
 }
 
-/// The vertices in each `<p>` of a primitive, without the indices of normals and the like between them.
+/// The vertices in each `<p>` of a primitive, without the indices of normals and the like between
+/// them.
 fn corner_lists(primitive: Node, vertices: Node) -> Result<Vec<Vec<u32>>, String> {
     let vertex_input = input(primitive, "VERTEX")?;
-    if vertex_input.attribute("source").and_then(|url| url.strip_prefix('#')) != vertices.attribute("id") {
+    if vertex_input.attribute("source").and_then(|url| url.strip_prefix('#'))
+        != vertices.attribute("id")
+    {
         return Err(damaged(primitive, "does not refer to the <vertices> of its mesh".into()));
     }
     let vertex_offset = whole_number(vertex_input, "offset", 0)?;
@@ -82,7 +106,10 @@ fn corner_lists(primitive: Node, vertices: Node) -> Result<Vec<Vec<u32>>, String
     let corners = |p: Node| {
         let indices: Vec<u32> = numbers(p)?;
         if !indices.len().is_multiple_of(stride) {
-            return Err(damaged(primitive, format!("has {} indices, {stride} for each corner", indices.len())));
+            return Err(damaged(
+                primitive,
+                format!("has {} indices, {stride} for each corner", indices.len()),
+            ));
         }
         Ok(indices.into_iter().skip(vertex_offset).step_by(stride).collect())
     };
@@ -99,7 +126,8 @@ fn polygons<'c>(primitive: Node, mut corners: &'c [u32]) -> Result<Vec<&'c [u32]
     let mut polygons = Vec::new();
     for size in sizes {
         let cut = corners.split_at_checked(size);
-        let (polygon, rest) = cut.ok_or_else(|| damaged(primitive, "has fewer corners than its polygons need".into()))?;
+        let (polygon, rest) = cut
+            .ok_or_else(|| damaged(primitive, "has fewer corners than its polygons need".into()))?;
         polygons.push(polygon);
         corners = rest;
     }
@@ -115,7 +143,10 @@ fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
 
 /// The triangles of a strip, every other one turned round so that all face the same way.
 fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
-    corners.windows(3).enumerate().map(|(at, of)| if at % 2 == 0 { [of[0], of[1], of[2]] } else { [of[0], of[2], of[1]] })
+    corners
+        .windows(3)
+        .enumerate()
+        .map(|(at, of)| if at % 2 == 0 { [of[0], of[1], of[2]] } else { [of[0], of[2], of[1]] })
 }
 
 fn input<'a, 'input>(node: Node<'a, 'input>, semantic: &str) -> Result<Node<'a, 'input>, String> {
@@ -126,13 +157,17 @@ fn input<'a, 'input>(node: Node<'a, 'input>, semantic: &str) -> Result<Node<'a, 
 
 fn whole_number(element: Node, attribute: &str, default: usize) -> Result<usize, String> {
     let Some(text) = element.attribute(attribute) else { return Ok(default) };
-    text.trim().parse().map_err(|_| damaged(element, format!("has {attribute}=\"{}\"", quoted(text))))
+    text.trim()
+        .parse()
+        .map_err(|_| damaged(element, format!("has {attribute}=\"{}\"", quoted(text))))
 }
 
 /// Complains unless as much was found in an element as its `count` says.
 fn check_count(element: Node, found: usize) -> Result<(), String> {
     match whole_number(element, "count", found)? {
-        said if said != found => Err(damaged(element, format!("says count=\"{said}\" but holds {found}"))),
+        said if said != found => {
+            Err(damaged(element, format!("says count=\"{said}\" but holds {found}")))
+        }
         _ => Ok(()),
     }
 }

@@ -1,7 +1,9 @@
-//! `surefoot bench footholds`: how often a sole finds a place, on parallel bars as in figure 4.10 and on single features.
+//! `surefoot bench footholds`: how often a sole finds a place, on parallel bars as in figure 4.10
+//! and on single features.
 //!
-//! A query is successful as soon as one placement is found. Each world gets the same queries, asked four times: of Algorithm 1 as it
-//! is printed, of Algorithm 1 with its seeds, of the geometric proposals, and of the whole sampler.
+//! A query is successful as soon as one placement is found. Each world gets the same queries, asked
+//! four times: of Algorithm 1 as it is printed, of Algorithm 1 with its seeds, of the geometric
+//! proposals, and of the whole sampler.
 
 mod plot;
 mod queries;
@@ -95,7 +97,8 @@ pub fn run(arguments: &FootholdsArguments) -> Result<Ending, Failure> {
     let model = load_robot(&arguments.robot)?;
     let sole = &model.feet[0].polygon;
     let spans = SPANS.map(|span| (format!("parallel_bars_{span}"), Some(span)));
-    let names: Vec<(String, Option<u32>)> = spans.into_iter().chain(FEATURES.map(|name| (name.to_owned(), None))).collect();
+    let names: Vec<(String, Option<u32>)> =
+        spans.into_iter().chain(FEATURES.map(|name| (name.to_owned(), None))).collect();
     let bar = progress_bar((names.len() * Sampler::ALL.len()) as u64);
     let mut rows = Vec::new();
     for (name, span_percent) in names {
@@ -116,10 +119,18 @@ pub fn run(arguments: &FootholdsArguments) -> Result<Ending, Failure> {
         write_files(folder, &rows)?;
     }
     if arguments.json {
-        let report =
-            Report { schema: "surefoot-bench-footholds/1", machine, robot: &model.name, seed: arguments.seed, thesis: THESIS, rows: &rows };
-        let text =
-            serde_json::to_string_pretty(&report).map_err(|error| Failure::Output { path: "stdout".into(), reason: error.to_string() })?;
+        let report = Report {
+            schema: "surefoot-bench-footholds/1",
+            machine,
+            robot: &model.name,
+            seed: arguments.seed,
+            thesis: THESIS,
+            rows: &rows,
+        };
+        let text = serde_json::to_string_pretty(&report).map_err(|error| Failure::Output {
+            path: "stdout".into(),
+            reason: error.to_string(),
+        })?;
         terminal::say(&text);
     } else {
         terminal::say(&table(&rows));
@@ -131,7 +142,8 @@ fn progress_bar(length: u64) -> ProgressBar {
     if !terminal::is_watched() {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{bar:20} {pos}/{len} {wide_msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    let style = ProgressStyle::with_template("{bar:20} {pos}/{len} {wide_msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_bar());
     ProgressBar::new(length).with_style(style)
 }
 
@@ -143,7 +155,12 @@ fn table(rows: &[Row]) -> String {
     for row in rows {
         let _ = write!(text, "\n{:<24}", row.world);
         for answers in &row.samplers {
-            let _ = write!(text, "{:>12.1} %{:>5.0} us", 100.0 * answers.share(row.queries), 1e6 * answers.seconds_mean);
+            let _ = write!(
+                text,
+                "{:>12.1} %{:>5.0} us",
+                100.0 * answers.share(row.queries),
+                1e6 * answers.seconds_mean
+            );
         }
     }
     let _ = write!(text, "\n{THESIS}");
@@ -151,17 +168,24 @@ fn table(rows: &[Row]) -> String {
 }
 
 fn write_files(folder: &Path, rows: &[Row]) -> Result<(), Failure> {
-    let mut csv = "world,span_percent,sampler,queries,found,examined_mean,seconds_mean\n".to_owned();
+    let mut csv =
+        "world,span_percent,sampler,queries,found,examined_mean,seconds_mean\n".to_owned();
     for row in rows {
         let span = row.span_percent.map(|span| span.to_string()).unwrap_or_default();
         for answers in &row.samplers {
             let Answers { sampler, found, examined_mean, seconds_mean } = answers;
-            let _ = writeln!(csv, "{},{span},{sampler},{},{found},{examined_mean:.3},{seconds_mean:.9}", row.world, row.queries);
+            let _ = writeln!(
+                csv,
+                "{},{span},{sampler},{},{found},{examined_mean:.3},{seconds_mean:.9}",
+                row.world, row.queries
+            );
         }
     }
     outputs::write_text(&csv, &folder.join("footholds.csv"))?;
     let curve = |(index, sampler): (usize, Sampler)| {
-        let points = rows.iter().filter_map(|row| Some((f64::from(row.span_percent?), 100.0 * row.samplers[index].share(row.queries))));
+        let points = rows.iter().filter_map(|row| {
+            Some((f64::from(row.span_percent?), 100.0 * row.samplers[index].share(row.queries)))
+        });
         plot::Curve { name: sampler.name(), points: points.collect() }
     };
     let curves: Vec<plot::Curve> = Sampler::ALL.into_iter().enumerate().map(curve).collect();

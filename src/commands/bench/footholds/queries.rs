@@ -56,7 +56,11 @@ impl Sampler {
     }
 
     fn config(self) -> FootPlacementConfig {
-        if self == Self::Printed { FootPlacementConfig::as_printed() } else { FootPlacementConfig::default() }
+        if self == Self::Printed {
+            FootPlacementConfig::as_printed()
+        } else {
+            FootPlacementConfig::default()
+        }
     }
 
     fn effort(self) -> Effort {
@@ -93,7 +97,13 @@ impl Answers {
 ///
 /// # Errors
 /// When the world cannot be compiled into surfaces.
-pub fn ask(world: &World, sole: &[DVec2], sampler: Sampler, queries: u32, seed: u64) -> Result<Answers, PlannerError> {
+pub fn ask(
+    world: &World,
+    sole: &[DVec2],
+    sampler: Sampler,
+    queries: u32,
+    seed: u64,
+) -> Result<Answers, PlannerError> {
     let surfaces = Surfaces::new(world, sampler.config())?;
     let mut scratch = Scratch::new(surfaces.config());
     let (mut found, mut examined) = (0, 0_u64);
@@ -109,7 +119,12 @@ pub fn ask(world: &World, sole: &[DVec2], sampler: Sampler, queries: u32, seed: 
         found += u32::from(tally.stopped);
     }
     let each = 1.0 / f64::from(queries);
-    Ok(Answers { sampler: sampler.key(), found, examined_mean: examined as f64 * each, seconds_mean: stopwatch.seconds() * each })
+    Ok(Answers {
+        sampler: sampler.key(),
+        found,
+        examined_mean: examined as f64 * each,
+        seconds_mean: stopwatch.seconds() * each,
+    })
 }
 
 /// A query, the same for every sampler and world.
@@ -138,13 +153,22 @@ mod tests {
     use surefoot_shared_types::Shape;
     use surefoot_shared_types::scene::WorldShape;
 
-    const SOLE: [DVec2; 4] = [DVec2::new(-0.09, -0.07), DVec2::new(0.13, -0.07), DVec2::new(0.13, 0.07), DVec2::new(-0.09, 0.07)];
+    const SOLE: [DVec2; 4] = [
+        DVec2::new(-0.09, -0.07),
+        DVec2::new(0.13, -0.07),
+        DVec2::new(0.13, 0.07),
+        DVec2::new(-0.09, 0.07),
+    ];
 
     fn floor(tilt: f64) -> World {
         let shape = Shape::Box { half_extents: DVec3::new(2.0, 2.0, 0.1) };
         let rotation = rotation_about(DVec3::Y, tilt);
         let world_from_shape = Pose::from_parts(rotation * DVec3::new(0.0, 0.0, -0.1), rotation);
-        World { mu: 0.6, shapes: vec![WorldShape { name: "floor".into(), world_from_shape, shape }], digest: Default::default() }
+        World {
+            mu: 0.6,
+            shapes: vec![WorldShape { name: "floor".into(), world_from_shape, shape }],
+            digest: Default::default(),
+        }
     }
 
     #[test]
@@ -162,8 +186,10 @@ mod tests {
             world_from_shape: Pose::from_translation(DVec3::new(x, 0.0, -0.1)),
             shape: Shape::Box { half_extents: DVec3::new(0.015, 0.5, 0.1) },
         };
-        let bars = World { mu: 0.6, shapes: vec![bar(-0.128), bar(0.128)], digest: Default::default() };
-        let [one, again, other] = [1, 1, 2].map(|seed| ask(&bars, &SOLE, Sampler::Printed, 20, seed).unwrap().examined_mean);
+        let bars =
+            World { mu: 0.6, shapes: vec![bar(-0.128), bar(0.128)], digest: Default::default() };
+        let [one, again, other] = [1, 1, 2]
+            .map(|seed| ask(&bars, &SOLE, Sampler::Printed, 20, seed).unwrap().examined_mean);
         assert_eq!(one, again);
         assert_ne!(one, other);
     }

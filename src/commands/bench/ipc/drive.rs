@@ -39,24 +39,40 @@ pub(super) struct Measured {
 impl Measured {
     /// The statistics of the round trips.
     pub(super) fn round_trip(&self) -> Summary {
-        let none = Summary { mean: f64::NAN, std: f64::NAN, p50: f64::NAN, p95: f64::NAN, p99: f64::NAN, max: f64::NAN };
+        let none = Summary {
+            mean: f64::NAN,
+            std: f64::NAN,
+            p50: f64::NAN,
+            p95: f64::NAN,
+            p99: f64::NAN,
+            max: f64::NAN,
+        };
         Summary::of(&self.round_trips).unwrap_or(none)
     }
 }
 
 /// A word as a controller would answer.
 pub(super) fn word(number: u64) -> Feedback {
-    Feedback { schema: FEEDBACK_SCHEMA, instance: 1, next_sequence: number, ..bytemuck::Zeroable::zeroed() }
+    Feedback {
+        schema: FEEDBACK_SCHEMA,
+        instance: 1,
+        next_sequence: number,
+        ..bytemuck::Zeroable::zeroed()
+    }
 }
 
 /// A chunk with something in it.
 pub(super) fn chunk() -> PlanChunk {
     let mut chunk: PlanChunk = bytemuck::Zeroable::zeroed();
-    bytemuck::bytes_of_mut(&mut chunk).iter_mut().enumerate().for_each(|(at, byte)| *byte = (at % 251) as u8);
+    bytemuck::bytes_of_mut(&mut chunk)
+        .iter_mut()
+        .enumerate()
+        .for_each(|(at, byte)| *byte = (at % 251) as u8);
     chunk
 }
 
-/// Measures a transport of which up to `window` chunks may be on their way. Each end is made on the core where it runs.
+/// Measures a transport of which up to `window` chunks may be on their way. Each end is made on the
+/// core where it runs.
 pub(super) fn measure<N: Near, F: Far>(
     rounds: usize,
     window: u64,
@@ -76,7 +92,8 @@ pub(super) fn measure<N: Near, F: Far>(
         });
         let driven = scope.spawn(|| {
             affinity::pin(near_core);
-            let driven = near().and_then(|mut near| both(&mut near, rounds, window, &|| served_ended(&over)));
+            let driven = near()
+                .and_then(|mut near| both(&mut near, rounds, window, &|| served_ended(&over)));
             over.store(true, Ordering::Relaxed);
             driven
         });
@@ -93,7 +110,12 @@ fn broken() -> Failure {
     Failure::Usage("a thread of the bench panicked".into())
 }
 
-fn both(near: &mut impl Near, rounds: usize, window: u64, is_over: &dyn Fn() -> bool) -> Result<Measured, Failure> {
+fn both(
+    near: &mut impl Near,
+    rounds: usize,
+    window: u64,
+    is_over: &dyn Fn() -> bool,
+) -> Result<Measured, Failure> {
     let chunk = chunk();
     let mut trips = vec![0.0; rounds];
     let warm = rounds / 4 + 64;
@@ -101,14 +123,27 @@ fn both(near: &mut impl Near, rounds: usize, window: u64, is_over: &dyn Fn() -> 
     run(near, &chunk, &mut number, warm as u64, 1, &mut |_, _| {}, is_over)?;
     let before = allocations::count();
     let first = number;
-    run(near, &chunk, &mut number, rounds as u64, 1, &mut |at, seconds| trips[(at - first - 1) as usize] = seconds, is_over)?;
+    run(
+        near,
+        &chunk,
+        &mut number,
+        rounds as u64,
+        1,
+        &mut |at, seconds| trips[(at - first - 1) as usize] = seconds,
+        is_over,
+    )?;
     let allocations = allocations::count() - before;
     let watch = Stopwatch::start();
     run(near, &chunk, &mut number, rounds as u64, window, &mut |_, _| {}, is_over)?;
-    Ok(Measured { round_trips: trips, chunks_per_second: rounds as f64 / watch.seconds(), allocations })
+    Ok(Measured {
+        round_trips: trips,
+        chunks_per_second: rounds as f64 / watch.seconds(),
+        allocations,
+    })
 }
 
-/// Sends `count` chunks with at most `window` on their way; notes the number and time of each round trip where `window` is 1.
+/// Sends `count` chunks with at most `window` on their way; notes the number and time of each round
+/// trip where `window` is 1.
 fn run(
     near: &mut impl Near,
     chunk: &PlanChunk,

@@ -1,4 +1,5 @@
-//! iceoryx2 publish-subscribe as its defaults have it, both sides spinning, without anything that makes it lossless.
+//! iceoryx2 publish-subscribe as its defaults have it, both sides spinning, without anything that
+//! makes it lossless.
 
 use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt;
@@ -20,9 +21,17 @@ const WINDOW: u64 = 2;
 
 /// Measures it.
 pub(super) fn measure(rounds: usize) -> Result<Measured, Failure> {
-    let folder = tempfile::Builder::new().prefix("sfbench").permissions(Permissions::from_mode(0o700)).tempdir_in("/dev/shm");
+    let folder = tempfile::Builder::new()
+        .prefix("sfbench")
+        .permissions(Permissions::from_mode(0o700))
+        .tempdir_in("/dev/shm");
     let folder = folder.map_err(failed)?;
-    let measured = drive::measure(rounds, WINDOW, || IoxNear::open(folder.path()), || IoxFar::open(folder.path()));
+    let measured = drive::measure(
+        rounds,
+        WINDOW,
+        || IoxNear::open(folder.path()),
+        || IoxFar::open(folder.path()),
+    );
     remove_segments(&prefix()).map_err(failed)?;
     measured
 }
@@ -49,11 +58,22 @@ impl Plain {
         let root = folder.to_str().unwrap_or_default().as_bytes();
         config.global.set_root_path(&iceoryx2::prelude::Path::new(root).map_err(failed)?);
         config.global.prefix = FileName::new(prefix().as_bytes()).map_err(failed)?;
-        let node = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled).create::<ipc::Service>();
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>();
         let node = node.map_err(failed)?;
         let open = |name: &str| name.try_into().map_err(failed);
-        let chunks = node.service_builder(&open("chunks")?).publish_subscribe::<PlanChunk>().open_or_create().map_err(failed)?;
-        let words = node.service_builder(&open("words")?).publish_subscribe::<Feedback>().open_or_create().map_err(failed)?;
+        let chunks = node
+            .service_builder(&open("chunks")?)
+            .publish_subscribe::<PlanChunk>()
+            .open_or_create()
+            .map_err(failed)?;
+        let words = node
+            .service_builder(&open("words")?)
+            .publish_subscribe::<Feedback>()
+            .open_or_create()
+            .map_err(failed)?;
         Ok(Self { chunks, words, _node: node })
     }
 }

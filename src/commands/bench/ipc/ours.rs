@@ -60,11 +60,18 @@ pub(super) fn measure(rounds: usize, digests: Digests) -> Result<Measured, Failu
     })
 }
 
-fn judge_all(instance: &Instance, over: &AtomicBool, known: Option<&KnownDigests>) -> Result<(), Failure> {
+fn judge_all(
+    instance: &Instance,
+    over: &AtomicBool,
+    known: Option<&KnownDigests>,
+) -> Result<(), Failure> {
     let mut receiver = ChunkReceiver::open(instance, draw_id())?;
     let known = |chunk: &PlanChunk| known?.lock().ok()?.get(chunk.sequence as usize).copied();
     let mut accept = |chunk: &PlanChunk, _: &mut dyn FnMut()| {
-        Judgement::Accepted(Margins::UNMEASURED, known(chunk).unwrap_or_else(|| chunk.stream_after()))
+        Judgement::Accepted(
+            Margins::UNMEASURED,
+            known(chunk).unwrap_or_else(|| chunk.stream_after()),
+        )
     };
     while receiver.run(&mut accept, &|| !over.load(Ordering::Relaxed))? != Ended::Stopped {}
     Ok(())
@@ -110,7 +117,11 @@ fn drive(instance: &Instance, rounds: usize, known: &KnownDigests) -> Result<Mea
         check(sender.deliver(&chunks, &mut |_| {}, &|| true)?.outcome)?;
         seconds += watch.seconds();
     }
-    Ok(Measured { round_trips: trips, chunks_per_second: (plans * PLAN) as f64 / seconds, allocations: allocated })
+    Ok(Measured {
+        round_trips: trips,
+        chunks_per_second: (plans * PLAN) as f64 / seconds,
+        allocations: allocated,
+    })
 }
 
 fn check(outcome: Outcome) -> Result<(), Failure> {
@@ -125,8 +136,18 @@ fn plan(plan_id: u64, known: &KnownDigests) -> Vec<PlanChunk> {
     let mut chunks: Vec<PlanChunk> = Vec::with_capacity(PLAN);
     let (mut stream, mut digests) = (Digest::default(), Vec::with_capacity(PLAN));
     for sequence in 0..PLAN as u64 {
-        let flags = if sequence == 0 { FLAG_FIRST } else { 0 } | if sequence + 1 == PLAN as u64 { FLAG_LAST } else { 0 };
-        let mut next = PlanChunk { schema: CHUNK_SCHEMA, plan_id, epoch: 0, mode: 2, sequence, flags, stream, ..chunk() };
+        let flags = if sequence == 0 { FLAG_FIRST } else { 0 }
+            | if sequence + 1 == PLAN as u64 { FLAG_LAST } else { 0 };
+        let mut next = PlanChunk {
+            schema: CHUNK_SCHEMA,
+            plan_id,
+            epoch: 0,
+            mode: 2,
+            sequence,
+            flags,
+            stream,
+            ..chunk()
+        };
         (next.contacts, next.contacts_len, next.waypoints_len) = (Zeroable::zeroed(), 0, 2);
         next.waypoints = Zeroable::zeroed();
         stream = next.stream_after();

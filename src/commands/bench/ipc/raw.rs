@@ -34,7 +34,9 @@ pub(super) fn measure(rounds: usize, sealed: bool) -> Result<Measured, Failure> 
     let shared = Shared(Arc::new(MmapRaw::from(map)));
     let far = shared.clone();
     let near = || Ok(RawNear { shared, answered: 0, sealed });
-    drive::measure(rounds, CREDIT as u64, near, move || Ok(RawFar { shared: far, taken: 0, sealed }))
+    drive::measure(rounds, CREDIT as u64, near, move || {
+        Ok(RawFar { shared: far, taken: 0, sealed })
+    })
 }
 
 impl Shared {
@@ -45,7 +47,8 @@ impl Shared {
     }
 
     fn chunk(&self, number: u64) -> &Slot<PlanChunk> {
-        // SAFETY: zeroed memory is a valid board, it is mapped as long as `self`, and all access is through atomics and cells.
+        // SAFETY: zeroed memory is a valid board, it is mapped as long as `self`, and all access is
+        // through atomics and cells.
         unsafe { &(*self.board()).chunks[number as usize % CREDIT] }
     }
 
@@ -57,14 +60,15 @@ impl Shared {
 
 impl<M: Copy> Slot<M> {
     fn put(&self, message: &M, number: u64) {
-        // SAFETY: the other side reads a slot only after its number changed, and never more than `CREDIT` messages are on
-        // their way, so nobody reads this one now.
+        // SAFETY: the other side reads a slot only after its number changed, and never more than
+        // `CREDIT` messages are on their way, so nobody reads this one now.
         unsafe { *self.message.get() = *message };
         self.number.store(number, Ordering::Release);
     }
 
     fn take(&self, number: u64) -> Option<M> {
-        // SAFETY: the slot holds message `number`, and is written again only after this side answered.
+        // SAFETY: the slot holds message `number`, and is written again only after this side
+        // answered.
         (self.number.load(Ordering::Acquire) == number).then(|| unsafe { *self.message.get() })
     }
 }

@@ -19,7 +19,9 @@ pub(super) fn measure(rounds: usize) -> Result<Measured, Failure> {
     far.set_read_timeout(Some(PATIENCE)).map_err(Failure::Unheard)?;
     let chunk = Box::new(bytemuck::Zeroable::zeroed());
     let near = || Ok(SocketNear { stream: near });
-    drive::measure(rounds, CREDIT as u64, near, move || Ok(SocketFar { stream: far, chunk, filled: 0, taken: 0 }))
+    drive::measure(rounds, CREDIT as u64, near, move || {
+        Ok(SocketFar { stream: far, chunk, filled: 0, taken: 0 })
+    })
 }
 
 struct SocketNear {
@@ -50,7 +52,14 @@ impl Far for SocketFar {
         let bytes = bytemuck::bytes_of_mut(&mut *self.chunk);
         match self.stream.read(&mut bytes[self.filled..]) {
             Ok(read) => self.filled += read,
-            Err(error) if matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut) => return Ok(()),
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut
+                ) =>
+            {
+                return Ok(());
+            }
             Err(error) => return Err(Failure::Unheard(error)),
         }
         if self.filled == bytes.len() {

@@ -1,5 +1,6 @@
-//! `surefoot bench replan`: how long it takes to plan again from where the robot stands, after the controller refused a chunk.
-//! From the controller's word on it is what the planner process does, without the transport.
+//! `surefoot bench replan`: how long it takes to plan again from where the robot stands, after the
+//! controller refused a chunk. From the controller's word on it is what the planner process does,
+//! without the transport.
 
 mod refusals;
 
@@ -44,11 +45,16 @@ struct ReplanRow {
 pub fn run(arguments: &ReplanArguments) -> Result<Ending, Failure> {
     let courses = courses::load(&arguments.courses, &SCENARIOS)?;
     let machine = Machine::this()?;
-    let rows = courses.iter().map(|inputs| row(arguments, inputs, &machine.program)).collect::<Result<Vec<_>, _>>()?;
+    let rows = courses
+        .iter()
+        .map(|inputs| row(arguments, inputs, &machine.program))
+        .collect::<Result<Vec<_>, _>>()?;
     let report = ReplanReport { schema: "surefoot-bench-replan/1", machine, rows };
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
     terminal::say(&if arguments.json { json() } else { text(&report) });
-    let is_complete = |row: &ReplanRow| row.plans as u64 == arguments.trials && row.search.found == row.search.trials;
+    let is_complete = |row: &ReplanRow| {
+        row.plans as u64 == arguments.trials && row.search.found == row.search.trials
+    };
     Ok(if report.rows.iter().all(is_complete) { Ending::Done } else { Ending::NoPlan })
 }
 
@@ -56,7 +62,8 @@ fn row(arguments: &ReplanArguments, inputs: &Inputs, program: &str) -> Result<Re
     let (mut plans, mut trials) = (0, vec![]);
     for seed in 1..=arguments.trials {
         let inputs = Inputs { scenario: inputs.scenario.clone().with_seed(seed), ..inputs.clone() };
-        let question = Question { inputs: &inputs, seed, threads: arguments.threads.count(), check: false };
+        let question =
+            Question { inputs: &inputs, seed, threads: arguments.threads.count(), check: false };
         let (first, planner) = question.search(program)?;
         let chunks = planner.chunks().to_vec();
         drop(planner);
@@ -70,24 +77,57 @@ fn row(arguments: &ReplanArguments, inputs: &Inputs, program: &str) -> Result<Re
 }
 
 /// The rest of the way, planned again after each of some refusals of a plan's chunks.
-fn again(arguments: &ReplanArguments, question: &Question, chunks: &[PlanChunk], program: &str) -> Result<Vec<Trial>, Failure> {
+fn again(
+    arguments: &ReplanArguments,
+    question: &Question,
+    chunks: &[PlanChunk],
+    program: &str,
+) -> Result<Vec<Trial>, Failure> {
     let inputs = question.inputs;
     let replan = |word| {
         let task = Task::first(inputs).after(inputs, &word, &[], 0)?;
-        let make = || Ok(task.planner(&inputs.model, inputs.preparation(true)?, question.threads)?);
+        let make =
+            || Ok(task.planner(&inputs.model, inputs.preparation(true)?, question.threads)?);
         Ok(question.search_with(program, &make)?.0)
     };
     refusals::spread(inputs, chunks, arguments.refusals as usize).into_iter().map(replan).collect()
 }
 
 fn text(report: &ReplanReport) -> String {
-    let head = ["scenario", "threads", "plans", "again", "found", "mean", "p50", "p95", "max", "ready", "search", "mean work"];
+    let head = [
+        "scenario",
+        "threads",
+        "plans",
+        "again",
+        "found",
+        "mean",
+        "p50",
+        "p95",
+        "max",
+        "ready",
+        "search",
+        "mean work",
+    ];
     let mut cells = vec![head.map(str::to_owned).to_vec()];
     cells.extend(report.rows.iter().map(|row| {
         let Row { scenario, threads, trials, found, mean_work, .. } = &row.search;
-        let mut cells = vec![scenario.clone(), threads.to_string(), row.plans.to_string(), trials.to_string(), found.to_string()];
-        let first = [row.search.first_chunk_mean_seconds, row.search.first_chunk_p50_seconds, row.search.first_chunk_p95_seconds];
-        let parts = [row.search.first_chunk_max_seconds, row.search.ready_mean_seconds, row.search.mean_seconds];
+        let mut cells = vec![
+            scenario.clone(),
+            threads.to_string(),
+            row.plans.to_string(),
+            trials.to_string(),
+            found.to_string(),
+        ];
+        let first = [
+            row.search.first_chunk_mean_seconds,
+            row.search.first_chunk_p50_seconds,
+            row.search.first_chunk_p95_seconds,
+        ];
+        let parts = [
+            row.search.first_chunk_max_seconds,
+            row.search.ready_mean_seconds,
+            row.search.mean_seconds,
+        ];
         cells.extend(first.into_iter().chain(parts).map(seconds));
         cells.push(count(*mean_work));
         cells

@@ -21,8 +21,9 @@ struct Landing {
     before_landing: Standing,
 }
 
-/// Words that refuse landings spread over a plan, by turns because nothing carries the sole, which is learnt on one foot just
-/// before it lands, and because a box stands there, which is learnt on both feet before the other one is lifted.
+/// Words that refuse landings spread over a plan, by turns because nothing carries the sole, which
+/// is learnt on one foot just before it lands, and because a box stands there, which is learnt on
+/// both feet before the other one is lifted.
 pub fn spread(inputs: &Inputs, chunks: &[PlanChunk], refusals: usize) -> Vec<Feedback> {
     let goal = inputs.scenario.goal.world_from_soles();
     let is_free = |landing: &Landing| {
@@ -32,7 +33,10 @@ pub fn spread(inputs: &Inputs, chunks: &[PlanChunk], refusals: usize) -> Vec<Fee
     let landings: Vec<Landing> = landings(chunks).into_iter().filter(is_free).collect();
     let count = refusals.min(landings.len());
     let chosen = (0..count).map(|index| &landings[(2 * index + 1) * landings.len() / (2 * count)]);
-    chosen.enumerate().map(|(index, landing)| word(&inputs.model, landing, index % 2 == 0)).collect()
+    chosen
+        .enumerate()
+        .map(|(index, landing)| word(&inputs.model, landing, index % 2 == 0))
+        .collect()
 }
 
 fn landings(chunks: &[PlanChunk]) -> Vec<Landing> {
@@ -65,6 +69,7 @@ fn word(model: &RobotModel, landing: &Landing, is_void: bool) -> Feedback {
 
 /// A box that stands where a sole should.
 fn box_on(contact: &Contact) -> Correction {
-    let world_from_box = contact.world_from_sole() * Pose::from_translation(DVec3::Z * BOX_HALF_SIDE);
+    let world_from_box =
+        contact.world_from_sole() * Pose::from_translation(DVec3::Z * BOX_HALF_SIDE);
     Correction::extra(&world_from_box, [BOX_HALF_SIDE; 3])
 }

@@ -1,5 +1,5 @@
-//! `surefoot bench scale`: how cost grows with the length of the course (gauntlet_N) and with the size of the world
-//! (mesh_terrain_K, made in memory).
+//! `surefoot bench scale`: how cost grows with the length of the course (gauntlet_N) and with the
+//! size of the world (mesh_terrain_K, made in memory).
 
 mod plot;
 
@@ -36,7 +36,8 @@ struct ScaleRow {
     search: Row,
     /// Memory of the process while the planner is alive, after its last search, bytes.
     resident_bytes: u64,
-    /// Mean processor time divided by that of the first row; for gauntlets also divided by the ratio of the sizes, so that 1 is linear.
+    /// Mean processor time divided by that of the first row; for gauntlets also divided by the
+    /// ratio of the sizes, so that 1 is linear.
     growth: Option<f64>,
 }
 
@@ -49,7 +50,10 @@ pub fn run(arguments: &ScaleArguments) -> Result<Ending, Failure> {
     let gauntlets = if wants(ScalePart::Gauntlet) { load_gauntlets(arguments)? } else { vec![] };
     let flat = Inputs::load(&courses::path(&arguments.configs, "flat_walk"), None)?;
     if let Some(folder) = &arguments.out {
-        let unwritable = |error: std::io::Error| Failure::Output { path: folder.clone(), reason: error.to_string() };
+        let unwritable = |error: std::io::Error| Failure::Output {
+            path: folder.clone(),
+            reason: error.to_string(),
+        };
         std::fs::create_dir_all(folder).map_err(unwritable)?;
     }
     let machine = Machine::this()?;
@@ -57,7 +61,11 @@ pub fn run(arguments: &ScaleArguments) -> Result<Ending, Failure> {
     for (size, inputs) in &gauntlets {
         gauntlet.push(row(arguments, *size, inputs, &machine.program)?);
     }
-    let terrain = if wants(ScalePart::Terrain) { terrains(arguments, &flat, &machine.program)? } else { vec![] };
+    let terrain = if wants(ScalePart::Terrain) {
+        terrains(arguments, &flat, &machine.program)?
+    } else {
+        vec![]
+    };
     let report = ScaleReport {
         schema: "surefoot-bench-scale/1",
         machine,
@@ -70,18 +78,33 @@ pub fn run(arguments: &ScaleArguments) -> Result<Ending, Failure> {
     }
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
     terminal::say(&if arguments.json { json() } else { text(&report) });
-    let complete = report.gauntlet.iter().chain(&report.terrain).all(|row| row.search.found == row.search.trials);
+    let complete = report
+        .gauntlet
+        .iter()
+        .chain(&report.terrain)
+        .all(|row| row.search.found == row.search.trials);
     Ok(if complete { Ending::Done } else { Ending::NoPlan })
 }
 
 fn load_gauntlets(arguments: &ScaleArguments) -> Result<Vec<(u64, Inputs)>, Failure> {
-    let load = |size: &u64| Ok((*size, Inputs::load(&courses::path(&arguments.configs, &format!("gauntlet_{size}")), None)?));
+    let load = |size: &u64| {
+        Ok((
+            *size,
+            Inputs::load(&courses::path(&arguments.configs, &format!("gauntlet_{size}")), None)?,
+        ))
+    };
     arguments.gauntlets.iter().map(load).collect()
 }
 
 /// The terrains are made and planned on one after the other, since a large one fills much memory.
-fn terrains(arguments: &ScaleArguments, flat: &Inputs, program: &str) -> Result<Vec<ScaleRow>, Failure> {
-    let row = |&triangles: &u64| row(arguments, triangles, &on_terrain(flat, triangles as usize), program);
+fn terrains(
+    arguments: &ScaleArguments,
+    flat: &Inputs,
+    program: &str,
+) -> Result<Vec<ScaleRow>, Failure> {
+    let row = |&triangles: &u64| {
+        row(arguments, triangles, &on_terrain(flat, triangles as usize), program)
+    };
     arguments.triangles.iter().map(row).collect()
 }
 
@@ -95,7 +118,12 @@ fn on_terrain(flat: &Inputs, triangles: usize) -> Inputs {
     Inputs { scenario, model: flat.model.clone(), world: terrain::mesh_terrain(triangles) }
 }
 
-fn row(arguments: &ScaleArguments, size: u64, inputs: &Inputs, program: &str) -> Result<ScaleRow, Failure> {
+fn row(
+    arguments: &ScaleArguments,
+    size: u64,
+    inputs: &Inputs,
+    program: &str,
+) -> Result<ScaleRow, Failure> {
     let (mut trials, mut resident_bytes) = (vec![], 0);
     for seed in 1..=arguments.trials {
         let question = Question { inputs, seed, threads: arguments.threads.count(), check: false };
@@ -107,11 +135,19 @@ fn row(arguments: &ScaleArguments, size: u64, inputs: &Inputs, program: &str) ->
     Ok(ScaleRow { size, search: Row::of(&trials), resident_bytes, growth: None })
 }
 
-/// Rows with their growth against the first, whose cost is taken to be proportional to `expected(size)`.
+/// Rows with their growth against the first, whose cost is taken to be proportional to
+/// `expected(size)`.
 fn with_growth(mut rows: Vec<ScaleRow>, expected: fn(f64) -> f64) -> Vec<ScaleRow> {
-    let Some((size, Some(mean))) = rows.first().map(|first| (first.size as f64, first.search.processor_mean_seconds)) else { return rows };
+    let Some((size, Some(mean))) =
+        rows.first().map(|first| (first.size as f64, first.search.processor_mean_seconds))
+    else {
+        return rows;
+    };
     for row in &mut rows {
-        row.growth = row.search.processor_mean_seconds.map(|time| time / mean / (expected(row.size as f64) / expected(size)));
+        row.growth = row
+            .search
+            .processor_mean_seconds
+            .map(|time| time / mean / (expected(row.size as f64) / expected(size)));
     }
     rows
 }
@@ -134,7 +170,10 @@ fn write_plots(report: &ScaleReport, folder: &Path) -> Result<(), Failure> {
             curve("work, million units", |row| row.search.mean_work.map(|work| work / 1e6)),
             curve("memory, GiB", |row| Some(row.resident_bytes as f64 / f64::from(1 << 30))),
         ];
-        outputs::write_text(&log_log(title, x_name, "as the legend says", &curves), &folder.join(name))?;
+        outputs::write_text(
+            &log_log(title, x_name, "as the legend says", &curves),
+            &folder.join(name),
+        )?;
     }
     Ok(())
 }
@@ -153,7 +192,19 @@ fn text(report: &ScaleReport) -> String {
 }
 
 fn table(rows: &[ScaleRow]) -> String {
-    let head = ["scenario", "size", "found", "search", "p95", "processor", "ready", "mean work", "memory", "arenas", "growth"];
+    let head = [
+        "scenario",
+        "size",
+        "found",
+        "search",
+        "p95",
+        "processor",
+        "ready",
+        "mean work",
+        "memory",
+        "arenas",
+        "growth",
+    ];
     let mib = |bytes: u64| format!("{:.0} MiB", bytes as f64 / f64::from(1 << 20));
     let mut cells = vec![head.map(str::to_owned).to_vec()];
     cells.extend(rows.iter().map(|row| {

@@ -29,13 +29,20 @@ impl Axis {
     fn over(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
         let (least, greatest) = values
             .map(libm::log10)
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| (value.min(least), value.max(greatest)));
-        let (first, last) = if least > greatest { (0, 1) } else { (libm::floor(least) as i32, libm::ceil(greatest) as i32) };
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, greatest), value| {
+                (value.min(least), value.max(greatest))
+            });
+        let (first, last) = if least > greatest {
+            (0, 1)
+        } else {
+            (libm::floor(least) as i32, libm::ceil(greatest) as i32)
+        };
         Self { first, last: last.max(first + 1), from, to }
     }
 
     fn at(&self, value: f64) -> f64 {
-        let share = (libm::log10(value) - f64::from(self.first)) / f64::from(self.last - self.first);
+        let share =
+            (libm::log10(value) - f64::from(self.first)) / f64::from(self.last - self.first);
         self.from + share * (self.to - self.from)
     }
 
@@ -43,7 +50,9 @@ impl Axis {
     fn ticks(&self) -> impl Iterator<Item = (f64, bool)> {
         let decades = self.first..=self.last;
         let (least, greatest) = (power_of_ten(self.first), power_of_ten(self.last));
-        let ticks = decades.flat_map(|decade| (1..10).map(move |digit| (f64::from(digit) * power_of_ten(decade), digit == 1)));
+        let ticks = decades.flat_map(|decade| {
+            (1..10).map(move |digit| (f64::from(digit) * power_of_ten(decade), digit == 1))
+        });
         ticks.filter(move |(value, _)| *value >= 0.999 * least && *value <= 1.001 * greatest)
     }
 }
@@ -54,7 +63,14 @@ fn power_of_ten(exponent: i32) -> f64 {
 
 /// Draws curves; points that are not positive are left out, since they have no logarithm.
 pub fn log_log(title: &str, x_name: &str, y_name: &str, curves: &[Curve]) -> String {
-    let drawn = |curve: &Curve| curve.points.iter().copied().filter(|point| point.0 > 0.0 && point.1 > 0.0).collect::<Vec<_>>();
+    let drawn = |curve: &Curve| {
+        curve
+            .points
+            .iter()
+            .copied()
+            .filter(|point| point.0 > 0.0 && point.1 > 0.0)
+            .collect::<Vec<_>>()
+    };
     let points: Vec<(f64, f64)> = curves.iter().flat_map(drawn).collect();
     let x = Axis::over(points.iter().map(|point| point.0), BORDER[0], WIDTH - BORDER[2]);
     let y = Axis::over(points.iter().map(|point| point.1), HEIGHT - BORDER[3], BORDER[1]);
@@ -87,30 +103,68 @@ fn draw_grid(svg: &mut String, x: &Axis, y: &Axis) {
     let colour = |whole| if whole { "#b0b0b0" } else { "#e8e8e8" };
     for (value, whole) in x.ticks() {
         let at = x.at(value);
-        let _ = writeln!(svg, "<path d=\"M{at:.1} {:.1}V{:.1}\" stroke=\"{}\"/>", y.from, y.to, colour(whole));
+        let _ = writeln!(
+            svg,
+            "<path d=\"M{at:.1} {:.1}V{:.1}\" stroke=\"{}\"/>",
+            y.from,
+            y.to,
+            colour(whole)
+        );
         if whole {
-            let _ = writeln!(svg, "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>", y.from + 18.0, label(value));
+            let _ = writeln!(
+                svg,
+                "<text x=\"{at:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+                y.from + 18.0,
+                label(value)
+            );
         }
     }
     for (value, whole) in y.ticks() {
         let at = y.at(value);
-        let _ = writeln!(svg, "<path d=\"M{:.1} {at:.1}H{:.1}\" stroke=\"{}\"/>", x.from, x.to, colour(whole));
+        let _ = writeln!(
+            svg,
+            "<path d=\"M{:.1} {at:.1}H{:.1}\" stroke=\"{}\"/>",
+            x.from,
+            x.to,
+            colour(whole)
+        );
         if whole {
-            let _ = writeln!(svg, "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>", x.from - 8.0, at + 4.0, label(value));
+            let _ = writeln!(
+                svg,
+                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                x.from - 8.0,
+                at + 4.0,
+                label(value)
+            );
         }
     }
 }
 
-fn draw_curve(svg: &mut String, (x, y): (&Axis, &Axis), index: usize, name: &str, points: &[(f64, f64)]) {
+fn draw_curve(
+    svg: &mut String,
+    (x, y): (&Axis, &Axis),
+    index: usize,
+    name: &str,
+    points: &[(f64, f64)],
+) {
     let colour = COLOURS[index % COLOURS.len()];
-    let places: Vec<(f64, f64)> = points.iter().map(|point| (x.at(point.0), y.at(point.1))).collect();
+    let places: Vec<(f64, f64)> =
+        points.iter().map(|point| (x.at(point.0), y.at(point.1))).collect();
     let line: Vec<String> = places.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-    let _ = writeln!(svg, "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>", line.join(" "));
+    let _ = writeln!(
+        svg,
+        "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
+        line.join(" ")
+    );
     for (x, y) in &places {
         let _ = writeln!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"{colour}\"/>");
     }
     let (left, top) = (x.to + 14.0, y.to + 12.0 + 20.0 * index as f64);
-    let _ = writeln!(svg, "<path d=\"M{left:.1} {:.1}h20\" stroke=\"{colour}\" stroke-width=\"2\"/>", top - 4.0);
+    let _ = writeln!(
+        svg,
+        "<path d=\"M{left:.1} {:.1}h20\" stroke=\"{colour}\" stroke-width=\"2\"/>",
+        top - 4.0
+    );
     let _ = writeln!(svg, "<text x=\"{:.1}\" y=\"{top:.1}\">{}</text>", left + 26.0, escaped(name));
 }
 
@@ -136,7 +190,8 @@ mod tests {
 
     #[test]
     fn every_positive_point_is_drawn_and_names_are_escaped() {
-        let curve = Curve { name: "a<b".into(), points: vec![(1.0, 10.0), (2.0, 20.0), (4.0, 0.0)] };
+        let curve =
+            Curve { name: "a<b".into(), points: vec![(1.0, 10.0), (2.0, 20.0), (4.0, 0.0)] };
         let svg = log_log("t", "x & y", "s", &[curve]);
         assert_eq!(svg.matches("<circle").count(), 2);
         assert!(svg.contains("a&lt;b") && svg.contains("x &amp; y") && svg.ends_with("</svg>\n"));

@@ -1,7 +1,8 @@
 //! `surefoot bench thesis`: tables 4.1 and 4.2 beside our own times [Grey 4.5].
 //!
-//! One search runs at a time, with all its threads, and nothing is drawn while it runs. What a plan needs beyond the search
-//! (checks, the second search for the time of each stage) is done outside the measured time.
+//! One search runs at a time, with all its threads, and nothing is drawn while it runs. What a plan
+//! needs beyond the search (checks, the second search for the time of each stage) is done outside
+//! the measured time.
 
 mod published;
 mod report;
@@ -53,7 +54,8 @@ fn trials(
 ) -> Result<Vec<Trial>, Failure> {
     let mut trials = Vec::with_capacity(arguments.trials as usize);
     for seed in 1..=arguments.trials {
-        let question = Question { inputs, seed, threads: arguments.threads.count(), check: arguments.check };
+        let question =
+            Question { inputs, seed, threads: arguments.threads.count(), check: arguments.check };
         bar.set_message(format!("{} seed {seed}", inputs.scenario.name));
         let trial = match journal.find(&question.key(program), arguments.check) {
             Some(known) => known.clone(),
@@ -71,9 +73,16 @@ fn trials(
 
 /// Shown only on a terminal; drawn between trials, never during one.
 fn progress_bar(length: u64) -> ProgressBar {
-    let target = if terminal::is_watched() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} trials, {elapsed} of about {duration}  {wide_msg}");
-    ProgressBar::with_draw_target(Some(length), target).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    let target = if terminal::is_watched() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let style = ProgressStyle::with_template(
+        "{bar:30} {pos}/{len} trials, {elapsed} of about {duration}  {wide_msg}",
+    );
+    ProgressBar::with_draw_target(Some(length), target)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// The worst of what the rows came to.

@@ -42,8 +42,16 @@ struct ThesisFigures {
 impl ThesisReport {
     /// The report of some rows.
     pub fn new(machine: Machine, rows: Vec<Row>) -> Self {
-        let row = |ours: Row| ThesisRow { thesis: of_scenario(&ours.scenario).map(|published| figures(published, &ours)), ours };
-        Self { schema: "surefoot-bench-thesis/1", machine, caveat: CAVEAT, rows: rows.into_iter().map(row).collect() }
+        let row = |ours: Row| ThesisRow {
+            thesis: of_scenario(&ours.scenario).map(|published| figures(published, &ours)),
+            ours,
+        };
+        Self {
+            schema: "surefoot-bench-thesis/1",
+            machine,
+            caveat: CAVEAT,
+            rows: rows.into_iter().map(row).collect(),
+        }
     }
 
     /// Our rows.
@@ -58,18 +66,31 @@ impl ThesisReport {
 
     /// For a person.
     pub fn text(&self) -> String {
-        let mut parts = vec![format!("machine: {}", self.machine.describe()), String::new(), CAVEAT.to_owned(), String::new()];
+        let mut parts = vec![
+            format!("machine: {}", self.machine.describe()),
+            String::new(),
+            CAVEAT.to_owned(),
+            String::new(),
+        ];
         for (table, title) in [
             (Some("4.1"), "Table 4.1: the five scenarios"),
             (Some("4.2"), "Table 4.2: the parts of the jungle gym"),
             (None, "Not in the thesis"),
         ] {
-            let rows: Vec<&ThesisRow> = self.rows.iter().filter(|row| row.thesis.as_ref().map(|thesis| thesis.table) == table).collect();
+            let rows: Vec<&ThesisRow> = self
+                .rows
+                .iter()
+                .filter(|row| row.thesis.as_ref().map(|thesis| thesis.table) == table)
+                .collect();
             if !rows.is_empty() {
                 parts.extend([title.to_owned(), times(&rows), String::new()]);
             }
         }
-        parts.extend(["Mean time of each stage (searched again stage by stage) and its share of the work".to_owned(), stages(self.rows())]);
+        parts.extend([
+            "Mean time of each stage (searched again stage by stage) and its share of the work"
+                .to_owned(),
+            stages(self.rows()),
+        ]);
         parts.join("\n")
     }
 }
@@ -86,7 +107,20 @@ fn figures(published: &Published, ours: &Row) -> ThesisFigures {
 }
 
 fn times(rows: &[&ThesisRow]) -> String {
-    let head = ["scenario", "thesis s", "success", "ours", "found", "p50", "p95", "max", "processor", "ready", "mean work", "ratio"];
+    let head = [
+        "scenario",
+        "thesis s",
+        "success",
+        "ours",
+        "found",
+        "p50",
+        "p95",
+        "max",
+        "processor",
+        "ready",
+        "mean work",
+        "ratio",
+    ];
     let mut cells = vec![head.map(str::to_owned).to_vec()];
     cells.extend(rows.iter().map(|row| {
         let (ours, thesis) = (&row.ours, row.thesis.as_ref());
@@ -96,7 +130,9 @@ fn times(rows: &[&ThesisRow]) -> String {
         }
         vec![
             ours.scenario.clone(),
-            thesis.map_or("-".to_owned(), |thesis| format!("{:.2} ({:.2})", thesis.mean_seconds, thesis.std_seconds)),
+            thesis.map_or("-".to_owned(), |thesis| {
+                format!("{:.2} ({:.2})", thesis.mean_seconds, thesis.std_seconds)
+            }),
             thesis.map_or("-".to_owned(), |thesis| format!("{:.0} %", 100.0 * thesis.success)),
             format!("{} ({})", seconds(ours.mean_seconds), seconds(ours.std_seconds)),
             found,
@@ -106,7 +142,9 @@ fn times(rows: &[&ThesisRow]) -> String {
             seconds(ours.processor_mean_seconds),
             seconds(ours.ready_mean_seconds),
             count(ours.mean_work),
-            thesis.and_then(|thesis| thesis.speed_ratio).map_or("-".to_owned(), |ratio| format!("{ratio:.0} x")),
+            thesis
+                .and_then(|thesis| thesis.speed_ratio)
+                .map_or("-".to_owned(), |ratio| format!("{ratio:.0} x")),
         ]
     }));
     aligned(&cells)
