@@ -18,13 +18,15 @@ pub const THREADS_MAX: i64 = 256;
 const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
 /// How often a killed process is started again, unless told otherwise.
 const RESTARTS_MAX: u32 = 8;
+/// The package's version and the commit that it is built from (`build.rs`).
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SUREFOOT_COMMIT"), ")");
 
 /// Plans whole-body, quasi-static walks and has them checked by a second process over shared
 /// memory.
 #[derive(Debug, Parser)]
 #[command(
     name = "surefoot",
-    version,
+    version = VERSION,
     after_help = "Exit codes: 0 done; 2 bad input or environment; 3 no plan within the budget; 4 refused by the controller's checks; 128 and the signal's number when interrupted."
 )]
 pub struct Arguments {

@@ -7,6 +7,10 @@
 #[path = "common/command.rs"]
 mod command;
 
+#[allow(dead_code, reason = "cargo calls its main, these tests call the rest")]
+#[path = "../build.rs"]
+mod build_script;
+
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -52,6 +56,14 @@ fn assert_bad_input(said: &Said, expected: &str) {
     assert!(said.err.contains(expected), "'{expected}' is not in: {}", said.err);
     assert_eq!(said.out, "");
     assert_nothing_left(said.pid);
+}
+
+#[test]
+fn the_version_names_the_commit() {
+    let output = run(&["--version"]);
+    assert_eq!((output.code, output.err.as_str()), (0, ""));
+    let commit = build_script::find(Path::new(env!("CARGO_MANIFEST_DIR"))).commit;
+    assert_eq!(output.out, format!("surefoot {} ({commit})\n", env!("CARGO_PKG_VERSION")));
 }
 
 #[test]

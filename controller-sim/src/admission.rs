@@ -34,6 +34,9 @@ pub struct Identity {
 /// A sound message: its CRC is right, its form is right, and it is meant for this controller,
 /// robot, world and scenario. Returns its mode. Tested in the order CRC, form, instance, robot,
 /// world, configuration.
+///
+/// # Errors
+/// The first of these conditions that does not hold, as a [`Violation`].
 pub fn check_message(
     chunk: &PlanChunk,
     identity: &Identity,

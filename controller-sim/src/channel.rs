@@ -132,6 +132,10 @@ impl ChunkReceiver {
     /// Enters the instance as a controller, where the one before left the robot. `id` must not be 0
     /// and must differ from that of every controller before (`instance::draw_id`): chunks are
     /// addressed to it.
+    ///
+    /// # Errors
+    /// `id` is 0, another controller moves the robot of this instance, the journal cannot be read
+    /// or written, a service has another message layout, or the transport fails.
     pub fn open(instance: &Instance, id: u64) -> Result<Self, ChannelError> {
         if id == 0 {
             return Err(ChannelError::Id);
@@ -185,6 +189,9 @@ impl ChunkReceiver {
     /// Listens until the plan is finished, a chunk is refused, or `keep_going` says no. `judge`
     /// sees each chunk once, in order, its CRC checked, and that it names the stream so far. Call
     /// it again to wait for a new plan or epoch.
+    ///
+    /// # Errors
+    /// The transport or the journal fails.
     pub fn run(
         &mut self,
         judge: &mut Judge<'_>,
@@ -222,6 +229,9 @@ impl ChunkReceiver {
     /// whatever new plan or epoch comes. Answers its end, or nothing once `keep_going` says no.
     /// With a `longest`, also nothing when no planner is attached or none has begun anything for so
     /// long.
+    ///
+    /// # Errors
+    /// The transport or the journal fails.
     pub fn linger(
         &mut self,
         judge: &mut Judge<'_>,

@@ -36,6 +36,9 @@ pub fn contacts_match(stance: &Stance) -> bool {
 }
 
 /// Whether a robot may go over from one stance to the next at an instant; why not, if not.
+///
+/// # Errors
+/// The reason, where the robot may not.
 pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
     let both_single = before.mode != SupportMode::Double && after.mode != SupportMode::Double;
     if both_single && before.mode != after.mode {

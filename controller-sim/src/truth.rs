@@ -42,6 +42,9 @@ struct Difference {
 impl Truth {
     /// The differences between what the planner believes and what is true; or which shape has no
     /// geometry to tell.
+    ///
+    /// # Errors
+    /// The name of a shape whose geometry the checker cannot represent.
     pub fn new(model: &RobotModel, belief: &World, truth: &World) -> Result<Self, String> {
         let mut untold = Vec::new();
         for (index, believed) in belief.shapes.iter().enumerate() {

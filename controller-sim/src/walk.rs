@@ -107,6 +107,9 @@ impl Walker {
     /// Admits a chunk, checks it, and walks it: the worst margins of the chunk, or why it is
     /// refused. Tested in the order CRC, form, instance, robot, world, configuration, sequence,
     /// stream, continuity, physics.
+    ///
+    /// # Errors
+    /// The first condition that does not hold; the robot stays where it stands.
     pub fn admit_and_walk(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
         let margins = self.admit(chunk, &mut || {})?;
         self.walk(chunk, &margins);
@@ -115,6 +118,9 @@ impl Walker {
 
     /// As [`Self::admit_and_walk`], but the robot does not move. `alive` is called now and then
     /// meanwhile.
+    ///
+    /// # Errors
+    /// The first condition that does not hold.
     pub fn admit(
         &mut self,
         chunk: &PlanChunk,
@@ -140,6 +146,9 @@ impl Walker {
 
     /// The physical checks of a motion that is not the plan's. `alive` is called now and then
     /// meanwhile.
+    ///
+    /// # Errors
+    /// The first violation.
     pub fn check(
         &mut self,
         segment: &Segment,

@@ -111,6 +111,9 @@ impl ChunkSender {
     /// Enters the instance as a planner. `session` must not be 0 and must differ from that of every
     /// planner before (`instance::draw_id`): it tells this process's chunks from a killed one's
     /// leftovers.
+    ///
+    /// # Errors
+    /// `session` is 0, a service has another message layout, or the transport fails.
     pub fn open(instance: &Instance, session: u64) -> Result<Self, ChannelError> {
         if session == 0 {
             return Err(ChannelError::Id);
@@ -203,6 +206,9 @@ impl ChunkSender {
     /// and CRC are added. Returns when all are accepted, one is refused, no controller is heard for
     /// too long, or `keep_going` says no. `on_progress` gets every word of the listening
     /// controller.
+    ///
+    /// # Errors
+    /// The chunks are not a complete stream in order, or the transport fails.
     pub fn deliver(
         &mut self,
         chunks: &[PlanChunk],

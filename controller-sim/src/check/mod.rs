@@ -188,6 +188,11 @@ pub struct Checker {
 
 impl Checker {
     /// Prepares all that does not depend on the motion, among it which links may touch each other.
+    ///
+    /// # Errors
+    /// The robot is not a biped or has more joints than a message holds, a shape of the robot or
+    /// the world has no form that the checker can compute with, or a foot's shapes do not carry its
+    /// sole.
     pub fn new(
         model: RobotModel,
         world: World,
@@ -225,6 +230,9 @@ impl Checker {
 
     /// The worst margins of a segment, or the first violation in the order of [`PHYSICAL`]. `alive`
     /// is called now and then meanwhile.
+    ///
+    /// # Errors
+    /// The first violation.
     pub fn check_segment(
         &mut self,
         segment: &Segment,

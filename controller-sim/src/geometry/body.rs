@@ -38,6 +38,9 @@ impl Body {
     }
 
     /// All collision shapes of a robot.
+    ///
+    /// # Errors
+    /// A shape has no form that the checker can compute with.
     pub fn of_robot(model: &RobotModel) -> Result<Vec<Self>, String> {
         let shapes =
             model.links.iter().enumerate().flat_map(|(index, link)| {
@@ -51,6 +54,9 @@ impl Body {
     }
 
     /// All shapes of a world.
+    ///
+    /// # Errors
+    /// A shape has no form that the checker can compute with.
     pub fn of_world(world: &World) -> Result<Vec<Self>, String> {
         world
             .shapes

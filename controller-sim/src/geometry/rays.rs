@@ -53,6 +53,9 @@ enum Form {
 
 impl Target {
     /// The ray form of a shape, or why it has none.
+    ///
+    /// # Errors
+    /// The hull or mesh is degenerate.
     pub fn new(shape: &Shape, world_from_shape: &Pose) -> Result<Self, String> {
         let bounds = Solid::new(shape)?.local_bounds().moved(world_from_shape);
         let form = match shape {

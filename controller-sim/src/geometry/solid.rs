@@ -74,6 +74,9 @@ pub enum Solid {
 
 impl Solid {
     /// The checker's form of a shape, or why it has none.
+    ///
+    /// # Errors
+    /// The hull or mesh is degenerate.
     pub fn new(shape: &Shape) -> Result<Self, String> {
         let convex = |core, radius| Ok(Self::Convex(Convex { core, radius }));
         match shape {
@@ -126,6 +129,9 @@ impl Solid {
 }
 
 /// parry's form of a mesh, or why it has none.
+///
+/// # Errors
+/// parry rejects the mesh.
 pub fn triangle_mesh(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<TriMesh, String> {
     TriMesh::new(vertices.to_vec(), triangles.to_vec())
         .map_err(|error| format!("unusable mesh: {error}"))

@@ -59,6 +59,9 @@ pub enum Core {
 
 impl Solid {
     /// Prepares a shape; `owner` says whose it is in errors.
+    ///
+    /// # Errors
+    /// A dimension is not finite and positive, or the hull or mesh is degenerate.
     pub fn new(shape: &Shape, owner: &str) -> Result<Self, CollisionError> {
         let positive = |value: f64, what: &'static str| -> Result<f64, CollisionError> {
             let is_good = value.is_finite() && value > 0.0;

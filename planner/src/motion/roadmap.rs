@@ -295,6 +295,9 @@ impl Roadmap {
     }
 
     /// Adds a boundary, for which there must be room; answers its index.
+    ///
+    /// # Panics
+    /// The arena of boundaries is full: ask `is_full_of_boundaries` first.
     pub fn add_boundary(&mut self, boundary: Boundary) -> usize {
         assert!(!self.is_full_of_boundaries(), "no room for a boundary");
         self.boundaries.push(boundary);

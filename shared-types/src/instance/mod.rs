@@ -115,17 +115,28 @@ pub(crate) struct Place {
 
 impl Instance {
     /// Creates an instance under the default base folder, after removing what a crash left of it.
+    ///
+    /// # Errors
+    /// The name is invalid, the instance is in use, its folder belongs to somebody else, or the
+    /// file system fails.
     pub fn create(name: &str) -> Result<Self, InstanceError> {
         Self::create_in(&directory::default_base()?, name)
     }
 
     /// Enters an instance that another process created.
+    ///
+    /// # Errors
+    /// The name is invalid, the instance does not exist, its folder belongs to somebody else, or
+    /// the file system fails.
     pub fn attach(name: &str) -> Result<Self, InstanceError> {
         Self::attach_in(&directory::default_base()?, name)
     }
 
     /// Like [`Self::create`], with the base folder given: an absolute path, created with mode 0700
     /// when missing.
+    ///
+    /// # Errors
+    /// As [`Self::create`]; also where the base folder's path is relative or too long.
     pub fn create_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let place = Place::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
@@ -149,6 +160,9 @@ impl Instance {
     }
 
     /// Like [`Self::attach`], with the base folder given.
+    ///
+    /// # Errors
+    /// As [`Self::attach`]; also where the base folder's path is relative or too long.
     pub fn attach_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let place = Place::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
@@ -166,11 +180,17 @@ impl Instance {
 
     /// Removes every instance of this user in which no process lives any more; returns how many.
     /// Call it at start-up.
+    ///
+    /// # Errors
+    /// The base folder cannot be read, or a dead instance cannot be locked or removed.
     pub fn clean_dead() -> Result<usize, InstanceError> {
         Self::clean_dead_in(&directory::default_base()?)
     }
 
     /// Like [`Self::clean_dead`], with the base folder given.
+    ///
+    /// # Errors
+    /// As [`Self::clean_dead`].
     pub fn clean_dead_in(base: &Path) -> Result<usize, InstanceError> {
         let mut removed = 0;
         for name in directory::child_names(base)? {

@@ -127,12 +127,19 @@ pub struct Desk {
 
 impl Link {
     /// Opens both services, creating what does not exist yet.
+    ///
+    /// # Errors
+    /// The shared memory is too small, a service has another message layout, or the transport
+    /// fails.
     pub fn open(instance: &Instance) -> Result<Self, ChannelError> {
         Self::open_with_layouts(instance, PlanChunk::HASH, Feedback::HASH)
     }
 
     /// Like [`Self::open`], for a program with these layout hashes of [`PlanChunk`] and
     /// [`Feedback`].
+    ///
+    /// # Errors
+    /// As [`Self::open`].
     pub fn open_with_layouts(
         instance: &Instance,
         chunk_hash: u64,
@@ -157,12 +164,18 @@ impl Link {
 
     /// Opens the service on which a controller says how the simulated robot is, creating it if it
     /// does not exist yet.
+    ///
+    /// # Errors
+    /// The service has another message layout, or the transport fails.
     pub fn open_state(&self) -> Result<Service<State>, ChannelError> {
         open_service(&self.node, &self.instance, "state", State::HASH, &RECENT)
     }
 
     /// Opens the services over which a planner that stays up is asked, creating what does not exist
     /// yet.
+    ///
+    /// # Errors
+    /// A service has another message layout, or the transport fails.
     pub fn open_desk(&self) -> Result<Desk, ChannelError> {
         let requests =
             open_service(&self.node, &self.instance, "requests", PlanRequest::HASH, &LOSSLESS)?;
