@@ -24,12 +24,12 @@ use std::path::Path;
 use glam::DVec3;
 use scene::{SEED, Scene, crowded, shipped};
 use surefoot_planner::body::Configuration;
-use surefoot_planner::collision::FootState;
+use surefoot_planner::collision::FootPhase;
 use surefoot_planner::constraint::midway;
-use surefoot_planner::foot_placement::{Effort, Request};
+use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits};
 use surefoot_planner::kinematics::Leg;
 use surefoot_planner::motion::foothold::single_mode;
-use surefoot_planner::motion::single_mode::{Problem, solve};
+use surefoot_planner::motion::single_mode::{SingleModeProblem, solve};
 use surefoot_planner::motion::transition::{TransitionPair, sample};
 use surefoot_planner::motion::tree::nearest;
 use surefoot_planner::motion::trees::TreeNode;
@@ -89,19 +89,19 @@ fn time_leg(name: &str, model: &RobotModel) -> Kernel {
 
 /// What depends on the robot alone.
 fn time_body(scene: &Scene) -> Vec<Kernel> {
-    let (body, standing) = (&scene.constraints.body, scene.standing());
-    let mut kept = scene.snapshot.clone();
+    let (robot, standing) = (&scene.constraints.robot, scene.standing());
+    let mut kept = scene.kinematic_state.clone();
     let whole = time("snapshot: forward kinematics, centre of mass", |call| {
         let mut at = *black_box(standing);
         // Every joint moves, those above the legs too.
-        at.q[..body.joints_len]
+        at.q[..robot.joints_len]
             .iter_mut()
             .for_each(|position| *position += 1e-3 * (call % 2) as f64);
-        body.snapshot_into(&at, black_box(&mut kept));
+        robot.update_kinematic_state(&at, black_box(&mut kept));
         0
     });
     let legs = time("snapshot, only the legs moved", |_| {
-        body.snapshot_into(black_box(standing), black_box(&mut kept));
+        robot.update_kinematic_state(black_box(standing), black_box(&mut kept));
         0
     });
     let leg = time_leg("leg inverse kinematics", &scene.model);
@@ -112,43 +112,44 @@ fn time_body(scene: &Scene) -> Vec<Kernel> {
 
 /// What depends on the world too.
 fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
-    let (constraints, feet) = (&scene.constraints, [FootState::Stance; 2]);
+    let (constraints, feet) = (&scene.constraints, [FootPhase::Stance; 2]);
     let mode = scene.standing_mode();
     let shapes = format!("{} shapes", scene.world.shapes.len());
     let check = time(format!("{name}: configuration check, kinematics given"), |_| {
-        constraints.check(&mode, black_box(&scene.snapshot), feet).unwrap();
+        constraints.check(&mode, black_box(&scene.kinematic_state), feet).unwrap();
         0
     });
     let soles = scene.end.state.world_from_soles;
-    let mut snapshot = scene.snapshot.clone();
+    let mut kinematic_state = scene.kinematic_state.clone();
     let mut whole = |what: &str, arms: f64| {
         time(format!("{name}: configuration check with IK and FK, {what}"), |call| {
             let mut at = *black_box(scene.standing());
             // A little aside each time, so that no branch is learnt by heart.
             at.world_from_root.translation.z -= 1e-4 * (call % 64) as f64;
             constraints
-                .body
+                .robot
                 .free_joints
                 .iter()
                 .for_each(|joint| at.q[joint.index] += arms * (call % 64) as f64);
-            assert!(constraints.body.place_soles(&mut at, &soles));
-            constraints.body.snapshot_into(&at, &mut snapshot);
-            constraints.check(&mode, &snapshot, feet).unwrap();
+            assert!(constraints.robot.place_soles(&mut at, &soles));
+            constraints.robot.update_kinematic_state(&at, &mut kinematic_state);
+            constraints.check(&mode, &kinematic_state, feet).unwrap();
             0
         })
     };
     let [held, whole] = [whole("arms held", 0.0), whole("all moves", 1e-4)];
     let mut aside = *scene.standing();
     aside.world_from_root.translation.z -= 0.01;
-    assert!(constraints.body.place_soles(&mut aside, &soles));
+    assert!(constraints.robot.place_soles(&mut aside, &soles));
     let (from, to) = (scene.standing(), midway(scene.standing(), &aside, 1.0));
-    let reached = constraints.body.snapshot(&to);
+    let reached = constraints.robot.kinematic_state(&to);
     let mut between = 0;
     let edge = time(format!("{name}: edge check, root 1 cm down"), |_| {
-        let bound =
-            constraints.collision.motion_bound(black_box(&scene.snapshot), black_box(&reached));
+        let bound = constraints
+            .collision
+            .motion_bound(black_box(&scene.kinematic_state), black_box(&reached));
         between = constraints
-            .check_between(&mode, black_box([from, &to]), bound, feet, &mut snapshot)
+            .check_between(&mode, black_box([from, &to]), bound, feet, &mut kinematic_state)
             .unwrap();
         0
     });
@@ -169,11 +170,11 @@ fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
         0
     });
     let is_free =
-        |pose: &Pose| constraints.collision.foot_hit(0, pose, FootState::Stance).is_none();
+        |pose: &Pose| constraints.collision.foot_hit(0, pose, FootPhase::Stance).is_none();
     let mut found = 0;
-    let effort = Effort { geometric_max: 48, varied_max: 8, sampled_max: 60 };
+    let limits = SampleLimits { geometric_max: 48, perturbed_max: 8, sampled_max: 60 };
     let propose = time(format!("{name}: foothold query, all within 0.35 m"), |call| {
-        let request = Request {
+        let query = PlacementQuery {
             ideal: at,
             sole_polygon: sole,
             reach_xy: 0.35,
@@ -182,11 +183,11 @@ fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
             seed: SEED,
             object: call as u64,
             attempt: 0,
-            effort,
+            limits,
             is_free: &is_free,
         };
         found = 0;
-        surfaces.propose(scratch, &request, &mut |_| {
+        surfaces.propose(scratch, &query, &mut |_| {
             found += 1;
             true
         });
@@ -213,7 +214,7 @@ fn time_transitions(name: &str, scene: &Scene) -> Kernel {
 /// every other joint within 0.1 rad.
 fn time_stances(name: &str, scene: &Scene) -> Kernel {
     let (constraints, mode) = (&scene.constraints, scene.standing_mode());
-    let (body, soles) = (&constraints.body, scene.end.state.world_from_soles);
+    let (robot, soles) = (&constraints.robot, scene.end.state.world_from_soles);
     let mut random = Random::new(SEED, Stream::Preparation, 1, 0);
     let mut draw = |_| {
         let mut at = *scene.standing();
@@ -222,21 +223,23 @@ fn time_stances(name: &str, scene: &Scene) -> Kernel {
         at.world_from_root.translation += vector(0.03) - DVec3::Z * 0.03;
         at.world_from_root.rotation =
             rotation_from_scaled_axis(vector(0.1)) * at.world_from_root.rotation;
-        for joint in &body.free_joints {
+        for joint in &robot.free_joints {
             at.q[joint.index] =
                 (at.q[joint.index] + random.uniform(-0.1, 0.1)).clamp(joint.lower, joint.upper);
         }
         at
     };
     let draws: Vec<Configuration> = (0..POSES).map(&mut draw).collect();
-    let mut snapshot = scene.snapshot.clone();
+    let mut kinematic_state = scene.kinematic_state.clone();
     let (mut good, mut tried) = (0_u64, 0_u64);
     let kernel = time(format!("{name}: random stance on both feet, checked"), |_| {
         let mut at = *black_box(&draws[tried as usize % POSES]);
         tried += 1;
-        if body.place_soles(&mut at, &soles) {
-            body.snapshot_into(&at, &mut snapshot);
-            good += u64::from(constraints.check(&mode, &snapshot, [FootState::Stance; 2]).is_ok());
+        if robot.place_soles(&mut at, &soles) {
+            robot.update_kinematic_state(&at, &mut kinematic_state);
+            good += u64::from(
+                constraints.check(&mode, &kinematic_state, [FootPhase::Stance; 2]).is_ok(),
+            );
         }
         0
     });
@@ -253,11 +256,11 @@ fn holding(kernel: Kernel, good: u64, tried: u64) -> Kernel {
     }
 }
 
-fn time_motion(name: &str, scene: &Scene, problem: &Problem) -> Kernel {
+fn time_motion(name: &str, scene: &Scene, problem: &SingleModeProblem) -> Kernel {
     let mut workspace = Workspace::new(1024, 1536);
     let kernel =
         time(name, |_| solve(&scene.constraints, black_box(problem), &mut workspace).unwrap());
-    kernel.noted(format!("{} waypoints", workspace.track.len()))
+    kernel.noted(format!("{} waypoints", workspace.path.len()))
 }
 
 fn time_step(name: &str, scene: &mut Scene) -> Vec<Kernel> {

@@ -19,7 +19,7 @@ pub fn cores_of_roles(threads: usize) -> (Option<usize>, Option<usize>) {
     }
 }
 
-/// Planner threads unless told otherwise: two, or one where there is one core.
+/// Planner threads by default: two, or one where there is one core.
 pub fn default_threads() -> usize {
     cores().min(2)
 }

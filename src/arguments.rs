@@ -13,10 +13,10 @@ use crate::commands::bench::arguments::BenchArguments;
 const RATE_MAX: f64 = 1e6;
 /// Most planner threads.
 pub const THREADS_MAX: i64 = 256;
-/// How often a plan is made again where the world turns out to be another, unless told otherwise:
-/// for as many differences as a controller can tell of.
+/// How often a plan is made again where the world turns out to be another, by default:
+/// for as many differences as a controller can report.
 const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
-/// How often a killed process is started again, unless told otherwise.
+/// How often a killed process is started again, by default.
 const RESTARTS_MAX: u32 = 8;
 /// The package's version and the commit that it is built from (`build.rs`).
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SUREFOOT_COMMIT"), ")");
@@ -46,7 +46,7 @@ pub enum Command {
     Control(ControlArguments),
     /// Ask a planner that stays up for a walk, or for its end
     Request(RequestArguments),
-    /// Listen to a planner and its controller, and print what passes
+    /// Listen to a planner and its controller, and print their messages
     Monitor(MonitorArguments),
     /// Make what is made once per robot, so that no walk has to wait for it
     Prepare(PrepareArguments),
@@ -54,7 +54,7 @@ pub enum Command {
     Check(CheckArguments),
     /// Measure on this machine
     Bench(BenchArguments),
-    /// Say whether this machine can run a walk
+    /// Report whether this machine can run a walk
     Doctor(DoctorArguments),
 }
 
@@ -70,16 +70,16 @@ pub struct WalkArguments {
     /// How often a process that was killed is started again, both counted together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
-    /// The world in which the robot really walks, if it is not the scenario's; shapes are matched
+    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
     /// by name
     #[arg(long, value_name = "WORLD")]
     pub truth: Option<PathBuf>,
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
-    /// say how the robot is
+    /// publish the state of the robot
     #[arg(long, value_name = "RATE", value_parser = rate)]
     pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as
-    /// this seed says
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
+    /// this seed determines
     #[arg(long, value_name = "SEED")]
     pub disturb: Option<u64>,
 }
@@ -115,16 +115,16 @@ pub struct ControlArguments {
     /// Where to listen
     #[arg(long, value_name = "NAME")]
     pub instance: String,
-    /// The world in which the robot really walks, if it is not the scenario's; shapes are matched
+    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
     /// by name
     #[arg(long, value_name = "WORLD")]
     pub truth: Option<PathBuf>,
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
-    /// say how the robot is
+    /// publish the state of the robot
     #[arg(long, value_name = "RATE", value_parser = rate)]
     pub rate: Option<f64>,
-    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's words, as
-    /// this seed says
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
+    /// this seed determines
     #[arg(long, value_name = "SEED")]
     pub disturb: Option<u64>,
     /// Stay up for further plans until a signal comes
@@ -137,21 +137,21 @@ pub struct ControlArguments {
 
 /// `surefoot request`.
 #[derive(Debug, Args)]
-#[command(group = clap::ArgGroup::new("wish").required(true).args(["goal", "cancel", "replan"]))]
+#[command(group = clap::ArgGroup::new("request").required(true).args(["goal", "cancel", "replan"]))]
 pub struct RequestArguments {
     /// Where the planner stays up
     #[arg(long, value_name = "NAME")]
     pub instance: String,
-    /// Walk there: the middle between both prints (m) and the heading (rad)
-    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = prints)]
-    pub goal: Option<Prints>,
+    /// Walk there: the middle between both soles (m) and the heading (rad)
+    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = stance)]
+    pub goal: Option<StanceArgument>,
     /// Walk from there, and not from where the robot stands
-    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = prints, requires = "goal")]
-    pub start: Option<Prints>,
-    /// How far apart the feet shall stand, m
+    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = stance, requires = "goal")]
+    pub start: Option<StanceArgument>,
+    /// Lateral distance between the soles, m
     #[arg(long, value_name = "M", default_value_t = 0.2, allow_hyphen_values = true, value_parser = positive)]
     pub feet_apart: f64,
-    /// Give up what is planned or walked now
+    /// Cancel what is planned or walked now
     #[arg(long)]
     pub cancel: bool,
     /// Plan again to the goal that was asked for last
@@ -165,16 +165,16 @@ pub struct RequestArguments {
     pub work_max: u64,
 }
 
-/// A pair of foot prints as the command line names them.
+/// A stance as the command line names it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Prints {
+pub struct StanceArgument {
     /// The middle between both, m.
     pub position: [f64; 3],
     /// The heading, rad.
     pub yaw: f64,
 }
 
-fn prints(text: &str) -> Result<Prints, String> {
+fn stance(text: &str) -> Result<StanceArgument, String> {
     let numbers: Vec<f64> = text
         .split(',')
         .map(|part| part.trim().parse().ok().filter(|number: &f64| number.abs() <= NUMBER_MAX))
@@ -185,7 +185,7 @@ fn prints(text: &str) -> Result<Prints, String> {
     let [x, y, z, yaw] = numbers[..] else {
         return Err(format!("{} numbers, four are needed: x,y,z,yaw", numbers.len()));
     };
-    Ok(Prints { position: [x, y, z], yaw })
+    Ok(StanceArgument { position: [x, y, z], yaw })
 }
 
 fn positive(text: &str) -> Result<f64, String> {
@@ -196,7 +196,7 @@ fn positive(text: &str) -> Result<f64, String> {
 /// `surefoot monitor`.
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
-    /// Whom to listen to [default: the only pair that is running]
+    /// The instance to listen to [default: the only one that is running]
     #[arg(long, value_name = "NAME")]
     pub instance: Option<String>,
     /// Print one JSON object a line
@@ -232,7 +232,7 @@ pub struct CheckArguments {
 /// `surefoot doctor`.
 #[derive(Debug, Args)]
 pub struct DoctorArguments {
-    /// Also load this scenario and say how much memory its planner needs
+    /// Also load this scenario and report how much memory its planner needs
     pub scenario: Option<PathBuf>,
 }
 
@@ -275,7 +275,7 @@ pub struct OutputArguments {
     /// Write a report
     #[arg(long, value_name = "REPORT.json")]
     pub json: Option<PathBuf>,
-    /// Show no progress, only the verdict
+    /// Show no progress, only the summary
     #[arg(long)]
     pub quiet: bool,
 }

@@ -1,51 +1,51 @@
-//! Who hears what a role process tells.
+//! The reporter of a role process.
 
 use std::io::Write;
 
-use crate::failure::Failure;
-use crate::line::Line;
+use crate::failure::CommandError;
+use crate::line::RoleEvent;
 use crate::progress::Progress;
 
-/// Who hears what a role process tells.
+/// Where a role process reports its events.
 #[derive(Debug)]
-pub enum Audience {
+pub enum Reporter {
     /// A supervisor, by JSON lines on stdout.
     Supervisor,
     /// A person.
     Person(Progress),
 }
 
-impl Audience {
+impl Reporter {
     /// A supervisor, or a person who may want quiet.
     pub fn new(report_lines: bool, quiet: bool) -> Self {
         if report_lines { Self::Supervisor } else { Self::Person(Progress::new(quiet)) }
     }
 
-    /// Tells.
+    /// Reports an event.
     ///
     /// # Errors
     /// When the supervisor is gone.
-    pub fn tell(&mut self, line: &Line) -> Result<(), Failure> {
+    pub fn emit(&mut self, event: &RoleEvent) -> Result<(), CommandError> {
         match self {
-            Self::Supervisor => write_line(line).map_err(Failure::Unheard),
+            Self::Supervisor => write_event(event).map_err(CommandError::ReportsClosed),
             Self::Person(progress) => {
-                progress.show(line);
+                progress.show(event);
                 Ok(())
             }
         }
     }
 
-    /// Says a result to a person; a supervisor has heard it already.
-    pub fn say(&self, text: impl FnOnce() -> String) {
+    /// Prints a result for a person; a supervisor has received the event already.
+    pub fn print(&self, text: impl FnOnce() -> String) {
         if let Self::Person(_) = self {
-            crate::terminal::say(&text());
+            crate::terminal::print_result(&text());
         }
     }
 }
 
-fn write_line(line: &Line) -> std::io::Result<()> {
+fn write_event(event: &RoleEvent) -> std::io::Result<()> {
     let mut out = std::io::stdout().lock();
-    serde_json::to_writer(&mut out, line)?;
+    serde_json::to_writer(&mut out, event)?;
     out.write_all(b"\n")?;
     out.flush()
 }

@@ -1,4 +1,4 @@
-//! How a command can end, and the exit code of each end.
+//! The outcomes and errors of commands, with their exit codes.
 
 use std::path::PathBuf;
 
@@ -12,9 +12,9 @@ use surefoot_shared_types::scene::correction::CorrectionError;
 use crate::picture::PictureError;
 use crate::supervisor::Role;
 
-/// An end with an answer.
+/// The outcome of a command that answered.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
+pub enum CommandOutcome {
     /// Everything asked for was done: 0.
     Done,
     /// No plan within the budget: 3.
@@ -23,7 +23,7 @@ pub enum Ending {
     Refused,
 }
 
-impl Ending {
+impl CommandOutcome {
     /// The exit code.
     pub fn code(self) -> u8 {
         match self {
@@ -34,9 +34,9 @@ impl Ending {
     }
 }
 
-/// An end without an answer: bad input or environment.
+/// The error of a command that did not answer: bad input or environment.
 #[derive(Debug, thiserror::Error)]
-pub enum Failure {
+pub enum CommandError {
     /// A file cannot be used.
     #[error(transparent)]
     Input(#[from] InputError),
@@ -63,17 +63,17 @@ pub enum Failure {
     /// No transport.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// The controller's corrections are none of this world.
+    /// The controller's corrections do not belong to this world.
     #[error("{0}; use the same scenario for the planner and the controller")]
     Correction(#[from] CorrectionError),
     /// Standard output takes no more.
     #[error("the result cannot be printed: standard output cannot be written to")]
-    Unprinted,
+    ResultNotPrinted,
     /// The controller walks the last plan or epoch that can be numbered.
     #[error(
         "the controller walks plan {plan_id}, epoch {epoch}, and no number is left for the next; start the controller anew"
     )]
-    LastName {
+    IdsExhausted {
         /// Its plan.
         plan_id: u64,
         /// Its epoch.
@@ -82,14 +82,14 @@ pub enum Failure {
     /// What was asked for cannot be done.
     #[error("{0}")]
     Usage(String),
-    /// Nobody serves requests.
+    /// No planner serves requests.
     #[error(
         "no planner answers; start 'surefoot plan SCENARIO --serve' with the same instance name"
     )]
     NoPlanner,
     /// The robot cannot stand where the scenario wants it to.
-    #[error("{0}; change the scenario's mark, its world or the robot's posture")]
-    Ends(String),
+    #[error("{0}; change the scenario's stance, its world or the robot's posture")]
+    Endpoint(String),
     /// No picture.
     #[error(transparent)]
     Picture(#[from] PictureError),
@@ -114,14 +114,14 @@ pub enum Failure {
     Role {
         /// Which.
         role: Role,
-        /// Its words.
+        /// Its message.
         message: String,
     },
     /// A process ended before its work was done.
     #[error(
         "the {role} process ended unexpectedly ({how}); run 'surefoot doctor', then walk again"
     )]
-    Died {
+    EndedEarly {
         /// Which.
         role: Role,
         /// Its exit status.
@@ -134,19 +134,19 @@ pub enum Failure {
     ControllerLost,
     /// Something that every walk needs is missing.
     #[error("this machine cannot run a walk: {missing} of the findings above must be seen to")]
-    Unfit {
+    MissingRequirements {
         /// How many.
         missing: usize,
     },
-    /// Whoever wanted this role's lines is gone.
-    #[error("nobody reads this process's reports any more: {0}")]
-    Unheard(std::io::Error),
+    /// The supervisor that reads this role's events is gone.
+    #[error("no process reads this role's events any more: {0}")]
+    ReportsClosed(std::io::Error),
     /// A signal asked for the end.
     #[error("ended by signal {0}")]
     Interrupted(i32),
 }
 
-impl Failure {
+impl CommandError {
     /// The exit code: 2, or 128 and the signal's number.
     pub fn code(&self) -> u8 {
         match self {
@@ -156,13 +156,12 @@ impl Failure {
     }
 
     /// The outcome's name in reports, if a run that had begun ended in this.
-    pub fn word(&self) -> Option<&'static str> {
+    pub fn name(&self) -> Option<&'static str> {
         match self {
-            Self::Role { role: Role::Planner, .. } | Self::Died { role: Role::Planner, .. } => {
-                Some("planner_failed")
-            }
+            Self::Role { role: Role::Planner, .. }
+            | Self::EndedEarly { role: Role::Planner, .. } => Some("planner_failed"),
             Self::Role { role: Role::Controller, .. }
-            | Self::Died { role: Role::Controller, .. } => Some("controller_failed"),
+            | Self::EndedEarly { role: Role::Controller, .. } => Some("controller_failed"),
             Self::ControllerLost => Some("controller_lost"),
             _ => None,
         }

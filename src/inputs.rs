@@ -11,7 +11,7 @@ use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::load::load_world;
 
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::preparation;
 
 /// A scenario with all that it names.
@@ -45,7 +45,7 @@ impl Inputs {
     ///
     /// # Errors
     /// When the robot is none that the planner can move.
-    pub fn preparation(&self, quiet: bool) -> Result<Preparation<'static>, Failure> {
+    pub fn preparation(&self, quiet: bool) -> Result<Preparation<'static>, CommandError> {
         Ok(preparation::obtain(&self.model, &self.scenario.planner, quiet)?.preparation)
     }
 }

@@ -1,9 +1,9 @@
 //! The parts of the `surefoot` command.
 //!
 //! Read [`commands::walk`] first: it starts a planner and a controller process, which are
-//! [`commands::plan`] and [`commands::control`] of the same program, and hears from them in
-//! [`line::Line`]s. A [`report::Report`] collects the lines, [`progress`] shows them while they
-//! come, and [`verdict`] says in the end what became of it all.
+//! [`commands::plan`] and [`commands::control`] of the same program, and reads their
+//! [`line::RoleEvent`]s. A [`report::Report`] collects the lines, [`progress`] shows them while
+//! they come, and [`verdict`] prints the summary at the end.
 
 pub mod affinity;
 pub mod allocations;

@@ -1,18 +1,18 @@
-//! What the planner and the controller process tell: one JSON object a line on stdout.
+//! The events of the planner and the controller process: one JSON object a line on stdout.
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use surefoot_controller_sim::channel::Refusal as RefusedChunk;
 use surefoot_planner::Outcome;
-use surefoot_planner::channel::{Delivery, Outcome as DeliveryOutcome};
+use surefoot_planner::channel::{Delivery, DeliveryOutcome};
 
 use crate::margins::WorstMargins;
 
-/// Something a role process tells.
+/// An event that a role process reports.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "line", rename_all = "snake_case")]
-pub enum Line {
+pub enum RoleEvent {
     /// The planner has all its memory.
     PlannerReady {
         /// Time it took, s.
@@ -21,10 +21,10 @@ pub enum Line {
         arena_bytes: u64,
     },
     /// The planner searches.
-    Planning(Searching),
+    Planning(SearchProgress),
     /// The planner is done searching.
     Planned(Planned),
-    /// The planner hears how far the controller is.
+    /// The controller accepted further chunks.
     Delivering {
         /// Chunks accepted.
         accepted: u64,
@@ -35,8 +35,8 @@ pub enum Line {
     Delivered(Delivered),
     /// The controller listens.
     ControllerReady,
-    /// The controller is done judging.
-    Judged(Judged),
+    /// The controller has checked the plan.
+    Checked(CheckSummary),
     /// The rest of the way is planned again from where the robot stands.
     Replanning {
         /// The new epoch.
@@ -44,11 +44,11 @@ pub enum Line {
         /// Differences of the world that are known now.
         corrections: u64,
     },
-    /// No plan leads on from where the robot stands: one is sought that leads back first.
+    /// No plan leads on from where the robot stands: the planner looks for one that retraces first.
     WalkingBack,
     /// The planner waits for requests.
     PlannerServes,
-    /// No planner speaks any more; the robot stands at the end of the last chunk that it walked.
+    /// No planner is connected; the robot holds its position at the end of the last executed chunk.
     Holding {
         /// Chunks accepted.
         accepted: u64,
@@ -69,7 +69,7 @@ pub enum Line {
 
 /// How far a search is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Searching {
+pub struct SearchProgress {
     /// Work units used.
     pub work: u64,
     /// Work units that may be used.
@@ -82,11 +82,11 @@ pub struct Searching {
     pub motions: u64,
 }
 
-/// How a search ended.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Planned {
-    /// What kind of end it is.
-    pub end: PlanEnd,
+    /// Kind of result.
+    pub end: PlanResult,
     /// The outcome's name.
     pub outcome: String,
     /// The parameter that ended it, if one did.
@@ -122,29 +122,29 @@ pub struct Planned {
 /// Why a search found no plan, as far as it knows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
-    /// Whether stage P found no guide route, so that the straight way was tried.
+    /// Whether stage P found no guide route, so that a straight route was tried.
     pub is_unguided: bool,
-    /// Guide routes followed in vain.
+    /// Guide routes tried.
     pub routes: u64,
     /// Where most sequences failed.
-    pub hindrance: Option<Hindrance>,
-    /// Configurations and motions that were turned down, by reason.
+    pub hindrance: Option<Bottleneck>,
+    /// Configurations and motions that were rejected, by reason.
     pub rejections: BTreeMap<String, u64>,
 }
 
-/// A place where a search did not get on.
+/// Where most sequences of a search failed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Hindrance {
+pub struct Bottleneck {
     /// Between the feet, in the world, m.
     pub xyz: [f64; 3],
     /// Sequences that failed there.
     pub failures: u64,
 }
 
-/// The kinds of ends of a search.
+/// Kinds of results of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum PlanEnd {
+pub enum PlanResult {
     /// A plan.
     Found,
     /// A bound.
@@ -155,7 +155,7 @@ pub enum PlanEnd {
     GoalInvalid,
 }
 
-impl From<&Outcome> for PlanEnd {
+impl From<&Outcome> for PlanResult {
     fn from(outcome: &Outcome) -> Self {
         match outcome {
             Outcome::Found => Self::Found,
@@ -166,31 +166,31 @@ impl From<&Outcome> for PlanEnd {
     }
 }
 
-/// How a delivery ended, as the planner saw it.
+/// Result of a delivery, as the planner saw it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Delivered {
-    /// What kind of end it is.
-    pub end: DeliveryEnd,
+    /// Kind of result.
+    pub end: DeliveryResult,
     /// Chunks put into shared memory, those sent again included.
     pub sent: u64,
     /// Chunks sent again.
     pub resent: u64,
     /// Chunks accepted.
     pub accepted: u64,
-    /// Chunks on their way when their plan was given up for another one.
+    /// Chunks on their way when their plan was replaced by another one.
     pub withdrawn: u64,
     /// Chunks that the controller received again after it had accepted them.
     pub duplicated: u64,
-    /// The worst margins that the controller told.
+    /// The worst margins that the controller reported.
     pub margins: WorstMargins,
     /// The refusal, if there was one.
     pub refusal: Option<Refusal>,
 }
 
-/// The kinds of ends of a delivery.
+/// Kinds of results of a delivery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum DeliveryEnd {
+pub enum DeliveryResult {
     /// Every chunk is accepted.
     Accepted,
     /// A chunk is refused.
@@ -212,7 +212,7 @@ pub struct Refusal {
     pub sequence: u64,
     /// Where in the chunk.
     pub waypoint: u32,
-    /// What, how much, the limit; empty where the controller did not say.
+    /// What, how much, the limit; empty where the controller did not report it.
     pub detail: String,
 }
 
@@ -220,7 +220,7 @@ impl Refusal {
     /// A refusal as the controller sees it.
     pub fn of(chunk: RefusedChunk, detail: String) -> Self {
         Self {
-            check: chunk.check.word().to_owned(),
+            check: chunk.check.name().to_owned(),
             sequence: chunk.sequence,
             waypoint: chunk.waypoint,
             detail,
@@ -235,9 +235,9 @@ impl Refusal {
     }
 }
 
-/// What the controller made of the plan.
+/// Summary of the controller's checks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Judged {
+pub struct CheckSummary {
     /// Time spent checking, s.
     pub check_seconds: f64,
     /// Chunks accepted.
@@ -253,14 +253,14 @@ pub struct Judged {
 impl From<&Delivery> for Delivered {
     fn from(delivery: &Delivery) -> Self {
         let (end, refusal) = match delivery.outcome {
-            DeliveryOutcome::Accepted => (DeliveryEnd::Accepted, None),
+            DeliveryOutcome::Accepted => (DeliveryResult::Accepted, None),
             DeliveryOutcome::Refused { sequence, check, waypoint } => (
-                DeliveryEnd::Refused,
+                DeliveryResult::Refused,
                 Some(Refusal::of(RefusedChunk { sequence, check, waypoint }, String::new())),
             ),
-            DeliveryOutcome::Superseded => (DeliveryEnd::Superseded, None),
-            DeliveryOutcome::ControllerLost => (DeliveryEnd::ControllerLost, None),
-            DeliveryOutcome::Stopped => (DeliveryEnd::Stopped, None),
+            DeliveryOutcome::Superseded => (DeliveryResult::Superseded, None),
+            DeliveryOutcome::ControllerLost => (DeliveryResult::ControllerLost, None),
+            DeliveryOutcome::Stopped => (DeliveryResult::Stopped, None),
         };
         Self {
             end,

@@ -9,7 +9,7 @@ use serde::Serialize;
 use surefoot_shared_types::plan_file::PlanFile;
 
 use crate::arguments::OutputArguments;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::inputs::Inputs;
 use crate::picture::{PictureScene, check_extension, render};
 
@@ -18,23 +18,24 @@ use crate::picture::{PictureScene, check_extension, render};
 /// # Errors
 /// When a folder is missing or cannot be written to, a name is a folder's, a device's or a link's,
 /// two names are one, or a picture's extension is unknown.
-pub fn check(outputs: &OutputArguments) -> Result<(), Failure> {
+pub fn check(outputs: &OutputArguments) -> Result<(), CommandError> {
     if let Some(picture) = &outputs.picture {
         check_extension(picture)?;
     }
     let paths: Vec<&PathBuf> =
         [&outputs.export, &outputs.picture, &outputs.json].into_iter().flatten().collect();
-    paths.iter().try_for_each(|path| check_place(path))?;
-    check_apart(&paths)
+    paths.iter().try_for_each(|path| check_path(path))?;
+    check_distinct(&paths)
 }
 
-/// Complains about two paths of one file, of which the later would replace the earlier.
-fn check_apart(paths: &[&PathBuf]) -> Result<(), Failure> {
-    let place = |path: &Path| {
+/// Refuses two paths of one file, of which the later would replace the earlier.
+fn check_distinct(paths: &[&PathBuf]) -> Result<(), CommandError> {
+    let location = |path: &Path| {
         (folder_of(path).canonicalize().ok(), path.file_name().map(std::ffi::OsStr::to_owned))
     };
-    let is_repeated =
-        |index: &usize| paths[..*index].iter().any(|before| place(before) == place(paths[*index]));
+    let is_repeated = |index: &usize| {
+        paths[..*index].iter().any(|before| location(before) == location(paths[*index]))
+    };
     match (0..paths.len()).find(is_repeated) {
         Some(index) => {
             Err(unwritable(paths[index], "two outputs have this name; give each its own"))
@@ -47,7 +48,7 @@ fn check_apart(paths: &[&PathBuf]) -> Result<(), Failure> {
 ///
 /// # Errors
 /// When the plan cannot be drawn or the file cannot be written.
-pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), Failure> {
+pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), CommandError> {
     let scene = PictureScene::new(&inputs.model, &inputs.world, plan)?;
     Ok(render(&scene, path)?)
 }
@@ -56,18 +57,18 @@ pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), Failure
 ///
 /// # Errors
 /// When it is missing or cannot be written to.
-pub fn check_folder(folder: &Path) -> Result<(), Failure> {
+pub fn check_folder(folder: &Path) -> Result<(), CommandError> {
     if !folder.is_dir() {
         return Err(unwritable(folder, "the folder does not exist; create it first"));
     }
-    check_place(&folder.join("a file"))
+    check_path(&folder.join("a file"))
 }
 
 /// Writes a text file.
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
+pub fn write_text(text: &str, path: &Path) -> Result<(), CommandError> {
     let failed = |error: std::io::Error| unwritable(path, &error.to_string());
     let mut file = temporary_beside(path).map_err(failed)?;
     file.write_all(text.as_bytes()).map_err(failed)?;
@@ -78,7 +79,7 @@ pub fn write_text(text: &str, path: &Path) -> Result<(), Failure> {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_json(value: &impl Serialize, path: &Path) -> Result<(), Failure> {
+pub fn write_json(value: &impl Serialize, path: &Path) -> Result<(), CommandError> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|error| unwritable(path, &error.to_string()))?;
     write_text(&format!("{text}\n"), path)
@@ -91,7 +92,7 @@ pub fn folder_of(path: &Path) -> PathBuf {
         .map_or_else(|| PathBuf::from("."), Path::to_owned)
 }
 
-fn check_place(path: &Path) -> Result<(), Failure> {
+fn check_path(path: &Path) -> Result<(), CommandError> {
     if path.is_dir() || path.file_name().is_none() {
         return Err(unwritable(path, "it is a folder; name a file in it"));
     }
@@ -119,6 +120,6 @@ fn temporary_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         .tempfile_in(folder_of(path))
 }
 
-fn unwritable(path: &Path, reason: &str) -> Failure {
-    Failure::Output { path: path.to_owned(), reason: reason.to_owned() }
+fn unwritable(path: &Path, reason: &str) -> CommandError {
+    CommandError::Output { path: path.to_owned(), reason: reason.to_owned() }
 }

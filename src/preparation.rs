@@ -16,7 +16,7 @@ use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::robot::RobotModel;
 
 use crate::clock::Stopwatch;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::terminal;
 
 /// Steps of the progress bar.
@@ -66,7 +66,7 @@ pub fn obtain(
     model: &RobotModel,
     config: &PlannerConfig,
     quiet: bool,
-) -> Result<Prepared, Failure> {
+) -> Result<Prepared, CommandError> {
     let key = prepare::key(model, config);
     let mut obtained = OBTAINED.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(known) = obtained.get(&key) {
@@ -81,18 +81,18 @@ fn find_or_make(
     model: &RobotModel,
     config: &PlannerConfig,
     quiet: bool,
-) -> Result<Prepared, Failure> {
+) -> Result<Prepared, CommandError> {
     let key = prepare::key(model, config);
-    let place = cache_folder().map(|folder| folder.join(format!("{key}.prepared")));
-    if let Some(found) = place.as_deref().and_then(|path| from_cache(path, &key)) {
+    let path = cache_folder().map(|folder| folder.join(format!("{key}.prepared")));
+    if let Some(found) = path.as_deref().and_then(|path| from_cache(path, &key)) {
         return Ok(found);
     }
     let watch = Stopwatch::start();
     let words = build(model, config, quiet)?;
     let seconds = watch.seconds();
     let bytes: &'static [u8] = bytemuck::cast_slice(Vec::leak(words));
-    let saved = match &place {
-        Some(path) => keep(bytes, path).map(|()| path.clone()),
+    let saved = match &path {
+        Some(path) => save(bytes, path).map(|()| path.clone()),
         None => Err("neither XDG_CACHE_HOME nor HOME names an absolute folder".to_owned()),
     };
     if let (Err(reason), false) = (&saved, quiet) {
@@ -100,12 +100,12 @@ fn find_or_make(
     }
     let saved = saved.ok();
     let preparation = Preparation::from_bytes(bytes, &key)
-        .map_err(|error| Failure::Preparation(error.to_string()))?;
+        .map_err(|error| CommandError::Preparation(error.to_string()))?;
     Ok(Prepared { preparation, origin: Origin::Built { seconds, saved }, bytes })
 }
 
 fn warn(reason: &str) {
-    terminal::remark(&format!(
+    terminal::print_note(&format!(
         "warning: the robot's preparation cannot be kept, so the next run makes it again: {reason}"
     ));
 }
@@ -121,12 +121,16 @@ fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
     Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()), bytes })
 }
 
-fn build(model: &RobotModel, config: &PlannerConfig, quiet: bool) -> Result<Vec<u64>, Failure> {
+fn build(
+    model: &RobotModel,
+    config: &PlannerConfig,
+    quiet: bool,
+) -> Result<Vec<u64>, CommandError> {
     let bar = if quiet || !terminal::is_watched() { ProgressBar::hidden() } else { new_bar() };
     let built =
         prepare::build(model, config, &|share| bar.set_position((BAR_STEPS * share) as u64));
     bar.finish_and_clear();
-    built.map_err(|source| Failure::Robot { urdf: model.urdf_path.clone(), source })
+    built.map_err(|source| CommandError::Robot { urdf: model.urdf_path.clone(), source })
 }
 
 fn new_bar() -> ProgressBar {
@@ -138,7 +142,7 @@ fn new_bar() -> ProgressBar {
 }
 
 /// Writes a file of the cache as a whole or not at all.
-fn keep(bytes: &[u8], path: &Path) -> Result<(), String> {
+fn save(bytes: &[u8], path: &Path) -> Result<(), String> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     std::fs::create_dir_all(folder).map_err(failed)?;

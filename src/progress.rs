@@ -1,22 +1,22 @@
-//! Shows a person what the roles tell: bars on a terminal, a few plain lines elsewhere, nothing if
-//! quiet.
+//! Shows the events of the roles to a person: bars on a terminal, a few plain lines elsewhere,
+//! nothing if quiet.
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::line::Line;
+use crate::line::RoleEvent;
 use crate::terminal;
 
 const PLANNING: &str = "planning {bar:20} {percent:>3}% of work_max  {wide_msg}";
 const WALKING: &str = "walking  {bar:20} {pos}/{len} chunks";
 
-/// Shows a person what the roles tell.
+/// Display of the events of the roles.
 #[derive(Debug)]
 pub enum Progress {
     /// Not at all.
     Quiet,
     /// In lines on stderr.
     Lines,
-    /// As a bar on the terminal, which appears with the first news.
+    /// As a bar on the terminal, which appears with the first event.
     Bar(Option<ProgressBar>),
 }
 
@@ -30,16 +30,16 @@ impl Progress {
         }
     }
 
-    /// Shows a line.
-    pub fn show(&mut self, line: &Line) {
+    /// Shows an event.
+    pub fn show(&mut self, event: &RoleEvent) {
         match self {
             Self::Quiet => {}
             Self::Lines => {
-                if let Some(text) = milestone(line) {
-                    terminal::remark(&text);
+                if let Some(text) = milestone(event) {
+                    terminal::print_note(&text);
                 }
             }
-            Self::Bar(bar) => show_on_bar(bar, line),
+            Self::Bar(bar) => show_on_bar(bar, event),
         }
     }
 
@@ -51,60 +51,60 @@ impl Progress {
     }
 }
 
-fn milestone(line: &Line) -> Option<String> {
-    match line {
-        Line::PlannerReady { ready_seconds, arena_bytes } => Some(format!(
+fn milestone(event: &RoleEvent) -> Option<String> {
+    match event {
+        RoleEvent::PlannerReady { ready_seconds, arena_bytes } => Some(format!(
             "planner ready in {ready_seconds:.3} s, {:.1} MiB",
             *arena_bytes as f64 / f64::from(1 << 20)
         )),
-        Line::Planned(planned) => Some(format!(
+        RoleEvent::Planned(planned) => Some(format!(
             "{} in {:.3} s, {} work units",
             planned.description, planned.plan_seconds, planned.work
         )),
-        Line::Replanning { epoch, corrections } => Some(format!(
+        RoleEvent::Replanning { epoch, corrections } => Some(format!(
             "the world differs in {corrections} places: planning again from here, epoch {epoch}"
         )),
-        Line::WalkingBack => {
-            Some("no plan leads on from here: looking for one that leads back first".to_owned())
+        RoleEvent::WalkingBack => {
+            Some("no plan leads on from here: looking for one that retraces first".to_owned())
         }
-        Line::PlannerServes => Some("waiting for requests".to_owned()),
-        Line::Holding { accepted } => {
-            Some(format!("no planner speaks: the robot holds after {accepted} chunks"))
-        }
-        Line::Restarted { role, how } => {
+        RoleEvent::PlannerServes => Some("waiting for requests".to_owned()),
+        RoleEvent::Holding { accepted } => Some(format!(
+            "no planner is connected: the robot holds its position after {accepted} chunks"
+        )),
+        RoleEvent::Restarted { role, how } => {
             Some(format!("the {role} process ended ({how}) and is started again"))
         }
-        Line::Judged(judged) => {
-            Some(format!("{} chunks checked in {:.3} s", judged.accepted, judged.check_seconds))
+        RoleEvent::Checked(checked) => {
+            Some(format!("{} chunks checked in {:.3} s", checked.accepted, checked.check_seconds))
         }
         _ => None,
     }
 }
 
-fn show_on_bar(bar: &mut Option<ProgressBar>, line: &Line) {
-    match line {
-        Line::Planning(searching) => {
-            let bar = bar.get_or_insert_with(|| new_bar(searching.work_max, PLANNING));
-            bar.set_position(searching.work);
+fn show_on_bar(bar: &mut Option<ProgressBar>, event: &RoleEvent) {
+    match event {
+        RoleEvent::Planning(progress) => {
+            let bar = bar.get_or_insert_with(|| new_bar(progress.work_max, PLANNING));
+            bar.set_position(progress.work);
             bar.set_message(format!(
                 "{} work, {} sequences, {} transitions, {} motions",
-                searching.work, searching.sequences, searching.transitions, searching.motions
+                progress.work, progress.sequences, progress.transitions, progress.motions
             ));
         }
-        Line::Delivering { accepted, chunks } => {
+        RoleEvent::Delivering { accepted, chunks } => {
             bar.get_or_insert_with(|| new_bar(*chunks, WALKING)).set_position(*accepted)
         }
-        Line::Planned(_)
-        | Line::Delivered(_)
-        | Line::Restarted { .. }
-        | Line::Replanning { .. }
-        | Line::Failed { .. } => clear(bar),
-        Line::WalkingBack
-        | Line::PlannerServes
-        | Line::Holding { .. }
-        | Line::PlannerReady { .. }
-        | Line::ControllerReady
-        | Line::Judged(_) => {}
+        RoleEvent::Planned(_)
+        | RoleEvent::Delivered(_)
+        | RoleEvent::Restarted { .. }
+        | RoleEvent::Replanning { .. }
+        | RoleEvent::Failed { .. } => clear(bar),
+        RoleEvent::WalkingBack
+        | RoleEvent::PlannerServes
+        | RoleEvent::Holding { .. }
+        | RoleEvent::PlannerReady { .. }
+        | RoleEvent::ControllerReady
+        | RoleEvent::Checked(_) => {}
     }
 }
 

@@ -1,10 +1,12 @@
-//! What became of a run, collected line by line.
+//! What became of a run, collected event by event.
 
 use serde::Serialize;
 
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
-use crate::line::{Delivered, DeliveryEnd, Diagnosis, Judged, Line, PlanEnd, Planned, Refusal};
+use crate::line::{
+    CheckSummary, Delivered, DeliveryResult, Diagnosis, PlanResult, Planned, Refusal, RoleEvent,
+};
 use crate::margins::WorstMargins;
 use crate::signals;
 
@@ -66,9 +68,9 @@ pub struct Report {
     /// How often a killed process was started again.
     pub restarts: u64,
     #[serde(skip)]
-    end: Option<PlanEnd>,
+    result: Option<PlanResult>,
     #[serde(skip)]
-    delivery: Option<DeliveryEnd>,
+    delivery_result: Option<DeliveryResult>,
     #[serde(skip)]
     description: String,
 }
@@ -80,7 +82,7 @@ pub struct Chunks {
     pub sent: u64,
     /// Chunks accepted.
     pub accepted: u64,
-    /// Chunks refused; those behind a refused one are not judged.
+    /// Chunks refused; those behind a refused one are not checked.
     pub refused: u64,
     /// Chunks sent and, without any refusal, never accepted.
     pub lost: u64,
@@ -109,38 +111,38 @@ impl Report {
         }
     }
 
-    /// Takes in what a role told.
-    pub fn note(&mut self, line: &Line) {
-        match line {
-            Line::PlannerReady { ready_seconds, arena_bytes } => {
+    /// Records an event of a role.
+    pub fn record(&mut self, event: &RoleEvent) {
+        match event {
+            RoleEvent::PlannerReady { ready_seconds, arena_bytes } => {
                 self.ready_seconds = Some(*ready_seconds);
                 self.arena_bytes = *arena_bytes;
             }
-            Line::Planned(planned) => self.note_planned(planned),
-            Line::Delivered(delivered) => self.note_delivered(delivered),
-            Line::Judged(judged) => self.note_judged(judged),
-            Line::Restarted { .. } => self.restarts += 1,
-            Line::Replanning { .. } => self.replans += 1,
-            Line::PlannerServes
-            | Line::WalkingBack
-            | Line::Holding { .. }
-            | Line::Planning(_)
-            | Line::Delivering { .. }
-            | Line::ControllerReady
-            | Line::Failed { .. } => {}
+            RoleEvent::Planned(planned) => self.record_planned(planned),
+            RoleEvent::Delivered(delivered) => self.record_delivered(delivered),
+            RoleEvent::Checked(checked) => self.record_checked(checked),
+            RoleEvent::Restarted { .. } => self.restarts += 1,
+            RoleEvent::Replanning { .. } => self.replans += 1,
+            RoleEvent::PlannerServes
+            | RoleEvent::WalkingBack
+            | RoleEvent::Holding { .. }
+            | RoleEvent::Planning(_)
+            | RoleEvent::Delivering { .. }
+            | RoleEvent::ControllerReady
+            | RoleEvent::Failed { .. } => {}
         }
     }
 
-    /// Takes in that the run broke off.
-    pub fn note_failure(&mut self, failure: &Failure) {
-        if let Some(word) = failure.word() {
-            self.outcome = word.to_owned();
+    /// Records the error that ended the run.
+    pub fn record_error(&mut self, error: &CommandError) {
+        if let Some(name) = error.name() {
+            self.outcome = name.to_owned();
         }
     }
 
     /// Whether a plan was found.
     pub fn has_plan(&self) -> bool {
-        self.end == Some(PlanEnd::Found)
+        self.result == Some(PlanResult::Found)
     }
 
     /// How the search ended, in one line for a person.
@@ -149,8 +151,8 @@ impl Report {
     }
 
     /// How the delivery ended, if there was one.
-    pub fn delivery(&self) -> Option<DeliveryEnd> {
-        self.delivery
+    pub fn delivery_result(&self) -> Option<DeliveryResult> {
+        self.delivery_result
     }
 
     /// How the command ends.
@@ -158,23 +160,26 @@ impl Report {
     /// # Errors
     /// When that is no answer: the robot cannot stand at an end, no controller answers, or a signal
     /// came.
-    pub fn ending(&self) -> Result<Ending, Failure> {
-        match (self.end, self.delivery) {
-            (Some(PlanEnd::NoPlan), _) => Ok(Ending::NoPlan),
-            (Some(PlanEnd::Found), None | Some(DeliveryEnd::Accepted)) => Ok(Ending::Done),
-            (Some(PlanEnd::Found), Some(DeliveryEnd::Refused)) => Ok(Ending::Refused),
-            (Some(PlanEnd::Found), Some(DeliveryEnd::Superseded | DeliveryEnd::ControllerLost)) => {
-                Err(Failure::ControllerLost)
+    pub fn command_outcome(&self) -> Result<CommandOutcome, CommandError> {
+        match (self.result, self.delivery_result) {
+            (Some(PlanResult::NoPlan), _) => Ok(CommandOutcome::NoPlan),
+            (Some(PlanResult::Found), None | Some(DeliveryResult::Accepted)) => {
+                Ok(CommandOutcome::Done)
             }
-            (Some(PlanEnd::StartInvalid | PlanEnd::GoalInvalid), _) => {
-                Err(Failure::Ends(self.description.clone()))
+            (Some(PlanResult::Found), Some(DeliveryResult::Refused)) => Ok(CommandOutcome::Refused),
+            (
+                Some(PlanResult::Found),
+                Some(DeliveryResult::Superseded | DeliveryResult::ControllerLost),
+            ) => Err(CommandError::ControllerLost),
+            (Some(PlanResult::StartInvalid | PlanResult::GoalInvalid), _) => {
+                Err(CommandError::Endpoint(self.description.clone()))
             }
-            _ => Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
+            _ => Err(CommandError::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
         }
     }
 
-    fn note_planned(&mut self, planned: &Planned) {
-        self.end = Some(planned.end);
+    fn record_planned(&mut self, planned: &Planned) {
+        self.result = Some(planned.end);
         self.outcome = planned.outcome.clone();
         self.description = planned.description.clone();
         self.bound = planned.bound.clone();
@@ -191,18 +196,18 @@ impl Report {
         self.allocations_after_ready = planned.allocations;
     }
 
-    fn note_delivered(&mut self, delivered: &Delivered) {
+    fn record_delivered(&mut self, delivered: &Delivered) {
         // A planner that was started again sent less than what was accepted: its predecessor sent
         // the rest.
         let sent = (delivered.sent - delivered.resent.min(delivered.sent)).max(delivered.accepted);
-        let refused = delivered.end == DeliveryEnd::Refused;
-        self.delivery = Some(delivered.end);
+        let refused = delivered.end == DeliveryResult::Refused;
+        self.delivery_result = Some(delivered.end);
         self.outcome = match delivered.end {
-            DeliveryEnd::Accepted => "accepted",
-            DeliveryEnd::Refused => "refused",
-            DeliveryEnd::Superseded => "superseded",
-            DeliveryEnd::ControllerLost => "controller_lost",
-            DeliveryEnd::Stopped => "stopped",
+            DeliveryResult::Accepted => "accepted",
+            DeliveryResult::Refused => "refused",
+            DeliveryResult::Superseded => "superseded",
+            DeliveryResult::ControllerLost => "controller_lost",
+            DeliveryResult::Stopped => "stopped",
         }
         .to_owned();
         self.chunks = Chunks {
@@ -223,12 +228,12 @@ impl Report {
         }
     }
 
-    /// The controller's own words count more than what the planner heard of them.
-    fn note_judged(&mut self, judged: &Judged) {
-        self.check_seconds = Some(judged.check_seconds);
-        self.chunks.duplicated = judged.duplicated.max(self.chunks.duplicated);
-        self.margins = judged.margins;
-        self.refusal = judged.refusal.clone();
+    /// The controller's own event takes precedence over the planner's account of it.
+    fn record_checked(&mut self, checked: &CheckSummary) {
+        self.check_seconds = Some(checked.check_seconds);
+        self.chunks.duplicated = checked.duplicated.max(self.chunks.duplicated);
+        self.margins = checked.margins;
+        self.refusal = checked.refusal.clone();
     }
 }
 
@@ -240,8 +245,8 @@ mod tests {
         Refusal { check: "torque".into(), sequence: 3, waypoint: 1, detail: detail.into() }
     }
 
-    fn planned(end: PlanEnd) -> Line {
-        Line::Planned(Planned {
+    fn planned(end: PlanResult) -> RoleEvent {
+        RoleEvent::Planned(Planned {
             end,
             outcome: "found".into(),
             bound: None,
@@ -261,9 +266,9 @@ mod tests {
         })
     }
 
-    fn delivered(end: DeliveryEnd, accepted: u64) -> Line {
-        let refusal = (end == DeliveryEnd::Refused).then(|| refusal(""));
-        Line::Delivered(Delivered {
+    fn delivered(end: DeliveryResult, accepted: u64) -> RoleEvent {
+        let refusal = (end == DeliveryResult::Refused).then(|| refusal(""));
+        RoleEvent::Delivered(Delivered {
             end,
             sent: 9,
             resent: 2,
@@ -275,9 +280,9 @@ mod tests {
         })
     }
 
-    fn judged() -> Line {
+    fn checked() -> RoleEvent {
         let margins = WorstMargins { torque: Some(0.25), ..WorstMargins::default() };
-        Line::Judged(Judged {
+        RoleEvent::Checked(CheckSummary {
             check_seconds: 0.5,
             accepted: 3,
             duplicated: 2,
@@ -289,39 +294,39 @@ mod tests {
     #[test]
     fn a_refusal_keeps_the_controllers_detail_in_whatever_order_the_lines_come() {
         for lines in [
-            [delivered(DeliveryEnd::Refused, 3), judged()],
-            [judged(), delivered(DeliveryEnd::Refused, 3)],
+            [delivered(DeliveryResult::Refused, 3), checked()],
+            [checked(), delivered(DeliveryResult::Refused, 3)],
         ] {
             let mut report = Report::default();
-            report.note(&planned(PlanEnd::Found));
-            lines.iter().for_each(|line| report.note(line));
+            report.record(&planned(PlanResult::Found));
+            lines.iter().for_each(|event| report.record(event));
             assert_eq!(report.refusal.as_ref().unwrap().detail, "left_knee 120 %");
             assert_eq!(
                 report.chunks,
                 Chunks { sent: 7, accepted: 3, refused: 1, lost: 0, duplicated: 2, resent: 2 }
             );
             assert_eq!(report.margins.torque, Some(0.25));
-            assert_eq!(report.ending().unwrap(), Ending::Refused);
+            assert_eq!(report.command_outcome().unwrap(), CommandOutcome::Refused);
         }
     }
 
     #[test]
     fn every_end_has_its_exit_code() {
         let cases = [
-            (PlanEnd::Found, None, 0),
-            (PlanEnd::Found, Some(DeliveryEnd::Accepted), 0),
-            (PlanEnd::Found, Some(DeliveryEnd::Refused), 4),
-            (PlanEnd::Found, Some(DeliveryEnd::ControllerLost), 2),
-            (PlanEnd::NoPlan, None, 3),
-            (PlanEnd::StartInvalid, None, 2),
-            (PlanEnd::GoalInvalid, None, 2),
+            (PlanResult::Found, None, 0),
+            (PlanResult::Found, Some(DeliveryResult::Accepted), 0),
+            (PlanResult::Found, Some(DeliveryResult::Refused), 4),
+            (PlanResult::Found, Some(DeliveryResult::ControllerLost), 2),
+            (PlanResult::NoPlan, None, 3),
+            (PlanResult::StartInvalid, None, 2),
+            (PlanResult::GoalInvalid, None, 2),
         ];
         for (end, delivery, code) in cases {
             let mut report = Report::default();
-            report.note(&planned(end));
-            delivery.iter().for_each(|delivery| report.note(&delivered(*delivery, 7)));
+            report.record(&planned(end));
+            delivery.iter().for_each(|delivery| report.record(&delivered(*delivery, 7)));
             assert_eq!(
-                report.ending().map_or_else(|failure| failure.code(), Ending::code),
+                report.command_outcome().map_or_else(|error| error.code(), CommandOutcome::code),
                 code,
                 "{end:?} {delivery:?}"
             );
@@ -329,9 +334,9 @@ mod tests {
     }
 
     #[test]
-    fn chunks_that_nobody_accepted_are_lost() {
+    fn chunks_that_were_not_accepted_are_lost() {
         let mut report = Report::default();
-        report.note(&delivered(DeliveryEnd::ControllerLost, 5));
+        report.record(&delivered(DeliveryResult::ControllerLost, 5));
         assert_eq!(
             (report.chunks.sent, report.chunks.lost, report.outcome.as_str()),
             (7, 2, "controller_lost")
@@ -339,12 +344,12 @@ mod tests {
     }
 
     #[test]
-    fn chunks_of_a_plan_that_was_given_up_are_not_lost() {
-        let Line::Delivered(replanned) = delivered(DeliveryEnd::Accepted, 5) else {
-            panic!("another line")
+    fn chunks_of_a_replaced_plan_are_not_lost() {
+        let RoleEvent::Delivered(replanned) = delivered(DeliveryResult::Accepted, 5) else {
+            panic!("another event")
         };
         let mut report = Report::default();
-        report.note(&Line::Delivered(Delivered { withdrawn: 2, ..replanned }));
+        report.record(&RoleEvent::Delivered(Delivered { withdrawn: 2, ..replanned }));
         assert_eq!((report.chunks.sent, report.chunks.accepted, report.chunks.lost), (7, 5, 0));
     }
 }

@@ -5,8 +5,8 @@ use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::allocations;
 use crate::clock::Stopwatch;
-use crate::failure::Failure;
-use crate::line::{Diagnosis, Hindrance, Line, Planned, Searching};
+use crate::failure::CommandError;
+use crate::line::{Bottleneck, Diagnosis, Planned, RoleEvent, SearchProgress};
 use crate::signals;
 
 /// Fewest work units between two looks at the clock: a fraction of a second. How often it looks has
@@ -15,36 +15,36 @@ const WORK_PER_STEP_MIN: u64 = 20_000;
 /// A long search looks again after this share of what it has spent: so seldom that entering the
 /// planner's thread pool does not make its queue grow.
 const SHARE_PER_STEP: u64 = 16;
-/// Time between two words about the search, s.
-const TELL_EVERY_SECONDS: f64 = 0.1;
+/// Time between two progress events, s.
+const EMIT_INTERVAL_SECONDS: f64 = 0.1;
 
-/// Advances `planner` until its search ends, telling about it now and then.
+/// Advances `planner` until its search ends, reporting its progress now and then.
 ///
 /// # Errors
-/// When a signal asks for the end, or telling fails.
+/// When a signal asks for the end, or reporting fails.
 pub fn run(
     planner: &mut Planner,
     work_max: u64,
-    tell: &mut dyn FnMut(&Line) -> Result<(), Failure>,
-) -> Result<Planned, Failure> {
-    let ended = run_until(planner, work_max, tell, &mut || false)?;
-    ended.ok_or_else(|| Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)))
+    emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
+) -> Result<Planned, CommandError> {
+    let ended = run_until(planner, work_max, emit, &mut || false)?;
+    ended.ok_or_else(|| CommandError::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)))
 }
 
 /// Like [`run`], but nothing once a signal asks for the end, or `is_over` says so between two
 /// steps.
 ///
 /// # Errors
-/// When telling fails.
+/// When reporting fails.
 pub fn run_until(
     planner: &mut Planner,
     work_max: u64,
-    tell: &mut dyn FnMut(&Line) -> Result<(), Failure>,
+    emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
     is_over: &mut dyn FnMut() -> bool,
-) -> Result<Option<Planned>, Failure> {
+) -> Result<Option<Planned>, CommandError> {
     let watch = Stopwatch::start();
     let mut allocations = 0;
-    let mut told_at = 0.0;
+    let mut emitted_at = 0.0;
     loop {
         let before = allocations::count();
         let work = (planner.tally().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN);
@@ -56,40 +56,40 @@ pub fn run_until(
         if signals::raised().is_some() || is_over() {
             return Ok(None);
         }
-        if watch.seconds() - told_at > TELL_EVERY_SECONDS {
-            told_at = watch.seconds();
-            tell(&Line::Planning(searching(planner, work_max)))?;
+        if watch.seconds() - emitted_at > EMIT_INTERVAL_SECONDS {
+            emitted_at = watch.seconds();
+            emit(&RoleEvent::Planning(search_progress(planner, work_max)))?;
         }
     }
 }
 
-fn searching(planner: &Planner, work_max: u64) -> Searching {
-    let tally = planner.tally();
-    Searching {
-        work: tally.work,
+fn search_progress(planner: &Planner, work_max: u64) -> SearchProgress {
+    let stats = planner.tally();
+    SearchProgress {
+        work: stats.work,
         work_max,
-        sequences: tally.sequences,
-        transitions: tally.transitions_found,
-        motions: tally.motions_found,
+        sequences: stats.sequences,
+        transitions: stats.transitions_found,
+        motions: stats.motions_found,
     }
 }
 
 fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations: u64) -> Planned {
-    let tally = planner.tally();
+    let stats = planner.tally();
     let found = *outcome == Outcome::Found;
     Planned {
         end: outcome.into(),
-        outcome: outcome.word().to_owned(),
+        outcome: outcome.name().to_owned(),
         bound: outcome.bound().map(str::to_owned),
         description: describe(planner, outcome),
         digest: found.then(|| planner.digest().to_string()),
         plan_seconds,
-        work: tally.work,
-        sequences: tally.sequences,
+        work: stats.work,
+        sequences: stats.sequences,
         diagnosis: outcome.bound().map(|_| Box::new(diagnosis(planner))),
-        route_edges: tally.route_edges.edges,
-        route_edges_possible: tally.route_edges.possible,
-        primitives: tally.primitives,
+        route_edges: stats.route_edges.edges,
+        route_edges_possible: stats.route_edges.possible,
+        primitives: stats.primitives,
         allocations,
         steps: planner.steps(),
         waypoints: planner.waypoints(),
@@ -97,7 +97,7 @@ fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations:
     }
 }
 
-/// An outcome in words, with the names of what is in the way.
+/// Description of an outcome, with the names of colliding bodies.
 fn describe(planner: &Planner, outcome: &Outcome) -> String {
     let collision = &planner.constraints().collision;
     outcome.hit().map_or_else(
@@ -107,17 +107,17 @@ fn describe(planner: &Planner, outcome: &Outcome) -> String {
 }
 
 fn diagnosis(planner: &Planner) -> Diagnosis {
-    let tally = planner.tally();
+    let stats = planner.tally();
     Diagnosis {
-        is_unguided: tally.is_unguided,
-        routes: tally.routes,
+        is_unguided: stats.is_unguided,
+        routes: stats.routes,
         hindrance: planner
             .hindrance()
-            .map(|place| Hindrance { xyz: place.position.to_array(), failures: place.failures }),
-        rejections: Rejection::WORDS
+            .map(|place| Bottleneck { xyz: place.position.to_array(), failures: place.failures }),
+        rejections: Rejection::NAMES
             .map(str::to_owned)
             .into_iter()
-            .zip(tally.rejections)
+            .zip(stats.rejections)
             .filter(|(_, count)| *count > 0)
             .collect(),
     }

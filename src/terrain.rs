@@ -2,8 +2,8 @@
 //!
 //! Square plates, each level with itself but tilted and shifted against its neighbours, follow a
 //! gentle wave; strips of steep triangles join them. More triangles make a larger field of the same
-//! rubble, so that the same walk over its middle meets the same ground whatever the size. Around
-//! both marks the ground is flat.
+//! rubble, so that the same walk over its middle has the same ground at every size. Around
+//! both stances the ground is flat.
 
 use glam::{DVec2, DVec3};
 use surefoot_planner::random::{Random, Stream};
@@ -12,8 +12,8 @@ use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::shape::MeshSource;
 use surefoot_shared_types::{Pose, Shape};
 
-/// Where a walk over the middle starts and ends, in the world, m; both marks head along x.
-pub const MARKS: [DVec3; 2] = [DVec3::new(-2.5, 0.0, 0.0), DVec3::new(2.5, 0.0, 0.0)];
+/// Where a walk over the middle starts and ends, in the world, m; both stances head along x.
+pub const STANCES: [DVec3; 2] = [DVec3::new(-2.5, 0.0, 0.0), DVec3::new(2.5, 0.0, 0.0)];
 /// Side of a grid square, two triangles, m.
 pub const CELL: f64 = 0.1;
 /// Grid squares from one plate to the next; one of them is the strip between both.
@@ -27,7 +27,7 @@ const WAVE: (f64, DVec2) = (0.08, DVec2::new(1.3, 1.7));
 const SHIFT: f64 = 0.03;
 /// Slope of a plate along x or y.
 const SLOPE: f64 = 0.1;
-/// How far from a mark the ground is flat, m.
+/// How far from a stance the ground is flat, m.
 const FLAT: f64 = 0.8;
 
 /// A field of `2 * n * m` triangles, `n` by `m` squares as nearly square as possible, the longer
@@ -69,7 +69,7 @@ fn height_at(i: usize, j: usize, half: DVec2) -> f64 {
     let [plate_i, plate_j] = [i / PITCH, j / PITCH];
     let middle = |plate: usize| CELL * ((plate * PITCH) as f64 + 0.5 * (PITCH - 1) as f64);
     let plate = DVec2::new(middle(plate_i), middle(plate_j)) - half;
-    if MARKS.iter().any(|mark| (plate - mark.truncate()).abs().max_element() <= FLAT) {
+    if STANCES.iter().any(|stance| (plate - stance.truncate()).abs().max_element() <= FLAT) {
         return 0.0;
     }
     // Named by its place about the middle, so that a larger field continues a smaller one where
@@ -124,8 +124,8 @@ mod tests {
             assert!((length * width - CELL * CELL * triangles as f64 / 2.0).abs() < 1e-6);
             assert!(width <= length && length <= 2.0 * width, "{length} by {width}");
             assert!(
-                MARKS.iter().all(|mark| mark.x.abs() + 0.5 < 0.5 * length),
-                "the marks lie on it"
+                STANCES.iter().all(|stance| stance.x.abs() + 0.5 < 0.5 * length),
+                "the stances lie on it"
             );
         }
     }
@@ -158,13 +158,13 @@ mod tests {
     }
 
     #[test]
-    fn the_marks_lie_on_flat_ground() {
+    fn the_stances_lie_on_flat_ground() {
         let world = mesh_terrain(10_000);
         let (vertices, _) = mesh(&world);
-        for mark in MARKS {
+        for stance in STANCES {
             let near = vertices
                 .iter()
-                .filter(|v| (v.truncate() - mark.truncate()).abs().max_element() < 0.5);
+                .filter(|v| (v.truncate() - stance.truncate()).abs().max_element() < 0.5);
             assert!(near.clone().count() > 80 && near.clone().all(|v| v.z == 0.0));
         }
     }

@@ -1,15 +1,15 @@
-//! What a person reads in the end.
+//! The summary of a run for a person.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::line::{DeliveryEnd, Diagnosis, Hindrance, PlanEnd, Planned};
+use crate::line::{Bottleneck, DeliveryResult, Diagnosis, PlanResult, Planned};
 use crate::report::Report;
 
-/// Reasons that are told of what a search turned down.
-const REASONS_TOLD: usize = 3;
+/// Rejection reasons that are shown.
+const REASONS_SHOWN: usize = 3;
 
-/// The verdict on a run, several lines without a line break at the end.
+/// The summary of a run, several lines without a line break at the end.
 pub fn text(report: &Report) -> String {
     let mut text = format!(
         "{}, {}, seed {}: {}",
@@ -36,7 +36,7 @@ pub fn text(report: &Report) -> String {
     if let Some(digest) = &report.digest {
         line("digest", digest.clone());
     }
-    if report.delivery().is_some() {
+    if report.delivery_result().is_some() {
         line("chunks", chunks(report));
     }
     if report.replans > 0 {
@@ -55,10 +55,10 @@ pub fn text(report: &Report) -> String {
     text
 }
 
-/// What became of one search, several lines without a line break at the end.
-pub fn of_search(name: &str, planned: &Planned) -> String {
+/// The summary of one search, several lines without a line break at the end.
+pub fn search_summary(name: &str, planned: &Planned) -> String {
     let mut text = format!("{name}: {}", planned.description);
-    if planned.end == PlanEnd::Found {
+    if planned.end == PlanResult::Found {
         add(
             &mut text,
             "plan",
@@ -81,12 +81,12 @@ fn add(text: &mut String, name: &str, content: &str) {
     let _ = write!(text, "\n  {name:<8} {content}");
 }
 
-/// What is known of why there is no plan.
+/// The diagnosis of a search without a plan.
 fn explain(diagnosis: Option<&Diagnosis>, line: &mut dyn FnMut(&str, String)) {
     let Some(diagnosis) = diagnosis else { return };
     line("routes", routes(diagnosis));
     if let Some(hindrance) = &diagnosis.hindrance {
-        line("stuck", stuck(hindrance));
+        line("stuck", bottleneck(hindrance));
     }
     if !diagnosis.rejections.is_empty() {
         line("rejected", rejected(&diagnosis.rejections));
@@ -95,27 +95,27 @@ fn explain(diagnosis: Option<&Diagnosis>, line: &mut dyn FnMut(&str, String)) {
 
 fn headline(report: &Report) -> String {
     let found = report.description();
-    match report.delivery() {
+    match report.delivery_result() {
         None => found.to_owned(),
-        Some(DeliveryEnd::Accepted) => format!("{found}, walked and accepted"),
-        Some(DeliveryEnd::Refused) => format!("{found}, but refused by the controller"),
-        Some(DeliveryEnd::Superseded) => {
+        Some(DeliveryResult::Accepted) => format!("{found}, walked and accepted"),
+        Some(DeliveryResult::Refused) => format!("{found}, but refused by the controller"),
+        Some(DeliveryResult::Superseded) => {
             format!("{found}, but another planner planned again meanwhile")
         }
-        Some(DeliveryEnd::ControllerLost) => format!("{found}, but no controller answers"),
-        Some(DeliveryEnd::Stopped) => format!("{found}, delivery stopped"),
+        Some(DeliveryResult::ControllerLost) => format!("{found}, but no controller answers"),
+        Some(DeliveryResult::Stopped) => format!("{found}, delivery stopped"),
     }
 }
 
 fn routes(diagnosis: &Diagnosis) -> String {
     if diagnosis.is_unguided {
-        return "none leads to the goal: somewhere on the way there is no room, no ground or no step; the straight way was tried"
+        return "no guide route reaches the goal (missing clearance, foothold or step); a straight route was tried"
             .to_owned();
     }
-    format!("{} followed in vain", diagnosis.routes)
+    format!("{} tried", diagnosis.routes)
 }
 
-fn stuck(Hindrance { xyz: [x, y, z], failures }: &Hindrance) -> String {
+fn bottleneck(Bottleneck { xyz: [x, y, z], failures }: &Bottleneck) -> String {
     format!("most often near x {x:.2}, y {y:.2}, z {z:.2} m: {failures} sequences failed there")
 }
 
@@ -125,11 +125,11 @@ fn rejected(rejections: &BTreeMap<String, u64>) -> String {
     let mut reasons: Vec<_> = rejections.iter().collect();
     reasons.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
     let share = |count: u64| 100.0 * count as f64 / total as f64;
-    let told = reasons
+    let shown = reasons
         .iter()
-        .take(REASONS_TOLD)
+        .take(REASONS_SHOWN)
         .map(|(reason, count)| format!("{reason} {:.0} %", share(**count)));
-    told.collect::<Vec<String>>().join(", ")
+    shown.collect::<Vec<String>>().join(", ")
 }
 
 fn search(report: &Report) -> String {

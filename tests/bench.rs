@@ -10,15 +10,15 @@ mod command;
 use std::fs;
 use std::path::Path;
 
-use command::{Said, run};
+use command::{CommandOutput, run};
 use serde_json::Value;
 
 /// A folder with a short walk on a flat floor.
-struct Room {
+struct TestFolder {
     folder: tempfile::TempDir,
 }
 
-impl Room {
+impl TestFolder {
     /// `more` is added to the scenario.
     fn new(more: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
@@ -36,33 +36,33 @@ impl Room {
     }
 
     /// `surefoot bench WHAT`, on the short walk.
-    fn bench(&self, what: &str, more: &[&str]) -> Said {
+    fn bench(&self, what: &str, more: &[&str]) -> CommandOutput {
         let scenario = self.path("short.toml");
         run(&[&["bench", what, "--scenario", &scenario], more].concat())
     }
 }
 
-fn json(said: &Said) -> Value {
-    serde_json::from_str(&said.out)
-        .unwrap_or_else(|error| panic!("{error}: {}{}", said.out, said.err))
+fn json(output: &CommandOutput) -> Value {
+    serde_json::from_str(&output.out)
+        .unwrap_or_else(|error| panic!("{error}: {}{}", output.out, output.err))
 }
 
-fn assert_bad_input(said: &Said, expected: &str) {
-    assert_eq!(said.code, 2, "{}{}", said.out, said.err);
-    assert_eq!(said.err.lines().count(), 1, "more than one line: {}", said.err);
+fn assert_bad_input(output: &CommandOutput, expected: &str) {
+    assert_eq!(output.code, 2, "{}{}", output.out, output.err);
+    assert_eq!(output.err.lines().count(), 1, "more than one line: {}", output.err);
     assert!(
-        said.err.starts_with("error: ") && said.err.contains(expected),
+        output.err.starts_with("error: ") && output.err.contains(expected),
         "'{expected}' is not in: {}",
-        said.err
+        output.err
     );
-    assert_eq!(said.out, "");
+    assert_eq!(output.out, "");
 }
 
 #[test]
 fn thesis_reports_all_that_its_rows_promise() {
-    let said = Room::new("").bench("thesis", &["--trials", "2", "--check", "--json"]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let report = json(&said);
+    let output = TestFolder::new("").bench("thesis", &["--trials", "2", "--check", "--json"]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    let report = json(&output);
     assert_eq!(report["schema"], "surefoot-bench-thesis/1");
     assert!(report["caveat"].as_str().unwrap().contains("reconstruction"));
     assert!(report["machine"]["cores"].as_u64().unwrap() > 0);
@@ -100,9 +100,9 @@ fn thesis_reports_all_that_its_rows_promise() {
 
 #[test]
 fn thesis_prints_the_thesis_beside_our_own_figures() {
-    let said =
+    let output =
         run(&["bench", "thesis", "--scenario", "ibeam_hallway", "--trials", "1", "--threads", "1"]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     for expected in [
         "machine: ",
         "reconstruction",
@@ -113,24 +113,25 @@ fn thesis_prints_the_thesis_beside_our_own_figures() {
         " x\n",
         "sequence",
     ] {
-        assert!(said.out.contains(expected), "'{expected}' is not in:\n{}", said.out);
+        assert!(output.out.contains(expected), "'{expected}' is not in:\n{}", output.out);
     }
-    assert!(!said.out.contains("Table 4.2"));
+    assert!(!output.out.contains("Table 4.2"));
 }
 
 #[test]
 fn thesis_takes_up_where_it_was() {
-    let room = Room::new("");
-    let out = room.path("results");
+    let test_folder = TestFolder::new("");
+    let out = test_folder.path("results");
     let bench = |trials: &str, more: &[&str]| {
-        let said = room.bench(
+        let output = test_folder.bench(
             "thesis",
             &[&["--trials", trials, "--threads", "1", "--json", "--out", &out], more].concat(),
         );
-        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-        json(&said)["rows"][0].clone()
+        assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+        json(&output)["rows"][0].clone()
     };
-    let lines = || fs::read_to_string(room.path("results/thesis.jsonl")).unwrap().lines().count();
+    let lines =
+        || fs::read_to_string(test_folder.path("results/thesis.jsonl")).unwrap().lines().count();
     let first = bench("1", &[]);
     assert_eq!(lines(), 1);
     assert_eq!(bench("1", &[]), first, "nothing is measured twice");
@@ -140,29 +141,30 @@ fn thesis_takes_up_where_it_was() {
     assert_eq!((lines(), &fresh["digest"]), (1, &first["digest"]));
     assert_ne!(fresh["mean_seconds"], first["mean_seconds"], "measured anew");
     let kept: Value =
-        serde_json::from_slice(&fs::read(room.path("results/thesis.json")).unwrap()).unwrap();
+        serde_json::from_slice(&fs::read(test_folder.path("results/thesis.json")).unwrap())
+            .unwrap();
     assert_eq!(kept["rows"][0], fresh);
 }
 
 #[test]
 fn thesis_does_not_hide_that_nothing_was_found() {
-    let room = Room::new("[planner]\nwork_max = 70\n");
-    let said = room.bench("thesis", &["--trials", "2", "--json"]);
-    assert_eq!(said.code, 3, "{}{}", said.out, said.err);
-    let row = &json(&said)["rows"][0];
+    let test_folder = TestFolder::new("[planner]\nwork_max = 70\n");
+    let output = test_folder.bench("thesis", &["--trials", "2", "--json"]);
+    assert_eq!(output.code, 3, "{}{}", output.out, output.err);
+    let row = &json(&output)["rows"][0];
     assert_eq!(
         (&row["found"], &row["outcomes"]["budget_exhausted"], &row["mean_seconds"]),
         (&0.into(), &2.into(), &Value::Null)
     );
-    assert!(room.bench("thesis", &["--trials", "1"]).out.contains("0/1"));
+    assert!(test_folder.bench("thesis", &["--trials", "1"]).out.contains("0/1"));
 }
 
 #[test]
 fn missing_scenarios_are_named_before_anything_is_measured() {
-    let room = Room::new("");
-    let out = room.path("results");
+    let test_folder = TestFolder::new("");
+    let out = test_folder.path("results");
     assert_bad_input(
-        &room.bench("thesis", &["--scenario", "no_such", "--out", &out]),
+        &test_folder.bench("thesis", &["--scenario", "no_such", "--out", &out]),
         "configs/scenarios/no_such.toml",
     );
     assert_bad_input(
@@ -174,15 +176,15 @@ fn missing_scenarios_are_named_before_anything_is_measured() {
 
 #[test]
 fn a_broken_journal_is_named() {
-    let room = Room::new("");
-    fs::create_dir(room.path("results")).unwrap();
-    fs::write(room.path("results/thesis.jsonl"), "{\"key\": 7}\n").unwrap();
+    let test_folder = TestFolder::new("");
+    fs::create_dir(test_folder.path("results")).unwrap();
+    fs::write(test_folder.path("results/thesis.jsonl"), "{\"key\": 7}\n").unwrap();
     assert_bad_input(
-        &room.bench("thesis", &["--trials", "1", "--out", &room.path("results")]),
+        &test_folder.bench("thesis", &["--trials", "1", "--out", &test_folder.path("results")]),
         "thesis.jsonl:1: ",
     );
     assert_bad_input(
-        &room.bench("thesis", &["--trials", "1", "--out", &room.path("short.toml")]),
+        &test_folder.bench("thesis", &["--trials", "1", "--out", &test_folder.path("short.toml")]),
         "short.toml",
     );
 }
@@ -196,16 +198,16 @@ fn usage_errors_end_with_2() {
         &["bench", "thesis", "--threads", "0"],
         &["bench", "thesis", "--fresh"],
     ] {
-        let said = run(wrong);
-        assert_eq!((said.code, said.out.as_str()), (2, ""), "{wrong:?}: {}", said.err);
+        let output = run(wrong);
+        assert_eq!((output.code, output.out.as_str()), (2, ""), "{wrong:?}: {}", output.err);
     }
 }
 
 #[test]
 fn limit_compares_planning_with_checking() {
-    let said = Room::new("").bench("limit", &["--trials", "2", "--threads", "1", "--json"]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let row = &json(&said)["rows"][0];
+    let output = TestFolder::new("").bench("limit", &["--trials", "2", "--threads", "1", "--json"]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    let row = &json(&output)["rows"][0];
     assert_eq!((&row["found"], row["faults"].as_array().unwrap().len()), (&2.into(), 0), "{row}");
     let (plan, check) = (
         row["processor_mean_seconds"].as_f64().unwrap(),
@@ -220,7 +222,7 @@ fn limit_compares_planning_with_checking() {
         checked >= 2.0 * waypoints - 1.0,
         "each waypoint, and one configuration between any two: {row}"
     );
-    assert!(Room::new("").bench("limit", &["--trials", "1"]).out.contains("check once"));
+    assert!(TestFolder::new("").bench("limit", &["--trials", "1"]).out.contains("check once"));
 }
 
 #[test]
@@ -232,8 +234,8 @@ fn ipc_leaves_nothing_in_shared_memory() {
         names.filter(|name| name.starts_with("sfbench")).collect::<std::collections::BTreeSet<_>>()
     };
     let before = left();
-    let said = run(&["bench", "ipc", "--rounds", "100", "--json"]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let output = run(&["bench", "ipc", "--rounds", "100", "--json"]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     assert!(left().is_subset(&before), "{:?}", left());
 }
 
@@ -241,10 +243,10 @@ fn ipc_leaves_nothing_in_shared_memory() {
 fn replan_goes_on_from_where_the_robot_stands() {
     let replan = |seeds: &str| {
         let counts = ["--trials", seeds, "--refusals", "2", "--threads", "1"];
-        let said =
+        let output =
             run(&[&["bench", "replan", "--scenario", "flat_walk", "--json"][..], &counts].concat());
-        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-        json(&said)["rows"][0].clone()
+        assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+        json(&output)["rows"][0].clone()
     };
     let row = replan("2");
     assert_eq!(
@@ -263,9 +265,9 @@ fn replan_goes_on_from_where_the_robot_stands() {
 
 #[test]
 fn steps_reports_times_and_units_of_every_stage() {
-    let said = Room::new("").bench("steps", &["--core", "0", "--step", "500", "--json"]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let report = json(&said);
+    let output = TestFolder::new("").bench("steps", &["--core", "0", "--step", "500", "--json"]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    let report = json(&output);
     assert_eq!((&report["core"], &report["step_seconds"]), (&0.into(), &5e-4.into()));
     let row = &report["rows"][0];
     let [p50, p95, p99, max] =
@@ -290,14 +292,14 @@ fn steps_reports_times_and_units_of_every_stage() {
     assert!(
         stages.iter().all(|stage| stage["longest_seconds"].as_f64() <= stage["seconds"].as_f64())
     );
-    assert_bad_input(&Room::new("").bench("steps", &["--core", "9999"]), "--core 9999");
+    assert_bad_input(&TestFolder::new("").bench("steps", &["--core", "9999"]), "--core 9999");
 }
 
 #[test]
 fn scale_walks_over_meshes_and_draws() {
-    let room = Room::new("");
-    let out = room.path("results");
-    let said = run(&[
+    let test_folder = TestFolder::new("");
+    let out = test_folder.path("results");
+    let output = run(&[
         "bench",
         "scale",
         "--part",
@@ -310,8 +312,8 @@ fn scale_walks_over_meshes_and_draws() {
         &out,
         "--json",
     ]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let report = json(&said);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    let report = json(&output);
     let rows = report["terrain"].as_array().unwrap();
     assert_eq!((&rows[0]["size"], &rows[1]["size"]), (&10_000.into(), &20_000.into()));
     assert_eq!(rows[0]["growth"], 1.0);
@@ -320,15 +322,15 @@ fn scale_walks_over_meshes_and_draws() {
             > row["arena_bytes"].as_u64().unwrap() / 100)
     );
     assert_eq!(
-        fs::read_to_string(room.path("results/scale_terrain.svg"))
+        fs::read_to_string(test_folder.path("results/scale_terrain.svg"))
             .unwrap()
             .matches("<circle")
             .count(),
         8
     );
-    assert!(!Path::new(&room.path("results/scale_gauntlet.svg")).exists());
+    assert!(!Path::new(&test_folder.path("results/scale_gauntlet.svg")).exists());
     let kept: Value =
-        serde_json::from_slice(&fs::read(room.path("results/scale.json")).unwrap()).unwrap();
+        serde_json::from_slice(&fs::read(test_folder.path("results/scale.json")).unwrap()).unwrap();
     assert_eq!(kept, report);
 }
 

@@ -34,12 +34,12 @@ fn without_times(mut report: Value) -> Value {
 }
 
 #[test]
-fn json_csv_and_plot_tell_the_same() {
+fn json_csv_and_plot_hold_the_same_values() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
-    let said = run(&["bench", "footholds", "--queries", "6", "--json", "--out", out]);
-    assert_eq!(said.code, 0, "{}", said.err);
-    let report: Value = serde_json::from_str(&said.out).unwrap();
+    let output = run(&["bench", "footholds", "--queries", "6", "--json", "--out", out]);
+    assert_eq!(output.code, 0, "{}", output.err);
+    let report: Value = serde_json::from_str(&output.out).unwrap();
     assert_eq!(report["rows"].as_array().unwrap().len(), 15 + 11);
     for world in
         ["parallel_bars_60", "parallel_bars_95", "features/ibeam", "features/ramp_0_9", "m_groove"]
@@ -60,7 +60,7 @@ fn json_csv_and_plot_tell_the_same() {
 }
 
 #[test]
-fn a_seed_can_be_asked_again() {
+fn the_same_seed_gives_the_same_queries() {
     let [one, again] = [(); 2]
         .map(|()| run(&["bench", "footholds", "--queries", "2", "--seed", "7", "--json"]).out);
     let [one, again]: [Value; 2] =
@@ -73,14 +73,14 @@ fn a_missing_folder_or_world_is_refused_in_one_line() {
     for arguments in
         [["--out", "/nowhere/at/all"], ["--worlds", "/nowhere"], ["--robot", "/nowhere.toml"]]
     {
-        let said = run(&[&["bench", "footholds", "--queries", "1"][..], &arguments].concat());
-        assert_eq!(said.code, 2, "{arguments:?}");
+        let output = run(&[&["bench", "footholds", "--queries", "1"][..], &arguments].concat());
+        assert_eq!(output.code, 2, "{arguments:?}");
         assert_eq!(
-            said.err.lines().filter(|line| line.starts_with("error: ")).count(),
+            output.err.lines().filter(|line| line.starts_with("error: ")).count(),
             1,
             "{}",
-            said.err
+            output.err
         );
-        assert!(said.err.contains("/nowhere") && said.out.is_empty());
+        assert!(output.err.contains("/nowhere") && output.out.is_empty());
     }
 }

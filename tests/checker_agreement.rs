@@ -1,12 +1,11 @@
-//! Planner and checker compute kinematics and statics with code of their own: both must say the
-//! same.
+//! Planner and checker compute kinematics and statics with separate code; the results must agree.
 //!
 //! `SUREFOOT_ROBOTS=a/robot.toml:b/robot.toml` adds robots that are not shipped.
 
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "a panic fails the test; what was compared is said"
+    reason = "a panic fails the test; the comparisons are printed"
 )]
 
 use std::f64::consts::PI;
@@ -14,9 +13,9 @@ use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_controller_sim::kinematics::{Configuration, Posture};
-use surefoot_planner::body::{self as planner, Body};
+use surefoot_planner::body::{self as planner, Mechanism};
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_planner::statics::FootLoad;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
@@ -75,7 +74,7 @@ fn carried_torques(model: &RobotModel, posture: &Posture, loads: &[FootLoad; 2])
     torques
 }
 
-/// The largest differences met so far.
+/// The largest differences so far.
 #[derive(Debug, Default)]
 struct Worst {
     position: f64,
@@ -85,26 +84,27 @@ struct Worst {
 }
 
 fn compare(model: &RobotModel) -> Worst {
-    let body =
-        Body::new(model, &PlannerConfig { effort_share: 1.0, ..PlannerConfig::default() }).unwrap();
-    let mut snapshot = Snapshot::default();
+    let robot =
+        Mechanism::new(model, &PlannerConfig { effort_share: 1.0, ..PlannerConfig::default() })
+            .unwrap();
+    let mut kinematic_state = KinematicState::default();
     let mut worst = Worst::default();
     for index in 0..CONFIGURATIONS {
         let mut random = Random::new(1, Stream::Preparation, index, 0);
         let configuration = random_configuration(model, &mut random);
         let posture = Posture::new(model, &configuration);
-        let mut q = body.standing_q;
+        let mut q = robot.standing_q;
         q[..model.joints.len()].copy_from_slice(&configuration.q[..model.joints.len()]);
-        body.snapshot_into(
+        robot.update_kinematic_state(
             &planner::Configuration { world_from_root: configuration.world_from_root, q },
-            &mut snapshot,
+            &mut kinematic_state,
         );
         for (link, mine) in posture.world_from_link.iter().enumerate() {
-            let other = body.world_from_link(&snapshot, link);
+            let other = robot.world_from_link(&kinematic_state, link);
             worst.position = worst.position.max(mine.translation.distance(other.translation));
             worst.rotation = worst.rotation.max(rotation_distance(mine.rotation, other.rotation));
         }
-        let centre = snapshot.com;
+        let centre = kinematic_state.com;
         worst.centre_of_mass =
             worst.centre_of_mass.max(posture.centre_of_mass(model).distance(centre));
         let share = random.uniform(0.0, 1.0);
@@ -115,7 +115,7 @@ fn compare(model: &RobotModel) -> Worst {
         };
         let loads = [at(share), at(1.0 - share)];
         let mut torques = [0.0; JOINTS_MAX];
-        body.statics.torques(&snapshot, &loads, &mut torques);
+        robot.statics.torques(&kinematic_state, &loads, &mut torques);
         let mine = carried_torques(model, &posture, &loads);
         let difference =
             mine.iter().zip(torques).map(|(mine, other)| (mine - other).abs()).fold(0.0, f64::max);

@@ -13,7 +13,7 @@ mod preparation;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-use damage::Walk;
+use damage::DamagedPlan;
 use preparation::preparation_for;
 use surefoot_controller_sim::{PlanReport, check_plan};
 use surefoot_planner::{Outcome, Planner, Status};
@@ -27,17 +27,17 @@ use surefoot_shared_types::scene::load::load_world;
 /// Why a damaged plan must be refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Reason {
-    /// The file itself is refused: with this word in the complaint.
+    /// The file itself is refused, with this text in the error.
     File(&'static str),
-    /// This check is violated: with this word in the detail.
+    /// This check is violated, with this text in the detail.
     Violates(Check, &'static str),
-    /// It does not begin where it says.
+    /// It does not begin at its declared start.
     Start,
-    /// It does not end where it must.
+    /// It does not end at its declared goal.
     Goal,
 }
 
-fn planned(scenario: &str, folder: &Path) -> Walk {
+fn planned(scenario: &str, folder: &Path) -> DamagedPlan {
     let path =
         Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{scenario}.toml"));
     let scenario = load_scenario(&path).unwrap();
@@ -52,33 +52,33 @@ fn planned(scenario: &str, folder: &Path) -> Walk {
     )
     .unwrap();
     assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
-    Walk {
+    DamagedPlan {
         plan: plan_from_chunks(&model, &world, &scenario, planner.chunks(), folder),
         folder: folder.to_owned(),
     }
 }
 
-/// What `surefoot check` says of a plan, by way of a file: the report, or the complaint.
-fn judged(walk: &Walk) -> Result<PlanReport, String> {
-    let path: PathBuf = walk.folder.join("plan.json");
-    std::fs::write(&path, serde_json::to_vec(&walk.plan).unwrap()).unwrap();
+/// Result of `surefoot check` on a plan file: the report, or the error.
+fn check_exported(damaged: &DamagedPlan) -> Result<PlanReport, String> {
+    let path: PathBuf = damaged.folder.join("plan.json");
+    std::fs::write(&path, serde_json::to_vec(&damaged.plan).unwrap()).unwrap();
     let plan = load_plan(&path).map_err(|error| error.to_string())?;
     check_plan(&plan, &path).map_err(|error| error.to_string())
 }
 
-/// What is wrong with the answer to a damage, if anything.
+/// Describes a wrong answer to a damage; nothing if the answer is right.
 fn miss(reason: Reason, answer: &Result<PlanReport, String>) -> Option<String> {
     let right = match (reason, answer) {
-        (Reason::File(word), Err(complaint)) => complaint.contains(word),
-        (Reason::Violates(check, word), Ok(report)) => report
+        (Reason::File(text), Err(error)) => error.contains(text),
+        (Reason::Violates(check, text), Ok(report)) => report
             .violations()
-            .any(|found| found.violation.check == check && found.violation.detail.contains(word)),
+            .any(|found| found.violation.check == check && found.violation.detail.contains(text)),
         (Reason::Start, Ok(report)) => report.start.violation.is_some(),
         (Reason::Goal, Ok(report)) => report.goal.violation.is_some(),
         _ => false,
     };
     (!right).then(|| match answer {
-        Err(complaint) => complaint.clone(),
+        Err(error) => error.clone(),
         Ok(report) => format!(
             "{:?}",
             report.violations().map(|found| found.violation.to_string()).collect::<Vec<_>>()
@@ -90,17 +90,18 @@ fn miss(reason: Reason, answer: &Result<PlanReport, String>) -> Option<String> {
 fn every_damage_is_refused_for_its_own_reason() {
     let folder = tempfile::tempdir().unwrap();
     let whole = planned("stepping_stones", folder.path());
-    let report = judged(&whole).unwrap();
+    let report = check_exported(&whole).unwrap();
     assert!(report.is_valid(), "{report:#?}");
     let damages = damages::all();
     assert!(damages.len() >= 30, "only {} damages", damages.len());
     let missed: Vec<String> = damages
         .into_iter()
         .filter_map(|(name, reason, damage)| {
-            let mut walk = Walk { plan: whole.plan.clone(), folder: whole.folder.clone() };
-            damage(&mut walk);
-            assert_ne!(walk.plan, whole.plan, "{name} changes nothing");
-            miss(reason, &judged(&walk))
+            let mut damaged =
+                DamagedPlan { plan: whole.plan.clone(), folder: whole.folder.clone() };
+            damage(&mut damaged);
+            assert_ne!(damaged.plan, whole.plan, "{name} changes nothing");
+            miss(reason, &check_exported(&damaged))
                 .map(|answer| format!("{name}: expected {reason:?}, got {answer}"))
         })
         .collect();

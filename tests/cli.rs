@@ -15,15 +15,15 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use command::{Said, assert_nothing_left, run, scenario};
+use command::{CommandOutput, assert_nothing_left, run, scenario};
 use surefoot_shared_types::config::load::load_scenario;
 
 /// A folder with a copy of flat_walk in which `from` is replaced by `to`.
-struct Room {
+struct TestFolder {
     folder: tempfile::TempDir,
 }
 
-impl Room {
+impl TestFolder {
     fn new(from: &str, to: &str) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
@@ -49,13 +49,13 @@ impl Room {
     }
 }
 
-fn assert_bad_input(said: &Said, expected: &str) {
-    assert_eq!(said.code, 2, "{}{}", said.out, said.err);
-    assert_eq!(said.err.lines().count(), 1, "more than one line: {}", said.err);
-    assert!(said.err.starts_with("error: "), "{}", said.err);
-    assert!(said.err.contains(expected), "'{expected}' is not in: {}", said.err);
-    assert_eq!(said.out, "");
-    assert_nothing_left(said.pid);
+fn assert_bad_input(output: &CommandOutput, expected: &str) {
+    assert_eq!(output.code, 2, "{}{}", output.out, output.err);
+    assert_eq!(output.err.lines().count(), 1, "more than one line: {}", output.err);
+    assert!(output.err.starts_with("error: "), "{}", output.err);
+    assert!(output.err.contains(expected), "'{expected}' is not in: {}", output.err);
+    assert_eq!(output.out, "");
+    assert_nothing_left(output.pid);
 }
 
 #[test]
@@ -79,14 +79,14 @@ fn usage_errors_end_with_2_and_help_with_0() {
         &["control", "x.toml"],
         &["check"],
     ] {
-        let said = run(wrong);
-        assert_eq!(said.code, 2, "{wrong:?}: {}", said.err);
-        assert!(said.err.contains("--help"), "{wrong:?}: {}", said.err);
+        let output = run(wrong);
+        assert_eq!(output.code, 2, "{wrong:?}: {}", output.err);
+        assert!(output.err.contains("--help"), "{wrong:?}: {}", output.err);
     }
-    let said = run(&["--help"]);
-    assert_eq!(said.code, 0);
+    let output = run(&["--help"]);
+    assert_eq!(output.code, 0);
     for word in ["walk", "plan", "control", "check", "doctor", "Exit codes"] {
-        assert!(said.out.contains(word), "{word}");
+        assert!(output.out.contains(word), "{word}");
     }
     assert!(
         !run(&["plan", "--help"]).out.contains("report-lines"),
@@ -112,15 +112,16 @@ fn broken_scenarios_are_named_with_their_line() {
         ("hubo/robot.toml", "hubo/robo.toml", "robo.toml"),
         ("seed = 1", "seed = 1\n[planner]\nwork_max = 0\n[x]", "scenario.toml:"),
     ] {
-        let room = Room::new(from, to);
-        assert_bad_input(&run(&["walk", &room.path("scenario.toml"), "--quiet"]), expected);
+        let test_folder = TestFolder::new(from, to);
+        assert_bad_input(&run(&["walk", &test_folder.path("scenario.toml"), "--quiet"]), expected);
     }
 }
 
 #[test]
 fn two_outputs_of_one_name_are_refused() {
-    let room = Room::new("seed = 1", "seed = 1");
-    let (scenario, file, same) = (room.path("scenario.toml"), room.path("out"), room.path("./out"));
+    let test_folder = TestFolder::new("seed = 1", "seed = 1");
+    let (scenario, file, same) =
+        (test_folder.path("scenario.toml"), test_folder.path("out"), test_folder.path("./out"));
     assert_bad_input(
         &run(&["plan", &scenario, "--export", &file, "--json", &same, "--quiet"]),
         "two outputs",
@@ -130,47 +131,47 @@ fn two_outputs_of_one_name_are_refused() {
 #[test]
 fn a_result_that_cannot_be_printed_is_no_success() {
     let full = fs::File::create("/dev/full").unwrap();
-    let said =
+    let output =
         Command::new(env!("CARGO_BIN_EXE_surefoot")).arg("doctor").stdout(full).output().unwrap();
-    assert_eq!(said.status.code(), Some(2), "{}", String::from_utf8_lossy(&said.stderr));
-    assert!(String::from_utf8_lossy(&said.stderr).contains("standard output"));
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"));
 }
 
 #[test]
 fn outputs_that_cannot_be_written_are_refused_before_anything_is_planned() {
-    let room = Room::new("seed = 1", "seed = 1");
-    let before = room.files();
-    let file = room.path("scenario.toml");
+    let test_folder = TestFolder::new("seed = 1", "seed = 1");
+    let before = test_folder.files();
+    let file = test_folder.path("scenario.toml");
     for (option, path, expected) in [
-        ("--export", room.path("missing/plan.json"), "missing"),
-        ("--json", room.path("missing/report.json"), "missing"),
-        ("--json", room.path("."), "folder"),
+        ("--export", test_folder.path("missing/plan.json"), "missing"),
+        ("--json", test_folder.path("missing/report.json"), "missing"),
+        ("--json", test_folder.path("."), "folder"),
         ("--json", "/dev/null".into(), "no ordinary file"),
-        ("--picture", room.path("missing/walk.png"), "missing"),
-        ("--picture", room.path("walk.gif"), ".apng"),
-        ("--picture", room.path("walk"), ".png"),
+        ("--picture", test_folder.path("missing/walk.png"), "missing"),
+        ("--picture", test_folder.path("walk.gif"), ".apng"),
+        ("--picture", test_folder.path("walk"), ".png"),
     ] {
         for word in ["walk", "plan"] {
             assert_bad_input(&run(&[word, &file, option, &path]), expected);
         }
     }
-    assert_eq!(room.files(), before, "something half-written");
+    assert_eq!(test_folder.files(), before, "something half-written");
 }
 
 #[test]
 fn a_start_in_the_air_is_bad_input_and_still_reported() {
-    let room = Room::new("xyz = [0.5, 0.0, 0.0]", "xyz = [0.5, 0.0, 3.0]");
+    let test_folder = TestFolder::new("xyz = [0.5, 0.0, 0.0]", "xyz = [0.5, 0.0, 3.0]");
     for word in ["walk", "plan"] {
-        let said = run(&[
+        let output = run(&[
             word,
-            &room.path("scenario.toml"),
+            &test_folder.path("scenario.toml"),
             "--quiet",
             "--json",
-            &room.path("report.json"),
+            &test_folder.path("report.json"),
         ]);
-        assert_bad_input(&said, "the start is invalid");
+        assert_bad_input(&output, "the start is invalid");
         let report: serde_json::Value =
-            serde_json::from_slice(&fs::read(room.path("report.json")).unwrap()).unwrap();
+            serde_json::from_slice(&fs::read(test_folder.path("report.json")).unwrap()).unwrap();
         assert_eq!(report["outcome"], "start_invalid");
         assert!(report["digest"].is_null());
     }
@@ -178,11 +179,11 @@ fn a_start_in_the_air_is_bad_input_and_still_reported() {
 
 #[test]
 fn plans_that_are_none_are_named() {
-    let room = Room::new("seed = 1", "seed = 1");
-    fs::write(room.path("text.json"), "hello").unwrap();
-    fs::write(room.path("other.json"), "{\"schema\": \"other/1\"}").unwrap();
+    let test_folder = TestFolder::new("seed = 1", "seed = 1");
+    fs::write(test_folder.path("text.json"), "hello").unwrap();
+    fs::write(test_folder.path("other.json"), "{\"schema\": \"other/1\"}").unwrap();
     for name in ["missing.json", "text.json", "other.json"] {
-        assert_bad_input(&run(&["check", &room.path(name)]), name);
+        assert_bad_input(&run(&["check", &test_folder.path(name)]), name);
     }
 }
 
@@ -200,8 +201,8 @@ fn instance_names_are_checked() {
 
 #[test]
 fn the_doctor_finds_this_machine_fit() {
-    let said = run(&["doctor", &scenario("ibeam_hallway")]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let output = run(&["doctor", &scenario("ibeam_hallway")]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     for expected in [
         "shared memory",
         "cores",
@@ -211,16 +212,17 @@ fn the_doctor_finds_this_machine_fit() {
         "bytes of arenas",
         "good     robot: 'hubo' on ",
     ] {
-        assert!(said.out.contains(expected), "'{expected}' is not in: {}", said.out);
+        assert!(output.out.contains(expected), "'{expected}' is not in: {}", output.out);
     }
 }
 
 #[test]
-fn the_doctor_says_which_joint_is_too_weak_for_one_foot() {
-    let room = Room::new("seed = 1", "seed = 1\n[planner]\neffort_share = 0.1\n");
-    let said = run(&["doctor", &room.path("scenario.toml")]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let advice = said.out.lines().find(|line| line.starts_with("advice   robot: 'hubo'")).unwrap();
+fn the_doctor_reports_a_joint_too_weak_for_one_foot() {
+    let test_folder = TestFolder::new("seed = 1", "seed = 1\n[planner]\neffort_share = 0.1\n");
+    let output = run(&["doctor", &test_folder.path("scenario.toml")]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    let advice =
+        output.out.lines().find(|line| line.starts_with("advice   robot: 'hubo'")).unwrap();
     assert!(
         advice.contains(" alone needs ") && advice.contains("planner.effort_share is 0.1"),
         "{advice}"
@@ -228,17 +230,20 @@ fn the_doctor_says_which_joint_is_too_weak_for_one_foot() {
 }
 
 #[test]
-fn the_doctor_says_what_is_wrong_with_a_scenario() {
-    let said = run(&["doctor", "no/such.toml"]);
-    assert_eq!(said.code, 2);
-    assert!(said.out.contains("MISSING  scenario: no/such.toml"), "{}", said.out);
-    assert_eq!(said.err.lines().count(), 1);
+fn the_doctor_reports_a_broken_scenario() {
+    let output = run(&["doctor", "no/such.toml"]);
+    assert_eq!(output.code, 2);
+    assert!(output.out.contains("MISSING  scenario: no/such.toml"), "{}", output.out);
+    assert_eq!(output.err.lines().count(), 1);
 }
 
 #[test]
 fn a_seed_on_the_command_line_is_the_same_as_in_the_file() {
-    let (one, seven) = (Room::new("seed = 1", "seed = 1"), Room::new("seed = 1", "seed = 7"));
-    let load = |room: &Room| load_scenario(Path::new(&room.path("scenario.toml"))).unwrap();
+    let (one, seven) =
+        (TestFolder::new("seed = 1", "seed = 1"), TestFolder::new("seed = 1", "seed = 7"));
+    let load = |test_folder: &TestFolder| {
+        load_scenario(Path::new(&test_folder.path("scenario.toml"))).unwrap()
+    };
     let (one, seven) = (load(&one), load(&seven));
     assert_ne!(one.digest, seven.digest);
     assert_eq!(one.clone().with_seed(7).digest, seven.digest);

@@ -1,5 +1,5 @@
-//! A walk that meets another world: the robot holds, says what it met, and goes on by a plan made
-//! from where it stands.
+//! A walk in a world that differs from the planner's: the robot holds its position, reports the
+//! difference, and continues with a plan from where it stands.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped scenario cannot be used")]
 
@@ -11,21 +11,21 @@ use std::num::NonZeroUsize;
 use bytemuck::Zeroable;
 use glam::DVec3;
 use preparation::preparation_for;
-use surefoot_controller_sim::{Checker, Identity, Walker};
-use surefoot_planner::outcome::EndFault;
+use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
+use surefoot_planner::outcome::EndpointError;
 use surefoot_planner::rpg::WayBack;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::message::{
-    Check, Contact, Correction, Feedback, PlanChunk, Sealed, Standing, SupportMode,
+    Check, Contact, Correction, Feedback, PlanChunk, Standing, SupportMode, WithCrc,
 };
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
 use surefoot_shared_types::scene::{World, WorldShape};
 
-const INSTANCE: u64 = 3;
+const CONTROLLER_ID: u64 = 3;
 
 struct Case {
     scenario: Scenario,
@@ -41,14 +41,14 @@ impl Case {
         Self { scenario, model, world }
     }
 
-    fn walker(&self) -> Walker {
+    fn executor(&self) -> ChunkExecutor {
         let identity = Identity {
-            instance: INSTANCE,
+            controller_id: CONTROLLER_ID,
             robot: self.model.digest,
             world: self.world.digest,
             config: self.scenario.digest,
         };
-        Walker::new(
+        ChunkExecutor::new(
             Checker::new(self.model.clone(), self.world.clone(), self.scenario.checker.clone())
                 .unwrap(),
             identity,
@@ -60,10 +60,10 @@ impl Case {
         &self,
         world: &World,
         missing: Option<&Correction>,
-        standing: Option<&Standing>,
+        rest_state: Option<&Standing>,
         epoch: u64,
     ) -> Result<Vec<PlanChunk>, Outcome> {
-        let start = standing.and_then(Standing::mark).unwrap_or(self.scenario.start);
+        let start = rest_state.and_then(Standing::stance_pose).unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
         let mut planner = Planner::new(
             &self.model,
@@ -73,8 +73,8 @@ impl Case {
             NonZeroUsize::MIN,
         )
         .unwrap();
-        if let Some(standing) = standing {
-            planner.begin_at(world, standing).unwrap();
+        if let Some(rest_state) = rest_state {
+            planner.begin_at(world, rest_state).unwrap();
         }
         if let Some(missing) = missing {
             planner.shun(&missing.pose(), [missing.half_extents[0], missing.half_extents[1]]);
@@ -91,18 +91,18 @@ impl Case {
 }
 
 fn addressed(chunk: &PlanChunk) -> PlanChunk {
-    let mut chunk = PlanChunk { target_instance: INSTANCE, session: 1, ..*chunk };
-    chunk.seal();
+    let mut chunk = PlanChunk { target_instance: CONTROLLER_ID, session: 1, ..*chunk };
+    chunk.write_crc();
     chunk
 }
 
 /// Walks chunks; where the robot stands then.
-fn walk(walker: &mut Walker, chunks: &[PlanChunk], standing: Standing) -> Standing {
-    chunks.iter().fold(standing, |standing, chunk| {
-        walker
-            .admit_and_walk(&addressed(chunk))
+fn walk(executor: &mut ChunkExecutor, chunks: &[PlanChunk], rest_state: Standing) -> Standing {
+    chunks.iter().fold(rest_state, |rest_state, chunk| {
+        executor
+            .check_and_execute(&addressed(chunk))
             .unwrap_or_else(|violation| panic!("chunk {}: {violation:?}", chunk.sequence));
-        standing.after(chunk.mode, chunk.contacts(), chunk.waypoints().last().unwrap())
+        rest_state.after(chunk.mode, chunk.contacts(), chunk.waypoints().last().unwrap())
     })
 }
 
@@ -118,27 +118,27 @@ fn landings(chunks: &[PlanChunk]) -> Vec<usize> {
 fn replan_at_landing(case: &Case, landing: usize) -> (Vec<PlanChunk>, Correction) {
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let at = landings(&chunks)[landing];
-    let mut walker = case.walker();
-    let standing = walk(&mut walker, &chunks[..at], Standing::zeroed());
-    let lifted = if standing.mode == SupportMode::Left as u32 { 1 } else { 0 };
+    let mut executor = case.executor();
+    let rest_state = walk(&mut executor, &chunks[..at], Standing::zeroed());
+    let lifted = if rest_state.mode == SupportMode::Left as u32 { 1 } else { 0 };
     let landed = chunks[at].contacts().iter().find(|contact| contact.limb == lifted).unwrap();
     let correction = Correction::contact_missing(&landed.world_from_sole(), [0.1, 0.05]);
-    walker.correct(&correction);
-    let stale = walker.admit_and_walk(&addressed(&chunks[at])).unwrap_err();
-    assert_eq!(stale.check, Check::World, "a plan for the world as it was believed is refused now");
+    executor.correct(&correction);
+    let stale = executor.check_and_execute(&addressed(&chunks[at])).unwrap_err();
+    assert_eq!(stale.check, Check::World, "a plan for the uncorrected world is refused");
     let corrected = case.world.corrected(&[correction]).unwrap();
-    let rest = case.plan(&corrected, Some(&correction), Some(&standing), 1).unwrap();
+    let rest = case.plan(&corrected, Some(&correction), Some(&rest_state), 1).unwrap();
     assert!(
         (1..rest.len()).all(|index| rest[index].epoch == 1)
             && rest[0].mode != SupportMode::Double as u32
     );
-    walk(&mut walker, &rest, standing);
-    assert!(walker.finished());
+    walk(&mut executor, &rest, rest_state);
+    assert!(executor.finished());
     (rest, correction)
 }
 
 #[test]
-fn the_robot_goes_on_from_one_foot_and_shuns_the_place_that_did_not_carry() {
+fn the_robot_continues_from_one_foot_and_keeps_out_of_the_missing_contact() {
     for (name, landing) in [("flat_walk", 2), ("flat_walk", 5), ("stepping_stones", 3)] {
         let (rest, correction) = replan_at_landing(&Case::load(name), landing);
         let from_world = correction.pose().inverse();
@@ -151,22 +151,22 @@ fn the_robot_goes_on_from_one_foot_and_shuns_the_place_that_did_not_carry() {
 }
 
 #[test]
-fn the_robot_goes_on_from_both_feet() {
+fn the_robot_continues_from_both_feet() {
     let case = Case::load("flat_walk");
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let both = (0..chunks.len())
         .filter(|&index| chunks[index].mode == SupportMode::Double as u32)
         .nth(3)
         .unwrap();
-    let mut walker = case.walker();
-    let standing = walk(&mut walker, &chunks[..=both], Standing::zeroed());
-    let rest = case.plan(&case.world, None, Some(&standing), 1).unwrap();
-    walk(&mut walker, &rest, standing);
-    assert!(walker.finished());
+    let mut executor = case.executor();
+    let rest_state = walk(&mut executor, &chunks[..=both], Standing::zeroed());
+    let rest = case.plan(&case.world, None, Some(&rest_state), 1).unwrap();
+    walk(&mut executor, &rest, rest_state);
+    assert!(executor.finished());
 }
 
 #[test]
-fn replanning_can_be_made_again() {
+fn replanning_is_reproducible() {
     let case = Case::load("stepping_stones");
     let digest = |chunks: &[PlanChunk]| chunks.last().unwrap().stream_after();
     let [first, second] = [0, 1].map(|_| replan_at_landing(&case, 2).0);
@@ -182,7 +182,7 @@ fn across(contact: &Contact) -> [f64; 2] {
 
 /// Walks on the stones until the robot stands on both feet, one of them on a stone: where it
 /// stands, that foot, and the stone.
-fn standing_on_a_stone(case: &Case) -> (Standing, Contact, usize) {
+fn rest_state_on_a_stone(case: &Case) -> (Standing, Contact, usize) {
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let stone_under = |contact: &Contact| {
         let carries = |shape: &WorldShape| {
@@ -200,11 +200,11 @@ fn standing_on_a_stone(case: &Case) -> (Standing, Contact, usize) {
         .filter(is_double)
         .find_map(|chunk| Some((chunk.sequence, stands(chunk)?)))
         .unwrap();
-    (walk(&mut case.walker(), &chunks[..=at as usize], Standing::zeroed()), contact, stone)
+    (walk(&mut case.executor(), &chunks[..=at as usize], Standing::zeroed()), contact, stone)
 }
 
-/// The stone as a correction says that it stands: so far aside that `uncovered` (m) of the sole's
-/// low side lie over the void.
+/// A correction that moves the stone aside so far that `uncovered` (m) of the sole's low side is
+/// unsupported, and the stone's new edge.
 fn moved_aside(case: &Case, stone: usize, contact: &Contact, uncovered: f64) -> (Correction, f64) {
     let mut pose = case.world.shapes[stone].world_from_shape;
     let edge = across(contact)[0] + uncovered;
@@ -213,35 +213,40 @@ fn moved_aside(case: &Case, stone: usize, contact: &Contact, uncovered: f64) -> 
 }
 
 /// A controller that knows the corrected world, with the robot as it stands.
-fn successor(case: &Case, corrected: World, correction: Correction, standing: &Standing) -> Walker {
+fn successor(
+    case: &Case,
+    corrected: World,
+    correction: Correction,
+    rest_state: &Standing,
+) -> ChunkExecutor {
     let identity = Identity {
-        instance: INSTANCE,
+        controller_id: CONTROLLER_ID,
         robot: case.model.digest,
         world: case.world.digest,
         config: case.scenario.digest,
     };
-    let mut word = Feedback {
+    let mut feedback = Feedback {
         session: 1,
         plan_id: 1,
         corrections_len: 1,
-        standing: *standing,
+        standing: *rest_state,
         ..Feedback::zeroed()
     };
-    word.corrections[0] = correction;
-    Walker::take_over(
+    feedback.corrections[0] = correction;
+    ChunkExecutor::take_over(
         Checker::new(case.model.clone(), corrected, case.scenario.checker.clone()).unwrap(),
         identity,
-        &word,
+        &feedback,
     )
 }
 
 #[test]
-fn a_standing_foot_keeps_only_what_the_corrected_world_gives_it() {
+fn a_stance_foot_keeps_only_its_support_in_the_corrected_world() {
     let case = Case::load("stepping_stones");
-    let (standing, sole, stone) = standing_on_a_stone(&case);
+    let (rest_state, sole, stone) = rest_state_on_a_stone(&case);
     let (correction, edge) = moved_aside(&case, stone, &sole, 0.03);
     let corrected = case.world.corrected(&[correction]).unwrap();
-    let rest = case.plan(&corrected, None, Some(&standing), 1).unwrap();
+    let rest = case.plan(&corrected, None, Some(&rest_state), 1).unwrap();
     let kept: Vec<_> = rest
         .iter()
         .flat_map(PlanChunk::contacts)
@@ -249,17 +254,17 @@ fn a_standing_foot_keeps_only_what_the_corrected_world_gives_it() {
         .map(across)
         .collect();
     assert!(!kept.is_empty() && kept.iter().all(|[low, _]| *low > edge - 1e-6), "{edge}: {kept:?}");
-    walk(&mut successor(&case, corrected, correction, &standing), &rest, standing);
+    walk(&mut successor(&case, corrected, correction, &rest_state), &rest, rest_state);
 }
 
 #[test]
-fn a_standing_foot_that_nothing_carries_any_more_ends_the_walk_honestly() {
+fn an_unsupported_stance_foot_ends_the_walk_with_an_invalid_start() {
     let case = Case::load("stepping_stones");
-    let (standing, sole, stone) = standing_on_a_stone(&case);
+    let (rest_state, sole, stone) = rest_state_on_a_stone(&case);
     let (correction, _) = moved_aside(&case, stone, &sole, 0.3);
     let corrected = case.world.corrected(&[correction]).unwrap();
-    let Err(Outcome::StartInvalid(EndFault::Unsupported { limb, .. })) =
-        case.plan(&corrected, None, Some(&standing), 1)
+    let Err(Outcome::StartInvalid(EndpointError::Unsupported { limb, .. })) =
+        case.plan(&corrected, None, Some(&rest_state), 1)
     else {
         panic!("a plan from where nothing carries")
     };
@@ -269,7 +274,7 @@ fn a_standing_foot_that_nothing_carries_any_more_ends_the_walk_honestly() {
 /// A plan from where the robot stands once it has gone so many places back.
 fn plan_from_back(
     case: &Case,
-    standing: &Standing,
+    rest_state: &Standing,
     walked: &[PlanChunk],
     places: usize,
 ) -> (Vec<PlanChunk>, WayBack) {
@@ -277,7 +282,7 @@ fn plan_from_back(
     let mut planner =
         Planner::new(&case.model, &case.world, &case.scenario, preparation, NonZeroUsize::MIN)
             .unwrap();
-    planner.begin_at(&case.world, standing).unwrap();
+    planner.begin_at(&case.world, rest_state).unwrap();
     planner.walk_back(&case.world, walked, places).unwrap();
     planner.name_plan(1, 1);
     assert_eq!(planner.step(1_000_000), Status::Done(Outcome::Found));
@@ -285,13 +290,13 @@ fn plan_from_back(
 }
 
 #[test]
-fn the_robot_walks_back_the_way_it_came() {
+fn the_robot_retraces_its_steps() {
     let case = Case::load("flat_walk");
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let at = landings(&chunks)[3];
-    let mut walker = case.walker();
-    let standing = walk(&mut walker, &chunks[..at], Standing::zeroed());
-    let (rest, way_back) = plan_from_back(&case, &standing, &chunks[..at], 2);
+    let mut executor = case.executor();
+    let rest_state = walk(&mut executor, &chunks[..at], Standing::zeroed());
+    let (rest, way_back) = plan_from_back(&case, &rest_state, &chunks[..at], 2);
     assert_eq!(way_back.places, 2);
     for (back, walked) in rest[..way_back.chunks].iter().zip(chunks[..at].iter().rev()) {
         let configurations = |chunk: &PlanChunk| {
@@ -308,18 +313,18 @@ fn the_robot_walks_back_the_way_it_came() {
         .windows(2)
         .filter(|pair| pair[0].mode != pair[1].mode && pair[1].mode == SupportMode::Double as u32);
     assert_eq!(lift_offs.count(), 1, "one foot is set down on the way, the other one at its end");
-    walk(&mut walker, &rest, standing);
-    assert!(walker.finished());
+    walk(&mut executor, &rest, rest_state);
+    assert!(executor.finished());
 }
 
 #[test]
-fn the_way_back_ends_where_the_memory_of_it_does() {
+fn retracing_ends_with_the_recorded_chunks() {
     let case = Case::load("flat_walk");
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let at = landings(&chunks)[3];
-    let standing = walk(&mut case.walker(), &chunks[..at], Standing::zeroed());
+    let rest_state = walk(&mut case.executor(), &chunks[..at], Standing::zeroed());
     let places =
-        |walked: &[PlanChunk], places| plan_from_back(&case, &standing, walked, places).1.places;
+        |walked: &[PlanChunk], places| plan_from_back(&case, &rest_state, walked, places).1.places;
     assert_eq!(places(&chunks[..at], 100), 4, "as many as it has lifted a foot");
     assert_eq!(
         (places(&chunks[..at - 1], 1), places(&[], 1)),

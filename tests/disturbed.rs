@@ -1,7 +1,7 @@
-//! Feet that come down elsewhere than planned, and words that get lost or come late: the walk goes
-//! on as the feet really stand, or holds and is planned again from there.
+//! Misplaced feet and lost or delayed feedback: the walk continues with the actual feet, or the
+//! robot holds its position and is planned again from there.
 
-#![allow(clippy::print_stdout, reason = "a test says what it found")]
+#![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped scenario cannot be used")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
@@ -17,24 +17,24 @@ use bytemuck::Zeroable;
 use command::{assert_nothing_left, run, scenario};
 use preparation::preparation_for;
 use serde_json::Value;
-use surefoot_controller_sim::disturbance::Walked;
-use surefoot_controller_sim::{Checker, Disturbance, Identity, Walker};
+use surefoot_controller_sim::disturbance::DisturbedExecution;
+use surefoot_controller_sim::{Checker, ChunkExecutor, Disturbance, Identity};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::message::{PlanChunk, Sealed, Standing, Waypoint};
+use surefoot_shared_types::message::{PlanChunk, Standing, Waypoint, WithCrc};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
 use surefoot_shared_types::spatial::rotation_distance;
 
-const INSTANCE: u64 = 3;
+const CONTROLLER_ID: u64 = 3;
 /// Most plans of one walk.
 const EPOCHS_MAX: u64 = 20;
 
 /// How a disturbed walk went.
 #[derive(Debug, Default, PartialEq)]
-struct Course {
+struct WalkStats {
     arrived: bool,
     replans: u64,
     landings: u64,
@@ -72,34 +72,39 @@ fn difference(a: &Waypoint, b: &Waypoint, of_a_leg: &[usize]) -> [f64; 3] {
     [moved, most(&|joint| !of_a_leg.contains(&joint)), most(&|joint| of_a_leg.contains(&joint))]
 }
 
-/// Walks one plan until its end or until it does not fit; where the robot stands then. Every chunk
-/// really begins where the one before really ended, but that the leg of a landing foot follows its
-/// slide.
+/// Walks one plan until its end or until it does not fit; where the robot stands then. Every
+/// executed chunk begins where the one before ended, except that the leg of a landing foot follows
+/// its slide.
 fn walk_plan(
     model: &RobotModel,
-    walker: &mut Walker,
+    executor: &mut ChunkExecutor,
     disturbance: &mut Disturbance,
     chunks: &[PlanChunk],
-    standing: &mut Standing,
-    course: &mut Course,
+    rest_state: &mut Standing,
+    stats: &mut WalkStats,
 ) {
     for chunk in chunks {
-        let mut chunk = PlanChunk { target_instance: INSTANCE, session: 1, ..*chunk };
-        chunk.seal();
-        walker
-            .admit(&chunk, &mut || {})
+        let mut chunk = PlanChunk { target_instance: CONTROLLER_ID, session: 1, ..*chunk };
+        chunk.write_crc();
+        executor
+            .check_chunk(&chunk, &mut || {})
             .unwrap_or_else(|violation| panic!("chunk {}: {violation}", chunk.sequence));
         let landing =
-            walker.landing(&chunk).map(|contact| leg_joints(model, contact.limb as usize));
-        let Walked::As(real, _) = disturbance.walk(walker, &chunk, &mut || {}) else {
-            walker.hold();
-            course.replans += 1;
+            executor.landing(&chunk).map(|contact| leg_joints(model, contact.limb as usize));
+        let DisturbedExecution::Executed(actual, _) =
+            disturbance.execute(executor, &chunk, &mut || {})
+        else {
+            executor.hold_position();
+            stats.replans += 1;
             return;
         };
-        course.landings += u64::from(landing.is_some());
-        if standing.is_known() {
-            let [root, joint, of_leg] =
-                difference(&standing.waypoint, &real.waypoints()[0], &landing.unwrap_or_default());
+        stats.landings += u64::from(landing.is_some());
+        if rest_state.is_known() {
+            let [root, joint, of_leg] = difference(
+                &rest_state.waypoint,
+                &actual.waypoints()[0],
+                &landing.unwrap_or_default(),
+            );
             let differs =
                 format!("root {root:.1e}, joint {joint:.1e}, of the leg that lands {of_leg:.1e}");
             assert!(
@@ -108,35 +113,36 @@ fn walk_plan(
                 chunk.sequence
             );
         }
-        for (planned, stands) in chunk.contacts().iter().zip(real.contacts()) {
+        for (planned, stands) in chunk.contacts().iter().zip(actual.contacts()) {
             let (a, b) = (planned.world_from_sole(), stands.world_from_sole());
             let off =
                 [a.translation.distance(b.translation), rotation_distance(a.rotation, b.rotation)];
-            course.off = [course.off[0].max(off[0]), course.off[1].max(off[1])];
+            stats.off = [stats.off[0].max(off[0]), stats.off[1].max(off[1])];
         }
-        *standing = standing.after(real.mode, real.contacts(), real.waypoints().last().unwrap());
+        *rest_state =
+            rest_state.after(actual.mode, actual.contacts(), actual.waypoints().last().unwrap());
     }
 }
 
 /// A disturbed walk of a scenario.
-fn walk(name: &str, seed: u64) -> Course {
+fn walk(name: &str, seed: u64) -> WalkStats {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
     let identity = Identity {
-        instance: INSTANCE,
+        controller_id: CONTROLLER_ID,
         robot: model.digest,
         world: world.digest,
         config: scenario.digest,
     };
-    let mut walker = Walker::new(
+    let mut executor = ChunkExecutor::new(
         Checker::new(model.clone(), world.clone(), scenario.checker.clone()).unwrap(),
         identity,
     );
     let mut disturbance = Disturbance::new(seed);
-    let (mut standing, mut course) = (Standing::zeroed(), Course::default());
+    let (mut rest_state, mut stats) = (Standing::zeroed(), WalkStats::default());
     for epoch in 0..EPOCHS_MAX {
-        let start = standing.mark().unwrap_or(scenario.start);
+        let start = rest_state.stance_pose().unwrap_or(scenario.start);
         let scenario = Scenario { start, ..scenario.clone() };
         let mut planner = Planner::new(
             &model,
@@ -146,41 +152,41 @@ fn walk(name: &str, seed: u64) -> Course {
             NonZeroUsize::MIN,
         )
         .unwrap();
-        if standing.is_known() {
-            planner.begin_at(&world, &standing).unwrap();
+        if rest_state.is_known() {
+            planner.begin_at(&world, &rest_state).unwrap();
         }
         planner.name_plan(1, epoch);
         if planner.step(u64::MAX) != Status::Done(Outcome::Found) {
-            return course;
+            return stats;
         }
         walk_plan(
             &model,
-            &mut walker,
+            &mut executor,
             &mut disturbance,
             planner.chunks(),
-            &mut standing,
-            &mut course,
+            &mut rest_state,
+            &mut stats,
         );
-        if walker.finished() {
-            return Course { arrived: true, ..course };
+        if executor.finished() {
+            return WalkStats { arrived: true, ..stats };
         }
     }
-    course
+    stats
 }
 
 #[test]
-fn the_robot_arrives_though_its_feet_come_down_elsewhere() {
+fn the_robot_arrives_with_misplaced_feet() {
     let mut arrived = 0;
     for name in ["flat_walk", "stepping_stones", "ibeam_gap"] {
         for seed in 1..=3 {
-            let course = walk(name, seed);
-            println!("{name} {seed}: {course:?}");
-            let [off, turn] = course.off;
-            assert!(course.landings > 3 && off > 0.002 && off < 0.00501, "{course:?}");
-            assert!(turn > 0.2_f64.to_radians() && turn < 1.001_f64.to_radians(), "{course:?}");
-            arrived += u64::from(course.arrived);
+            let stats = walk(name, seed);
+            println!("{name} {seed}: {stats:?}");
+            let [off, turn] = stats.off;
+            assert!(stats.landings > 3 && off > 0.002 && off < 0.00501, "{stats:?}");
+            assert!(turn > 0.2_f64.to_radians() && turn < 1.001_f64.to_radians(), "{stats:?}");
+            arrived += u64::from(stats.arrived);
             assert!(
-                course.arrived || name != "flat_walk",
+                stats.arrived || name != "flat_walk",
                 "there is room everywhere on flat ground"
             );
         }
@@ -189,7 +195,7 @@ fn the_robot_arrives_though_its_feet_come_down_elsewhere() {
 }
 
 #[test]
-fn a_seed_disturbs_the_same_way_again_and_another_one_otherwise() {
+fn disturbances_are_reproducible_by_their_seed() {
     let [first, again, other] = [4, 4, 5].map(|seed| walk("flat_walk", seed));
     assert_eq!(first, again);
     assert_ne!(first.off, other.off);
@@ -200,7 +206,7 @@ fn a_disturbed_walk_of_two_processes_loses_nothing() {
     let walked = |seed: &str| {
         let folder = tempfile::tempdir().unwrap();
         let json = folder.path().join("report.json");
-        let said = run(&[
+        let output = run(&[
             "walk",
             &scenario("stepping_stones"),
             "--quiet",
@@ -209,8 +215,8 @@ fn a_disturbed_walk_of_two_processes_loses_nothing() {
             "--json",
             json.to_str().unwrap(),
         ]);
-        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-        assert_nothing_left(said.pid);
+        assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+        assert_nothing_left(output.pid);
         let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
         let count = |what: &str| report["chunks"][what].as_u64().unwrap();
         assert_eq!(

@@ -24,11 +24,11 @@ impl Walk {
         let folder = tempfile::tempdir().unwrap();
         let path = |file: &str| folder.path().join(file).to_str().unwrap().to_owned();
         let (file, plan, json) = (scenario(name), path("plan.json"), path("report.json"));
-        let said = run(&[&["walk", &file, "--export", &plan, "--json", &json], more].concat());
-        assert_eq!(said.code, 0, "{name}: {}{}", said.out, said.err);
-        assert_nothing_left(said.pid);
+        let output = run(&[&["walk", &file, "--export", &plan, "--json", &json], more].concat());
+        assert_eq!(output.code, 0, "{name}: {}{}", output.out, output.err);
+        assert_nothing_left(output.pid);
         let report = serde_json::from_slice(&fs::read(json).unwrap()).unwrap();
-        Self { folder, report, out: said.out, err: said.err }
+        Self { folder, report, out: output.out, err: output.err }
     }
 
     fn path(&self, file: &str) -> String {
@@ -113,7 +113,7 @@ fn no_way_ends_at_a_bound_that_is_named() {
         let [plan, json, picture] =
             ["plan.json", "report.json", "walk.png"].map(|file| folder.path().join(file));
         let texts = [&plan, &json, &picture].map(|path| path.to_str().unwrap());
-        let said = run(&[
+        let output = run(&[
             "walk",
             &scenario(name),
             "--quiet",
@@ -124,35 +124,35 @@ fn no_way_ends_at_a_bound_that_is_named() {
             "--picture",
             texts[2],
         ]);
-        assert_eq!(said.code, 3, "{name}: {}{}", said.out, said.err);
+        assert_eq!(output.code, 3, "{name}: {}{}", output.out, output.err);
         let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
         let bound =
             report["bound"].as_str().unwrap_or_else(|| panic!("{name}: no bound in {report}"));
         assert!(
-            said.out.contains(&format!("planner.{bound}")),
+            output.out.contains(&format!("planner.{bound}")),
             "{name}: '{bound}' is not in: {}",
-            said.out
+            output.out
         );
         let failures = report["diagnosis"]["hindrance"]["failures"].as_u64();
         assert!(
-            failures > Some(0) && said.out.contains("\n  stuck "),
+            failures > Some(0) && output.out.contains("\n  stuck "),
             "{name}: where it got stuck is not in {report}: {}",
-            said.out
+            output.out
         );
         assert!(!plan.exists() && !picture.exists(), "{name}: a plan where there is none");
         assert_eq!(count(&report["chunks"]["sent"]), 0);
-        assert_eq!(said.err, "", "{name}: quiet is quiet");
-        assert_nothing_left(said.pid);
+        assert_eq!(output.err, "", "{name}: quiet is quiet");
+        assert_nothing_left(output.pid);
     }
 }
 
 #[test]
-fn where_a_wall_stands_across_a_search_is_stuck_before_it() {
+fn a_wall_across_the_route_is_reported_as_the_bottleneck() {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("report.json");
-    let said =
+    let output =
         run(&["plan", &scenario("no_way_wall"), "--quiet", "--json", json.to_str().unwrap()]);
-    assert_eq!(said.code, 3, "{}{}", said.out, said.err);
+    assert_eq!(output.code, 3, "{}{}", output.out, output.err);
     let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
     let diagnosis = &report["diagnosis"];
     let x = diagnosis["hindrance"]["xyz"][0].as_f64().unwrap();
@@ -171,7 +171,7 @@ fn where_a_wall_stands_across_a_search_is_stuck_before_it() {
 }
 
 #[test]
-fn a_damaged_plan_is_refused_with_its_place() {
+fn a_damaged_plan_is_refused_with_its_location() {
     let walk = Walk::of("flat_walk", &["--quiet"]);
     let turned = walk.damaged(|plan| {
         let names = plan["joint_names"].as_array().unwrap();
@@ -185,14 +185,15 @@ fn a_damaged_plan_is_refused_with_its_place() {
             *angle = (angle.as_f64().unwrap() + 0.05).into();
         }
     });
-    let said = run(&["check", &turned]);
-    assert_eq!(said.code, 4, "{}{}", said.out, said.err);
+    let output = run(&["check", &turned]);
+    assert_eq!(output.code, 4, "{}{}", output.out, output.err);
     assert!(
-        said.out
+        output
+            .out
             .lines()
             .any(|line| line.starts_with("contact") && line.contains("VIOLATED in phase")),
         "{}",
-        said.out
+        output.out
     );
 
     let moved = walk.damaged(|plan| {
@@ -200,9 +201,9 @@ fn a_damaged_plan_is_refused_with_its_place() {
         let x = &mut plan["phases"][phase]["contacts"][0]["sole_pose"]["xyz"][0];
         *x = (x.as_f64().unwrap() + 0.01).into();
     });
-    let said = run(&["check", &moved, "--json"]);
-    assert_eq!(said.code, 4, "{}{}", said.out, said.err);
-    let report: Value = serde_json::from_str(&said.out).unwrap();
+    let output = run(&["check", &moved, "--json"]);
+    assert_eq!(output.code, 4, "{}{}", output.out, output.err);
+    let report: Value = serde_json::from_str(&output.out).unwrap();
     assert_eq!(report["outcome"], "refused");
     let contact = report["checks"]
         .as_array()
@@ -219,7 +220,7 @@ fn the_plan_is_the_same_with_any_number_of_threads_and_with_or_without_a_control
     assert_eq!((count(&walked.report["seed"]), count(&walked.report["threads"])), (3, 1));
     for threads in ["1", "2", "4"] {
         let json = walked.path("plan_only.json");
-        let said = run(&[
+        let output = run(&[
             "plan",
             &scenario("stepping_stones"),
             "--quiet",
@@ -230,7 +231,7 @@ fn the_plan_is_the_same_with_any_number_of_threads_and_with_or_without_a_control
             "--json",
             &json,
         ]);
-        assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+        assert_eq!(output.code, 0, "{}{}", output.out, output.err);
         let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
         assert_eq!(report["outcome"], "found");
         assert_eq!(report["digest"], walked.report["digest"], "{threads} threads");
@@ -242,9 +243,9 @@ fn the_plan_is_the_same_with_any_number_of_threads_and_with_or_without_a_control
 fn a_picture_of_the_walk_is_drawn_without_an_export() {
     let folder = tempfile::tempdir().unwrap();
     let picture = folder.path().join("walk.png");
-    let said =
+    let output =
         run(&["walk", &scenario("flat_walk"), "--quiet", "--picture", picture.to_str().unwrap()]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     assert_eq!(&fs::read(&picture).unwrap()[..8], b"\x89PNG\r\n\x1a\n");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 }

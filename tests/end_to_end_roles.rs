@@ -15,8 +15,8 @@ use serde_json::Value;
 use surefoot_shared_types::instance::Instance;
 
 /// An instance name of this test process.
-fn instance(word: &str) -> String {
-    format!("test-{word}-{}", std::process::id())
+fn instance(name: &str) -> String {
+    format!("test-{name}-{}", std::process::id())
 }
 
 /// A walk that searches for a very long time.
@@ -47,28 +47,28 @@ impl Endless {
         Self { folder, child, err }
     }
 
-    /// The process of a role, by the command word it was started with.
-    fn role(&self, word: &str) -> String {
+    /// The process of a role, by the command subcommand it was started with.
+    fn role(&self, subcommand: &str) -> String {
         let pid = self.child.id();
         let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap();
         let is_role = |child: &&str| {
             let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-            line.split(|byte| *byte == 0).nth(1) == Some(word.as_bytes())
+            line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
         };
         children
             .split_whitespace()
             .find(is_role)
-            .unwrap_or_else(|| panic!("no {word} among {children}"))
+            .unwrap_or_else(|| panic!("no {subcommand} among {children}"))
             .to_owned()
     }
 
-    /// Its exit code, and what else it said on stderr.
+    /// Its exit code, and what else it output on stderr.
     fn end(mut self) -> (i32, String, tempfile::TempDir) {
         let mut rest = String::new();
         self.err.read_to_string(&mut rest).unwrap();
-        let said = finish(self.child);
-        assert_nothing_left(said.pid);
-        (said.code, rest, self.folder)
+        let output = finish(self.child);
+        assert_nothing_left(output.pid);
+        (output.code, rest, self.folder)
     }
 }
 
@@ -106,10 +106,12 @@ fn signals_end_both_processes_and_clean_up() {
 
 #[test]
 fn a_role_that_is_killed_too_often_is_named_and_the_other_one_ended() {
-    for (word, name, other) in [("plan", "planner", "control"), ("control", "controller", "plan")] {
+    for (subcommand, name, other) in
+        [("plan", "planner", "control"), ("control", "controller", "plan")]
+    {
         let walk = Endless::start(&["--restarts-max", "0"]);
         let survivor = walk.role(other);
-        kill("-KILL", &walk.role(word));
+        kill("-KILL", &walk.role(subcommand));
         let (code, err, folder) = walk.end();
         assert_eq!(code, 2, "{err}");
         assert_eq!(err.lines().count(), 1, "{err}");
@@ -161,7 +163,7 @@ fn the_roles_find_each_other_when_started_by_hand() {
 }
 
 #[test]
-fn a_plan_of_another_seed_is_refused_by_both_accounts() {
+fn both_processes_report_the_refusal_of_a_plan_of_another_seed() {
     let name = instance("seed");
     let file = scenario("flat_walk");
     let control =

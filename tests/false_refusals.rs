@@ -5,7 +5,7 @@
 //! `SUREFOOT_PLANS=N` makes N, and `SUREFOOT_PLANS_KEPT=DIR` keeps what is refused there, and every
 //! 33rd plan for another judge.
 
-#![allow(clippy::print_stdout, reason = "a test says what it found")]
+#![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]

@@ -3,7 +3,7 @@
 //! Needs root, to become somebody else; says so and skips otherwise, or fails where
 //! `SUREFOOT_REQUIRE_ALL` is set.
 
-#![allow(clippy::print_stdout, reason = "a test says what it found")]
+#![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where a system call does not do its part")]
 
 #[path = "common/absent.rs"]
@@ -51,8 +51,8 @@ struct Pair {
 }
 
 impl Pair {
-    fn start(word: &str) -> Self {
-        let name = format!("test-{word}-{}", std::process::id());
+    fn start(name: &str) -> Self {
+        let name = format!("test-{name}-{}", std::process::id());
         let mut control =
             surefoot(&["control", &scenario("flat_walk"), "--instance", &name]).spawn().unwrap();
         while control.try_wait().unwrap().is_none() {
@@ -110,8 +110,8 @@ fn a_stranger_can_neither_read_nor_write_nor_remove_nor_stop() {
     let walked =
         command::run(&["plan", &scenario("flat_walk"), "--quiet", "--instance", instance.name()]);
     drop(instance);
-    let said = finish(control);
-    assert_eq!((walked.code, said.code), (0, 0), "{}{}", walked.err, said.err);
+    let output = finish(control);
+    assert_eq!((walked.code, output.code), (0, 0), "{}{}", walked.err, output.err);
 }
 
 #[test]
@@ -120,10 +120,10 @@ fn a_folder_that_a_stranger_made_first_is_refused() {
         return;
     }
     let base = tempfile::Builder::new().prefix("sf-squat").tempdir_in("/dev/shm").unwrap();
-    let squatted = base.path().join("base");
-    fs::create_dir(&squatted).unwrap();
-    std::os::unix::fs::chown(&squatted, Some(STRANGER), Some(STRANGER)).unwrap();
-    let error = Instance::create_in(&squatted, "walk").unwrap_err();
+    let not_private = base.path().join("base");
+    fs::create_dir(&not_private).unwrap();
+    std::os::unix::fs::chown(&not_private, Some(STRANGER), Some(STRANGER)).unwrap();
+    let error = Instance::create_in(&not_private, "walk").unwrap_err();
     assert!(error.to_string().contains("belongs to user 65534"), "{error}");
-    assert_eq!(fs::read_dir(&squatted).unwrap().count(), 0);
+    assert_eq!(fs::read_dir(&not_private).unwrap().count(), 0);
 }

@@ -19,7 +19,7 @@ fn may_mount() -> bool {
     let mounted = Command::new("unshare")
         .args(["-m", "sh", "-c", "mount -t tmpfs -o size=1m tmpfs /mnt"])
         .output();
-    let may = mounted.is_ok_and(|said| said.status.success());
+    let may = mounted.is_ok_and(|output| output.status.success());
     if !may {
         absent::skip("may not mount");
     }
@@ -52,9 +52,9 @@ fn full_shared_memory_is_an_error_and_never_a_crash() {
         let line = format!(
             "{SUREFOOT} walk configs/scenarios/flat_walk.toml --quiet; code=$?; ls -A /dev/shm; exit $code"
         );
-        let said = with_tmpfs(size, "/dev/shm", &line);
-        let (out, err) = (text(&said.stdout), text(&said.stderr));
-        match said.status.code() {
+        let output = with_tmpfs(size, "/dev/shm", &line);
+        let (out, err) = (text(&output.stdout), text(&output.stderr));
+        match output.status.code() {
             Some(0) => assert!(out.contains("walked and accepted"), "{size}: {out}{err}"),
             Some(2) => {
                 refused += 1;
@@ -78,9 +78,9 @@ fn a_full_disk_is_an_error_and_leaves_nothing_half_written() {
     let line = format!(
         "{SUREFOOT} plan configs/scenarios/flat_walk.toml --quiet --export /mnt/plan.json; code=$?; ls -A /mnt; exit $code"
     );
-    let said = with_tmpfs("100k", "/mnt", &line);
-    let (out, err) = (text(&said.stdout), text(&said.stderr));
-    assert_eq!(said.status.code(), Some(2), "{out}{err}");
+    let output = with_tmpfs("100k", "/mnt", &line);
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(2), "{out}{err}");
     assert_eq!((out.as_str(), err.lines().count()), ("", 1), "{out}{err}");
     assert!(err.contains("/mnt/plan.json"), "{err}");
 }

@@ -12,14 +12,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bytemuck::{Zeroable, bytes_of_mut};
-use surefoot_controller_sim::channel::{ChunkReceiver, Judgement};
-use surefoot_controller_sim::{Checker, Identity, Walker};
-use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_controller_sim::channel::{ChunkDecision, PlanSubscriber};
+use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
+use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::instance::desk::{Clerk, Client};
-use surefoot_shared_types::instance::{Instance, Link, draw_id};
+use surefoot_shared_types::instance::desk::{RequestClient, RequestServer};
+use surefoot_shared_types::instance::{Instance, Participant, random_id};
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
-use surefoot_shared_types::message::{Check, Feedback, Layout, PlanChunk, PlanRequest, Sealed};
+use surefoot_shared_types::message::{Check, Feedback, Layout, PlanChunk, PlanRequest, WithCrc};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
 
@@ -39,7 +39,7 @@ impl Dice {
 
     /// Spoils a sound message: all bytes, or some, or some after which the seal is put right for
     /// every second one.
-    fn spoil<M: Sealed + PartialEq>(&mut self, sound: &M) -> M {
+    fn spoil<M: WithCrc + PartialEq>(&mut self, sound: &M) -> M {
         let mut message = *sound;
         let kind = self.roll() % 4;
         let bytes = bytes_of_mut(&mut message);
@@ -62,7 +62,7 @@ impl Dice {
             // A forger who knows the seal, but not what the message must say: a wrong schema.
             bytes_of_mut(&mut message)[..8]
                 .copy_from_slice(&(1000 + self.roll() % 1000).to_le_bytes());
-            message.seal();
+            message.write_crc();
         }
         message
     }
@@ -72,7 +72,7 @@ fn messages() -> u64 {
     std::env::var("SUREFOOT_FUZZ").ok().and_then(|text| text.parse().ok()).unwrap_or(MESSAGES)
 }
 
-fn room() -> (tempfile::TempDir, Instance) {
+fn test_instance() -> (tempfile::TempDir, Instance) {
     let private = fs::Permissions::from_mode(0o700);
     let base = tempfile::Builder::new()
         .prefix("sf-fuzz")
@@ -83,14 +83,14 @@ fn room() -> (tempfile::TempDir, Instance) {
     (base, instance)
 }
 
-fn sealed<M: Sealed>(mut message: M) -> M {
-    message.seal();
+fn with_crc<M: WithCrc>(mut message: M) -> M {
+    message.write_crc();
     message
 }
 
 /// A chunk as a controller waits for, as far as the transport looks.
 fn sound_chunk(id: u64) -> PlanChunk {
-    sealed(PlanChunk {
+    with_crc(PlanChunk {
         schema: 1,
         session: 5,
         target_instance: id,
@@ -102,18 +102,22 @@ fn sound_chunk(id: u64) -> PlanChunk {
 }
 
 /// A controller's robot that waits for its first chunk, and its identity.
-fn walker() -> (Walker, Identity) {
+fn executor() -> (ChunkExecutor, Identity) {
     let scenario = load_scenario("configs/scenarios/flat_walk.toml".as_ref()).unwrap();
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let identity =
-        Identity { instance: 3, robot: model.digest, world: world.digest, config: scenario.digest };
-    (Walker::new(Checker::new(model, world, scenario.checker).unwrap(), identity), identity)
+    let identity = Identity {
+        controller_id: 3,
+        robot: model.digest,
+        world: world.digest,
+        config: scenario.digest,
+    };
+    (ChunkExecutor::new(Checker::new(model, world, scenario.checker).unwrap(), identity), identity)
 }
 
 #[test]
-fn forged_chunks_are_never_walked() {
-    let (mut walker, identity) = walker();
+fn forged_chunks_are_never_executed() {
+    let (mut executor, identity) = executor();
     let joints_len =
         load_robot("configs/robots/hubo/robot.toml".as_ref()).unwrap().joints.len() as u32;
     let mut dice = Dice(5);
@@ -124,7 +128,7 @@ fn forged_chunks_are_never_walked() {
             .for_each(|word| word.copy_from_slice(&dice.roll().to_le_bytes()[..word.len()]));
         // A forger who knows everything about the message but how a robot walks.
         (chunk.schema, chunk.target_instance, chunk.sequence, chunk.flags) =
-            (1, identity.instance, 0, 1);
+            (1, identity.controller_id, 0, 1);
         (chunk.mode, chunk.contacts_len, chunk.joints_len) =
             (dice.roll() as u32 % 4, dice.roll() as u32 % 4, joints_len);
         chunk.waypoints_len = dice.roll() as u32 % 34;
@@ -133,9 +137,9 @@ fn forged_chunks_are_never_walked() {
         if dice.roll().is_multiple_of(2) {
             tame(&mut chunk, &mut dice);
         }
-        chunk.seal();
-        assert!(walker.admit_and_walk(&chunk).is_err(), "{chunk:?}");
-        assert!(walker.standing().is_none());
+        chunk.write_crc();
+        assert!(executor.check_and_execute(&chunk).is_err(), "{chunk:?}");
+        assert!(executor.rest_state().is_none());
     }
 }
 
@@ -156,40 +160,40 @@ fn tame(chunk: &mut PlanChunk, dice: &mut Dice) {
 }
 
 #[test]
-fn spoiled_chunks_never_reach_the_judge_as_sound() {
-    let (_base, instance) = room();
-    let link = Link::open(&instance).unwrap();
-    let publisher = link.chunks.publisher_builder().create().unwrap();
+fn spoiled_chunks_are_never_checked_as_valid() {
+    let (_base, instance) = test_instance();
+    let participant = Participant::open(&instance).unwrap();
+    let publisher = participant.chunks.publisher_builder().create().unwrap();
     let mut dice = Dice(1);
     // A controller that has refused looks at nothing more: each message gets a new one, which takes
     // its time.
     for _ in 0..messages() / 500 {
         fs::remove_file(instance.root().join("robot")).unwrap_or_default();
-        let id = draw_id();
-        let mut receiver = ChunkReceiver::open(&instance, id).unwrap();
+        let id = random_id();
+        let mut subscriber = PlanSubscriber::open(&instance, id).unwrap();
         let spoiled = dice.spoil(&sound_chunk(id));
-        let forged = spoiled.is_intact();
+        let forged = spoiled.crc_matches();
         publisher.send_copy(spoiled).unwrap();
         let looked = AtomicBool::new(false);
-        let mut judge = |chunk: &PlanChunk, _: &mut dyn FnMut()| {
-            assert!(forged && chunk.schema != 1, "a spoiled chunk reached the judge");
-            Judgement::Refused { check: Check::Malformed, waypoint: 0, correction: None }
+        let mut check_chunk = |chunk: &PlanChunk, _: &mut dyn FnMut()| {
+            assert!(forged && chunk.schema != 1, "a spoiled chunk was passed on to the checks");
+            ChunkDecision::Refused { check: Check::Malformed, waypoint: 0, correction: None }
         };
-        receiver.run(&mut judge, &|| !looked.swap(true, Ordering::Relaxed)).unwrap();
-        assert_eq!((receiver.tally().received, receiver.tally().accepted), (1, 0));
+        subscriber.run(&mut check_chunk, &|| !looked.swap(true, Ordering::Relaxed)).unwrap();
+        assert_eq!((subscriber.stats().received, subscriber.stats().accepted), (1, 0));
     }
 }
 
 #[test]
-fn spoiled_words_are_never_believed() {
-    let (_base, instance) = room();
-    let link = Link::open(&instance).unwrap();
-    let publisher = link.feedback.publisher_builder().create().unwrap();
+fn spoiled_feedback_is_never_accepted() {
+    let (_base, instance) = test_instance();
+    let participant = Participant::open(&instance).unwrap();
+    let publisher = participant.feedback.publisher_builder().create().unwrap();
     let mut chunk = sound_chunk(1);
     chunk.session = 0;
     let chunks = [chunk];
     let mut dice = Dice(2);
-    let sound = sealed(Feedback {
+    let sound = with_crc(Feedback {
         schema: FEEDBACK_SCHEMA,
         instance: 7,
         session: 5,
@@ -206,7 +210,7 @@ fn spoiled_words_are_never_believed() {
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let deliverer = scope.spawn(|| {
-            let mut sender = ChunkSender::open(&instance, 5).unwrap();
+            let mut sender = PlanPublisher::open(&instance, 5).unwrap();
             sender.set_lost_after(Duration::from_secs(3600));
             sender.deliver(&chunks, &mut |_| {}, &|| !over.load(Ordering::Relaxed)).unwrap()
         });
@@ -219,30 +223,30 @@ fn spoiled_words_are_never_believed() {
         let delivery = deliverer.join().unwrap();
         assert_eq!(
             (delivery.outcome, delivery.accepted, delivery.sent, delivery.feedback),
-            (Outcome::Stopped, 0, 0, None)
+            (DeliveryOutcome::Stopped, 0, 0, None)
         );
     });
 }
 
 #[test]
 fn spoiled_requests_are_never_served() {
-    let (_base, instance) = room();
-    let mut clerk = Clerk::open(&Link::open(&instance).unwrap(), 7).unwrap();
-    let mut client = Client::open(Link::open(&instance).unwrap(), 9).unwrap();
+    let (_base, instance) = test_instance();
+    let mut server = RequestServer::open(&Participant::open(&instance).unwrap(), 7).unwrap();
+    let mut client = RequestClient::open(Participant::open(&instance).unwrap(), 9).unwrap();
     let mut dice = Dice(3);
-    let sound = client.sign(&PlanRequest { kind: 3, ..PlanRequest::zeroed() });
+    let sound = client.stamp(&PlanRequest { kind: 3, ..PlanRequest::zeroed() });
     for _ in 0..messages() {
         let spoiled = dice.spoil(&sound);
         client.send(&spoiled).unwrap();
-        assert!(clerk.take().unwrap().is_none(), "{spoiled:?}");
+        assert!(server.take().unwrap().is_none(), "{spoiled:?}");
     }
     client.send(&sound).unwrap();
-    assert!(clerk.take().unwrap().is_some(), "the desk still works");
+    assert!(server.take().unwrap().is_some(), "the desk still works");
 }
 
 #[test]
 fn a_spoiled_record_is_never_taken_over() {
-    let (_base, instance) = room();
+    let (_base, instance) = test_instance();
     let path = instance.root().join("robot");
     let mut dice = Dice(4);
     let count = messages() / 500;
@@ -254,7 +258,7 @@ fn a_spoiled_record_is_never_taken_over() {
             .map(|_| dice.roll() as u8)
             .collect();
         fs::write(&path, bytes).unwrap();
-        let receiver = ChunkReceiver::open(&instance, draw_id()).unwrap();
-        assert!(receiver.taken_over().is_none());
+        let subscriber = PlanSubscriber::open(&instance, random_id()).unwrap();
+        assert!(subscriber.taken_over().is_none());
     }
 }

@@ -6,7 +6,7 @@
 //! `cargo test --release --test kills -- --ignored --nocapture`. A run is named by its seed:
 //! `SUREFOOT_KILLS_SEED=7` replays another one.
 
-#![allow(clippy::print_stdout, reason = "a test says what it found")]
+#![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
@@ -63,12 +63,12 @@ fn harms(kills: u64, stops: u64, dice: &mut Dice) -> Vec<Harm> {
     harms
 }
 
-/// The running process of a role, by the command word it was started with.
-fn role(walk: u32, word: &str) -> Option<libc::pid_t> {
+/// The running process of a role, by the command subcommand it was started with.
+fn role(walk: u32, subcommand: &str) -> Option<libc::pid_t> {
     let children = fs::read_to_string(format!("/proc/{walk}/task/{walk}/children")).ok()?;
     let is_role = |child: &&str| {
         let line = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
-        line.split(|byte| *byte == 0).nth(1) == Some(word.as_bytes())
+        line.split(|byte| *byte == 0).nth(1) == Some(subcommand.as_bytes())
     };
     children.split_whitespace().find(is_role)?.parse().ok()
 }
@@ -92,11 +92,12 @@ fn harm(walk: &mut Child, harms: &[Harm], dice: &mut Dice) -> usize {
             break;
         }
         done += match harms[done] {
-            Harm::Kill(word) => {
-                usize::from(role(walk.id(), word).is_some_and(|pid| signal(pid, libc::SIGKILL)))
-            }
-            Harm::Stop(word) => {
-                let Some(pid) = role(walk.id(), word).filter(|pid| signal(*pid, libc::SIGSTOP))
+            Harm::Kill(subcommand) => usize::from(
+                role(walk.id(), subcommand).is_some_and(|pid| signal(pid, libc::SIGKILL)),
+            ),
+            Harm::Stop(subcommand) => {
+                let Some(pid) =
+                    role(walk.id(), subcommand).filter(|pid| signal(*pid, libc::SIGSTOP))
                 else {
                     continue;
                 };
@@ -108,8 +109,8 @@ fn harm(walk: &mut Child, harms: &[Harm], dice: &mut Dice) -> usize {
     done
 }
 
-/// Listens to all controllers of a walk; answers the last word. Fails where the robot's progress
-/// ever goes back.
+/// Listens to all controllers of a walk; returns the last feedback. Fails where the robot's
+/// progress ever goes back.
 fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
     let mut observer = None;
     let mut last: Option<Feedback> = None;
@@ -123,23 +124,26 @@ fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
             sleep(1);
             continue;
         };
-        while let Some(word) = observer.feedback().unwrap() {
+        while let Some(feedback) = observer.feedback().unwrap() {
             if let Some(before) = &last {
                 assert!(
-                    word.walked >= before.walked,
+                    feedback.walked >= before.walked,
                     "walked went back: {} after {}",
-                    word.walked,
+                    feedback.walked,
                     before.walked
                 );
                 assert!(
-                    word.next_sequence >= before.next_sequence,
+                    feedback.next_sequence >= before.next_sequence,
                     "{} after {}",
-                    word.next_sequence,
+                    feedback.next_sequence,
                     before.next_sequence
                 );
             }
-            assert_eq!(word.walked, word.next_sequence, "a chunk was walked twice or left out");
-            last = Some(word);
+            assert_eq!(
+                feedback.walked, feedback.next_sequence,
+                "a chunk was walked twice or left out"
+            );
+            last = Some(feedback);
         }
         sleep(1);
     }
@@ -150,7 +154,7 @@ fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
 fn undisturbed() -> (Value, u64) {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("report.json");
-    let said = run(&[
+    let output = run(&[
         "walk",
         &scenario(SCENARIO),
         "--quiet",
@@ -159,7 +163,7 @@ fn undisturbed() -> (Value, u64) {
         "--json",
         json.to_str().unwrap(),
     ]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     let report: Value = serde_json::from_slice(&fs::read(json).unwrap()).unwrap();
     (report["digest"].clone(), report["chunks"]["accepted"].as_u64().unwrap())
 }
@@ -182,15 +186,15 @@ fn suffer(harms: &[Harm], dice: &mut Dice, expected: &(Value, u64)) -> usize {
     let mut walk = surefoot(&arguments).spawn().unwrap();
     let name = format!("walk-{}", walk.id());
     let over = AtomicBool::new(false);
-    let (done, said, word) = std::thread::scope(|scope| {
+    let (done, output, feedback) = std::thread::scope(|scope| {
         let logger = scope.spawn(|| log(&name, &over));
         let done = harm(&mut walk, harms, dice);
-        let said = finish(walk);
+        let output = finish(walk);
         over.store(true, Ordering::Relaxed);
-        (done, said, logger.join().unwrap())
+        (done, output, logger.join().unwrap())
     });
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    assert_nothing_left(said.pid);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    assert_nothing_left(output.pid);
     let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
     let chunks = &report["chunks"];
     assert_eq!(report["outcome"], "accepted", "{report}");
@@ -205,9 +209,9 @@ fn suffer(harms: &[Harm], dice: &mut Dice, expected: &(Value, u64)) -> usize {
         (Some(0), Some(0)),
         "{report}"
     );
-    if let Some(word) = word.filter(|word| word.finished == 1) {
+    if let Some(feedback) = feedback.filter(|feedback| feedback.finished == 1) {
         assert_eq!(
-            (word.walked, Value::from(word.stream.to_string())),
+            (feedback.walked, Value::from(feedback.stream.to_string())),
             (expected.1, expected.0.clone())
         );
     }

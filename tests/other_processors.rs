@@ -34,9 +34,9 @@ fn golden(name: &str) -> String {
 
 /// What the C library's loader says of the processor.
 fn features(mask: &str) -> Vec<String> {
-    let said = Command::new(LOADER).arg("--list-diagnostics").env(TUNABLES, mask).output();
-    let text =
-        String::from_utf8_lossy(&said.map(|said| said.stdout).unwrap_or_default()).into_owned();
+    let output = Command::new(LOADER).arg("--list-diagnostics").env(TUNABLES, mask).output();
+    let text = String::from_utf8_lossy(&output.map(|output| output.stdout).unwrap_or_default())
+        .into_owned();
     text.lines()
         .filter(|line| line.starts_with("x86.cpu_features") || line.starts_with("dl_hwcaps"))
         .map(str::to_owned)
@@ -89,8 +89,8 @@ fn neither_processor_features_nor_addresses_nor_load_change_a_plan() {
         }
     }
     for (name, how, json, child) in running {
-        let said = finish(child);
-        assert_eq!(said.code, 0, "{name} {how:?}: {}", said.err);
+        let output = finish(child);
+        assert_eq!(output.code, 0, "{name} {how:?}: {}", output.err);
         let report: Value = serde_json::from_slice(&std::fs::read(json).unwrap()).unwrap();
         assert_eq!(
             report["digest"],

@@ -10,11 +10,11 @@ mod command;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use command::{Said, finish, surefoot};
+use command::{CommandOutput, finish, surefoot};
 
 const ROBOT: &str = "configs/robots/hubo/robot.toml";
 
-fn prepare(robot: &str, cache: &Path) -> Said {
+fn prepare(robot: &str, cache: &Path) -> CommandOutput {
     finish(surefoot(&["prepare", robot]).env("XDG_CACHE_HOME", cache).spawn().unwrap())
 }
 
@@ -49,17 +49,18 @@ fn a_preparation_is_kept_read_again_and_made_again_where_it_is_damaged() {
     assert!(files(cache.path()) == kept && fs::read(&kept[0]).unwrap() == sound);
 }
 
-fn plan(cache: &Path, options: &[&str]) -> Said {
+fn plan(cache: &Path, options: &[&str]) -> CommandOutput {
     let arguments = [&["plan", "configs/scenarios/flat_walk.toml"], options].concat();
     finish(surefoot(&arguments).env("XDG_CACHE_HOME", cache).spawn().unwrap())
 }
 
 /// The line of a plan's summary that names its digest.
-fn digest(said: &Said) -> &str {
-    said.out
+fn digest(output: &CommandOutput) -> &str {
+    output
+        .out
         .lines()
         .find(|line| line.contains("digest"))
-        .unwrap_or_else(|| panic!("{}{}", said.out, said.err))
+        .unwrap_or_else(|| panic!("{}{}", output.out, output.err))
 }
 
 #[test]
@@ -87,17 +88,17 @@ fn planning_prepares_the_robot_and_trusts_no_damaged_or_outdated_file() {
 }
 
 #[test]
-fn a_walk_needs_no_cache_and_says_so() {
+fn a_walk_needs_no_cache_and_reports_it() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     fs::write(&file, "no folder").unwrap();
-    let said = plan(&file, &[]);
-    assert_eq!(said.code, 0, "{}", said.err);
+    let output = plan(&file, &[]);
+    assert_eq!(output.code, 0, "{}", output.err);
     assert_eq!(
-        said.err.lines().filter(|line| line.starts_with("warning: ")).count(),
+        output.err.lines().filter(|line| line.starts_with("warning: ")).count(),
         1,
         "{}",
-        said.err
+        output.err
     );
 }
 
@@ -106,15 +107,19 @@ fn a_cache_that_cannot_be_written_costs_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     fs::write(&file, "no folder").unwrap();
-    let said = prepare(ROBOT, &file);
-    assert_eq!(said.code, 0);
-    assert!(said.err.starts_with("warning: ") && said.err.lines().count() == 1, "{}", said.err);
-    assert!(said.out.contains("not kept"), "{}", said.out);
+    let output = prepare(ROBOT, &file);
+    assert_eq!(output.code, 0);
+    assert!(
+        output.err.starts_with("warning: ") && output.err.lines().count() == 1,
+        "{}",
+        output.err
+    );
+    assert!(output.out.contains("not kept"), "{}", output.out);
 }
 
 #[test]
 fn a_robot_that_is_not_there_is_bad_input() {
-    let said = prepare("nowhere/robot.toml", Path::new("/nonexistent"));
-    assert_eq!((said.code, said.out.as_str()), (2, ""));
-    assert!(said.err.starts_with("error: ") && said.err.lines().count() == 1, "{}", said.err);
+    let output = prepare("nowhere/robot.toml", Path::new("/nonexistent"));
+    assert_eq!((output.code, output.out.as_str()), (2, ""));
+    assert!(output.err.starts_with("error: ") && output.err.lines().count() == 1, "{}", output.err);
 }

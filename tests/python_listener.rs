@@ -23,7 +23,7 @@ use surefoot_shared_types::instance::observer::Observer;
 const MISSED_MAX: usize = 8;
 
 #[test]
-fn a_python_program_hears_the_chunks_and_the_robot() {
+fn a_python_program_receives_the_chunks_and_the_robot_state() {
     let python = std::env::var("SUREFOOT_PYTHON").unwrap_or_else(|_| "python3".into());
     let imports =
         Command::new(&python).args(["-c", "import iceoryx2"]).stderr(Stdio::null()).status();

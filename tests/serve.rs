@@ -8,7 +8,7 @@ mod command;
 
 use std::process::{Child, Command};
 
-use command::{Said, finish, run, scenario, surefoot};
+use command::{CommandOutput, finish, run, scenario, surefoot};
 use serde_json::Value;
 use surefoot_shared_types::instance::Instance;
 
@@ -20,8 +20,8 @@ struct Pair {
 }
 
 impl Pair {
-    fn start(word: &str) -> Self {
-        let name = format!("test-{word}-{}", std::process::id());
+    fn start(name: &str) -> Self {
+        let name = format!("test-{name}-{}", std::process::id());
         let file = scenario("flat_walk");
         let control =
             surefoot(&["control", &file, "--instance", &name, "--serve"]).spawn().unwrap();
@@ -32,11 +32,11 @@ impl Pair {
         Self { name, control, plan }
     }
 
-    fn request(&self, wish: &[&str]) -> Said {
+    fn request(&self, wish: &[&str]) -> CommandOutput {
         run(&[&["request", "--instance", &self.name], wish].concat())
     }
 
-    /// Ends both; answers what the planner said.
+    /// Ends both; answers what the planner output.
     fn end(self) -> String {
         for child in [&self.plan, &self.control] {
             assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
@@ -53,7 +53,7 @@ impl Pair {
 }
 
 #[test]
-fn clients_ask_for_one_walk_after_the_other_and_a_monitor_hears_them() {
+fn clients_request_one_walk_after_the_other_and_a_monitor_receives_them() {
     let pair = Pair::start("serve");
     let monitor = surefoot(&["monitor", "--instance", &pair.name, "--json", "--seconds", "1000"])
         .spawn()
@@ -61,46 +61,46 @@ fn clients_ask_for_one_walk_after_the_other_and_a_monitor_hears_them() {
     for (goal, plan) in
         [("1.5,0,0,0", "plan 1.0"), ("2.5,0.2,0,0.5", "plan 2.0"), ("1.2,0,0,0", "plan 3.0")]
     {
-        let said = pair.request(&["--goal", goal]);
-        assert_eq!(said.code, 0, "{goal}: {}{}", said.out, said.err);
-        assert!(said.out.starts_with(&format!("accepted: {plan}")), "{}", said.out);
+        let output = pair.request(&["--goal", goal]);
+        assert_eq!(output.code, 0, "{goal}: {}{}", output.out, output.err);
+        assert!(output.out.starts_with(&format!("accepted: {plan}")), "{}", output.out);
     }
-    let said = pair.request(&["--replan", "--seed", "5"]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
-    let said = pair.request(&["--goal", "1.5,0,4,0"]);
+    let output = pair.request(&["--replan", "--seed", "5"]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
+    let output = pair.request(&["--goal", "1.5,0,4,0"]);
     assert!(
-        said.code == 2 && said.out.starts_with("goal_invalid"),
+        output.code == 2 && output.out.starts_with("goal_invalid"),
         "a goal in the air: {}{}",
-        said.out,
-        said.err
+        output.out,
+        output.err
     );
-    let said = pair.request(&["--start", "1.5,0,4,0", "--goal", "1.5,0,0,0"]);
+    let output = pair.request(&["--start", "1.5,0,4,0", "--goal", "1.5,0,0,0"]);
     assert!(
-        said.code == 2 && said.out.starts_with("start_invalid"),
+        output.code == 2 && output.out.starts_with("start_invalid"),
         "a start in the air: {}{}",
-        said.out,
-        said.err
+        output.out,
+        output.err
     );
-    let said = pair.request(&["--cancel"]);
+    let output = pair.request(&["--cancel"]);
     assert_eq!(
-        (said.code, said.out.starts_with("cancelled")),
+        (output.code, output.out.starts_with("cancelled")),
         (0, true),
         "{}{}",
-        said.out,
-        said.err
+        output.out,
+        output.err
     );
     assert!(
         Command::new("kill").args(["-INT", &monitor.id().to_string()]).status().unwrap().success()
     );
-    let heard = finish(monitor);
+    let received = finish(monitor);
     let events: Vec<Value> =
-        heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        received.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let count = |event: &str| events.iter().filter(|line| line["event"] == event).count();
     assert_eq!(
         (count("planner"), count("controller"), count("refused")),
         (1, 1, 0),
         "{}",
-        heard.out
+        received.out
     );
     assert!(
         count("finished") >= 3
@@ -108,16 +108,16 @@ fn clients_ask_for_one_walk_after_the_other_and_a_monitor_hears_them() {
             && count("summary") >= 1
             && count("request") >= 6,
         "{}",
-        heard.out
+        received.out
     );
-    let planner_said = pair.end();
+    let planner_output = pair.end();
     for word in [
         "plan 1.0: accepted",
         "the goal is invalid",
         "the start is invalid",
         "there is nothing to stand on",
     ] {
-        assert!(planner_said.contains(word), "'{word}' is not in: {planner_said}");
+        assert!(planner_output.contains(word), "'{word}' is not in: {planner_output}");
     }
 }
 
@@ -131,15 +131,15 @@ fn a_walk_that_was_cancelled_goes_on_from_where_the_robot_stands() {
     assert_eq!(cancel.code, 0, "{}{}", cancel.out, cancel.err);
     let long = finish(long);
     assert!(long.code == 2 || long.code == 0, "{}{}", long.out, long.err);
-    let said = pair.request(&["--goal", "4.0,0,0,0"]);
-    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let output = pair.request(&["--goal", "4.0,0,0,0"]);
+    assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     pair.end();
 }
 
 #[test]
 fn requests_without_a_planner_end_with_one_line() {
-    let said = run(&["request", "--instance", "nobody-is-here", "--goal", "1,0,0,0"]);
-    assert_eq!((said.code, said.err.lines().count()), (2, 1), "{}", said.err);
+    let output = run(&["request", "--instance", "nobody-is-here", "--goal", "1,0,0,0"]);
+    assert_eq!((output.code, output.err.lines().count()), (2, 1), "{}", output.err);
     for wrong in [
         &["--goal", "1,0,0"][..],
         &["--goal", "1,0,0,nan"],
@@ -147,9 +147,9 @@ fn requests_without_a_planner_end_with_one_line() {
         &["--start", "1,0,0,0"],
         &[],
     ] {
-        let said = run(&[&["request", "--instance", "nobody-is-here"], wrong].concat());
-        assert_eq!(said.code, 2, "{wrong:?}: {}", said.out);
+        let output = run(&[&["request", "--instance", "nobody-is-here"], wrong].concat());
+        assert_eq!(output.code, 2, "{wrong:?}: {}", output.out);
     }
-    let said = run(&["monitor", "--instance", "nobody-is-here"]);
-    assert_eq!((said.code, said.err.lines().count()), (2, 1), "{}", said.err);
+    let output = run(&["monitor", "--instance", "nobody-is-here"]);
+    assert_eq!((output.code, output.err.lines().count()), (2, 1), "{}", output.err);
 }

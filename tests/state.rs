@@ -1,4 +1,4 @@
-//! The simulated walk: what the state service says at every tick, and that nobody who listens slows
+//! The simulated walk: what the state service publishes at every tick, and that no subscriber slows
 //! the pair.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
@@ -15,22 +15,22 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Duration;
 
-use command::{Said, finish, scenario, surefoot};
+use command::{CommandOutput, finish, scenario, surefoot};
 use glam::DVec3;
 use preparation::preparation_for;
 use surefoot_controller_sim::simulation::Simulation;
-use surefoot_controller_sim::{Checker, Identity, Walker};
+use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
-use surefoot_shared_types::message::{PlanChunk, Sealed, State, SupportMode};
+use surefoot_shared_types::message::{PlanChunk, State, SupportMode, WithCrc};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::GRAVITY;
 use surefoot_shared_types::scene::load::load_world;
 
-const INSTANCE: u64 = 3;
+const CONTROLLER_ID: u64 = 3;
 const TICK: f64 = 0.01;
 
 /// Walks a scenario in simulated time; the states of all ticks.
@@ -48,20 +48,20 @@ fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<State>) {
     .unwrap();
     assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
     let identity = Identity {
-        instance: INSTANCE,
+        controller_id: CONTROLLER_ID,
         robot: model.digest,
         world: world.digest,
         config: scenario.digest,
     };
-    let mut walker =
-        Walker::new(Checker::new(model.clone(), world, scenario.checker).unwrap(), identity);
-    let mut simulation = Simulation::new(INSTANCE, TICK);
+    let mut executor =
+        ChunkExecutor::new(Checker::new(model.clone(), world, scenario.checker).unwrap(), identity);
+    let mut simulation = Simulation::new(CONTROLLER_ID, TICK);
     let mut states = vec![];
     for chunk in planner.chunks() {
-        let mut chunk = PlanChunk { target_instance: INSTANCE, session: 1, ..*chunk };
-        chunk.seal();
-        walker.admit_and_walk(&chunk).unwrap();
-        walker.simulate(&mut simulation, &chunk, &mut |state| states.push(*state));
+        let mut chunk = PlanChunk { target_instance: CONTROLLER_ID, session: 1, ..*chunk };
+        chunk.write_crc();
+        executor.check_and_execute(&chunk).unwrap();
+        executor.simulate(&mut simulation, &chunk, &mut |state| states.push(*state));
     }
     (model, planner.chunks().to_vec(), states)
 }
@@ -132,8 +132,13 @@ fn short_walk(folder: &Path) -> String {
     file.to_str().unwrap().to_owned()
 }
 
-/// The roles by hand, the controller in simulated time; both witnesses' words.
-fn walk_by_hand(name: &str, file: &str, rate: &str, mut meanwhile: impl FnMut()) -> [Said; 2] {
+/// Runs both roles by hand, the controller in simulated time; their outputs.
+fn walk_by_hand(
+    name: &str,
+    file: &str,
+    rate: &str,
+    mut meanwhile: impl FnMut(),
+) -> [CommandOutput; 2] {
     let mut control =
         surefoot(&["control", file, "--instance", name, "--rate", rate]).spawn().unwrap();
     let mut plan = surefoot(&["plan", file, "--quiet", "--instance", name]).spawn().unwrap();
@@ -145,32 +150,32 @@ fn walk_by_hand(name: &str, file: &str, rate: &str, mut meanwhile: impl FnMut())
 }
 
 #[test]
-fn a_listener_sees_every_instant_of_a_walk() {
+fn an_observer_receives_every_tick_of_a_walk() {
     let name = format!("test-state-{}", std::process::id());
     let instance = Instance::create(&name).unwrap();
     let observer = Observer::open(&instance).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let mut states = vec![];
-    let said = walk_by_hand(&name, &short_walk(folder.path()), "10", || {
+    let output = walk_by_hand(&name, &short_walk(folder.path()), "10", || {
         while let Some(state) = observer.state().unwrap() {
             states.push(state);
         }
     });
-    assert!(said.iter().all(|said| said.code == 0), "{}{}", said[0].err, said[1].err);
+    assert!(output.iter().all(|output| output.code == 0), "{}{}", output[0].err, output[1].err);
     let end = states.last().unwrap().waypoint.time;
     assert!(end > 3.0, "{end}");
     assert_every_instant(&states, end);
 }
 
 #[test]
-fn a_listener_that_never_reads_holds_nobody_up() {
-    let name = format!("test-deaf-{}", std::process::id());
+fn an_observer_that_never_reads_does_not_block_the_walk() {
+    let name = format!("test-idle-{}", std::process::id());
     let instance = Instance::create(&name).unwrap();
-    let deaf = Observer::open(&instance).unwrap();
-    // It listens until it hears the first tick, and never again.
+    let idle_observer = Observer::open(&instance).unwrap();
+    // It reads until it receives the first tick, and never again.
     let mut first = None;
     let [control, plan] = walk_by_hand(&name, &scenario("ibeam_gap"), "0", || {
-        first = first.or_else(|| deaf.state().unwrap())
+        first = first.or_else(|| idle_observer.state().unwrap())
     });
     assert_eq!((control.code, plan.code), (0, 0), "{}{}", control.err, plan.err);
     assert!(plan.out.contains("walked and accepted"), "{}", plan.out);

@@ -1,7 +1,7 @@
 //! The transport end to end: both ends in one process, on two threads, over real shared memory.
 //!
-//! What must hold: every chunk is judged exactly once per controller instance, in order, whoever is
-//! restarted and however slow the controller is; damage is refused; nothing stays behind.
+//! Every chunk is checked exactly once per controller, in order, whichever process is restarted and
+//! however slow the controller is; damaged chunks are refused; no shared memory is left behind.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
 
@@ -11,20 +11,22 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement, Refusal, Tally};
-use surefoot_planner::channel::{ChannelError, ChunkSender, Delivery, Outcome};
+use surefoot_controller_sim::channel::{
+    ChunkDecision, PlanSubscriber, ReceiverStats, Refusal, StreamEnd,
+};
+use surefoot_planner::channel::{ChannelError, Delivery, DeliveryOutcome, PlanPublisher};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::{Instance, Link, draw_id};
+use surefoot_shared_types::instance::{Instance, Participant, random_id};
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Check, Margins, PlanChunk, Sealed, Waypoint};
+use surefoot_shared_types::message::{Check, Margins, PlanChunk, Waypoint, WithCrc};
 
-/// An instance in a folder of its own; checks at the end that nothing is left.
-struct Room {
+/// An instance in a folder of its own; checks at the end that no shared memory is left.
+struct TestInstance {
     base: tempfile::TempDir,
     instance: Option<Instance>,
 }
 
-impl Room {
+impl TestInstance {
     fn new() -> Self {
         let private = fs::Permissions::from_mode(0o700);
         let base = tempfile::Builder::new()
@@ -37,7 +39,7 @@ impl Room {
     }
 
     /// Another handle, as another process would get it.
-    fn enter(&self) -> Instance {
+    fn attach(&self) -> Instance {
         Instance::attach_in(self.base.path(), "transport").unwrap()
     }
 
@@ -71,179 +73,186 @@ fn plan(len: u64) -> Vec<PlanChunk> {
     chunks
 }
 
-/// A judge that accepts everything after `time_per_chunk` and notes the sequence numbers.
+/// Accepts every chunk after `time_per_chunk` and records the sequence numbers.
 fn accept_all(
     seen: &mut Vec<u64>,
     time_per_chunk: Duration,
-) -> impl FnMut(&PlanChunk, &mut dyn FnMut()) -> Judgement {
+) -> impl FnMut(&PlanChunk, &mut dyn FnMut()) -> ChunkDecision {
     move |chunk, _| {
         std::thread::sleep(time_per_chunk);
         seen.push(chunk.sequence);
-        Judgement::Accepted(Margins { balance: 0.5, ..Margins::UNMEASURED }, chunk.stream_after())
+        ChunkDecision::Accepted(
+            Margins { balance: 0.5, ..Margins::UNMEASURED },
+            chunk.stream_after(),
+        )
     }
 }
 
-/// Repeats the last word until the planner has left. Nothing more is walked.
-fn linger(receiver: &mut ChunkReceiver) {
-    let mut judge = |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a chunk after the end");
-    assert_eq!(receiver.linger(&mut judge, Some(Duration::from_secs(20)), &|| true).unwrap(), None);
+/// Repeats the last feedback until the planner has left. No further chunk is executed.
+fn linger(subscriber: &mut PlanSubscriber) {
+    let mut check_chunk = |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a chunk after the end");
+    assert_eq!(
+        subscriber.linger(&mut check_chunk, Some(Duration::from_secs(20)), &|| true).unwrap(),
+        None
+    );
 }
 
 fn deliver(instance: &Instance, chunks: &[PlanChunk]) -> Delivery {
-    let mut sender = ChunkSender::open(instance, draw_id()).unwrap();
-    sender.deliver(chunks, &mut |_| {}, &|| true).unwrap()
+    let mut publisher = PlanPublisher::open(instance, random_id()).unwrap();
+    publisher.deliver(chunks, &mut |_| {}, &|| true).unwrap()
 }
 
-/// Runs a receiver to the end of the plan; returns what it judged.
-fn receive(instance: &Instance, time_per_chunk: Duration) -> (Ended, Vec<u64>, Tally) {
-    let mut receiver = ChunkReceiver::open(instance, draw_id()).unwrap();
+/// Runs a subscriber to the end of the plan; returns the checked sequence numbers.
+fn receive(instance: &Instance, time_per_chunk: Duration) -> (StreamEnd, Vec<u64>, ReceiverStats) {
+    let mut subscriber = PlanSubscriber::open(instance, random_id()).unwrap();
     let mut seen = Vec::new();
-    let mut judge = accept_all(&mut seen, time_per_chunk);
-    let mut ended = Ended::Left;
-    while ended == Ended::Left {
-        ended = receiver.run(&mut judge, &|| true).unwrap();
+    let mut check_chunk = accept_all(&mut seen, time_per_chunk);
+    let mut ended = StreamEnd::PlannerLeft;
+    while ended == StreamEnd::PlannerLeft {
+        ended = subscriber.run(&mut check_chunk, &|| true).unwrap();
     }
-    drop(judge);
-    linger(&mut receiver);
-    (ended, seen, receiver.tally())
+    drop(check_chunk);
+    linger(&mut subscriber);
+    (ended, seen, subscriber.stats())
 }
 
 #[test]
 fn five_hundred_chunks_reach_a_slow_controller_in_order_once_each() {
-    let room = Room::new();
+    let test_instance = TestInstance::new();
     let chunks = plan(500);
-    let (delivery, (ended, seen, tally)) = std::thread::scope(|scope| {
-        let (to, from) = (room.enter(), room.enter());
+    let (delivery, (ended, seen, stats)) = std::thread::scope(|scope| {
+        let (to, from) = (test_instance.attach(), test_instance.attach());
         let controller = scope.spawn(move || receive(&from, Duration::from_micros(500)));
         let delivery = deliver(&to, &chunks);
         (delivery, controller.join().unwrap())
     });
     assert_eq!(
         (delivery.outcome, delivery.accepted, ended),
-        (Outcome::Accepted, 500, Ended::Finished)
+        (DeliveryOutcome::Accepted, 500, StreamEnd::Finished)
     );
     assert_eq!(seen, (0..500).collect::<Vec<_>>());
     assert_eq!(delivery.feedback.unwrap().margins.balance, 0.5);
-    assert_eq!(tally.accepted, 500);
-    println!("sent {} resent {} {tally:?}", delivery.sent, delivery.resent);
-    room.close();
+    assert_eq!(stats.accepted, 500);
+    println!("sent {} resent {} {stats:?}", delivery.sent, delivery.resent);
+    test_instance.close();
 }
 
 #[test]
-fn lost_and_late_words_lose_no_chunk() {
-    let room = Room::new();
+fn lost_and_delayed_feedback_loses_no_chunk() {
+    let test_instance = TestInstance::new();
     let chunks = plan(300);
     let (delivery, seen) = std::thread::scope(|scope| {
-        let (to, from) = (room.enter(), room.enter());
+        let (to, from) = (test_instance.attach(), test_instance.attach());
         let controller = scope.spawn(move || {
-            let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
-            receiver.disturb_words(11);
+            let mut subscriber = PlanSubscriber::open(&from, random_id()).unwrap();
+            subscriber.inject_faults(11);
             let mut seen = Vec::new();
-            let mut judge = accept_all(&mut seen, Duration::from_micros(100));
-            while receiver.run(&mut judge, &|| true).unwrap() != Ended::Finished {}
-            drop(judge);
-            linger(&mut receiver);
+            let mut check_chunk = accept_all(&mut seen, Duration::from_micros(100));
+            while subscriber.run(&mut check_chunk, &|| true).unwrap() != StreamEnd::Finished {}
+            drop(check_chunk);
+            linger(&mut subscriber);
             seen
         });
         let delivery = deliver(&to, &chunks);
         (delivery, controller.join().unwrap())
     });
-    assert_eq!((delivery.outcome, delivery.accepted), (Outcome::Accepted, 300));
+    assert_eq!((delivery.outcome, delivery.accepted), (DeliveryOutcome::Accepted, 300));
     assert_eq!(seen, (0..300).collect::<Vec<_>>());
-    room.close();
+    test_instance.close();
 }
 
 #[test]
 fn a_controller_slower_than_the_resend_time_gets_nothing_twice() {
-    let room = Room::new();
+    let test_instance = TestInstance::new();
     let chunks = plan(20);
-    let (delivery, (_, seen, tally)) = std::thread::scope(|scope| {
-        let (to, from) = (room.enter(), room.enter());
+    let (delivery, (_, seen, stats)) = std::thread::scope(|scope| {
+        let (to, from) = (test_instance.attach(), test_instance.attach());
         let controller = scope.spawn(move || receive(&from, Duration::from_millis(60)));
         let delivery = deliver(&to, &chunks);
         (delivery, controller.join().unwrap())
     });
-    assert_eq!((delivery.outcome, seen.len()), (Outcome::Accepted, 20));
-    assert_eq!((tally.duplicates, tally.gaps), (0, 0), "{delivery:?}");
-    room.close();
+    assert_eq!((delivery.outcome, seen.len()), (DeliveryOutcome::Accepted, 20));
+    assert_eq!((stats.duplicates, stats.gaps), (0, 0), "{delivery:?}");
+    test_instance.close();
 }
 
 #[test]
-fn restarted_controllers_go_on_where_the_robot_stands() {
-    let room = Room::new();
+fn restarted_controllers_continue_where_the_robot_stands() {
+    let test_instance = TestInstance::new();
     let chunks = plan(200);
-    let (delivery, lives) = std::thread::scope(|scope| {
-        let (to, from) = (room.enter(), room.enter());
+    let (delivery, runs) = std::thread::scope(|scope| {
+        let (to, from) = (test_instance.attach(), test_instance.attach());
         let controllers = scope.spawn(move || {
-            let mut lives = Vec::new();
-            for life in [37, 1, 8, 120] {
+            let mut runs = Vec::new();
+            for chunks_max in [37, 1, 8, 120] {
                 let mut seen = Vec::new();
-                let judged = AtomicUsize::new(0);
-                let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
+                let checked = AtomicUsize::new(0);
+                let mut subscriber = PlanSubscriber::open(&from, random_id()).unwrap();
                 let mut accept = accept_all(&mut seen, Duration::ZERO);
-                let mut judge = |chunk: &PlanChunk, alive: &mut dyn FnMut()| {
-                    judged.fetch_add(1, Ordering::Relaxed);
-                    accept(chunk, alive)
+                let mut check_chunk = |chunk: &PlanChunk, heartbeat: &mut dyn FnMut()| {
+                    checked.fetch_add(1, Ordering::Relaxed);
+                    accept(chunk, heartbeat)
                 };
-                let ended =
-                    receiver.run(&mut judge, &|| judged.load(Ordering::Relaxed) < life).unwrap();
-                assert_eq!(ended, Ended::Stopped);
-                drop((receiver, accept));
-                lives.push(seen);
+                let ended = subscriber
+                    .run(&mut check_chunk, &|| checked.load(Ordering::Relaxed) < chunks_max)
+                    .unwrap();
+                assert_eq!(ended, StreamEnd::Stopped);
+                drop((subscriber, accept));
+                runs.push(seen);
             }
-            lives.push(receive(&from, Duration::ZERO).1);
-            lives
+            runs.push(receive(&from, Duration::ZERO).1);
+            runs
         });
         (deliver(&to, &chunks), controllers.join().unwrap())
     });
-    assert_eq!(delivery.outcome, Outcome::Accepted);
-    let lengths: Vec<usize> = lives.iter().map(Vec::len).collect();
+    assert_eq!(delivery.outcome, DeliveryOutcome::Accepted);
+    let lengths: Vec<usize> = runs.iter().map(Vec::len).collect();
     assert_eq!(lengths, [37, 1, 8, 120, 34]);
     assert_eq!(
-        lives.concat(),
+        runs.concat(),
         (0..200).collect::<Vec<_>>(),
         "contiguous, once each, over all controllers"
     );
     assert_eq!(delivery.feedback.unwrap().walked, 200);
-    room.close();
+    test_instance.close();
 }
 
 #[test]
-fn restarted_planners_go_on_where_the_controller_stands() {
-    let room = Room::new();
+fn restarted_planners_continue_where_the_controller_stands() {
+    let test_instance = TestInstance::new();
     let chunks = plan(200);
-    let (deliveries, (ended, seen, tally)) = std::thread::scope(|scope| {
-        let (to, from) = (room.enter(), room.enter());
+    let (deliveries, (ended, seen, stats)) = std::thread::scope(|scope| {
+        let (to, from) = (test_instance.attach(), test_instance.attach());
         let controller = scope.spawn(move || receive(&from, Duration::from_micros(200)));
         let mut deliveries = Vec::new();
-        for life in [5, 60, 61, 150, 1000] {
+        for chunks_max in [5, 60, 61, 150, 1000] {
             let accepted = AtomicUsize::new(0);
-            let mut sender = ChunkSender::open(&to, draw_id()).unwrap();
-            let mut note = |word: &surefoot_shared_types::message::Feedback| {
-                accepted.store(word.next_sequence as usize, Ordering::Relaxed)
+            let mut publisher = PlanPublisher::open(&to, random_id()).unwrap();
+            let mut note = |feedback: &surefoot_shared_types::message::Feedback| {
+                accepted.store(feedback.next_sequence as usize, Ordering::Relaxed)
             };
             deliveries.push(
-                sender
-                    .deliver(&chunks, &mut note, &|| accepted.load(Ordering::Relaxed) < life)
+                publisher
+                    .deliver(&chunks, &mut note, &|| accepted.load(Ordering::Relaxed) < chunks_max)
                     .unwrap(),
             );
         }
         (deliveries, controller.join().unwrap())
     });
-    assert_eq!(ended, Ended::Finished);
+    assert_eq!(ended, StreamEnd::Finished);
     assert_eq!(seen, (0..200).collect::<Vec<_>>(), "contiguous, once each, over all planners");
     assert_eq!(
-        deliveries.iter().filter(|delivery| delivery.outcome == Outcome::Stopped).count(),
+        deliveries.iter().filter(|delivery| delivery.outcome == DeliveryOutcome::Stopped).count(),
         4
     );
-    assert_eq!(deliveries.last().unwrap().outcome, Outcome::Accepted);
-    println!("{tally:?}");
-    room.close();
+    assert_eq!(deliveries.last().unwrap().outcome, DeliveryOutcome::Accepted);
+    println!("{stats:?}");
+    test_instance.close();
 }
 
 #[test]
-fn a_finished_plan_is_not_walked_again_for_a_new_planner_but_another_plan_is() {
-    let room = Room::new();
+fn a_finished_plan_is_not_executed_again_for_a_new_planner_but_another_plan_is() {
+    let test_instance = TestInstance::new();
     let chunks = plan(10);
     let mut other = plan(10);
     other[0].waypoints[0].time = -1.0;
@@ -252,121 +261,129 @@ fn a_finished_plan_is_not_walked_again_for_a_new_planner_but_another_plan_is() {
     }
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let (to, from) = (room.enter(), room.enter());
+        let (to, from) = (test_instance.attach(), test_instance.attach());
         let stop = &stop;
         let controller = scope.spawn(move || {
             let mut seen = Vec::new();
-            let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
-            let mut judge = accept_all(&mut seen, Duration::ZERO);
-            while receiver.run(&mut judge, &|| !stop.load(Ordering::Relaxed)).unwrap()
-                != Ended::Stopped
+            let mut subscriber = PlanSubscriber::open(&from, random_id()).unwrap();
+            let mut check_chunk = accept_all(&mut seen, Duration::ZERO);
+            while subscriber.run(&mut check_chunk, &|| !stop.load(Ordering::Relaxed)).unwrap()
+                != StreamEnd::Stopped
             {}
-            drop(judge);
+            drop(check_chunk);
             seen
         });
-        assert_eq!(deliver(&to, &chunks).outcome, Outcome::Accepted);
+        assert_eq!(deliver(&to, &chunks).outcome, DeliveryOutcome::Accepted);
         let again = deliver(&to, &chunks);
-        assert_eq!((again.outcome, again.sent), (Outcome::Accepted, 0));
+        assert_eq!((again.outcome, again.sent), (DeliveryOutcome::Accepted, 0));
         let replaced = deliver(&to, &other);
-        assert_eq!((replaced.outcome, replaced.accepted), (Outcome::Accepted, 10));
+        assert_eq!((replaced.outcome, replaced.accepted), (DeliveryOutcome::Accepted, 10));
         stop.store(true, Ordering::Relaxed);
         assert_eq!(controller.join().unwrap(), (0..10).chain(0..10).collect::<Vec<_>>());
     });
-    room.close();
+    test_instance.close();
 }
 
 #[test]
 fn a_refusal_ends_the_delivery_with_its_reason() {
-    let room = Room::new();
+    let test_instance = TestInstance::new();
     let chunks = plan(30);
     let (delivery, ended) = std::thread::scope(|scope| {
-        let (to, from) = (room.enter(), room.enter());
+        let (to, from) = (test_instance.attach(), test_instance.attach());
         let controller = scope.spawn(move || {
-            let mut receiver = ChunkReceiver::open(&from, draw_id()).unwrap();
-            let mut judge = |chunk: &PlanChunk, _: &mut dyn FnMut()| match chunk.sequence {
-                17 => Judgement::Refused { check: Check::Balance, waypoint: 3, correction: None },
-                _ => Judgement::Accepted(Margins::UNMEASURED, chunk.stream_after()),
+            let mut subscriber = PlanSubscriber::open(&from, random_id()).unwrap();
+            let mut check_chunk = |chunk: &PlanChunk, _: &mut dyn FnMut()| match chunk.sequence {
+                17 => {
+                    ChunkDecision::Refused { check: Check::Balance, waypoint: 3, correction: None }
+                }
+                _ => ChunkDecision::Accepted(Margins::UNMEASURED, chunk.stream_after()),
             };
-            let ended = receiver.run(&mut judge, &|| true).unwrap();
-            linger(&mut receiver);
+            let ended = subscriber.run(&mut check_chunk, &|| true).unwrap();
+            linger(&mut subscriber);
             ended
         });
         (deliver(&to, &chunks), controller.join().unwrap())
     });
-    assert_eq!(ended, Ended::Refused(Refusal { sequence: 17, check: Check::Balance, waypoint: 3 }));
+    assert_eq!(
+        ended,
+        StreamEnd::Refused(Refusal { sequence: 17, check: Check::Balance, waypoint: 3 })
+    );
     assert_eq!(
         delivery.outcome,
-        Outcome::Refused { sequence: 17, check: Check::Balance, waypoint: 3 }
+        DeliveryOutcome::Refused { sequence: 17, check: Check::Balance, waypoint: 3 }
     );
     assert_eq!(delivery.accepted, 17);
-    room.close();
+    test_instance.close();
 }
 
 #[test]
 fn damaged_chunks_are_refused_over_shared_memory() {
-    let room = Room::new();
-    let instance = room.enter();
+    let test_instance = TestInstance::new();
+    let instance = test_instance.attach();
     let header_bits = (0..8 * std::mem::offset_of!(PlanChunk, contacts)).step_by(5);
     let body_bits =
         (8 * std::mem::offset_of!(PlanChunk, contacts)..8 * size_of::<PlanChunk>()).step_by(4001);
-    let link = Link::open(&instance).unwrap();
-    let publisher = link.chunks.publisher_builder().create().unwrap();
+    let participant = Participant::open(&instance).unwrap();
+    let publisher = participant.chunks.publisher_builder().create().unwrap();
     for bit in header_bits.chain(body_bits) {
-        let id = draw_id();
+        let id = random_id();
         fs::remove_file(instance.root().join("robot")).unwrap_or_default();
-        let mut receiver = ChunkReceiver::open(&instance, id).unwrap();
+        let mut subscriber = PlanSubscriber::open(&instance, id).unwrap();
         let mut chunk = plan(1)[0];
         (chunk.session, chunk.target_instance) = (1, id);
-        chunk.seal();
+        chunk.write_crc();
         bytemuck::bytes_of_mut(&mut chunk)[bit / 8] ^= 1 << (bit % 8);
         publisher.send_copy(chunk).unwrap();
-        let mut judge =
-            |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a damaged chunk reached the judge");
-        let ended = receiver.run(&mut judge, &|| true).unwrap();
+        let mut check_chunk =
+            |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a damaged chunk was checked");
+        let ended = subscriber.run(&mut check_chunk, &|| true).unwrap();
         assert_eq!(
             ended,
-            Ended::Refused(Refusal { sequence: 0, check: Check::Crc, waypoint: 0 }),
+            StreamEnd::Refused(Refusal { sequence: 0, check: Check::Crc, waypoint: 0 }),
             "bit {bit}"
         );
     }
-    drop((publisher, link, instance));
-    room.close();
+    drop((publisher, participant, instance));
+    test_instance.close();
 }
 
 #[test]
-fn without_a_controller_the_delivery_ends_honestly() {
-    let room = Room::new();
-    let instance = room.enter();
+fn without_a_controller_the_delivery_ends_with_its_reason() {
+    let test_instance = TestInstance::new();
+    let instance = test_instance.attach();
     let chunks = plan(3);
-    let mut sender = ChunkSender::open(&instance, draw_id()).unwrap();
-    assert_eq!(sender.deliver(&chunks, &mut |_| {}, &|| false).unwrap().outcome, Outcome::Stopped);
-    sender.set_lost_after(Duration::from_millis(50));
-    let delivery = sender.deliver(&chunks, &mut |_| {}, &|| true).unwrap();
+    let mut publisher = PlanPublisher::open(&instance, random_id()).unwrap();
+    assert_eq!(
+        publisher.deliver(&chunks, &mut |_| {}, &|| false).unwrap().outcome,
+        DeliveryOutcome::Stopped
+    );
+    publisher.set_lost_after(Duration::from_millis(50));
+    let delivery = publisher.deliver(&chunks, &mut |_| {}, &|| true).unwrap();
     assert_eq!(
         (delivery.outcome, delivery.sent, delivery.feedback),
-        (Outcome::ControllerLost, 0, None)
+        (DeliveryOutcome::ControllerLost, 0, None)
     );
     assert!(matches!(
-        sender.deliver(&chunks[1..], &mut |_| {}, &|| true),
+        publisher.deliver(&chunks[1..], &mut |_| {}, &|| true),
         Err(ChannelError::Stream { index: 0 })
     ));
-    assert!(matches!(ChunkSender::open(&instance, 0), Err(ChannelError::Id)));
-    drop((sender, instance));
-    room.close();
+    assert!(matches!(PlanPublisher::open(&instance, 0), Err(ChannelError::Id)));
+    drop((publisher, instance));
+    test_instance.close();
 }
 
 #[test]
-fn a_reader_that_never_reads_does_not_hold_up_the_walk() {
-    let room = Room::new();
-    let logger = Link::open(&room.enter()).unwrap();
+fn a_subscriber_that_never_reads_does_not_block_the_walk() {
+    let test_instance = TestInstance::new();
+    let logger = Participant::open(&test_instance.attach()).unwrap();
     let stuck = logger.chunks.subscriber_builder().create().unwrap();
     let chunks = plan(100);
     let (delivery, (_, seen, _)) = std::thread::scope(|scope| {
-        let (to, from) = (room.enter(), room.enter());
+        let (to, from) = (test_instance.attach(), test_instance.attach());
         let controller = scope.spawn(move || receive(&from, Duration::ZERO));
         (deliver(&to, &chunks), controller.join().unwrap())
     });
-    assert_eq!((delivery.outcome, seen.len()), (Outcome::Accepted, 100));
+    assert_eq!((delivery.outcome, seen.len()), (DeliveryOutcome::Accepted, 100));
     drop((stuck, logger));
-    room.close();
+    test_instance.close();
 }

@@ -1,5 +1,5 @@
-//! The world is not as the planner believes: the robot never steps on a refused foothold, says what
-//! it met, and a new plan from where it stands goes on.
+//! The actual world differs from the planner's: the robot never steps on a refused foothold,
+//! reports the difference, and a new plan continues from where it stands.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped scenario cannot be used")]
 
@@ -11,11 +11,11 @@ use std::num::NonZeroUsize;
 use bytemuck::Zeroable;
 use glam::DVec3;
 use preparation::preparation_for;
-use surefoot_controller_sim::{Checker, Identity, Truth, Walker};
+use surefoot_controller_sim::{Checker, ChunkExecutor, GroundTruth, Identity};
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::message::{Correction, CorrectionKind, PlanChunk, Sealed, Standing};
+use surefoot_shared_types::message::{Correction, CorrectionKind, PlanChunk, Standing, WithCrc};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
@@ -23,51 +23,56 @@ use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::spatial::rotation_about;
 use surefoot_shared_types::{Pose, Shape};
 
-const INSTANCE: u64 = 3;
+const CONTROLLER_ID: u64 = 3;
 /// Most plans of one walk.
 const EPOCHS_MAX: u64 = 10;
 
-/// A scenario and the world in which the robot really walks it.
+/// A scenario and the actual world of the robot.
 struct Case {
     scenario: Scenario,
     model: RobotModel,
-    belief: World,
-    truth: World,
+    planner_world: World,
+    actual: World,
 }
 
 /// How a walk ended.
-struct Walked {
+struct WalkResult {
     arrived: bool,
-    met: Vec<Correction>,
+    corrections: Vec<Correction>,
 }
 
 impl Case {
     fn new(name: &str, change: impl FnOnce(&mut World)) -> Self {
         let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
-        let (model, belief) =
+        let (model, planner_world) =
             (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-        let mut truth = belief.clone();
-        change(&mut truth);
-        Self { scenario, model, belief, truth }
+        let mut actual = planner_world.clone();
+        change(&mut actual);
+        Self { scenario, model, planner_world, actual }
     }
 
-    fn walker(&self) -> Walker {
+    fn executor(&self) -> ChunkExecutor {
         let identity = Identity {
-            instance: INSTANCE,
+            controller_id: CONTROLLER_ID,
             robot: self.model.digest,
-            world: self.belief.digest,
+            world: self.planner_world.digest,
             config: self.scenario.digest,
         };
-        Walker::new(
-            Checker::new(self.model.clone(), self.truth.clone(), self.scenario.checker.clone())
+        ChunkExecutor::new(
+            Checker::new(self.model.clone(), self.actual.clone(), self.scenario.checker.clone())
                 .unwrap(),
             identity,
         )
     }
 
-    fn plan(&self, met: &[Correction], standing: &Standing, epoch: u64) -> Option<Vec<PlanChunk>> {
-        let world = self.belief.corrected(met).unwrap();
-        let start = standing.mark().unwrap_or(self.scenario.start);
+    fn plan(
+        &self,
+        corrections: &[Correction],
+        rest_state: &Standing,
+        epoch: u64,
+    ) -> Option<Vec<PlanChunk>> {
+        let world = self.planner_world.corrected(corrections).unwrap();
+        let start = rest_state.stance_pose().unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
         let mut planner = Planner::new(
             &self.model,
@@ -77,8 +82,8 @@ impl Case {
             NonZeroUsize::MIN,
         )
         .unwrap();
-        if standing.is_known() {
-            planner.begin_at(&world, standing).unwrap();
+        if rest_state.is_known() {
+            planner.begin_at(&world, rest_state).unwrap();
         }
         planner.name_plan(1, epoch);
         match planner.step(u64::MAX) {
@@ -87,43 +92,44 @@ impl Case {
         }
     }
 
-    /// Plans, walks, and plans again wherever the world turns out to be another.
-    fn walk(&self) -> Walked {
-        let mut walker = self.walker();
-        let mut truth = Truth::new(&self.model, &self.belief, &self.truth).unwrap();
-        let (mut met, mut standing) = (vec![], Standing::zeroed());
+    /// Plans, executes, and plans again wherever the actual world differs.
+    fn walk(&self) -> WalkResult {
+        let mut executor = self.executor();
+        let mut ground_truth =
+            GroundTruth::new(&self.model, &self.planner_world, &self.actual).unwrap();
+        let (mut corrections, mut rest_state) = (vec![], Standing::zeroed());
         for epoch in 0..EPOCHS_MAX {
-            let Some(chunks) = self.plan(&met, &standing, epoch) else { break };
+            let Some(chunks) = self.plan(&corrections, &rest_state, epoch) else { break };
             for chunk in &chunks {
                 let chunk = addressed(chunk);
-                let before = walker.standing().cloned();
-                let Err(violation) = walker.admit_and_walk(&chunk) else {
-                    standing = standing.after(
+                let before = executor.rest_state().cloned();
+                let Err(violation) = executor.check_and_execute(&chunk) else {
+                    rest_state = rest_state.after(
                         chunk.mode,
                         chunk.contacts(),
                         chunk.waypoints().last().unwrap(),
                     );
                     continue;
                 };
-                assert_eq!(walker.standing(), before.as_ref(), "a refused chunk moves nothing");
-                let correction = truth
-                    .met(&walker, &chunk, &violation)
+                assert_eq!(executor.rest_state(), before.as_ref(), "a refused chunk moves nothing");
+                let correction = ground_truth
+                    .encountered(&executor, &chunk, &violation)
                     .unwrap_or_else(|| panic!("not by the world: {violation}"));
-                walker.correct(&correction);
-                met.push(correction);
+                executor.correct(&correction);
+                corrections.push(correction);
                 break;
             }
-            if walker.finished() {
+            if executor.finished() {
                 break;
             }
         }
-        Walked { arrived: walker.finished(), met }
+        WalkResult { arrived: executor.finished(), corrections }
     }
 }
 
 fn addressed(chunk: &PlanChunk) -> PlanChunk {
-    let mut chunk = PlanChunk { target_instance: INSTANCE, session: 1, ..*chunk };
-    chunk.seal();
+    let mut chunk = PlanChunk { target_instance: CONTROLLER_ID, session: 1, ..*chunk };
+    chunk.write_crc();
     chunk
 }
 
@@ -135,8 +141,7 @@ fn shift(world: &mut World, name: &str, by: [f64; 3]) {
     shape(world, name).world_from_shape.translation += DVec3::from(by);
 }
 
-/// The box of this kind on which the planner, as it believes the world to be, stands with most of a
-/// sole.
+/// The box of this kind that carries the largest part of a sole in the planner's world.
 fn most_used(case: &Case, kind: &str) -> String {
     let chunks = case.plan(&[], &Standing::zeroed(), 0).unwrap();
     let soles = chunks
@@ -164,7 +169,7 @@ fn most_used(case: &Case, kind: &str) -> String {
             .max()
             .unwrap()
     };
-    case.belief
+    case.planner_world
         .shapes
         .iter()
         .filter(|shape| shape.name.starts_with(kind))
@@ -174,12 +179,12 @@ fn most_used(case: &Case, kind: &str) -> String {
         .clone()
 }
 
-/// Walks to the goal and meets exactly the one difference that there is.
+/// Walks to the goal and encounters exactly the one difference that there is.
 fn arrives_after_meeting(case: &Case, kind: CorrectionKind) {
-    let walked = case.walk();
+    let result = case.walk();
     let kinds: Vec<_> =
-        walked.met.iter().map(|correction| correction.known_kind().unwrap()).collect();
-    assert!(walked.arrived, "met {kinds:?}");
+        result.corrections.iter().map(|correction| correction.known_kind().unwrap()).collect();
+    assert!(result.arrived, "corrections {kinds:?}");
     assert_eq!(kinds, [kind]);
 }
 
@@ -193,24 +198,24 @@ fn a_stone_stands_lower() {
 }
 
 #[test]
-fn whichever_stone_stands_lower_the_robot_arrives() {
-    let belief = Case::new("stepping_stones", |_| ()).belief;
-    let stones = belief.shapes.iter().filter(|shape| shape.name.starts_with("stone"));
-    let mut met = 0;
+fn the_robot_arrives_with_any_stone_lowered() {
+    let planner_world = Case::new("stepping_stones", |_| ()).planner_world;
+    let stones = planner_world.shapes.iter().filter(|shape| shape.name.starts_with("stone"));
+    let mut corrections = 0;
     for stone in stones.map(|stone| &stone.name) {
-        let walked =
+        let result =
             Case::new("stepping_stones", |world| shift(world, stone, [0.0, 0.0, -0.03])).walk();
-        assert!(walked.arrived, "{stone}");
+        assert!(result.arrived, "{stone}");
         assert!(
-            walked
-                .met
+            result
+                .corrections
                 .iter()
                 .all(|correction| correction.known_kind() == Some(CorrectionKind::Moved)),
             "{stone}"
         );
-        met += walked.met.len();
+        corrections += result.corrections.len();
     }
-    assert!(met > 8, "hardly any stone is used");
+    assert!(corrections > 8, "hardly any stone is used");
 }
 
 #[test]
@@ -249,7 +254,7 @@ fn a_stone_is_missing() {
 }
 
 #[test]
-fn a_block_lies_in_the_way() {
+fn a_block_is_an_obstacle() {
     let extra = |world: &mut World| {
         let shape = Shape::Box { half_extents: DVec3::new(0.05, 0.3, 0.04) };
         let world_from_shape = Pose::from_translation(DVec3::new(1.1, 0.0, 0.04));
@@ -285,15 +290,15 @@ fn a_cinder_block_is_missing() {
 }
 
 #[test]
-fn where_no_way_remains_the_walk_ends_honestly() {
+fn a_walk_without_a_route_ends_with_a_refusal() {
     let no_beams = |world: &mut World| world.shapes.retain(|shape| !shape.name.starts_with("beam"));
     let mut case = Case::new("ibeam_gap", no_beams);
     case.scenario.planner.work_max = 300_000;
-    let walked = case.walk();
-    assert!(!walked.arrived && !walked.met.is_empty());
+    let result = case.walk();
+    assert!(!result.arrived && !result.corrections.is_empty());
     assert!(
-        walked
-            .met
+        result
+            .corrections
             .iter()
             .all(|correction| correction.known_kind() == Some(CorrectionKind::Missing))
     );

@@ -5,7 +5,7 @@
 //! beside a raw ping-pong through shared memory in the same run. Only counts, orders and ratios are
 //! asserted. On one core the pinning is skipped.
 
-#![allow(clippy::print_stdout, reason = "a test says what it found")]
+#![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
 
 #[path = "../planner/tests/common/preparation.rs"]
@@ -21,19 +21,19 @@ use std::time::{Duration, Instant};
 
 use preparation::preparation_for;
 use surefoot::affinity;
-use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
-use surefoot_controller_sim::{Checker, Identity, Walker};
-use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_controller_sim::channel::{ChunkDecision, PlanSubscriber, StreamEnd};
+use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
+use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
 use surefoot_planner::{Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::instance::{Instance, draw_id};
+use surefoot_shared_types::instance::{Instance, random_id};
 use surefoot_shared_types::message::PlanChunk;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
 
 /// Faster than real time, so that a test is over soon: seconds of the walk in a second of the test.
 const HASTE: f64 = 4.0;
-/// What the median outside the judge may be of that of two sides that sleep in the kernel between
+/// What the median outside the check may be of that of two sides that sleep in the kernel between
 /// pings: with a generous factor for a machine that does other work beside.
 const RATIO_MAX: f64 = 100.0;
 /// Pings of the sleeping sides.
@@ -52,10 +52,10 @@ struct Log {
     /// Seconds by which each chunk came before the robot reached its start; negative means that the
     /// robot waited.
     ahead: Vec<f64>,
-    /// Sequence numbers in the order in which they were judged.
+    /// Sequence numbers in the order in which they were checked.
     order: Vec<u64>,
-    /// Seconds that each judgement took.
-    judged: Vec<f64>,
+    /// Seconds that each check took.
+    check_seconds: Vec<f64>,
 }
 
 /// The robot's pace: judges a chunk when it comes, and counts when it would have been needed.
@@ -63,31 +63,32 @@ fn control(instance: &Instance, scenario: &str) -> Log {
     let scenario = load_scenario(scenario.as_ref()).unwrap();
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let id = draw_id();
+    let id = random_id();
     let identity = Identity {
-        instance: id,
+        controller_id: id,
         robot: model.digest,
         world: world.digest,
         config: scenario.digest,
     };
-    let mut walker = Walker::new(Checker::new(model, world, scenario.checker).unwrap(), identity);
-    let mut receiver = ChunkReceiver::open(instance, id).unwrap();
+    let mut executor =
+        ChunkExecutor::new(Checker::new(model, world, scenario.checker).unwrap(), identity);
+    let mut subscriber = PlanSubscriber::open(instance, id).unwrap();
     let mut log = Log::default();
     let mut walk_began: Option<Instant> = None;
-    let mut judge = |chunk: &PlanChunk, alive: &mut dyn FnMut()| {
+    let mut check_chunk = |chunk: &PlanChunk, heartbeat: &mut dyn FnMut()| {
         let came = now();
         let began = *walk_began.get_or_insert(came);
         let needed = chunk.waypoints()[0].time / HASTE;
         log.ahead.push(needed - came.duration_since(began).as_secs_f64());
         log.order.push(chunk.sequence);
-        let margins = walker.admit_and_walk(chunk).unwrap();
-        log.judged.push(came.elapsed().as_secs_f64());
-        alive();
-        Judgement::Accepted(margins, walker.stream())
+        let margins = executor.check_and_execute(chunk).unwrap();
+        log.check_seconds.push(came.elapsed().as_secs_f64());
+        heartbeat();
+        ChunkDecision::Accepted(margins, executor.stream())
     };
-    let ended = receiver.run(&mut judge, &|| true).unwrap();
-    assert_eq!(ended, Ended::Finished);
-    receiver
+    let ended = subscriber.run(&mut check_chunk, &|| true).unwrap();
+    assert_eq!(ended, StreamEnd::Finished);
+    subscriber
         .linger(&mut |_, _| panic!("a chunk after the end"), Some(Duration::from_secs(10)), &|| {
             true
         })
@@ -144,7 +145,7 @@ fn ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
 }
 
 /// The median round trip of a byte between two sides that sleep until it comes, as ours do while a
-/// chunk is judged, s.
+/// chunk is checked, s.
 fn sleepy_ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
     let (mut near, mut far) = UnixStream::pair().unwrap();
     std::thread::scope(|scope| {
@@ -212,22 +213,22 @@ fn walk_at_pace(name: &str) {
         });
         let planner = scope.spawn(|| {
             affinity::pin(cores.0);
-            let mut sender = ChunkSender::open(&instance, draw_id()).unwrap();
+            let mut sender = PlanPublisher::open(&instance, random_id()).unwrap();
             // One on its way at a time: the time between two verdicts is then a publication, a
             // judgement and an answer.
-            sender.set_credit(1);
+            sender.set_window_chunks(1);
             let mut verdicts = Vec::new();
-            let mut heard = (0, now());
-            let mut note = |word: &surefoot_shared_types::message::Feedback| {
-                if word.next_sequence > heard.0 {
-                    verdicts.push(heard.1.elapsed().as_secs_f64());
-                    heard = (word.next_sequence, now());
+            let mut received = (0, now());
+            let mut note = |feedback: &surefoot_shared_types::message::Feedback| {
+                if feedback.next_sequence > received.0 {
+                    verdicts.push(received.1.elapsed().as_secs_f64());
+                    received = (feedback.next_sequence, now());
                 }
             };
             let delivery = sender.deliver(&chunks, &mut note, &|| true).unwrap();
             assert_eq!(
                 (delivery.outcome, delivery.accepted),
-                (Outcome::Accepted, chunks.len() as u64)
+                (DeliveryOutcome::Accepted, chunks.len() as u64)
             );
             assert_eq!(delivery.resent, 0);
             verdicts
@@ -240,16 +241,16 @@ fn walk_at_pace(name: &str) {
     assert_eq!(verdicts.len(), chunks.len());
     let mut overhead: Vec<f64> = verdicts
         .iter()
-        .zip(&log.judged)
+        .zip(&log.check_seconds)
         .skip(1)
-        .map(|(verdict, judged)| verdict - judged)
+        .map(|(verdict, checked)| verdict - checked)
         .collect();
     let (raw, sleepy) = (ping_pong(cores), sleepy_ping_pong(cores));
     println!("{name}: publication to verdict: {}", histogram(&verdicts[1..]));
-    println!("{name}: of it outside the judge: {}", histogram(&overhead));
+    println!("{name}: of it outside the check: {}", histogram(&overhead));
     let median = median(&mut overhead);
     println!(
-        "{name}: median outside the judge {:.1} us: {:.1} times a spinning ping-pong, {:.1} times a sleeping one",
+        "{name}: median outside the check {:.1} us: {:.1} times a spinning ping-pong, {:.1} times a sleeping one",
         1e6 * median,
         median / raw,
         median / sleepy

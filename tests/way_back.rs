@@ -1,4 +1,5 @@
-//! The world differs where the robot cannot be planned on from: it walks back to where it can.
+//! No plan leads on from where the actual world differs: the robot retraces its steps until one
+//! does.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
 
@@ -12,47 +13,47 @@ use command::{run, scenario};
 use serde_json::Value;
 
 /// Walks a scenario in a world that differs from its own by `changes` of its text; answers the
-/// report, and what was said meanwhile.
-fn walk_in_truth(name: &str, seed: u32, changes: &[(&str, &str)]) -> (Value, String) {
+/// report and the text on stderr.
+fn walk_in_actual_world(name: &str, seed: u32, changes: &[(&str, &str)]) -> (Value, String) {
     let folder = tempfile::tempdir().unwrap();
     let path = |file: &str| folder.path().join(file).to_str().unwrap().to_owned();
     let mut world = fs::read_to_string(format!("configs/worlds/{name}.toml")).unwrap();
-    for (believed, true_one) in changes {
-        assert_eq!(world.matches(believed).count(), 1, "{believed}");
-        world = world.replace(believed, true_one);
+    for (assumed, actual) in changes {
+        assert_eq!(world.matches(assumed).count(), 1, "{assumed}");
+        world = world.replace(assumed, actual);
     }
-    let (truth, json, plan) = (path("truth.toml"), path("report.json"), path("plan.json"));
-    fs::write(&truth, world).unwrap();
-    let said = run(&[
+    let (ground_truth, json, plan) = (path("truth.toml"), path("report.json"), path("plan.json"));
+    fs::write(&ground_truth, world).unwrap();
+    let output = run(&[
         "walk",
         &scenario(name),
         "--seed",
         &seed.to_string(),
         "--truth",
-        &truth,
+        &ground_truth,
         "--json",
         &json,
         "--export",
         &plan,
     ]);
-    assert_eq!(said.code, 0, "{name}: {}{}", said.out, said.err);
+    assert_eq!(output.code, 0, "{name}: {}{}", output.out, output.err);
     let check = run(&["check", &plan]);
     assert_eq!(
         check.code, 0,
         "{name}, from where the robot stood at last: {}{}",
         check.out, check.err
     );
-    (serde_json::from_slice(&fs::read(json).unwrap()).unwrap(), said.err)
+    (serde_json::from_slice(&fs::read(json).unwrap()).unwrap(), output.err)
 }
 
 #[test]
-fn a_lifted_foot_that_touches_goes_back_to_where_it_was_lifted() {
+fn a_lifted_foot_that_collides_returns_to_its_last_stance() {
     let slabs = [
         ("xyz = [0.623845, -0.317517, 0.352143]", "xyz = [0.5996, -0.3357, 0.3434]"),
         ("xyz = [0.697806, 0.055385, 0.540714]", "xyz = [0.7192, 0.0752, 0.5312]"),
         ("xyz = [0.565947, 0.411951, 0.729286]", "xyz = [0.5916, 0.4403, 0.7486]"),
     ];
-    let (report, _) = walk_in_truth("spiral_steps", 6, &slabs);
+    let (report, _) = walk_in_actual_world("spiral_steps", 6, &slabs);
     assert!(
         report["replans"].as_u64().unwrap() >= 1 && report["refusal"] == Value::Null,
         "{report}"
@@ -60,25 +61,25 @@ fn a_lifted_foot_that_touches_goes_back_to_where_it_was_lifted() {
 }
 
 #[test]
-fn where_that_is_not_enough_the_robot_goes_farther_back() {
+fn the_robot_retraces_further_steps_where_one_is_not_enough() {
     let step = [("xyz = [1.8, 0.0, 0.22]", "xyz = [1.7916, 0.0091, 0.212]")];
-    let (report, said) = walk_in_truth("stairs", 3, &step);
+    let (report, output) = walk_in_actual_world("stairs", 3, &step);
     assert_eq!(report["outcome"], "accepted");
-    assert!(said.contains("no plan leads on from here"), "{said}");
+    assert!(output.contains("no plan leads on from here"), "{output}");
 }
 
 #[test]
-fn more_differences_than_eight_are_told() {
+fn more_than_eight_differences_are_reported() {
     let bars = [
         "1.72", "1.88", "2.04", "2.2", "2.36", "2.52", "2.68", "2.84", "3.0", "3.16", "3.32",
         "3.48",
     ];
     let changes =
         bars.map(|x| (format!("xyz = [{x}, 0.0, -0.02]"), format!("xyz = [{x}, 0.01, -0.03]")));
-    let (report, _) = walk_in_truth(
+    let (report, _) = walk_in_actual_world(
         "monkey_bars",
         1,
-        &changes.each_ref().map(|(believed, true_one)| (&believed[..], &true_one[..])),
+        &changes.each_ref().map(|(assumed, actual)| (&assumed[..], &actual[..])),
     );
     assert!(report["outcome"] == "accepted" && report["replans"].as_u64().unwrap() > 8, "{report}");
 }

@@ -60,9 +60,9 @@ fn every_start_and_goal_has_both_soles_wholly_on_the_ground() {
         assert_eq!(scenario.seed, 1);
         assert_near(scenario.goal_position_tolerance, 0.10, "position tolerance");
         assert_near(scenario.goal_yaw_tolerance, 0.35, "yaw tolerance");
-        for mark in [scenario.start, scenario.goal] {
-            assert_near(mark.feet_apart, 0.2, "feet apart");
-            for sole in mark.world_from_soles() {
+        for stance in [scenario.start, scenario.goal] {
+            assert_near(stance.feet_apart, 0.2, "feet apart");
+            for sole in stance.world_from_soles() {
                 assert!(
                     rests_wholly(&world, &sole),
                     "{}: a sole hangs over at {}",
@@ -173,13 +173,13 @@ fn ibeam_gap_is_wider_than_the_longest_step() {
 #[test]
 fn ibeam_gap_has_nothing_else_to_step_on() {
     let world = world("ibeam_gap");
-    let footing = |x: f64, z: f64| support_area(&world, &sole_at(dvec3(x, 0.0, z), 0.0)) > 1e-6;
+    let has_support = |x: f64, z: f64| support_area(&world, &sole_at(dvec3(x, 0.0, z), 0.0)) > 1e-6;
     for step in 0..100 {
         let x = 2.0 + 0.01 * f64::from(step);
         for height in [-0.4, -0.2, 0.0, 0.2] {
             let over_floor = height == 0.0 && !(2.09..=2.87).contains(&x);
             assert!(
-                over_floor || !footing(x, height),
+                over_floor || !has_support(x, height),
                 "something to stand on at x = {x}, z = {height}"
             );
         }

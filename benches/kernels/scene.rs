@@ -4,16 +4,16 @@
 use std::path::Path;
 
 use surefoot::inputs::Inputs;
-use surefoot_planner::body::{Body, Configuration};
+use surefoot_planner::body::{Configuration, Mechanism};
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::{Constraints, Mode};
 use surefoot_planner::ends::{End, foothold_at, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::foothold::{Foothold, double_mode, single_mode};
-use surefoot_planner::motion::single_mode::Problem;
-use surefoot_planner::motion::track::State;
+use surefoot_planner::motion::single_mode::SingleModeProblem;
+use surefoot_planner::motion::track::ModeState;
 use surefoot_planner::motion::transition::{TransitionPair, sample, world_from_soles};
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
@@ -60,21 +60,21 @@ pub struct Scene {
     pub surfaces: Surfaces,
     pub scratch: Scratch,
     pub end: End,
-    pub snapshot: Snapshot,
+    pub kinematic_state: KinematicState,
 }
 
 impl Scene {
     pub fn new(inputs: Inputs) -> Self {
         let Inputs { scenario, model, world } = inputs;
-        let body = Body::new(&model, &scenario.planner).unwrap();
+        let robot = Mechanism::new(&model, &scenario.planner).unwrap();
         let collision = CollisionModel::new(&model, &world, scenario.planner.clearance).unwrap();
-        let constraints = Constraints { body, collision, config: scenario.planner };
+        let constraints = Constraints { robot, collision, config: scenario.planner };
         let placement = FootPlacementConfig::default();
         let mut scratch = Scratch::new(&placement);
         let surfaces = Surfaces::new(&world, placement).unwrap();
         let end = stand_on(&constraints, &surfaces, &mut scratch, &scenario.start).unwrap();
-        let snapshot = constraints.body.snapshot(&end.state.configuration);
-        Self { model, world, constraints, surfaces, scratch, end, snapshot }
+        let kinematic_state = constraints.robot.kinematic_state(&end.state.configuration);
+        Self { model, world, constraints, surfaces, scratch, end, kinematic_state }
     }
 
     /// The mode in which the robot stands.
@@ -99,13 +99,13 @@ impl Scene {
         Some(Step { left, right, states })
     }
 
-    fn transition(&self, stance: &Foothold, other: &Foothold, object: u64) -> Option<State> {
+    fn transition(&self, stance: &Foothold, other: &Foothold, object: u64) -> Option<ModeState> {
         let pair = TransitionPair { stance, other };
         let mode = single_mode(stance);
         let found = (0..ATTEMPTS).find_map(|attempt| {
             sample(&self.constraints, &mode, pair, (SEED, object), attempt).ok()
         })?;
-        Some(State { configuration: found, world_from_soles: world_from_soles(pair) })
+        Some(ModeState { configuration: found, world_from_soles: world_from_soles(pair) })
     }
 }
 
@@ -113,22 +113,22 @@ impl Scene {
 pub struct Step {
     pub left: Foothold,
     pub right: Foothold,
-    pub states: [State; 3],
+    pub states: [ModeState; 3],
 }
 
 impl Step {
     /// Bringing the weight from the left foot to the right.
-    pub fn shift(&self) -> Problem {
+    pub fn shift(&self) -> SingleModeProblem {
         self.problem(double_mode(&self.left, &self.right), 0)
     }
 
     /// Swinging the left foot ahead.
-    pub fn swing(&self) -> Problem {
+    pub fn swing(&self) -> SingleModeProblem {
         self.problem(single_mode(&self.right), 1)
     }
 
-    fn problem(&self, mode: Mode, first: usize) -> Problem {
-        Problem {
+    fn problem(&self, mode: Mode, first: usize) -> SingleModeProblem {
+        SingleModeProblem {
             mode,
             from: self.states[first],
             to: self.states[first + 1],

@@ -65,7 +65,7 @@ def depth(region, point):
     return np.min(np.einsum("ij,ij->i", inward, point - region))
 
 
-class Problem:
+class SingleModeProblem:
     def __init__(self, robot, shift):
         self.robot, self.margin = robot, shift["com_margin"]
         self.region = np.array(shift["region"])
@@ -121,5 +121,5 @@ class Problem:
 def times(robot, shift, space_name, trials, seconds_max):
     """The times to a path of some trials, None where there was none in time."""
     ou.setLogLevel(ou.LogLevel.LOG_ERROR)
-    problem = Problem(robot, shift)
+    problem = SingleModeProblem(robot, shift)
     return [problem.solve(getattr(ob, space_name), seconds_max)[0] for _ in range(trials)]

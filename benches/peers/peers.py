@@ -109,7 +109,7 @@ def checks(report, problem, name, threads):
 
 
 def stances(report, ours, problem, flat_scene, seconds):
-    """Random whole-body stances that hold."""
+    """Random whole-robot stances that hold."""
     rate, share = sampling.per_second(sampling.StanceSampler(Robot(problem, flat_scene), problem), seconds)
     kernel = ours["flat_walk: transition sample, uniform"]
     ours_rate = kernel["per_second"] * kernel["median_ns"] / kernel["best_ns"]

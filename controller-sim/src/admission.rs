@@ -1,6 +1,6 @@
-//! Whether a received chunk is a sound message for this controller, before anything in it is used.
+//! Whether a received chunk is a valid message for this controller, before anything in it is used.
 //!
-//! Whoever may write to the shared memory may write anything: all counts, indices and numbers are
+//! Any process of the user can write to the shared memory, so all counts, indices and numbers are
 //! checked.
 
 use surefoot_shared_types::digest::Digest;
@@ -8,7 +8,7 @@ use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST}
 use surefoot_shared_types::message::limits::{
     CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, POLYGON_VERTICES_MAX,
 };
-use surefoot_shared_types::message::{Check, Contact, PlanChunk, Sealed, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
 
 use crate::check::Violation;
 use crate::continuity::{Stance, contacts_match};
@@ -18,11 +18,11 @@ const NUMBER_MAX: f64 = 1e6;
 /// How far a quaternion's length may be from 1.
 const UNIT_ERROR_MAX: f64 = 1e-6;
 
-/// What a controller is and what it was started for.
+/// A controller's id, and the digests of its robot, world and scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
-    /// The controller process's instance.
-    pub instance: u64,
+    /// The controller process's id.
+    pub controller_id: u64,
     /// Digest of the robot.
     pub robot: Digest,
     /// Digest of the world.
@@ -44,12 +44,12 @@ pub fn check_message(
 ) -> Result<SupportMode, Violation> {
     let computed = chunk.computed_crc();
     if chunk.crc != computed {
-        let detail = format!("the CRC says {:08x}, the bytes {computed:08x}", chunk.crc);
+        let detail = format!("the CRC is {:08x}, that of the bytes {computed:08x}", chunk.crc);
         return Err(Violation::new(Check::Crc, 0, detail));
     }
     let mode = check_form(chunk, joints)?;
     for (check, right, what) in [
-        (Check::Instance, chunk.target_instance == identity.instance, "controller instance"),
+        (Check::Controller, chunk.target_instance == identity.controller_id, "controller"),
         (Check::Robot, chunk.robot == identity.robot, "robot"),
         (Check::World, chunk.world == identity.world, "world"),
         (Check::Config, chunk.config == identity.config, "scenario or configuration"),
@@ -94,7 +94,7 @@ fn check_form(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Violation
         .ok_or_else(|| bad(format!("unknown mode {}", chunk.mode)))?;
     chunk.contacts().iter().try_for_each(|contact| check_contact(contact).map_err(bad))?;
     if !contacts_match(&Stance { mode, contacts: chunk.contacts() }) {
-        return Err(bad(format!("the contacts are not those of {} support", mode.word())));
+        return Err(bad(format!("the contacts are not those of {} support", mode.name())));
     }
     for (index, waypoint) in chunk.waypoints().iter().enumerate() {
         check_waypoint(waypoint)

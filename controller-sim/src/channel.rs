@@ -1,10 +1,10 @@
-//! The controller's end of the transport: receives chunks in order, once each, and says how far it
-//! got.
+//! The controller's end of the transport: receives chunks in order, once each, and publishes its
+//! progress.
 //!
-//! A chunk is judged where it lies in shared memory. Which chunks reach the judge is decided in
-//! `position`; this file adds shared memory and the clock. Feedback is cumulative and repeated, so
-//! that a planner that joins late, or missed a word, learns it. `journal` keeps where the robot
-//! stands for the controller that takes over when this one is killed.
+//! A chunk is checked in shared memory, without a copy. `stream_state` decides which chunks are
+//! checked; this file adds shared memory and the clock. Feedback is cumulative and repeated, so
+//! that a planner that joins late, or missed a message, receives it. `journal` stores where the
+//! robot stands for the controller that takes over when this one is killed.
 
 mod journal;
 mod lateness;
@@ -16,10 +16,10 @@ use std::time::{Duration, Instant};
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::bell::{AWAKE_FOR, Bell, stay_awake};
-use surefoot_shared_types::instance::service::{CREDIT, STOCK, WORD_POOL};
-use surefoot_shared_types::instance::stock::Stock;
-use surefoot_shared_types::instance::{Instance, Link};
+use surefoot_shared_types::instance::bell::{PEER_POLLING_TIME, WakePipe, keep_polling};
+use surefoot_shared_types::instance::service::{FEEDBACK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
+use surefoot_shared_types::instance::stock::LoanPool;
+use surefoot_shared_types::instance::{Instance, Participant};
 use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk};
 
 pub use surefoot_shared_types::instance::ChannelError;
@@ -27,39 +27,38 @@ pub use surefoot_shared_types::instance::ChannelError;
 pub use state::StatePublisher;
 
 use journal::Journal;
-use lateness::Lateness;
-use position::{Admission, Position};
+use lateness::FaultInjection;
+use position::{ChunkTriage, StreamState};
 
 /// Time between two heartbeats while there is nothing to read.
-const HEARTBEAT_EVERY: Duration = Duration::from_millis(1);
+const HEARTBEAT_INTERVAL: Duration = Duration::from_millis(1);
 /// Time between two cleanings of what dead processes hold, while there is nothing to read.
-const CLEAN_EVERY: Duration = Duration::from_millis(500);
+const CLEANUP_INTERVAL: Duration = Duration::from_millis(500);
 
-/// What the judge thinks of a chunk.
+/// Result of checking a chunk.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Judgement {
-    /// Walked; these were its worst margins, and this is the digest of the stream with it
-    /// ([`PlanChunk::stream_after`]), which the word tells.
+pub enum ChunkDecision {
+    /// Executed, with its worst margins and the digest of the stream with it
+    /// ([`PlanChunk::stream_after`]), which the feedback carries.
     Accepted(Margins, Digest),
-    /// As before, but walked as this chunk says, since the robot's feet stand elsewhere than
-    /// planned.
+    /// As before, but executed as this chunk says, because the robot's feet are misplaced.
     AcceptedAs(Margins, Digest, Box<PlanChunk>),
-    /// Not walked.
+    /// Not executed.
     Refused {
         /// What it violates.
         check: Check,
         /// Where in the chunk.
         waypoint: u32,
-        /// With [`Check::WorldDiffers`], what was met. From the next epoch on the chunks must carry
-        /// the digest of the world so corrected
+        /// With [`Check::WorldDiffers`], the difference. From the next epoch on the chunks must
+        /// carry the digest of the world so corrected
         /// (`surefoot_shared_types::scene::correction::corrected_digest`).
         correction: Option<Correction>,
     },
 }
 
-/// Judges chunks, each once and in order. While it works it may call `alive` now and then, so that
-/// the planner hears that the controller lives.
-pub type Judge<'a> = dyn FnMut(&PlanChunk, &mut dyn FnMut()) -> Judgement + 'a;
+/// Checks chunks, each once and in order. While it works it may call `heartbeat` now and then, so
+/// that the planner receives a heartbeat.
+pub type ChunkCheck<'a> = dyn FnMut(&PlanChunk, &mut dyn FnMut()) -> ChunkDecision + 'a;
 
 /// A refused chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,65 +71,65 @@ pub struct Refusal {
     pub waypoint: u32,
 }
 
-/// How listening ended.
+/// How receiving ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ended {
+pub enum StreamEnd {
     /// The plan's last chunk is accepted.
     Finished,
     /// A chunk is refused; the robot stands at the end of the one before.
     Refused(Refusal),
     /// No planner is attached any more, and the plan is not finished; the robot stands at the end
-    /// of the last chunk that it walked. Told once until another chunk comes.
-    Left,
+    /// of the last executed chunk. Reported once until another chunk arrives.
+    PlannerLeft,
     /// The caller ended it.
     Stopped,
 }
 
-/// Chunks received since the instance's start, by what became of them.
+/// Counters of the chunks received since the instance's start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Tally {
+pub struct ReceiverStats {
     /// All of them.
     pub received: u64,
-    /// Judged and accepted.
+    /// Checked and accepted.
     pub accepted: u64,
-    /// Accepted before, and not walked again.
+    /// Accepted before, and not executed again.
     pub duplicates: u64,
     /// Ahead of a chunk that is still missing, and ignored: the planner sends them again.
     pub gaps: u64,
     /// Of a planner session or plan that is over.
-    pub leftovers: u64,
-    /// Meant for another controller instance.
+    pub stale: u64,
+    /// Meant for another controller.
     pub foreign: u64,
 }
 
-/// Receives chunks and answers.
-pub struct ChunkReceiver {
+/// Receives chunks and publishes feedback.
+pub struct PlanSubscriber {
     subscriber: Subscriber<ipc::Service, PlanChunk, ()>,
-    mouth: Mouth,
-    link: Link,
-    position: Position,
+    feedback_publisher: FeedbackPublisher,
+    participant: Participant,
+    stream_state: StreamState,
     journal: Journal,
     taken_over: Option<Feedback>,
     active_at: Instant,
     cleaned_at: Instant,
-    told_left: bool,
-    /// Whether it slept since it last answered: then nobody knows whether the planner did, too.
+    reported_left: bool,
+    /// Whether it blocked since its last answer: the planner may have blocked too.
     has_slept: bool,
 }
 
-/// The end that speaks.
-struct Mouth {
-    stock: Stock<Feedback>,
-    words: u64,
-    spoke_at: Instant,
-    /// When it answered last: heartbeats wake nobody.
+/// Publishes feedback.
+struct FeedbackPublisher {
+    loan_pool: LoanPool<Feedback>,
+    count: u64,
+    published_at: Instant,
+    /// Time of the last answer to a chunk. Heartbeats do not wake the planner.
     answered_at: Instant,
-    lateness: Option<Lateness>,
+    faults: Option<FaultInjection>,
 }
 
-impl ChunkReceiver {
-    /// Enters the instance as a controller, where the one before left the robot. `id` must not be 0
-    /// and must differ from that of every controller before (`instance::draw_id`): chunks are
+impl PlanSubscriber {
+    /// Joins the instance as a controller, where the one before left the robot. `id` must not be 0
+    /// and must differ from that of every controller before (`instance::random_id`): chunks are
     /// addressed to it.
     ///
     /// # Errors
@@ -140,265 +139,284 @@ impl ChunkReceiver {
         if id == 0 {
             return Err(ChannelError::Id);
         }
-        let link = Link::open(instance)?;
+        let participant = Participant::open(instance)?;
         let (journal, record) = Journal::open(instance)?;
-        let subscriber = link.chunks.subscriber_builder().buffer_size(CREDIT).create();
+        let subscriber =
+            participant.chunks.subscriber_builder().buffer_size(WINDOW_CHUNKS).create();
         let subscriber = subscriber
             .map_err(|error| ChannelError::transport("creating the chunk subscriber", error))?;
-        let mouth = Mouth::open(&link)?;
+        let feedback_publisher = FeedbackPublisher::open(&participant)?;
         instance.reserve_segments()?;
-        let position =
-            record.map_or_else(|| Position::new(id), |record| Position::take_over(id, &record));
+        let stream_state = record
+            .map_or_else(|| StreamState::new(id), |record| StreamState::take_over(id, &record));
         let taken_over = record.map(|record| record.word);
         let start = now();
-        let mut receiver = Self {
+        let mut plan_subscriber = Self {
             subscriber,
-            mouth,
-            link,
-            position,
+            feedback_publisher,
+            participant,
+            stream_state,
             journal,
             taken_over,
             active_at: start,
             cleaned_at: start,
-            told_left: false,
+            reported_left: false,
             has_slept: true,
         };
-        receiver.mouth.say(&receiver.position)?;
-        Ok(receiver)
+        plan_subscriber.feedback_publisher.publish(&plan_subscriber.stream_state)?;
+        Ok(plan_subscriber)
     }
 
-    /// Where to say how the simulated robot is.
+    /// The publisher of the simulated robot's state.
     ///
     /// # Errors
     /// The transport fails.
     pub fn open_state(&self) -> Result<StatePublisher, ChannelError> {
-        StatePublisher::open(&self.link)
+        StatePublisher::open(&self.participant)
     }
 
-    /// Loses and delays words on purpose, as the seed says. Any word may be missed, so nothing may
-    /// come of it.
-    pub fn disturb_words(&mut self, seed: u64) {
-        self.mouth.lateness = Some(Lateness::new(seed));
+    /// Loses and delays feedback messages, as the seed says. Any message may be lost, so the result
+    /// must not change.
+    pub fn inject_faults(&mut self, seed: u64) {
+        self.feedback_publisher.faults = Some(FaultInjection::new(seed));
     }
 
-    /// The last word of the controller whose robot this one took over, if there was one.
+    /// The last feedback of the controller whose robot this one took over, if there was one.
     pub fn taken_over(&self) -> Option<&Feedback> {
         self.taken_over.as_ref()
     }
 
-    /// Listens until the plan is finished, a chunk is refused, or `keep_going` says no. `judge`
-    /// sees each chunk once, in order, its CRC checked, and that it names the stream so far. Call
-    /// it again to wait for a new plan or epoch.
+    /// Receives until the plan is finished, a chunk is refused, or `keep_going` returns false.
+    /// `check_chunk` is called once per chunk, in order, after its CRC and its stream digest are
+    /// checked. Call it again to wait for a new plan or epoch.
     ///
     /// # Errors
     /// The transport or the journal fails.
     pub fn run(
         &mut self,
-        judge: &mut Judge<'_>,
+        check_chunk: &mut ChunkCheck<'_>,
         keep_going: &dyn Fn() -> bool,
-    ) -> Result<Ended, ChannelError> {
+    ) -> Result<StreamEnd, ChannelError> {
         while keep_going() {
-            match self.take_one(judge)? {
-                Took::Nothing => {
+            match self.receive_one(check_chunk)? {
+                Received::Nothing => {
                     self.idle()?;
-                    if self.is_left() {
-                        return Ok(Ended::Left);
+                    if self.has_planner_left() {
+                        return Ok(StreamEnd::PlannerLeft);
                     }
                 }
-                Took::Leftover => self.active_at = now(),
-                Took::Judged => {
+                Received::Ignored => self.active_at = now(),
+                Received::Checked => {
                     self.active_at = now();
-                    self.told_left = false;
-                    if let Some(ended) = self.ended() {
+                    self.reported_left = false;
+                    if let Some(ended) = self.stream_end() {
                         return Ok(ended);
                     }
                 }
             }
         }
-        Ok(Ended::Stopped)
+        Ok(StreamEnd::Stopped)
     }
 
     /// How the stream ended at which the robot stands, if it did. A controller that takes over need
     /// not wait for a chunk then.
-    pub fn ended(&self) -> Option<Ended> {
-        let refused = self.position.refusal().map(Ended::Refused);
-        refused.or(self.position.is_finished().then_some(Ended::Finished))
+    pub fn stream_end(&self) -> Option<StreamEnd> {
+        let refused = self.stream_state.refusal().map(StreamEnd::Refused);
+        refused.or(self.stream_state.is_finished().then_some(StreamEnd::Finished))
     }
 
-    /// Goes on after an end: repeats the last word, so that the planner learns it, and walks
-    /// whatever new plan or epoch comes. Answers its end, or nothing once `keep_going` says no.
-    /// With a `longest`, also nothing when no planner is attached or none has begun anything for so
-    /// long.
+    /// Keeps running after a plan ends: repeats the last feedback until the planner has read it,
+    /// and executes the next plan or epoch. Returns its end, or nothing once `keep_going` returns
+    /// false. With a `timeout`, also nothing when no planner is attached or no plan has begun for
+    /// that time.
     ///
     /// # Errors
     /// The transport or the journal fails.
     pub fn linger(
         &mut self,
-        judge: &mut Judge<'_>,
-        longest: Option<Duration>,
+        check_chunk: &mut ChunkCheck<'_>,
+        timeout: Option<Duration>,
         keep_going: &dyn Fn() -> bool,
-    ) -> Result<Option<Ended>, ChannelError> {
+    ) -> Result<Option<StreamEnd>, ChannelError> {
         let start = now();
         while keep_going() {
-            let is_alone = || self.link.chunks.dynamic_config().number_of_publishers() == 0;
-            if longest.is_some_and(|longest| start.elapsed() >= longest || is_alone()) {
+            let has_no_publisher =
+                || self.participant.chunks.dynamic_config().number_of_publishers() == 0;
+            if timeout.is_some_and(|timeout| start.elapsed() >= timeout || has_no_publisher()) {
                 return Ok(None);
             }
-            match self.take_one(judge)? {
-                Took::Judged if self.ended().is_some() => return Ok(self.ended()),
-                Took::Judged => return self.run(judge, keep_going).map(Some),
-                Took::Nothing | Took::Leftover => self.idle()?,
+            match self.receive_one(check_chunk)? {
+                Received::Checked if self.stream_end().is_some() => return Ok(self.stream_end()),
+                Received::Checked => return self.run(check_chunk, keep_going).map(Some),
+                Received::Nothing | Received::Ignored => self.idle()?,
             }
         }
         Ok(None)
     }
 
-    /// Whether the planner left in the middle of its plan, and that was not told yet.
-    fn is_left(&mut self) -> bool {
-        let mid_plan = self.position.is_mid_plan() && !self.told_left;
-        let left = mid_plan && self.link.chunks.dynamic_config().number_of_publishers() == 0;
-        self.told_left |= left;
+    /// Whether the planner left in the middle of its plan and this is not reported yet.
+    fn has_planner_left(&mut self) -> bool {
+        let mid_plan = self.stream_state.is_mid_plan() && !self.reported_left;
+        let left = mid_plan && self.participant.chunks.dynamic_config().number_of_publishers() == 0;
+        self.reported_left |= left;
         left
     }
 
-    /// What was received so far.
-    pub fn tally(&self) -> Tally {
-        self.position.tally()
+    /// Counters of the received chunks.
+    pub fn stats(&self) -> ReceiverStats {
+        self.stream_state.stats()
     }
 
-    /// The word that the planner gets now.
+    /// The current feedback.
     pub fn feedback(&self) -> Feedback {
-        self.position.feedback(self.mouth.words)
+        self.stream_state.feedback(self.feedback_publisher.count)
     }
 
     /// Receives a chunk and answers it.
-    fn take_one(&mut self, judge: &mut Judge<'_>) -> Result<Took, ChannelError> {
+    fn receive_one(&mut self, check_chunk: &mut ChunkCheck<'_>) -> Result<Received, ChannelError> {
         let received = self
             .subscriber
             .receive()
             .map_err(|error| ChannelError::transport("receiving a chunk", error))?;
-        let Some(sample) = received else { return Ok(Took::Nothing) };
+        let Some(sample) = received else { return Ok(Received::Nothing) };
         let chunk = sample.payload();
-        match self.position.admit(chunk) {
-            Admission::Ignore => return Ok(Took::Leftover),
-            Admission::Refuse(check) => self.position.refuse(check, 0, None),
-            Admission::Judge => self.judge(chunk, judge)?,
+        match self.stream_state.triage(chunk) {
+            ChunkTriage::Ignore => return Ok(Received::Ignored),
+            ChunkTriage::Refuse(check) => self.stream_state.refuse(check, 0, None),
+            ChunkTriage::Check => self.check_chunk(chunk, check_chunk)?,
         }
-        let word = self.mouth.next_word(&self.position);
-        self.journal.keep(self.position.stream_after_first(), &word);
+        let feedback = self.feedback_publisher.next_feedback(&self.stream_state);
+        self.journal.write(self.stream_state.stream_after_first(), &feedback);
         let may_sleep = std::mem::take(&mut self.has_slept);
-        self.mouth.answer(word, may_sleep, &self.link.feedback_bell)?;
-        Ok(Took::Judged)
+        self.feedback_publisher.publish_and_notify(
+            feedback,
+            may_sleep,
+            &self.participant.feedback_wake_pipe,
+        )?;
+        Ok(Received::Checked)
     }
 
-    /// Has a chunk judged, with heartbeats when the judge takes long.
-    fn judge(&mut self, chunk: &PlanChunk, judge: &mut Judge<'_>) -> Result<(), ChannelError> {
-        let (mouth, position) = (&mut self.mouth, &mut self.position);
-        position.set_busy(true);
-        let mut said = Ok(());
-        let judgement = judge(chunk, &mut || {
-            if said.is_ok() && mouth.is_due() {
-                said = mouth.say(position);
+    /// Checks a chunk, with heartbeats when that takes long.
+    fn check_chunk(
+        &mut self,
+        chunk: &PlanChunk,
+        check_chunk: &mut ChunkCheck<'_>,
+    ) -> Result<(), ChannelError> {
+        let (feedback_publisher, stream_state) =
+            (&mut self.feedback_publisher, &mut self.stream_state);
+        stream_state.set_busy(true);
+        let mut published = Ok(());
+        let decision = check_chunk(chunk, &mut || {
+            if published.is_ok() && feedback_publisher.is_due() {
+                published = feedback_publisher.publish(stream_state);
             }
         });
-        position.set_busy(false);
-        match judgement {
-            Judgement::Accepted(margins, stream) => position.accept(chunk, stream, &margins, chunk),
-            Judgement::AcceptedAs(margins, stream, walked) => {
-                position.accept(chunk, stream, &margins, &walked)
+        stream_state.set_busy(false);
+        match decision {
+            ChunkDecision::Accepted(margins, stream) => {
+                stream_state.accept(chunk, stream, &margins, chunk)
             }
-            Judgement::Refused { check, waypoint, correction } => {
-                position.refuse(check, waypoint, correction)
+            ChunkDecision::AcceptedAs(margins, stream, executed) => {
+                stream_state.accept(chunk, stream, &margins, &executed)
+            }
+            ChunkDecision::Refused { check, waypoint, correction } => {
+                stream_state.refuse(check, waypoint, correction)
             }
         }
-        said
+        published
     }
 
-    /// Nothing to read: a heartbeat when it is time; a short spin after something happened, then
-    /// sleep until the bell.
+    /// Without input: publishes a heartbeat when it is due, polls for a short time after the last
+    /// chunk, then blocks on the wake pipe.
     fn idle(&mut self) -> Result<(), ChannelError> {
-        if self.mouth.is_due() {
-            self.mouth.say(&self.position)?;
+        if self.feedback_publisher.is_due() {
+            self.feedback_publisher.publish(&self.stream_state)?;
         }
-        if stay_awake(self.active_at.elapsed()) {
+        if keep_polling(self.active_at.elapsed()) {
             return Ok(());
         }
-        if self.cleaned_at.elapsed() >= CLEAN_EVERY {
-            self.link.node.try_cleanup_dead_nodes();
+        if self.cleaned_at.elapsed() >= CLEANUP_INTERVAL {
+            self.participant.node.try_cleanup_dead_nodes();
             self.cleaned_at = now();
         }
-        self.mouth.stock.refill(STOCK)?;
+        self.feedback_publisher.loan_pool.refill(LOANS_AHEAD)?;
         self.has_slept = true;
-        self.link.chunk_bell.wait(HEARTBEAT_EVERY);
+        self.participant.chunk_wake_pipe.wait(HEARTBEAT_INTERVAL);
         Ok(())
     }
 }
 
-/// What came of a look at the chunks.
-enum Took {
+/// Result of one receive call.
+enum Received {
     Nothing,
-    Leftover,
-    Judged,
+    Ignored,
+    Checked,
 }
 
-impl Mouth {
-    fn open(link: &Link) -> Result<Self, ChannelError> {
-        let publisher = link.feedback.publisher_builder().max_loaned_samples(WORD_POOL).create();
+impl FeedbackPublisher {
+    fn open(participant: &Participant) -> Result<Self, ChannelError> {
+        let publisher =
+            participant.feedback.publisher_builder().max_loaned_samples(FEEDBACK_POOL).create();
         let publisher = publisher
             .map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
-        link.instance.reserve_segments()?;
+        participant.instance.reserve_segments()?;
         Ok(Self {
-            stock: Stock::new(publisher, WORD_POOL, STOCK)?,
-            words: 0,
-            spoke_at: now(),
+            loan_pool: LoanPool::new(publisher, FEEDBACK_POOL, LOANS_AHEAD)?,
+            count: 0,
+            published_at: now(),
             answered_at: now(),
-            lateness: None,
+            faults: None,
         })
     }
 
     /// Whether it is time for a heartbeat.
     fn is_due(&self) -> bool {
-        self.spoke_at.elapsed() >= HEARTBEAT_EVERY
+        self.published_at.elapsed() >= HEARTBEAT_INTERVAL
     }
 
-    /// Says a word, and wakes a planner that has waited for it.
-    fn answer(&mut self, word: Feedback, may_sleep: bool, bell: &Bell) -> Result<(), ChannelError> {
-        let may_sleep = may_sleep || self.answered_at.elapsed() >= AWAKE_FOR;
-        self.send(word)?;
-        self.answered_at = self.spoke_at;
+    /// Publishes feedback and wakes a planner that may be blocked.
+    fn publish_and_notify(
+        &mut self,
+        feedback: Feedback,
+        may_sleep: bool,
+        wake_pipe: &WakePipe,
+    ) -> Result<(), ChannelError> {
+        let may_sleep = may_sleep || self.answered_at.elapsed() >= PEER_POLLING_TIME;
+        self.send(feedback)?;
+        self.answered_at = self.published_at;
         if may_sleep {
-            bell.ring();
+            wake_pipe.notify();
         }
         Ok(())
     }
 
-    /// Says where the robot stands.
-    fn say(&mut self, position: &Position) -> Result<(), ChannelError> {
-        let word = self.next_word(position);
-        self.send(word)
+    /// Publishes the current feedback.
+    fn publish(&mut self, stream_state: &StreamState) -> Result<(), ChannelError> {
+        let feedback = self.next_feedback(stream_state);
+        self.send(feedback)
     }
 
-    fn next_word(&mut self, position: &Position) -> Feedback {
-        self.words += 1;
-        position.feedback(self.words)
+    fn next_feedback(&mut self, stream_state: &StreamState) -> Feedback {
+        self.count += 1;
+        stream_state.feedback(self.count)
     }
 
-    /// Sends a word in a slot that was loaned before.
-    fn send(&mut self, word: Feedback) -> Result<(), ChannelError> {
-        let arriving = match &mut self.lateness {
-            Some(lateness) => lateness.arriving(word),
-            None => Some(word),
+    /// Sends feedback in a loaned sample.
+    fn send(&mut self, feedback: Feedback) -> Result<(), ChannelError> {
+        let delivered = match &mut self.faults {
+            Some(faults) => faults.delivered(feedback),
+            None => Some(feedback),
         };
-        self.spoke_at = now();
-        let Some(word) = arriving else { return Ok(()) };
-        let sent = self.stock.take()?.write_payload(word).send();
+        self.published_at = now();
+        let Some(feedback) = delivered else { return Ok(()) };
+        let sent = self.loan_pool.take()?.write_payload(feedback).send();
         sent.map(drop).map_err(|error| ChannelError::transport("sending feedback", error))
     }
 }
 
 #[allow(
     clippy::disallowed_methods,
-    reason = "time decides only when to repeat a word, never what is judged"
+    reason = "time decides only when feedback is repeated, never what is checked"
 )]
 fn now() -> Instant {
     Instant::now()

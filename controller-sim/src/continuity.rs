@@ -4,7 +4,7 @@
 use surefoot_shared_types::message::{Contact, SupportMode};
 use surefoot_shared_types::spatial::rotation_distance;
 
-use crate::bound::within;
+use crate::bound::is_at_most;
 
 /// How far a kept foot's declared pose may differ between two modes, m (and rad, counted as a tenth
 /// of a metre).
@@ -20,7 +20,7 @@ pub struct Stance<'a> {
 }
 
 /// The limbs that stand in a mode of a biped.
-pub fn standing_limbs(mode: SupportMode) -> &'static [u32] {
+pub fn stance_limbs(mode: SupportMode) -> &'static [u32] {
     match mode {
         SupportMode::Left => &[0],
         SupportMode::Right => &[1],
@@ -32,7 +32,7 @@ pub fn standing_limbs(mode: SupportMode) -> &'static [u32] {
 pub fn contacts_match(stance: &Stance) -> bool {
     let mut limbs: Vec<u32> = stance.contacts.iter().map(|contact| contact.limb).collect();
     limbs.sort_unstable();
-    limbs == standing_limbs(stance.mode)
+    limbs == stance_limbs(stance.mode)
 }
 
 /// Whether a robot may go over from one stance to the next at an instant; why not, if not.
@@ -44,14 +44,14 @@ pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
     if both_single && before.mode != after.mode {
         return Err(format!(
             "from {} to {} support without both feet on the ground between",
-            before.mode.word(),
-            after.mode.word()
+            before.mode.name(),
+            after.mode.name()
         ));
     }
     for old in before.contacts {
         for new in after.contacts.iter().filter(|new| new.limb == old.limb) {
             let moved = pose_difference(old, new);
-            if !within(moved, KEPT_POSE_MAX) {
+            if !is_at_most(moved, KEPT_POSE_MAX) {
                 return Err(format!(
                     "foot {} is declared {:.6} mm from where it stood before",
                     old.limb,

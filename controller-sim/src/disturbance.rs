@@ -1,204 +1,213 @@
-//! Feet that come down elsewhere than planned, and a robot that goes on all the same.
+//! Execution with misplaced feet.
 //!
-//! When a foot lands, it stands up to 5 mm and 1 degree off, in the plane of its sole. As long as
-//! it stands there, the leg makes up for it: the root moves as planned, and the leg's joints reach
-//! the sole where it really is. When the foot is lifted, it goes back to its planned way. Where
-//! that asks too much of a joint, it takes longer than planned, and what follows is as late. What
-//! is so walked passes every check of the plan, or the robot holds and says where it stands.
+//! A landing foot stands up to 5 mm and 1 degree off its planned pose, in the plane of its sole.
+//! While it stands there, the root moves as planned and the leg's joints are solved for the actual
+//! sole. When the foot is lifted, it returns to its planned path. Where that exceeds a joint's
+//! acceleration limit, the motion takes longer than planned and the rest of the plan is delayed.
+//! The executed motion passes every check of the plan, or the robot holds its position and reports
+//! where it stands.
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, Margins, PlanChunk, SupportMode, Waypoint};
 use surefoot_shared_types::spatial::{interpolate, rotation_about};
 
-use crate::Walker;
-use crate::check::{Checker, Segment};
+use crate::ChunkExecutor;
+use crate::check::{Checker, MotionSegment};
 use crate::draw;
 use crate::kinematics::{Configuration, Posture};
-use crate::leg::reach;
-use crate::walk::Standing;
+use crate::leg::solve_leg_ik;
+use crate::walk::RestState;
 
-/// A foot comes down at most so far from its place, m.
-const OFF_MAX: f64 = 0.005;
-/// A foot comes down turned by at most so much, rad.
-const TURN_MAX: f64 = 1.0 / 180.0 * std::f64::consts::PI;
-/// How often a foot is set down where what carries it does not do.
-const LANDINGS_MAX: u64 = 4;
+/// Largest distance of a landed foot from its planned position, m.
+const OFFSET_MAX: f64 = 0.005;
+/// Largest yaw of a landed foot from its planned orientation, rad.
+const YAW_MAX: f64 = 1.0 / 180.0 * std::f64::consts::PI;
+/// Landings that are tried where the support is insufficient.
+const LANDING_ATTEMPTS_MAX: u64 = 4;
 
-/// What became of an admitted chunk.
+/// Result of executing an accepted chunk.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Walked {
-    /// Walked, in this way, with these worst margins.
-    As(Box<PlanChunk>, Margins),
-    /// A foot was set down `LANDINGS_MAX` times near this contact, and nothing carried it.
-    NothingCarries(Box<Contact>),
-    /// As the feet stand, the motion does not pass a check; one line says which.
-    DoesNotFit(String),
+pub enum DisturbedExecution {
+    /// Executed as this chunk says, with these worst margins.
+    Executed(Box<PlanChunk>, Margins),
+    /// A foot was set down `LANDING_ATTEMPTS_MAX` times near this contact without support.
+    Unsupported(Box<Contact>),
+    /// With the actual feet the motion violates a check; one line says which.
+    Infeasible(String),
 }
 
-/// Misplaces feet, and knows where they really are.
+/// Misplaces landing feet and stores their actual poses.
 #[derive(Debug, Clone)]
 pub struct Disturbance {
     seed: u64,
-    /// Of each foot, from where it was to be to where it is, in its sole frame.
-    planned_from_real: [Pose; 2],
+    /// Of each foot the actual pose in its planned sole frame.
+    planned_from_actual: [Pose; 2],
     /// How far behind the plan the robot is, s.
-    late: f64,
+    delay: f64,
 }
 
 impl Disturbance {
     /// The disturbances of a seed.
     pub fn new(seed: u64) -> Self {
-        Self { seed, planned_from_real: [Pose::IDENTITY; 2], late: 0.0 }
+        Self { seed, planned_from_actual: [Pose::IDENTITY; 2], delay: 0.0 }
     }
 
-    /// Walks a chunk that `walker` has admitted, as the feet really stand. `alive` is called now
+    /// Executes a chunk that `executor` accepts, with the actual feet. `heartbeat` is called now
     /// and then meanwhile.
-    pub fn walk(
+    pub fn execute(
         &mut self,
-        walker: &mut Walker,
+        executor: &mut ChunkExecutor,
         chunk: &PlanChunk,
-        alive: &mut dyn FnMut(),
-    ) -> Walked {
+        heartbeat: &mut dyn FnMut(),
+    ) -> DisturbedExecution {
         if chunk.sequence == 0 {
-            // A plan begins where the robot really stands.
-            (self.planned_from_real, self.late) = ([Pose::IDENTITY; 2], 0.0);
+            // A plan begins at the actual rest state.
+            (self.planned_from_actual, self.delay) = ([Pose::IDENTITY; 2], 0.0);
         }
-        let landing = walker.landing(chunk).copied();
-        let tries = if landing.is_some() { LANDINGS_MAX } else { 1 };
-        let mut why = String::new();
-        for attempt in 0..tries {
-            let mut feet = self.planned_from_real;
+        let landing = executor.landing(chunk).copied();
+        let attempts = if landing.is_some() { LANDING_ATTEMPTS_MAX } else { 1 };
+        let mut last_error = String::new();
+        for attempt in 0..attempts {
+            let mut feet = self.planned_from_actual;
             if let Some(landing) = &landing {
-                feet[landing.limb as usize] = self.misplaced(chunk, attempt);
+                feet[landing.limb as usize] = self.landing_offset(chunk, attempt);
             }
-            match walk_really(walker, chunk, landing.as_ref(), (&feet, self.late), alive) {
-                Ok((real, margins)) => {
-                    walker.walk_as(chunk, &real, &margins);
-                    self.planned_from_real = after(chunk, feet);
-                    self.late = end_of(&real) - end_of(chunk);
-                    return Walked::As(Box::new(real), margins);
+            match check_actual(executor, chunk, landing.as_ref(), (&feet, self.delay), heartbeat) {
+                Ok((actual, margins)) => {
+                    executor.execute_as(chunk, &actual, &margins);
+                    self.planned_from_actual = feet_after(chunk, feet);
+                    self.delay = end_time(&actual) - end_time(chunk);
+                    return DisturbedExecution::Executed(Box::new(actual), margins);
                 }
-                Err(reason) => why = reason,
+                Err(reason) => last_error = reason,
             }
         }
-        landing.map_or(Walked::DoesNotFit(why), |contact| Walked::NothingCarries(Box::new(contact)))
+        landing.map_or(DisturbedExecution::Infeasible(last_error), |contact| {
+            DisturbedExecution::Unsupported(Box::new(contact))
+        })
     }
 
-    /// Where a foot comes down that lands with this chunk.
-    fn misplaced(&self, chunk: &PlanChunk, attempt: u64) -> Pose {
-        let draw = |what: u64| {
-            draw::unit(self.seed, &[chunk.plan_id, chunk.epoch, chunk.sequence, attempt, what])
+    /// Actual pose, in the planned sole frame, of a foot that lands with this chunk.
+    fn landing_offset(&self, chunk: &PlanChunk, attempt: u64) -> Pose {
+        let random = |index: u64| {
+            draw::uniform(self.seed, &[chunk.plan_id, chunk.epoch, chunk.sequence, attempt, index])
         };
-        let off = OFF_MAX * draw(0).sqrt();
-        let (sin, cos) = libm::sincos(std::f64::consts::TAU * draw(1));
-        let turn = TURN_MAX * (2.0 * draw(2) - 1.0);
+        let distance = OFFSET_MAX * random(0).sqrt();
+        let (sin, cos) = libm::sincos(std::f64::consts::TAU * random(1));
+        let yaw = YAW_MAX * (2.0 * random(2) - 1.0);
         Pose::from_parts(
-            glam::DVec3::new(off * cos, off * sin, 0.0),
-            rotation_about(glam::DVec3::Z, turn),
+            glam::DVec3::new(distance * cos, distance * sin, 0.0),
+            rotation_about(glam::DVec3::Z, yaw),
         )
     }
 }
 
-/// A lifted foot is back on its planned way at the end of the chunk.
-fn after(chunk: &PlanChunk, feet: [Pose; 2]) -> [Pose; 2] {
-    [0, 1].map(|limb| if stands(chunk, limb) { feet[limb] } else { Pose::IDENTITY })
+/// The feet after a chunk: a lifted foot is back on its planned path.
+fn feet_after(chunk: &PlanChunk, feet: [Pose; 2]) -> [Pose; 2] {
+    [0, 1].map(|limb| if is_in_contact(chunk, limb) { feet[limb] } else { Pose::IDENTITY })
 }
 
-fn stands(chunk: &PlanChunk, limb: usize) -> bool {
+fn is_in_contact(chunk: &PlanChunk, limb: usize) -> bool {
     chunk.contacts().iter().any(|contact| contact.limb as usize == limb)
 }
 
-/// Walks a chunk with its feet where they really are; the chunk as it was walked, or why it cannot
-/// be.
-fn walk_really(
-    walker: &mut Walker,
+/// Checks a chunk with its actual feet: the chunk to execute, or why it cannot be executed.
+fn check_actual(
+    executor: &mut ChunkExecutor,
     chunk: &PlanChunk,
     landing: Option<&Contact>,
-    (feet, late): (&[Pose; 2], f64),
-    alive: &mut dyn FnMut(),
+    (feet, delay): (&[Pose; 2], f64),
+    heartbeat: &mut dyn FnMut(),
 ) -> Result<(PlanChunk, Margins), String> {
-    let mut real = really(walker.checker(), chunk, feet)?;
-    slow_down(walker.checker(), &mut real, late);
+    let mut actual = actual_chunk(executor.checker(), chunk, feet)?;
+    delay_motion(executor.checker(), &mut actual, delay);
     let mode = SupportMode::from_wire(chunk.mode).ok_or("no mode")?;
     if landing.is_some() {
-        check_slide(walker, &real, alive)?;
+        check_slide(executor, &actual, heartbeat)?;
     }
-    let segment = Segment { mode, contacts: real.contacts(), waypoints: real.waypoints() };
-    let margins = walker.check(&segment, alive).map_err(|violation| violation.to_string())?;
-    Ok((real, margins))
+    let segment =
+        MotionSegment { mode, contacts: actual.contacts(), waypoints: actual.waypoints() };
+    let margins =
+        executor.check_motion(&segment, heartbeat).map_err(|violation| violation.to_string())?;
+    Ok((actual, margins))
 }
 
-/// Delays a motion by `late` (s), and has it take as long as the joints need.
-fn slow_down(checker: &Checker, real: &mut PlanChunk, late: f64) {
-    let slower_by = checker.slower_by(real.waypoints());
-    let begin = real.waypoints[0].time;
-    for waypoint in &mut real.waypoints[..real.waypoints_len as usize] {
-        waypoint.time = late + begin + slower_by * (waypoint.time - begin);
+/// Delays a motion by `delay` (s), and has it take as long as the joints need.
+fn delay_motion(checker: &Checker, actual: &mut PlanChunk, delay: f64) {
+    let time_scale_min = checker.time_scale_min(actual.waypoints());
+    let begin = actual.waypoints[0].time;
+    for waypoint in &mut actual.waypoints[..actual.waypoints_len as usize] {
+        waypoint.time = delay + begin + time_scale_min * (waypoint.time - begin);
     }
 }
 
 /// When the last waypoint of a chunk is reached, s.
-fn end_of(chunk: &PlanChunk) -> f64 {
+fn end_time(chunk: &PlanChunk) -> f64 {
     chunk.waypoints().last().map_or(0.0, |waypoint| waypoint.time)
 }
 
 /// Whether the landing foot may slide from its planned place to where it comes to rest.
 fn check_slide(
-    walker: &mut Walker,
-    real: &PlanChunk,
-    alive: &mut dyn FnMut(),
+    executor: &mut ChunkExecutor,
+    actual: &PlanChunk,
+    heartbeat: &mut dyn FnMut(),
 ) -> Result<(), String> {
-    let Some(Standing { waypoint, mode, contacts }) = walker.really_standing().cloned() else {
+    let Some(RestState { waypoint, mode, contacts }) = executor.actual_rest_state().cloned() else {
         return Ok(());
     };
-    let end = Waypoint { time: waypoint.time + 1.0, ..real.waypoints()[0] };
-    let slide = Segment { mode, contacts: &contacts, waypoints: &[waypoint, end] };
-    walker.check(&slide, alive).map(drop).map_err(|violation| violation.to_string())
+    let end = Waypoint { time: waypoint.time + 1.0, ..actual.waypoints()[0] };
+    let slide = MotionSegment { mode, contacts: &contacts, waypoints: &[waypoint, end] };
+    executor.check_motion(&slide, heartbeat).map(drop).map_err(|violation| violation.to_string())
 }
 
-/// The chunk with its feet where they really are.
-fn really(checker: &Checker, chunk: &PlanChunk, feet: &[Pose; 2]) -> Result<PlanChunk, String> {
-    let mut real = *chunk;
+/// The chunk with its actual feet.
+fn actual_chunk(
+    checker: &Checker,
+    chunk: &PlanChunk,
+    feet: &[Pose; 2],
+) -> Result<PlanChunk, String> {
+    let mut actual = *chunk;
     let moved = (0..2).filter(|&limb| feet[limb] != Pose::IDENTITY);
     for limb in moved {
-        let planned_from_real = &feet[limb];
-        let contact = real
+        let planned_from_actual = &feet[limb];
+        let contact = actual
             .contacts
             .iter_mut()
             .take(chunk.contacts_len as usize)
             .find(|contact| contact.limb as usize == limb);
-        let standing_at = contact.map(|contact| {
-            let pose = contact.world_from_sole() * *planned_from_real;
+        let world_from_stance_sole = contact.map(|contact| {
+            let pose = contact.world_from_sole() * *planned_from_actual;
             contact.position = pose.translation.to_array();
             contact.rotation = pose.rotation.normalize().to_array();
             contact.world_from_sole()
         });
-        let (begin, end) = (chunk.waypoints[0].time, end_of(chunk));
-        for waypoint in &mut real.waypoints[..chunk.waypoints_len as usize] {
-            let share = if end > begin { (waypoint.time - begin) / (end - begin) } else { 0.0 };
-            // It leaves where it stood and joins its planned way without a jerk.
-            let left = 1.0 - share * share * (3.0 - 2.0 * share);
-            let swinging =
-                |planned: Pose| planned * interpolate(&Pose::IDENTITY, planned_from_real, left);
-            place_foot(checker, waypoint, limb, |planned| {
-                standing_at.unwrap_or_else(|| swinging(planned))
+        let (begin, end) = (chunk.waypoints[0].time, end_time(chunk));
+        for waypoint in &mut actual.waypoints[..chunk.waypoints_len as usize] {
+            let fraction = if end > begin { (waypoint.time - begin) / (end - begin) } else { 0.0 };
+            // From its stance to its planned path with zero velocity at both ends.
+            let remaining = 1.0 - fraction * fraction * (3.0 - 2.0 * fraction);
+            let swinging = |planned: Pose| {
+                planned * interpolate(&Pose::IDENTITY, planned_from_actual, remaining)
+            };
+            move_foot(checker, waypoint, limb, |planned| {
+                world_from_stance_sole.unwrap_or_else(|| swinging(planned))
             })?;
         }
     }
-    Ok(real)
+    Ok(actual)
 }
 
-fn place_foot(
+fn move_foot(
     checker: &Checker,
     waypoint: &mut Waypoint,
     limb: usize,
-    wanted: impl Fn(Pose) -> Pose,
+    target: impl Fn(Pose) -> Pose,
 ) -> Result<(), String> {
     let model = checker.model();
     let mut configuration = Configuration::of_waypoint(waypoint, model.joints.len());
     let planned = Posture::new(model, &configuration).world_from_sole(model, limb);
-    if !reach(model, &mut configuration, limb, &wanted(planned)) {
-        return Err(format!("the leg of foot {limb} does not reach where it really is"));
+    if !solve_leg_ik(model, &mut configuration, limb, &target(planned)) {
+        return Err(format!("the leg of foot {limb} does not reach its actual pose"));
     }
     waypoint.q.iter_mut().zip(configuration.q).for_each(|(slot, position)| *slot = position);
     Ok(())

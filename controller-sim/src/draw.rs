@@ -1,13 +1,13 @@
-//! Seeded draws: each a function of the seed and of what it is for, so that they come out the same
-//! however often a controller is started again.
+//! Random numbers as a function of a seed and of keys that name their use, so that a restarted
+//! controller gets the same ones.
 
-/// 64 uniform bits for the thing that `keys` name.
+/// 64 uniform random bits for `keys`.
 pub fn bits(seed: u64, keys: &[u64]) -> u64 {
     keys.iter().fold(mix(seed), |state, &key| mix(state ^ mix(key)))
 }
 
 /// Uniform in `0..1`.
-pub fn unit(seed: u64, keys: &[u64]) -> f64 {
+pub fn uniform(seed: u64, keys: &[u64]) -> f64 {
     (bits(seed, keys) >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)
 }
 
@@ -24,10 +24,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn draws_are_even_and_of_one_mind() {
+    fn random_numbers_are_uniform_and_reproducible() {
         let mut bins = [0; 10];
         for index in 0..10_000 {
-            bins[(10.0 * unit(3, &[index, 1])) as usize] += 1;
+            bins[(10.0 * uniform(3, &[index, 1])) as usize] += 1;
         }
         assert!(bins.iter().all(|count| (880..1120).contains(count)), "{bins:?}");
         assert_eq!(bits(3, &[1, 2]), bits(3, &[1, 2]));

@@ -1,5 +1,4 @@
-//! Where every link is, where the mass is, and what gravity asks of the joints: from the
-//! definitions.
+//! Link poses, centre of mass and gravity torques, computed from the definitions.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -18,7 +17,7 @@ pub struct Configuration {
 }
 
 impl Configuration {
-    /// What a waypoint says about a robot with `joints` moving joints.
+    /// The configuration of a waypoint for a robot with `joints` moving joints.
     pub fn of_waypoint(waypoint: &Waypoint, joints: usize) -> Self {
         let pose = waypoint.world_from_root();
         Self {

@@ -1,9 +1,9 @@
-//! The controller's side of Surefoot: it walks plan chunks quasi-statically and refuses what does
-//! not hold.
+//! The controller's side of Surefoot: it executes plan chunks quasi-statically and refuses those
+//! that violate a check.
 //!
-//! Read [`walk`] first: one received chunk, from its bytes to the verdict. [`check`] judges the
-//! physics, [`plan`] applies the same checks to an exported plan. Everything here is written from
-//! the definitions (plain kinematics, statics, ray casts and separating directions) and shares no
+//! Read [`walk`] first: a received chunk, from its bytes to its execution. [`check`] contains the
+//! physical checks, [`plan`] applies them to an exported plan. Everything here is written from the
+//! definitions (plain kinematics, statics, ray casts and separating directions) and shares no
 //! algorithm with the planner: only data, file loading and rigid motions.
 
 pub mod admission;
@@ -21,8 +21,8 @@ pub mod simulation;
 pub mod truth;
 pub mod walk;
 
-pub use check::{Checker, CheckerError, Segment, SegmentReport, Violation};
+pub use check::{Checker, CheckerError, MotionSegment, SegmentReport, Violation};
 pub use disturbance::Disturbance;
 pub use plan::{PlanReport, check_plan};
-pub use truth::{Truth, nothing_carries};
-pub use walk::{Identity, Walker};
+pub use truth::{GroundTruth, missing_contact};
+pub use walk::{ChunkExecutor, Identity};

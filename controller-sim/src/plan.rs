@@ -18,39 +18,39 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::scene::load::world_from_block;
 
-pub use ends::EndReport;
+pub use ends::EndpointReport;
 
-use crate::check::{Checker, PHYSICAL, Reserves, Segment, SegmentReport, Violation};
+use crate::check::{Checker, MotionSegment, PHYSICAL, Reserves, SegmentReport, Violation};
 use crate::continuity::{Stance, check_transition, contacts_match};
 
-/// What the checks say of a whole plan.
+/// Results of all checks of a plan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanReport {
-    /// One line per check: the physical ones in their order, then continuity.
-    pub checks: Vec<CheckLine>,
-    /// Whether it begins where it says.
-    pub start: EndReport,
-    /// Whether it ends where it must.
-    pub goal: EndReport,
+    /// One result per check: the physical ones in their order, then continuity.
+    pub checks: Vec<CheckResult>,
+    /// Whether it begins at its declared start.
+    pub start: EndpointReport,
+    /// Whether it ends at its declared goal.
+    pub goal: EndpointReport,
     /// The worst margins of the phases that pass.
     pub margins: Margins,
     /// The worst reserves.
     pub reserves: Reserves,
 }
 
-/// What one check says of a plan.
+/// Result of one check of a plan.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CheckLine {
+pub struct CheckResult {
     /// The check.
     pub check: Check,
     /// The worst margin among the phases that pass, and the phase; nothing for checks that measure
     /// none.
     pub worst: Option<WorstMargin>,
     /// The first violation, and its phase; its waypoint counts from the plan's beginning.
-    pub violation: Option<PlacedViolation>,
+    pub violation: Option<PhaseViolation>,
 }
 
-/// A margin and where it was met.
+/// A margin and the phase in which it occurs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WorstMargin {
     /// As the field of [`Margins`], or as [`SegmentReport::acceleration`].
@@ -61,7 +61,7 @@ pub struct WorstMargin {
 
 /// A violation within a plan.
 #[derive(Debug, Clone, PartialEq)]
-pub struct PlacedViolation {
+pub struct PhaseViolation {
     /// The phase.
     pub phase: usize,
     /// What and where.
@@ -77,24 +77,24 @@ impl PlanReport {
     }
 
     /// The first violation of each violated check.
-    pub fn violations(&self) -> impl Iterator<Item = &PlacedViolation> {
-        self.checks.iter().filter_map(|line| line.violation.as_ref())
+    pub fn violations(&self) -> impl Iterator<Item = &PhaseViolation> {
+        self.checks.iter().filter_map(|result| result.violation.as_ref())
     }
 
     fn add(&mut self, phase: usize, first_waypoint: usize, report: &SegmentReport) {
         self.margins = self.margins.min(&report.margins);
         self.reserves = self.reserves.min(&report.reserves);
-        for line in &mut self.checks {
-            if let Some(margin) = margin_of(report, line.check)
+        for result in &mut self.checks {
+            if let Some(margin) = margin_of(report, result.check)
                 && margin.is_finite()
-                && line.worst.is_none_or(|worst| margin < worst.margin)
+                && result.worst.is_none_or(|worst| margin < worst.margin)
             {
-                line.worst = Some(WorstMargin { margin, phase });
+                result.worst = Some(WorstMargin { margin, phase });
             }
-            let found = report.violations.iter().find(|violation| violation.check == line.check);
-            if let (None, Some(violation)) = (&line.violation, found) {
+            let found = report.violations.iter().find(|violation| violation.check == result.check);
+            if let (None, Some(violation)) = (&result.violation, found) {
                 let waypoint = first_waypoint + violation.waypoint;
-                line.violation = Some(PlacedViolation {
+                result.violation = Some(PhaseViolation {
                     phase,
                     violation: Violation { waypoint, ..violation.clone() },
                 });
@@ -111,28 +111,33 @@ pub fn check_plan(plan: &PlanFile, plan_path: &Path) -> Result<PlanReport, Input
     let base_dir = plan_path.parent().unwrap_or(Path::new(""));
     let model = robot_from_block(&plan.robot, base_dir, plan_path)?;
     let world = world_from_block(&plan.scene, base_dir, plan_path)?;
-    let walk = Walk::new(plan, &model, plan_path)?;
-    let unfit = |error| InputError::element(plan_path, "robot", format!("{error}"));
-    let mut checker = Checker::new(model, world, CheckerConfig::default()).map_err(unfit)?;
-    let line = |check| CheckLine { check, worst: None, violation: None };
+    let parsed = ParsedPlan::new(plan, &model, plan_path)?;
+    let input_error = |error| InputError::element(plan_path, "robot", format!("{error}"));
+    let mut checker = Checker::new(model, world, CheckerConfig::default()).map_err(input_error)?;
+    let result = |check| CheckResult { check, worst: None, violation: None };
     let mut report = PlanReport {
-        checks: PHYSICAL.into_iter().chain([Check::Continuity]).map(line).collect(),
-        start: ends::check_end(checker.model(), &plan.start, &walk.waypoints[0], &walk.joint_order),
-        goal: ends::check_end(
+        checks: PHYSICAL.into_iter().chain([Check::Continuity]).map(result).collect(),
+        start: ends::check_endpoint(
+            checker.model(),
+            &plan.start,
+            &parsed.waypoints[0],
+            &parsed.joint_order,
+        ),
+        goal: ends::check_endpoint(
             checker.model(),
             &plan.goal,
-            &walk.waypoints[walk.waypoints.len() - 1],
-            &walk.joint_order,
+            &parsed.waypoints[parsed.waypoints.len() - 1],
+            &parsed.joint_order,
         ),
         margins: Margins::UNMEASURED,
         reserves: Reserves::UNMEASURED,
     };
     let mut before: Option<&Phase> = None;
-    for (index, phase) in walk.phases.iter().enumerate() {
-        let segment = Segment {
+    for (index, phase) in parsed.phases.iter().enumerate() {
+        let segment = MotionSegment {
             mode: phase.mode,
             contacts: &phase.contacts,
-            waypoints: &walk.waypoints[phase.range.clone()],
+            waypoints: &parsed.waypoints[phase.range.clone()],
         };
         let mut found = checker.check_all(&segment);
         found.violations.extend(before.and_then(|before| transition_violation(before, phase)));
@@ -161,8 +166,8 @@ fn margin_of(report: &SegmentReport, check: Check) -> Option<f64> {
     }
 }
 
-/// A plan in the checker's own words.
-struct Walk {
+/// A plan in the checker's own types.
+struct ParsedPlan {
     waypoints: Vec<Waypoint>,
     phases: Vec<Phase>,
     joint_order: Vec<usize>,
@@ -181,10 +186,10 @@ impl Phase {
     }
 }
 
-impl Walk {
+impl ParsedPlan {
     fn new(plan: &PlanFile, model: &RobotModel, plan_path: &Path) -> Result<Self, InputError> {
         let joint_order = joint_order(plan, model, plan_path)?;
-        let unfit =
+        let input_error =
             |element: String, message: &str| InputError::element(plan_path, element, message);
         if plan.waypoints.is_empty() || plan.phases.is_empty() || joint_order.len() > JOINTS_MAX {
             let message = format!("needs waypoints, phases and at most {JOINTS_MAX} joints");
@@ -193,11 +198,14 @@ impl Walk {
         if let Some(index) =
             plan.waypoints.iter().position(|waypoint| waypoint.q.len() != joint_order.len())
         {
-            return Err(unfit(format!("waypoint {index}"), "q has not one entry per joint name"));
+            return Err(input_error(
+                format!("waypoint {index}"),
+                "q has not one entry per joint name",
+            ));
         }
         let phase = |(index, block)| {
             phase(model, block, plan.waypoints.len())
-                .map_err(|message| unfit(format!("phase {index}"), message))
+                .map_err(|message| input_error(format!("phase {index}"), message))
         };
         Ok(Self {
             waypoints: plan.waypoints.iter().map(|block| waypoint(block, &joint_order)).collect(),
@@ -218,7 +226,7 @@ fn phase(model: &RobotModel, block: &PhaseBlock, waypoints: usize) -> Result<Pha
     let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
     let mode = modes
         .into_iter()
-        .find(|mode| mode.word() == block.mode)
+        .find(|mode| mode.name() == block.mode)
         .ok_or("its mode is none of left, right, double")?;
     if block.last < block.first || block.last >= waypoints {
         return Err("it covers waypoints that are not there");

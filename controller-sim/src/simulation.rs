@@ -1,5 +1,4 @@
-//! The walk in simulated time: at every tick where the robot is, what the ground does to its feet,
-//! and what its motors do.
+//! Execution in simulated time: configuration, foot forces and joint torques at every tick.
 //!
 //! Quasi-static: the robot tracks the chunk exactly, and at every tick the contact forces are those
 //! of least squares within the friction pyramids.
@@ -10,31 +9,36 @@ use surefoot_shared_types::message::limits::CONTACTS_MAX;
 use surefoot_shared_types::message::state::{FootForce, STATE_SCHEMA};
 use surefoot_shared_types::message::{PlanChunk, State, Waypoint};
 
-use crate::check::{Checker, Footing, Load};
+use crate::check::{Checker, ContactLoad, SoleSupports};
 use crate::kinematics::Configuration;
 
 /// Simulates accepted chunks, tick by tick.
 #[derive(Debug)]
 pub struct Simulation {
-    instance: u64,
+    controller_id: u64,
     tick_seconds: f64,
     ticks: u64,
 }
 
 impl Simulation {
     /// A controller's simulation with a tick every `tick_seconds`, which must be positive.
-    pub fn new(instance: u64, tick_seconds: f64) -> Self {
-        Self { instance, tick_seconds, ticks: 0 }
+    pub fn new(controller_id: u64, tick_seconds: f64) -> Self {
+        Self { controller_id, tick_seconds, ticks: 0 }
     }
 
-    /// Walks a chunk that `checker` accepts. `tell` hears of every instant of the plan that is a
-    /// multiple of the tick, each once over all its chunks, and of the plan's end.
-    pub fn walk(&mut self, checker: &mut Checker, chunk: &PlanChunk, tell: &mut dyn FnMut(&State)) {
-        let footing = checker.footing(chunk.contacts());
+    /// Executes a chunk that `checker` accepts. `publish` is called once for every instant of the
+    /// plan that is a multiple of the tick, over all its chunks, and for the plan's end.
+    pub fn execute(
+        &mut self,
+        checker: &mut Checker,
+        chunk: &PlanChunk,
+        publish: &mut dyn FnMut(&State),
+    ) {
+        let sole_supports = checker.sole_supports(chunk.contacts());
         for time in self.instants(chunk) {
             let waypoint = waypoint_at(chunk.waypoints(), time, checker.model().joints.len());
             self.ticks += 1;
-            tell(&self.state(checker, chunk, &footing, &waypoint));
+            publish(&self.state(checker, chunk, &sole_supports, &waypoint));
         }
     }
 
@@ -56,14 +60,14 @@ impl Simulation {
         &self,
         checker: &mut Checker,
         chunk: &PlanChunk,
-        footing: &Footing,
+        sole_supports: &SoleSupports,
         waypoint: &Waypoint,
     ) -> State {
         let configuration = Configuration::of_waypoint(waypoint, checker.model().joints.len());
-        let load = checker.load(footing, &configuration);
+        let load = checker.load(sole_supports, &configuration);
         let mut state = State {
             schema: STATE_SCHEMA,
-            instance: self.instance,
+            instance: self.controller_id,
             plan_id: chunk.plan_id,
             epoch: chunk.epoch,
             sequence: chunk.sequence,
@@ -72,12 +76,12 @@ impl Simulation {
             waypoint: *waypoint,
             ..State::zeroed()
         };
-        put(&mut state, &load, checker.model().joints.len());
+        write_load(&mut state, &load, checker.model().joints.len());
         state
     }
 }
 
-fn put(state: &mut State, load: &Load, joints: usize) {
+fn write_load(state: &mut State, load: &ContactLoad, joints: usize) {
     state.centre_of_mass = load.centre_of_mass.to_array();
     (state.balance_margin, state.friction_use, state.torque_use) =
         (load.balance_margin, load.friction_use, load.torque_use);

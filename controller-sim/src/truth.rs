@@ -1,8 +1,9 @@
-//! A world that is not as the planner believes, and which of its differences the robot meets.
+//! Differences between the actual world and the planner's world, and which of them the robot
+//! encounters.
 //!
-//! The controller checks every chunk against the true world, so that it never steps on what is not
-//! there. What it then says is only what it met: the differences near the robot's way in the
-//! refused chunk, one at a time. Shapes are matched by their names.
+//! The controller checks every chunk against the actual world, so that it never steps on a missing
+//! surface. It reports only the differences near the robot's path in the refused chunk, one at a
+//! time. Shapes are matched by their names.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -12,121 +13,127 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::spatial::rotation_distance;
 
-use crate::Walker;
+use crate::ChunkExecutor;
 use crate::check::Violation;
-use crate::geometry::body::{Body, Placed};
+use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::separation::separation;
 use crate::geometry::solid::Solid;
 use crate::kinematics::{Configuration, Posture};
 
-/// A difference this near to the robot's way is met, m.
-const MET_WITHIN: f64 = 0.05;
+/// A difference this near to the robot's path is encountered, m.
+const ENCOUNTER_DISTANCE_MAX: f64 = 0.05;
 /// A shape that moved less than this (m, rad) did not move.
 const SAME_POSE_MAX: f64 = 1e-9;
 
-/// What the controller knows of the true world, and the planner does not yet.
-pub struct Truth {
-    robot: Vec<Body>,
-    untold: Vec<Difference>,
-    told: usize,
+/// Differences of the actual world that are not reported to the planner yet.
+pub struct GroundTruth {
+    robot: Vec<CollisionBody>,
+    unreported: Vec<Difference>,
+    reported: usize,
 }
 
-/// One difference, and where it can be met.
+/// One difference and its geometry.
 struct Difference {
     correction: Correction,
-    /// Where the shape is, and where it was believed to be.
-    places: Vec<(Solid, Placed)>,
+    /// The shape at its actual and at its assumed pose.
+    geometry: Vec<(Solid, SolidPose)>,
 }
 
-impl Truth {
-    /// The differences between what the planner believes and what is true; or which shape has no
-    /// geometry to tell.
+impl GroundTruth {
+    /// The differences between the assumed world of the planner and the actual world; or which
+    /// shape has unusable geometry.
     ///
     /// # Errors
     /// The name of a shape whose geometry the checker cannot represent.
-    pub fn new(model: &RobotModel, belief: &World, truth: &World) -> Result<Self, String> {
-        let mut untold = Vec::new();
-        for (index, believed) in belief.shapes.iter().enumerate() {
-            let real = truth.shapes.iter().find(|shape| shape.name == believed.name);
-            match real {
-                Some(real) if real.shape == believed.shape => {
-                    if !same_pose(&real.world_from_shape, &believed.world_from_shape) {
-                        let places = vec![place(real)?, place(believed)?];
-                        untold.push(Difference {
-                            correction: Correction::moved(index as u32, &real.world_from_shape),
-                            places,
+    pub fn new(model: &RobotModel, planner_world: &World, actual: &World) -> Result<Self, String> {
+        let mut unreported = Vec::new();
+        for (index, assumed) in planner_world.shapes.iter().enumerate() {
+            let actual = actual.shapes.iter().find(|shape| shape.name == assumed.name);
+            match actual {
+                Some(actual) if actual.shape == assumed.shape => {
+                    if !same_pose(&actual.world_from_shape, &assumed.world_from_shape) {
+                        let geometry = vec![solid_pose(actual)?, solid_pose(assumed)?];
+                        unreported.push(Difference {
+                            correction: Correction::moved(index as u32, &actual.world_from_shape),
+                            geometry,
                         });
                     }
                 }
-                _ => untold.push(Difference {
+                _ => unreported.push(Difference {
                     correction: Correction::missing(index as u32),
-                    places: vec![place(believed)?],
+                    geometry: vec![solid_pose(assumed)?],
                 }),
             }
         }
-        let known = |real: &&WorldShape| {
-            belief.shapes.iter().any(|shape| shape.name == real.name && shape.shape == real.shape)
+        let known = |actual: &&WorldShape| {
+            planner_world
+                .shapes
+                .iter()
+                .any(|shape| shape.name == actual.name && shape.shape == actual.shape)
         };
-        for real in truth.shapes.iter().filter(|real| !known(real)) {
-            let places = vec![place(real)?];
-            let bounds = places[0].0.local_bounds();
-            let world_from_box = real.world_from_shape * Pose::from_translation(bounds.centre());
+        for actual in actual.shapes.iter().filter(|actual| !known(actual)) {
+            let geometry = vec![solid_pose(actual)?];
+            let bounds = geometry[0].0.local_bounds();
+            let world_from_box = actual.world_from_shape * Pose::from_translation(bounds.centre());
             let half_extents = 0.5 * (bounds.high - bounds.low);
-            untold.push(Difference {
+            unreported.push(Difference {
                 correction: Correction::extra(&world_from_box, half_extents.to_array()),
-                places,
+                geometry,
             });
         }
-        Ok(Self { robot: Body::of_robot(model)?, untold, told: 0 })
+        Ok(Self { robot: CollisionBody::of_robot(model)?, unreported, reported: 0 })
     }
 
-    /// Leaves out what an earlier controller told already.
-    pub fn pass_over(&mut self, told: &[Correction]) {
-        self.untold.retain(|difference| !told.contains(&difference.correction));
-        self.told += told.len();
+    /// Marks the corrections that an earlier controller reported.
+    pub fn mark_reported(&mut self, reported: &[Correction]) {
+        self.unreported.retain(|difference| !reported.contains(&difference.correction));
+        self.reported += reported.len();
     }
 
-    /// What the robot meets in a chunk that the true world refuses: the untold difference nearest
-    /// its way. Where none is near and the ground gave way, only that nothing carries the sole of
-    /// the foot about to land. Nothing if the refusal has another reason than the world, or if a
-    /// word holds no more corrections.
-    pub fn met(
+    /// The correction for a chunk that violates a check in the actual world: the unreported
+    /// difference nearest the robot's path. Where none is near and the contact check failed, the
+    /// missing contact of the foot about to land. Nothing if the refusal has another reason than
+    /// the world, or if a feedback message holds no more corrections.
+    pub fn encountered(
         &mut self,
-        walker: &Walker,
+        executor: &ChunkExecutor,
         chunk: &PlanChunk,
         violation: &Violation,
     ) -> Option<Correction> {
         let by_world =
             matches!(violation.check, Check::Contact | Check::Balance | Check::Collision);
-        if !by_world || self.told >= CORRECTIONS_MAX {
+        if !by_world || self.reported >= CORRECTIONS_MAX {
             return None;
         }
-        let model = walker.checker().model();
-        let distances: Vec<f64> =
-            self.untold.iter().map(|difference| self.distance(model, chunk, difference)).collect();
+        let model = executor.checker().model();
+        let distances: Vec<f64> = self
+            .unreported
+            .iter()
+            .map(|difference| self.distance(model, chunk, difference))
+            .collect();
         let nearest = (0..distances.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]));
-        let met = match nearest.filter(|&index| distances[index] < MET_WITHIN) {
-            Some(index) => Some(self.untold.remove(index).correction),
+        let correction = match nearest.filter(|&index| distances[index] < ENCOUNTER_DISTANCE_MAX) {
+            Some(index) => Some(self.unreported.remove(index).correction),
             None if violation.check == Check::Contact => {
-                walker.landing(chunk).map(|contact| nothing_carries(model, contact))
+                executor.landing(chunk).map(|contact| missing_contact(model, contact))
             }
             None => None,
         };
-        self.told += usize::from(met.is_some());
-        met
+        self.reported += usize::from(correction.is_some());
+        correction
     }
 
-    /// The smallest distance of the robot, on its way through the chunk, to a difference; at most
-    /// [`MET_WITHIN`].
+    /// The smallest distance of the robot, over the whole chunk, to a difference; at most
+    /// [`ENCOUNTER_DISTANCE_MAX`].
     fn distance(&self, model: &RobotModel, chunk: &PlanChunk, difference: &Difference) -> f64 {
-        let mut nearest = MET_WITHIN;
+        let mut nearest = ENCOUNTER_DISTANCE_MAX;
         for waypoint in chunk.waypoints() {
             let posture =
                 Posture::new(model, &Configuration::of_waypoint(waypoint, model.joints.len()));
             for (body, link) in self.robot.iter().filter_map(|body| Some((body, body.link?))) {
-                let placed = Placed::new(body, &posture.world_from_link[link]);
-                for (solid, there) in &difference.places {
+                let placed = SolidPose::new(body, &posture.world_from_link[link]);
+                for (solid, there) in &difference.geometry {
                     let found =
                         separation((&body.solid, &placed), (solid, there), DVec3::Z, nearest);
                     nearest = nearest.min(found.distance);
@@ -142,15 +149,15 @@ fn same_pose(a: &Pose, b: &Pose) -> bool {
         && rotation_distance(a.rotation, b.rotation) <= SAME_POSE_MAX
 }
 
-fn place(shape: &WorldShape) -> Result<(Solid, Placed), String> {
+fn solid_pose(shape: &WorldShape) -> Result<(Solid, SolidPose), String> {
     let WorldShape { name, world_from_shape, shape } = shape;
     let solid = Solid::new(shape).map_err(|error| format!("{name}: {error}"))?;
-    let bounds: Bounds = solid.local_bounds().moved(world_from_shape);
-    Ok((solid, Placed { world_from_solid: *world_from_shape, bounds }))
+    let bounds: Bounds = solid.local_bounds().transformed(world_from_shape);
+    Ok((solid, SolidPose { world_from_solid: *world_from_shape, bounds }))
 }
 
-/// That nothing carries the sole of a contact.
-pub fn nothing_carries(model: &RobotModel, contact: &Contact) -> Correction {
+/// The correction that no surface supports the sole of a contact.
+pub fn missing_contact(model: &RobotModel, contact: &Contact) -> Correction {
     let sole = &model.feet[contact.limb as usize].polygon;
     let corners = Bounds::of_points(sole.iter().map(|corner| corner.extend(0.0)));
     let half = 0.5 * (corners.high - corners.low);

@@ -1,6 +1,6 @@
-//! One received chunk, from its bytes to the verdict: the controller's heart.
+//! Executes received chunks: checks a chunk from its bytes to its physics and moves the robot.
 //!
-//! The walker stands at a statically stable configuration. A chunk that passes every test moves it
+//! The robot stands at a statically stable configuration. A chunk that passes every check moves it
 //! to the chunk's end; any other leaves it where it stands, so a refusal is always safe.
 
 use surefoot_shared_types::digest::Digest;
@@ -13,33 +13,33 @@ use surefoot_shared_types::scene::correction::corrected_digest;
 
 pub use crate::admission::Identity;
 use crate::admission::check_message;
-use crate::bound::within;
-use crate::check::{Checker, Segment, Violation};
-use crate::continuity::{Stance, check_transition, standing_limbs};
+use crate::bound::is_at_most;
+use crate::check::{Checker, MotionSegment, Violation};
+use crate::continuity::{Stance, check_transition, stance_limbs};
 use crate::simulation::Simulation;
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands,
 /// in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
 
-/// The simulated robot, and how far it got in the plan it walks.
-pub struct Walker {
+/// The simulated robot and its progress in the plan that it executes.
+pub struct ChunkExecutor {
     checker: Checker,
     identity: Identity,
     plan: Option<(u64, u64)>,
     next_sequence: u64,
     stream: Digest,
     finished: bool,
-    /// Where the plan being walked says that the robot stands.
-    standing: Option<Standing>,
-    /// Where it really stands, if its feet were misplaced.
-    really: Option<Standing>,
+    /// Where the robot stands by its plan.
+    rest_state: Option<RestState>,
+    /// Where it actually stands, if its feet were misplaced.
+    actual: Option<RestState>,
     margins: Margins,
 }
 
-/// A configuration in which the robot may stop forever.
+/// A statically stable configuration with its contacts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Standing {
+pub struct RestState {
     /// The configuration, and the plan's time at which it was reached.
     pub waypoint: Waypoint,
     /// Which feet carry the robot.
@@ -48,7 +48,7 @@ pub struct Standing {
     pub contacts: Vec<Contact>,
 }
 
-impl Standing {
+impl RestState {
     /// At the end of a chunk of a known mode.
     fn after(chunk: &PlanChunk) -> Self {
         let waypoint = chunk.waypoints()[chunk.waypoints().len() - 1];
@@ -57,8 +57,8 @@ impl Standing {
     }
 }
 
-impl Walker {
-    /// A robot that stands nowhere yet: the first chunk says where.
+impl ChunkExecutor {
+    /// A robot without a rest state yet; the first chunk sets it.
     pub fn new(checker: Checker, identity: Identity) -> Self {
         Self {
             checker,
@@ -67,126 +67,127 @@ impl Walker {
             next_sequence: 0,
             stream: Digest::default(),
             finished: false,
-            standing: None,
-            really: None,
+            rest_state: None,
+            actual: None,
             margins: Margins::UNMEASURED,
         }
     }
 
-    /// A robot that another controller moved before: `word` is the last that one said.
-    pub fn take_over(checker: Checker, identity: Identity, word: &Feedback) -> Self {
-        let standing = &word.standing;
-        let limbs = SupportMode::from_wire(standing.mode).map(|mode| (mode, standing_limbs(mode)));
+    /// A robot that another controller moved before; `feedback` is the last one that it published.
+    pub fn take_over(checker: Checker, identity: Identity, feedback: &Feedback) -> Self {
+        let rest_state = &feedback.standing;
+        let limbs = SupportMode::from_wire(rest_state.mode).map(|mode| (mode, stance_limbs(mode)));
         let contacts = |limbs: &[u32]| {
-            limbs.iter().filter_map(|&limb| standing.contact_of(limb)).copied().collect()
+            limbs.iter().filter_map(|&limb| rest_state.contact_of(limb)).copied().collect()
         };
-        let world = corrected_digest(&identity.world, word.corrections());
+        let world = corrected_digest(&identity.world, feedback.corrections());
         Self {
             checker,
             identity: Identity { world, ..identity },
-            plan: (word.session != 0).then_some((word.plan_id, word.epoch)),
-            next_sequence: word.next_sequence,
-            stream: word.stream,
-            finished: word.finished != 0,
-            standing: limbs.filter(|_| standing.is_known()).map(|(mode, limbs)| Standing {
-                waypoint: standing.waypoint,
+            plan: (feedback.session != 0).then_some((feedback.plan_id, feedback.epoch)),
+            next_sequence: feedback.next_sequence,
+            stream: feedback.stream,
+            finished: feedback.finished != 0,
+            rest_state: limbs.filter(|_| rest_state.is_known()).map(|(mode, limbs)| RestState {
+                waypoint: rest_state.waypoint,
                 mode,
                 contacts: contacts(limbs),
             }),
-            really: None,
-            margins: word.margins,
+            actual: None,
+            margins: feedback.margins,
         }
     }
 
-    /// Expects chunks made for the world as `correction` says it is, from now on: to be called with
-    /// every correction that the planner is told.
+    /// From now on expects chunks made for the world with `correction` applied. To be called with
+    /// every correction that is reported to the planner.
     pub fn correct(&mut self, correction: &Correction) {
         self.identity.world = corrected_digest(&self.identity.world, &[*correction]);
     }
 
-    /// Admits a chunk, checks it, and walks it: the worst margins of the chunk, or why it is
-    /// refused. Tested in the order CRC, form, instance, robot, world, configuration, sequence,
-    /// stream, continuity, physics.
+    /// Checks a chunk and executes it: the worst margins of the chunk, or why it is refused.
+    /// Checked in the order CRC, form, controller, robot, world, configuration, sequence, stream,
+    /// continuity, physics.
     ///
     /// # Errors
     /// The first condition that does not hold; the robot stays where it stands.
-    pub fn admit_and_walk(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
-        let margins = self.admit(chunk, &mut || {})?;
-        self.walk(chunk, &margins);
+    pub fn check_and_execute(&mut self, chunk: &PlanChunk) -> Result<Margins, Violation> {
+        let margins = self.check_chunk(chunk, &mut || {})?;
+        self.execute(chunk, &margins);
         Ok(margins)
     }
 
-    /// As [`Self::admit_and_walk`], but the robot does not move. `alive` is called now and then
-    /// meanwhile.
+    /// As [`Self::check_and_execute`], but the robot does not move. `heartbeat` is called now and
+    /// then meanwhile.
     ///
     /// # Errors
     /// The first condition that does not hold.
-    pub fn admit(
+    pub fn check_chunk(
         &mut self,
         chunk: &PlanChunk,
-        alive: &mut dyn FnMut(),
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
         let mode = check_message(chunk, &self.identity, self.checker.model().joints.len())?;
         let starts_plan = self.starts_plan(chunk);
         self.check_sequence(chunk, starts_plan)?;
         self.check_stream(chunk, starts_plan)?;
         self.check_continuity(chunk, mode, starts_plan)?;
-        let segment = Segment { mode, contacts: chunk.contacts(), waypoints: chunk.waypoints() };
-        self.checker.check_segment(&segment, alive)
+        let segment =
+            MotionSegment { mode, contacts: chunk.contacts(), waypoints: chunk.waypoints() };
+        self.checker.check_segment(&segment, heartbeat)
     }
 
-    /// The contact of an admitted chunk that the robot does not stand on yet.
+    /// The contact of an accepted chunk that the robot does not stand on yet.
     pub fn landing<'a>(&self, chunk: &'a PlanChunk) -> Option<&'a Contact> {
-        let standing = self.standing()?;
+        let rest_state = self.rest_state()?;
         let is_double = SupportMode::from_wire(chunk.mode) == Some(SupportMode::Double);
         let stands =
-            |contact: &Contact| standing.contacts.iter().any(|old| old.limb == contact.limb);
+            |contact: &Contact| rest_state.contacts.iter().any(|old| old.limb == contact.limb);
         chunk.contacts().iter().find(|contact| is_double && !stands(contact))
     }
 
-    /// The physical checks of a motion that is not the plan's. `alive` is called now and then
+    /// The physical checks of a motion that is not the plan's. `heartbeat` is called now and then
     /// meanwhile.
     ///
     /// # Errors
     /// The first violation.
-    pub fn check(
+    pub fn check_motion(
         &mut self,
-        segment: &Segment,
-        alive: &mut dyn FnMut(),
+        segment: &MotionSegment,
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
-        self.checker.check_segment(segment, alive)
+        self.checker.check_segment(segment, heartbeat)
     }
 
-    /// The robot has walked an admitted chunk with its feet elsewhere than planned, as `real` says.
-    pub fn walk_as(&mut self, chunk: &PlanChunk, real: &PlanChunk, margins: &Margins) {
-        self.walk(chunk, margins);
-        let standing = Standing::after(real);
-        self.really = (Some(&standing) != self.standing.as_ref()).then_some(standing);
+    /// The robot has executed an accepted chunk with misplaced feet, as `actual` says.
+    pub fn execute_as(&mut self, chunk: &PlanChunk, actual: &PlanChunk, margins: &Margins) {
+        self.execute(chunk, margins);
+        let rest_state = RestState::after(actual);
+        self.actual = (Some(&rest_state) != self.rest_state.as_ref()).then_some(rest_state);
     }
 
-    /// The robot gives up its plan: the next one must begin where it really stands.
-    pub fn hold(&mut self) {
-        if let Some(really) = self.really.take() {
-            self.standing = Some(really);
+    /// Ends the plan: the next one must begin at the actual rest state.
+    pub fn hold_position(&mut self) {
+        if let Some(actual) = self.actual.take() {
+            self.rest_state = Some(actual);
         }
     }
 
-    /// Where the robot really stands; nothing before the first chunk.
-    pub fn really_standing(&self) -> Option<&Standing> {
-        self.really.as_ref().or(self.standing.as_ref())
+    /// Where the robot actually stands; nothing before the first chunk.
+    pub fn actual_rest_state(&self) -> Option<&RestState> {
+        self.actual.as_ref().or(self.rest_state.as_ref())
     }
 
-    /// Walks an accepted chunk in simulated time; `tell` hears of every tick.
+    /// Executes an accepted chunk in simulated time; `publish` is called at every tick.
     pub fn simulate(
         &mut self,
         simulation: &mut Simulation,
         chunk: &PlanChunk,
-        tell: &mut dyn FnMut(&State),
+        publish: &mut dyn FnMut(&State),
     ) {
-        simulation.walk(&mut self.checker, chunk, tell);
+        simulation.execute(&mut self.checker, chunk, publish);
     }
 
-    /// What judges the chunks.
+    /// The checker.
     pub fn checker(&self) -> &Checker {
         &self.checker
     }
@@ -196,7 +197,7 @@ impl Walker {
         self.next_sequence
     }
 
-    /// The plan being walked, if any.
+    /// The plan in execution, if any.
     pub fn plan_id(&self) -> Option<u64> {
         self.plan.map(|(plan_id, _)| plan_id)
     }
@@ -212,8 +213,8 @@ impl Walker {
     }
 
     /// Where the robot stands, by the plan; nothing before the first chunk.
-    pub fn standing(&self) -> Option<&Standing> {
-        self.standing.as_ref()
+    pub fn rest_state(&self) -> Option<&RestState> {
+        self.rest_state.as_ref()
     }
 
     /// The worst margins of the accepted chunks of this plan.
@@ -267,27 +268,27 @@ impl Walker {
         starts_plan: bool,
     ) -> Result<(), Violation> {
         let bad = |detail| Err(Violation::new(Check::Continuity, 0, detail));
-        let Some(standing) = &self.standing else { return Ok(()) };
+        let Some(rest_state) = &self.rest_state else { return Ok(()) };
         let first = &chunk.waypoints()[0];
-        let jump = largest_difference(&standing.waypoint, first);
-        if !within(jump, CONTINUITY_MAX) {
+        let jump = largest_difference(&rest_state.waypoint, first);
+        if !is_at_most(jump, CONTINUITY_MAX) {
             return bad(format!(
                 "it begins {jump:.3e} from where the robot stands, limit {CONTINUITY_MAX:.0e}"
             ));
         }
-        let late = (first.time - standing.waypoint.time).abs();
-        if !starts_plan && !within(late, CONTINUITY_MAX) {
+        let late = (first.time - rest_state.waypoint.time).abs();
+        if !starts_plan && !is_at_most(late, CONTINUITY_MAX) {
             return bad(format!(
                 "it begins at {} s, the chunk before ended at {} s",
-                first.time, standing.waypoint.time
+                first.time, rest_state.waypoint.time
             ));
         }
-        let before = Stance { mode: standing.mode, contacts: &standing.contacts };
+        let before = Stance { mode: rest_state.mode, contacts: &rest_state.contacts };
         check_transition(&before, &Stance { mode, contacts: chunk.contacts() }).or_else(bad)
     }
 
-    /// Walks a chunk that [`Self::admit`] admitted with these margins.
-    pub fn walk(&mut self, chunk: &PlanChunk, margins: &Margins) {
+    /// Executes a chunk that [`Self::check_chunk`] accepted with these margins.
+    pub fn execute(&mut self, chunk: &PlanChunk, margins: &Margins) {
         let starts_plan = self.starts_plan(chunk);
         let so_far = if starts_plan { Margins::UNMEASURED } else { self.margins };
         self.margins = so_far.min(margins);
@@ -295,8 +296,8 @@ impl Walker {
         self.next_sequence = chunk.sequence + 1;
         self.stream = chunk.stream_after();
         self.finished = chunk.flags & FLAG_LAST != 0;
-        self.standing = Some(Standing::after(chunk));
-        self.really = None;
+        self.rest_state = Some(RestState::after(chunk));
+        self.actual = None;
     }
 }
 

@@ -1,10 +1,10 @@
-//! The judge's example plans, where they exist: the good ones pass, the bad ones fail for the right
-//! reason. A clone has none, so `SUREFOOT_REQUIRE_ALL` does not ask for them.
+//! The independent judge's example plans, where they exist: the good ones pass, the bad ones fail
+//! for the right reason. A clone has none, so `SUREFOOT_REQUIRE_ALL` does not ask for them.
 
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
-    reason = "a panic fails the test; what is skipped is said"
+    reason = "a panic fails the test; skipped tests are printed"
 )]
 
 use std::path::Path;
@@ -16,7 +16,7 @@ use surefoot_shared_types::plan_file::load::load_plan;
 /// Beside the repository.
 const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/judge/examples");
 
-fn judged(name: &str) -> Option<PlanReport> {
+fn check_example(name: &str) -> Option<PlanReport> {
     let path = Path::new(EXAMPLES).join(name);
     if !path.exists() {
         println!("skipped: {} is not here", path.display());
@@ -30,7 +30,7 @@ fn judged(name: &str) -> Option<PlanReport> {
             .map(|found| format!("phase {}: {}", found.phase, found.violation));
         println!(
             "{name}: {} {:?} {}",
-            line.check.word(),
+            line.check.name(),
             line.worst,
             violation.unwrap_or_default()
         );
@@ -39,13 +39,13 @@ fn judged(name: &str) -> Option<PlanReport> {
 }
 
 fn assert_valid(name: &str) {
-    if let Some(report) = judged(name) {
+    if let Some(report) = check_example(name) {
         assert!(report.is_valid(), "{report:#?}");
     }
 }
 
 fn assert_violates(name: &str, check: Check) {
-    if let Some(report) = judged(name) {
+    if let Some(report) = check_example(name) {
         assert!(report.violations().any(|found| found.violation.check == check), "{report:#?}");
     }
 }

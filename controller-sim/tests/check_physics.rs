@@ -8,7 +8,7 @@ mod check_robot;
 use check_robot::*;
 use glam::DVec3;
 use surefoot_controller_sim::kinematics::{Configuration, Posture};
-use surefoot_controller_sim::{Checker, CheckerError, Segment, Violation};
+use surefoot_controller_sim::{Checker, CheckerError, MotionSegment, Violation};
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::feedback::Margins;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
@@ -17,7 +17,7 @@ use surefoot_shared_types::scene::{GRAVITY, World};
 use surefoot_shared_types::spatial::rotation_about;
 use surefoot_shared_types::{Pose, Shape};
 
-fn judge(
+fn check_motion(
     robot: RobotModel,
     world: World,
     contacts: &[Contact],
@@ -29,7 +29,7 @@ fn judge(
         _ => SupportMode::Double,
     };
     let mut checker = Checker::new(robot, world, CheckerConfig::default()).unwrap();
-    checker.check_segment(&Segment { mode, contacts, waypoints }, &mut || {})
+    checker.check_segment(&MotionSegment { mode, contacts, waypoints }, &mut || {})
 }
 
 fn refused(result: Result<Margins, Violation>, check: Check, words: &str) -> Violation {
@@ -40,9 +40,10 @@ fn refused(result: Result<Margins, Violation>, check: Check, words: &str) -> Vio
 }
 
 #[test]
-fn standing_is_accepted_with_the_margins_of_the_drawing() {
+fn standing_is_accepted_with_the_margins_computed_by_hand() {
     let margins =
-        judge(robot(), world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.3, 0.0), 4)).unwrap();
+        check_motion(robot(), world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.3, 0.0), 4))
+            .unwrap();
     // The elbow is 2.5 from its limits at 0, the shoulder 2.2 at 0.3.
     assert!((margins.limits - 2.2).abs() < 1e-9, "{margins:?}");
     assert!((margins.contact - 2e-3).abs() < 1e-9, "{margins:?}");
@@ -95,25 +96,32 @@ fn a_robot_turned_as_a_whole_keeps_its_shape() {
 #[test]
 fn a_joint_past_its_limit_is_named() {
     let waypoints = swing((2.3, 0.0), (2.51, 0.0), 3);
-    let violation =
-        refused(judge(robot(), world(vec![]), &both_feet(), &waypoints), Check::Limits, "shoulder");
+    let violation = refused(
+        check_motion(robot(), world(vec![]), &both_feet(), &waypoints),
+        Check::Limits,
+        "shoulder",
+    );
     assert_eq!(violation.waypoint, 2);
 }
 
 #[test]
 fn jumps_and_stopped_clocks_are_refused() {
     let jump = swing((0.0, 0.0), (0.21, 0.0), 2);
-    refused(judge(robot(), world(vec![]), &both_feet(), &jump), Check::Spacing, "shoulder");
+    refused(check_motion(robot(), world(vec![]), &both_feet(), &jump), Check::Spacing, "shoulder");
     let mut stopped = swing((0.0, 0.0), (0.1, 0.0), 3);
     stopped[2].time = stopped[1].time;
     assert_eq!(
-        refused(judge(robot(), world(vec![]), &both_feet(), &stopped), Check::Spacing, "time")
-            .waypoint,
+        refused(
+            check_motion(robot(), world(vec![]), &both_feet(), &stopped),
+            Check::Spacing,
+            "time"
+        )
+        .waypoint,
         1
     );
     let mut slide = swing((0.0, 0.0), (0.1, 0.0), 2);
     slide[1].root_position[0] = 1e6;
-    refused(judge(robot(), world(vec![]), &both_feet(), &slide), Check::Spacing, "root");
+    refused(check_motion(robot(), world(vec![]), &both_feet(), &slide), Check::Spacing, "root");
 }
 
 #[test]
@@ -121,14 +129,18 @@ fn a_foot_off_its_declared_pose_is_refused() {
     let mut contacts = both_feet();
     contacts[1].position[0] = 0.0021;
     refused(
-        judge(robot(), world(vec![]), &contacts, &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        check_motion(robot(), world(vec![]), &contacts, &swing((0.0, 0.0), (0.1, 0.0), 2)),
         Check::Contact,
         "right sole",
     );
     // A hip turned by 0.004 rad moves its sole by 3.6 mm.
     let mut waypoints = [waypoint(0.0, 0.0, 0.0), waypoint(1.0, 0.0, 0.0)];
     waypoints[1].q[0] = 0.004;
-    refused(judge(robot(), world(vec![]), &both_feet(), &waypoints), Check::Contact, "left sole");
+    refused(
+        check_motion(robot(), world(vec![]), &both_feet(), &waypoints),
+        Check::Contact,
+        "left sole",
+    );
 }
 
 #[test]
@@ -138,21 +150,21 @@ fn a_sole_needs_ground_under_it() {
     // cm2.
     on_edge.shapes[0].world_from_shape = at(3.098, 0.0, -0.25);
     refused(
-        judge(robot(), on_edge, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        check_motion(robot(), on_edge, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
         Check::Contact,
         "cm2",
     );
     let mut sunk = world(vec![]);
     sunk.shapes[0].world_from_shape = at(0.0, 0.0, -0.246);
     refused(
-        judge(robot(), sunk, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        check_motion(robot(), sunk, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
         Check::Contact,
         "deep",
     );
     let mut far = world(vec![]);
     far.shapes[0].world_from_shape = at(0.0, 0.0, -0.2531);
     refused(
-        judge(robot(), far, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        check_motion(robot(), far, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
         Check::Contact,
         "0.00 cm2",
     );
@@ -177,14 +189,15 @@ fn two_bars_support_a_sole_over_their_span() {
         });
     }
     let margins =
-        judge(robot(), bars.clone(), &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)).unwrap();
+        check_motion(robot(), bars.clone(), &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2))
+            .unwrap();
     // The centre of mass is near the middle; the rear bar is 6 cm behind it, the line of contact a
     // few mm wide.
     assert!(margins.balance > 0.05 && margins.balance < 0.065, "{margins:?}");
     // One bar alone carries each sole on a strip of a few millimetres.
     bars.shapes.pop();
     refused(
-        judge(robot(), bars, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
+        check_motion(robot(), bars, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2)),
         Check::Contact,
         "cm2",
     );
@@ -198,7 +211,7 @@ fn a_slope_beyond_friction_or_a_tilted_surface_is_no_ground() {
         slope.shapes[0].world_from_shape =
             Pose::from_parts(turn * DVec3::new(0.0, 0.0, -0.25), turn);
         slope.mu = mu;
-        judge(robot(), slope, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2))
+        check_motion(robot(), slope, &both_feet(), &swing((0.0, 0.0), (0.1, 0.0), 2))
     };
     tilted(0.02, 0.6).unwrap();
     refused(tilted(0.02, 0.019), Check::Contact, "cm2");
@@ -209,10 +222,12 @@ fn a_slope_beyond_friction_or_a_tilted_surface_is_no_ground() {
 fn leaning_out_of_the_support_is_refused() {
     let mut heavy = robot();
     heavy.links[4].mass = 30.0;
-    let result = judge(heavy, world(vec![]), &both_feet(), &swing((0.0, 0.0), (1.2, 0.0), 13));
+    let result =
+        check_motion(heavy, world(vec![]), &both_feet(), &swing((0.0, 0.0), (1.2, 0.0), 13));
     let violation = refused(result, Check::Balance, "centre of mass");
     assert!(violation.waypoint > 0, "it stands at first: {violation}");
-    let one_foot = judge(robot(), world(vec![]), &[contact(0)], &swing((0.0, 0.0), (0.1, 0.0), 2));
+    let one_foot =
+        check_motion(robot(), world(vec![]), &[contact(0)], &swing((0.0, 0.0), (0.1, 0.0), 2));
     refused(one_foot, Check::Balance, "left foot");
 }
 
@@ -222,7 +237,7 @@ fn a_weak_joint_is_named() {
     // Held level, the arm needs 2 kg x 9.81 x (0.2 + 0.6) m = 15.7 N m.
     weak.joints[SHOULDER].effort = 15.6;
     let level = |world: World, robot: RobotModel| {
-        judge(
+        check_motion(
             robot,
             world,
             &both_feet(),
@@ -241,7 +256,12 @@ fn a_joint_that_is_weak_between_two_waypoints_is_named() {
     let past_level = |effort: f64| {
         let mut weak = robot();
         weak.joints[SHOULDER].effort = effort;
-        judge(weak, world(vec![]), &both_feet(), &swing((0.1 - level, 0.0), (-0.1 - level, 0.0), 2))
+        check_motion(
+            weak,
+            world(vec![]),
+            &both_feet(),
+            &swing((0.1 - level, 0.0), (-0.1 - level, 0.0), 2),
+        )
     };
     let needed = 1.6 * GRAVITY;
     refused(past_level(needed * 0.5 * (1.0 + libm::cos(0.1))), Check::Torque, "shoulder");
@@ -266,7 +286,7 @@ fn robot_with_locked_elbow(effort: f64) -> RobotModel {
 fn a_locked_joint_must_hold_its_load_too() {
     let needed = MASSES[2] * GRAVITY * 0.2 * libm::sin(0.5);
     let stand = |effort| {
-        judge(
+        check_motion(
             robot_with_locked_elbow(effort),
             world(vec![]),
             &both_feet(),
@@ -286,7 +306,7 @@ fn two_feet_share_the_load_as_well_as_they_can() {
     let hips_of = |effort: f64| {
         let mut weak = robot();
         (weak.joints[0].effort, weak.joints[1].effort) = (effort, effort);
-        judge(weak, world(vec![]), &both_feet(), &swing((-0.5, 0.0), (-0.6, 0.0), 2))
+        check_motion(weak, world(vec![]), &both_feet(), &swing((-0.5, 0.0), (-0.6, 0.0), 2))
     };
     let margins = hips_of(1.02 * half).unwrap();
     assert!((margins.torque - (1.0 - 1.0 / 1.02)).abs() < 1e-4, "{margins:?}");
@@ -294,18 +314,18 @@ fn two_feet_share_the_load_as_well_as_they_can() {
 }
 
 #[test]
-fn a_thin_rod_between_two_waypoints_is_met() {
+fn a_collision_with_a_thin_rod_between_two_waypoints_is_found() {
     // The hand moves 0.77 m x 0.2 rad = 0.15 m in one step, over a rod of 1 cm that neither end
     // touches.
     let rod =
         |x: f64| ("rod", at(x, 0.25, 0.45), Shape::Cylinder { radius: 0.005, half_length: 0.05 });
     let waypoints = swing((-0.1, 0.0), (0.1, 0.0), 2);
     refused(
-        judge(robot(), world(vec![rod(0.0)]), &both_feet(), &waypoints),
+        check_motion(robot(), world(vec![rod(0.0)]), &both_feet(), &waypoints),
         Check::Collision,
         "forearm overlaps rod",
     );
-    let margins = judge(robot(), world(vec![rod(0.15)]), &both_feet(), &waypoints).unwrap();
+    let margins = check_motion(robot(), world(vec![rod(0.15)]), &both_feet(), &waypoints).unwrap();
     assert!(margins.collision > 0.03 && margins.collision < 0.1, "{margins:?}");
 }
 
@@ -315,24 +335,24 @@ fn overlaps_up_to_the_tolerance_pass() {
     let block =
         |depth: f64| ("block", at(0.0, 0.25, 0.32 + depth - 0.05), box_of(0.01, 0.01, 0.05));
     let still = [waypoint(0.0, 0.0, 0.0)];
-    let margins = judge(robot(), world(vec![block(0.0015)]), &both_feet(), &still).unwrap();
+    let margins = check_motion(robot(), world(vec![block(0.0015)]), &both_feet(), &still).unwrap();
     assert!((margins.collision + 0.0015).abs() < 1e-6, "{margins:?}");
     refused(
-        judge(robot(), world(vec![block(0.0025)]), &both_feet(), &still),
+        check_motion(robot(), world(vec![block(0.0025)]), &both_feet(), &still),
         Check::Collision,
         "2.50 mm",
     );
 }
 
 #[test]
-fn feet_may_not_stand_in_things_beside_their_soles() {
+fn feet_may_not_penetrate_shapes_beside_their_soles() {
     // A step whose riser cuts into the shin, 0.04 m ahead of the ankle, over the toes: the sole
     // itself is on the floor.
     let step = |depth: f64| ("step", at(0.04 - depth + 0.2, -0.1, 0.4), box_of(0.2, 0.03, 0.2));
     let still = [waypoint(0.0, 0.0, 0.0)];
-    judge(robot(), world(vec![step(0.0025)]), &both_feet(), &still).unwrap();
+    check_motion(robot(), world(vec![step(0.0025)]), &both_feet(), &still).unwrap();
     refused(
-        judge(robot(), world(vec![step(0.0035)]), &both_feet(), &still),
+        check_motion(robot(), world(vec![step(0.0035)]), &both_feet(), &still),
         Check::Collision,
         "right_leg overlaps step by 3.50 mm",
     );
@@ -340,9 +360,9 @@ fn feet_may_not_stand_in_things_beside_their_soles() {
     let mut light = robot();
     light.links[2].mass = 0.1;
     light.links[0].com.y = 0.1;
-    judge(light.clone(), world(vec![step(0.0015)]), &[contact(0)], &still).unwrap();
+    check_motion(light.clone(), world(vec![step(0.0015)]), &[contact(0)], &still).unwrap();
     refused(
-        judge(light, world(vec![step(0.0025)]), &[contact(0)], &still),
+        check_motion(light, world(vec![step(0.0025)]), &[contact(0)], &still),
         Check::Collision,
         "right_leg overlaps step by 2.50 mm",
     );
@@ -355,7 +375,8 @@ fn links_that_overlap_at_joint_position_zero_may_touch_if_they_are_near() {
     wide.links[0].shapes[0].shape = box_of(0.1, 0.3, 0.25);
     wide.links[4].shapes[0].link_from_shape = at(0.0, 0.0, -0.15);
     wide.links[3].shapes.clear();
-    let margins = judge(wide, world(vec![]), &both_feet(), &[waypoint(0.0, 0.0, 0.0)]).unwrap();
+    let margins =
+        check_motion(wide, world(vec![]), &both_feet(), &[waypoint(0.0, 0.0, 0.0)]).unwrap();
     assert!(margins.self_collision > 0.0, "{margins:?}");
 }
 
@@ -370,7 +391,7 @@ fn a_robot_inside_a_closed_mesh_is_refused() {
     let source =
         surefoot_shared_types::shape::MeshSource { path: "room.stl".into(), scale: DVec3::ONE };
     let solid = Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source };
-    let result = judge(
+    let result = check_motion(
         robot(),
         world(vec![("rock", at(0., 0., 0.), solid)]),
         &both_feet(),
@@ -382,7 +403,8 @@ fn a_robot_inside_a_closed_mesh_is_refused() {
 
 #[test]
 fn the_forearm_swung_into_the_body_is_a_self_collision() {
-    let result = judge(robot(), world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.0, -1.5), 11));
+    let result =
+        check_motion(robot(), world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.0, -1.5), 11));
     let violation = refused(result, Check::SelfCollision, "forearm");
     assert!(violation.waypoint > 0);
 }
@@ -393,7 +415,7 @@ fn check_all_names_every_violated_check() {
     weak.joints[SHOULDER].effort = 1.0;
     let mut checker = Checker::new(weak, world(vec![]), CheckerConfig::default()).unwrap();
     let waypoints = swing((0.9, 0.0), (0.9, -1.5), 11);
-    let report = checker.check_all(&Segment {
+    let report = checker.check_all(&MotionSegment {
         mode: SupportMode::Double,
         contacts: &both_feet(),
         waypoints: &waypoints,
@@ -404,11 +426,11 @@ fn check_all_names_every_violated_check() {
 }
 
 #[test]
-fn what_is_not_a_number_passes_no_check() {
+fn nan_passes_no_check() {
     let standing = |spoil: fn(&mut Waypoint)| {
         let mut waypoint = waypoint(0.0, 0.0, 0.0);
         spoil(&mut waypoint);
-        judge(robot(), world(vec![]), &both_feet(), &[waypoint])
+        check_motion(robot(), world(vec![]), &both_feet(), &[waypoint])
     };
     refused(standing(|waypoint| waypoint.q[SHOULDER] = f64::NAN), Check::Limits, "shoulder");
     refused(standing(|waypoint| waypoint.root_position[2] = f64::NAN), Check::Contact, "left sole");
@@ -419,22 +441,22 @@ fn what_is_not_a_number_passes_no_check() {
     );
     let mut swing = swing((0.0, 0.0), (0.1, 0.0), 3);
     swing[1].time = f64::NAN;
-    refused(judge(robot(), world(vec![]), &both_feet(), &swing), Check::Spacing, "time");
+    refused(check_motion(robot(), world(vec![]), &both_feet(), &swing), Check::Spacing, "time");
     let mut contacts = both_feet();
     contacts[1].position[0] = f64::NAN;
     refused(
-        judge(robot(), world(vec![]), &contacts, &[waypoint(0.0, 0.0, 0.0)]),
+        check_motion(robot(), world(vec![]), &contacts, &[waypoint(0.0, 0.0, 0.0)]),
         Check::Contact,
         "right sole",
     );
 }
 
 #[test]
-fn links_whose_place_is_not_a_number_collide() {
+fn links_with_a_nan_pose_collide() {
     let mut lost = waypoint(0.0, 0.0, 0.0);
     lost.q[SHOULDER] = f64::NAN;
     let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
-    let report = checker.check_all(&Segment {
+    let report = checker.check_all(&MotionSegment {
         mode: SupportMode::Double,
         contacts: &both_feet(),
         waypoints: &[lost],
@@ -448,19 +470,19 @@ fn links_whose_place_is_not_a_number_collide() {
 }
 
 #[test]
-fn a_check_gives_a_sign_of_life_at_every_waypoint() {
+fn a_check_calls_the_heartbeat_at_every_waypoint() {
     let waypoints = swing((0.0, 0.0), (0.3, 0.0), 8);
     let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
     let mut signs = 0;
     let segment =
-        Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &waypoints };
+        MotionSegment { mode: SupportMode::Double, contacts: &both_feet(), waypoints: &waypoints };
     checker.check_segment(&segment, &mut || signs += 1).unwrap();
     // Torque, collision and self-collision.
     assert!(signs >= 3 * waypoints.len(), "{signs}");
 }
 
 #[test]
-fn robots_that_cannot_be_judged_are_refused() {
+fn robots_that_cannot_be_checked_are_refused() {
     let mut one_legged = robot();
     one_legged.feet.pop();
     assert!(matches!(
@@ -480,7 +502,11 @@ fn starts_stops_and_turns_are_accelerations() {
     let mut checker = Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap();
     let mut unused = |waypoints: &[Waypoint]| {
         checker
-            .check_all(&Segment { mode: SupportMode::Double, contacts: &both_feet(), waypoints })
+            .check_all(&MotionSegment {
+                mode: SupportMode::Double,
+                contacts: &both_feet(),
+                waypoints,
+            })
             .acceleration
     };
     // From rest to 0.1 rad/s within half a second, at a limit of 10 rad/s2.
@@ -493,7 +519,7 @@ fn starts_stops_and_turns_are_accelerations() {
     // Half the time is four times the acceleration.
     let quicker = turn.map(|waypoint| Waypoint { time: 0.5 * waypoint.time, ..waypoint });
     refused(
-        judge(robot(), world(vec![]), &both_feet(), &quicker),
+        check_motion(robot(), world(vec![]), &both_feet(), &quicker),
         Check::Acceleration,
         "joint shoulder accelerates by 20.00",
     );
@@ -505,12 +531,12 @@ fn a_motion_that_does_not_stop_at_its_end_is_refused() {
     let times_and_angles = [(0.0, 0.0), (0.4, 0.1), (0.6, 0.2), (0.75, 0.29), (0.8, 0.32)];
     let waypoints = times_and_angles.map(|(time, shoulder)| waypoint(time, shoulder, 0.0));
     let violation = refused(
-        judge(robot(), world(vec![]), &both_feet(), &waypoints),
+        check_motion(robot(), world(vec![]), &both_feet(), &waypoints),
         Check::Acceleration,
         "shoulder",
     );
     assert_eq!(violation.waypoint, 4);
-    let whole = judge(
+    let whole = check_motion(
         robot(),
         world(vec![]),
         &both_feet(),

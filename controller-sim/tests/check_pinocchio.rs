@@ -54,7 +54,7 @@ fn assert_near(ours: &[f64], theirs: &[f64], places: &[usize], what: &str) {
 }
 
 #[test]
-fn hubo_moves_and_weighs_as_pinocchio_says() {
+fn hubo_kinematics_and_statics_agree_with_pinocchio() {
     let data: Value = serde_json::from_str(
         &std::fs::read_to_string(root().join("tests/data/pinocchio_hubo.json")).unwrap(),
     )

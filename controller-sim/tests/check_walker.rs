@@ -6,21 +6,24 @@
 mod check_robot;
 
 use check_robot::*;
-use surefoot_controller_sim::{Checker, Identity, Walker};
+use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
-use surefoot_shared_types::message::{Check, Contact, PlanChunk, Sealed, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
 
 const IDENTITY: Identity = Identity {
-    instance: 7,
+    controller_id: 7,
     robot: Digest([1; 32]),
     world: Digest([2; 32]),
     config: Digest([3; 32]),
 };
 
-fn walker() -> Walker {
-    Walker::new(Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap(), IDENTITY)
+fn executor() -> ChunkExecutor {
+    ChunkExecutor::new(
+        Checker::new(robot(), world(vec![]), CheckerConfig::default()).unwrap(),
+        IDENTITY,
+    )
 }
 
 fn chunk(
@@ -68,35 +71,35 @@ fn second() -> Box<PlanChunk> {
     chunk(1, first().stream_after(), SupportMode::Double, &both_feet(), &waypoints)
 }
 
-/// What a walker that has accepted [`first`] says of the second chunk, changed.
+/// The check that refuses the second chunk, changed, after [`first`] is accepted.
 fn refusal(change: impl Fn(&mut PlanChunk)) -> Check {
-    let mut walker = walker();
-    walker.admit_and_walk(&first()).unwrap();
-    let before = walker.standing().cloned();
+    let mut executor = executor();
+    executor.check_and_execute(&first()).unwrap();
+    let before = executor.rest_state().cloned();
     let mut changed = second();
     change(&mut changed);
-    let check = walker.admit_and_walk(&signed(changed)).expect_err("must be refused").check;
+    let check = executor.check_and_execute(&signed(changed)).expect_err("must be refused").check;
     assert_eq!(
-        (walker.standing().cloned(), walker.next_sequence()),
+        (executor.rest_state().cloned(), executor.next_sequence()),
         (before, 1),
         "a refusal must not move the robot"
     );
-    walker.admit_and_walk(&second()).expect("the right chunk is still accepted");
+    executor.check_and_execute(&second()).expect("the right chunk is still accepted");
     check
 }
 
 #[test]
-fn chunks_in_order_are_walked_to_the_end() {
-    let mut walker = walker();
-    walker.admit_and_walk(&first()).unwrap();
+fn chunks_in_order_are_executed_to_the_end() {
+    let mut executor = executor();
+    executor.check_and_execute(&first()).unwrap();
     let mut last = second();
     last.flags = FLAG_LAST;
     let last = signed(last);
-    walker.admit_and_walk(&last).unwrap();
-    assert!(walker.finished());
-    assert_eq!(walker.stream(), last.stream_after());
-    assert_eq!(walker.standing().unwrap().waypoint.time, 4.0);
-    assert_eq!(walker.admit_and_walk(&last).unwrap_err().check, Check::Sequence);
+    executor.check_and_execute(&last).unwrap();
+    assert!(executor.finished());
+    assert_eq!(executor.stream(), last.stream_after());
+    assert_eq!(executor.rest_state().unwrap().waypoint.time, 4.0);
+    assert_eq!(executor.check_and_execute(&last).unwrap_err().check, Check::Sequence);
 }
 
 #[test]
@@ -107,17 +110,17 @@ fn any_flipped_bit_is_refused_by_the_crc() {
         let mut bad = good.clone();
         bytemuck::bytes_of_mut(&mut *bad)[bit / 8] ^= 1 << (bit % 8);
         assert_eq!(
-            walker_cached(|walker| walker.admit_and_walk(&bad).unwrap_err().check),
+            with_cached_executor(|executor| executor.check_and_execute(&bad).unwrap_err().check),
             Check::Crc,
             "bit {bit}"
         );
     }
 }
 
-/// Runs on one shared walker that must never move.
-fn walker_cached<T>(use_it: impl FnOnce(&mut Walker) -> T) -> T {
-    thread_local!(static WALKER: std::cell::RefCell<Walker> = std::cell::RefCell::new(walker()));
-    WALKER.with_borrow_mut(use_it)
+/// Runs on one shared executor that must never move.
+fn with_cached_executor<T>(use_it: impl FnOnce(&mut ChunkExecutor) -> T) -> T {
+    thread_local!(static EXECUTOR: std::cell::RefCell<ChunkExecutor> = std::cell::RefCell::new(executor()));
+    EXECUTOR.with_borrow_mut(use_it)
 }
 
 #[test]
@@ -146,7 +149,7 @@ fn malformed_messages_are_refused() {
 
 #[test]
 fn chunks_for_others_are_refused() {
-    assert_eq!(refusal(|chunk| chunk.target_instance = 8), Check::Instance);
+    assert_eq!(refusal(|chunk| chunk.target_instance = 8), Check::Controller);
     assert_eq!(refusal(|chunk| chunk.robot = Digest([9; 32])), Check::Robot);
     assert_eq!(refusal(|chunk| chunk.world = Digest([9; 32])), Check::World);
     assert_eq!(refusal(|chunk| chunk.config = Digest([9; 32])), Check::Config);
@@ -172,31 +175,34 @@ fn a_foot_may_be_lifted_but_not_swapped() {
     let mut light = robot();
     light.links[2].mass = 0.1;
     light.links[0].com.y = 0.1;
-    let mut walker = Walker::new(
+    let mut executor = ChunkExecutor::new(
         Checker::new(light, world(vec![]), CheckerConfig::default()).unwrap(),
         IDENTITY,
     );
     let still = [waypoint(0.0, 0.0, 0.0)];
     let start = chunk(0, Digest::default(), SupportMode::Left, &[contact(0)], &still);
-    walker.admit_and_walk(&start).unwrap();
+    executor.check_and_execute(&start).unwrap();
     let swapped = chunk(1, start.stream_after(), SupportMode::Right, &[contact(1)], &still);
-    assert_eq!(walker.admit_and_walk(&swapped).unwrap_err().check, Check::Continuity);
+    assert_eq!(executor.check_and_execute(&swapped).unwrap_err().check, Check::Continuity);
     let lowered = chunk(1, start.stream_after(), SupportMode::Double, &both_feet(), &still);
-    walker.admit_and_walk(&lowered).unwrap();
+    executor.check_and_execute(&lowered).unwrap();
 }
 
 #[test]
-fn physics_is_judged_last_and_a_new_plan_begins_where_the_robot_stands() {
+fn physics_is_checked_last_and_a_new_plan_begins_where_the_robot_stands() {
     assert_eq!(refusal(|chunk| chunk.waypoints[2].q[2] = 0.5), Check::Spacing);
     assert_eq!(
         refusal(|chunk| chunk.waypoints[2].time = chunk.waypoints[1].time + 0.1),
         Check::Acceleration
     );
-    let mut walker = walker();
-    walker.admit_and_walk(&first()).unwrap();
+    let mut executor = executor();
+    executor.check_and_execute(&first()).unwrap();
     let mut elsewhere = first();
     elsewhere.plan_id = 1;
-    assert_eq!(walker.admit_and_walk(&signed(elsewhere)).unwrap_err().check, Check::Continuity);
+    assert_eq!(
+        executor.check_and_execute(&signed(elsewhere)).unwrap_err().check,
+        Check::Continuity
+    );
     let mut here = chunk(
         0,
         Digest::default(),
@@ -205,6 +211,6 @@ fn physics_is_judged_last_and_a_new_plan_begins_where_the_robot_stands() {
         &swing((0.2, 0.0), (0.1, 0.0), 3),
     );
     here.plan_id = 1;
-    walker.admit_and_walk(&signed(here)).unwrap();
-    assert_eq!((walker.plan_id(), walker.next_sequence()), (Some(1), 1));
+    executor.check_and_execute(&signed(here)).unwrap();
+    assert_eq!((executor.plan_id(), executor.next_sequence()), (Some(1), 1));
 }

@@ -17,7 +17,7 @@ const ANKLE_JOINTS: usize = 2;
 /// Each half plane adds a vertex at most.
 const CLIPPED_MAX: usize = POLYGON_VERTICES_MAX + 2 * ANKLE_JOINTS;
 /// A smaller share of a polygon stands for nothing that an ankle can hold.
-const HELD_SHARE_MIN: f64 = 0.02;
+const SUPPORT_SHARE_MIN: f64 = 0.02;
 
 /// A polygon on its way through the half planes.
 type Clipped = BoundedVec<DVec2, CLIPPED_MAX>;
@@ -25,7 +25,7 @@ type Clipped = BoundedVec<DVec2, CLIPPED_MAX>;
 /// Half planes of a level sole's frame, outside of which a joint of the ankle would need more than
 /// its usable effort.
 #[derive(Debug, Clone)]
-pub struct AnkleHold {
+pub struct AnkleLimits {
     half_planes: BoundedVec<HalfPlane, { 2 * ANKLE_JOINTS }>,
 }
 
@@ -36,7 +36,7 @@ struct HalfPlane {
     offset: f64,
 }
 
-impl AnkleHold {
+impl AnkleLimits {
     /// Of a leg in the standing posture. `margin` (m) is what the centre of mass keeps from the
     /// border of a region, so that the region may be that much larger.
     pub fn new(leg: &Leg, standing_q: &[f64], statics: &Statics, margin: f64) -> Self {
@@ -64,12 +64,14 @@ impl AnkleHold {
     /// nothing, which torques tell then.
     pub fn clip(&self, polygon: &[DVec2]) -> Clipped {
         let whole: Clipped = polygon.iter().copied().take(POLYGON_VERTICES_MAX).collect();
-        let held =
-            self.half_planes.iter().fold(whole.clone(), |held, half_plane| half_plane.clip(&held));
-        if area_and_centroid(&held).0 < HELD_SHARE_MIN * area_and_centroid(&whole).0 {
+        let clipped = self
+            .half_planes
+            .iter()
+            .fold(whole.clone(), |clipped, half_plane| half_plane.clip(&clipped));
+        if area_and_centroid(&clipped).0 < SUPPORT_SHARE_MIN * area_and_centroid(&whole).0 {
             whole
         } else {
-            held
+            clipped
         }
     }
 }

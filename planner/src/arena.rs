@@ -34,34 +34,34 @@ pub fn reserve_written<T>(capacity: usize, written_max: usize) -> Vec<T> {
 }
 
 /// Where a list stands in an arena: its first item, and how many there are.
-pub type Place = (u32, u32);
+pub type ArenaSlice = (u32, u32);
 
 /// The list that stands there.
-pub fn list_at<T>(arena: &[T], (first, count): Place) -> &[T] {
+pub fn slice_at<T>(arena: &[T], (first, count): ArenaSlice) -> &[T] {
     &arena[first as usize..(first + count) as usize]
 }
 
-/// Appends lists, one after the other, which threads copy side by side: much of it is memory that
+/// Appends lists, one after the other, which threads copy in parallel: much of it is memory that
 /// nobody has met before. Answers where each of them stands; `None`, and nothing is appended, where
 /// there is no room for all.
 pub fn append_all<T: Copy + Send + Sync, const N: usize>(
     arena: &mut Vec<T>,
     lists: &heapless::Vec<&[T], N>,
     threads: &Threads,
-) -> Option<heapless::Vec<Place, N>> {
+) -> Option<heapless::Vec<ArenaSlice, N>> {
     let mut end = arena.len();
     let mut spare = arena.spare_capacity_mut();
-    let mut places = heapless::Vec::new();
+    let mut slices = heapless::Vec::new();
     let mut copies: heapless::Vec<(&mut [MaybeUninit<T>], &[T]), N> = heapless::Vec::new();
     for list in lists {
-        let (room, rest) = spare.split_at_mut_checked(list.len())?;
+        let (space, rest) = spare.split_at_mut_checked(list.len())?;
         let _as_many_as_lists =
-            (places.push((end as u32, list.len() as u32)), copies.push((room, list)));
+            (slices.push((end as u32, list.len() as u32)), copies.push((space, list)));
         end += list.len();
         spare = rest;
     }
-    threads.each(&mut copies, |(room, list)| {
-        for (item, known) in room.iter_mut().zip(list.iter()) {
+    threads.for_each(&mut copies, |(space, list)| {
+        for (item, known) in space.iter_mut().zip(list.iter()) {
             item.write(*known);
         }
     });
@@ -69,7 +69,7 @@ pub fn append_all<T: Copy + Send + Sync, const N: usize>(
     // SAFETY: all rooms together are the spare room up to `end`, and each was written from its
     // beginning to its end.
     unsafe { arena.set_len(end) };
-    Some(places)
+    Some(slices)
 }
 
 /// A list of `count` items of nothing but zeros, its beginning backed by memory.
@@ -91,13 +91,13 @@ pub fn filled<T: Clone>(item: T, count: usize) -> Vec<T> {
 /// that was ever changed. So a short search pays for no more of it than it uses. Never reserves
 /// again.
 #[derive(Debug)]
-pub struct Uniform<T> {
+pub struct LazilyFilled<T> {
     written: Vec<T>,
     item: T,
     count: usize,
 }
 
-impl<T: Copy> Uniform<T> {
+impl<T: Copy> LazilyFilled<T> {
     /// `count` times `item`.
     pub fn new(item: T, count: usize) -> Self {
         Self { written: reserve(count), item, count }
@@ -115,7 +115,7 @@ impl<T: Copy> Uniform<T> {
     }
 }
 
-impl<T: Copy> Index<usize> for Uniform<T> {
+impl<T: Copy> Index<usize> for LazilyFilled<T> {
     type Output = T;
 
     #[inline]
@@ -125,7 +125,7 @@ impl<T: Copy> Index<usize> for Uniform<T> {
     }
 }
 
-impl<T: Copy> IndexMut<usize> for Uniform<T> {
+impl<T: Copy> IndexMut<usize> for LazilyFilled<T> {
     #[inline]
     fn index_mut(&mut self, index: usize) -> &mut T {
         if index >= self.written.len() {
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_uniform_list_is_as_long_as_it_was_made_and_keeps_what_is_changed() {
-        let mut list = Uniform::new(7_u32, 1_000);
+        let mut list = LazilyFilled::new(7_u32, 1_000);
         let capacity = list.written.capacity();
         list[500] = 1;
         list[3] += 1;
@@ -168,6 +168,6 @@ mod tests {
     #[test]
     #[should_panic(expected = "1000 in a list of 1000")]
     fn beyond_its_end_nothing_can_be_changed() {
-        Uniform::new(0_u8, 1_000)[1_000] = 1;
+        LazilyFilled::new(0_u8, 1_000)[1_000] = 1;
     }
 }

@@ -6,13 +6,13 @@ use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
 use surefoot_shared_types::robot::RobotModel;
 
-use crate::ankle::AnkleHold;
-use crate::carriage::Carriage;
-use crate::collision::ball::{BodyBall, body_balls};
+use crate::ankle::AnkleLimits;
+use crate::carriage::SingleSupportPosture;
+use crate::collision::ball::{BodySphere, body_spheres};
 use crate::kinematics::leg::{LegError, limits_within};
-use crate::kinematics::{Leg, Tree};
-use crate::region::Region;
-use crate::snapshot::Snapshot;
+use crate::kinematics::{KinematicTree, Leg};
+use crate::region::ConvexRegion;
+use crate::snapshot::KinematicState;
 use crate::statics::Statics;
 
 /// Most links of a robot, fixed ones included.
@@ -29,7 +29,7 @@ pub struct Configuration {
 
 /// A robot that cannot be planned for.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum BodyError {
+pub enum MechanismError {
     /// A leg that cannot place its sole freely.
     #[error(transparent)]
     Leg(#[from] LegError),
@@ -57,11 +57,11 @@ pub const TRUNK_JOINTS_MAX: usize = 4;
 
 /// The compiled robot. Constant during a search.
 #[derive(Debug, Clone)]
-pub struct Body {
+pub struct Mechanism {
     /// Forward kinematics.
-    pub tree: Tree,
-    /// Balls around what may collide.
-    pub balls: Vec<BodyBall>,
+    pub tree: KinematicTree,
+    /// Bounding spheres around what may collide.
+    pub spheres: Vec<BodySphere>,
     /// The legs, by limb.
     pub legs: [Leg; 2],
     /// Gravity torques.
@@ -73,15 +73,15 @@ pub struct Body {
     /// Each sole's outline in its own frame.
     pub sole_polygons: [Vec<DVec2>; 2],
     /// Where each sole can carry the robot's weight for its ankle.
-    pub ankles: [AnkleHold; 2],
+    pub ankle_limits: [AnkleLimits; 2],
     /// How the robot carries itself on each foot.
-    pub carriages: [Carriage; 2],
+    pub single_support_postures: [SingleSupportPosture; 2],
     /// The standing posture's joint positions.
     pub standing_q: [f64; JOINTS_MAX],
     /// Where the centre of mass is then, in the root's frame, m.
     pub standing_com: DVec3,
     /// How much of each leg's reach the standing posture uses, 0 to 1, the larger of the two.
-    pub standing_reach_share: f64,
+    pub standing_leg_extension: f64,
     /// The joints that are free in every mode: all that carry no foot, with their limits.
     pub free_joints: Vec<FreeJoint>,
     /// Those of them that carry the trunk, seen from the root.
@@ -104,38 +104,38 @@ pub struct FreeJoint {
     pub is_sampled: bool,
 }
 
-impl Body {
+impl Mechanism {
     /// Compiles a robot.
     ///
     /// # Errors
     /// The robot is no biped that this planner can move; the message says why.
-    pub fn new(model: &RobotModel, config: &PlannerConfig) -> Result<Self, BodyError> {
+    pub fn new(model: &RobotModel, config: &PlannerConfig) -> Result<Self, MechanismError> {
         let [left, right] = model.feet.as_slice() else {
-            return Err(BodyError::FeetCount { feet: model.feet.len() });
+            return Err(MechanismError::FeetCount { feet: model.feet.len() });
         };
         if model.links.len() > LINKS_MAX {
-            return Err(BodyError::TooManyLinks { links: model.links.len() });
+            return Err(MechanismError::TooManyLinks { links: model.links.len() });
         }
         let margin = config.joint_margin;
         let legs = [Leg::new(model, 0, margin)?, Leg::new(model, 1, margin)?];
         let mut standing_q = [0.0; JOINTS_MAX];
         standing_q[..model.joints.len()].copy_from_slice(&model.standing_q);
-        let standing_reach_share =
-            legs.iter().map(|leg| reach_share(leg, &standing_q)).fold(0.0, f64::max);
+        let standing_leg_extension =
+            legs.iter().map(|leg| leg_extension(leg, &standing_q)).fold(0.0, f64::max);
         let statics = Statics::new(model, config.effort_share);
         let free_joints = free_joints(model, margin, &statics);
         let ankle =
-            |limb: usize| AnkleHold::new(&legs[limb], &standing_q, &statics, config.com_margin);
-        let tree = Tree::new(model);
+            |limb: usize| AnkleLimits::new(&legs[limb], &standing_q, &statics, config.com_margin);
+        let tree = KinematicTree::new(model);
         let carries_trunk =
             |joint: &&FreeJoint| statics.carried_mass(joint.index) >= TRUNK_SHARE * statics.mass();
         let trunk_joints =
             free_joints.iter().filter(carries_trunk).take(TRUNK_JOINTS_MAX).copied().collect();
-        let mut body = Self {
-            balls: body_balls(model, &tree),
+        let mut robot = Self {
+            spheres: body_spheres(model, &tree),
             tree,
-            ankles: [ankle(0), ankle(1)],
-            carriages: [Carriage::standing(standing_q); 2],
+            ankle_limits: [ankle(0), ankle(1)],
+            single_support_postures: [SingleSupportPosture::standing(standing_q); 2],
             statics,
             foot_links: [left.link, right.link],
             links_from_soles: [left.link_from_sole, right.link_from_sole],
@@ -146,42 +146,51 @@ impl Body {
             legs,
             standing_q,
             standing_com: DVec3::ZERO,
-            standing_reach_share,
+            standing_leg_extension,
         };
-        body.standing_com =
-            body.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: standing_q }).com;
-        body.carriages = [0, 1].map(|limb| Carriage::derive(&body, limb));
-        Ok(body)
+        robot.standing_com = robot
+            .kinematic_state(&Configuration { world_from_root: Pose::IDENTITY, q: standing_q })
+            .com;
+        robot.single_support_postures =
+            [0, 1].map(|limb| SingleSupportPosture::derive(&robot, limb));
+        Ok(robot)
     }
 
     /// What follows from a configuration.
-    pub fn snapshot(&self, configuration: &Configuration) -> Snapshot {
-        let mut snapshot = Snapshot::default();
-        self.snapshot_into(configuration, &mut snapshot);
-        snapshot
+    pub fn kinematic_state(&self, configuration: &Configuration) -> KinematicState {
+        let mut kinematic_state = KinematicState::default();
+        self.update_kinematic_state(configuration, &mut kinematic_state);
+        kinematic_state
     }
 
-    /// The same, over another configuration's snapshot: what no leg moves stays where it is in the
-    /// root's frame while its joints do, and nothing is copied.
-    pub fn snapshot_into(&self, configuration: &Configuration, snapshot: &mut Snapshot) {
-        snapshot.take(self, configuration);
+    /// The same, over another configuration's kinematic state: what no leg moves stays where it is
+    /// in the root's frame while its joints do, and nothing is copied.
+    pub fn update_kinematic_state(
+        &self,
+        configuration: &Configuration,
+        kinematic_state: &mut KinematicState,
+    ) {
+        kinematic_state.update(self, configuration);
     }
 
     /// A link's pose in the world.
-    pub fn world_from_link(&self, snapshot: &Snapshot, link: usize) -> Pose {
+    pub fn world_from_link(&self, kinematic_state: &KinematicState, link: usize) -> Pose {
         let (node, node_from_link) = self.tree.of_link(link);
-        snapshot.world_from_node(node) * node_from_link
+        kinematic_state.world_from_node(node) * node_from_link
     }
 
     /// A sole's pose in the world.
-    pub fn world_from_sole(&self, snapshot: &Snapshot, limb: usize) -> Pose {
-        self.world_from_link(snapshot, self.foot_links[limb]) * self.links_from_soles[limb]
+    pub fn world_from_sole(&self, kinematic_state: &KinematicState, limb: usize) -> Pose {
+        self.world_from_link(kinematic_state, self.foot_links[limb]) * self.links_from_soles[limb]
     }
 
     /// Where the ankle of a foot whose whole sole is carried can hold the weight, for a pose of the
     /// sole (world x and y).
-    pub fn held_region(&self, limb: usize, world_from_sole: &Pose) -> Region {
-        Region::seen_from_above(world_from_sole, &self.ankles[limb].clip(&self.sole_polygons[limb]))
+    pub fn ankle_support_region(&self, limb: usize, world_from_sole: &Pose) -> ConvexRegion {
+        ConvexRegion::seen_from_above(
+            world_from_sole,
+            &self.ankle_limits[limb].clip(&self.sole_polygons[limb]),
+        )
     }
 
     /// Moves both legs so that their soles stand at these poses; `false` where a leg cannot.
@@ -222,10 +231,10 @@ impl Body {
         &self,
         root: &Pose,
         world_from_soles: &[Pose; 2],
-        reach_shares: [f64; 2],
+        leg_extensions: [f64; 2],
     ) -> Option<f64> {
         let mut height = f64::INFINITY;
-        for ((leg, sole), share) in self.legs.iter().zip(world_from_soles).zip(reach_shares) {
+        for ((leg, sole), share) in self.legs.iter().zip(world_from_soles).zip(leg_extensions) {
             let hip = root.rotation * leg.hip();
             let ankle = *sole * leg.sole_from_ankle();
             let aside = (ankle - root.translation - hip).truncate().length_squared();
@@ -253,7 +262,7 @@ fn free_joints(model: &RobotModel, margin: f64, statics: &Statics) -> Vec<FreeJo
     free.map(within).collect()
 }
 
-fn reach_share(leg: &Leg, q: &[f64]) -> f64 {
+fn leg_extension(leg: &Leg, q: &[f64]) -> f64 {
     let ankle = leg.root_from_sole(q) * leg.sole_from_ankle();
     ankle.distance(leg.hip()) / leg.reach()
 }

@@ -13,32 +13,32 @@ use iceoryx2::port::SendError;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
 use iceoryx2::sample_mut::SampleMut;
-use surefoot_shared_types::instance::bell::{AWAKE_FOR, stay_awake};
-use surefoot_shared_types::instance::service::{CHUNK_POOL, CREDIT, STOCK};
-use surefoot_shared_types::instance::stock::Stock;
-use surefoot_shared_types::instance::{Instance, Link};
-use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Sealed};
+use surefoot_shared_types::instance::bell::{PEER_POLLING_TIME, keep_polling};
+use surefoot_shared_types::instance::service::{CHUNK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
+use surefoot_shared_types::instance::stock::LoanPool;
+use surefoot_shared_types::instance::{Instance, Participant};
+use surefoot_shared_types::message::{Check, Feedback, PlanChunk, WithCrc};
 
 pub use surefoot_shared_types::instance::ChannelError;
 
-use window::Window;
+use window::SendWindow;
 
 /// Time without progress after which chunks are sent again, if the controller has nothing to read.
 const RESEND_AFTER: Duration = Duration::from_millis(20);
-/// Time without a word from any controller after which dead processes are cleaned away, and again
+/// Time without feedback from any controller after which dead processes are cleaned away, and again
 /// and again after it.
-const CLEAN_EVERY: Duration = Duration::from_millis(200);
-/// Time without a word from any controller after which it counts as lost, unless told otherwise.
+const CLEANUP_INTERVAL: Duration = Duration::from_millis(200);
+/// Time without feedback from any controller after which it counts as lost, unless told otherwise.
 const LOST_AFTER: Duration = Duration::from_secs(30);
 /// How long the sender sleeps where no bell wakes it.
 const SLEEP: Duration = Duration::from_millis(4);
 /// The longest time between two looks that counts as silence of the controller: whoever was stopped
 /// heard nothing.
-const LOOK_MAX: Duration = Duration::from_millis(100);
+const POLL_GAP_MAX: Duration = Duration::from_millis(100);
 
 /// How a delivery ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum DeliveryOutcome {
     /// The controller accepted every chunk.
     Accepted,
     /// The controller refused a chunk and stands at the end of the one before.
@@ -64,52 +64,52 @@ pub enum Outcome {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Delivery {
     /// How it ended.
-    pub outcome: Outcome,
+    pub outcome: DeliveryOutcome,
     /// Chunks put into shared memory, those sent again included.
     pub sent: u64,
     /// Chunks sent again: after a stall, or to a new controller instance.
     pub resent: u64,
     /// Chunks that the last controller instance accepted.
     pub accepted: u64,
-    /// The controller's last word, if there was one.
+    /// The controller's last feedback, if there was one.
     pub feedback: Option<Feedback>,
 }
 
 /// Sends chunks to whichever controller listens.
-pub struct ChunkSender {
-    stock: Stock<PlanChunk>,
+pub struct PlanPublisher {
+    loans: LoanPool<PlanChunk>,
     subscriber: Subscriber<ipc::Service, Feedback, ()>,
-    link: Link,
+    participant: Participant,
     session: u64,
     lost_after: Duration,
-    credit: usize,
+    window_chunks: usize,
 }
 
 /// A chunk that stands complete in shared memory before it may be sent.
-struct Ready {
+struct ReadyChunk {
     /// Its place in the stream, and the controller it is for.
-    meant: (usize, u64),
+    target: (usize, u64),
     sample: SampleMut<ipc::Service, PlanChunk, ()>,
 }
 
 /// What a delivery remembers between two looks at the controller.
-struct Course<'a> {
-    window: Window<'a>,
-    ready: Option<Ready>,
-    last_word: Option<Feedback>,
-    looked_at: Instant,
+struct DeliveryState<'a> {
+    window: SendWindow<'a>,
+    ready: Option<ReadyChunk>,
+    last_feedback: Option<Feedback>,
+    polled_at: Instant,
     silence: Duration,
     active_at: Instant,
     progress_at: Instant,
-    cleaned_at: Instant,
+    cleaned_up_at: Instant,
     /// Whether it slept since it last sent something: then nobody knows whether the controller did,
     /// too.
     has_slept: bool,
 }
 
-impl ChunkSender {
+impl PlanPublisher {
     /// Enters the instance as a planner. `session` must not be 0 and must differ from that of every
-    /// planner before (`instance::draw_id`): it tells this process's chunks from a killed one's
+    /// planner before (`instance::random_id`): it tells this process's chunks from a killed one's
     /// leftovers.
     ///
     /// # Errors
@@ -118,8 +118,8 @@ impl ChunkSender {
         if session == 0 {
             return Err(ChannelError::Id);
         }
-        let link = Link::open(instance)?;
-        let publisher = link
+        let participant = Participant::open(instance)?;
+        let publisher = participant
             .chunks
             .publisher_builder()
             .max_loaned_samples(CHUNK_POOL)
@@ -127,17 +127,24 @@ impl ChunkSender {
             .create()
             .map_err(|error| ChannelError::transport("creating the chunk publisher", error))?;
         let subscriber =
-            link.feedback.subscriber_builder().create().map_err(|error| {
+            participant.feedback.subscriber_builder().create().map_err(|error| {
                 ChannelError::transport("creating the feedback subscriber", error)
             })?;
         instance.reserve_segments()?;
-        let stock = Stock::new(publisher, CHUNK_POOL, STOCK)?;
-        Ok(Self { stock, subscriber, link, session, lost_after: LOST_AFTER, credit: CREDIT })
+        let loans = LoanPool::new(publisher, CHUNK_POOL, LOANS_AHEAD)?;
+        Ok(Self {
+            loans,
+            subscriber,
+            participant,
+            session,
+            lost_after: LOST_AFTER,
+            window_chunks: WINDOW_CHUNKS,
+        })
     }
 
-    /// Sets how many chunks may be on their way at a time, 1 to [`CREDIT`].
-    pub fn set_credit(&mut self, credit: usize) {
-        self.credit = credit.clamp(1, CREDIT);
+    /// Sets how many chunks may be on their way at a time, 1 to [`WINDOW_CHUNKS`].
+    pub fn set_window_chunks(&mut self, window_chunks: usize) {
+        self.window_chunks = window_chunks.clamp(1, WINDOW_CHUNKS);
     }
 
     /// This planner's session.
@@ -145,11 +152,11 @@ impl ChunkSender {
         self.session
     }
 
-    /// The latest word of whichever controller speaks, if one came since the last look.
+    /// The latest feedback of whichever controller speaks, if one came since the last look.
     ///
     /// # Errors
     /// The transport fails.
-    pub fn overhear(&self) -> Result<Option<Feedback>, ChannelError> {
+    pub fn latest_feedback(&self) -> Result<Option<Feedback>, ChannelError> {
         let mut latest = None;
         while let Some(sample) = self
             .subscriber
@@ -161,40 +168,40 @@ impl ChunkSender {
         Ok(latest)
     }
 
-    /// Waits until the controller has nothing more to read, so that the robot stays where its word
-    /// says; answers that word, or nothing where no controller speaks for `longest` or `keep_going`
-    /// says no.
+    /// Waits until the controller has nothing more to read, so that the robot stays where its
+    /// feedback says; answers that feedback, or nothing where no controller speaks for `longest` or
+    /// `keep_going` says no.
     ///
     /// # Errors
     /// The transport fails.
-    pub fn settle(
+    pub fn wait_until_idle(
         &self,
         longest: Duration,
         keep_going: &dyn Fn() -> bool,
     ) -> Result<Option<Feedback>, ChannelError> {
-        let mut heard_at = now();
-        let mut settled: Option<(Feedback, u64)> = None;
-        while keep_going() && heard_at.elapsed() < longest {
-            let Some(word) = self.overhear()? else {
-                self.link.feedback_bell.wait(SLEEP);
+        let mut received_at = now();
+        let mut idle: Option<(Feedback, u64)> = None;
+        while keep_going() && received_at.elapsed() < longest {
+            let Some(feedback) = self.latest_feedback()? else {
+                self.participant.feedback_wake_pipe.wait(SLEEP);
                 continue;
             };
-            heard_at = now();
-            let quiet = match &settled {
-                Some((before, quiet)) if is_same_place(before, &word) => quiet + 1,
+            received_at = now();
+            let quiet = match &idle {
+                Some((before, quiet)) if is_idle_between(before, &feedback) => quiet + 1,
                 _ => 0,
             };
             if quiet >= window::IDLE_HEARTBEATS {
-                return Ok(Some(word));
+                return Ok(Some(feedback));
             }
-            settled = Some((word, quiet));
+            idle = Some((feedback, quiet));
         }
         Ok(None)
     }
 
     /// The process's end of the instance.
-    pub fn link(&self) -> &Link {
-        &self.link
+    pub fn participant(&self) -> &Participant {
+        &self.participant
     }
 
     /// Sets how long no controller may be heard before it counts as lost.
@@ -204,7 +211,7 @@ impl ChunkSender {
 
     /// Delivers a whole stream: complete chunks in order, to which only session, target instance
     /// and CRC are added. Returns when all are accepted, one is refused, no controller is heard for
-    /// too long, or `keep_going` says no. `on_progress` gets every word of the listening
+    /// too long, or `keep_going` says no. `on_progress` gets every feedback of the listening
     /// controller.
     ///
     /// # Errors
@@ -215,47 +222,48 @@ impl ChunkSender {
         on_progress: &mut dyn FnMut(&Feedback),
         keep_going: &dyn Fn() -> bool,
     ) -> Result<Delivery, ChannelError> {
-        self.stock.refill(STOCK)?;
-        let mut course = Course::new(Window::new(chunks, self.session, self.credit)?);
+        self.loans.refill(LOANS_AHEAD)?;
+        let mut state =
+            DeliveryState::new(SendWindow::new(chunks, self.session, self.window_chunks)?);
         loop {
-            self.listen(&mut course, on_progress)?;
-            let outcome = course.window.outcome().or_else(|| self.given_up(&course, keep_going));
+            self.receive_feedback(&mut state, on_progress)?;
+            let outcome = state.window.outcome().or_else(|| self.abort_outcome(&state, keep_going));
             if let Some(outcome) = outcome {
-                return Ok(course.delivery(outcome));
+                return Ok(state.delivery(outcome));
             }
-            if course.progress_at.elapsed() > RESEND_AFTER && course.window.go_back() {
-                course.progress_at = now();
+            if state.progress_at.elapsed() > RESEND_AFTER && state.window.go_back() {
+                state.progress_at = now();
             }
-            let sent = self.send_open_window(&mut course)?;
-            self.clean_if_silent(&mut course);
+            let sent = self.send_open_window(&mut state)?;
+            self.clean_up_if_silent(&mut state);
             if sent == 0 {
-                self.rest(&mut course)?;
+                self.prepare_or_sleep(&mut state)?;
             }
         }
     }
 
-    fn listen(
+    fn receive_feedback(
         &self,
-        course: &mut Course<'_>,
+        state: &mut DeliveryState<'_>,
         on_progress: &mut dyn FnMut(&Feedback),
     ) -> Result<(), ChannelError> {
-        course.note_look();
+        state.add_silence();
         while let Some(sample) = self
             .subscriber
             .receive()
             .map_err(|error| ChannelError::transport("receiving feedback", error))?
         {
             let feedback = sample.payload();
-            let acknowledged = course.window.acknowledged();
-            if !course.window.hear(feedback) {
+            let acknowledged = state.window.acknowledged();
+            if !state.window.receive(feedback) {
                 continue;
             }
-            course.silence = Duration::ZERO;
-            if course.window.acknowledged() != acknowledged {
-                course.progress_at = course.looked_at;
-                course.active_at = course.looked_at;
+            state.silence = Duration::ZERO;
+            if state.window.acknowledged() != acknowledged {
+                state.progress_at = state.polled_at;
+                state.active_at = state.polled_at;
             }
-            course.last_word = Some(*feedback);
+            state.last_feedback = Some(*feedback);
             on_progress(feedback);
         }
         Ok(())
@@ -263,115 +271,123 @@ impl ChunkSender {
 
     /// Makes the chunk ready that goes next. Looks again at once after something happened; where
     /// nothing does, fills the stock and sleeps until the bell.
-    fn rest(&mut self, course: &mut Course<'_>) -> Result<(), ChannelError> {
-        let coming = course
+    fn prepare_or_sleep(&mut self, state: &mut DeliveryState<'_>) -> Result<(), ChannelError> {
+        let next = state
             .window
-            .coming()
-            .filter(|coming| course.ready.as_ref().is_none_or(|ready| ready.meant != *coming));
-        if let Some(coming) = coming {
-            course.ready = Some(self.place(course.window.chunk(coming.0), coming)?);
+            .next_chunk()
+            .filter(|next| state.ready.as_ref().is_none_or(|ready| ready.target != *next));
+        if let Some(next) = next {
+            state.ready = Some(self.write_ready(state.window.chunk(next.0), next)?);
             return Ok(());
         }
-        if stay_awake(course.looked_at.duration_since(course.active_at)) {
+        if keep_polling(state.polled_at.duration_since(state.active_at)) {
             return Ok(());
         }
-        self.stock.refill(STOCK)?;
-        course.has_slept = true;
-        self.link.feedback_bell.wait(SLEEP);
+        self.loans.refill(LOANS_AHEAD)?;
+        state.has_slept = true;
+        self.participant.feedback_wake_pipe.wait(SLEEP);
         Ok(())
     }
 
-    fn given_up(&self, course: &Course<'_>, keep_going: &dyn Fn() -> bool) -> Option<Outcome> {
+    fn abort_outcome(
+        &self,
+        state: &DeliveryState<'_>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Option<DeliveryOutcome> {
         if !keep_going() {
-            return Some(Outcome::Stopped);
+            return Some(DeliveryOutcome::Stopped);
         }
-        (course.silence > self.lost_after).then_some(Outcome::ControllerLost)
+        (state.silence > self.lost_after).then_some(DeliveryOutcome::ControllerLost)
     }
 
     /// Sends what the window allows; stops early when no reader took a chunk.
-    fn send_open_window(&mut self, course: &mut Course<'_>) -> Result<usize, ChannelError> {
+    fn send_open_window(&mut self, state: &mut DeliveryState<'_>) -> Result<usize, ChannelError> {
         let mut sent = 0;
-        while let Some(meant) = course.window.to_send() {
-            let ready = match course.ready.take().filter(|ready| ready.meant == meant) {
+        while let Some(target) = state.window.to_send() {
+            let ready = match state.ready.take().filter(|ready| ready.target == target) {
                 Some(ready) => ready,
-                None => self.place(course.window.chunk(meant.0), meant)?,
+                None => self.write_ready(state.window.chunk(target.0), target)?,
             };
             if send(ready)? == 0 {
                 break;
             }
-            course.window.note_sent();
+            state.window.note_sent();
             sent += 1;
         }
         if sent > 0 {
-            let may_sleep =
-                std::mem::take(&mut course.has_slept) || course.progress_at.elapsed() > AWAKE_FOR;
-            course.progress_at = now();
-            course.active_at = course.progress_at;
+            let may_sleep = std::mem::take(&mut state.has_slept)
+                || state.progress_at.elapsed() > PEER_POLLING_TIME;
+            state.progress_at = now();
+            state.active_at = state.progress_at;
             if may_sleep {
-                self.link.chunk_bell.ring();
+                self.participant.chunk_wake_pipe.notify();
             }
         }
         Ok(sent)
     }
 
     /// Writes a chunk into shared memory that was loaned before and completes it there.
-    fn place(&mut self, chunk: &PlanChunk, meant: (usize, u64)) -> Result<Ready, ChannelError> {
-        let mut sample = self.stock.take()?;
-        let placed = sample.payload_mut().write(*chunk);
-        (placed.session, placed.target_instance) = (self.session, meant.1);
-        placed.seal();
+    fn write_ready(
+        &mut self,
+        chunk: &PlanChunk,
+        target: (usize, u64),
+    ) -> Result<ReadyChunk, ChannelError> {
+        let mut sample = self.loans.take()?;
+        let chunk = sample.payload_mut().write(*chunk);
+        (chunk.session, chunk.target_instance) = (self.session, target.1);
+        chunk.write_crc();
         // SAFETY: `write` above initialised the payload.
-        Ok(Ready { meant, sample: unsafe { sample.assume_init() } })
+        Ok(ReadyChunk { target, sample: unsafe { sample.assume_init() } })
     }
 
     /// Frees what dead processes hold, so that a restarted controller finds room.
-    fn clean_if_silent(&self, course: &mut Course<'_>) {
-        if course.silence > CLEAN_EVERY && course.cleaned_at.elapsed() > CLEAN_EVERY {
-            self.link.node.try_cleanup_dead_nodes();
-            course.cleaned_at = now();
+    fn clean_up_if_silent(&self, state: &mut DeliveryState<'_>) {
+        if state.silence > CLEANUP_INTERVAL && state.cleaned_up_at.elapsed() > CLEANUP_INTERVAL {
+            self.participant.node.try_cleanup_dead_nodes();
+            state.cleaned_up_at = now();
         }
     }
 }
 
-impl<'a> Course<'a> {
-    fn new(window: Window<'a>) -> Self {
+impl<'a> DeliveryState<'a> {
+    fn new(window: SendWindow<'a>) -> Self {
         let start = now();
-        let (looked_at, active_at, progress_at, cleaned_at) = (start, start, start, start);
+        let (polled_at, active_at, progress_at, cleaned_up_at) = (start, start, start, start);
         let silence = Duration::ZERO;
         Self {
             window,
             ready: None,
-            last_word: None,
-            looked_at,
+            last_feedback: None,
+            polled_at,
             silence,
             active_at,
             progress_at,
-            cleaned_at,
+            cleaned_up_at,
             has_slept: true,
         }
     }
 
     /// Adds the time since the last look to the controller's silence.
-    fn note_look(&mut self) {
+    fn add_silence(&mut self) {
         let look = now();
-        self.silence += look.duration_since(self.looked_at).min(LOOK_MAX);
-        self.looked_at = look;
+        self.silence += look.duration_since(self.polled_at).min(POLL_GAP_MAX);
+        self.polled_at = look;
     }
 
-    fn delivery(&self, outcome: Outcome) -> Delivery {
+    fn delivery(&self, outcome: DeliveryOutcome) -> Delivery {
         let (sent, resent) = self.window.counts();
         Delivery {
             outcome,
             sent,
             resent,
             accepted: self.window.acknowledged() as u64,
-            feedback: self.last_word,
+            feedback: self.last_feedback,
         }
     }
 }
 
 /// Sends a chunk that is ready. Returns how many readers took it.
-fn send(ready: Ready) -> Result<usize, ChannelError> {
+fn send(ready: ReadyChunk) -> Result<usize, ChannelError> {
     match ready.sample.send() {
         Ok(readers) => Ok(readers),
         // A reader died or its buffer is full: the chunk goes again after the stall.
@@ -384,10 +400,16 @@ fn send(ready: Ready) -> Result<usize, ChannelError> {
     }
 }
 
-/// Whether a controller was idle between two of its words.
-fn is_same_place(before: &Feedback, after: &Feedback) -> bool {
-    let place = |word: &Feedback| {
-        (word.instance, word.plan_id, word.epoch, word.next_sequence, word.walked)
+/// Whether a controller was idle between two of its feedback.
+fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
+    let place = |feedback: &Feedback| {
+        (
+            feedback.instance,
+            feedback.plan_id,
+            feedback.epoch,
+            feedback.next_sequence,
+            feedback.walked,
+        )
     };
     after.busy == 0 && after.count > before.count && place(before) == place(after)
 }

@@ -1,5 +1,5 @@
-//! Cuts a walk into plan chunks at waypoints, all of which are statically stable, and times and
-//! seals them.
+//! Splits a walk into plan chunks at waypoints, all of which are statically stable, computes their
+//! times and finalizes them.
 
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
@@ -11,7 +11,7 @@ use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
 use crate::motion::graph::ArenaFull;
 use crate::threads::Threads;
-use crate::timing::{Timing, add_up};
+use crate::timing::{TimeParameterization, accumulate};
 
 /// Waypoints of a chunk besides the one that it begins at.
 const STEPS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
@@ -29,26 +29,26 @@ pub struct Provenance {
     pub joints_len: usize,
 }
 
-/// Motions that are written side by side.
-pub const MOTIONS_AT_ONCE: usize = 32;
+/// Motions that are written in parallel.
+pub const PARALLEL_MOTIONS_MAX: usize = 32;
 
 /// A motion within one mode.
 #[derive(Debug, Clone)]
-pub struct Motion<'a> {
-    /// What carries the robot.
+pub struct ModeMotion<'a> {
+    /// The supporting feet.
     pub support: SupportMode,
     /// The placements of the feet that stand.
     pub stance: heapless::Vec<&'a Foothold, 2>,
     /// Where it begins.
     pub first: Configuration,
     /// Waypoints after that.
-    pub track: &'a [Configuration],
+    pub path: &'a [Configuration],
 }
 
-impl Motion<'_> {
+impl ModeMotion<'_> {
     /// How many chunks it takes.
     fn chunks(&self) -> usize {
-        self.track.len().div_ceil(STEPS_MAX)
+        self.path.len().div_ceil(STEPS_MAX)
     }
 }
 
@@ -60,17 +60,17 @@ pub struct ChunkBuilder {
     written: usize,
     waypoints_max: u64,
     provenance: Provenance,
-    timing: Timing,
+    timing: TimeParameterization,
     waypoints: u64,
-    sealed: Sealed,
+    finalized: FinalizedStream,
 }
 
-/// What the seals of the next chunks depend on.
+/// State of the stream after the finalized chunks.
 #[derive(Debug)]
-struct Sealed {
+struct FinalizedStream {
     plan_id: u64,
     epoch: u64,
-    /// How many chunks are sealed.
+    /// Number of finalized chunks.
     count: usize,
     /// When they end, s.
     time: f64,
@@ -78,15 +78,15 @@ struct Sealed {
     stream: Digest,
 }
 
-/// Work on chunks that has nothing to do with that on others.
+/// Independent work on chunks.
 enum Task<'a> {
-    Seal { chunks: &'a mut [PlanChunk], sealed: &'a mut Sealed },
-    Write { chunks: &'a mut [PlanChunk], motion: &'a Motion<'a> },
+    Finalize { chunks: &'a mut [PlanChunk], finalized: &'a mut FinalizedStream },
+    Write { chunks: &'a mut [PlanChunk], motion: &'a ModeMotion<'a> },
 }
 
 impl ChunkBuilder {
     /// An arena for plans of `waypoints_max` waypoints.
-    pub fn new(waypoints_max: usize, provenance: Provenance, timing: Timing) -> Self {
+    pub fn new(waypoints_max: usize, provenance: Provenance, timing: TimeParameterization) -> Self {
         let chunks_max = waypoints_max.div_ceil(STEPS_MAX) + waypoints_max / 16;
         Self {
             chunks: zeroed(chunks_max),
@@ -95,14 +95,20 @@ impl ChunkBuilder {
             provenance,
             timing,
             waypoints: 0,
-            sealed: Sealed { plan_id: 1, epoch: 0, count: 0, time: 0.0, stream: Digest::default() },
+            finalized: FinalizedStream {
+                plan_id: 1,
+                epoch: 0,
+                count: 0,
+                time: 0.0,
+                stream: Digest::default(),
+            },
         }
     }
 
     /// Sets which plan of its session the chunks belong to, and how often it was planned again; at
-    /// first plan 1, epoch 0. To be called before any is sealed.
-    pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
-        (self.sealed.plan_id, self.sealed.epoch) = (plan_id, epoch);
+    /// first plan 1, epoch 0. To be called before any is finalized.
+    pub fn set_plan_id(&mut self, plan_id: u64, epoch: u64) {
+        (self.finalized.plan_id, self.finalized.epoch) = (plan_id, epoch);
     }
 
     /// Bytes reserved.
@@ -120,13 +126,13 @@ impl ChunkBuilder {
         self.waypoints
     }
 
-    /// Appends a chunk of an earlier plan, walked backwards.
+    /// Appends a chunk of an earlier plan in reverse.
     ///
     /// # Errors
     /// The arena is full.
-    pub fn append_backwards(&mut self, walked: &PlanChunk) -> Result<(), ArenaFull> {
+    pub fn append_reversed(&mut self, walked: &PlanChunk) -> Result<(), ArenaFull> {
         let at = self.written;
-        self.take(walked.waypoints().len() - 1, 1)?;
+        self.reserve(walked.waypoints().len() - 1, 1)?;
         let waypoints = walked.waypoints().iter().rev().copied();
         write(
             &mut self.chunks[at],
@@ -138,55 +144,55 @@ impl ChunkBuilder {
         Ok(())
     }
 
-    /// Appends motions, and gives at most `seals` of the chunks before them their seal: times,
-    /// name, sequence number, flags and digest. The last chunk is left for
-    /// [`ChunkBuilder::seal_last`]. Answers how many were sealed.
+    /// Appends motions, and finalizes at most `finalized_max` of the chunks before them: times,
+    /// plan id, sequence number, flags and digest. The last chunk is left for
+    /// [`ChunkBuilder::finalize_last`]. Returns the number of finalized chunks.
     ///
     /// # Errors
     /// The arena is full.
     pub fn append(
         &mut self,
-        motions: &[Motion<'_>],
-        seals: usize,
+        motions: &[ModeMotion<'_>],
+        finalized_max: usize,
         threads: &Threads,
     ) -> Result<usize, ArenaFull> {
-        let (sealed, before) = (self.sealed.count, self.written);
+        let (finalized, before) = (self.finalized.count, self.written);
         for motion in motions {
-            self.take(motion.track.len(), motion.chunks())?;
+            self.reserve(motion.path.len(), motion.chunks())?;
         }
-        let seals = seals.min(before.saturating_sub(sealed + 1));
+        let finalized_max = finalized_max.min(before.saturating_sub(finalized + 1));
         let (old, mut new) = self.chunks.split_at_mut(before);
-        let mut tasks = heapless::Vec::<Task<'_>, { MOTIONS_AT_ONCE + 1 }>::new();
-        let _first = tasks.push(Task::Seal {
-            chunks: &mut old[sealed..sealed + seals],
-            sealed: &mut self.sealed,
+        let mut tasks = heapless::Vec::<Task<'_>, { PARALLEL_MOTIONS_MAX + 1 }>::new();
+        let _first = tasks.push(Task::Finalize {
+            chunks: &mut old[finalized..finalized + finalized_max],
+            finalized: &mut self.finalized,
         });
         for motion in motions {
             let (chunks, rest) = new.split_at_mut(motion.chunks());
             new = rest;
             let _fits = tasks.push(Task::Write { chunks, motion });
         }
-        let purpose = (&self.provenance, &self.timing);
-        threads.each(&mut tasks, |task| task.run(purpose));
-        Ok(seals)
+        let inputs = (&self.provenance, &self.timing);
+        threads.for_each(&mut tasks, |task| task.run(inputs));
+        Ok(finalized_max)
     }
 
-    /// Seals the last chunk of a plan that is complete. Answers the digest of the whole.
-    pub fn seal_last(&mut self) -> Digest {
-        if let Some(last) = self.chunks[self.sealed.count..self.written].last_mut() {
+    /// Finalizes the last chunk of a complete plan. Returns the digest of the plan.
+    pub fn finalize_last(&mut self) -> Digest {
+        if let Some(last) = self.chunks[self.finalized.count..self.written].last_mut() {
             last.flags = FLAG_LAST;
-            self.sealed.seal(last);
+            self.finalized.finalize(last);
         }
-        self.sealed.stream
+        self.finalized.stream
     }
 
-    /// How many chunks are not sealed yet.
-    pub fn unsealed(&self) -> usize {
-        self.written - self.sealed.count
+    /// Number of chunks that are not finalized.
+    pub fn unfinalized(&self) -> usize {
+        self.written - self.finalized.count
     }
 
-    /// Takes room for so many waypoints, besides the one they begin at, in so many chunks.
-    fn take(&mut self, waypoints: usize, chunks: usize) -> Result<(), ArenaFull> {
+    /// Reserves waypoints, not counting the one they begin at, and chunks.
+    fn reserve(&mut self, waypoints: usize, chunks: usize) -> Result<(), ArenaFull> {
         self.waypoints = self.waypoints.max(1) + waypoints as u64;
         self.written += chunks;
         if self.waypoints > self.waypoints_max || self.written > self.chunks.len() {
@@ -197,10 +203,10 @@ impl ChunkBuilder {
     }
 }
 
-impl Sealed {
-    fn seal(&mut self, chunk: &mut PlanChunk) {
+impl FinalizedStream {
+    fn finalize(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
-        self.time = add_up(&mut chunk.waypoints[..used], self.time);
+        self.time = accumulate(&mut chunk.waypoints[..used], self.time);
         (chunk.plan_id, chunk.epoch, chunk.sequence) =
             (self.plan_id, self.epoch, self.count as u64);
         chunk.flags |= if self.count == 0 { FLAG_FIRST } else { 0 };
@@ -211,16 +217,18 @@ impl Sealed {
 }
 
 impl Task<'_> {
-    fn run(&mut self, purpose: (&Provenance, &Timing)) {
+    fn run(&mut self, inputs: (&Provenance, &TimeParameterization)) {
         match self {
-            Self::Seal { chunks, sealed } => chunks.iter_mut().for_each(|chunk| sealed.seal(chunk)),
+            Self::Finalize { chunks, finalized } => {
+                chunks.iter_mut().for_each(|chunk| finalized.finalize(chunk))
+            }
             Self::Write { chunks, motion } => {
                 let mut first = &motion.first;
-                for (chunk, piece) in chunks.iter_mut().zip(motion.track.chunks(STEPS_MAX)) {
+                for (chunk, piece) in chunks.iter_mut().zip(motion.path.chunks(STEPS_MAX)) {
                     let contacts = motion.stance.iter().map(|foothold| contact_of(foothold));
                     write(
                         chunk,
-                        purpose,
+                        inputs,
                         motion.support as u32,
                         contacts,
                         [first].into_iter().chain(piece).map(waypoint),
@@ -232,11 +240,11 @@ impl Task<'_> {
     }
 }
 
-/// Writes a chunk that is zero, but for its seal; the waypoints' times are those since the one
+/// Writes a zeroed chunk without finalizing it; each waypoint's time is the interval since the one
 /// before.
 fn write(
     chunk: &mut PlanChunk,
-    (provenance, timing): (&Provenance, &Timing),
+    (provenance, timing): (&Provenance, &TimeParameterization),
     mode: u32,
     contacts: impl Iterator<Item = Contact>,
     waypoints: impl Iterator<Item = Waypoint>,
@@ -257,7 +265,7 @@ fn write(
     timing.set_intervals(&mut chunk.waypoints[..used]);
 }
 
-/// Its time is not known before the chunk is sealed.
+/// Its time is set when the chunk is finalized.
 fn waypoint(configuration: &Configuration) -> Waypoint {
     let pose = &configuration.world_from_root;
     Waypoint {

@@ -9,13 +9,13 @@ use surefoot_shared_types::config::planner::{FOOT_DRIFT_MAX, FOOT_TURN_MAX};
 use surefoot_shared_types::message::SupportMode;
 use surefoot_shared_types::spatial::interpolate;
 
-use crate::body::{Body, Configuration};
-use crate::collision::{CollisionModel, FootState};
-use crate::region::Region;
-use crate::snapshot::Snapshot;
+use crate::body::{Configuration, Mechanism};
+use crate::collision::{CollisionModel, FootPhase};
+use crate::region::ConvexRegion;
+use crate::snapshot::KinematicState;
 use crate::statics::{FootLoad, balance_loads};
 
-/// Why a configuration or motion was turned down. Each is counted.
+/// Why a configuration or motion was rejected. Each is counted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Rejection {
@@ -25,9 +25,9 @@ pub enum Rejection {
     Balance,
     /// A joint would need more than its share of effort.
     Torque,
-    /// The robot meets the world.
+    /// The robot collides with the world.
     Collision,
-    /// The robot meets itself.
+    /// The robot collides with itself.
     SelfCollision,
     /// A stance foot would drift between two waypoints.
     FootDrift,
@@ -39,7 +39,7 @@ impl Rejection {
     /// How many kinds there are.
     pub const COUNT: usize = 7;
     /// Their names in reports, by discriminant.
-    pub const WORDS: [&'static str; Self::COUNT] = [
+    pub const NAMES: [&'static str; Self::COUNT] = [
         "unreachable",
         "balance",
         "torque",
@@ -58,9 +58,9 @@ pub struct Mode {
     /// Where the stance soles stand in the world; a swing foot's entry is not used.
     pub world_from_soles: [Pose; 2],
     /// Each stance foot's support polygon in world x and y.
-    pub regions: [Region; 2],
+    pub regions: [ConvexRegion; 2],
     /// Where the centre of mass may be.
-    pub region: Region,
+    pub region: ConvexRegion,
     /// How deep inside the region its centroid lies, m.
     pub depth: f64,
     /// For a motion that begins where the robot was found standing.
@@ -81,17 +81,17 @@ pub struct StartBalance {
 const MARGIN_SHARE_MAX: f64 = 0.6;
 /// How much nearer to the edge than at its beginning a motion from a bad start may come, m; at most
 /// half of what there is.
-const START_EASE: f64 = 4e-3;
+const START_MARGIN_LOSS_MAX: f64 = 4e-3;
 
 impl Mode {
     /// Whether a foot stands still in this mode.
-    pub fn stands(&self, limb: usize) -> bool {
+    pub fn is_stance(&self, limb: usize) -> bool {
         self.support.carries(limb)
     }
 
     /// The foot that swings, if one does.
     pub fn swing(&self) -> Option<usize> {
-        [0, 1].into_iter().find(|&limb| !self.stands(limb))
+        [0, 1].into_iter().find(|&limb| !self.is_stance(limb))
     }
 }
 
@@ -103,7 +103,7 @@ const LOAD_SHARES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
 #[derive(Debug)]
 pub struct Constraints {
     /// The robot.
-    pub body: Body,
+    pub robot: Mechanism,
     /// The robot's and the world's geometry.
     pub collision: CollisionModel,
     /// The parameters.
@@ -122,13 +122,13 @@ impl Constraints {
         if margin >= wanted || spare <= 0.0 {
             wanted
         } else {
-            margin_min + (spare - START_EASE).max(0.5 * spare)
+            margin_min + (spare - START_MARGIN_LOSS_MAX).max(0.5 * spare)
         }
     }
 
     /// Whether the centre of mass is as far inside a mode's support region as it shall be.
-    pub fn is_balanced(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
-        mode.region.holds(snapshot.com.truncate(), self.com_margin(mode))
+    pub fn is_balanced(&self, mode: &Mode, kinematic_state: &KinematicState) -> bool {
+        mode.region.contains(kinematic_state.com.truncate(), self.com_margin(mode))
     }
 
     /// Checks one configuration in a mode.
@@ -138,16 +138,16 @@ impl Constraints {
     pub fn check(
         &self,
         mode: &Mode,
-        snapshot: &Snapshot,
-        feet: [FootState; 2],
+        kinematic_state: &KinematicState,
+        feet: [FootPhase; 2],
     ) -> Result<(), Rejection> {
-        if !self.is_balanced(mode, snapshot) {
+        if !self.is_balanced(mode, kinematic_state) {
             return Err(Rejection::Balance);
         }
-        if !self.torque_admits(mode, snapshot) {
+        if !self.is_torque_feasible(mode, kinematic_state) {
             return Err(Rejection::Torque);
         }
-        self.check_collision(snapshot, feet)
+        self.check_collision(kinematic_state, feet)
     }
 
     /// Checks the joint-linear motion between two configurations, both of which are checked
@@ -162,36 +162,40 @@ impl Constraints {
         mode: &Mode,
         ends: [&Configuration; 2],
         bound: f64,
-        feet: [FootState; 2],
-        scratch: &mut Snapshot,
+        feet: [FootPhase; 2],
+        scratch: &mut KinematicState,
     ) -> Result<u64, Rejection> {
-        let pieces = libm::ceil(bound / self.config.collision_step).max(2.0);
-        for piece in 1..pieces as usize {
-            let between = midway(ends[0], ends[1], piece as f64 / pieces);
-            self.body.snapshot_into(&between, scratch);
+        let intervals = libm::ceil(bound / self.config.collision_step).max(2.0);
+        for interval in 1..intervals as usize {
+            let between = midway(ends[0], ends[1], interval as f64 / intervals);
+            self.robot.update_kinematic_state(&between, scratch);
             if !self.is_balanced(mode, scratch) {
                 return Err(Rejection::Balance);
             }
-            if !self.soles_hold(mode, scratch) {
+            if !self.are_soles_in_place(mode, scratch) {
                 return Err(Rejection::FootDrift);
             }
             self.check_collision(scratch, feet)?;
         }
-        Ok(pieces as u64 - 1)
+        Ok(intervals as u64 - 1)
     }
 
-    fn check_collision(&self, snapshot: &Snapshot, feet: [FootState; 2]) -> Result<(), Rejection> {
-        match self.collision.hit(snapshot, &feet) {
+    fn check_collision(
+        &self,
+        kinematic_state: &KinematicState,
+        feet: [FootPhase; 2],
+    ) -> Result<(), Rejection> {
+        match self.collision.hit(kinematic_state, &feet) {
             None => Ok(()),
             Some(crate::collision::Hit::World { .. }) => Err(Rejection::Collision),
             Some(crate::collision::Hit::SelfPair { .. }) => Err(Rejection::SelfCollision),
         }
     }
 
-    fn soles_hold(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
-        (0..2).filter(|&limb| mode.stands(limb)).all(|limb| {
+    fn are_soles_in_place(&self, mode: &Mode, kinematic_state: &KinematicState) -> bool {
+        (0..2).filter(|&limb| mode.is_stance(limb)).all(|limb| {
             let (is, wanted) =
-                (self.body.world_from_sole(snapshot, limb), &mode.world_from_soles[limb]);
+                (self.robot.world_from_sole(kinematic_state, limb), &mode.world_from_soles[limb]);
             // The vector part of a turn's quaternion is as long as the sine of half its angle.
             let half_turn = (is.rotation.conjugate() * wanted.rotation).xyz().length();
             is.translation.distance(wanted.translation) <= FOOT_DRIFT_MAX
@@ -199,12 +203,13 @@ impl Constraints {
         })
     }
 
-    fn torque_admits(&self, mode: &Mode, snapshot: &Snapshot) -> bool {
-        let com = snapshot.com.truncate();
-        let holds = |loads: &[FootLoad; 2]| self.body.statics.effort_use(snapshot, loads) <= 1.0;
+    fn is_torque_feasible(&self, mode: &Mode, kinematic_state: &KinematicState) -> bool {
+        let com = kinematic_state.com.truncate();
+        let is_feasible =
+            |loads: &[FootLoad; 2]| self.robot.statics.effort_use(kinematic_state, loads) <= 1.0;
         match mode.support {
-            SupportMode::Left => holds(&FootLoad::all_on(0, com)),
-            SupportMode::Right => holds(&FootLoad::all_on(1, com)),
+            SupportMode::Left => is_feasible(&FootLoad::all_on(0, com)),
+            SupportMode::Right => is_feasible(&FootLoad::all_on(1, com)),
             SupportMode::Double => {
                 let [left, right] = [&mode.regions[0], &mode.regions[1]];
                 let between = right.centroid() - left.centroid();
@@ -214,7 +219,7 @@ impl Constraints {
                 let shares = std::iter::once(natural).chain(LOAD_SHARES);
                 shares
                     .filter_map(|share| balance_loads([left, right], com, share))
-                    .any(|loads| holds(&loads))
+                    .any(|loads| is_feasible(&loads))
             }
         }
     }

@@ -4,22 +4,22 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::config::Mark;
+use surefoot_shared_types::config::StancePose;
 use surefoot_shared_types::message::{Contact, Standing, SupportMode};
 use surefoot_shared_types::scene::World;
 
-use crate::body::{Body, Configuration};
-use crate::collision::{FootState, Hit};
+use crate::body::{Configuration, Mechanism};
+use crate::collision::{FootPhase, Hit};
 use crate::constraint::{Constraints, Mode, Rejection, StartBalance};
 use crate::foot_placement::{
-    Effort, FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError,
+    FootPlacementConfig, NoSupport, SampleLimits, Scratch, Surfaces, SurfacesError,
 };
-use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
+use crate::foot_query::{FootholdQuery, YAW_SPREAD_MAX};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
-use crate::motion::track::State;
-use crate::outcome::EndFault;
-use crate::posture::{Posture, settle};
-use crate::snapshot::Snapshot;
+use crate::motion::track::ModeState;
+use crate::outcome::EndpointError;
+use crate::posture::{Posture, solve_posture};
+use crate::snapshot::KinematicState;
 
 /// Shares of the standing posture's reach that are tried for standing.
 const REACH_SHARES: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
@@ -30,7 +30,7 @@ pub struct End {
     /// The placements, left and right.
     pub footholds: [Foothold; 2],
     /// The robot standing on them.
-    pub state: State,
+    pub state: ModeState,
     /// Which of them carry it.
     pub support: SupportMode,
 }
@@ -40,7 +40,8 @@ const GROUND_REACH_Z: [f64; 2] = [-0.1, 0.1];
 /// How far aside of its print a sole may come to rest, m.
 const ASIDE_MAX: f64 = 0.03;
 /// How hard ground near a print is looked for.
-const GROUND_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
+const GROUND_LIMITS: SampleLimits =
+    SampleLimits { geometric_max: 64, perturbed_max: 0, sampled_max: 0 };
 
 /// Stands the robot on a mark: exactly where the ground is level there, and else as the ground near
 /// it takes each sole.
@@ -51,8 +52,8 @@ pub fn stand_on(
     constraints: &Constraints,
     surfaces: &Surfaces,
     scratch: &mut Scratch,
-    mark: &Mark,
-) -> Result<End, EndFault> {
+    mark: &StancePose,
+) -> Result<End, EndpointError> {
     let prints = mark.world_from_soles();
     let left = foothold_near(constraints, surfaces, scratch, 0, &prints[0])?;
     let right = foothold_near(constraints, surfaces, scratch, 1, &prints[1])?;
@@ -90,7 +91,7 @@ impl StandingGround {
 
     /// Where the robot stands with the support that the world gives each foot that carries it. One
     /// that it gives none loses its polygon: [`stand_as`] refuses it then.
-    pub(crate) fn supported_anew(&mut self, body: &Body, standing: &Standing) -> Standing {
+    pub(crate) fn supported_anew(&mut self, robot: &Mechanism, standing: &Standing) -> Standing {
         let mut standing = *standing;
         let mode = SupportMode::from_wire(standing.mode);
         for contact in &mut standing.contacts[..standing.contacts_len as usize] {
@@ -98,7 +99,7 @@ impl StandingGround {
             if mode.is_some_and(|mode| mode.carries(limb)) {
                 let support = self.surfaces.support(
                     &mut self.scratch,
-                    &body.sole_polygons[limb],
+                    &robot.sole_polygons[limb],
                     &contact.world_from_sole(),
                 );
                 set_polygon(contact, support.as_ref().map_or(&[], |support| &support.polygon));
@@ -120,31 +121,31 @@ fn set_polygon(contact: &mut Contact, polygon: &[DVec2]) {
 ///
 /// # Errors
 /// It is not known where both feet stood, or nothing carries one that the robot stands on.
-pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, EndFault> {
-    let support = SupportMode::from_wire(standing.mode).ok_or(EndFault::UnknownStance)?;
+pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, EndpointError> {
+    let support = SupportMode::from_wire(standing.mode).ok_or(EndpointError::UnknownStance)?;
     let [Some(left), Some(right)] = [0, 1].map(|limb| standing.contact_of(limb)) else {
-        return Err(EndFault::UnknownStance);
+        return Err(EndpointError::UnknownStance);
     };
     for (limb, contact) in [left, right].into_iter().enumerate() {
         if support.carries(limb) && contact.polygon_len < 3 {
-            return Err(EndFault::Unsupported { limb, reason: NoSupport::NothingBelow });
+            return Err(EndpointError::Unsupported { limb, reason: NoSupport::NothingBelow });
         }
     }
     let footholds = [left, right].map(|contact| {
         let polygon = &contact.polygon[..(contact.polygon_len as usize).min(contact.polygon.len())];
         let support = polygon.iter().map(|vertex| DVec2::from_array(*vertex)).collect();
-        Foothold::of(&constraints.body, contact.limb as usize, contact.world_from_sole(), support)
+        Foothold::of(&constraints.robot, contact.limb as usize, contact.world_from_sole(), support)
     });
     let configuration = Configuration {
         world_from_root: standing.waypoint.world_from_root(),
         q: standing.waypoint.q,
     };
-    let snapshot = constraints.body.snapshot(&configuration);
+    let kinematic_state = constraints.robot.kinematic_state(&configuration);
     let world_from_soles = [0, 1].map(|limb| match support.carries(limb) {
-        false => constraints.body.world_from_sole(&snapshot, limb),
+        false => constraints.robot.world_from_sole(&kinematic_state, limb),
         true => footholds[limb].world_from_sole,
     });
-    Ok(End { footholds, state: State { configuration, world_from_soles }, support })
+    Ok(End { footholds, state: ModeState { configuration, world_from_soles }, support })
 }
 
 impl End {
@@ -158,10 +159,10 @@ impl End {
             SupportMode::Double => double_mode(left, right),
         };
         let feet = [0, 1]
-            .map(|limb| if self.stands(limb) { FootState::Stance } else { FootState::Leaving });
-        let snapshot = constraints.body.snapshot(&self.state.configuration);
-        let start = Some(StartBalance { com: snapshot.com.truncate(), margin_min });
-        constraints.check(&Mode { start, ..mode }, &snapshot, feet).is_ok()
+            .map(|limb| if self.stands(limb) { FootPhase::Stance } else { FootPhase::LiftOff });
+        let kinematic_state = constraints.robot.kinematic_state(&self.state.configuration);
+        let start = Some(StartBalance { com: kinematic_state.com.truncate(), margin_min });
+        constraints.check(&Mode { start, ..mode }, &kinematic_state, feet).is_ok()
     }
 
     /// Whether a foot carries the robot.
@@ -178,17 +179,17 @@ fn foothold_near(
     scratch: &mut Scratch,
     limb: usize,
     print: &Pose,
-) -> Result<Foothold, EndFault> {
+) -> Result<Foothold, EndpointError> {
     let exact = foothold_at(constraints, surfaces, scratch, limb, print);
-    let Err(EndFault::Unsupported { .. }) = exact else { return exact };
-    let query = FootQuery {
+    let Err(EndpointError::Unsupported { .. }) = exact else { return exact };
+    let query = FootholdQuery {
         limb,
         ideal: *print,
         reach_z: GROUND_REACH_Z,
         yaw_spread: YAW_SPREAD_MAX,
         seed: 0,
         name: (limb as u64, 0),
-        effort: GROUND_EFFORT,
+        limits: GROUND_LIMITS,
         kept_max: 1,
     };
     let mut nearest = None;
@@ -211,14 +212,14 @@ pub fn foothold_at(
     scratch: &mut Scratch,
     limb: usize,
     world_from_sole: &Pose,
-) -> Result<Foothold, EndFault> {
+) -> Result<Foothold, EndpointError> {
     let support = surfaces
-        .support(scratch, &constraints.body.sole_polygons[limb], world_from_sole)
-        .map_err(|reason| EndFault::Unsupported { limb, reason })?;
-    if constraints.collision.foot_hit(limb, world_from_sole, FootState::Stance).is_some() {
-        return Err(EndFault::FootCollides { limb });
+        .support(scratch, &constraints.robot.sole_polygons[limb], world_from_sole)
+        .map_err(|reason| EndpointError::Unsupported { limb, reason })?;
+    if constraints.collision.foot_hit(limb, world_from_sole, FootPhase::Stance).is_some() {
+        return Err(EndpointError::FootCollides { limb });
     }
-    Ok(Foothold::of(&constraints.body, limb, *world_from_sole, support.polygon))
+    Ok(Foothold::of(&constraints.robot, limb, *world_from_sole, support.polygon))
 }
 
 /// A standing configuration over two placements, the centre of mass between both feet.
@@ -230,7 +231,7 @@ pub fn stand(
     constraints: &Constraints,
     footholds: &[Foothold; 2],
     yaw: f64,
-) -> Result<State, EndFault> {
+) -> Result<ModeState, EndpointError> {
     let mode = double_mode(&footholds[0], &footholds[1]);
     let world_from_soles = [footholds[0].world_from_sole, footholds[1].world_from_sole];
     let middle: DVec2 = 0.5 * (footholds[0].region.centroid() + footholds[1].region.centroid());
@@ -239,26 +240,35 @@ pub fn stand(
     for share in REACH_SHARES {
         let posture = Posture {
             world_from_root,
-            reach_share: share * constraints.body.standing_reach_share,
+            leg_extension: share * constraints.robot.standing_leg_extension,
             com: middle,
         };
-        let settled =
-            settle(&constraints.body, &world_from_soles, &posture, constraints.body.standing_q);
-        let Ok((configuration, snapshot)) = settled else { continue };
-        match constraints.check(&mode, &snapshot, [FootState::Stance; 2]) {
-            Ok(()) => return Ok(State { configuration, world_from_soles }),
+        let settled = solve_posture(
+            &constraints.robot,
+            &world_from_soles,
+            &posture,
+            constraints.robot.standing_q,
+        );
+        let Ok((configuration, kinematic_state)) = settled else { continue };
+        match constraints.check(&mode, &kinematic_state, [FootPhase::Stance; 2]) {
+            Ok(()) => return Ok(ModeState { configuration, world_from_soles }),
             Err(rejection) => {
-                fault = fault
-                    .or_else(|| Some((rejection, what_hits(constraints, &snapshot, rejection))))
+                fault = fault.or_else(|| {
+                    Some((rejection, what_hits(constraints, &kinematic_state, rejection)))
+                })
             }
         }
     }
     let (rejection, hit) = fault.unwrap_or((Rejection::Unreachable, None));
-    Err(EndFault::NoPosture { rejection, hit })
+    Err(EndpointError::NoPosture { rejection, hit })
 }
 
-/// What is too near to what, where that is why a standing robot was turned down.
-fn what_hits(constraints: &Constraints, snapshot: &Snapshot, rejection: Rejection) -> Option<Hit> {
+/// What is too near to what, where that is why a standing robot was rejected.
+fn what_hits(
+    constraints: &Constraints,
+    kinematic_state: &KinematicState,
+    rejection: Rejection,
+) -> Option<Hit> {
     let is_hit = matches!(rejection, Rejection::Collision | Rejection::SelfCollision);
-    is_hit.then(|| constraints.collision.hit(snapshot, &[FootState::Stance; 2])).flatten()
+    is_hit.then(|| constraints.collision.hit(kinematic_state, &[FootPhase::Stance; 2])).flatten()
 }

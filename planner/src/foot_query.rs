@@ -1,13 +1,13 @@
-//! The placements of one foot near where it is wished for, as both stages ask for them
+//! Placements of one foot near an ideal pose, as both stages query them
 //! [Grey 4.2, 4.4.4].
 
 use std::ops::ControlFlow;
 
 use surefoot_shared_types::Pose;
 
-use crate::collision::FootState;
+use crate::collision::FootPhase;
 use crate::constraint::Constraints;
-use crate::foot_placement::{Effort, Placement, Request, Scratch, Surfaces};
+use crate::foot_placement::{PlacementQuery, SampleLimits, Scratch, SupportedSole, Surfaces};
 
 /// How far from the ideal a placement may be, m.
 const REACH_XY: f64 = 0.35;
@@ -16,12 +16,12 @@ pub const YAW_SPREAD_MAX: f64 = 0.8;
 /// How far from an ideal that is carried exactly more placements are of no use, m.
 const EXACT: f64 = 1e-3;
 
-/// Placements that a foot is asked for.
+/// A query for placements of a foot.
 #[derive(Debug, Clone, Copy)]
-pub struct FootQuery {
+pub struct FootholdQuery {
     /// Which foot.
     pub limb: usize,
-    /// Where its sole is wished for.
+    /// Desired pose of its sole.
     pub ideal: Pose,
     /// How far below and above that a placement may be, m.
     pub reach_z: [f64; 2],
@@ -31,24 +31,24 @@ pub struct FootQuery {
     pub seed: u64,
     /// The query's name in the random stream: object and attempt.
     pub name: (u64, u64),
-    /// How hard to try.
-    pub effort: Effort,
-    /// Placements that are enough.
+    /// How many placements to examine.
+    pub limits: SampleLimits,
+    /// Most placements kept.
     pub kept_max: usize,
 }
 
-impl FootQuery {
+impl FootholdQuery {
     /// Hands placements where the foot is free to `keep`, best first, until enough are kept or one
-    /// is the ideal itself. `keep` answers whether it kept the placement, or breaks where it has no
-    /// room.
+    /// is the ideal itself. `keep` returns whether it kept the placement, or breaks if its list is
+    /// full.
     pub fn run(
         &self,
         (constraints, surfaces): (&Constraints, &Surfaces),
         scratch: &mut Scratch,
-        keep: &mut dyn FnMut(Placement) -> ControlFlow<(), bool>,
+        keep: &mut dyn FnMut(SupportedSole) -> ControlFlow<(), bool>,
     ) {
-        let request = Request {
-            sole_polygon: &constraints.body.sole_polygons[self.limb],
+        let query = PlacementQuery {
+            sole_polygon: &constraints.robot.sole_polygons[self.limb],
             ideal: self.ideal,
             reach_xy: REACH_XY,
             reach_z: self.reach_z,
@@ -56,16 +56,16 @@ impl FootQuery {
             seed: self.seed,
             object: self.name.0,
             attempt: self.name.1,
-            effort: self.effort,
+            limits: self.limits,
             is_free: &|pose| {
-                constraints.collision.foot_hit(self.limb, pose, FootState::Leaving).is_none()
+                constraints.collision.foot_hit(self.limb, pose, FootPhase::LiftOff).is_none()
             },
         };
         let mut kept = 0;
-        surfaces.propose(scratch, &request, &mut |placement: Placement| {
+        surfaces.propose(scratch, &query, &mut |sole: SupportedSole| {
             let is_ideal =
-                placement.world_from_sole.translation.distance(self.ideal.translation) < EXACT;
-            let ControlFlow::Continue(is_kept) = keep(placement) else { return false };
+                sole.world_from_sole.translation.distance(self.ideal.translation) < EXACT;
+            let ControlFlow::Continue(is_kept) = keep(sole) else { return false };
             kept += usize::from(is_kept);
             kept < self.kept_max && !is_ideal
         });

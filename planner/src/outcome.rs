@@ -24,9 +24,9 @@ pub enum Outcome {
     /// An arena is full.
     ArenaFull(ArenaFull),
     /// The robot cannot stand at the start.
-    StartInvalid(EndFault),
+    StartInvalid(EndpointError),
     /// The robot cannot stand at the goal.
-    GoalInvalid(EndFault),
+    GoalInvalid(EndpointError),
 }
 
 /// A bound of the budget, by the name of its parameter.
@@ -36,9 +36,9 @@ pub enum Bound {
     Work,
 }
 
-/// Why the robot cannot stand at a mark.
+/// Why the robot cannot stand at the start or the goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum EndFault {
+pub enum EndpointError {
     /// A sole finds no support there.
     Unsupported {
         /// The foot.
@@ -46,7 +46,7 @@ pub enum EndFault {
         /// Why.
         reason: NoSupport,
     },
-    /// A foot meets the world there.
+    /// A foot collides with the world there.
     FootCollides {
         /// The foot.
         limb: usize,
@@ -71,22 +71,22 @@ impl Outcome {
                 "no plan within the budget: planner.work_max is used up; raise it in the scenario if you believe there is a way".into()
             }
             Self::ArenaFull(full) => format!("no plan: the arena planner.{} is full; raise it", full.parameter()),
-            Self::StartInvalid(fault) => format!("the start is invalid: {}", fault.describe()),
-            Self::GoalInvalid(fault) => format!("the goal is invalid: {}", fault.describe()),
+            Self::StartInvalid(error) => format!("the start is invalid: {}", error.describe()),
+            Self::GoalInvalid(error) => format!("the goal is invalid: {}", error.describe()),
         }
     }
 
     /// What is too near to what where the robot would stand, if that is why it cannot.
     pub fn hit(&self) -> Option<Hit> {
         match self {
-            Self::StartInvalid(EndFault::NoPosture { hit, .. })
-            | Self::GoalInvalid(EndFault::NoPosture { hit, .. }) => *hit,
+            Self::StartInvalid(EndpointError::NoPosture { hit, .. })
+            | Self::GoalInvalid(EndpointError::NoPosture { hit, .. }) => *hit,
             _ => None,
         }
     }
 
     /// The outcome's name in reports.
-    pub fn word(&self) -> &'static str {
+    pub fn name(&self) -> &'static str {
         match self {
             Self::Found => "found",
             Self::BudgetExhausted(_) => "budget_exhausted",
@@ -106,7 +106,7 @@ impl Outcome {
     }
 }
 
-impl EndFault {
+impl EndpointError {
     fn describe(&self) -> String {
         let foot = |limb: &usize| ["left", "right"][*limb];
         match self {
@@ -116,7 +116,7 @@ impl EndFault {
             Self::UnknownStance => "it is not known where both feet stood last".into(),
             Self::FootCollides { limb } => format!("the {} foot meets the world there", foot(limb)),
             Self::NoPosture { rejection, .. } => {
-                format!("no standing posture there ({})", Rejection::WORDS[*rejection as usize])
+                format!("no standing posture there ({})", Rejection::NAMES[*rejection as usize])
             }
         }
     }
@@ -128,7 +128,7 @@ impl ArenaFull {
         match self {
             Self::Footholds => "footholds_max",
             Self::Transitions => "transitions_max",
-            Self::Stations => "stations_max",
+            Self::TreeVertices => "stations_max",
             Self::Configurations | Self::Edges => "configurations_max",
             Self::Waypoints => "waypoints_max",
         }

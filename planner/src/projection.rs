@@ -11,12 +11,12 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::JointKind;
 use surefoot_shared_types::spatial::{rotation_from_scaled_axis, scaled_axis_from_rotation};
 
-use crate::body::{Body, Configuration, TRUNK_JOINTS_MAX};
+use crate::body::{Configuration, Mechanism, TRUNK_JOINTS_MAX};
 use crate::kinematics::least_norm::{Unknown, least_norm};
 use crate::kinematics::leg::LEG_JOINTS_MAX;
 use crate::posture::LEGS_LAG;
-use crate::region::Region;
-use crate::snapshot::Snapshot;
+use crate::region::ConvexRegion;
+use crate::snapshot::KinematicState;
 
 /// Steps of one projection; from near the solution four to eight suffice.
 const STEPS_MAX: usize = 12;
@@ -28,10 +28,10 @@ const STALLS_MAX: usize = 4;
 const NEAR: f64 = 1e-4;
 /// The largest error (m and rad) that one step makes up for.
 const ERROR_MAX: f64 = 0.5;
-/// How readily the root turns, compared with a joint: where it was wished for is left only where it
+/// How readily the root turns, compared with a joint: where it was desired is left only where it
 /// must be.
-const ROOT_EASE: f64 = 0.05;
-/// How much deeper than its margin inside its region the centre of mass is wished for, m: it is
+const ROOT_WEIGHT: f64 = 0.05;
+/// How much deeper than its margin inside its region the centre of mass is desired, m: it is
 /// moved where it is not as deep as the first, and then as deep as the second.
 const DEEPER: [f64; 2] = [1e-3, 3e-3];
 
@@ -46,35 +46,35 @@ const UNKNOWNS: usize = 6 + TRUNK_JOINTS_MAX + 2 * LEG_JOINTS_MAX;
 
 /// What a configuration shall stand on.
 #[derive(Debug, Clone, Copy)]
-pub struct Ground<'a> {
+pub struct ProjectionTarget<'a> {
     /// The soles by limb.
     pub world_from_soles: &'a [Pose; 2],
     /// Where the centre of mass may be.
-    pub region: &'a Region,
+    pub region: &'a ConvexRegion,
     /// How deep inside, m.
     pub com_margin: f64,
 }
 
-/// The configuration to which the steps from `start` lead, if they do; `snapshot` is the one of the
-/// last step.
+/// The configuration to which the steps from `start` lead, if they do; `kinematic state` is the one
+/// of the last step.
 pub fn project(
-    body: &Body,
-    ground: &Ground<'_>,
+    robot: &Mechanism,
+    target: &ProjectionTarget<'_>,
     start: &Configuration,
-    snapshot: &mut Snapshot,
+    kinematic_state: &mut KinematicState,
 ) -> Option<Configuration> {
     let mut configuration = *start;
     let (mut last, mut stalls) = (f64::INFINITY, 0);
     for _ in 0..STEPS_MAX {
-        body.snapshot_into(&configuration, snapshot);
+        robot.update_kinematic_state(&configuration, kinematic_state);
         let reached = [0, 1].map(|limb| {
-            configuration.world_from_root * body.legs[limb].root_from_sole(&configuration.q)
+            configuration.world_from_root * robot.legs[limb].root_from_sole(&configuration.q)
         });
-        let mut error = error(ground, &reached, snapshot);
+        let mut error = error(target, &reached, kinematic_state);
         let size = error.iter().fold(0.0_f64, |size, row| size.max(row.abs()));
         if size < NEAR {
-            let is_placed = body.place_soles_near(&mut configuration, ground.world_from_soles);
-            body.snapshot_into(&configuration, snapshot);
+            let is_placed = robot.place_soles_near(&mut configuration, target.world_from_soles);
+            robot.update_kinematic_state(&configuration, kinematic_state);
             return is_placed.then_some(configuration);
         }
         stalls = if size > STALL * last { stalls + 1 } else { 0 };
@@ -83,22 +83,26 @@ pub fn project(
         }
         last = size;
         error.iter_mut().for_each(|row| *row *= (ERROR_MAX / size).min(1.0));
-        let step = least_norm(&unknowns(body, &configuration, &reached, snapshot), &error)?;
-        take_step(body, &mut configuration, &step);
+        let step = least_norm(&unknowns(robot, &configuration, &reached, kinematic_state), &error)?;
+        take_step(robot, &mut configuration, &step);
     }
     None
 }
 
-fn error(ground: &Ground<'_>, reached: &[Pose; 2], snapshot: &Snapshot) -> [f64; ROWS] {
+fn error(
+    target: &ProjectionTarget<'_>,
+    reached: &[Pose; 2],
+    kinematic_state: &KinematicState,
+) -> [f64; ROWS] {
     let mut error = [0.0; ROWS];
-    for (limb, (from, to)) in reached.iter().zip(ground.world_from_soles).enumerate() {
+    for (limb, (from, to)) in reached.iter().zip(target.world_from_soles).enumerate() {
         let turn = scaled_axis_from_rotation(to.rotation * from.rotation.conjugate());
         write_twist(&mut error, limb, to.translation - from.translation, turn);
     }
-    let com = snapshot.com.truncate();
-    let [least, wished] = DEEPER.map(|deeper| ground.com_margin + deeper);
-    if !ground.region.holds(com, least) {
-        let shift = ground.region.nearest_inside(com, wished) - com;
+    let com = kinematic_state.com.truncate();
+    let [least, desired] = DEEPER.map(|deeper| target.com_margin + deeper);
+    if !target.region.contains(com, least) {
+        let shift = target.region.nearest_inside(com, desired) - com;
         [error[COM], error[COM + 1]] = shift.to_array();
     }
     error
@@ -112,28 +116,29 @@ fn write_twist(rows: &mut [f64; ROWS], limb: usize, linear: DVec3, angular: DVec
 /// What shifting and turning the root and moving each joint of the trunk and the legs does to the
 /// rows of the error.
 fn unknowns(
-    body: &Body,
+    robot: &Mechanism,
     configuration: &Configuration,
     reached: &[Pose; 2],
-    snapshot: &Snapshot,
+    kinematic_state: &KinematicState,
 ) -> heapless::Vec<Unknown<ROWS>, UNKNOWNS> {
     let root = configuration.world_from_root;
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let shift = |axis: DVec3| (root_effect(reached, |_| axis, DVec3::ZERO, axis / LEGS_LAG), 1.0);
     let turn = |axis: DVec3| {
         let moved = |point: DVec3| axis.cross(point - root.translation);
-        (root_effect(reached, moved, axis, moved(snapshot.com)), ROOT_EASE)
+        (root_effect(reached, moved, axis, moved(kinematic_state.com)), ROOT_WEIGHT)
     };
-    let free = |(effect, ease)| Unknown { effect, ease, room: [f64::NEG_INFINITY, f64::INFINITY] };
+    let free =
+        |(effect, weight)| Unknown { effect, weight, range: [f64::NEG_INFINITY, f64::INFINITY] };
     let mut unknowns: heapless::Vec<_, UNKNOWNS> =
         axes.map(shift).into_iter().chain(axes.map(turn)).map(free).collect();
-    unknowns.extend(body.trunk_joints.iter().map(|joint| {
+    unknowns.extend(robot.trunk_joints.iter().map(|joint| {
         let mut effect = [0.0; ROWS];
         [effect[COM], effect[COM + 1]] =
-            body.statics.com_shift(snapshot, joint.index).truncate().to_array();
+            robot.statics.com_shift(kinematic_state, joint.index).truncate().to_array();
         joint_unknown(effect, [joint.lower, joint.upper], configuration.q[joint.index])
     }));
-    for (limb, leg) in body.legs.iter().enumerate() {
+    for (limb, leg) in robot.legs.iter().enumerate() {
         unknowns.extend(leg.axes(&configuration.q).map(|(joint, motion)| {
             let world_from_joint = root * motion;
             let axis = world_from_joint.rotation * joint.axis;
@@ -154,7 +159,11 @@ fn unknowns(
 
 /// A joint, which stops at its limits.
 fn joint_unknown(effect: [f64; ROWS], [lower, upper]: [f64; 2], position: f64) -> Unknown<ROWS> {
-    Unknown { effect, ease: 1.0, room: [(lower - position).min(0.0), (upper - position).max(0.0)] }
+    Unknown {
+        effect,
+        weight: 1.0,
+        range: [(lower - position).min(0.0), (upper - position).max(0.0)],
+    }
 }
 
 /// What a motion of the root does: how it moves the points of the soles, how it turns them, and how
@@ -173,13 +182,13 @@ fn root_effect(
     effect
 }
 
-fn take_step(body: &Body, configuration: &mut Configuration, step: &[f64; UNKNOWNS]) {
+fn take_step(robot: &Mechanism, configuration: &mut Configuration, step: &[f64; UNKNOWNS]) {
     let root = configuration.world_from_root;
     let [shift, turn] = [0, 3].map(|first| DVec3::from_slice(&step[first..]));
     let rotation = (rotation_from_scaled_axis(turn) * root.rotation).normalize();
     configuration.world_from_root = Pose::from_parts(root.translation + shift, rotation);
-    let trunk = body.trunk_joints.iter().map(|joint| (joint.index, joint.lower, joint.upper));
-    let legs = body
+    let trunk = robot.trunk_joints.iter().map(|joint| (joint.index, joint.lower, joint.upper));
+    let legs = robot
         .legs
         .iter()
         .flat_map(|leg| leg.joints())

@@ -1,33 +1,33 @@
-//! Checks a finished plan once more with the planner's own conditions: every waypoint, and every
-//! motion between two. Nobody who hands out a checked plan can be faster than this; benches measure
-//! the search against it.
+//! Self-check of a finished plan with the planner's own constraints: every waypoint and every
+//! motion between two. Its time is a lower bound of planning with checks; benches compare the
+//! search with it.
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
 
 use crate::body::Configuration;
-use crate::collision::FootState;
+use crate::collision::FootPhase;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
-use crate::snapshot::Snapshot;
+use crate::snapshot::KinematicState;
 
-/// What a check of a whole plan looked at.
+/// Statistics of a self-check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Recheck {
+pub struct SelfCheckStats {
     /// Waypoints checked; those that two chunks share count twice.
     pub waypoints: u64,
     /// Configurations checked between waypoints.
     pub between: u64,
 }
 
-/// A waypoint that does not hold.
+/// A waypoint that violates a constraint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Fault {
+pub struct SelfCheckError {
     /// The chunk.
     pub chunk: usize,
-    /// The waypoint in it, or the one at the end of the motion that does not hold.
+    /// The waypoint in it, or the one at the end of the motion that violates a constraint.
     pub waypoint: usize,
-    /// Why; nothing where the chunk's contacts are not those of its mode.
+    /// The constraint; `None` if the chunk's contacts are not those of its mode.
     pub rejection: Option<Rejection>,
 }
 
@@ -37,39 +37,44 @@ pub struct Fault {
 /// not say which it does.
 ///
 /// # Errors
-/// The first waypoint that does not hold.
-pub fn recheck(constraints: &Constraints, chunks: &[PlanChunk]) -> Result<Recheck, Fault> {
-    let mut done = Recheck::default();
+/// The first waypoint that violates a constraint.
+pub fn self_check(
+    constraints: &Constraints,
+    chunks: &[PlanChunk],
+) -> Result<SelfCheckStats, SelfCheckError> {
+    let mut stats = SelfCheckStats::default();
     for (index, chunk) in chunks.iter().enumerate() {
-        let fault = |(waypoint, rejection)| Fault { chunk: index, waypoint, rejection };
+        let fault = |(waypoint, rejection)| SelfCheckError { chunk: index, waypoint, rejection };
         let mode = mode_of(chunk).ok_or((0, None)).map_err(fault)?;
-        recheck_chunk(constraints, &mode, chunk.waypoints(), &mut done)
+        check_chunk(constraints, &mode, chunk.waypoints(), &mut stats)
             .map_err(|(at, why)| fault((at, Some(why))))?;
     }
-    Ok(done)
+    Ok(stats)
 }
 
-fn recheck_chunk(
+fn check_chunk(
     constraints: &Constraints,
     mode: &Mode,
     waypoints: &[Waypoint],
-    done: &mut Recheck,
+    stats: &mut SelfCheckStats,
 ) -> Result<(), (usize, Rejection)> {
     let mut before: Option<Configuration> = None;
-    let (mut snapshots, mut scratch) = <([Snapshot; 2], Snapshot)>::default();
+    let (mut kinematic_states, mut scratch) = <([KinematicState; 2], KinematicState)>::default();
     for (index, waypoint) in waypoints.iter().enumerate() {
         let configuration = configuration_of(waypoint);
         let [here, last] = [index % 2, 1 - index % 2];
-        constraints.body.snapshot_into(&configuration, &mut snapshots[here]);
-        done.waypoints += 1;
-        either_way(mode, |feet| constraints.check(mode, &snapshots[here], feet))
+        constraints.robot.update_kinematic_state(&configuration, &mut kinematic_states[here]);
+        stats.waypoints += 1;
+        check_either_phase(mode, |feet| constraints.check(mode, &kinematic_states[here], feet))
             .map_err(|why| (index, why))?;
         if let Some(from) = before.replace(configuration) {
-            let bound = constraints.collision.motion_bound(&snapshots[last], &snapshots[here]);
+            let bound = constraints
+                .collision
+                .motion_bound(&kinematic_states[last], &kinematic_states[here]);
             let between = |feet| {
                 constraints.check_between(mode, [&from, &configuration], bound, feet, &mut scratch)
             };
-            done.between += either_way(mode, between).map_err(|why| (index, why))?;
+            stats.between += check_either_phase(mode, between).map_err(|why| (index, why))?;
         }
     }
     Ok(())
@@ -77,13 +82,14 @@ fn recheck_chunk(
 
 /// Checks with a swing foot in the air, and where it is too near to the world for that, with one
 /// that lifts off or lands.
-fn either_way<T>(
+fn check_either_phase<T>(
     mode: &Mode,
-    mut check: impl FnMut([FootState; 2]) -> Result<T, Rejection>,
+    mut check: impl FnMut([FootPhase; 2]) -> Result<T, Rejection>,
 ) -> Result<T, Rejection> {
-    let feet = |swing| [0, 1].map(|limb| if mode.stands(limb) { FootState::Stance } else { swing });
-    match check(feet(FootState::Free)) {
-        Err(Rejection::Collision) if mode.swing().is_some() => check(feet(FootState::Leaving)),
+    let feet =
+        |swing| [0, 1].map(|limb| if mode.is_stance(limb) { FootPhase::Stance } else { swing });
+    match check(feet(FootPhase::Swing)) {
+        Err(Rejection::Collision) if mode.swing().is_some() => check(feet(FootPhase::LiftOff)),
         checked => checked,
     }
 }

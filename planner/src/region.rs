@@ -11,13 +11,13 @@ pub const REGION_VERTICES_MAX: usize = 32;
 /// corners.
 const GRID: f64 = 1e-9;
 
-/// How much deeper (m) than asked [`Region::nearest_inside`] aims, so that rounding does not leave
-/// its point short.
+/// How much deeper (m) than asked [`ConvexRegion::nearest_inside`] aims, so that rounding does not
+/// leave its point short.
 const DEPTH_ROUNDING: f64 = 1e-12;
 
 /// A convex polygon, counter-clockwise, in world x and y (m).
 #[derive(Debug, Clone, Default)]
-pub struct Region {
+pub struct ConvexRegion {
     vertices: BoundedVec<DVec2, REGION_VERTICES_MAX>,
     /// The side from each vertex to the next.
     sides: BoundedVec<Side, REGION_VERTICES_MAX>,
@@ -42,7 +42,7 @@ impl Side {
     }
 }
 
-impl Region {
+impl ConvexRegion {
     /// The convex hull of some points; those beyond [`REGION_VERTICES_MAX`] are left out, which
     /// only shrinks it.
     pub fn hull(points: impl IntoIterator<Item = DVec2>) -> Self {
@@ -84,13 +84,13 @@ impl Region {
 
     /// Whether a point lies at least `depth` (m, not negative) inside; never for a degenerate
     /// region.
-    pub fn holds(&self, point: DVec2, depth: f64) -> bool {
+    pub fn contains(&self, point: DVec2, depth: f64) -> bool {
         self.sides.len() >= 3 && self.sides.iter().all(|side| side.depth(point) >= depth)
     }
 
     /// The point of the region that is nearest to `point`.
     pub fn nearest(&self, point: DVec2) -> DVec2 {
-        if self.holds(point, 0.0) { point } else { self.nearest_on_border(point) }
+        if self.contains(point, 0.0) { point } else { self.nearest_on_border(point) }
     }
 
     /// The centroid; the first vertex for a degenerate region.
@@ -101,7 +101,7 @@ impl Region {
     /// The first point on the way from `point` to the centroid that is at least `depth` (m, not
     /// negative) inside, or the centroid where there is none.
     pub fn nearest_inside(&self, point: DVec2, depth: f64) -> DVec2 {
-        if self.holds(point, depth) {
+        if self.contains(point, depth) {
             return point;
         }
         let depth = depth + DEPTH_ROUNDING;
@@ -186,10 +186,10 @@ fn half_hull<const N: usize>(
 mod tests {
     use super::*;
 
-    fn square() -> Region {
+    fn square() -> ConvexRegion {
         let corners =
             [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0), (1.0, 1.0), (1.0, 0.0), (0.0, 0.0)];
-        Region::hull(corners.map(DVec2::from))
+        ConvexRegion::hull(corners.map(DVec2::from))
     }
 
     #[test]
@@ -204,7 +204,7 @@ mod tests {
     fn rounding_errors_lose_no_corner() {
         let x = 0.1 + 0.2;
         let corners = [(0.3, 1.0), (x, -1.0), (x, -0.5), (x, 0.5), (1.0, 1.0), (1.0, -1.0)];
-        assert_eq!(Region::hull(corners.map(DVec2::from)).vertices().len(), 4);
+        assert_eq!(ConvexRegion::hull(corners.map(DVec2::from)).vertices().len(), 4);
     }
 
     #[test]
@@ -230,17 +230,17 @@ mod tests {
     }
 
     #[test]
-    fn holding_agrees_with_the_margin() {
+    fn containment_agrees_with_the_margin() {
         for index in 0..400 {
             let point =
                 DVec2::new(0.15 * f64::from(index % 20) - 0.5, 0.15 * f64::from(index / 20) - 0.5);
-            assert_eq!(square().holds(point, 0.1), square().margin(point) >= 0.1, "{point}");
+            assert_eq!(square().contains(point, 0.1), square().margin(point) >= 0.1, "{point}");
         }
     }
 
     #[test]
     fn a_line_is_no_region() {
-        let line = Region::hull([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)].map(DVec2::from));
+        let line = ConvexRegion::hull([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)].map(DVec2::from));
         assert_eq!(line.margin(DVec2::new(1.0, 0.0)), f64::NEG_INFINITY);
     }
 }

@@ -53,24 +53,26 @@ use surefoot_shared_types::scene::World;
 
 use crate::allowance::items_in;
 use crate::arena::reserve;
-use crate::body::{Body, BodyError};
-use crate::chunking::{ChunkBuilder, MOTIONS_AT_ONCE, Motion, Provenance};
+use crate::body::{Mechanism, MechanismError};
+use crate::chunking::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX, Provenance};
 use crate::collision::{CollisionError, CollisionModel};
 use crate::constraint::Constraints;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
 use crate::motion::graph::{
-    ArenaFull, GOAL, Graph, START, TransitionId, boundary_node, boundary_of,
+    ArenaFull, GOAL, ModeGraph, START, TransitionId, boundary_node, boundary_of,
 };
-use crate::motion::roadmap::{Boundary, Hop, Roadmap};
-use crate::motion::round::Round;
+use crate::motion::roadmap::{Boundary, ModeEdge, Roadmap};
+use crate::motion::round::SearchBatch;
 use crate::outcome::{Bound, Outcome, Status};
-use crate::possibility::{Context, Growth, Progress, Site, Stooping, Torso};
+use crate::possibility::{
+    CrouchContext, CrouchProfile, Progress, RouteSearch, StageContext, UpperBody,
+};
 use crate::prepare::{Preparation, PreparationError};
 use crate::seeding::{Seeding, is_step};
 use crate::shared::Shared;
 use crate::stage::Stage;
 use crate::threads::Threads;
-use crate::timing::Timing;
+use crate::timing::TimeParameterization;
 use crate::trouble::Focus;
 use hindrances::Hindrances;
 use judging::Judging;
@@ -90,7 +92,7 @@ pub use start::WayBack;
 pub enum PlannerError {
     /// The robot is none that this planner can move.
     #[error(transparent)]
-    Body(#[from] BodyError),
+    Mechanism(#[from] MechanismError),
     /// A shape cannot be compiled for collision checks.
     #[error(transparent)]
     Collision(#[from] CollisionError),
@@ -115,12 +117,12 @@ pub enum PlannerError {
 pub struct Planner {
     shared: Shared,
     roadmap: Roadmap,
-    round: Round,
+    round: SearchBatch,
     /// For queries about placements, by two threads at once.
     scratch: [Scratch; 2],
-    torso: Torso,
-    growth: Growth,
-    stooping: Stooping,
+    torso: UpperBody,
+    growth: RouteSearch,
+    stooping: CrouchProfile,
     scenario: Scenario,
     seeker: Seeker,
     judging: Judging,
@@ -162,9 +164,9 @@ impl Planner {
         threads: NonZeroUsize,
     ) -> Result<Self, PlannerError> {
         let config: &PlannerConfig = &scenario.planner;
-        let body = Body::new(model, config)?;
+        let robot = Mechanism::new(model, config)?;
         let collision = CollisionModel::new(model, world, config.clearance)?;
-        let placement = placement_config(&body, world, scenario);
+        let placement = placement_config(&robot, world, scenario);
         let scratch = [(); 2].map(|()| Scratch::new(&placement));
         let surfaces = Surfaces::new(world, placement.clone())?;
         if !preparation.is_for(model, config) {
@@ -174,19 +176,19 @@ impl Planner {
             robot: model.digest,
             world: world.digest,
             config: scenario.digest,
-            joints_len: body.joints_len,
+            joints_len: robot.joints_len,
         };
         let started = Threads::new(threads);
         let threads = started.map_err(|error| PlannerError::Threads {
             threads: threads.get(),
             reason: error.to_string(),
         })?;
-        let torso = Torso::new(model, &body);
+        let torso = UpperBody::new(model, &robot);
         let stations_max = config.stations_max as usize;
-        let reach = preparation.possible_steps().reach();
-        let stooping = Stooping::new(stations_max);
+        let reach = preparation.step_limits().reach();
+        let stooping = CrouchProfile::new(stations_max);
         let ends = [&scenario.start, &scenario.goal];
-        let growth = Growth::new(
+        let growth = RouteSearch::new(
             ends,
             config.station_spacing,
             stations_max,
@@ -195,14 +197,14 @@ impl Planner {
         );
         Ok(Self {
             shared: Shared {
-                constraints: Constraints { body, collision, config: config.clone() },
+                constraints: Constraints { robot, collision, config: config.clone() },
                 surfaces,
                 preparation,
                 threads,
                 seed: scenario.seed,
             },
             roadmap: Roadmap::new(config, reach),
-            round: Round::default(),
+            round: SearchBatch::default(),
             scratch,
             torso,
             growth,
@@ -213,7 +215,7 @@ impl Planner {
             chunks: ChunkBuilder::new(
                 config.waypoints_max as usize,
                 provenance,
-                Timing::new(model),
+                TimeParameterization::new(model),
             ),
             phase: Phase::Ends,
             standing: None,
@@ -242,14 +244,14 @@ impl Planner {
     /// Keeps soles away from where one was not carried, whatever the world's shapes say; see
     /// [`CollisionModel::shun`]. To be called before the first step.
     pub fn shun(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
-        self.shared.constraints.collision.shun(world_from_sole, half_sides);
+        self.shared.constraints.collision.add_keep_out_zone(world_from_sole, half_sides);
     }
 
     /// Sets the name that the plan's chunks carry: which plan of its session it is, and how often
     /// it was planned again. Plan 1, epoch 0, unless told otherwise. To be called before the first
     /// step.
     pub fn name_plan(&mut self, plan_id: u64, epoch: u64) {
-        self.chunks.name_plan(plan_id, epoch);
+        self.chunks.set_plan_id(plan_id, epoch);
     }
 
     /// Advances the search by at most `work` units, or to its end.
@@ -351,7 +353,7 @@ impl Planner {
         let walk = if self.has_found() { self.walk.as_slice() } else { &[] };
         let is_boundary = |node: TransitionId| boundary_of(node).is_some();
         let is_swing = |pair: &&[TransitionId]| {
-            !is_boundary(pair[0]) && !is_boundary(pair[1]) && pair[1] != Graph::twin(pair[0])
+            !is_boundary(pair[0]) && !is_boundary(pair[1]) && pair[1] != ModeGraph::twin(pair[0])
         };
         (walk.windows(2).filter(is_swing).count() + self.steps_back()) as u64
     }
@@ -404,13 +406,13 @@ impl Planner {
     }
 
     fn find_route(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
-        let context = Context {
+        let context = StageContext {
             constraints: &self.shared.constraints,
             surfaces: &self.shared.surfaces,
-            torso: &self.torso,
+            upper_body: &self.torso,
             preparation: &self.shared.preparation,
             seed: self.shared.seed,
-            feet_apart: self.scenario.start.feet_apart,
+            stance_width: self.scenario.start.feet_apart,
             threads: &self.shared.threads,
             is_step,
         };
@@ -420,19 +422,19 @@ impl Planner {
         match progress {
             Progress::Growing => return Ok(Phase::Route),
             Progress::Route => {}
-            Progress::Full if self.tally.routes == 0 => return Err(ArenaFull::Stations),
+            Progress::Full if self.tally.routes == 0 => return Err(ArenaFull::TreeVertices),
             Progress::Exhausted if self.tally.routes == 0 => {
                 self.tally.is_unguided = true;
-                self.growth.go_straight();
+                self.growth.use_straight_line();
             }
             Progress::Exhausted | Progress::Full => {
                 self.stations_before = None;
-                self.growth.forgive();
+                self.growth.unblock_all();
                 return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
             }
         }
         let is_detour = |station: usize| !self.growth.placements(station).is_empty();
-        let stations = self.growth.route().stations();
+        let stations = self.growth.route().vertex_count();
         let is_whole = !(0..stations).any(is_detour) || self.tally.routes == 0;
         self.focus.only(stations, |station| is_whole || is_detour(station));
         self.tally.routes += 1;
@@ -445,8 +447,13 @@ impl Planner {
 
     /// Finds out how the robot stoops along the route.
     fn stoop(&mut self, budget: u64) -> Phase {
-        let Constraints { body, collision, .. } = &self.shared.constraints;
-        let site = Site { body, torso: &self.torso, collision, threads: &self.shared.threads };
+        let Constraints { robot, collision, .. } = &self.shared.constraints;
+        let site = CrouchContext {
+            robot,
+            upper_body: &self.torso,
+            collision,
+            threads: &self.shared.threads,
+        };
         let (spent, has_chosen) = self.stooping.advance(&site, self.growth.route(), budget);
         self.tally.work += spent;
         if has_chosen { self.cut_anew_or_shift() } else { Phase::Stoop }
@@ -454,7 +461,7 @@ impl Planner {
 
     fn seed(&mut self, next: usize) -> Result<Phase, ArenaFull> {
         let route = self.growth.route();
-        if next == 2 * route.stations() {
+        if next == 2 * route.vertex_count() {
             self.tally.sweeps += 1;
             self.lanes.current_mut().sweeps += 1;
             return Ok(Phase::Connect { next: self.roadmap.graph.connected() });
@@ -468,7 +475,12 @@ impl Planner {
         let known = self.growth.placements(station);
         if sweeps == 0 && !known.is_empty() {
             for placed in known.iter().filter(|placed| placed.limb == limb) {
-                seeding.reuse(placed, route.is_stood_on(station, placed), graph, scratch)?;
+                seeding.reuse(
+                    placed,
+                    route.is_used_by_primitives(station, placed),
+                    graph,
+                    scratch,
+                )?;
             }
             seeding.turn_out(route, (station, limb), self.tally.sweeps, graph, scratch)?;
         } else {
@@ -486,18 +498,18 @@ impl Planner {
     /// Makes chunks of the next motions of the walk, and seals those of motions before, each a unit
     /// of work.
     fn assemble(&mut self, next: usize, budget: u64) -> Result<Phase, ArenaFull> {
-        let at_once = items_in(budget, MOTIONS_AT_ONCE);
-        let hops = self.walk[next..]
+        let at_once = items_in(budget, PARALLEL_MOTIONS_MAX);
+        let edges = self.walk[next..]
             .windows(2)
             .take(at_once)
-            .map(|pair| Hop { from: pair[0], to: pair[1] });
-        let count = hops.len();
+            .map(|pair| ModeEdge { from: pair[0], to: pair[1] });
+        let count = edges.len();
         if count == 0 {
             self.tally.work += 1;
             return Ok(Phase::Seal);
         }
-        let motions: heapless::Vec<Motion<'_>, MOTIONS_AT_ONCE> =
-            hops.filter_map(|hop| self.roadmap.motion_of_plan(hop)).collect();
+        let motions: heapless::Vec<ModeMotion<'_>, PARALLEL_MOTIONS_MAX> =
+            edges.filter_map(|edge| self.roadmap.mode_motion(edge)).collect();
         let sealed = self.chunks.append(
             &motions,
             items_in(budget - count as u64, usize::MAX),
@@ -509,21 +521,21 @@ impl Planner {
 
     /// Seals what is left of the plan, each chunk a unit of work.
     fn seal(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
-        if self.chunks.unsealed() > 1 {
+        if self.chunks.unfinalized() > 1 {
             self.tally.work +=
                 self.chunks.append(&[], items_in(budget, usize::MAX), &self.shared.threads)? as u64;
             return Ok(Phase::Seal);
         }
         self.tally.work += 1;
-        self.digest = self.chunks.seal_last();
+        self.digest = self.chunks.finalize_last();
         Ok(Phase::Over(Outcome::Found))
     }
 }
 
 /// Foot placement with the bounds that this robot's soles and the world's friction allow.
-fn placement_config(body: &Body, world: &World, scenario: &Scenario) -> FootPlacementConfig {
+fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> FootPlacementConfig {
     let standard = FootPlacementConfig::for_soles(
-        &body.sole_polygons,
+        &robot.sole_polygons,
         scenario.planner.support_area_min,
         scenario.checker.support_area_min,
     );

@@ -7,20 +7,21 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
 
-use crate::collision::FootState;
+use crate::collision::FootPhase;
 use crate::constraint::Constraints;
 use crate::foot_placement::polygon::area_and_centroid;
-use crate::foot_placement::{Effort, Scratch, Surfaces};
-use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
+use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
+use crate::foot_query::{FootholdQuery, YAW_SPREAD_MAX};
 use crate::motion::foothold::{Foothold, left_and_right, single_mode};
-use crate::motion::graph::{ArenaFull, FootholdId, Graph, Prior, TransitionId};
+use crate::motion::graph::{ArenaFull, FootholdId, ModeGraph, TransitionId, TransitionPrior};
 use crate::motion::primitive::stand::side_of;
 use crate::motion::sampling::ATTEMPTS_MAX;
 use crate::motion::transition::{
-    TransitionPair, any_posture_holds, are_crossed, is_reached, posture_that_holds, reaches,
+    TransitionPair, are_crossed, first_valid_posture, has_valid_posture, is_reached,
+    is_within_reach,
 };
-use crate::possibility::{Placed, Route};
-use crate::prepare::steps::PossibleSteps;
+use crate::possibility::{FootPlacement, GuideRoute};
+use crate::prepare::steps::StepLimits;
 use crate::random::{Random, Stream};
 use crate::shared::Shared;
 
@@ -61,9 +62,11 @@ const NEIGHBOUR_CELL: f64 = 0.1;
 
 /// The effort of a first sweep: what the geometry says, and a little sampling where it says
 /// nothing.
-const FIRST_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
+const FIRST_LIMITS: SampleLimits =
+    SampleLimits { geometric_max: 64, perturbed_max: 0, sampled_max: 0 };
 /// The effort of a query that found nothing at first, and of later sweeps.
-const LATER_EFFORT: Effort = Effort { geometric_max: 48, varied_max: 8, sampled_max: 60 };
+const LATER_LIMITS: SampleLimits =
+    SampleLimits { geometric_max: 48, perturbed_max: 8, sampled_max: 60 };
 
 /// Variations of one transition that are drawn at the most.
 pub const VARIATIONS_MAX: usize = 64;
@@ -87,7 +90,7 @@ pub struct Seeding<'a> {
     /// Where soles can rest.
     pub surfaces: &'a Surfaces,
     /// The steps that the robot can make.
-    pub steps: &'a PossibleSteps,
+    pub steps: &'a StepLimits,
     /// The seed of all streams.
     pub seed: u64,
 }
@@ -98,7 +101,7 @@ impl<'a> Seeding<'a> {
         Self {
             constraints: &shared.constraints,
             surfaces: &shared.surfaces,
-            steps: shared.preparation.possible_steps(),
+            steps: shared.preparation.step_limits(),
             seed: shared.seed,
         }
     }
@@ -110,18 +113,18 @@ impl<'a> Seeding<'a> {
     /// The placement arena is full.
     pub fn reuse(
         &self,
-        placed: &Placed,
+        placed: &FootPlacement,
         exactly: bool,
-        graph: &mut Graph,
+        graph: &mut ModeGraph,
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
-        let sole_polygon = &self.constraints.body.sole_polygons[placed.limb];
+        let sole_polygon = &self.constraints.robot.sole_polygons[placed.limb];
         let Ok(support) = self.surfaces.support(scratch, sole_polygon, &placed.world_from_sole)
         else {
             return Ok(());
         };
         let foothold = Foothold::of(
-            &self.constraints.body,
+            &self.constraints.robot,
             placed.limb,
             placed.world_from_sole,
             support.polygon,
@@ -129,7 +132,7 @@ impl<'a> Seeding<'a> {
         let known = if exactly {
             graph.identical(foothold.limb, &foothold.world_from_sole)
         } else {
-            graph.same(&foothold)
+            graph.find_equivalent(&foothold)
         };
         if known.is_none() {
             graph.add_foothold(foothold)?;
@@ -144,10 +147,10 @@ impl<'a> Seeding<'a> {
     /// The placement arena is full.
     pub fn sweep_station(
         &self,
-        route: &Route,
+        route: &GuideRoute,
         place: (usize, usize),
         (sweep, name): (usize, u64),
-        graph: &mut Graph,
+        graph: &mut ModeGraph,
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
         let (station, limb) = place;
@@ -166,9 +169,9 @@ impl<'a> Seeding<'a> {
             rotation_about(DVec3::Z, side_of(limb) * toes_out.min(0.5 * self.steps.turn_max()));
         let ideal = Pose::from_parts(straight.translation, straight.rotation * turn);
         let before = graph.footholds().len();
-        self.query(&ideal, limb, (object, name), FIRST_EFFORT, KEPT_MAX, graph, scratch)?;
+        self.query(&ideal, limb, (object, name), FIRST_LIMITS, KEPT_MAX, graph, scratch)?;
         if graph.footholds().len() == before {
-            self.query(&ideal, limb, (object, name), LATER_EFFORT, KEPT_MAX, graph, scratch)?;
+            self.query(&ideal, limb, (object, name), LATER_LIMITS, KEPT_MAX, graph, scratch)?;
         }
         Ok(())
     }
@@ -181,13 +184,13 @@ impl<'a> Seeding<'a> {
     /// The placement arena is full.
     pub fn turn_out(
         &self,
-        route: &Route,
+        route: &GuideRoute,
         (station, limb): (usize, usize),
         name: u64,
-        graph: &mut Graph,
+        graph: &mut ModeGraph,
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
-        let last = (station + 1).min(route.stations() - 1);
+        let last = (station + 1).min(route.vertex_count() - 1);
         let is_hard = |from: usize| {
             self.is_steep(route, from)
                 && !self.holds_step(route, from, if from == station { 1 - limb } else { limb })
@@ -199,21 +202,21 @@ impl<'a> Seeding<'a> {
     }
 
     /// Whether a route leads straight up or down from a station to the next.
-    fn is_steep(&self, route: &Route, from: usize) -> bool {
-        let [from, to] = [from, from + 1].map(|index| route.station(index));
-        (to.position.z - from.position.z).abs() > STEEP_MIN * self.constraints.body.shorter_reach()
+    fn is_steep(&self, route: &GuideRoute, from: usize) -> bool {
+        let [from, to] = [from, from + 1].map(|index| route.pose(index));
+        (to.position.z - from.position.z).abs() > STEEP_MIN * self.constraints.robot.shorter_reach()
             && wrap_angle(to.yaw - from.yaw).abs() < STRAIGHT_TURN_MAX
     }
 
     /// Whether primitive postures hold on the step of a foot from what a station stands on to what
     /// the next one does.
-    fn holds_step(&self, route: &Route, from: usize, limb: usize) -> bool {
+    fn holds_step(&self, route: &GuideRoute, from: usize, limb: usize) -> bool {
         let (Some(from), Some(to)) = (route.pair(from), route.pair(from + 1)) else { return true };
         let [stance, other] = [&from[1 - limb], &to[limb]].map(|placed| {
-            Foothold::whole(&self.constraints.body, placed.limb, placed.world_from_sole)
+            Foothold::whole(&self.constraints.robot, placed.limb, placed.world_from_sole)
         });
         let holds = |stance: &Foothold, other: &Foothold| {
-            posture_that_holds(
+            first_valid_posture(
                 self.constraints,
                 &single_mode(stance),
                 TransitionPair { stance, other },
@@ -232,7 +235,7 @@ impl<'a> Seeding<'a> {
         pose: &Pose,
         limb: usize,
         name: (u64, u64),
-        graph: &mut Graph,
+        graph: &mut ModeGraph,
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
         let mut random = Random::new(self.seed, Stream::FootPlacement, name.0 | 1 << 40, name.1);
@@ -240,7 +243,7 @@ impl<'a> Seeding<'a> {
         let offset = DVec3::new(random.uniform(-shift, shift), random.uniform(-shift, shift), 0.0);
         let rotation = pose.rotation * rotation_about(DVec3::Z, random.uniform(-turn, turn));
         let ideal = Pose::from_parts(pose.translation + offset, rotation);
-        self.query(&ideal, limb, name, LATER_EFFORT, KEPT_LATER_MAX, graph, scratch)
+        self.query(&ideal, limb, name, LATER_LIMITS, KEPT_LATER_MAX, graph, scratch)
     }
 
     /// Both placements of a transition drawn anew near where they are, each in its plane, if the
@@ -249,7 +252,7 @@ impl<'a> Seeding<'a> {
         &self,
         id: TransitionId,
         name: (u64, u64),
-        graph: &Graph,
+        graph: &ModeGraph,
         scratch: &mut Scratch,
     ) -> Option<[Foothold; 2]> {
         let mut random = Random::new(
@@ -265,7 +268,7 @@ impl<'a> Seeding<'a> {
         let pair = TransitionPair { stance: &stance, other: &other };
         let mode = single_mode(&stance);
         let is_possible = is_reached(self.constraints, &mode, pair)
-            && any_posture_holds(self.constraints, &mode, pair);
+            && has_valid_posture(self.constraints, &mode, pair);
         is_possible.then_some([stance, other])
     }
 
@@ -282,15 +285,19 @@ impl<'a> Seeding<'a> {
         let world_from_sole = foothold.world_from_sole * Pose::from_parts(moved, turned);
         let support = self
             .surfaces
-            .support(scratch, &self.constraints.body.sole_polygons[foothold.limb], &world_from_sole)
+            .support(
+                scratch,
+                &self.constraints.robot.sole_polygons[foothold.limb],
+                &world_from_sole,
+            )
             .ok()?;
         let is_free = self
             .constraints
             .collision
-            .foot_hit(foothold.limb, &world_from_sole, FootState::Leaving)
+            .foot_hit(foothold.limb, &world_from_sole, FootPhase::LiftOff)
             .is_none();
         is_free.then(|| {
-            Foothold::of(&self.constraints.body, foothold.limb, world_from_sole, support.polygon)
+            Foothold::of(&self.constraints.robot, foothold.limb, world_from_sole, support.polygon)
         })
     }
 
@@ -303,30 +310,30 @@ impl<'a> Seeding<'a> {
         ideal: &Pose,
         limb: usize,
         name: (u64, u64),
-        effort: Effort,
+        limits: SampleLimits,
         kept_max: usize,
-        graph: &mut Graph,
+        graph: &mut ModeGraph,
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
-        let query = FootQuery {
+        let query = FootholdQuery {
             limb,
             ideal: *ideal,
             reach_z: REACH_Z,
             yaw_spread: YAW_SPREAD_MAX.min(self.steps.turn_max()),
             seed: self.seed,
             name,
-            effort,
+            limits,
             kept_max,
         };
         let mut ending = Ok(());
         query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
             let foothold = Foothold::of(
-                &self.constraints.body,
+                &self.constraints.robot,
                 limb,
                 placement.world_from_sole,
                 placement.support.polygon,
             );
-            if graph.same(&foothold).is_some() {
+            if graph.find_equivalent(&foothold).is_some() {
                 return ControlFlow::Continue(false);
             }
             ending = graph.add_foothold(foothold).map(|_| ());
@@ -342,7 +349,7 @@ impl<'a> Seeding<'a> {
         foothold: FootholdId,
         reach: f64,
         is_due: impl Fn(&Foothold, &Foothold) -> bool,
-        graph: &Graph,
+        graph: &ModeGraph,
     ) -> Neighbours {
         let mut neighbours: heapless::Vec<Neighbour, NEIGHBOURS_MAX> = heapless::Vec::new();
         let here = &graph.footholds()[foothold as usize];
@@ -370,7 +377,7 @@ impl<'a> Seeding<'a> {
 
     /// Whether the two feet would intersect on these placements: such a transition can not exist
     /// [Grey 4.4.2].
-    fn feet_meet(&self, graph: &Graph, a: FootholdId, b: FootholdId) -> bool {
+    fn feet_meet(&self, graph: &ModeGraph, a: FootholdId, b: FootholdId) -> bool {
         let [left, right] =
             left_and_right(&graph.footholds()[a as usize], &graph.footholds()[b as usize]);
         self.constraints.collision.feet_hit([&left.world_from_sole, &right.world_from_sole])
@@ -383,33 +390,34 @@ impl<'a> Seeding<'a> {
 pub fn judge(
     constraints: &Constraints,
     id: TransitionId,
-    graph: &Graph,
+    graph: &ModeGraph,
     may_be_scant: bool,
-) -> Prior {
+) -> TransitionPrior {
     let (stance, other) = graph.pair(id);
     let pair = TransitionPair { stance, other };
-    let (attempts, surcharge) = match posture_that_holds(constraints, &single_mode(stance), pair) {
-        Some(failed) => (POSTURE_COUNTS * failed as u32, 0),
-        None => (ATTEMPTS_MAX, Prior::UNLIKELY),
-    };
+    let (attempts, extra_attempts) =
+        match first_valid_posture(constraints, &single_mode(stance), pair) {
+            Some(failed) => (POSTURE_COUNTS * failed as u32, 0),
+            None => (ATTEMPTS_MAX, TransitionPrior::UNLIKELY),
+        };
     let crossed = if are_crossed(pair) { CROSSED } else { 0 };
     let scant = [stance, other]
         .into_iter()
         .filter(|foothold| !may_be_scant && is_scant(constraints, foothold))
         .count() as u32;
-    Prior { attempts, surcharge: surcharge + crossed + SCANT * scant }
+    TransitionPrior { attempts, extra_attempts: extra_attempts + crossed + SCANT * scant }
 }
 
 fn is_scant(constraints: &Constraints, foothold: &Foothold) -> bool {
-    let [carried, all] = [&foothold.support[..], &constraints.body.sole_polygons[foothold.limb]]
+    let [carried, all] = [&foothold.support[..], &constraints.robot.sole_polygons[foothold.limb]]
         .map(|outline| area_and_centroid(outline).0);
     carried < SCANT_SHARE * all
 }
 
 /// Whether the robot, standing on the first placement, reaches the second one, and then stands on
 /// that with the first still touched, by inverse kinematics [Grey 4.4.2].
-pub fn is_step(constraints: &Constraints, step: [&Placed; 2]) -> bool {
+pub fn is_step(constraints: &Constraints, step: [&FootPlacement; 2]) -> bool {
     let [from, to] =
-        step.map(|placed| Foothold::whole(&constraints.body, placed.limb, placed.world_from_sole));
-    reaches(constraints, &from, &to) && reaches(constraints, &to, &from)
+        step.map(|placed| Foothold::whole(&constraints.robot, placed.limb, placed.world_from_sole));
+    is_within_reach(constraints, &from, &to) && is_within_reach(constraints, &to, &from)
 }

@@ -6,14 +6,14 @@ use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::JOINTS_MAX;
 
-use crate::body::{Body, Configuration};
+use crate::body::{Configuration, Mechanism};
 use crate::collision::ball::Centers;
 use crate::kinematics::tree::{NODES_MAX, affine, pose};
-use crate::statics::Levers;
+use crate::statics::LeverArms;
 
 /// A configuration's consequences.
 #[derive(Debug, Clone, Default)]
-pub struct Snapshot {
+pub struct KinematicState {
     /// The root's pose.
     pub world_from_root: Pose,
     /// The centre of mass in the world, m.
@@ -21,71 +21,76 @@ pub struct Snapshot {
     world_rotation: DMat3,
     root_from_nodes: BoundedVec<DAffine3, NODES_MAX>,
     centers: Centers,
-    held: Held,
+    upper_body: UpperBodyState,
 }
 
-/// What follows from the joints of the held nodes alone.
+/// What follows from the joints of the upper-body nodes alone.
 #[derive(Debug, Clone)]
-struct Held {
+struct UpperBodyState {
     /// The joint positions that it was worked out for; others are not looked at.
     q: [f64; JOINTS_MAX],
     /// First mass moment in the root's frame, kg m.
     moment: DVec3,
-    levers: Levers,
+    lever_arms: LeverArms,
 }
 
-impl Default for Held {
+impl Default for UpperBodyState {
     fn default() -> Self {
-        Self { q: [f64::NAN; JOINTS_MAX], moment: DVec3::ZERO, levers: Levers::default() }
+        Self { q: [f64::NAN; JOINTS_MAX], moment: DVec3::ZERO, lever_arms: LeverArms::default() }
     }
 }
 
-impl Snapshot {
-    /// The snapshot of a robot whose links have these poses, one for each; they need not fit
+impl KinematicState {
+    /// The kinematic state of a robot whose links have these poses, one for each; they need not fit
     /// together.
-    pub fn of_links(body: &Body, world_from_links: &[Pose]) -> Self {
-        let mut snapshot = Self { world_rotation: DMat3::IDENTITY, ..Self::default() };
-        let _ = snapshot
+    pub fn from_link_poses(robot: &Mechanism, world_from_links: &[Pose]) -> Self {
+        let mut kinematic_state = Self { world_rotation: DMat3::IDENTITY, ..Self::default() };
+        let _ = kinematic_state
             .root_from_nodes
-            .extend_from_slice(&[DAffine3::IDENTITY; NODES_MAX][..body.tree.nodes().len()]);
-        for (node, frame) in body.tree.nodes().iter().zip(&mut snapshot.root_from_nodes) {
+            .extend_from_slice(&[DAffine3::IDENTITY; NODES_MAX][..robot.tree.nodes().len()]);
+        for (node, frame) in robot.tree.nodes().iter().zip(&mut kinematic_state.root_from_nodes) {
             *frame = affine(&world_from_links[node.link]);
         }
-        snapshot.finish_held(body);
-        snapshot.finish(body);
-        snapshot
+        kinematic_state.finish_upper_body(robot);
+        kinematic_state.finish(robot);
+        kinematic_state
     }
 
-    /// Becomes the snapshot of a configuration.
-    pub(crate) fn take(&mut self, body: &Body, configuration: &Configuration) {
-        let tree = &body.tree;
+    /// Becomes the kinematic state of a configuration.
+    pub(crate) fn update(&mut self, robot: &Mechanism, configuration: &Configuration) {
+        let tree = &robot.tree;
         let q = &configuration.q;
         // Never a number before the first time.
-        if tree.held_joints().any(|joint| q[joint] != self.held.q[joint])
+        if tree.upper_body_joints().any(|joint| q[joint] != self.upper_body.q[joint])
             || self.root_from_nodes.is_empty()
         {
             let _ = self.root_from_nodes.resize(tree.nodes().len(), DAffine3::IDENTITY);
-            tree.place(0..tree.held_len(), q, &mut self.root_from_nodes);
-            self.finish_held(body);
-            self.held.q = *q;
+            tree.place(0..tree.upper_body_len(), q, &mut self.root_from_nodes);
+            self.finish_upper_body(robot);
+            self.upper_body.q = *q;
         }
-        tree.place(tree.held_len()..tree.nodes().len(), q, &mut self.root_from_nodes);
+        tree.place(tree.upper_body_len()..tree.nodes().len(), q, &mut self.root_from_nodes);
         self.world_from_root = configuration.world_from_root;
         self.world_rotation = DMat3::from_quat(configuration.world_from_root.rotation);
-        self.finish(body);
+        self.finish(robot);
     }
 
-    fn finish_held(&mut self, body: &Body) {
-        self.held.moment = body.tree.moment(0..body.tree.held_len(), &self.root_from_nodes);
-        body.statics.hold(&self.root_from_nodes, &mut self.held.levers);
-        self.centers.place_held(&body.balls, body.tree.held_len(), &self.root_from_nodes);
+    fn finish_upper_body(&mut self, robot: &Mechanism) {
+        self.upper_body.moment =
+            robot.tree.moment(0..robot.tree.upper_body_len(), &self.root_from_nodes);
+        robot.statics.update_lever_arms(&self.root_from_nodes, &mut self.upper_body.lever_arms);
+        self.centers.place_upper_body(
+            &robot.spheres,
+            robot.tree.upper_body_len(),
+            &self.root_from_nodes,
+        );
     }
 
-    fn finish(&mut self, body: &Body) {
-        let moving = body.tree.held_len()..body.tree.nodes().len();
-        let moment = self.held.moment + body.tree.moment(moving, &self.root_from_nodes);
-        self.com = self.to_world(moment / body.statics.mass());
-        self.centers.place_moving(&body.balls, body.tree.held_len(), &self.root_from_nodes);
+    fn finish(&mut self, robot: &Mechanism) {
+        let legs = robot.tree.upper_body_len()..robot.tree.nodes().len();
+        let moment = self.upper_body.moment + robot.tree.moment(legs, &self.root_from_nodes);
+        self.com = self.to_world(moment / robot.statics.mass());
+        self.centers.place_legs(&robot.spheres, robot.tree.upper_body_len(), &self.root_from_nodes);
     }
 
     /// Every node's frame in the root's.
@@ -98,9 +103,9 @@ impl Snapshot {
         &self.centers
     }
 
-    /// The levers of the held joints.
-    pub fn levers(&self) -> &Levers {
-        &self.held.levers
+    /// The levers of the upper-body joints.
+    pub fn lever_arms(&self) -> &LeverArms {
+        &self.upper_body.lever_arms
     }
 
     /// The root's rotation in the world.

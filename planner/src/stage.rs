@@ -30,6 +30,6 @@ impl Stage {
     /// How many stages do work.
     pub const COUNT: usize = 9;
     /// Their names in reports, by discriminant.
-    pub const WORDS: [&'static str; Self::COUNT] =
+    pub const NAMES: [&'static str; Self::COUNT] =
         ["ends", "route", "seed", "connect", "sequence", "sample", "move", "polish", "assemble"];
 }

@@ -6,19 +6,19 @@ use surefoot_shared_types::message::limits::JOINTS_MAX;
 use surefoot_shared_types::robot::{JointIndex, JointKind, RobotModel};
 use surefoot_shared_types::scene::GRAVITY;
 
-use crate::kinematics::tree::{NODES_MAX, Tree};
-use crate::region::Region;
-use crate::snapshot::Snapshot;
+use crate::kinematics::tree::{KinematicTree, NODES_MAX};
+use crate::region::ConvexRegion;
+use crate::snapshot::KinematicState;
 
 /// The robot's mass tree, compiled for gravity torques.
 #[derive(Debug, Clone)]
 pub struct Statics {
     nodes: Vec<MassNode>,
-    held_len: usize,
-    /// The joints of the held nodes, whose torques the feet's loads do not change.
-    held: Vec<StaticJoint>,
+    upper_body_len: usize,
+    /// The joints of the upper-body nodes, whose torques the feet's loads do not change.
+    upper_body_joints: Vec<StaticJoint>,
     /// The others.
-    moving: Vec<StaticJoint>,
+    leg_joints: Vec<StaticJoint>,
     mass: f64,
 }
 
@@ -41,9 +41,9 @@ struct StaticJoint {
     carries: [bool; 2],
 }
 
-/// What each held joint does against gravity: its torque or force is `-gravity` times the lever
-/// along the vertical. In the root's frame; kg m or kg.
-pub type Levers = heapless::Vec<DVec3, JOINTS_MAX>;
+/// What each upper-body joint does against gravity: its torque or force is `-gravity` times the
+/// lever along the vertical. In the root's frame; kg m or kg.
+pub type LeverArms = heapless::Vec<DVec3, JOINTS_MAX>;
 
 /// A vertical force on a foot: the share of the weight, and where it acts in world x and y.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +64,7 @@ impl FootLoad {
 impl Statics {
     /// Compiles a robot; only `effort_share` of each joint's effort may be used.
     pub fn new(model: &RobotModel, effort_share: f64) -> Self {
-        let tree = Tree::new(model);
+        let tree = KinematicTree::new(model);
         let nodes: Vec<_> = tree
             .nodes()
             .iter()
@@ -87,9 +87,16 @@ impl Statics {
         };
         let joints =
             tree.nodes().iter().enumerate().filter_map(|(index, node)| Some((index, node.joint?)));
-        let (held, moving) =
-            joints.map(static_joint).partition(|joint: &StaticJoint| joint.node < tree.held_len());
-        Self { nodes, held_len: tree.held_len(), held, moving, mass: masses[0] }
+        let (upper_body_joints, leg_joints) = joints
+            .map(static_joint)
+            .partition(|joint: &StaticJoint| joint.node < tree.upper_body_len());
+        Self {
+            nodes,
+            upper_body_len: tree.upper_body_len(),
+            upper_body_joints,
+            leg_joints,
+            mass: masses[0],
+        }
     }
 
     /// The robot's mass, kg.
@@ -108,36 +115,41 @@ impl Statics {
     }
 
     fn joint(&self, index: JointIndex) -> Option<&StaticJoint> {
-        self.held.iter().chain(&self.moving).find(|joint| joint.joint == index)
+        self.upper_body_joints.iter().chain(&self.leg_joints).find(|joint| joint.joint == index)
     }
 
-    /// The levers of the held joints where the held nodes are placed so in the root's frame.
-    pub fn hold(&self, root_from_nodes: &[DAffine3], levers: &mut Levers) {
-        let moments = self.subtree_moments(0, self.held_len, root_from_nodes);
-        levers.clear();
-        levers.extend(self.held.iter().map(|joint| {
+    /// The levers of the upper-body joints where the upper-body nodes are placed so in the root's
+    /// frame.
+    pub fn update_lever_arms(&self, root_from_nodes: &[DAffine3], lever_arms: &mut LeverArms) {
+        let moments = self.subtree_moments(0, self.upper_body_len, root_from_nodes);
+        lever_arms.clear();
+        lever_arms.extend(self.upper_body_joints.iter().map(|joint| {
             let frame = &root_from_nodes[joint.node];
-            joint.lever(frame, -joint.mass, frame.translation * joint.mass - moments[joint.node])
+            joint.lever_arm(
+                frame,
+                -joint.mass,
+                frame.translation * joint.mass - moments[joint.node],
+            )
         }));
     }
 
-    /// By how much the centre of mass moves in the world when a held joint does, m for each rad or
-    /// m of it.
-    pub fn com_shift(&self, snapshot: &Snapshot, joint: JointIndex) -> DVec3 {
-        let lever = self
-            .held
+    /// By how much the centre of mass moves in the world when a upper-body joint does, m for each
+    /// rad or m of it.
+    pub fn com_shift(&self, kinematic_state: &KinematicState, joint: JointIndex) -> DVec3 {
+        let lever_arm = self
+            .upper_body_joints
             .iter()
-            .zip(snapshot.levers())
-            .find(|(held, _)| held.joint == joint)
-            .map_or(DVec3::ZERO, |(_, lever)| *lever);
-        *snapshot.world_rotation() * (-lever / self.mass)
+            .zip(kinematic_state.lever_arms())
+            .find(|(candidate, _)| candidate.joint == joint)
+            .map_or(DVec3::ZERO, |(_, lever_arm)| *lever_arm);
+        *kinematic_state.world_rotation() * (-lever_arm / self.mass)
     }
 
     /// The largest share of a joint's usable effort that gravity asks for when the feet carry
     /// `loads`.
-    pub fn effort_use(&self, snapshot: &Snapshot, loads: &[FootLoad; 2]) -> f64 {
+    pub fn effort_use(&self, kinematic_state: &KinematicState, loads: &[FootLoad; 2]) -> f64 {
         let mut most: f64 = 0.0;
-        self.each_torque(snapshot, loads, |joint, torque| {
+        self.for_each_torque(kinematic_state, loads, |joint, torque| {
             most = most.max(torque.abs() / joint.effort)
         });
         most
@@ -147,11 +159,11 @@ impl Statics {
     /// if it asks anything of any.
     pub fn most_strained(
         &self,
-        snapshot: &Snapshot,
+        kinematic_state: &KinematicState,
         loads: &[FootLoad; 2],
     ) -> Option<(JointIndex, f64)> {
         let mut most: Option<(JointIndex, f64)> = None;
-        self.each_torque(snapshot, loads, |joint, torque| {
+        self.for_each_torque(kinematic_state, loads, |joint, torque| {
             let share = torque.abs() / joint.effort;
             if share > most.map_or(0.0, |(_, most)| most) {
                 most = Some((joint.joint, share));
@@ -163,32 +175,33 @@ impl Statics {
     /// The torque (N m) or force (N) that each joint must hold, in joint order.
     pub fn torques(
         &self,
-        snapshot: &Snapshot,
+        kinematic_state: &KinematicState,
         loads: &[FootLoad; 2],
         torques: &mut [f64; JOINTS_MAX],
     ) {
-        self.each_torque(snapshot, loads, |joint, torque| torques[joint.joint] = torque);
+        self.for_each_torque(kinematic_state, loads, |joint, torque| torques[joint.joint] = torque);
     }
 
-    fn each_torque(
+    fn for_each_torque(
         &self,
-        snapshot: &Snapshot,
+        kinematic_state: &KinematicState,
         loads: &[FootLoad; 2],
-        mut take: impl FnMut(&StaticJoint, f64),
+        mut visit: impl FnMut(&StaticJoint, f64),
     ) {
-        let down = snapshot.turned_to_root(DVec3::NEG_Z * GRAVITY);
-        for (joint, lever) in self.held.iter().zip(snapshot.levers()) {
-            take(joint, down.dot(*lever));
+        let down = kinematic_state.turned_to_root(DVec3::NEG_Z * GRAVITY);
+        for (joint, lever_arm) in self.upper_body_joints.iter().zip(kinematic_state.lever_arms()) {
+            visit(joint, down.dot(*lever_arm));
         }
-        let frames = snapshot.root_from_nodes();
-        let moments = self.subtree_moments(self.held_len, self.nodes.len(), frames);
+        let frames = kinematic_state.root_from_nodes();
+        let moments = self.subtree_moments(self.upper_body_len, self.nodes.len(), frames);
         // Where each load acts, at whatever height: all forces are vertical.
         let pressed = loads.map(|load| {
-            let point = snapshot
-                .turned_to_root(load.point.extend(0.0) - snapshot.world_from_root.translation);
+            let point = kinematic_state.turned_to_root(
+                load.point.extend(0.0) - kinematic_state.world_from_root.translation,
+            );
             (point, self.mass * load.share)
         });
-        for joint in &self.moving {
+        for joint in &self.leg_joints {
             let frame = &frames[joint.node];
             let mut lift = -joint.mass;
             let mut arm = frame.translation * joint.mass - moments[joint.node];
@@ -198,7 +211,7 @@ impl Statics {
                 lift += mass;
                 arm += (*point - frame.translation) * *mass;
             }
-            take(joint, down.dot(joint.lever(frame, lift, arm)));
+            visit(joint, down.dot(joint.lever_arm(frame, lift, arm)));
         }
     }
 
@@ -226,7 +239,7 @@ impl Statics {
 impl StaticJoint {
     /// Its lever, where `lift` is the mass that pushes up beyond it less what it carries, and `arm`
     /// the sum of each times where it acts from the joint.
-    fn lever(&self, root_from_node: &DAffine3, lift: f64, arm: DVec3) -> DVec3 {
+    fn lever_arm(&self, root_from_node: &DAffine3, lift: f64, arm: DVec3) -> DVec3 {
         let axis = root_from_node.matrix3 * self.axis;
         match self.kind {
             JointKind::Revolute => axis.cross(arm),
@@ -237,9 +250,9 @@ impl StaticJoint {
 
 /// Vertical loads on both feet that balance a centre of mass at `com` with `share` of the weight on
 /// foot 1, each within its own support polygon; `None` where this share admits none.
-pub fn balance_loads(regions: [&Region; 2], com: DVec2, share: f64) -> Option<[FootLoad; 2]> {
+pub fn balance_loads(regions: [&ConvexRegion; 2], com: DVec2, share: f64) -> Option<[FootLoad; 2]> {
     let shares = [1.0 - share, share];
-    let mut points = regions.map(Region::centroid);
+    let mut points = regions.map(ConvexRegion::centroid);
     for _ in 0..BALANCE_ITERATIONS {
         for foot in 0..2 {
             let other = 1 - foot;

@@ -1,24 +1,24 @@
-//! How far the robot bends down where something hangs over its way.
+//! Crouch: leg extension and pitch of the trunk under an obstacle.
 
-/// The share of the standing reach that a radian of lean counts as where stoops are compared.
-const SHARES_PER_RADIAN: f64 = 0.5;
+/// Leg extension that a radian of lean counts as when crouches are compared, 1/rad.
+const LEG_EXTENSION_PER_RADIAN: f64 = 0.5;
 
-/// A crouch and a lean, beside those of whatever posture is wished for.
+/// A crouch, relative to the posture it is applied to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stoop {
-    /// The share of their standing reach that the legs use.
-    pub share: f64,
-    /// How far the root leans forward, rad.
+pub struct Crouch {
+    /// Used part of the legs' standing reach, 0 to 1.
+    pub leg_extension: f64,
+    /// Forward lean of the root, rad.
     pub pitch: f64,
 }
 
-impl Stoop {
-    /// None.
-    pub const UPRIGHT: Self = Self { share: 1.0, pitch: 0.0 };
+impl Crouch {
+    /// Upright.
+    pub const UPRIGHT: Self = Self { leg_extension: 1.0, pitch: 0.0 };
 
-    /// How far it is from upright: 1 is as deep as a crouch of all the legs, or a lean of 2 rad.
+    /// Distance from upright: 1 equals fully bent legs or a lean of 2 rad.
     pub fn depth(&self) -> f64 {
-        1.0 - self.share + SHARES_PER_RADIAN * self.pitch
+        1.0 - self.leg_extension + LEG_EXTENSION_PER_RADIAN * self.pitch
     }
 
     /// The deeper one of two.

@@ -1,4 +1,4 @@
-//! Work that the threads of a pool do side by side, with nobody asleep between two short pieces of
+//! Work that the threads of a pool do in parallel, with nobody asleep between two short pieces of
 //! it.
 //!
 //! Rayon's own loops split their items in two until each stands alone, and a thread that waits
@@ -14,22 +14,22 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use idle::{Idle, look};
+use idle::{IdleThreads, poll};
 
 /// How often a thread that waits for another one looks again before it lets rayon put it to sleep:
 /// some 150 us.
-const LOOKS_MAX: u32 = 1024;
+const POLLS_MAX: u32 = 1024;
 
 /// The threads that may share work: those of a pool, or the caller's alone.
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
-    crew: Option<Arc<Crew>>,
+    workers: Option<Arc<Workers>>,
 }
 
 #[derive(Debug)]
-struct Crew {
+struct Workers {
     pool: ThreadPool,
-    idle: Idle,
+    idle: IdleThreads,
 }
 
 impl Threads {
@@ -57,39 +57,41 @@ impl Threads {
         // A thread allocates while it starts, and when it first looks for another one's work: wait
         // until each has done both.
         pool.broadcast(|_| rayon::yield_now());
-        Ok(Self { crew: Some(Arc::new(Crew { pool, idle: Idle::new(threads.get()) })) })
+        Ok(Self {
+            workers: Some(Arc::new(Workers { pool, idle: IdleThreads::new(threads.get()) })),
+        })
     }
 
     /// Whether there are several.
-    pub fn are_several(&self) -> bool {
-        self.crew.is_some()
+    pub fn is_parallel(&self) -> bool {
+        self.workers.is_some()
     }
 
     /// How many there are.
     pub fn count(&self) -> usize {
-        self.crew.as_ref().map_or(1, |crew| crew.pool.current_num_threads())
+        self.workers.as_ref().map_or(1, |workers| workers.pool.current_num_threads())
     }
 
     /// Works on one of them, while the others look for what it shares: all that follows is to be
     /// called within.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
-        match &self.crew {
-            Some(crew) => crew.pool.install(|| crew.idle.attend(work)),
+        match &self.workers {
+            Some(workers) => workers.pool.install(|| workers.idle.run_with_idle(work)),
             None => work(),
         }
     }
 
-    /// Does both, side by side where another thread is free.
-    pub fn both<A: Send, B: Send>(
+    /// Does both, in parallel where another thread is free.
+    pub fn join<A: Send, B: Send>(
         &self,
         first: impl FnOnce() -> A + Send,
         second: impl FnOnce() -> B + Send,
     ) -> (A, B) {
-        let Some(crew) = &self.crew else { return (first(), second()) };
+        let Some(workers) = &self.workers else { return (first(), second()) };
         let is_done = AtomicBool::new(false);
         rayon::join(
             || {
-                crew.idle.ring();
+                workers.idle.wake();
                 let made = first();
                 wait_for(&is_done);
                 made
@@ -104,14 +106,14 @@ impl Threads {
 
     /// Does the same work on each item, which is begun in their order; each thread takes the next
     /// one when it is done with one.
-    pub fn each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
-        if !self.are_several() {
+    pub fn for_each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
+        if !self.is_parallel() {
             return items.iter_mut().for_each(work);
         }
-        let workers = self.count().min(items.len());
+        let worker_count = self.count().min(items.len());
         let queue = Mutex::new(items.iter_mut());
         let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).next();
-        self.do_with(workers, &|| {
+        self.run_on(worker_count, &|| {
             while let Some(item) = next() {
                 work(item);
             }
@@ -127,14 +129,14 @@ impl Threads {
         let mut made: heapless::Vec<U, N> = items.iter().map(|_| U::default()).collect();
         let mut pairs: heapless::Vec<(&mut U, T), N> =
             made.iter_mut().zip(items.iter().copied()).collect();
-        self.each(&mut pairs, |(made, item)| **made = make(*item));
+        self.for_each(&mut pairs, |(made, item)| **made = make(*item));
         drop(pairs);
         made
     }
 
     /// The first of these numbers for which something can be made, and that. Two threads take them
     /// in order, each with a memory of its own.
-    pub fn first<M: Send, U: Send>(
+    pub fn find_first<M: Send, U: Send>(
         &self,
         numbers: Range<usize>,
         memories: [&mut M; 2],
@@ -142,7 +144,7 @@ impl Threads {
     ) -> Option<(usize, U)> {
         let next = AtomicUsize::new(numbers.start);
         let least = AtomicUsize::new(numbers.end);
-        let seek = |memory: &mut M| {
+        let search = |memory: &mut M| {
             loop {
                 let number = next.fetch_add(1, Ordering::Relaxed);
                 if number >= least.load(Ordering::Relaxed) {
@@ -155,14 +157,14 @@ impl Threads {
             }
         };
         let [memory, other_memory] = memories;
-        let (found, also_found) = self.both(|| seek(memory), || seek(other_memory));
+        let (found, also_found) = self.join(|| search(memory), || search(other_memory));
         found.into_iter().chain(also_found).min_by_key(|(number, _)| *number)
     }
 
     /// Does the work with so many threads.
-    fn do_with(&self, workers: usize, work: &(dyn Fn() + Sync)) {
-        if workers > 1 {
-            self.both(work, || self.do_with(workers - 1, work));
+    fn run_on(&self, worker_count: usize, work: &(dyn Fn() + Sync)) {
+        if worker_count > 1 {
+            self.join(work, || self.run_on(worker_count - 1, work));
         } else {
             work();
         }
@@ -173,7 +175,7 @@ impl Threads {
 /// panics, rayon waits for.
 fn wait_for(is_done: &AtomicBool) {
     let is_done = || is_done.load(Ordering::Acquire);
-    while !is_done() && look(LOOKS_MAX, is_done) {}
+    while !is_done() && poll(POLLS_MAX, is_done) {}
 }
 
 #[cfg(test)]
@@ -190,24 +192,24 @@ mod tests {
             let mut items: Vec<usize> = (0..1000).collect();
             let threads = threads(count);
             for _ in 0..20 {
-                threads.run(|| threads.each(&mut items, |item| *item += 1));
+                threads.run(|| threads.for_each(&mut items, |item| *item += 1));
             }
             assert!(
                 items.iter().enumerate().all(|(index, &item)| item == index + 20),
                 "{count} threads"
             );
-            threads.run(|| threads.each(&mut [], |item: &mut usize| *item += 1));
+            threads.run(|| threads.for_each(&mut [], |item: &mut usize| *item += 1));
         }
     }
 
     #[test]
-    fn both_are_done_within_both() {
+    fn nested_joins_do_both() {
         fn leaves(threads: &Threads, depth: u32) -> u64 {
             if depth == 0 {
                 return 1;
             }
             let (left, right) =
-                threads.both(|| leaves(threads, depth - 1), || leaves(threads, depth - 1));
+                threads.join(|| leaves(threads, depth - 1), || leaves(threads, depth - 1));
             left + right
         }
         for count in 1..=5 {
@@ -228,7 +230,7 @@ mod tests {
                     (number == first || number > first && number.is_multiple_of(3))
                         .then_some(10 * number)
                 };
-                let found = threads.run(|| threads.first(2..30, [one, other], make));
+                let found = threads.run(|| threads.find_first(2..30, [one, other], make));
                 let expected = if first < 2 { 3 } else { first };
                 assert_eq!(
                     found,
@@ -244,11 +246,11 @@ mod tests {
     }
 
     #[test]
-    fn who_has_gone_to_sleep_is_woken_for_more() {
+    fn sleeping_threads_are_woken() {
         let threads = threads(3);
         let long = || (0..2_000_000_u64).fold(0, |sum, item| std::hint::black_box(sum + item));
         for _ in 0..20 {
-            let sums = threads.run(|| [(); 5].map(|()| (long(), threads.both(long, long))));
+            let sums = threads.run(|| [(); 5].map(|()| (long(), threads.join(long, long))));
             assert!(sums.iter().all(|&(alone, (first, second))| alone == first && first == second));
         }
     }
@@ -257,9 +259,10 @@ mod tests {
     fn a_panic_is_passed_on_and_the_threads_work_on() {
         let threads = threads(2);
         for _ in 0..3 {
-            let run = || threads.run(|| threads.each(&mut [1, 2, 3], |item| assert!(*item != 2)));
+            let run =
+                || threads.run(|| threads.for_each(&mut [1, 2, 3], |item| assert!(*item != 2)));
             assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err());
         }
-        assert_eq!(threads.run(|| threads.both(|| 1, || 2)), (1, 2));
+        assert_eq!(threads.run(|| threads.join(|| 1, || 2)), (1, 2));
     }
 }

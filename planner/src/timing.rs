@@ -1,12 +1,12 @@
-//! When a chunk's waypoints are reached: as soon as the joints' speeds and accelerations allow, and
-//! no sooner than quasi-static.
+//! Time parameterization of a chunk: the shortest times that the limits of the joints' speeds and
+//! accelerations and of the root's speed allow.
 //!
 //! Between waypoints all moves linearly, so the speed changes at waypoints alone: by
 //! `|v[k] - v[k-1]|`, over half the time of both intervals beside the waypoint. A chunk begins and
 //! ends at rest, because the robot may have to stand there for good: the next chunk may never come.
 //!
-//! An interval of `sqrt(2 d / a)` for a way `d` may begin and end at rest by itself. Where every
-//! interval is that long, each change of speed is at most the sum of two stops, which both
+//! An interval of `sqrt(2 d / a)` for a displacement `d` may begin and end at rest by itself. Where
+//! every interval is that long, each change of speed is at most the sum of two stops, which both
 //! intervals have the time for. From there sweeps shorten one interval after the other as far as
 //! its neighbours allow, so every sweep leaves times that hold.
 
@@ -31,28 +31,28 @@ const HALVINGS: usize = 6;
 /// Most intervals of a chunk.
 pub const INTERVALS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
 
-/// How fast the joints of a robot may move in a plan. Joints that it has not move at any speed.
+/// Limits of the joints of a robot in a plan. Unused joints have none.
 #[derive(Debug, Clone)]
-pub struct Timing {
+pub struct TimeParameterization {
     /// Largest speeds, rad/s or m/s.
     speeds: [f64; JOINTS_MAX],
     /// Largest accelerations, rad/s2 or m/s2.
     accelerations: [f64; JOINTS_MAX],
 }
 
-/// The way of every joint within an interval over its largest acceleration, s2.
-type Ways = [f64; JOINTS_MAX];
+/// Displacement of every joint within an interval over its largest acceleration, s2.
+type Displacements = [f64; JOINTS_MAX];
 
-/// Makes times of the intervals between a chunk's waypoints, the first of which is reached at
-/// `begin` (s); answers when the last one is.
-pub fn add_up(waypoints: &mut [Waypoint], begin: f64) -> f64 {
+/// Accumulates the intervals between a chunk's waypoints to times, beginning at `begin` (s).
+/// Returns the time of the last waypoint.
+pub fn accumulate(waypoints: &mut [Waypoint], begin: f64) -> f64 {
     waypoints.iter_mut().fold(begin, |time, waypoint| {
         waypoint.time += time;
         waypoint.time
     })
 }
 
-impl Timing {
+impl TimeParameterization {
     /// For a robot.
     pub fn new(model: &RobotModel) -> Self {
         let limits = |limit: fn(&Joint) -> f64| {
@@ -77,30 +77,31 @@ impl Timing {
 
     /// The time from each waypoint to the next, s.
     fn intervals(&self, waypoints: &[Waypoint]) -> [f64; INTERVALS_MAX] {
-        let mut ways = [[0.0; JOINTS_MAX]; INTERVALS_MAX];
+        let mut displacements = [[0.0; JOINTS_MAX]; INTERVALS_MAX];
         let (mut shortest, mut times) = ([0.0; INTERVALS_MAX], [0.0; INTERVALS_MAX]);
         for (index, pair) in waypoints.windows(2).enumerate() {
-            ways[index] = self.ways(pair);
+            displacements[index] = self.displacements(pair);
             shortest[index] = self.shortest(pair);
-            times[index] = shortest[index].max(rest_to_rest(&ways[index]));
+            times[index] = shortest[index].max(rest_to_rest(&displacements[index]));
         }
         let count = waypoints.len().saturating_sub(1);
         for sweep in 0..SWEEPS {
             for step in 0..count {
                 let index = if sweep % 2 == 0 { step } else { count - 1 - step };
-                times[index] = shortened(&ways[..count], &times[..count], index, shortest[index]);
+                times[index] =
+                    shortened(&displacements[..count], &times[..count], index, shortest[index]);
             }
         }
         times
     }
 
-    fn ways(&self, pair: &[Waypoint]) -> Ways {
+    fn displacements(&self, pair: &[Waypoint]) -> Displacements {
         std::array::from_fn(|joint| {
             (pair[1].q[joint] - pair[0].q[joint]) / self.accelerations[joint]
         })
     }
 
-    /// The time that speeds alone ask for.
+    /// The shortest time within the speed limits.
     fn shortest(&self, pair: &[Waypoint]) -> f64 {
         let joint = (0..JOINTS_MAX)
             .map(|joint| (pair[1].q[joint] - pair[0].q[joint]).abs() / self.speeds[joint]);
@@ -110,20 +111,23 @@ impl Timing {
     }
 }
 
-/// The shortest time in which a way may begin and end at rest.
-fn rest_to_rest(ways: &Ways) -> f64 {
-    (2.0 * ways.iter().fold(0.0, |longest: f64, way| longest.max(way.abs()))).sqrt()
+/// The shortest time of a displacement from rest to rest.
+fn rest_to_rest(displacements: &Displacements) -> f64 {
+    (2.0 * displacements
+        .iter()
+        .fold(0.0, |longest: f64, displacement| longest.max(displacement.abs())))
+    .sqrt()
 }
 
 /// The shortest time of an interval, not below `shortest`, with which the changes of speed at both
 /// its ends are allowed.
-fn shortened(ways: &[Ways], times: &[f64], index: usize, shortest: f64) -> f64 {
+fn shortened(displacements: &[Displacements], times: &[f64], index: usize, shortest: f64) -> f64 {
     if times[index] <= shortest {
         return times[index];
     }
     let fits = |time: f64| {
-        let this = Some((&ways[index], time));
-        let other = |at: usize| ways.get(at).map(|way| (way, times[at]));
+        let this = Some((&displacements[index], time));
+        let other = |at: usize| displacements.get(at).map(|displacement| (displacement, times[at]));
         change_fits(index.checked_sub(1).and_then(other), this)
             && change_fits(this, other(index + 1))
     };
@@ -139,8 +143,11 @@ fn shortened(ways: &[Ways], times: &[f64], index: usize, shortest: f64) -> f64 {
 }
 
 /// Whether no joint's speed changes too much at a waypoint between two intervals; none is rest.
-fn change_fits(before: Option<(&Ways, f64)>, after: Option<(&Ways, f64)>) -> bool {
-    const REST: Ways = [0.0; JOINTS_MAX];
+fn change_fits(
+    before: Option<(&Displacements, f64)>,
+    after: Option<(&Displacements, f64)>,
+) -> bool {
+    const REST: Displacements = [0.0; JOINTS_MAX];
     let [(a, a_time), (b, b_time)] =
         [before, after].map(|interval| interval.unwrap_or((&REST, 0.0)));
     let [a_rate, b_rate] = [a_time, b_time].map(|time| if time > 0.0 { 1.0 / time } else { 0.0 });
@@ -159,8 +166,11 @@ mod tests {
 
     const LIMIT: f64 = 5.0;
 
-    fn timing() -> Timing {
-        Timing { speeds: [JOINT_SPEED_MAX; JOINTS_MAX], accelerations: [LIMIT; JOINTS_MAX] }
+    fn timing() -> TimeParameterization {
+        TimeParameterization {
+            speeds: [JOINT_SPEED_MAX; JOINTS_MAX],
+            accelerations: [LIMIT; JOINTS_MAX],
+        }
     }
 
     /// Waypoints of one joint.
@@ -176,7 +186,7 @@ mod tests {
     fn timed(positions: &[f64]) -> Vec<Waypoint> {
         let mut waypoints = along(positions);
         timing().set_intervals(&mut waypoints);
-        let end = add_up(&mut waypoints, 2.0);
+        let end = accumulate(&mut waypoints, 2.0);
         assert_eq!((waypoints[0].time, waypoints.last().unwrap().time), (2.0, end));
         waypoints
     }
@@ -188,17 +198,18 @@ mod tests {
         let intervals = waypoints
             .windows(2)
             .map(|pair| (pair[1].time - pair[0].time, pair[1].q[3] - pair[0].q[3]));
-        for (seconds, way) in
-            intervals.map(|(seconds, way)| (seconds, way / seconds)).chain([(0.0, 0.0)])
+        for (seconds, displacement) in intervals
+            .map(|(seconds, displacement)| (seconds, displacement / seconds))
+            .chain([(0.0, 0.0)])
         {
-            hardest = hardest.max((way - before.1).abs() / (0.5 * (seconds + before.0)));
-            before = (seconds, way);
+            hardest = hardest.max((displacement - before.1).abs() / (0.5 * (seconds + before.0)));
+            before = (seconds, displacement);
         }
         hardest
     }
 
     #[test]
-    fn a_single_way_takes_the_time_to_start_and_stop() {
+    fn a_single_displacement_takes_the_time_to_start_and_stop() {
         let waypoints = timed(&[0.0, 0.01]);
         assert!(
             (waypoints[1].time - waypoints[0].time - (2.0 * 0.01 / LIMIT).sqrt()).abs() < 1e-12
@@ -206,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_way_reaches_full_speed_and_brakes() {
+    fn a_long_displacement_reaches_full_speed_and_brakes() {
         let positions: Vec<f64> = (0..=INTERVALS_MAX).map(|index| 0.01 * index as f64).collect();
         let waypoints = timed(&positions);
         assert!(hardest(&waypoints) <= LIMIT * (1.0 + 1e-9));
@@ -220,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn turns_short_ways_and_standing_still_are_allowed_for() {
+    fn reversals_short_displacements_and_pauses_keep_the_limits() {
         let mut positions = vec![0.0];
         for step in
             [0.03, -0.03, 0.0, 1e-5, 0.035, 1e-4, -0.02, 0.0, 0.0, 0.04, 0.04, 1e-9, 0.04, -0.001]

@@ -8,9 +8,9 @@
 use glam::DVec3;
 
 use crate::arena::reserve;
-use crate::motion::graph::{Graph, TransitionId};
+use crate::motion::graph::{ModeGraph, TransitionId};
 use crate::motion::mode_costs::{ModeCosts, ModeId};
-use crate::possibility::{Route, Station};
+use crate::possibility::{GuideRoute, MidFeetPose};
 
 /// Failed sequences after which more placements are sampled, at first and at the most.
 const PATIENCE: [u32; 2] = [24, 192];
@@ -20,9 +20,9 @@ const PATIENCE: [u32; 2] = [24, 192];
 const ACCEPTABLE_COST: [f64; 2] = [3.2, 9.6];
 /// Sequences that are tried however dear they are.
 const DEAR_SEQUENCES: u32 = 2;
-/// Stations on either side of a trouble that get more placements.
+/// TreeVertices on either side of a trouble that get more placements.
 const WINDOW: usize = 2;
-/// Stations on either side of a trouble that a detour replaces.
+/// TreeVertices on either side of a trouble that a detour replaces.
 const DETOUR_WINDOW: usize = 4;
 
 /// The ways out.
@@ -137,11 +137,11 @@ impl Focus {
 }
 
 /// The station of a route that is nearest to a place.
-pub fn nearest_station(route: &Route, place: DVec3) -> usize {
-    let distance = |index: usize| route.station(index).place_distance_squared(place);
+pub fn nearest_station(route: &GuideRoute, place: DVec3) -> usize {
+    let distance = |index: usize| route.pose(index).position_distance_squared(place);
     let nearer =
         |best: usize, index: usize| if distance(index) < distance(best) { index } else { best };
-    (1..route.stations()).fold(0, nearer)
+    (1..route.vertex_count()).fold(0, nearer)
 }
 
 /// The ends of a detour about a station: far enough on either side within a segment, or `None`
@@ -155,7 +155,7 @@ pub fn detour_about([first, last]: [usize; 2], station: usize) -> Option<[usize;
 /// The mode along a sequence with the highest S(sigma), if any was searched in vain; the first of
 /// several.
 pub fn most_laboured(
-    graph: &Graph,
+    graph: &ModeGraph,
     costs: &ModeCosts,
     sequence: &[TransitionId],
 ) -> Option<ModeId> {
@@ -168,10 +168,10 @@ pub fn most_laboured(
 }
 
 /// Where a transition's feet stand.
-pub fn place_of(graph: &Graph, id: TransitionId) -> Station {
+pub fn place_of(graph: &ModeGraph, id: TransitionId) -> MidFeetPose {
     let (stance, other) = graph.pair(id);
-    Station::of_sole(&stance.world_from_sole)
-        .toward_share(&Station::of_sole(&other.world_from_sole), 0.5)
+    MidFeetPose::of_sole(&stance.world_from_sole)
+        .interpolate(&MidFeetPose::of_sole(&other.world_from_sole), 0.5)
 }
 
 #[cfg(test)]
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     fn the_most_laboured_mode_is_the_one_searched_in_vain_most() {
-        let mut graph = Graph::new(3, 4, 4, 1.0);
+        let mut graph = ModeGraph::new(3, 4, 4, 1.0);
         let foothold = |limb, x| {
             Foothold::new(
                 limb,

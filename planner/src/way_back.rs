@@ -53,7 +53,7 @@ pub fn lift_off_before<'a>(
         let (mode, contacts, waypoint) =
             (pair[0].mode, pair[0].contacts(), &pair[1].waypoints()[0]);
         let standing =
-            ground.supported_anew(&constraints.body, &standing.after(mode, contacts, waypoint));
+            ground.supported_anew(&constraints.robot, &standing.after(mode, contacts, waypoint));
         if stand_as(constraints, &standing).is_ok_and(|end| end.holds(constraints, margin_min)) {
             farthest = Some(Earlier { standing, since: &walked[index + 1..], places: passed + 1 });
         }

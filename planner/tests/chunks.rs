@@ -7,8 +7,8 @@ mod common;
 
 use common::{Case, WALKS, run};
 use glam::{DQuat, DVec2};
-use surefoot_planner::body::{Body, Configuration};
-use surefoot_planner::region::Region;
+use surefoot_planner::body::{Configuration, Mechanism};
+use surefoot_planner::region::ConvexRegion;
 use surefoot_planner::{Outcome, Planner};
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
@@ -47,7 +47,7 @@ fn configuration_of(waypoint: &Waypoint) -> Configuration {
 }
 
 #[test]
-fn headers_say_what_the_plan_was_made_for() {
+fn headers_identify_robot_world_and_scenario() {
     for_each_walk(|case, planner| {
         for (index, chunk) in planner.chunks().iter().enumerate() {
             let is_last = index + 1 == planner.chunks().len();
@@ -101,15 +101,18 @@ fn each_chunk_begins_where_and_when_the_last_one_ended() {
 }
 
 #[test]
-fn the_walk_begins_and_ends_on_its_marks() {
+fn the_walk_begins_and_ends_at_its_stance_poses() {
     for_each_walk(|case, planner| {
         let (first, last) = (&planner.chunks()[0], planner.chunks().last().unwrap());
-        for (chunk, mark) in [(first, case.scenario.start), (last, case.scenario.goal)] {
+        for (chunk, stance) in [(first, case.scenario.start), (last, case.scenario.goal)] {
             assert_eq!(mode_of(chunk), SupportMode::Double);
-            for (contact, print) in chunk.contacts().iter().zip(mark.world_from_soles()) {
+            for (contact, world_from_sole) in chunk.contacts().iter().zip(stance.world_from_soles())
+            {
                 let sole = contact.world_from_sole();
-                assert!(sole.translation.distance(print.translation) < CONTACT_TOLERANCE);
-                assert!(rotation_distance(sole.rotation, print.rotation) < CONTACT_TOLERANCE);
+                assert!(sole.translation.distance(world_from_sole.translation) < CONTACT_TOLERANCE);
+                assert!(
+                    rotation_distance(sole.rotation, world_from_sole.rotation) < CONTACT_TOLERANCE
+                );
             }
         }
     });
@@ -154,7 +157,7 @@ fn steps_are_counted_as_the_contacts_change() {
         }
         assert!(
             moved > 0 && moved <= planner.steps(),
-            "{}: {moved}, {} told",
+            "{}: {moved}, {} reported",
             case.scenario.name,
             planner.steps()
         );
@@ -171,8 +174,9 @@ fn contacts_are_those_of_the_mode() {
                 assert!((DQuat::from_array(contact.rotation).length() - 1.0).abs() < 1e-9);
                 let polygon = &contact.polygon[..contact.polygon_len as usize];
                 assert!(polygon.len() >= 3);
-                let outline =
-                    Region::hull(case.model.feet[contact.limb as usize].polygon.iter().copied());
+                let outline = ConvexRegion::hull(
+                    case.model.feet[contact.limb as usize].polygon.iter().copied(),
+                );
                 assert!(
                     polygon.iter().all(|&corner| outline.margin(corner.into()) > -1e-6),
                     "support beyond the sole"
@@ -267,7 +271,7 @@ fn joints_start_stop_and_turn_within_their_accelerations() {
 #[test]
 fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
     for_each_walk(|case, planner| {
-        let body = Body::new(&case.model, &case.scenario.planner).unwrap();
+        let robot = Mechanism::new(&case.model, &case.scenario.planner).unwrap();
         for chunk in planner.chunks() {
             let corners = chunk.contacts().iter().flat_map(|contact| {
                 let sole = contact.world_from_sole();
@@ -276,12 +280,12 @@ fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
                     .iter()
                     .map(move |corner| (sole * DVec2::from(*corner).extend(0.0)).truncate())
             });
-            let region = Region::hull(corners);
+            let region = ConvexRegion::hull(corners);
             let depth = region.margin(region.centroid());
             let margin_min = case.scenario.planner.com_margin.min(MARGIN_SHARE_MAX * depth) - 1e-9;
             for waypoint in chunk.waypoints() {
-                let snapshot = body.snapshot(&configuration_of(waypoint));
-                let margin = region.margin(snapshot.com.truncate());
+                let kinematic_state = robot.kinematic_state(&configuration_of(waypoint));
+                let margin = region.margin(kinematic_state.com.truncate());
                 assert!(
                     margin >= margin_min,
                     "chunk {}: margin {margin}, depth {depth}",
@@ -289,7 +293,7 @@ fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
                 );
                 for contact in chunk.contacts() {
                     let (is, wanted) = (
-                        body.world_from_sole(&snapshot, contact.limb as usize),
+                        robot.world_from_sole(&kinematic_state, contact.limb as usize),
                         contact.world_from_sole(),
                     );
                     assert!(

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DQuat, DVec3};
-use surefoot_planner::body::{Body, Configuration};
-use surefoot_planner::collision::{CollisionModel, FootState, Hit};
+use surefoot_planner::body::{Configuration, Mechanism};
+use surefoot_planner::collision::{CollisionModel, FootPhase, Hit};
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::{World, WorldShape};
@@ -90,9 +90,9 @@ fn queries_allocate_nothing() {
     )
     .unwrap();
     let model = CollisionModel::new(&robot, &world_of_every_shape(), 0.01).unwrap();
-    let body = Body::new(&robot, &PlannerConfig::default()).unwrap();
-    let mut snapshot = Snapshot::default();
-    let mut q = body.standing_q;
+    let mechanism = Mechanism::new(&robot, &PlannerConfig::default()).unwrap();
+    let mut kinematic_state = KinematicState::default();
+    let mut q = mechanism.standing_q;
     let mut world_hits = vec![0; 6];
     let (mut self_hits, mut free, mut foot_hits) = (0, 0, 0);
     let before = ALLOCATIONS.load(Ordering::Relaxed);
@@ -109,19 +109,22 @@ fn queries_allocate_nothing() {
             ),
             DQuat::IDENTITY,
         );
-        body.snapshot_into(&Configuration { world_from_root: root, q }, &mut snapshot);
-        let states = [FootState::Stance, FootState::Leaving, FootState::Free];
+        mechanism.update_kinematic_state(
+            &Configuration { world_from_root: root, q },
+            &mut kinematic_state,
+        );
+        let states = [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Swing];
         let feet = [states[random.below(3)], states[random.below(3)]];
-        if let Some(Hit::World { shape, .. }) = model.world_hit(&snapshot, &feet) {
+        if let Some(Hit::World { shape, .. }) = model.world_hit(&kinematic_state, &feet) {
             world_hits[shape] += 1;
         }
-        self_hits += usize::from(model.self_hit(&snapshot).is_some());
-        free += usize::from(model.hit(&snapshot, &feet).is_none());
+        self_hits += usize::from(model.self_hit(&kinematic_state).is_some());
+        free += usize::from(model.hit(&kinematic_state, &feet).is_none());
         foot_hits += usize::from(
             model.foot_hit(random.below(2), &root, feet[0]).is_some()
-                || model.feet_hit([&root, &snapshot.world_from_node(1)]),
+                || model.feet_hit([&root, &kinematic_state.world_from_node(1)]),
         );
-        assert!(model.motion_bound(&snapshot, &snapshot) < 1e-9);
+        assert!(model.motion_bound(&kinematic_state, &kinematic_state) < 1e-9);
     }
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before, "queries allocated");
     assert!(

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
-use surefoot_planner::body::Body;
-use surefoot_planner::collision::{CollisionModel, FootState, Hit};
-use surefoot_planner::kinematics::Tree;
+use surefoot_planner::body::Mechanism;
+use surefoot_planner::collision::{CollisionModel, FootPhase, Hit};
+use surefoot_planner::kinematics::KinematicTree;
 use surefoot_planner::kinematics::forward::Kinematics;
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::{LockedJoint, RobotModel};
@@ -17,7 +17,7 @@ use surefoot_shared_types::spatial::rotation_from_scaled_axis;
 use surefoot_shared_types::{Pose, Shape};
 
 const CLEARANCE: f64 = 0.01;
-const STANCE: [FootState; 2] = [FootState::Stance; 2];
+const STANCE: [FootPhase; 2] = [FootPhase::Stance; 2];
 
 fn hubo() -> RobotModel {
     load_robot(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml"))
@@ -48,9 +48,9 @@ fn poses_at(robot: &RobotModel, root: &Pose, q: &[f64]) -> Vec<Pose> {
     poses
 }
 
-fn seen(robot: &RobotModel, poses: &[Pose]) -> Snapshot {
-    Snapshot::of_links(
-        &Body::new(robot, &PlannerConfig::default()).expect("the robot walks"),
+fn seen(robot: &RobotModel, poses: &[Pose]) -> KinematicState {
+    KinematicState::from_link_poses(
+        &Mechanism::new(robot, &PlannerConfig::default()).expect("the robot walks"),
         poses,
     )
 }
@@ -96,32 +96,32 @@ fn self_clearance_never_asks_for_more_than_half_of_what_standing_leaves() {
 }
 
 #[test]
-fn what_a_foot_does_decides_how_near_the_floor_may_be() {
+fn the_foot_phase_decides_how_near_the_floor_may_be() {
     let robot = hubo();
     let model = CollisionModel::new(&robot, &world(&[floor(0.0)]), CLEARANCE).unwrap();
     let poses = standing(&robot);
-    let hits = |by: f64, state: FootState| {
-        model.world_hit(&seen(&robot, &raised(&poses, by)), &[state; 2]).is_some()
+    let hits = |by: f64, phase: FootPhase| {
+        model.world_hit(&seen(&robot, &raised(&poses, by)), &[phase; 2]).is_some()
     };
     assert!(
-        !hits(0.0, FootState::Stance)
-            && !hits(-0.0014, FootState::Stance)
-            && hits(-0.0016, FootState::Stance)
+        !hits(0.0, FootPhase::Stance)
+            && !hits(-0.0014, FootPhase::Stance)
+            && hits(-0.0016, FootPhase::Stance)
     );
     assert!(
-        !hits(0.0, FootState::Leaving)
-            && !hits(-0.0004, FootState::Leaving)
-            && hits(-0.0006, FootState::Leaving)
+        !hits(0.0, FootPhase::LiftOff)
+            && !hits(-0.0004, FootPhase::LiftOff)
+            && hits(-0.0006, FootPhase::LiftOff)
     );
     assert!(
-        hits(0.0, FootState::Free)
-            && hits(0.0099, FootState::Free)
-            && !hits(0.0101, FootState::Free)
+        hits(0.0, FootPhase::Swing)
+            && hits(0.0099, FootPhase::Swing)
+            && !hits(0.0101, FootPhase::Swing)
     );
 }
 
 #[test]
-fn clearance_is_asked_beside_a_leaving_foot_and_not_beside_a_standing_one() {
+fn clearance_is_required_beside_a_foot_that_lifts_off_and_not_beside_a_stance_foot() {
     let robot = hubo();
     let poses = standing(&robot);
     let foot = poses[robot.feet[0].link] * robot.feet[0].link_from_sole;
@@ -131,15 +131,15 @@ fn clearance_is_asked_beside_a_leaving_foot_and_not_beside_a_standing_one() {
         let wall = (DVec3::new(0.0, side + apart + 0.25, 0.03), DVec3::new(5.0, 0.25, 0.03));
         CollisionModel::new(&robot, &world(&[floor(0.0), wall]), CLEARANCE).unwrap()
     };
-    assert_eq!(with_wall(0.009).foot_hit(0, &foot, FootState::Stance), None);
-    assert_eq!(with_wall(0.009).foot_hit(0, &foot, FootState::Leaving), Some(1));
-    assert_eq!(with_wall(0.011).foot_hit(0, &foot, FootState::Leaving), None);
-    assert!(with_wall(0.011).foot_hit(0, &foot, FootState::Free).is_some());
-    assert_eq!(with_wall(-0.001).foot_hit(0, &foot, FootState::Stance), Some(1));
+    assert_eq!(with_wall(0.009).foot_hit(0, &foot, FootPhase::Stance), None);
+    assert_eq!(with_wall(0.009).foot_hit(0, &foot, FootPhase::LiftOff), Some(1));
+    assert_eq!(with_wall(0.011).foot_hit(0, &foot, FootPhase::LiftOff), None);
+    assert!(with_wall(0.011).foot_hit(0, &foot, FootPhase::Swing).is_some());
+    assert_eq!(with_wall(-0.001).foot_hit(0, &foot, FootPhase::Stance), Some(1));
 }
 
 #[test]
-fn a_foot_alone_is_judged_as_in_the_whole_robot() {
+fn a_foot_alone_is_checked_as_in_the_whole_robot() {
     let robot = hubo();
     let mut random = Random::new(4, Stream::Preparation, 1, 0);
     let mut offset = |reach: f64| {
@@ -159,9 +159,9 @@ fn a_foot_alone_is_judged_as_in_the_whole_robot() {
         // The rest of the robot is far away.
         let mut poses = raised(&at_rest, 100.0);
         poses[foot.link] = world_from_sole * foot.link_from_sole.inverse();
-        for state in [FootState::Stance, FootState::Leaving, FootState::Free] {
-            let alone = model.foot_hit(1, &world_from_sole, state);
-            let whole = model.world_hit(&seen(&robot, &poses), &[FootState::Free, state]);
+        for phase in [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Swing] {
+            let alone = model.foot_hit(1, &world_from_sole, phase);
+            let whole = model.world_hit(&seen(&robot, &poses), &[FootPhase::Swing, phase]);
             assert_eq!(alone.map(|shape| Hit::World { link: foot.link, shape }), whole);
             hits += usize::from(alone.is_some());
         }
@@ -185,7 +185,7 @@ fn feet_side_by_side_are_apart_and_feet_on_one_another_are_not() {
 #[test]
 fn every_link_that_touches_a_block_is_found() {
     let robot = hubo();
-    let tree = Tree::new(&robot);
+    let tree = KinematicTree::new(&robot);
     let poses = standing(&robot);
     for (link, pose) in
         poses.iter().enumerate().filter(|&(link, _)| !robot.links[link].shapes.is_empty())
@@ -267,25 +267,25 @@ fn holding(mut robot: RobotModel, (name, position): (&str, f64)) -> RobotModel {
 #[test]
 fn links_do_not_become_neighbours_because_a_joint_between_them_is_locked() {
     let free = CollisionModel::new(&hubo(), &world(&[]), CLEARANCE).unwrap();
-    let held = [("left_elbow", -0.4), ("left_wrist_yaw", 0.0), ("right_shoulder_roll", -0.15)]
+    let locked = [("left_elbow", -0.4), ("left_wrist_yaw", 0.0), ("right_shoulder_roll", -0.15)]
         .into_iter()
         .fold(hubo(), holding);
-    let model = CollisionModel::new(&held, &world(&[]), CLEARANCE).unwrap();
+    let model = CollisionModel::new(&locked, &world(&[]), CLEARANCE).unwrap();
     assert_eq!(model.allowed_pairs(), free.allowed_pairs());
-    assert_eq!(model.self_hit(&seen(&held, &standing(&held))), None);
+    assert_eq!(model.self_hit(&seen(&locked, &standing(&locked))), None);
 }
 
 #[test]
-fn links_that_are_held_in_one_another_hit() {
+fn links_locked_inside_one_another_hit() {
     let arm = [
         ("left_shoulder_pitch", 0.0),
         ("left_shoulder_roll", 0.0),
         ("left_shoulder_yaw", -1.57),
         ("left_elbow", -1.57),
     ];
-    let held = arm.into_iter().fold(hubo(), holding);
-    let model = CollisionModel::new(&held, &world(&[]), CLEARANCE).unwrap();
-    let hit = model.self_hit(&seen(&held, &standing(&held))).map(|hit| model.describe(hit));
+    let locked = arm.into_iter().fold(hubo(), holding);
+    let model = CollisionModel::new(&locked, &world(&[]), CLEARANCE).unwrap();
+    let hit = model.self_hit(&seen(&locked, &standing(&locked))).map(|hit| model.describe(hit));
     assert!(
         hit.as_deref().is_some_and(|hit| hit.starts_with("link 'torso' meets link 'left_")),
         "{hit:?}"
@@ -311,8 +311,8 @@ fn no_corner_moves_further_than_the_bound() {
         let (from, to) = (draw(), draw());
         let bound = model.motion_bound(&seen(&robot, &from), &seen(&robot, &to));
         let mut furthest: f64 = 0.0;
-        for (link, body) in robot.links.iter().enumerate() {
-            for placed in &body.shapes {
+        for (link, robot) in robot.links.iter().enumerate() {
+            for placed in &robot.shapes {
                 let reach = match &placed.shape {
                     Shape::Box { half_extents } => *half_extents,
                     Shape::Cylinder { half_length, .. } => DVec3::new(0.0, 0.0, *half_length),

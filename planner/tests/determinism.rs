@@ -69,7 +69,7 @@ fn ending(name: &str, threads: usize) -> String {
     let outcome = run(&mut planner, STEP);
     let digest =
         if outcome == Outcome::Found { planner.digest() } else { digest_of(&planner.tally()) };
-    format!("{} {digest}", outcome.word())
+    format!("{} {digest}", outcome.name())
 }
 
 fn digest_of(tally: &Tally) -> Digest {

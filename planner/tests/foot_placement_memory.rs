@@ -8,7 +8,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use foot_placement_worlds::*;
-use surefoot_planner::foot_placement::{Effort, FootPlacementConfig, Request, Scratch, Surfaces};
+use surefoot_planner::foot_placement::{
+    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, Surfaces,
+};
 
 struct Counting;
 
@@ -42,17 +44,17 @@ fn queries_do_not_allocate_and_count_what_they_drop() {
         let before = ALLOCATIONS.load(Ordering::Relaxed);
         for object in 0..20 {
             let ideal = turned(0.05 * object as f64, 0.1, 0.2, 0.3 * object as f64);
-            let effort = Effort { sampled_max: 500, ..Effort::default() };
-            let request = Request { object, effort, ..request(&polygon, ideal) };
-            surfaces.propose(&mut scratch, &request, &mut |_| true);
+            let limits = SampleLimits { sampled_max: 500, ..SampleLimits::default() };
+            let query = PlacementQuery { object, limits, ..query(&polygon, ideal) };
+            surfaces.propose(&mut scratch, &query, &mut |_| true);
             let _either_way = surfaces.support(&mut scratch, &polygon, &ideal);
         }
         assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 0, "world {i}");
     }
-    a_small_scratch_drops_and_says_so();
+    a_small_scratch_counts_what_it_drops();
 }
 
-fn a_small_scratch_drops_and_says_so() {
+fn a_small_scratch_counts_what_it_drops() {
     let config = FootPlacementConfig {
         features_max: 2,
         planes_max: 1,
@@ -64,7 +66,7 @@ fn a_small_scratch_drops_and_says_so() {
     let mut scratch = Scratch::new(&config);
     let polygon = sole();
     let before = ALLOCATIONS.load(Ordering::Relaxed);
-    surfaces.propose(&mut scratch, &request(&polygon, at(0.0, 0.0, 0.2)), &mut |_| true);
+    surfaces.propose(&mut scratch, &query(&polygon, at(0.0, 0.0, 0.2)), &mut |_| true);
     assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before);
     assert!(scratch.dropped() > 0);
 }

@@ -5,10 +5,13 @@ mod foot_placement_worlds;
 
 use foot_placement_worlds::*;
 use glam::{DVec2, DVec3};
-use surefoot_planner::foot_placement::{Effort, Placement, Request, Scratch, Source, Surfaces};
+use surefoot_planner::foot_placement::{
+    PlacementQuery, SampleLimits, Scratch, Source, SupportedSole, Surfaces,
+};
 use surefoot_shared_types::{Pose, Shape};
 
-const SAMPLING_ONLY: Effort = Effort { geometric_max: 0, varied_max: 0, sampled_max: 8_000 };
+const SAMPLING_ONLY: SampleLimits =
+    SampleLimits { geometric_max: 0, perturbed_max: 0, sampled_max: 8_000 };
 
 /// Two wedges whose faces rise at `angles` (right, left) from a valley along y, 0.3 wide each.
 fn groove(angles: [f64; 2]) -> Vec<(Shape, Pose)> {
@@ -28,9 +31,9 @@ fn friction_angle() -> f64 {
     libm::atan(MU)
 }
 
-fn nests(surfaces: &Surfaces, request: &Request) -> Vec<Placement> {
+fn nests(surfaces: &Surfaces, query: &PlacementQuery) -> Vec<SupportedSole> {
     let mut found = Vec::new();
-    surfaces.propose_nests(&mut Scratch::new(surfaces.config()), request, &mut |placement| {
+    surfaces.propose_nests(&mut Scratch::new(surfaces.config()), query, &mut |placement| {
         found.push(placement);
         true
     });
@@ -63,8 +66,8 @@ fn the_m_holds_a_sole_with_its_toes_in_the_valley() {
     let angle = 1.25 * friction_angle();
     let surfaces = surfaces(groove([angle; 2]));
     let polygon = sole();
-    let request = request(&polygon, turned(0.1, 0.0, 0.1, std::f64::consts::PI));
-    let found = nests(&surfaces, &request);
+    let query = query(&polygon, turned(0.1, 0.0, 0.1, std::f64::consts::PI));
+    let found = nests(&surfaces, &query);
     assert!(!found.is_empty());
     for placement in &found {
         let pose = placement.world_from_sole;
@@ -83,7 +86,7 @@ fn the_m_holds_a_sole_with_its_toes_in_the_valley() {
         assert!(is_carried([angle; 2], middle, far), "friction does not hold it");
     }
     let toes_first =
-        |p: &Placement| (p.world_from_sole * DVec3::new(0.13, 0.0, 0.0)).x.abs() < 1e-3;
+        |p: &SupportedSole| (p.world_from_sole * DVec3::new(0.13, 0.0, 0.0)).x.abs() < 1e-3;
     assert!(found.iter().any(toes_first), "its toes are in the valley");
 }
 
@@ -93,21 +96,21 @@ fn random_planes_never_find_the_nest() {
     let polygon = sole();
     for object in 0..50 {
         let ideal = turned(0.02 * object as f64 - 0.5, 0.0, 0.1, 0.3 * object as f64);
-        let request = Request { effort: SAMPLING_ONLY, object, ..request(&polygon, ideal) };
-        let whole = Request { effort: Effort::default(), ..request };
-        assert!(first(&surfaces, &request, 1).is_empty() && first(&surfaces, &whole, 1).is_empty());
+        let query = PlacementQuery { limits: SAMPLING_ONLY, object, ..query(&polygon, ideal) };
+        let whole = PlacementQuery { limits: SampleLimits::default(), ..query };
+        assert!(first(&surfaces, &query, 1).is_empty() && first(&surfaces, &whole, 1).is_empty());
     }
 }
 
 #[test]
 fn what_friction_cannot_hold_is_no_nest() {
     let polygon = sole();
-    let request = request(&polygon, turned(0.1, 0.0, 0.1, std::f64::consts::PI));
+    let query = query(&polygon, turned(0.1, 0.0, 0.1, std::f64::consts::PI));
     let mut held = 0;
     for step in 0..12 {
         let angles =
             [friction_angle() * (1.1 + 0.07 * f64::from(step)), 0.2 + 0.05 * f64::from(step)];
-        let found = nests(&surfaces(groove(angles)), &request);
+        let found = nests(&surfaces(groove(angles)), &query);
         for placement in found.iter().filter(|p| (p.world_from_sole.rotation * DVec3::Z).x < 0.0) {
             let corners: Vec<DVec3> =
                 polygon.iter().map(|p| placement.world_from_sole * p.extend(0.0)).collect();
@@ -124,15 +127,15 @@ fn what_friction_cannot_hold_is_no_nest() {
 fn one_steep_face_or_a_ridge_is_no_nest() {
     let steep = 1.25 * friction_angle();
     let polygon = sole();
-    let request = request(&polygon, turned(0.1, 0.0, 0.1, 0.0));
-    assert!(nests(&surfaces(ramp(steep)), &request).is_empty(), "one face");
+    let query = query(&polygon, turned(0.1, 0.0, 0.1, 0.0));
+    assert!(nests(&surfaces(ramp(steep)), &query).is_empty(), "one face");
     let gentle = 0.5 * friction_angle();
     assert!(
-        nests(&surfaces(groove([gentle; 2])), &request).is_empty(),
+        nests(&surfaces(groove([gentle; 2])), &query).is_empty(),
         "faces that hold by themselves are for the other proposals"
     );
     let roof = (Shape::ConvexHull { points: roof(steep) }, Pose::IDENTITY);
-    assert!(nests(&surfaces(vec![roof]), &request).is_empty(), "a ridge is convex");
+    assert!(nests(&surfaces(vec![roof]), &query).is_empty(), "a ridge is convex");
 }
 
 /// A roof along y.
@@ -142,13 +145,13 @@ fn roof(angle: f64) -> Vec<DVec3> {
 }
 
 #[test]
-fn nests_keep_to_the_request_and_can_be_found_again() {
+fn nests_stay_within_the_query_and_are_reproducible() {
     let surfaces = surfaces(groove([1.25 * friction_angle(), 0.4]));
     let polygon = sole();
-    let near = Request {
+    let near = PlacementQuery {
         reach_xy: 0.1,
         yaw_spread: 0.5,
-        ..request(&polygon, turned(0.1, 0.1, 0.1, std::f64::consts::PI))
+        ..query(&polygon, turned(0.1, 0.1, 0.1, std::f64::consts::PI))
     };
     let found = nests(&surfaces, &near);
     assert!(!found.is_empty());
@@ -157,8 +160,8 @@ fn nests_keep_to_the_request_and_can_be_found_again() {
         assert!(moved.truncate().length() <= 0.1 + 1e-6);
     }
     assert_eq!(found, nests(&surfaces, &near));
-    let blocked = Request { is_free: &|_| false, ..near };
+    let blocked = PlacementQuery { is_free: &|_| false, ..near };
     assert!(nests(&surfaces, &blocked).is_empty());
-    let broken = Request { ideal: at(f64::NAN, 0.0, 0.0), ..near };
+    let broken = PlacementQuery { ideal: at(f64::NAN, 0.0, 0.0), ..near };
     assert!(nests(&surfaces, &broken).is_empty());
 }

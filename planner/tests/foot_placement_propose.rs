@@ -4,17 +4,19 @@ mod foot_placement_worlds;
 
 use foot_placement_worlds::*;
 use glam::DVec3;
-use surefoot_planner::foot_placement::{Effort, Request, Scratch, Source, Surfaces};
+use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits, Scratch, Source, Surfaces};
 use surefoot_planner::random::{Random, Stream};
 use surefoot_shared_types::spatial::{rotation_from_rpy, yaw_of};
 use surefoot_shared_types::{Pose, Shape};
 
-const GEOMETRY_ONLY: Effort = Effort { geometric_max: 256, varied_max: 0, sampled_max: 0 };
-const SAMPLING_ONLY: Effort = Effort { geometric_max: 0, varied_max: 0, sampled_max: 8_000 };
+const GEOMETRY_ONLY: SampleLimits =
+    SampleLimits { geometric_max: 256, perturbed_max: 0, sampled_max: 0 };
+const SAMPLING_ONLY: SampleLimits =
+    SampleLimits { geometric_max: 0, perturbed_max: 0, sampled_max: 8_000 };
 
 /// The share of random ideals within `region` (lower, upper corner) for which some placement is
 /// found.
-fn rate(surfaces: &Surfaces, region: [[f64; 3]; 2], effort: Effort, reach_xy: f64) -> f64 {
+fn rate(surfaces: &Surfaces, region: [[f64; 3]; 2], limits: SampleLimits, reach_xy: f64) -> f64 {
     let polygon = sole();
     let mut scratch = Scratch::new(surfaces.config());
     let queries = 100;
@@ -22,8 +24,8 @@ fn rate(surfaces: &Surfaces, region: [[f64; 3]; 2], effort: Effort, reach_xy: f6
         let mut random = Random::new(5, Stream::Preparation, object, 0);
         let [x, y, z] = [0, 1, 2].map(|axis| random.uniform(region[0][axis], region[1][axis]));
         let ideal = turned(x, y, z, random.uniform(-3.1, 3.1));
-        let request = Request { effort, object, reach_xy, ..request(&polygon, ideal) };
-        surfaces.propose(&mut scratch, &request, &mut |_| false).stopped
+        let query = PlacementQuery { limits, object, reach_xy, ..query(&polygon, ideal) };
+        surfaces.propose(&mut scratch, &query, &mut |_| false).stopped
     };
     (0..queries).map(succeeds).filter(|&found| found).count() as f64 / queries as f64
 }
@@ -33,7 +35,7 @@ fn a_flat_floor_gives_the_ideal_itself_first() {
     let floor = surfaces(vec![floor()]);
     let polygon = sole();
     let ideal = turned(0.4, 0.7, 0.0, 0.3);
-    let placements = first(&floor, &request(&polygon, ideal), 3);
+    let placements = first(&floor, &query(&polygon, ideal), 3);
     assert!((placements[0].world_from_sole.translation - ideal.translation).length() < 1e-12);
     assert!((yaw_of(placements[0].world_from_sole.rotation) - 0.3).abs() < 1e-12);
     assert_eq!(placements[0].source, Source::Geometric);
@@ -44,21 +46,21 @@ fn a_flat_floor_gives_the_ideal_itself_first() {
 fn a_slope_tilts_the_sole_and_keeps_its_heading() {
     let angle = 0.9 * libm::atan(MU);
     let polygon = sole();
-    let placements =
-        first(&surfaces(ramp(angle)), &request(&polygon, turned(0.1, 0.0, 0.0, 0.8)), 1);
+    let placements = first(&surfaces(ramp(angle)), &query(&polygon, turned(0.1, 0.0, 0.0, 0.8)), 1);
     let rotation = placements[0].world_from_sole.rotation;
     assert!((yaw_of(rotation) - 0.8).abs() < 1e-9);
     assert!((libm::acos((rotation * DVec3::Z).z) - angle).abs() < 1e-9);
     assert!((placements[0].support.area - SOLE_AREA).abs() < 1e-9);
     let steep = 1.1 * libm::atan(MU);
-    assert!(first(&surfaces(ramp(steep)), &request(&polygon, at(0.0, 0.0, 0.0)), 1).is_empty());
+    assert!(first(&surfaces(ramp(steep)), &query(&polygon, at(0.0, 0.0, 0.0)), 1).is_empty());
 }
 
 #[test]
-fn stones_are_met_wholly_at_the_nearest_place() {
+fn stones_carry_the_whole_sole_at_the_nearest_pose() {
     let polygon = sole();
     let stones = surfaces(stones());
-    let geometry = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(0.36, -0.02, 0.0)) };
+    let geometry =
+        PlacementQuery { limits: GEOMETRY_ONLY, ..query(&polygon, at(0.36, -0.02, 0.0)) };
     let whole = first(&stones, &geometry, 100)
         .into_iter()
         .find(|p| (p.support.area - SOLE_AREA).abs() < 1e-9)
@@ -66,7 +68,7 @@ fn stones_are_met_wholly_at_the_nearest_place() {
     let moved = whole.world_from_sole.translation - geometry.ideal.translation;
     assert!(
         moved.length() < 0.07,
-        "moved by {moved}: the stone's room for the sole begins 0.05 away"
+        "moved by {moved}: the stone's area for the sole begins 0.05 away"
     );
 }
 
@@ -74,12 +76,12 @@ fn stones_are_met_wholly_at_the_nearest_place() {
 fn ibeams_are_crossed_with_the_sole_centred() {
     let polygon = sole();
     let beams = surfaces(ibeams());
-    let request = Request {
+    let query = PlacementQuery {
         reach_z: [-0.05, 0.05],
-        effort: GEOMETRY_ONLY,
-        ..request(&polygon, turned(0.06, 0.2, 0.2, 0.15))
+        limits: GEOMETRY_ONLY,
+        ..query(&polygon, turned(0.06, 0.2, 0.2, 0.15))
     };
-    let placements = first(&beams, &request, 1_000);
+    let placements = first(&beams, &query, 1_000);
     let centred = placements.iter().find(|p| {
         let centre = p.world_from_sole * DVec3::new(0.02, 0.0, 0.0);
         centre.x.abs() < 1e-9 && yaw_of(p.world_from_sole.rotation).abs() < 1e-9
@@ -139,7 +141,7 @@ fn geometry_alone_finds_placements_on_every_feature() {
     for (name, shapes, region) in features {
         let surfaces = surfaces(shapes);
         let [geometric, sampled] =
-            [GEOMETRY_ONLY, SAMPLING_ONLY].map(|effort| rate(&surfaces, region, effort, 0.3));
+            [GEOMETRY_ONLY, SAMPLING_ONLY].map(|limits| rate(&surfaces, region, limits, 0.3));
         println!("{name}: geometry {geometric:.3}, Algorithm 1 alone {sampled:.3}");
         assert!(geometric >= 0.95, "{name}: {geometric}");
     }
@@ -151,14 +153,14 @@ fn parallel_bars_are_found_at_every_span() {
         let bars = surfaces(square_bars(f64::from(percent) / 100.0));
         let region = [[-0.1, -0.2, -0.05], [0.1, 0.2, 0.05]];
         let [geometric, sampled] =
-            [GEOMETRY_ONLY, SAMPLING_ONLY].map(|effort| rate(&bars, region, effort, 0.3));
+            [GEOMETRY_ONLY, SAMPLING_ONLY].map(|limits| rate(&bars, region, limits, 0.3));
         println!("span {percent} %: geometry {geometric:.3}, Algorithm 1 alone {sampled:.3}");
         assert!(geometric >= 0.95, "{percent} %: {geometric}");
     }
 }
 
 #[test]
-fn on_rough_ground_soles_are_set_down_near_where_they_are_wished_for() {
+fn on_rough_ground_soles_are_set_down_near_their_ideal_poses() {
     let height = |x: f64, y: f64| {
         0.06 * libm::sin(3.0 * x) * libm::cos(2.0 * y) + 0.001 * libm::sin(40.0 * x + 27.0 * y)
     };
@@ -174,11 +176,13 @@ fn on_rough_ground_soles_are_set_down_near_where_they_are_wished_for() {
     let mut distances = Vec::new();
     for _ in 0..100 {
         let [x, y, yaw] = [1.7, 1.7, 3.0].map(|most| random.uniform(-most, most));
-        let wish =
-            Request { effort: GEOMETRY_ONLY, ..request(&polygon, turned(x, y, height(x, y), yaw)) };
-        let [placement] = &first(&rough, &wish, 1)[..] else { continue };
+        let query = PlacementQuery {
+            limits: GEOMETRY_ONLY,
+            ..query(&polygon, turned(x, y, height(x, y), yaw))
+        };
+        let [placement] = &first(&rough, &query, 1)[..] else { continue };
         let pose = placement.world_from_sole;
-        distances.push((pose.translation - wish.ideal.translation).truncate().length());
+        distances.push((pose.translation - query.ideal.translation).truncate().length());
         let in_sole = corners().map(|corner| pose.inverse_transform_point(corner));
         let highest = in_sole
             .filter(|p| (-0.09..0.13).contains(&p.x) && p.y.abs() < 0.07)
@@ -232,10 +236,10 @@ fn parallel_bars_are_found_as_long_as_any_placement_exists() {
 fn placements_that_carry_much_come_before_those_that_carry_enough() {
     let polygon = sole();
     let beside_an_edge = surfaces(vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])]);
-    let request = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(-0.03, 0.0, 0.0)) };
+    let query = PlacementQuery { limits: GEOMETRY_ONLY, ..query(&polygon, at(-0.03, 0.0, 0.0)) };
     let inflated = 2.0 * beside_an_edge.config().support_area_min;
     let areas: Vec<f64> =
-        first(&beside_an_edge, &request, 1_000).iter().map(|p| p.support.area).collect();
+        first(&beside_an_edge, &query, 1_000).iter().map(|p| p.support.area).collect();
     let first_small = areas.iter().position(|&area| area < inflated).unwrap();
     assert!(
         first_small > 0 && areas[first_small..].iter().all(|&area| area < inflated),
@@ -246,37 +250,40 @@ fn placements_that_carry_much_come_before_those_that_carry_enough() {
 #[test]
 fn bars_that_fit_into_the_sole_are_not_at_its_very_edge() {
     let polygon = sole();
-    let request = Request { effort: GEOMETRY_ONLY, ..request(&polygon, at(-0.01, 0.0, 0.0)) };
-    let x = first(&surfaces(round_bars(2)), &request, 1)[0].world_from_sole.translation.x;
+    let query = PlacementQuery { limits: GEOMETRY_ONLY, ..query(&polygon, at(-0.01, 0.0, 0.0)) };
+    let x = first(&surfaces(round_bars(2)), &query, 1)[0].world_from_sole.translation.x;
     let (heel, toe) = (x - 0.09, x + 0.13);
     assert!(
         heel <= -0.01 + 1e-9 && toe >= 0.17 - 1e-9,
         "the bars stand at 0 and 0.16, the sole from {heel} to {toe}"
     );
-    assert!(toe < 0.175, "and near where it was wished for: {toe}");
+    assert!(toe < 0.175, "and near its ideal: {toe}");
 }
 
 #[test]
 fn bars_too_far_apart_give_nothing() {
     let bars = surfaces(square_bars(1.6));
-    assert_eq!(rate(&bars, [[-0.1, -0.2, -0.05], [0.1, 0.2, 0.05]], Effort::default(), 0.3), 0.0);
+    assert_eq!(
+        rate(&bars, [[-0.1, -0.2, -0.05], [0.1, 0.2, 0.05]], SampleLimits::default(), 0.3),
+        0.0
+    );
 }
 
 #[test]
-fn placements_keep_to_the_request() {
+fn placements_stay_within_the_query() {
     let polygon = sole();
     let surfaces = surfaces(ibeams());
     let is_left = |pose: &Pose| pose.translation.y > 0.0;
-    let request = Request {
+    let query = PlacementQuery {
         reach_xy: 0.2,
         reach_z: [-0.05, 0.02],
         yaw_spread: 0.4,
         is_free: &is_left,
-        ..request(&polygon, turned(0.0, 0.0, 0.2, 0.1))
+        ..query(&polygon, turned(0.0, 0.0, 0.2, 0.1))
     };
     let mut count = 0;
-    let tally = surfaces.propose(&mut Scratch::new(surfaces.config()), &request, &mut |p| {
-        let moved = p.world_from_sole.translation - request.ideal.translation;
+    let stats = surfaces.propose(&mut Scratch::new(surfaces.config()), &query, &mut |p| {
+        let moved = p.world_from_sole.translation - query.ideal.translation;
         assert!(
             moved.truncate().length() <= 0.2 + 1e-6
                 && (-0.05 - 1e-6..=0.02 + 1e-6).contains(&moved.z)
@@ -286,12 +293,12 @@ fn placements_keep_to_the_request() {
         count += 1;
         true
     });
-    assert_eq!(count, tally.found.iter().sum::<u32>());
-    assert!(tally.not_free > 0 && count > 0 && !tally.stopped);
-    let examined: u32 = tally.examined.iter().sum();
+    assert_eq!(count, stats.found.iter().sum::<u32>());
+    assert!(stats.not_free > 0 && count > 0 && !stats.stopped);
+    let examined: u32 = stats.examined.iter().sum();
     assert_eq!(
         examined,
-        count + tally.not_free + tally.refused.iter().sum::<u32>(),
+        count + stats.not_free + stats.rejected.iter().sum::<u32>(),
         "every placement is accounted for"
     );
 }
@@ -300,33 +307,33 @@ fn placements_keep_to_the_request() {
 fn what_lies_just_out_of_reach_is_not_drawn_without_end() {
     let polygon = sole();
     let floor = surfaces(vec![floor()]);
-    let effort = Effort { geometric_max: 0, varied_max: 0, sampled_max: 24 };
-    let request = Request { effort, reach_xy: 0.3, ..request(&polygon, at(5.27, 5.27, 0.0)) };
-    let tally = floor.propose(&mut Scratch::new(floor.config()), &request, &mut |_| true);
-    let examined: u32 = tally.examined.iter().sum();
+    let limits = SampleLimits { geometric_max: 0, perturbed_max: 0, sampled_max: 24 };
+    let query = PlacementQuery { limits, reach_xy: 0.3, ..query(&polygon, at(5.27, 5.27, 0.0)) };
+    let stats = floor.propose(&mut Scratch::new(floor.config()), &query, &mut |_| true);
+    let examined: u32 = stats.examined.iter().sum();
     assert!(
-        tally.features > 0 && tally.out_of_reach > 0,
-        "the floor's corner is in the box about the reach: {tally:?}"
+        stats.features > 0 && stats.out_of_reach > 0,
+        "the floor's corner is in the box about the reach: {stats:?}"
     );
-    assert!(examined + tally.out_of_reach <= 24, "{tally:?}");
+    assert!(examined + stats.out_of_reach <= 24, "{stats:?}");
 }
 
 #[test]
-fn the_same_request_gives_the_same_placements_and_another_seed_others() {
+fn the_same_query_gives_the_same_placements_and_another_seed_others() {
     let polygon = sole();
     let surfaces = surfaces(stones());
-    let request = Request {
-        effort: Effort { geometric_max: 20, ..Effort::default() },
-        ..request(&polygon, at(0.2, 0.0, 0.0))
+    let query = PlacementQuery {
+        limits: SampleLimits { geometric_max: 20, ..SampleLimits::default() },
+        ..query(&polygon, at(0.2, 0.0, 0.0))
     };
-    let placements = first(&surfaces, &request, 10_000);
-    assert_eq!(placements, first(&surfaces, &request, 10_000));
-    assert_ne!(placements, first(&surfaces, &Request { seed: 2, ..request }, 10_000));
+    let placements = first(&surfaces, &query, 10_000);
+    assert_eq!(placements, first(&surfaces, &query, 10_000));
+    assert_ne!(placements, first(&surfaces, &PlacementQuery { seed: 2, ..query }, 10_000));
     let mut used = Scratch::new(surfaces.config());
     let mut again = Vec::new();
-    let elsewhere = Request { ideal: at(1.0, 0.0, 0.0), ..request };
+    let elsewhere = PlacementQuery { ideal: at(1.0, 0.0, 0.0), ..query };
     surfaces.propose(&mut used, &elsewhere, &mut |_| true);
-    surfaces.propose(&mut used, &request, &mut |p| {
+    surfaces.propose(&mut used, &query, &mut |p| {
         again.push(p);
         true
     });
@@ -334,20 +341,20 @@ fn the_same_request_gives_the_same_placements_and_another_seed_others() {
 }
 
 #[test]
-fn hostile_requests_end_with_nothing() {
+fn invalid_queries_find_nothing() {
     let polygon = sole();
     let surfaces = surfaces(vec![floor()]);
-    let sound = request(&polygon, at(0.0, 0.0, 0.0));
+    let sound = query(&polygon, at(0.0, 0.0, 0.0));
     let broken = [
-        Request { ideal: at(f64::NAN, 0.0, 0.0), ..sound },
-        Request { reach_xy: f64::INFINITY, ..sound },
-        Request { reach_z: [1.0, -1.0], ..sound },
-        Request { sole_polygon: &polygon[..2], ..sound },
-        Request { sole_polygon: &[], ..sound },
-        Request { yaw_spread: f64::NAN, ..sound },
-        Request { ideal: at(50.0, 0.0, 0.0), ..sound },
+        PlacementQuery { ideal: at(f64::NAN, 0.0, 0.0), ..sound },
+        PlacementQuery { reach_xy: f64::INFINITY, ..sound },
+        PlacementQuery { reach_z: [1.0, -1.0], ..sound },
+        PlacementQuery { sole_polygon: &polygon[..2], ..sound },
+        PlacementQuery { sole_polygon: &[], ..sound },
+        PlacementQuery { yaw_spread: f64::NAN, ..sound },
+        PlacementQuery { ideal: at(50.0, 0.0, 0.0), ..sound },
     ];
-    for (i, request) in broken.iter().enumerate() {
-        assert!(first(&surfaces, request, 10).is_empty(), "case {i}");
+    for (i, query) in broken.iter().enumerate() {
+        assert!(first(&surfaces, query, 10).is_empty(), "case {i}");
     }
 }

@@ -180,7 +180,7 @@ fn tiles_with_a_gap_and_a_small_step_still_carry_together() {
 }
 
 #[test]
-fn whatever_stands_in_the_outline_is_refused() {
+fn any_obstacle_within_the_outline_is_rejected() {
     let obstacles = [
         block([0.02, 0.02, 0.5], [0.05, 0.0, 0.25]),
         (Shape::Sphere { radius: 0.02 }, at(0.05, 0.0, 0.0)),
@@ -220,15 +220,15 @@ fn each_reason_is_given() {
     assert_eq!(support(&scene, &at(f64::NAN, 0.0, 0.0)), Err(NoSupport::InvalidSole));
     assert_eq!(support(&narrow, &at(0.0, 0.0, 0.0)), Err(NoSupport::CentroidNearEdge));
     let few = FootPlacementConfig { support_elements_max: 1, ..Default::default() };
-    let crowded = Surfaces::new(&world(ibeams()), few.clone()).unwrap();
+    let exceeded = Surfaces::new(&world(ibeams()), few.clone()).unwrap();
     assert_eq!(
-        crowded.support(&mut Scratch::new(&few), &sole(), &at(-0.02, 0.0, 0.2)),
+        exceeded.support(&mut Scratch::new(&few), &sole(), &at(-0.02, 0.0, 0.2)),
         Err(NoSupport::TooManyElements)
     );
 }
 
 #[test]
-fn a_mesh_that_faces_down_is_told_from_an_obstacle() {
+fn a_mesh_that_faces_down_is_distinguished_from_an_obstacle() {
     let (mut ground, pose) = mesh(2.0, 4, |_, _| 0.0);
     assert!(support(&surfaces(vec![(ground.clone(), pose)]), &at(0.1, 0.0, 0.0)).is_ok());
     let Shape::Mesh { triangles, .. } = &mut ground else { panic!("not a mesh") };
@@ -239,7 +239,7 @@ fn a_mesh_that_faces_down_is_told_from_an_obstacle() {
 }
 
 #[test]
-fn hostile_soles_worlds_and_parameters_are_refused() {
+fn invalid_soles_worlds_and_parameters_are_rejected() {
     let scene = surfaces(vec![floor()]);
     let mut scratch = Scratch::new(scene.config());
     let clockwise: Vec<DVec2> = sole().into_iter().rev().collect();

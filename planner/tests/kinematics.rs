@@ -8,11 +8,11 @@ mod common;
 use common::{Hinge, chain_robot, hinge, hubo, random_positions, repository, with_split_hip};
 use glam::{DQuat, DVec3};
 use serde_json::Value;
-use surefoot_planner::body::{Body, Configuration};
+use surefoot_planner::body::{Configuration, Mechanism};
 use surefoot_planner::kinematics::leg::LegError;
 use surefoot_planner::kinematics::{Kinematics, Leg};
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::{JointKind, RobotModel};
@@ -128,7 +128,7 @@ fn every_link_and_the_centre_of_mass_stand_where_pinocchio_says() {
 /// Of a robot with a fixed link that has mass, and knees that slide: every second configuration
 /// moves the legs only, so that what they do not move is taken from the one before.
 #[test]
-fn a_snapshot_agrees_with_the_whole_tree_whatever_it_was_before() {
+fn a_kinematic_state_agrees_with_the_whole_tree_after_any_other() {
     let mut sliding = hubo();
     for joint in sliding
         .joints
@@ -138,21 +138,21 @@ fn a_snapshot_agrees_with_the_whole_tree_whatever_it_was_before() {
         (joint.kind, joint.axis) = (JointKind::Prismatic, DVec3::new(0.6, 0.0, 0.8));
     }
     for model in [hubo(), sliding] {
-        let (kinematics, body) =
-            (Kinematics::new(&model), Body::new(&model, &PlannerConfig::default()).unwrap());
+        let (kinematics, robot) =
+            (Kinematics::new(&model), Mechanism::new(&model, &PlannerConfig::default()).unwrap());
         assert!(
-            body.tree.nodes().len() < model.links.len()
-                && (1..body.tree.nodes().len()).contains(&body.tree.held_len())
+            robot.tree.nodes().len() < model.links.len()
+                && (1..robot.tree.nodes().len()).contains(&robot.tree.upper_body_len())
         );
         let mut poses = vec![Pose::IDENTITY; model.links.len()];
-        let mut snapshot = Snapshot::default();
+        let mut kinematic_state = KinematicState::default();
         let mut random = Random::new(1, Stream::Preparation, 0, 0);
-        let mut q = body.standing_q;
+        let mut q = robot.standing_q;
         for index in 0..1_000 {
             let drawn = random_positions(&model, 0.0, &mut random);
             let moves = |joint: &usize| {
                 index % 2 == 0
-                    || body
+                    || robot
                         .legs
                         .iter()
                         .any(|leg| leg.joints().iter().any(|known| known.index == *joint))
@@ -162,11 +162,14 @@ fn a_snapshot_agrees_with_the_whole_tree_whatever_it_was_before() {
                 || DVec3::from_array(std::array::from_fn(|_| random.uniform(-1.5, 1.5)));
             let world_from_root = Pose::from_parts(vector(), rotation_from_scaled_axis(vector()));
             kinematics.forward(&world_from_root, &q, &mut poses);
-            body.snapshot_into(&Configuration { world_from_root, q }, &mut snapshot);
-            assert!(snapshot.com.distance(kinematics.center_of_mass(&poses)) < 1e-12);
+            robot.update_kinematic_state(
+                &Configuration { world_from_root, q },
+                &mut kinematic_state,
+            );
+            assert!(kinematic_state.com.distance(kinematics.center_of_mass(&poses)) < 1e-12);
             for (link, pose) in poses.iter().enumerate() {
                 assert!(
-                    pose_error(&body.world_from_link(&snapshot, link), pose) < 1e-12,
+                    pose_error(&robot.world_from_link(&kinematic_state, link), pose) < 1e-12,
                     "{}",
                     model.links[link].name
                 );
@@ -176,7 +179,7 @@ fn a_snapshot_agrees_with_the_whole_tree_whatever_it_was_before() {
 }
 
 #[test]
-fn a_leg_knows_its_sole_as_the_whole_tree_does() {
+fn a_leg_agrees_with_the_whole_tree_on_its_sole() {
     let mut sliding = talos_hinges();
     sliding[3].kind = JointKind::Prismatic;
     sliding[3].limits = [-0.1, 0.2];

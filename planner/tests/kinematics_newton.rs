@@ -42,7 +42,7 @@ fn share_found(model: &RobotModel, stray: f64, samples: u64) -> f64 {
                 "sample {sample}"
             );
             assert!(
-                leg.joints().iter().all(|joint| joint.admits(q[joint.index])),
+                leg.joints().iter().all(|joint| joint.is_within_limits(q[joint.index])),
                 "sample {sample}"
             );
         }

@@ -6,16 +6,16 @@ mod common;
 
 use bytemuck::Zeroable;
 use common::{Case, chain_robot, hinge, run};
-use surefoot_planner::body::{BodyError, LINKS_MAX};
+use surefoot_planner::body::{LINKS_MAX, MechanismError};
 use surefoot_planner::collision::Hit;
 use surefoot_planner::constraint::Rejection;
 use surefoot_planner::foot_placement::{NoSupport, SurfacesError};
 use surefoot_planner::kinematics::leg::LegError;
 use surefoot_planner::motion::graph::ArenaFull;
-use surefoot_planner::outcome::{Bound, EndFault};
+use surefoot_planner::outcome::{Bound, EndpointError};
 use surefoot_planner::{Outcome, PlannerError, Status};
 use surefoot_shared_types::Shape;
-use surefoot_shared_types::config::{Mark, PlannerConfig};
+use surefoot_shared_types::config::{PlannerConfig, StancePose};
 use surefoot_shared_types::message::{Contact, Standing, SupportMode, Waypoint};
 use surefoot_shared_types::robot::{Foot, Link};
 
@@ -47,7 +47,7 @@ fn no_plan_leads_through_a_wall() {
 }
 
 #[test]
-fn the_budget_ends_a_search_with_the_first_piece_that_uses_it_up() {
+fn the_budget_ends_a_search_with_the_first_step_that_uses_it_up() {
     const WORK_MAX: u64 = 2_000;
     let mut planner = flat_walk().configured(|planner| planner.work_max = WORK_MAX).planner(1);
     let mut before = 0;
@@ -66,7 +66,7 @@ fn every_arena_that_is_full_is_named() {
         (|planner| planner.footholds_max = 20, ArenaFull::Footholds),
         (|planner| planner.transitions_max = 4, ArenaFull::Transitions),
         (|planner| planner.waypoints_max = 64, ArenaFull::Waypoints),
-        (|planner| planner.stations_max = 2, ArenaFull::Stations),
+        (|planner| planner.stations_max = 2, ArenaFull::TreeVertices),
     ];
     let parameters = serde_json::to_value(PlannerConfig::default()).unwrap();
     for (shrink, full) in cases {
@@ -94,7 +94,7 @@ fn a_plan_has_as_many_waypoints_as_it_may_and_no_more() {
 }
 
 #[test]
-fn soles_find_the_ground_near_their_prints() {
+fn soles_find_the_ground_near_their_ideal_poses() {
     let mut case = flat_walk();
     let left = case.scenario.start.world_from_soles()[0].translation;
     case.world.shapes.clear();
@@ -111,58 +111,58 @@ fn soles_find_the_ground_near_their_prints() {
     assert!((heights[0] - 0.07).abs() < 1e-3 && (heights[1] - 0.02).abs() < 1e-3, "{heights:?}");
 }
 
-type Spoil = fn(Case, &Mark) -> Case;
-type IsExpected = fn(&EndFault) -> bool;
+type Spoil = fn(Case, &StancePose) -> Case;
+type IsExpected = fn(&EndpointError) -> bool;
 
-/// What spoils a mark on the floor, and how the planner says so.
+/// What spoils a stance on the floor, and how the planner says so.
 const SPOILT: [(&str, Spoil, IsExpected); 5] = [
     ("the hole", without_floor, |fault| {
-        matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow })
+        matches!(fault, EndpointError::Unsupported { limb: 0, reason: NoSupport::NothingBelow })
     }),
     ("the block at the sole", block_under_left_sole, |fault| {
-        matches!(fault, EndFault::Unsupported { limb: 0, reason: NoSupport::Penetrates })
+        matches!(fault, EndpointError::Unsupported { limb: 0, reason: NoSupport::Penetrates })
     }),
     ("the bar above the right toes", bar_over_right_toes, |fault| {
-        *fault == EndFault::FootCollides { limb: 1 }
+        *fault == EndpointError::FootCollides { limb: 1 }
     }),
-    ("the wall through the body", wall_through_body, |fault| {
+    ("the wall through the robot", wall_through_body, |fault| {
         matches!(
             fault,
-            EndFault::NoPosture {
+            EndpointError::NoPosture {
                 rejection: Rejection::Collision,
                 hit: Some(Hit::World { shape: 1 | 2, .. })
             }
         )
     }),
     ("weak motors", weak_motors, |fault| {
-        *fault == EndFault::NoPosture { rejection: Rejection::Torque, hit: None }
+        *fault == EndpointError::NoPosture { rejection: Rejection::Torque, hit: None }
     }),
 ];
 
-fn without_floor(mut case: Case, _: &Mark) -> Case {
+fn without_floor(mut case: Case, _: &StancePose) -> Case {
     case.world.shapes.clear();
     case.with_box([5.0, 50.0, -0.25], [1.0, 1.0, 0.25])
 }
 
-fn block_under_left_sole(case: Case, mark: &Mark) -> Case {
-    let left = mark.world_from_soles()[0].translation;
+fn block_under_left_sole(case: Case, stance: &StancePose) -> Case {
+    let left = stance.world_from_soles()[0].translation;
     case.with_box([left.x, left.y, 0.005], [0.02, 0.02, 0.005])
 }
 
-fn bar_over_right_toes(case: Case, mark: &Mark) -> Case {
-    let right = mark.world_from_soles()[1].translation;
+fn bar_over_right_toes(case: Case, stance: &StancePose) -> Case {
+    let right = stance.world_from_soles()[1].translation;
     case.with_box([right.x + 0.13, right.y, 0.045], [0.02, 0.02, 0.015])
 }
 
-fn wall_through_body(case: Case, mark: &Mark) -> Case {
-    case.with_box([mark.position.x, mark.position.y, 1.0], [0.3, 1.0, 0.4])
+fn wall_through_body(case: Case, stance: &StancePose) -> Case {
+    case.with_box([stance.position.x, stance.position.y, 1.0], [0.3, 1.0, 0.4])
 }
 
-fn weak_motors(case: Case, _: &Mark) -> Case {
+fn weak_motors(case: Case, _: &StancePose) -> Case {
     case.configured(|planner| planner.effort_share = 1e-3)
 }
 
-/// A floor under the left and under the right mark, so that one can be spoilt without the other.
+/// A floor under the left and under the right stance, so that one can be spoilt without the other.
 fn two_floors() -> Case {
     let mut case = flat_walk();
     case.world.shapes.clear();
@@ -174,8 +174,8 @@ fn two_floors() -> Case {
 fn a_start_that_cannot_be_stood_on_says_why() {
     for (what, spoil, expected) in SPOILT {
         let case = flat_walk();
-        let mark = case.scenario.start;
-        match outcome_of(&spoil(case, &mark)) {
+        let stance = case.scenario.start;
+        match outcome_of(&spoil(case, &stance)) {
             Outcome::StartInvalid(fault) if expected(&fault) => {}
             other => panic!("{what}: {other:?}"),
         }
@@ -188,7 +188,10 @@ fn a_start_with_the_feet_too_far_apart_is_out_of_reach() {
     case.scenario.start.feet_apart = 1.7;
     assert_eq!(
         outcome_of(&case),
-        Outcome::StartInvalid(EndFault::NoPosture { rejection: Rejection::Unreachable, hit: None })
+        Outcome::StartInvalid(EndpointError::NoPosture {
+            rejection: Rejection::Unreachable,
+            hit: None
+        })
     );
 }
 
@@ -200,7 +203,7 @@ fn a_start_with_one_foot_through_the_other_collides_with_itself() {
     let outcome = run(&mut planner, STEP);
     let named = outcome.hit().map(|hit| planner.constraints().collision.describe(hit));
     assert_eq!(
-        (outcome.word(), named.as_deref()),
+        (outcome.name(), named.as_deref()),
         ("start_invalid", Some("link 'left_shin' meets link 'right_shin'"))
     );
 }
@@ -209,7 +212,7 @@ fn a_start_with_one_foot_through_the_other_collides_with_itself() {
 fn a_start_in_the_air_is_unsupported() {
     let mut case = flat_walk();
     case.scenario.start.position.z = 0.4;
-    let fault = EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow };
+    let fault = EndpointError::Unsupported { limb: 0, reason: NoSupport::NothingBelow };
     assert_eq!(outcome_of(&case), Outcome::StartInvalid(fault));
 }
 
@@ -224,7 +227,7 @@ fn standing_on_a_limb_that_no_biped_has_is_no_stance() {
     );
     let mut planner = case.planner(1);
     planner.begin_at(&case.world, &standing).unwrap();
-    assert_eq!(run(&mut planner, STEP), Outcome::StartInvalid(EndFault::UnknownStance));
+    assert_eq!(run(&mut planner, STEP), Outcome::StartInvalid(EndpointError::UnknownStance));
 }
 
 #[test]
@@ -234,21 +237,21 @@ fn a_goal_that_cannot_be_stood_on_says_why() {
     });
     for (what, spoil, expected) in hindered {
         let case = two_floors();
-        let mark = case.scenario.goal;
-        match outcome_of(&spoil(case, &mark)) {
+        let stance = case.scenario.goal;
+        match outcome_of(&spoil(case, &stance)) {
             Outcome::GoalInvalid(fault) if expected(&fault) => {}
             other => panic!("{what}: {other:?}"),
         }
     }
     let mut floating = flat_walk();
     floating.scenario.goal.position.z = 0.4;
-    let fault = EndFault::Unsupported { limb: 0, reason: NoSupport::NothingBelow };
+    let fault = EndpointError::Unsupported { limb: 0, reason: NoSupport::NothingBelow };
     assert_eq!(outcome_of(&floating), Outcome::GoalInvalid(fault));
 }
 
 #[test]
-fn every_outcome_has_its_own_words() {
-    let fault = EndFault::FootCollides { limb: 1 };
+fn every_outcome_has_its_own_message() {
+    let fault = EndpointError::FootCollides { limb: 1 };
     let outcomes = [
         Outcome::Found,
         Outcome::BudgetExhausted(Bound::Work),
@@ -260,7 +263,7 @@ fn every_outcome_has_its_own_words() {
         assert!(
             outcomes[..index]
                 .iter()
-                .all(|other| other.word() != outcome.word()
+                .all(|other| other.name() != outcome.name()
                     && other.describe() != outcome.describe())
         );
     }
@@ -275,11 +278,17 @@ fn refusal(case: &Case) -> PlannerError {
 fn robots_that_are_no_bipeds_are_refused() {
     let mut hopper = flat_walk();
     hopper.model.feet.pop();
-    assert!(matches!(refusal(&hopper), PlannerError::Body(BodyError::FeetCount { feet: 1 })));
+    assert!(matches!(
+        refusal(&hopper),
+        PlannerError::Mechanism(MechanismError::FeetCount { feet: 1 })
+    ));
 
     let mut tripod = flat_walk();
     tripod.model.feet.push(tripod.model.feet[0].clone());
-    assert!(matches!(refusal(&tripod), PlannerError::Body(BodyError::FeetCount { feet: 3 })));
+    assert!(matches!(
+        refusal(&tripod),
+        PlannerError::Mechanism(MechanismError::FeetCount { feet: 3 })
+    ));
 
     let mut stiff = flat_walk();
     let hinges: Vec<_> =
@@ -288,7 +297,7 @@ fn robots_that_are_no_bipeds_are_refused() {
     stiff.model.feet.push(Foot { link: 0, ..stiff.model.feet[0].clone() });
     assert!(matches!(
         refusal(&stiff),
-        PlannerError::Body(BodyError::Leg(LegError::JointCount { joints: 5, .. }))
+        PlannerError::Mechanism(MechanismError::Leg(LegError::JointCount { joints: 5, .. }))
     ));
 }
 
@@ -299,7 +308,7 @@ fn a_robot_of_too_many_links_is_refused() {
         Link { name: "bolt".into(), mass: 0.0, shapes: vec![], ..case.model.links[1].clone() };
     case.model.links.resize(LINKS_MAX + 1, bolt);
     assert!(
-        matches!(refusal(&case), PlannerError::Body(BodyError::TooManyLinks { links }) if links == LINKS_MAX + 1)
+        matches!(refusal(&case), PlannerError::Mechanism(MechanismError::TooManyLinks { links }) if links == LINKS_MAX + 1)
     );
 }
 

@@ -9,14 +9,16 @@ use common::{Case, run};
 use glam::DVec3;
 use surefoot_planner::Outcome;
 use surefoot_planner::body::Configuration;
-use surefoot_planner::collision::FootState;
+use surefoot_planner::collision::FootPhase;
 use surefoot_planner::constraint::{Constraints, Mode};
-use surefoot_planner::motion::shortcut::{Goal, Shortcutting, distance, length};
-use surefoot_planner::motion::swing::Travel;
-use surefoot_planner::motion::track::{Follower, Progress, State, Stretch, place_at};
+use surefoot_planner::motion::shortcut::{Pass, Shortcutting, distance, length};
+use surefoot_planner::motion::swing::MotionShape;
+use surefoot_planner::motion::track::{
+    LocalPath, LocalPlanner, ModeState, Progress, feasible_state,
+};
 use surefoot_planner::motion::workspace::Workspace;
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::recheck::{configuration_of, mode_of, recheck};
+use surefoot_planner::recheck::{configuration_of, mode_of, self_check};
 use surefoot_planner::rpg::{Planner, Tally};
 use surefoot_planner::stage::Stage;
 use surefoot_shared_types::digest::Digest;
@@ -55,7 +57,7 @@ fn motions_become_shorter_and_none_longer() {
     for (name, seed) in [("flat_walk", 1), ("ibeam_gap", 2), ("stairs", 3), ("cinder_blocks", 1)] {
         let [before, after] = [0.0, 1.0].map(|share| found(&case(name, seed, share), 1, u64::MAX));
         assert_eq!(before.steps(), after.steps(), "{name}");
-        recheck(after.constraints(), after.chunks()).unwrap();
+        self_check(after.constraints(), after.chunks()).unwrap();
         let [before, after] = [before, after].map(|planner| motions(planner.chunks()));
         assert_eq!(before.len(), after.len(), "{name}");
         for (old, new) in before.iter().zip(&after) {
@@ -132,62 +134,62 @@ fn a_step_never_exceeds_its_work() {
 }
 
 /// The robot on both feet at the start of a walk, and the mode it is in.
-fn standing(planner: &Planner) -> (Mode, State) {
+fn standing(planner: &Planner) -> (Mode, ModeState) {
     let chunk = &planner.chunks()[0];
     let mode = mode_of(chunk).unwrap();
     let configuration = configuration_of(&chunk.waypoints()[0]);
-    let state = State { configuration, world_from_soles: mode.world_from_soles };
+    let state = ModeState { configuration, world_from_soles: mode.world_from_soles };
     (mode, state)
 }
 
 /// The robot with its root moved aside, m.
-fn moved(constraints: &Constraints, mode: &Mode, state: &State, by: DVec3) -> State {
-    let mut wished = *state;
-    wished.configuration.world_from_root.translation += by;
-    place_at(constraints, mode, &wished).unwrap()
+fn moved(constraints: &Constraints, mode: &Mode, state: &ModeState, by: DVec3) -> ModeState {
+    let mut desired = *state;
+    desired.configuration.world_from_root.translation += by;
+    feasible_state(constraints, mode, &desired).unwrap()
 }
 
 /// A motion through the given states, its first one included.
-fn track_over(constraints: &Constraints, mode: &Mode, states: &[State]) -> Vec<Configuration> {
-    let mut track = vec![states[0].configuration];
+fn path_over(constraints: &Constraints, mode: &Mode, states: &[ModeState]) -> Vec<Configuration> {
+    let mut path = vec![states[0].configuration];
     for pair in states.windows(2) {
-        let stretch = Stretch {
+        let local_path = LocalPath {
             from: pair[0],
             to: pair[1],
             exact: true,
-            travel: Travel::STRAIGHT,
-            swing_foot: FootState::Free,
+            shape: MotionShape::STRAIGHT,
+            swing_foot: FootPhase::Swing,
         };
-        let mut follower = Follower::default();
-        follower.begin(constraints, &stretch);
+        let mut local_planner = LocalPlanner::default();
+        local_planner.begin(constraints, &local_path);
         loop {
-            let progress = follower.advance(constraints, mode).unwrap();
-            if progress != Progress::Nearer {
-                track.push(follower.here().configuration);
+            let progress = local_planner.advance(constraints, mode).unwrap();
+            if progress != Progress::ShorterStep {
+                path.push(local_planner.here().configuration);
             }
-            if progress == Progress::Arrived {
+            if progress == Progress::Reached {
                 break;
             }
         }
     }
-    track
+    path
 }
 
 fn shortened(
     constraints: &Constraints,
     mode: &Mode,
-    track: &[Configuration],
-    goal: Goal,
+    path: &[Configuration],
+    pass: Pass,
     work: u64,
 ) -> Vec<Configuration> {
     let mut workspace = Workspace::new(1024, 2);
-    workspace.track.extend_from_slice(track);
+    workspace.path.extend_from_slice(path);
     let mut search =
-        Shortcutting::new(goal, mode.clone(), Random::new(1, Stream::Shortcut, 0, 0), work);
+        Shortcutting::new(pass, mode.clone(), Random::new(1, Stream::Shortcut, 0, 0), work);
     while !search.has_ended() {
         search.advance(constraints, &mut workspace);
     }
-    workspace.track
+    workspace.path
 }
 
 #[test]
@@ -198,10 +200,10 @@ fn a_detour_is_cut_off_and_corners_are_rounded() {
     let at = |x: f64, z: f64| moved(constraints, &mode, &here, DVec3::new(x, 0.0, z));
     let (low, back, ahead) = (at(0.0, -0.02), at(-0.03, -0.1), at(0.03, -0.02));
     let [straight, detour] = [vec![low, ahead], vec![low, back, ahead]]
-        .map(|states| track_over(constraints, &mode, &states));
+        .map(|states| path_over(constraints, &mode, &states));
     assert!(length(&detour) > 1.5 * length(&straight));
 
-    let cut = shortened(constraints, &mode, &detour, Goal::Shortcuts, 10_000);
+    let cut = shortened(constraints, &mode, &detour, Pass::Shortcuts, 10_000);
     assert!(
         length(&cut) < 1.01 * length(&straight),
         "{} against {}",
@@ -213,9 +215,9 @@ fn a_detour_is_cut_off_and_corners_are_rounded() {
             && distance(cut.last().unwrap(), detour.last().unwrap()) < 1e-12
     );
 
-    let rounded = shortened(constraints, &mode, &detour, Goal::Corners, 10_000);
+    let rounded = shortened(constraints, &mode, &detour, Pass::Corners, 10_000);
     assert!(length(&rounded) < length(&detour) && rounded.len() <= detour.len());
 
-    let as_it_was = shortened(constraints, &mode, &detour, Goal::Shortcuts, 0);
+    let as_it_was = shortened(constraints, &mode, &detour, Pass::Shortcuts, 0);
     assert_eq!(as_it_was.len(), detour.len());
 }

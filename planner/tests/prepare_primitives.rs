@@ -12,16 +12,16 @@ mod common;
 use common::{Case, WALKS, hubo, preparation_for, repository, run};
 use glam::{DQuat, DVec3};
 use surefoot_planner::Outcome;
-use surefoot_planner::body::{Body, Configuration};
-use surefoot_planner::collision::{CollisionModel, FootState};
+use surefoot_planner::body::{Configuration, Mechanism};
+use surefoot_planner::collision::{CollisionModel, FootPhase};
 use surefoot_planner::constraint::{Constraints, Mode};
 use surefoot_planner::motion::foothold::{Foothold, double_mode, single_mode};
-use surefoot_planner::motion::primitive::stand::{PairOffset, Stand};
-use surefoot_planner::motion::primitive::{Emission, configuration, print_of};
-use surefoot_planner::motion::track::State;
+use surefoot_planner::motion::primitive::stand::{LevelSole, PairOffset};
+use surefoot_planner::motion::primitive::{PrimitiveTrajectory, configuration, placement_of};
+use surefoot_planner::motion::track::ModeState;
 use surefoot_planner::prepare::{Preparation, necessary, sufficient, sufficient_shift};
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::robot::RobotModel;
@@ -32,26 +32,26 @@ use surefoot_shared_types::{Pose, Shape};
 
 /// Seeds with which each scenario is planned.
 const SEEDS: u64 = 3;
-/// From one station to the next, m.
+/// Distance between two triples, m.
 const SPACING: f64 = 6.0;
 
 /// A stance placement and two of the other foot, each on a pedestal of its own, with obstacles
 /// about.
-struct Station {
+struct PlacementTriple {
     stance: Foothold,
     others: [Foothold; 2],
 }
 
-/// Draws what stations are made of.
+/// Draws placement triples and the world around them.
 struct Builder<'a> {
-    body: &'a Body,
+    robot: &'a Mechanism,
     preparation: Preparation<'a>,
     random: Random,
     shapes: Vec<WorldShape>,
 }
 
 impl Builder<'_> {
-    fn station(&mut self, index: usize) -> Station {
+    fn triple(&mut self, index: usize) -> PlacementTriple {
         let limb = self.random.below(2);
         let flat = index.is_multiple_of(3);
         let origin = DVec3::new(
@@ -59,11 +59,11 @@ impl Builder<'_> {
             SPACING * (index / 20) as f64,
             self.random.uniform(-1.0, 1.0),
         );
-        let stand = Stand { origin, yaw: self.random.uniform(-3.0, 3.0), tilt: 0.0 };
-        let stance = self.foothold(limb, &stand, flat);
+        let level_sole = LevelSole { origin, yaw: self.random.uniform(-3.0, 3.0), tilt: 0.0 };
+        let stance = self.foothold(limb, &level_sole, flat);
         let others = [0, 1].map(|_| {
             let offset = self.offset(limb, flat);
-            let other = stand.at_offset(&offset, 1 - limb);
+            let other = level_sole.at_offset(&offset, 1 - limb);
             self.foothold(1 - limb, &other, flat)
         });
         if flat {
@@ -86,7 +86,7 @@ impl Builder<'_> {
             let turned = rotation_about(DVec3::X, self.random.uniform(-3.0, 3.0));
             self.add_box(Pose::from_parts(origin + place, turned), half);
         }
-        Station { stance, others }
+        PlacementTriple { stance, others }
     }
 
     /// A pair in R_S.
@@ -103,13 +103,14 @@ impl Builder<'_> {
         }
     }
 
-    fn foothold(&mut self, limb: usize, stand: &Stand, flat: bool) -> Foothold {
+    fn foothold(&mut self, limb: usize, level_sole: &LevelSole, flat: bool) -> Foothold {
         let direction = self.random.uniform(-3.2, 3.2);
         let tilt = if flat { 0.0 } else { self.random.uniform(0.0, self.preparation.gait().tilt) };
         let tilted: DQuat =
             rotation_about(DVec3::new(libm::cos(direction), libm::sin(direction), 0.0), tilt);
-        let sole = stand.sole(&self.body.legs[limb], tilted * rotation_about(DVec3::Z, stand.yaw));
-        let polygon = &self.body.sole_polygons[limb];
+        let sole = level_sole
+            .sole(&self.robot.legs[limb], tilted * rotation_about(DVec3::Z, level_sole.yaw));
+        let polygon = &self.robot.sole_polygons[limb];
         if !flat {
             let corner =
                 polygon.iter().fold(glam::DVec2::ZERO, |corner, vertex| corner.max(vertex.abs()));
@@ -129,65 +130,72 @@ impl Builder<'_> {
 struct Checking<'a> {
     constraints: &'a Constraints,
     mode: Mode,
-    here: State,
+    here: ModeState,
     swing: Option<usize>,
     waypoints: usize,
     name: String,
 }
 
 impl Checking<'_> {
-    fn follow(&mut self, mut emission: Emission) {
-        while !emission.is_over() {
-            if let Some((state, foot)) = emission.advance(self.constraints).unwrap() {
+    fn follow(&mut self, mut trajectory: PrimitiveTrajectory) {
+        while !trajectory.is_over() {
+            if let Some((state, foot)) = trajectory.advance(self.constraints).unwrap() {
                 self.take(state, foot);
             }
         }
     }
 
-    fn take(&mut self, state: &State, foot: FootState) {
-        let body = &self.constraints.body;
-        let mut feet = [FootState::Stance; 2];
+    fn take(&mut self, state: &ModeState, foot: FootPhase) {
+        let robot = &self.constraints.robot;
+        let mut feet = [FootPhase::Stance; 2];
         if let Some(limb) = self.swing {
             feet[limb] = foot;
         }
-        let snapshots = [&self.here, state].map(|state| body.snapshot(&state.configuration));
-        let checked = self.constraints.check(&self.mode, &snapshots[1], feet);
+        let kinematic_states =
+            [&self.here, state].map(|state| robot.kinematic_state(&state.configuration));
+        let checked = self.constraints.check(&self.mode, &kinematic_states[1], feet);
         assert!(checked.is_ok(), "{}: waypoint {}: {checked:?}", self.name, self.waypoints);
-        let bound = self.constraints.collision.motion_bound(&snapshots[0], &snapshots[1]);
+        let bound =
+            self.constraints.collision.motion_bound(&kinematic_states[0], &kinematic_states[1]);
         let ends = [&self.here.configuration, &state.configuration];
-        let between =
-            self.constraints.check_between(&self.mode, ends, bound, feet, &mut Snapshot::default());
+        let between = self.constraints.check_between(
+            &self.mode,
+            ends,
+            bound,
+            feet,
+            &mut KinematicState::default(),
+        );
         assert!(between.is_ok(), "{}: before waypoint {}: {between:?}", self.name, self.waypoints);
         self.here = *state;
         self.waypoints += 1;
     }
 }
 
-/// Emits and checks every primitive of a station for which C_S holds; answers how many there were.
+/// Emits and checks every primitive of a triple for which C_S holds; answers how many there were.
 fn primitives_hold_at(
     constraints: &Constraints,
     preparation: &Preparation<'_>,
-    station: &Station,
+    triple: &PlacementTriple,
     name: &str,
 ) -> usize {
-    let (body, gait) = (&constraints.body, preparation.gait());
-    let Station { stance, others: [from, to] } = station;
+    let (robot, gait) = (&constraints.robot, preparation.gait());
+    let PlacementTriple { stance, others: [from, to] } = triple;
     let mut held = 0;
     let is_free = |other: &Foothold| {
         sufficient(
             preparation,
-            body,
+            robot,
             &constraints.collision,
-            &print_of(body, stance),
-            &print_of(body, other),
+            &placement_of(robot, stance),
+            &placement_of(robot, other),
         )
     };
     if is_free(from) && is_free(to) {
-        let here = configuration(body, gait, stance, from).unwrap();
+        let here = configuration(robot, gait, stance, from).unwrap();
         let mode = single_mode(stance);
         assert!(
             constraints
-                .check(&mode, &body.snapshot(&here.configuration), [FootState::Stance; 2])
+                .check(&mode, &robot.kinematic_state(&here.configuration), [FootPhase::Stance; 2])
                 .is_ok(),
             "{name}"
         );
@@ -199,19 +207,19 @@ fn primitives_hold_at(
             waypoints: 0,
             name: format!("swing {name}"),
         };
-        checking.follow(Emission::swing(constraints, gait, stance, [from, to]).unwrap());
+        checking.follow(PrimitiveTrajectory::swing(constraints, gait, stance, [from, to]).unwrap());
         assert!(checking.waypoints > 4);
         held += 1;
     }
     let [left, right] = if stance.limb == 0 { [stance, from] } else { [from, stance] };
     if sufficient_shift(
         preparation,
-        body,
+        robot,
         &constraints.collision,
-        &print_of(body, left),
-        &print_of(body, right),
+        &placement_of(robot, left),
+        &placement_of(robot, right),
     ) {
-        let here = configuration(body, gait, left, right).unwrap();
+        let here = configuration(robot, gait, left, right).unwrap();
         let mode = double_mode(left, right);
         let mut checking = Checking {
             constraints,
@@ -221,32 +229,32 @@ fn primitives_hold_at(
             waypoints: 0,
             name: format!("shift {name}"),
         };
-        checking.follow(Emission::shift(constraints, gait, [left, right]).unwrap());
+        checking.follow(PrimitiveTrajectory::shift(constraints, gait, [left, right]).unwrap());
         held += 1;
     }
     held
 }
 
-fn primitives_hold(model: &RobotModel, stations: usize, seed: u64) {
+fn primitives_hold(model: &RobotModel, triples: usize, seed: u64) {
     let config = PlannerConfig::default();
     let preparation = preparation_for(model, &config);
-    let body = Body::new(model, &config).unwrap();
+    let robot = Mechanism::new(model, &config).unwrap();
     let random = Random::new(seed, Stream::Preparation, 3, 0);
-    let mut builder = Builder { body: &body, preparation, random, shapes: vec![] };
-    let made: Vec<Station> = (0..stations).map(|index| builder.station(index)).collect();
+    let mut builder = Builder { robot: &robot, preparation, random, shapes: vec![] };
+    let made: Vec<PlacementTriple> = (0..triples).map(|index| builder.triple(index)).collect();
     let world =
         World { mu: 0.6, shapes: std::mem::take(&mut builder.shapes), digest: Digest::default() };
     let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
-    let constraints = Constraints { body: body.clone(), collision, config };
+    let constraints = Constraints { robot: robot.clone(), collision, config };
     let held: usize = made
         .iter()
         .enumerate()
-        .map(|(index, station)| {
-            primitives_hold_at(&constraints, &preparation, station, &format!("{index}"))
+        .map(|(index, triple)| {
+            primitives_hold_at(&constraints, &preparation, triple, &format!("{index}"))
         })
         .sum();
-    println!("{}: {held} primitives held over {stations} stations", model.name);
-    assert!(held * 4 > stations, "only {held} primitives over {stations} stations");
+    println!("{}: {held} primitives held over {triples} triples", model.name);
+    assert!(held * 4 > triples, "only {held} primitives over {triples} triples");
 }
 
 /// The Hubo with ankles that roll by no more than 0.26 rad, as those of many robots do.
@@ -337,7 +345,7 @@ fn primitives_hold_wherever_c_s_holds() {
     primitives_hold(&with_stiff_ankles(), 200, 1);
 }
 
-/// Four thousand stations of the shipped robot, or six hundred of each of other robots:
+/// Four thousand triples of the shipped robot, or six hundred of each of other robots:
 /// `SUREFOOT_ROBOTS=a/robot.toml:b/robot.toml cargo test --release -p surefoot-planner --test prepare_primitives -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes"]
@@ -360,19 +368,20 @@ fn walked() -> Vec<String> {
     names.filter(|name| !name.starts_with("no_way") && !name.starts_with("gauntlet")).collect()
 }
 
-/// The first configuration of the plan of a scenario to which C_N or R says no, if any.
+/// The first configuration of the plan of a scenario that violates C_N or R, if any.
 fn first_denial(case: &Case, preparation: &Preparation<'_>) -> Option<String> {
     let mut planner = case.planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "{}", case.scenario.name);
-    let Constraints { body, collision, .. } = planner.constraints();
+    let Constraints { robot, collision, .. } = planner.constraints();
     planner.chunks().iter().flat_map(|chunk| chunk.waypoints()).enumerate().find_map(
         |(index, waypoint)| {
             let world_from_root = waypoint.world_from_root();
-            let label = necessary(preparation, body, collision, &world_from_root);
-            let snapshot = body.snapshot(&Configuration { world_from_root, q: waypoint.q });
+            let label = necessary(preparation, robot, collision, &world_from_root);
+            let kinematic_state =
+                robot.kinematic_state(&Configuration { world_from_root, q: waypoint.q });
             let may_reach = |limb: usize| {
                 let root_from_sole =
-                    world_from_root.inverse() * body.world_from_sole(&snapshot, limb);
+                    world_from_root.inverse() * robot.world_from_sole(&kinematic_state, limb);
                 preparation.may_reach(limb, root_from_sole.translation)
             };
             let reached = [0, 1].map(may_reach);
@@ -399,10 +408,10 @@ fn c_n_fails_in_a_wall_and_high_above_the_ground() {
     let config = PlannerConfig::default();
     let preparation = preparation_for(&model, &config);
     let case = Case::shipped("flat_walk").with_box([3.0, 0.0, 1.0], [0.1, 0.8, 1.0]);
-    let body = Body::new(&model, &config).unwrap();
+    let robot = Mechanism::new(&model, &config).unwrap();
     let collision = CollisionModel::new(&model, &case.world, config.clearance).unwrap();
     let at = |x: f64, z: f64| {
-        necessary(&preparation, &body, &collision, &Pose::from_translation(DVec3::new(x, 0.0, z)))
+        necessary(&preparation, &robot, &collision, &Pose::from_translation(DVec3::new(x, 0.0, z)))
     };
     assert!(at(1.0, 0.8).holds() && at(1.0, 0.8).may_stand == [true; 2]);
     assert!(!at(3.0, 0.8).holds() && !at(1.0, 2.0).holds());

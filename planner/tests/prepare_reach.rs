@@ -1,5 +1,5 @@
 //! The reachable space R: that nothing reachable is left out, and that a damaged file is never
-//! believed [Grey 4.2.1].
+//! accepted [Grey 4.2.1].
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -95,7 +95,7 @@ fn the_same_robot_gives_the_same_bytes() {
 }
 
 #[test]
-fn a_damaged_file_is_never_believed() {
+fn a_damaged_file_is_rejected() {
     let model = hubo();
     let key = prepare::key(&model, &PlannerConfig::default());
     let words = preparation_of(&model);

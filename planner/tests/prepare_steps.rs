@@ -1,4 +1,4 @@
-//! The possible steps: hardly any pair of soles on which the robot can stand on one and touch the
+//! The step limits: hardly any pair of soles on which the robot can stand on one and touch the
 //! other is left out.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use common::{hubo, preparation_for};
 use glam::{DQuat, DVec3};
-use surefoot_planner::body::Body;
+use surefoot_planner::body::Mechanism;
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::Constraints;
 use surefoot_planner::motion::foothold::{Foothold, single_mode};
@@ -39,16 +39,16 @@ fn rotation(random: &mut Random, turn: f64) -> DQuat {
 /// count as possible.
 fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
     let config = PlannerConfig::default();
-    let steps = preparation_for(model, &config).possible_steps();
+    let steps = preparation_for(model, &config).step_limits();
     let world = World { mu: 0.6, shapes: vec![], digest: Default::default() };
-    let body = Body::new(model, &config).unwrap();
+    let robot = Mechanism::new(model, &config).unwrap();
     let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
-    let constraints = Constraints { body, collision, config };
+    let constraints = Constraints { robot, collision, config };
     let (mut found, mut left_out) = (0, 0);
     for index in 0..pairs {
         let mut random = Random::new(5, Stream::Preparation, 7, index);
         let limb = random.below(2);
-        let foothold = |limb: usize, pose: Pose| Foothold::whole(&constraints.body, limb, pose);
+        let foothold = |limb: usize, pose: Pose| Foothold::whole(&constraints.robot, limb, pose);
         let offset = DVec3::from_array([0.8, 0.8, 0.5].map(|side| random.uniform(-side, side)));
         let stance = foothold(limb, Pose::from_parts(DVec3::ZERO, rotation(&mut random, 0.0)));
         let turn = random.uniform(-0.8, 0.8);
@@ -75,7 +75,7 @@ fn hardly_a_step_that_sampling_finds_is_left_out() {
 #[test]
 fn soles_that_no_posture_holds_on_are_left_out() {
     let model = hubo();
-    let steps = preparation_for(&model, &PlannerConfig::default()).possible_steps();
+    let steps = preparation_for(&model, &PlannerConfig::default()).step_limits();
     let at = |x: f64, y: f64, z: f64| Pose::from_translation(DVec3::new(x, y, z));
     assert!(
         steps.may_touch(0, &Pose::IDENTITY, &at(0.2, -0.2, 0.0))
@@ -94,7 +94,7 @@ fn soles_that_no_posture_holds_on_are_left_out() {
         Pose::from_parts(pose.translation, pose.rotation * rotation_about(DVec3::Z, turn))
     };
     let beside = at(0.0, -0.25, 0.0);
-    assert!(!steps.may_touch(0, &Pose::IDENTITY, &at(0.0, -0.06, 0.0)), "the legs meet");
+    assert!(!steps.may_touch(0, &Pose::IDENTITY, &at(0.0, -0.06, 0.0)), "the legs collide");
     assert!(
         !steps.may_touch(0, &Pose::IDENTITY, &turned(&beside, 2.0)),
         "the leg does not turn that far"

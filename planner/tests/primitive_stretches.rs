@@ -11,7 +11,7 @@ mod common;
 
 use common::{Case, run};
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::recheck::recheck;
+use surefoot_planner::recheck::self_check;
 use surefoot_planner::{Outcome, Planner};
 
 #[test]
@@ -45,7 +45,7 @@ fn an_edge_beside_an_obstacle_is_left_to_the_search() {
         tally.primitives > 20 && tally.motions_found > 2 && tally.primitives_failed == 0,
         "{tally:?}"
     );
-    assert!(recheck(planner.constraints(), planner.chunks()).is_ok());
+    assert!(self_check(planner.constraints(), planner.chunks()).is_ok());
 }
 
 /// The floor with boxes lying and standing about on it, and a box or two under the feet.
@@ -75,7 +75,7 @@ fn primitives_hold(seeds: std::ops::Range<u64>) -> u64 {
         let tally = planner.tally();
         assert_eq!(tally.primitives_failed, 0, "seed {seed}");
         if outcome == Outcome::Found {
-            let checked = recheck(planner.constraints(), planner.chunks());
+            let checked = self_check(planner.constraints(), planner.chunks());
             assert!(checked.is_ok(), "seed {seed}: {checked:?}");
             primitives += tally.primitives;
         }

@@ -7,12 +7,12 @@ mod common;
 
 use common::{hubo, with_split_hip};
 use glam::{DQuat, DVec2, DVec3};
-use surefoot_planner::body::{Body, Configuration};
-use surefoot_planner::posture::{Posture, settle, unsettled};
-use surefoot_planner::projection::{Ground, project};
+use surefoot_planner::body::{Configuration, Mechanism};
+use surefoot_planner::posture::{Posture, initial_guess, solve_posture};
+use surefoot_planner::projection::{ProjectionTarget, project};
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::region::Region;
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::region::ConvexRegion;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::RobotModel;
@@ -29,98 +29,112 @@ fn stiff_ankled() -> RobotModel {
     model
 }
 
-fn body(model: &RobotModel) -> Body {
-    Body::new(model, &PlannerConfig::default()).unwrap()
+fn robot(model: &RobotModel) -> Mechanism {
+    Mechanism::new(model, &PlannerConfig::default()).unwrap()
 }
 
-fn sole_region(body: &Body, world_from_sole: &Pose) -> Region {
-    Region::seen_from_above(world_from_sole, &body.sole_polygons[0])
+fn sole_region(robot: &Mechanism, world_from_sole: &Pose) -> ConvexRegion {
+    ConvexRegion::seen_from_above(world_from_sole, &robot.sole_polygons[0])
 }
 
 /// Over the middle of the left sole, as the robot stands.
-fn upright(region: &Region, body: &Body) -> Posture {
+fn upright(region: &ConvexRegion, robot: &Mechanism) -> Posture {
     Posture {
         world_from_root: DQuat::IDENTITY,
-        reach_share: body.standing_reach_share,
+        leg_extension: robot.standing_leg_extension,
         com: region.centroid(),
     }
 }
 
-fn assert_stands(body: &Body, ground: &Ground<'_>, found: &Configuration) {
-    let snapshot = body.snapshot(found);
-    for (limb, sole) in ground.world_from_soles.iter().enumerate() {
-        let reached = body.world_from_sole(&snapshot, limb);
+fn assert_stands(robot: &Mechanism, target: &ProjectionTarget<'_>, found: &Configuration) {
+    let kinematic_state = robot.kinematic_state(found);
+    for (limb, sole) in target.world_from_soles.iter().enumerate() {
+        let reached = robot.world_from_sole(&kinematic_state, limb);
         assert!(reached.translation.distance(sole.translation) < 1e-8, "{reached:?} {sole:?}");
         assert!(rotation_distance(reached.rotation, sole.rotation) < 1e-7, "{reached:?} {sole:?}");
         assert!(
-            body.legs[limb].joints().iter().all(|joint| joint.admits(found.q[joint.index])),
+            robot.legs[limb]
+                .joints()
+                .iter()
+                .all(|joint| joint.is_within_limits(found.q[joint.index])),
             "{:?}",
             found.q
         );
     }
-    assert!(ground.region.holds(snapshot.com.truncate(), ground.com_margin), "{}", snapshot.com);
+    assert!(
+        target.region.contains(kinematic_state.com.truncate(), target.com_margin),
+        "{}",
+        kinematic_state.com
+    );
 }
 
 #[test]
 fn most_pairs_of_soles_that_some_posture_reaches_are_found() {
-    let body = body(&stiff_ankled());
+    let robot = robot(&stiff_ankled());
     let mut random = Random::new(5, Stream::Preparation, 0, 0);
-    let (mut found, mut settled, mut tried) = (0, 0, 0);
+    let (mut found, mut solved_upright, mut tried) = (0, 0, 0);
     while tried < 400 {
-        let mut made_from =
-            Configuration { world_from_root: Pose::from_translation(DVec3::Z), q: body.standing_q };
+        let mut made_from = Configuration {
+            world_from_root: Pose::from_translation(DVec3::Z),
+            q: robot.standing_q,
+        };
         let turns = [0.3, 0.3, 0.5].map(|half| random.uniform(-half, half));
         made_from.world_from_root.rotation = rotation_from_rpy(turns[0], turns[1], turns[2]);
-        for joint in body.legs.iter().flat_map(|leg| leg.joints()) {
+        for joint in robot.legs.iter().flat_map(|leg| leg.joints()) {
             let stray = random.uniform(-0.5, 0.5);
             made_from.q[joint.index] =
                 (made_from.q[joint.index] + stray).clamp(joint.lower, joint.upper);
         }
-        let snapshot = body.snapshot(&made_from);
-        let soles = [0, 1].map(|limb| body.world_from_sole(&snapshot, limb));
-        let region = sole_region(&body, &soles[0]);
-        if !region.holds(snapshot.com.truncate(), COM_MARGIN) {
+        let kinematic_state = robot.kinematic_state(&made_from);
+        let soles = [0, 1].map(|limb| robot.world_from_sole(&kinematic_state, limb));
+        let region = sole_region(&robot, &soles[0]);
+        if !region.contains(kinematic_state.com.truncate(), COM_MARGIN) {
             continue;
         }
         tried += 1;
-        settled +=
-            usize::from(settle(&body, &soles, &upright(&region, &body), body.standing_q).is_ok());
-        let ground = Ground { world_from_soles: &soles, region: &region, com_margin: COM_MARGIN };
-        let start = unsettled(&body, &soles, &upright(&region, &body), body.standing_q);
-        if let Some(configuration) = project(&body, &ground, &start, &mut Snapshot::default()) {
+        solved_upright += usize::from(
+            solve_posture(&robot, &soles, &upright(&region, &robot), robot.standing_q).is_ok(),
+        );
+        let target =
+            ProjectionTarget { world_from_soles: &soles, region: &region, com_margin: COM_MARGIN };
+        let start = initial_guess(&robot, &soles, &upright(&region, &robot), robot.standing_q);
+        if let Some(configuration) =
+            project(&robot, &target, &start, &mut KinematicState::default())
+        {
             found += 1;
-            assert_stands(&body, &ground, &configuration);
+            assert_stands(&robot, &target, &configuration);
         }
     }
     assert!(
-        found > tried / 2 && found > 3 * settled,
-        "{found} of {tried}, {settled} of them with the root upright"
+        found > tried / 2 && found > 3 * solved_upright,
+        "{found} of {tried}, {solved_upright} of them with the root upright"
     );
 }
 
 #[test]
 fn a_sole_tilted_beyond_the_upright_robots_reach_is_touched() {
-    let body = body(&stiff_ankled());
+    let robot = robot(&stiff_ankled());
     let soles = [(0.12, 0.0), (-0.12, -0.44)]
         .map(|(y, roll)| Pose::from_parts(DVec3::Y * y, rotation_about(DVec3::X, roll)));
-    let region = sole_region(&body, &soles[0]);
-    let ground = Ground { world_from_soles: &soles, region: &region, com_margin: COM_MARGIN };
+    let region = sole_region(&robot, &soles[0]);
+    let target =
+        ProjectionTarget { world_from_soles: &soles, region: &region, com_margin: COM_MARGIN };
     assert!(
-        settle(&body, &soles, &upright(&region, &body), body.standing_q).is_err(),
+        solve_posture(&robot, &soles, &upright(&region, &robot), robot.standing_q).is_err(),
         "the root must lean"
     );
-    let start = unsettled(&body, &soles, &upright(&region, &body), body.standing_q);
-    let found = project(&body, &ground, &start, &mut Snapshot::default()).unwrap();
-    assert_stands(&body, &ground, &found);
+    let start = initial_guess(&robot, &soles, &upright(&region, &robot), robot.standing_q);
+    let found = project(&robot, &target, &start, &mut KinematicState::default()).unwrap();
+    assert_stands(&robot, &target, &found);
 }
 
 #[test]
 fn what_is_too_far_is_not_found() {
-    let body = body(&stiff_ankled());
+    let robot = robot(&stiff_ankled());
     let soles = [1.2, -1.2].map(|y| Pose::from_translation(DVec3::Y * y));
     let region =
-        Region::hull([(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)].map(DVec2::from));
-    let ground = Ground { world_from_soles: &soles, region: &region, com_margin: 0.0 };
-    let start = unsettled(&body, &soles, &upright(&region, &body), body.standing_q);
-    assert_eq!(project(&body, &ground, &start, &mut Snapshot::default()), None);
+        ConvexRegion::hull([(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)].map(DVec2::from));
+    let target = ProjectionTarget { world_from_soles: &soles, region: &region, com_margin: 0.0 };
+    let start = initial_guess(&robot, &soles, &upright(&region, &robot), robot.standing_q);
+    assert_eq!(project(&robot, &target, &start, &mut KinematicState::default()), None);
 }

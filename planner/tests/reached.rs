@@ -7,16 +7,16 @@ mod common;
 
 use common::{Case, hubo, preparation_for};
 use glam::{DVec2, DVec3};
-use surefoot_planner::body::Body;
+use surefoot_planner::body::Mechanism;
 use surefoot_planner::collision::CollisionModel;
 use surefoot_planner::constraint::{Constraints, Rejection};
 use surefoot_planner::ends::{End, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::foothold::{Foothold, single_mode};
-use surefoot_planner::motion::graph::{Graph, Prior};
+use surefoot_planner::motion::graph::{ModeGraph, TransitionPrior};
 use surefoot_planner::motion::sampling::ATTEMPTS_MAX;
 use surefoot_planner::motion::transition::{
-    REACHING, TransitionPair, is_reached, posture_that_holds, sample,
+    FAR_REACHING_POSTURES, TransitionPair, first_valid_posture, is_reached, sample,
 };
 use surefoot_planner::seeding::{Seeding, VARIATIONS_MAX, judge};
 use surefoot_shared_types::Pose;
@@ -31,9 +31,9 @@ struct Stand {
 fn stand() -> Stand {
     let case = Case::shipped("flat_walk");
     let config = case.scenario.planner.clone();
-    let body = Body::new(&case.model, &config).unwrap();
+    let robot = Mechanism::new(&case.model, &config).unwrap();
     let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
-    let constraints = Constraints { body, collision, config };
+    let constraints = Constraints { robot, collision, config };
     let placement = FootPlacementConfig::default();
     let mut scratch = Scratch::new(&placement);
     let surfaces = Surfaces::new(&case.world, placement).unwrap();
@@ -59,30 +59,30 @@ impl Stand {
     }
 
     /// What the transition begins with that has the left foot as stance.
-    fn judged(&self, other: &Foothold) -> Prior {
-        self.judged_where(other, false)
+    fn prior(&self, other: &Foothold) -> TransitionPrior {
+        self.prior_where(other, false)
     }
 
-    /// The same, where scant support `may_be_scant`.
-    fn judged_where(&self, other: &Foothold, may_be_scant: bool) -> Prior {
-        let mut graph = Graph::new(2, 2, 1, 1.0);
+    /// The same, where scant support `may_be_partial`.
+    fn prior_where(&self, other: &Foothold, may_be_partial: bool) -> TransitionPrior {
+        let mut graph = ModeGraph::new(2, 2, 1, 1.0);
         let [left, right] = [&self.end.footholds[0], other]
             .map(|foothold| graph.add_foothold(foothold.clone()).unwrap());
         graph.connect(left, right).unwrap();
-        judge(&self.constraints, graph.find(left, right).unwrap(), &graph, may_be_scant)
+        judge(&self.constraints, graph.find(left, right).unwrap(), &graph, may_be_partial)
     }
 }
 
 #[test]
-fn what_no_posture_reaches_is_dear_and_not_forbidden() {
+fn what_no_posture_reaches_costs_more_and_is_not_forbidden() {
     let stand = stand();
     let (near, far) =
         (stand.right(DVec3::new(0.25, 0.0, 0.0)), stand.right(DVec3::new(0.85, 0.0, 0.0)));
     assert!(stand.is_reached(&near) && !stand.is_reached(&far));
-    let (near, far) = (stand.judged(&near), stand.judged(&far));
-    assert_eq!(near, Prior::default());
+    let (near, far) = (stand.prior(&near), stand.prior(&far));
+    assert_eq!(near, TransitionPrior::default());
     assert!(
-        far.attempts == ATTEMPTS_MAX && far.surcharge > ATTEMPTS_MAX,
+        far.attempts == ATTEMPTS_MAX && far.extra_attempts > ATTEMPTS_MAX,
         "its cost counts more attempts than were spared: {far:?}"
     );
 }
@@ -92,13 +92,13 @@ fn crossed_feet_are_less_likely_than_the_same_step_uncrossed() {
     let stand = stand();
     let width = stand.end.footholds[0].distance(&stand.end.footholds[1]);
     let [uncrossed, crossed] =
-        [0.97, 1.03].map(|share| stand.judged(&stand.right(DVec3::new(0.3, share * width, 0.0))));
+        [0.97, 1.03].map(|share| stand.prior(&stand.right(DVec3::new(0.3, share * width, 0.0))));
     assert_eq!(uncrossed.attempts, crossed.attempts, "the postures do not mind a few millimetres");
-    assert!(crossed.surcharge > uncrossed.surcharge);
+    assert!(crossed.extra_attempts > uncrossed.extra_attempts);
 }
 
 #[test]
-fn a_placement_that_carries_half_of_a_sole_is_dearer_until_that_may_be() {
+fn partial_support_costs_more_unless_it_is_allowed() {
     let stand = stand();
     let whole = stand.right(DVec3::new(0.2, 0.0, 0.0));
     let half = Foothold::new(
@@ -106,20 +106,20 @@ fn a_placement_that_carries_half_of_a_sole_is_dearer_until_that_may_be() {
         whole.world_from_sole,
         whole.support.iter().map(|corner| DVec2::new(corner.x.max(0.02), corner.y)).collect(),
     );
-    assert_eq!(stand.judged(&whole).surcharge, 0);
-    assert!(stand.judged(&half).surcharge > 0);
-    assert_eq!(stand.judged_where(&half, true).surcharge, 0);
+    assert_eq!(stand.prior(&whole).extra_attempts, 0);
+    assert!(stand.prior(&half).extra_attempts > 0);
+    assert_eq!(stand.prior_where(&half, true).extra_attempts, 0);
 }
 
 #[test]
-fn a_step_too_long_is_varied_until_it_is_reached() {
+fn a_step_too_long_is_perturbed_until_it_is_reached() {
     let mut stand = stand();
     let (left, far) = (stand.end.footholds[0].clone(), stand.right(DVec3::new(0.8, 0.0, 0.0)));
     assert!(!stand.is_reached(&far));
-    let mut graph = Graph::new(4, 2, 1, 1.0);
+    let mut graph = ModeGraph::new(4, 2, 1, 1.0);
     let [a, b] = [left, far].map(|foothold| graph.add_foothold(foothold).unwrap());
     graph.connect(a, b).unwrap();
-    let steps = preparation_for(&hubo(), &stand.constraints.config).possible_steps();
+    let steps = preparation_for(&hubo(), &stand.constraints.config).step_limits();
     let seeding =
         Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, steps, seed: 1 };
     let mut vary = |tried| seeding.variation(0, (tried as u64, 0), &graph, &mut stand.scratch);
@@ -132,7 +132,7 @@ fn a_step_too_long_is_varied_until_it_is_reached() {
 }
 
 #[test]
-fn legs_that_cross_are_as_dear_as_what_is_out_of_reach() {
+fn crossing_legs_cost_as_much_as_what_is_out_of_reach() {
     let stand = stand();
     let (stance, width) = (&stand.end.footholds[0], 0.35);
     let other = stand.right(DVec3::new(0.3, width, 0.0));
@@ -142,15 +142,15 @@ fn legs_that_cross_are_as_dear_as_what_is_out_of_reach() {
         "each leg by itself reaches its placement"
     );
     assert_eq!(
-        posture_that_holds(&stand.constraints, &mode, pair),
+        first_valid_posture(&stand.constraints, &mode, pair),
         None,
         "the right foot is left of the left one"
     );
     let side_by_side = TransitionPair { stance, other: &stand.end.footholds[1] };
-    assert_eq!(posture_that_holds(&stand.constraints, &mode, side_by_side), Some(0));
+    assert_eq!(first_valid_posture(&stand.constraints, &mode, side_by_side), Some(0));
     let holds =
         |attempt: u64| sample(&stand.constraints, &mode, side_by_side, (1, 0), attempt).is_ok();
-    assert!(REACHING.into_iter().all(holds), "and so do the others");
+    assert!(FAR_REACHING_POSTURES.into_iter().all(holds), "and so do the others");
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn what_is_not_reached_fails_in_the_postures_that_reach_farthest() {
         }
         unreached += 1;
         let pair = TransitionPair { stance, other: &other };
-        for attempt in REACHING {
+        for attempt in FAR_REACHING_POSTURES {
             let found = sample(&stand.constraints, &mode, pair, (1, 0), attempt).map(|_| ());
             assert!(
                 matches!(found, Err(Rejection::Unreachable | Rejection::Balance)),

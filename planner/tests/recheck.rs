@@ -7,14 +7,14 @@ mod common;
 use common::{Case, WALKS, run};
 use surefoot_planner::Outcome;
 use surefoot_planner::constraint::Rejection;
-use surefoot_planner::recheck::{Fault, recheck};
+use surefoot_planner::recheck::{SelfCheckError, self_check};
 
 #[test]
-fn every_plan_holds_when_it_is_checked_again() {
+fn every_plan_passes_its_self_check() {
     for name in WALKS {
         let mut planner = Case::shipped(name).planner(1);
         assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "{name}");
-        let done = recheck(planner.constraints(), planner.chunks()).unwrap();
+        let done = self_check(planner.constraints(), planner.chunks()).unwrap();
         let waypoints: u64 =
             planner.chunks().iter().map(|chunk| u64::from(chunk.waypoints_len)).sum();
         assert_eq!(done.waypoints, waypoints, "{name}");
@@ -32,9 +32,10 @@ fn damage_is_found_where_it_is() {
     let check = |change: &dyn Fn(&mut surefoot_shared_types::message::PlanChunk)| {
         let mut chunks = planner.chunks().to_vec();
         change(&mut chunks[3]);
-        recheck(planner.constraints(), &chunks).unwrap_err()
+        self_check(planner.constraints(), &chunks).unwrap_err()
     };
-    let fault = |waypoint, rejection| Fault { chunk: 3, waypoint, rejection: Some(rejection) };
+    let fault =
+        |waypoint, rejection| SelfCheckError { chunk: 3, waypoint, rejection: Some(rejection) };
     assert_eq!(
         check(&|chunk| chunk.waypoints[2].root_position[1] += 0.5),
         fault(2, Rejection::Balance)
@@ -47,5 +48,8 @@ fn damage_is_found_where_it_is() {
         check(&|chunk| chunk.waypoints[2].root_position[2] += 0.004),
         fault(2, Rejection::FootDrift)
     );
-    assert_eq!(check(&|chunk| chunk.mode = 77), Fault { chunk: 3, waypoint: 0, rejection: None });
+    assert_eq!(
+        check(&|chunk| chunk.mode = 77),
+        SelfCheckError { chunk: 3, waypoint: 0, rejection: None }
+    );
 }

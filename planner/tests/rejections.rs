@@ -1,4 +1,4 @@
-//! Every condition turns down what violates it, and only that.
+//! Every condition rejects what violates it, and only that.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -6,21 +6,21 @@ mod common;
 
 use common::Case;
 use glam::DVec2;
-use surefoot_planner::body::{Body, Configuration};
-use surefoot_planner::collision::{CollisionModel, FootState};
+use surefoot_planner::body::{Configuration, Mechanism};
+use surefoot_planner::collision::{CollisionModel, FootPhase};
 use surefoot_planner::constraint::{Constraints, Mode, Rejection, midway};
 use surefoot_planner::ends::{End, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::foothold::{double_mode, single_mode};
-use surefoot_planner::motion::single_mode::{Problem, solve};
-use surefoot_planner::motion::track::State;
+use surefoot_planner::motion::single_mode::{SingleModeProblem, solve};
+use surefoot_planner::motion::track::ModeState;
 use surefoot_planner::motion::workspace::Workspace;
-use surefoot_planner::posture::{Posture, settle};
-use surefoot_planner::region::Region;
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::posture::{Posture, solve_posture};
+use surefoot_planner::region::ConvexRegion;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_shared_types::spatial::rotation_about;
 
-const STANCE: [FootState; 2] = [FootState::Stance; 2];
+const STANCE: [FootPhase; 2] = [FootPhase::Stance; 2];
 
 /// A robot that stands in its world.
 struct Stand {
@@ -32,9 +32,9 @@ struct Stand {
 
 fn constraints_of(case: &Case) -> Constraints {
     let config = case.scenario.planner.clone();
-    let body = Body::new(&case.model, &config).unwrap();
+    let robot = Mechanism::new(&case.model, &config).unwrap();
     let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
-    Constraints { body, collision, config }
+    Constraints { robot, collision, config }
 }
 
 fn stand() -> Stand {
@@ -64,19 +64,20 @@ impl Stand {
         configuration
     }
 
-    fn snapshot(&self, configuration: &Configuration) -> Snapshot {
-        self.constraints.body.snapshot(configuration)
+    fn kinematic_state(&self, configuration: &Configuration) -> KinematicState {
+        self.constraints.robot.kinematic_state(configuration)
     }
 
     fn check(&self, configuration: &Configuration) -> Result<(), Rejection> {
-        self.constraints.check(&self.mode, &self.snapshot(configuration), STANCE)
+        self.constraints.check(&self.mode, &self.kinematic_state(configuration), STANCE)
     }
 
     fn check_between(&self, a: &Configuration, b: &Configuration) -> Result<(), Rejection> {
-        let snapshots = [a, b].map(|configuration| self.snapshot(configuration));
-        let bound = self.constraints.collision.motion_bound(&snapshots[0], &snapshots[1]);
+        let kinematic_states = [a, b].map(|configuration| self.kinematic_state(configuration));
+        let bound =
+            self.constraints.collision.motion_bound(&kinematic_states[0], &kinematic_states[1]);
         self.constraints
-            .check_between(&self.mode, [a, b], bound, STANCE, &mut Snapshot::default())
+            .check_between(&self.mode, [a, b], bound, STANCE, &mut KinematicState::default())
             .map(|_| ())
     }
 
@@ -84,18 +85,19 @@ impl Stand {
     fn crouched(&self) -> Configuration {
         let posture = Posture {
             world_from_root: rotation_about(glam::DVec3::Z, self.case.scenario.start.yaw),
-            reach_share: 0.8 * self.constraints.body.standing_reach_share,
-            com: self.snapshot(&self.configuration()).com.truncate(),
+            leg_extension: 0.8 * self.constraints.robot.standing_leg_extension,
+            com: self.kinematic_state(&self.configuration()).com.truncate(),
         };
         let soles = self.end.state.world_from_soles;
-        settle(&self.constraints.body, &soles, &posture, self.configuration().q).unwrap().0
+        solve_posture(&self.constraints.robot, &soles, &posture, self.configuration().q).unwrap().0
     }
 
     /// A small box where the left hand is in a configuration.
     fn with_box_at_hand(mut self, configuration: &Configuration) -> Self {
         let hand = self.case.model.links.iter().position(|link| link.name == "left_hand").unwrap();
-        let center = self.constraints.body.world_from_link(&self.snapshot(configuration), hand)
-            * self.case.model.links[hand].com;
+        let center =
+            self.constraints.robot.world_from_link(&self.kinematic_state(configuration), hand)
+                * self.case.model.links[hand].com;
         self.case = self.case.with_box(center.to_array(), [0.02; 3]);
         self.constraints = constraints_of(&self.case);
         self
@@ -111,10 +113,10 @@ fn feet_too_far_apart() -> Result<(), Rejection> {
     soles[0].translation.y += 1.5;
     let posture = Posture {
         world_from_root: soles[1].rotation,
-        reach_share: 0.9,
+        leg_extension: 0.9,
         com: soles[1].translation.truncate(),
     };
-    settle(&stand.constraints.body, &soles, &posture, stand.configuration().q).map(|_| ())
+    solve_posture(&stand.constraints.robot, &soles, &posture, stand.configuration().q).map(|_| ())
 }
 
 fn centre_of_mass_beside_the_only_foot() -> Result<(), Rejection> {
@@ -126,9 +128,9 @@ fn centre_of_mass_beside_the_only_foot() -> Result<(), Rejection> {
 fn centre_of_mass_leaves_between_waypoints() -> Result<(), Rejection> {
     let mut stand = stand();
     let (a, b) = (stand.moved(&ARM_FORWARD), stand.moved(&ARM_BACK));
-    let away = stand.snapshot(&midway(&a, &b, 0.5)).com.truncate() + DVec2::new(0.2, 0.0);
+    let away = stand.kinematic_state(&midway(&a, &b, 0.5)).com.truncate() + DVec2::new(0.2, 0.0);
     let corners = [(-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1)];
-    stand.mode.region = Region::hull(corners.map(|corner| away + DVec2::from(corner)));
+    stand.mode.region = ConvexRegion::hull(corners.map(|corner| away + DVec2::from(corner)));
     stand.check_between(&a, &b)
 }
 
@@ -159,18 +161,18 @@ fn legs_crossed() -> Result<(), Rejection> {
     stand.check(&stand.moved(&[("left_hip_roll", -0.3), ("right_hip_roll", 0.3)]))
 }
 
-fn crouch_in_one_leap() -> Result<(), Rejection> {
+fn crouch_in_one_step() -> Result<(), Rejection> {
     let stand = stand();
     stand.check_between(&stand.configuration(), &stand.crouched())
 }
 
 fn more_waypoints_than_there_is_room_for() -> Result<(), Rejection> {
     let stand = stand();
-    let to = State {
+    let to = ModeState {
         configuration: stand.crouched(),
         world_from_soles: stand.end.state.world_from_soles,
     };
-    let problem = Problem {
+    let problem = SingleModeProblem {
         mode: stand.mode.clone(),
         from: stand.end.state,
         to,
@@ -182,7 +184,7 @@ fn more_waypoints_than_there_is_room_for() -> Result<(), Rejection> {
 
 type Violate = fn() -> Result<(), Rejection>;
 
-/// What is turned down, and as what.
+/// What is rejected, and as what.
 const CASES: [(Violate, Rejection); 9] = [
     (feet_too_far_apart, Rejection::Unreachable),
     (centre_of_mass_beside_the_only_foot, Rejection::Balance),
@@ -191,12 +193,12 @@ const CASES: [(Violate, Rejection); 9] = [
     (hand_in_a_box, Rejection::Collision),
     (hand_through_a_box, Rejection::Collision),
     (legs_crossed, Rejection::SelfCollision),
-    (crouch_in_one_leap, Rejection::FootDrift),
+    (crouch_in_one_step, Rejection::FootDrift),
     (more_waypoints_than_there_is_room_for, Rejection::Discontinuous),
 ];
 
 #[test]
-fn each_violation_is_turned_down_as_what_it_is() {
+fn each_violation_is_rejected_with_its_own_kind() {
     for (index, (violate, rejection)) in CASES.iter().enumerate() {
         assert_eq!(violate(), Err(*rejection), "case {index}");
     }
@@ -207,22 +209,22 @@ fn no_kind_of_rejection_goes_untested() {
     let tested = |kind: &usize| CASES.iter().any(|(_, rejection)| *rejection as usize == *kind);
     let untested: Vec<&str> = (0..Rejection::COUNT)
         .filter(|kind| !tested(kind))
-        .map(|kind| Rejection::WORDS[kind])
+        .map(|kind| Rejection::NAMES[kind])
         .collect();
     assert!(untested.is_empty(), "{untested:?}");
 }
 
 #[test]
-fn what_violates_nothing_is_not_turned_down() {
+fn what_violates_nothing_is_not_rejected() {
     let stand = stand();
     assert_eq!(stand.check(&stand.configuration()), Ok(()));
     assert_eq!(stand.check(&stand.crouched()), Ok(()));
     assert_eq!(stand.check_between(&stand.moved(&ARM_FORWARD), &stand.moved(&ARM_BACK)), Ok(()));
-    let to = State {
+    let to = ModeState {
         configuration: stand.crouched(),
         world_from_soles: stand.end.state.world_from_soles,
     };
-    let problem = Problem {
+    let problem = SingleModeProblem {
         mode: stand.mode.clone(),
         from: stand.end.state,
         to,

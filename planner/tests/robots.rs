@@ -8,15 +8,15 @@ mod common;
 use common::{Case, hubo, run};
 use glam::{DVec2, DVec3};
 use surefoot_planner::Outcome;
-use surefoot_planner::body::{Body, Configuration};
+use surefoot_planner::body::{Configuration, Mechanism};
 use surefoot_planner::statics::FootLoad;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::robot::{Attachment, Joint, Link, RobotModel};
 
-fn body(model: &RobotModel) -> Body {
-    Body::new(model, &PlannerConfig::default()).unwrap()
+fn robot(model: &RobotModel) -> Mechanism {
+    Mechanism::new(model, &PlannerConfig::default()).unwrap()
 }
 
 /// The Hubo whose joints of a kind have another effort, N m.
@@ -130,18 +130,22 @@ fn finds_a_walk(model: RobotModel) -> bool {
 
 #[test]
 fn a_weak_ankle_holds_the_weight_near_its_axis_alone() {
-    let strong = body(&hubo());
-    assert_eq!(strong.ankles[0].clip(&strong.sole_polygons[0]).as_slice(), strong.sole_polygons[0]);
-    let weak = body(&with_effort("ankle_pitch", 40.0));
-    let held = weak.ankles[0].clip(&weak.sole_polygons[0]);
-    let toe = held.iter().fold(f64::NEG_INFINITY, |most, corner| most.max(corner.x))
+    let strong = robot(&hubo());
+    assert_eq!(
+        strong.ankle_limits[0].clip(&strong.sole_polygons[0]).as_slice(),
+        strong.sole_polygons[0]
+    );
+    let weak = robot(&with_effort("ankle_pitch", 40.0));
+    let supported = weak.ankle_limits[0].clip(&weak.sole_polygons[0]);
+    let toe = supported.iter().fold(f64::NEG_INFINITY, |most, corner| most.max(corner.x))
         - PlannerConfig::default().com_margin;
-    let snapshot =
-        weak.snapshot(&Configuration { world_from_root: Pose::IDENTITY, q: weak.standing_q });
+    let kinematic_state = weak
+        .kinematic_state(&Configuration { world_from_root: Pose::IDENTITY, q: weak.standing_q });
     let effort_use = |x: f64| {
-        let point = (weak.world_from_sole(&snapshot, 0) * DVec3::new(x, 0.0, 0.0)).truncate();
+        let point =
+            (weak.world_from_sole(&kinematic_state, 0) * DVec3::new(x, 0.0, 0.0)).truncate();
         weak.statics.effort_use(
-            &snapshot,
+            &kinematic_state,
             &[FootLoad { share: 1.0, point }, FootLoad { share: 0.0, point: DVec2::ZERO }],
         )
     };
@@ -160,11 +164,14 @@ fn a_robot_with_weak_ankles_walks() {
 
 #[test]
 fn a_robot_leans_over_a_weak_hip_and_no_other() {
-    assert_eq!(body(&hubo()).carriages.map(|carriage| carriage.rotation), [[0.0; 2]; 2]);
-    let needed = body(&hubo()).carriages[0].effort_use;
+    assert_eq!(
+        robot(&hubo()).single_support_postures.map(|posture| posture.rotation),
+        [[0.0; 2]; 2]
+    );
+    let needed = robot(&hubo()).single_support_postures[0].effort_use;
     let hip = hubo().joints.iter().find(|joint| joint.name == "left_hip_roll").unwrap().effort;
     let model = with_effort("hip_roll", 0.85 * needed * hip);
-    let [left, right] = body(&model).carriages;
+    let [left, right] = robot(&model).single_support_postures;
     assert!(
         left.effort_use < 1.0 && right.effort_use < 1.0,
         "{} {}",
@@ -188,36 +195,39 @@ fn a_trunk_leans_over_a_foot_whose_ankle_hardly_rolls() {
         (joint.lower, joint.upper) = (-0.2, 0.2);
     }
     let waist = model.joints.iter().position(|joint| joint.name == "waist_yaw").unwrap();
-    let turning = body(&model).carriages;
+    let turning = robot(&model).single_support_postures;
     assert!(
-        turning.iter().all(|carriage| carriage.lacking_room > 0.0 && carriage.q[waist] == 0.0),
+        turning.iter().all(|posture| posture.margin_deficit > 0.0 && posture.q[waist] == 0.0),
         "turning the trunk does not help"
     );
     (model.joints[waist].axis, model.joints[waist].lower, model.joints[waist].upper) =
         (DVec3::X, -0.5, 0.5);
-    let [left, right] = body(&model).carriages;
-    assert!(left.lacking_room < turning[0].lacking_room && left.rotation == [0.0; 2], "{left:?}");
+    let [left, right] = robot(&model).single_support_postures;
+    assert!(
+        left.margin_deficit < turning[0].margin_deficit && left.rotation == [0.0; 2],
+        "{left:?}"
+    );
     assert!(left.q[waist] < -0.1 && right.q[waist] > 0.1, "{} {}", left.q[waist], right.q[waist]);
     model.digest = Digest::of(&[b"rolling waist"]);
     assert!(finds_a_walk(model));
 }
 
 #[test]
-fn a_joint_that_carries_both_legs_is_held() {
+fn a_joint_that_carries_both_legs_does_not_move() {
     let model = with_waist();
-    let body = body(&model);
+    let robot = robot(&model);
     let waist = model.joints.len() - 1;
-    assert!(body.legs.iter().all(|leg| leg.joints().iter().all(|joint| joint.index != waist)));
+    assert!(robot.legs.iter().all(|leg| leg.joints().iter().all(|joint| joint.index != waist)));
     let soles = [0.12, -0.09].map(|y| Pose::from_translation(DVec3::new(y, y, 0.0)));
-    let height = -0.97 * body.legs[0].root_from_sole(&body.standing_q).translation.z;
+    let height = -0.97 * robot.legs[0].root_from_sole(&robot.standing_q).translation.z;
     let mut configuration = Configuration {
         world_from_root: Pose::from_translation(DVec3::Z * height),
-        q: body.standing_q,
+        q: robot.standing_q,
     };
-    assert!(body.place_soles(&mut configuration, &soles));
-    let snapshot = body.snapshot(&configuration);
+    assert!(robot.place_soles(&mut configuration, &soles));
+    let kinematic_state = robot.kinematic_state(&configuration);
     let missed = [0, 1].map(|limb| {
-        body.world_from_sole(&snapshot, limb).translation.distance(soles[limb].translation)
+        robot.world_from_sole(&kinematic_state, limb).translation.distance(soles[limb].translation)
     });
     assert!(missed.iter().all(|missed| *missed < 1e-8), "{missed:?}");
     assert!(finds_a_walk(model));
@@ -227,7 +237,7 @@ fn a_joint_that_carries_both_legs_is_held() {
 fn a_joint_narrower_than_its_margins_is_no_fault() {
     assert!(finds_a_walk(with_narrow("shoulder_roll")));
     let model = with_narrow("hip_pitch");
-    let narrow = body(&model);
+    let narrow = robot(&model);
     let joint = narrow.legs[0]
         .joints()
         .iter()

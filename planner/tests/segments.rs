@@ -1,4 +1,4 @@
-//! How long walks are put together: of segments that are planned side by side.
+//! How long walks are put together: of segments that are planned in parallel.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 

@@ -7,11 +7,11 @@ mod common;
 use common::{hubo, random_positions, repository};
 use glam::{DQuat, DVec2, DVec3};
 use serde_json::Value;
-use surefoot_planner::body::{Body, Configuration, LINKS_MAX};
+use surefoot_planner::body::{Configuration, LINKS_MAX, Mechanism};
 use surefoot_planner::kinematics::Kinematics;
 use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::region::Region;
-use surefoot_planner::snapshot::Snapshot;
+use surefoot_planner::region::ConvexRegion;
+use surefoot_planner::snapshot::KinematicState;
 use surefoot_planner::statics::{FootLoad, Statics, balance_loads};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
@@ -30,13 +30,16 @@ fn poses_of(kinematics: &Kinematics, world_from_root: &Pose, q: &[f64]) -> Vec<P
     poses
 }
 
-fn snapshot_of(model: &RobotModel, poses: &[Pose]) -> Snapshot {
-    Snapshot::of_links(&Body::new(model, &PlannerConfig::default()).unwrap(), poses)
+fn kinematic_state_of(model: &RobotModel, poses: &[Pose]) -> KinematicState {
+    KinematicState::from_link_poses(
+        &Mechanism::new(model, &PlannerConfig::default()).unwrap(),
+        poses,
+    )
 }
 
 fn torques_of(model: &RobotModel, poses: &[Pose], loads: &[FootLoad; 2]) -> Vec<f64> {
     let mut torques = [0.0; JOINTS_MAX];
-    Statics::new(model, 1.0).torques(&snapshot_of(model, poses), loads, &mut torques);
+    Statics::new(model, 1.0).torques(&kinematic_state_of(model, poses), loads, &mut torques);
     torques[..model.joints.len()].to_vec()
 }
 
@@ -165,22 +168,22 @@ fn effort_use_is_the_share_of_the_most_strained_joint() {
         .map(|(torque, joint)| torque.abs() / joint.effort)
         .fold(0.0, f64::max);
     for effort_share in [1.0, 0.5, 0.1] {
-        let used =
-            Statics::new(&model, effort_share).effort_use(&snapshot_of(&model, &poses), &loads);
+        let used = Statics::new(&model, effort_share)
+            .effort_use(&kinematic_state_of(&model, &poses), &loads);
         assert!((used - expected / effort_share).abs() < 1e-12 && used > 0.0);
     }
 }
 
-fn foot_region(center: DVec2, turn: f64) -> Region {
+fn foot_region(center: DVec2, turn: f64) -> ConvexRegion {
     let rotation = DVec2::new(libm::cos(turn), libm::sin(turn));
-    Region::hull(
+    ConvexRegion::hull(
         [(-0.09, -0.07), (0.13, -0.07), (0.13, 0.07), (-0.09, 0.07)]
             .map(|corner| center + rotation.rotate(corner.into())),
     )
 }
 
 /// Two feet at random, and loads that they can carry.
-fn random_stance(random: &mut Random) -> ([Region; 2], [DVec2; 2], f64) {
+fn random_stance(random: &mut Random) -> ([ConvexRegion; 2], [DVec2; 2], f64) {
     let mut region = |y: f64| {
         let center = DVec2::new(random.uniform(-0.2, 0.2), y + random.uniform(-0.05, 0.05));
         foot_region(center, random.uniform(-0.5, 0.5))
@@ -235,28 +238,28 @@ fn what_cannot_be_balanced_is_refused() {
 
 #[test]
 fn the_trunk_moves_the_centre_of_mass_as_its_joints_do() {
-    let body = Body::new(&hubo(), &PlannerConfig::default()).unwrap();
+    let robot = Mechanism::new(&hubo(), &PlannerConfig::default()).unwrap();
     let mut random = Random::new(3, Stream::Preparation, 0, 0);
     let rotation = rotation_from_rpy(0.3, -0.2, 0.7);
     let mut at = Configuration {
         world_from_root: Pose::from_parts(DVec3::new(1.0, 2.0, 3.0), rotation),
-        q: body.standing_q,
+        q: robot.standing_q,
     };
-    for joint in &body.free_joints {
+    for joint in &robot.free_joints {
         at.q[joint.index] =
             (at.q[joint.index] + random.uniform(-0.5, 0.5)).clamp(joint.lower, joint.upper);
     }
-    let snapshot = body.snapshot(&at);
-    assert!(!body.trunk_joints.is_empty());
-    for joint in &body.free_joints {
+    let kinematic_state = robot.kinematic_state(&at);
+    assert!(!robot.trunk_joints.is_empty());
+    for joint in &robot.free_joints {
         let step = 1e-6;
         let moved = |by: f64| {
             let mut moved = at;
             moved.q[joint.index] += by;
-            body.snapshot(&moved).com
+            robot.kinematic_state(&moved).com
         };
         let measured = (moved(step) - moved(-step)) / (2.0 * step);
-        let shift = body.statics.com_shift(&snapshot, joint.index);
+        let shift = robot.statics.com_shift(&kinematic_state, joint.index);
         assert!(measured.distance(shift) < 1e-7, "joint {}: {measured} {shift}", joint.index);
     }
 }

@@ -1,11 +1,11 @@
-//! Where something hangs lower than the robot is tall, it stoops in time and all the way.
+//! Below obstacles lower than the robot is tall, it crouches along the whole route.
 
 mod common;
 
 use common::{Case, run};
 use surefoot_planner::Outcome;
 
-/// Units of work; without stoops chosen along the route all 4 million are spent in vain.
+/// Work units. Without a crouch profile all 4 million are spent without a plan.
 const WORK_MAX: u64 = 400_000;
 
 /// `pass_under` with its bars 0.1 m lower: two at 1.20 and one at 1.10, for a robot 1.5 to 1.6 m
@@ -50,7 +50,7 @@ fn a_low_ceiling_is_walked_under() {
 }
 
 #[test]
-fn threads_do_not_change_how_it_stoops() {
+fn threads_do_not_change_the_crouch_profile() {
     let digests = [1, 2].map(|threads| {
         let mut planner = lowered().planner(threads);
         run(&mut planner, 1 + 4095 * (threads as u64 - 1));

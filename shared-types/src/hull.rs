@@ -25,8 +25,8 @@ fn half_chain(points: impl Iterator<Item = DVec2>) -> Vec<DVec2> {
     let mut chain: Vec<DVec2> = Vec::new();
     for point in points {
         while let [.., a, b] = chain[..] {
-            let turn = (b - a).perp_dot(point - b);
-            if turn > 1e-12 * (b - a).length() * (point - b).length() {
+            let cross = (b - a).perp_dot(point - b);
+            if cross > 1e-12 * (b - a).length() * (point - b).length() {
                 break;
             }
             chain.pop();

@@ -1,6 +1,6 @@
-//! The words that Surefoot's processes share.
+//! Data that Surefoot's processes share.
 //!
-//! Data, parsing and message layouts live here; no planning and no checking does. `robot`, `scene`
+//! Data, parsing and message layouts; no planning and no checking. `robot`, `scene`
 //! and `config` each turn a raw file into a validated value; `plan_file` is the exported plan
 //! (`biped-plan/1`); `message` is what crosses shared memory.
 

@@ -101,7 +101,7 @@ pub struct SceneShapeBlock {
 /// that of its cylindrical part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
-#[allow(missing_docs, reason = "the fields are the plan format's own words")]
+#[allow(missing_docs, reason = "the fields are the plan format's own names")]
 pub enum ShapeBlock {
     /// A box.
     Box { half_extents: [f64; 3] },
@@ -141,7 +141,7 @@ pub struct WaypointBlock {
     pub q: Vec<f64>,
 }
 
-/// A stretch of waypoints in one mode, both ends included.
+/// A range of waypoints in one mode, both ends included.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PhaseBlock {
     /// First waypoint.
@@ -166,7 +166,7 @@ pub struct ContactBlock {
 /// How a plan begins or ends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
-#[allow(missing_docs, reason = "the fields are the plan format's own words")]
+#[allow(missing_docs, reason = "the fields are the plan format's own names")]
 pub enum EndBlock {
     /// At one configuration.
     Config {

@@ -1,5 +1,5 @@
-//! Reads text files and remembers where in them things stand, so that every complaint names a file
-//! and a line.
+//! Reads text files and keeps the location of each element, so that every error names a file and a
+//! line.
 
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
@@ -18,25 +18,25 @@ const XML_DEPTH_MAX: usize = 64;
 
 /// A text file in memory.
 #[derive(Debug, Clone)]
-pub(crate) struct Source {
+pub(crate) struct TextFile {
     pub(crate) path: PathBuf,
     pub(crate) text: String,
 }
 
-/// A place in a file: what an error about it points at.
+/// A file and a line: the location that an error names.
 #[derive(Debug, Clone)]
-pub(crate) struct Place {
+pub(crate) struct FileLocation {
     path: PathBuf,
     line: Option<usize>,
 }
 
-impl Place {
+impl FileLocation {
     /// A file as a whole.
     pub(crate) fn file(path: &Path) -> Self {
         Self { path: path.to_owned(), line: None }
     }
 
-    /// An error about `element` at this place.
+    /// An error about `element` at this location.
     pub(crate) fn error(
         &self,
         element: impl Into<String>,
@@ -49,7 +49,7 @@ impl Place {
     }
 }
 
-impl Source {
+impl TextFile {
     /// Reads a whole UTF-8 file of at most `bytes_max` bytes.
     pub(crate) fn read(path: &Path, bytes_max: u64) -> Result<Self, InputError> {
         let bytes =
@@ -61,9 +61,9 @@ impl Source {
         Ok(Self { path: path.to_owned(), text })
     }
 
-    /// The place of the byte at `offset`.
-    pub(crate) fn place(&self, offset: usize) -> Place {
-        Place { path: self.path.clone(), line: Some(line_at(self.text.as_bytes(), offset)) }
+    /// The location of the byte at `offset`.
+    pub(crate) fn location(&self, offset: usize) -> FileLocation {
+        FileLocation { path: self.path.clone(), line: Some(line_at(self.text.as_bytes(), offset)) }
     }
 
     /// The whole text as a TOML document.
@@ -93,8 +93,8 @@ pub(crate) fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String>
     Ok(bytes)
 }
 
-/// Complains about XML that is nested so deeply that a recursive reader would overflow its stack,
-/// and where.
+/// Refuses XML that is nested so deeply that a recursive reader would overflow its stack; the error
+/// holds the byte offset.
 pub(crate) fn check_xml_depth(text: &str) -> Result<(), (usize, String)> {
     use quick_xml::events::Event;
     let mut reader = quick_xml::Reader::from_str(text);
@@ -141,7 +141,7 @@ pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
     up.chain(down).collect::<Vec<_>>().join("/")
 }
 
-/// Complains unless all numbers are finite and at most [`NUMBER_MAX`] in magnitude.
+/// An error unless all numbers are finite and at most [`NUMBER_MAX`] in magnitude.
 pub(crate) fn check_numbers(what: &str, numbers: &[f64]) -> Result<(), String> {
     match numbers.iter().find(|number| number.is_nan() || number.abs() > NUMBER_MAX) {
         Some(number) => Err(format!(
@@ -151,12 +151,12 @@ pub(crate) fn check_numbers(what: &str, numbers: &[f64]) -> Result<(), String> {
     }
 }
 
-/// Complains unless all numbers are positive, finite and at most [`NUMBER_MAX`].
+/// An error unless all numbers are positive, finite and at most [`NUMBER_MAX`].
 pub(crate) fn check_positive(what: &str, numbers: &[f64]) -> Result<(), String> {
     check_each(what, numbers, |number| number > 0.0, "be positive")
 }
 
-/// Complains unless all numbers are zero or positive, finite and at most [`NUMBER_MAX`].
+/// An error unless all numbers are zero or positive, finite and at most [`NUMBER_MAX`].
 pub(crate) fn check_not_negative(what: &str, numbers: &[f64]) -> Result<(), String> {
     check_each(what, numbers, |number| number >= 0.0, "not be negative")
 }

@@ -237,7 +237,7 @@ fn the_unit_of_collada_scales() {
 }
 
 #[test]
-fn an_accessor_of_collada_skips_what_it_says() {
+fn an_accessor_of_collada_skips_its_offset() {
     let text = rich_collada()
         .replace("count=\"9\">0 0 0 1 0 0 0 1 0<", "count=\"12\">9 0 0 0 9 1 0 0 9 0 1 0<")
         .replace("count=\"3\" stride=\"3\"", "count=\"3\" stride=\"4\" offset=\"1\"");

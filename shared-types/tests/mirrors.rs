@@ -230,11 +230,12 @@ fn the_c_header_is_what_a_compiler_makes_of_it() {
 #[test]
 fn the_python_mirror_is_what_ctypes_makes_of_it() {
     assert_committed("surefoot_messages.py", &python());
-    let said = match Command::new("python3").arg("-B").arg(file("surefoot_messages.py")).output() {
-        Ok(said) => said,
+    let output = match Command::new("python3").arg("-B").arg(file("surefoot_messages.py")).output()
+    {
+        Ok(output) => output,
         Err(error) => return absent::skip(&format!("no python3 ({error})")),
     };
-    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let mut expected = String::new();
     for message in messages() {
         writeln!(expected, "{} {}", message.name, message.size).unwrap();
@@ -242,5 +243,5 @@ fn the_python_mirror_is_what_ctypes_makes_of_it() {
             writeln!(expected, "{} {} {}", field.name, field.offset, field.size).unwrap();
         }
     }
-    assert_eq!(String::from_utf8(said.stdout).unwrap(), expected);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), expected);
 }

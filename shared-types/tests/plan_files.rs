@@ -150,7 +150,7 @@ fn joint_names_may_come_in_any_order_but_must_be_the_robots() {
 }
 
 #[test]
-fn an_impossible_plan_or_place_is_not_saved() {
+fn an_impossible_plan_or_path_is_not_saved() {
     let folder = Folder::new();
     let mut plan = plan(&folder);
     assert!(

@@ -18,7 +18,7 @@ fn load(folder: &Path) -> Result<RobotModel, InputError> {
 }
 
 #[test]
-fn a_good_robot_loads_as_it_says() {
+fn a_good_robot_loads_as_written() {
     let folder = Folder::new();
     let robot = load(&folder.path("")).unwrap();
     assert_eq!(

@@ -23,7 +23,7 @@ fn scenario(folder: &Path) -> Result<Scenario, InputError> {
 }
 
 #[test]
-fn a_good_world_loads_as_it_says() {
+fn a_good_world_loads_as_written() {
     let folder = Folder::new();
     let world = world(&folder.path("")).unwrap();
     assert_eq!(world.mu, 0.6);
@@ -169,7 +169,7 @@ fn broken_worlds_are_refused() {
 }
 
 #[test]
-fn a_good_scenario_loads_as_it_says() {
+fn a_good_scenario_loads_as_written() {
     let folder = Folder::new();
     let scenario = scenario(&folder.path("")).unwrap();
     assert_eq!((scenario.name.as_str(), scenario.seed), ("scenario", 7));

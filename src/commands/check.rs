@@ -3,11 +3,11 @@
 use serde::Serialize;
 use surefoot_controller_sim::check::Reserves;
 use surefoot_controller_sim::check_plan;
-use surefoot_controller_sim::plan::{CheckLine, EndReport, PlanReport};
+use surefoot_controller_sim::plan::{CheckResult, EndpointReport, PlanReport};
 use surefoot_shared_types::plan_file::load::load_plan;
 
 use crate::arguments::CheckArguments;
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::margins::{WorstMargins, with_unit};
 use crate::terminal;
 
@@ -15,16 +15,16 @@ use crate::terminal;
 ///
 /// # Errors
 /// When the plan, its robot or its world cannot be used.
-pub fn run(arguments: &CheckArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &CheckArguments) -> Result<CommandOutcome, CommandError> {
     let plan = load_plan(&arguments.plan)?;
     let report = check_plan(&plan, &arguments.plan)?;
     if arguments.json {
         let text = serde_json::to_string_pretty(&JsonReport::from(&report));
-        terminal::say(&text.unwrap_or_else(|error| error.to_string()));
+        terminal::print_result(&text.unwrap_or_else(|error| error.to_string()));
     } else {
-        terminal::say(&table(&report));
+        terminal::print_result(&table(&report));
     }
-    Ok(if report.is_valid() { Ending::Done } else { Ending::Refused })
+    Ok(if report.is_valid() { CommandOutcome::Done } else { CommandOutcome::Refused })
 }
 
 fn table(report: &PlanReport) -> String {
@@ -33,25 +33,25 @@ fn table(report: &PlanReport) -> String {
     rows.extend(
         [("start", &report.start), ("goal", &report.goal)].map(|(name, end)| end_row(name, end)),
     );
-    let Reserves { friction, even_torque } = report.reserves;
-    let reserves = [("friction unused", friction), ("torque, even", even_torque)];
+    let Reserves { friction, least_squares_torque } = report.reserves;
+    let reserves = [("friction unused", friction), ("torque, even", least_squares_torque)];
     rows.extend(reserves.map(|(name, reserve)| reserve_row(name, reserve)));
     rows.push(if report.is_valid() { "accepted".to_owned() } else { "refused".to_owned() });
     rows.join("\n")
 }
 
-fn row(line: &CheckLine) -> String {
-    let word = line.check.word();
-    let margin = line.worst.map_or("-".to_owned(), |worst| with_unit(word, worst.margin));
+fn row(line: &CheckResult) -> String {
+    let name = line.check.name();
+    let margin = line.worst.map_or("-".to_owned(), |worst| with_unit(name, worst.margin));
     let place = match (&line.violation, line.worst) {
         (Some(placed), _) => format!("VIOLATED in phase {}: {}", placed.phase, placed.violation),
         (None, Some(worst)) => format!("phase {}", worst.phase),
         (None, None) => "holds".to_owned(),
     };
-    format!("{word:<16}{margin:<14}{place}")
+    format!("{name:<16}{margin:<14}{place}")
 }
 
-fn end_row(name: &str, end: &EndReport) -> String {
+fn end_row(name: &str, end: &EndpointReport) -> String {
     let margin = with_unit(name, end.limit - end.error);
     let place = end
         .violation
@@ -113,7 +113,7 @@ impl From<&PlanReport> for JsonReport {
             margins: (&report.margins).into(),
             reserves: JsonReserves {
                 friction: finite(report.reserves.friction),
-                even_torque: finite(report.reserves.even_torque),
+                even_torque: finite(report.reserves.least_squares_torque),
             },
             checks: report.checks.iter().map(JsonCheck::from).collect(),
             start: (&report.start).into(),
@@ -122,8 +122,8 @@ impl From<&PlanReport> for JsonReport {
     }
 }
 
-impl From<&CheckLine> for JsonCheck {
-    fn from(line: &CheckLine) -> Self {
+impl From<&CheckResult> for JsonCheck {
+    fn from(line: &CheckResult) -> Self {
         let violation = line.violation.as_ref().map(|placed| JsonViolation {
             phase: placed.phase,
             waypoint: placed.violation.waypoint,
@@ -131,7 +131,7 @@ impl From<&CheckLine> for JsonCheck {
         });
         let worst = line.worst;
         Self {
-            check: line.check.word(),
+            check: line.check.name(),
             margin: worst.map(|worst| worst.margin),
             phase: worst.map(|worst| worst.phase),
             violation,
@@ -139,8 +139,8 @@ impl From<&CheckLine> for JsonCheck {
     }
 }
 
-impl From<&EndReport> for JsonEnd {
-    fn from(end: &EndReport) -> Self {
+impl From<&EndpointReport> for JsonEnd {
+    fn from(end: &EndpointReport) -> Self {
         Self { error: finite(end.error), limit: end.limit, violation: end.violation.clone() }
     }
 }

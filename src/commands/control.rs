@@ -6,113 +6,124 @@ mod simulated;
 
 use std::time::Duration;
 
-use surefoot_controller_sim::channel::{ChunkReceiver, Ended};
-use surefoot_controller_sim::{Checker, CheckerError, Disturbance, Identity, Truth, Walker};
-use surefoot_shared_types::instance::draw_id;
+use surefoot_controller_sim::channel::{PlanSubscriber, StreamEnd};
+use surefoot_controller_sim::{
+    Checker, CheckerError, ChunkExecutor, Disturbance, GroundTruth, Identity,
+};
+use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::scene::load::load_world;
 
-use self::judge::Judge;
+use self::judge::ChunkHandler;
 use self::simulated::Simulated;
-use super::{enter, settle};
+use super::{enter_instance, prepare_process};
 use crate::arguments::ControlArguments;
-use crate::audience::Audience;
-use crate::failure::{Ending, Failure};
+use crate::audience::Reporter;
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
-use crate::line::{Judged, Line, Refusal};
+use crate::line::{CheckSummary, Refusal, RoleEvent};
 use crate::signals;
 
-/// How long the last word is repeated for a planner that does not leave.
-const LINGER: Duration = Duration::from_secs(10);
+/// How long the last feedback is repeated for a planner that stays connected, at most.
+const LINGER_TIME_MAX: Duration = Duration::from_secs(10);
 
 /// Runs the command.
 ///
 /// # Errors
 /// When an input cannot be used, the transport fails, or a signal comes.
-pub fn run(arguments: &ControlArguments) -> Result<Ending, Failure> {
-    settle(&arguments.role);
+pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError> {
+    prepare_process(&arguments.role);
     let Inputs { scenario, model, world } = Inputs::load(&arguments.scenario, arguments.seed)?;
-    let mut audience = Audience::new(arguments.role.report_lines, false);
-    let id = draw_id();
+    let mut reporter = Reporter::new(arguments.role.report_lines, false);
+    let id = random_id();
     let identity = Identity {
-        instance: id,
+        controller_id: id,
         robot: model.digest,
         world: world.digest,
         config: scenario.digest,
     };
-    let (truth, world) = true_world(arguments, &model, world)?;
+    let (truth, world) = actual_world(arguments, &model, world)?;
     let checker = Checker::new(model, world, scenario.checker)?;
-    let mut receiver = ChunkReceiver::open(&enter(&arguments.instance)?, id)?;
-    let walker = match receiver.taken_over() {
-        Some(word) => Walker::take_over(checker, identity, word),
-        None => Walker::new(checker, identity),
+    let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
+    let executor = match subscriber.taken_over() {
+        Some(feedback) => ChunkExecutor::take_over(checker, identity, feedback),
+        None => ChunkExecutor::new(checker, identity),
     };
-    let simulated = arguments.rate.map(|rate| Simulated::new(&receiver, id, rate)).transpose()?;
-    let mut judge = Judge::new(walker, truth, arguments.disturb.map(Disturbance::new), simulated);
-    if let Some(word) = receiver.taken_over() {
-        judge.pass_over(word.corrections());
+    let simulated = arguments.rate.map(|rate| Simulated::new(&subscriber, id, rate)).transpose()?;
+    let mut handler =
+        ChunkHandler::new(executor, truth, arguments.disturb.map(Disturbance::new), simulated);
+    if let Some(feedback) = subscriber.taken_over() {
+        handler.mark_reported(feedback.corrections());
     }
     if let Some(seed) = arguments.disturb {
-        receiver.disturb_words(seed);
+        subscriber.inject_faults(seed);
     }
-    audience.tell(&Line::ControllerReady)?;
+    reporter.emit(&RoleEvent::ControllerReady)?;
     let keep_going = || signals::raised().is_none();
-    let mut ended = match receiver.ended() {
+    let mut ended = match subscriber.stream_end() {
         Some(ended) => ended,
-        None => receiver.run(&mut |chunk, alive| judge.judge(chunk, alive), &keep_going)?,
+        None => {
+            subscriber.run(&mut |chunk, heartbeat| handler.handle(chunk, heartbeat), &keep_going)?
+        }
     };
-    // A supervisor says when all is over, and until then a restarted planner may ask again.
-    let longest = (!arguments.role.report_lines && !arguments.serve).then_some(LINGER);
+    // A supervisor ends this process; until then a restarted planner may connect.
+    let linger_max = (!arguments.role.report_lines && !arguments.serve).then_some(LINGER_TIME_MAX);
     loop {
         let refusal = match ended {
-            Ended::Finished => None,
-            Ended::Refused(chunk) => Some(Refusal::of(chunk, judge.detail().to_owned())),
-            Ended::Left => {
-                audience.tell(&Line::Holding { accepted: receiver.feedback().next_sequence })?;
-                ended = receiver.run(&mut |chunk, alive| judge.judge(chunk, alive), &keep_going)?;
+            StreamEnd::Finished => None,
+            StreamEnd::Refused(chunk) => Some(Refusal::of(chunk, handler.detail().to_owned())),
+            StreamEnd::PlannerLeft => {
+                reporter
+                    .emit(&RoleEvent::Holding { accepted: subscriber.feedback().next_sequence })?;
+                ended = subscriber
+                    .run(&mut |chunk, heartbeat| handler.handle(chunk, heartbeat), &keep_going)?;
                 continue;
             }
-            Ended::Stopped => {
-                return Err(Failure::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)));
+            StreamEnd::Stopped => {
+                return Err(CommandError::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)));
             }
         };
-        judge.failure()?;
-        let judged = judge.conclude(receiver.tally().duplicates, refusal);
-        audience.tell(&Line::Judged(judged.clone()))?;
-        audience.say(|| verdict(&judged));
-        match receiver.linger(
-            &mut |chunk, alive| judge.judge(chunk, alive),
-            longest,
+        handler.error()?;
+        let checked = handler.summary(subscriber.stats().duplicates, refusal);
+        reporter.emit(&RoleEvent::Checked(checked.clone()))?;
+        reporter.print(|| summary(&checked));
+        match subscriber.linger(
+            &mut |chunk, heartbeat| handler.handle(chunk, heartbeat),
+            linger_max,
             &keep_going,
         )? {
             Some(next) => ended = next,
             None => {
-                return Ok(if judged.refusal.is_some() { Ending::Refused } else { Ending::Done });
+                return Ok(if checked.refusal.is_some() {
+                    CommandOutcome::Refused
+                } else {
+                    CommandOutcome::Done
+                });
             }
         }
     }
 }
 
-/// The world in which the robot really walks, and what of it the planner does not know.
-fn true_world(
+/// The actual world, and its differences from the world that the planner knows.
+fn actual_world(
     arguments: &ControlArguments,
     model: &RobotModel,
-    belief: World,
-) -> Result<(Option<Truth>, World), Failure> {
-    let Some(path) = &arguments.truth else { return Ok((None, belief)) };
+    known_world: World,
+) -> Result<(Option<GroundTruth>, World), CommandError> {
+    let Some(path) = &arguments.truth else { return Ok((None, known_world)) };
     let world = load_world(path)?;
-    let truth = Truth::new(model, &belief, &world).map_err(CheckerError::Shape)?;
+    let truth = GroundTruth::new(model, &known_world, &world).map_err(CheckerError::Shape)?;
     Ok((Some(truth), world))
 }
 
-fn verdict(judged: &Judged) -> String {
+fn summary(checked: &CheckSummary) -> String {
     let so_far = format!(
         "{} chunks walked and accepted; margins: {}",
-        judged.accepted,
-        judged.margins.describe()
+        checked.accepted,
+        checked.margins.describe()
     );
-    match &judged.refusal {
+    match &checked.refusal {
         None => so_far,
         Some(refusal) => format!("{so_far}\nrefused: {}", refusal.describe()),
     }

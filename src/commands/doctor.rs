@@ -11,7 +11,7 @@ use surefoot_shared_types::instance::Instance;
 
 use crate::affinity;
 use crate::arguments::DoctorArguments;
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
 use crate::terminal;
 
@@ -43,12 +43,12 @@ impl Finding {
     }
 
     fn line(&self) -> String {
-        let word = match self.grade {
+        let label = match self.grade {
             Grade::Good => "good",
             Grade::Advice => "advice",
             Grade::Missing => "MISSING",
         };
-        format!("{word:<8} {}", self.text)
+        format!("{label:<8} {}", self.text)
     }
 }
 
@@ -56,11 +56,11 @@ impl Finding {
 ///
 /// # Errors
 /// When something essential is missing.
-pub fn run(arguments: &DoctorArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &DoctorArguments) -> Result<CommandOutcome, CommandError> {
     let mut missing = 0;
     let mut show = |findings: Vec<Finding>| {
         missing += findings.iter().filter(|finding| finding.grade == Grade::Missing).count();
-        findings.iter().for_each(|finding| terminal::say(&finding.line()));
+        findings.iter().for_each(|finding| terminal::print_result(&finding.line()));
     };
     show(machine::shared_memory());
     show(vec![machine::cores()]);
@@ -69,7 +69,11 @@ pub fn run(arguments: &DoctorArguments) -> Result<Ending, Failure> {
     if let Some(scenario) = &arguments.scenario {
         show(self::scenario(scenario));
     }
-    if missing > 0 { Err(Failure::Unfit { missing }) } else { Ok(Ending::Done) }
+    if missing > 0 {
+        Err(CommandError::MissingRequirements { missing })
+    } else {
+        Ok(CommandOutcome::Done)
+    }
 }
 
 /// A private instance, and chunks through it.
@@ -116,16 +120,16 @@ fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {
 
 /// What standing on the worse of the two feet asks of the joint that is strained most.
 fn on_one_foot(inputs: &Inputs, planner: &Planner) -> Finding {
-    let carriages = planner.constraints().body.carriages;
-    let [left, right] = carriages.each_ref().map(|carriage| carriage.effort_use);
+    let postures = planner.constraints().robot.single_support_postures;
+    let [left, right] = postures.each_ref().map(|posture| posture.effort_use);
     let limb = usize::from(right > left);
     let (robot, foot) = (&inputs.model.name, &inputs.model.feet[limb].name);
-    let Some(joint) = carriages[limb].most_strained else {
+    let Some(joint) = postures[limb].most_strained else {
         return Finding::advice(format!(
             "robot: '{robot}' has no posture on '{foot}' alone near the one in [standing]"
         ));
     };
-    let (joint, percent) = (&inputs.model.joints[joint].name, 100.0 * carriages[limb].effort_use);
+    let (joint, percent) = (&inputs.model.joints[joint].name, 100.0 * postures[limb].effort_use);
     let asked = format!(
         "robot: '{robot}' on '{foot}' alone needs {percent:.0} % of what '{joint}' may give"
     );

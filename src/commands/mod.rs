@@ -16,15 +16,15 @@ use surefoot_shared_types::instance::{Instance, InstanceError};
 
 use crate::affinity;
 use crate::arguments::{Arguments, Command, RoleArguments};
-use crate::audience::Audience;
-use crate::failure::{Ending, Failure};
-use crate::line::Line;
+use crate::audience::Reporter;
+use crate::failure::{CommandError, CommandOutcome};
+use crate::line::RoleEvent;
 use crate::outputs;
 use crate::report::Report;
 use crate::signals;
 use crate::terminal;
 
-/// How often entering an instance is tried while somebody else creates or leaves it.
+/// How often entering an instance is tried while another process creates or leaves it.
 const ENTER_ATTEMPTS_MAX: usize = 5;
 
 /// Runs a command; answers its exit code.
@@ -41,32 +41,33 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Doctor(arguments) => doctor::run(arguments),
     };
     match result {
-        Ok(_) if terminal::has_lost() => {
-            terminal::complain(&Failure::Unprinted);
-            Failure::Unprinted.code()
+        Ok(_) if terminal::has_lost_output() => {
+            terminal::print_error(&CommandError::ResultNotPrinted);
+            CommandError::ResultNotPrinted.code()
         }
-        Ok(ending) => ending.code(),
-        Err(failure) => {
-            explain(&failure, arguments.reports_lines());
-            failure.code()
+        Ok(outcome) => outcome.code(),
+        Err(error) => {
+            report_error(&error, arguments.reports_lines());
+            error.code()
         }
     }
 }
 
-/// Says why a command ended without an answer, to whoever listens.
-fn explain(failure: &Failure, to_supervisor: bool) {
-    match failure {
-        Failure::Interrupted(_) | Failure::Unheard(_) if to_supervisor => {}
+/// Reports why a command ended with an error: to the supervisor, or on the terminal.
+fn report_error(error: &CommandError, to_supervisor: bool) {
+    match error {
+        CommandError::Interrupted(_) | CommandError::ReportsClosed(_) if to_supervisor => {}
         _ if to_supervisor => {
-            let told = Audience::Supervisor.tell(&Line::Failed { message: failure.to_string() });
-            told.unwrap_or_else(|unheard| terminal::complain(&unheard));
+            let emitted =
+                Reporter::Supervisor.emit(&RoleEvent::Failed { message: error.to_string() });
+            emitted.unwrap_or_else(|closed| terminal::print_error(&closed));
         }
-        _ => terminal::complain(failure),
+        _ => terminal::print_error(error),
     }
 }
 
 /// What a process does first that may be a supervisor's.
-fn settle(role: &RoleArguments) {
+fn prepare_process(role: &RoleArguments) {
     if role.report_lines {
         signals::end_with_parent();
     }
@@ -75,7 +76,7 @@ fn settle(role: &RoleArguments) {
 }
 
 /// Enters an instance, creating it where it does not exist yet.
-fn enter(name: &str) -> Result<Instance, InstanceError> {
+fn enter_instance(name: &str) -> Result<Instance, InstanceError> {
     let mut attempts = 0;
     loop {
         attempts += 1;
@@ -91,9 +92,9 @@ fn enter(name: &str) -> Result<Instance, InstanceError> {
 }
 
 /// Writes the report where it is wanted; answers how the command ends.
-fn conclude(report: &Report, json: Option<&Path>) -> Result<Ending, Failure> {
+fn write_report(report: &Report, json: Option<&Path>) -> Result<CommandOutcome, CommandError> {
     if let Some(path) = json {
         outputs::write_json(report, path)?;
     }
-    report.ending()
+    report.command_outcome()
 }

@@ -6,7 +6,7 @@ use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
 
 use crate::arguments::PrepareArguments;
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::preparation::{Origin, Prepared, obtain};
 use crate::terminal;
 
@@ -14,11 +14,11 @@ use crate::terminal;
 ///
 /// # Errors
 /// When the robot cannot be used.
-pub fn run(arguments: &PrepareArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &PrepareArguments) -> Result<CommandOutcome, CommandError> {
     let model = load_robot(&arguments.robot)?;
     let prepared = obtain(&model, &PlannerConfig::default(), arguments.quiet)?;
-    terminal::say(&summary(&model.name, &prepared));
-    Ok(Ending::Done)
+    terminal::print_result(&summary(&model.name, &prepared));
+    Ok(CommandOutcome::Done)
 }
 
 fn summary(robot: &str, prepared: &Prepared) -> String {
@@ -35,9 +35,9 @@ fn summary(robot: &str, prepared: &Prepared) -> String {
 
 fn gait_lines(preparation: &Preparation<'_>) -> String {
     let gait = preparation.gait();
-    let Gait { reach_share, width, tilt, lift, roll, lean } = gait;
+    let Gait { leg_extension, width, tilt, lift_height, roll, lean } = gait;
     let head = format!(
-        "  primitives   reach share {reach_share:.3}, width {width:.3} m, lift {lift:.3} m, roll {roll:.2} rad, lean {lean:.3} m, \
+        "  primitives   reach share {leg_extension:.3}, width {width:.3} m, lift {lift_height:.3} m, roll {roll:.2} rad, lean {lean:.3} m, \
          soles inclined up to {tilt:.2} rad"
     );
     let line = |limb: usize, name: &str| {

@@ -1,21 +1,21 @@
-//! `surefoot request`: asks a planner that stays up, and says what becomes of it.
+//! `surefoot request`: sends a request to a planner that stays up, and reports its result.
 
 use bytemuck::Zeroable;
-use surefoot_shared_types::instance::desk::Client;
-use surefoot_shared_types::instance::{Instance, Link, draw_id};
+use surefoot_shared_types::instance::desk::RequestClient;
+use surefoot_shared_types::instance::{Instance, Participant, random_id};
 use surefoot_shared_types::message::request::MarkData;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
-use crate::arguments::{Prints, RequestArguments};
+use crate::arguments::{RequestArguments, StanceArgument};
 use crate::clock::Stopwatch;
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::{signals, terminal};
 
-/// How long a planner may take to notice a request, s.
-const NOTICE_SECONDS_MAX: f64 = 10.0;
+/// Longest time until a planner acknowledges a request, s.
+const ACKNOWLEDGE_SECONDS_MAX: f64 = 10.0;
 /// Time between two looks at the status.
-const LOOK_EVERY: std::time::Duration = std::time::Duration::from_millis(2);
-/// Time after which a request that nobody noticed is repeated, s.
+const POLL_INTERVAL: std::time::Duration = std::time::Duration::from_millis(2);
+/// Time after which a request without acknowledgement is repeated, s.
 const REPEAT_SECONDS: f64 = 0.02;
 
 /// Runs the command.
@@ -23,20 +23,20 @@ const REPEAT_SECONDS: f64 = 0.02;
 /// # Errors
 /// When the instance does not exist, no planner answers, the request cannot be met, or a signal
 /// comes.
-pub fn run(arguments: &RequestArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &RequestArguments) -> Result<CommandOutcome, CommandError> {
     signals::install();
-    let link = Link::open(&Instance::attach(&arguments.instance)?)?;
-    let mut client = Client::open(link, draw_id())?;
-    let request = client.sign(&request_of(arguments));
+    let participant = Participant::open(&Instance::attach(&arguments.instance)?)?;
+    let mut client = RequestClient::open(participant, random_id())?;
+    let request = client.stamp(&request_of(arguments));
     let status = follow(&client, &request)?;
-    terminal::say(&in_words(&status));
-    ending(&status, &request)
+    terminal::print_result(&describe(&status));
+    command_outcome(&status, &request)
 }
 
 fn request_of(arguments: &RequestArguments) -> PlanRequest {
-    let data = |prints: &Prints| MarkData {
-        position: prints.position,
-        yaw: prints.yaw,
+    let data = |stance: &StanceArgument| MarkData {
+        position: stance.position,
+        yaw: stance.yaw,
         feet_apart: arguments.feet_apart,
     };
     let kind = match (arguments.cancel, &arguments.start, &arguments.goal) {
@@ -55,19 +55,19 @@ fn request_of(arguments: &RequestArguments) -> PlanRequest {
     }
 }
 
-/// Repeats the request until a status names it, then hears until its end.
-fn follow(client: &Client, request: &PlanRequest) -> Result<PlanStatus, Failure> {
+/// Repeats the request until a status names it, then follows its status to the final one.
+fn follow(client: &RequestClient, request: &PlanRequest) -> Result<PlanStatus, CommandError> {
     let watch = Stopwatch::start();
     let mut sent_at = f64::NEG_INFINITY;
-    let mut noticed = false;
+    let mut acknowledged = false;
     loop {
         if let Some(signal) = signals::raised() {
-            return Err(Failure::Interrupted(signal));
+            return Err(CommandError::Interrupted(signal));
         }
-        if !noticed && watch.seconds() > NOTICE_SECONDS_MAX {
-            return Err(Failure::NoPlanner);
+        if !acknowledged && watch.seconds() > ACKNOWLEDGE_SECONDS_MAX {
+            return Err(CommandError::NoPlanner);
         }
-        if !noticed && watch.seconds() - sent_at > REPEAT_SECONDS {
+        if !acknowledged && watch.seconds() - sent_at > REPEAT_SECONDS {
             client.send(request)?;
             sent_at = watch.seconds();
         }
@@ -79,18 +79,18 @@ fn follow(client: &Client, request: &PlanRequest) -> Result<PlanStatus, Failure>
             Some(status) if is_ours && status.known_state().is_some_and(RequestState::is_final) => {
                 return Ok(status);
             }
-            Some(_) if is_ours => noticed = true,
-            Some(status) if noticed => {
+            Some(_) if is_ours => acknowledged = true,
+            Some(status) if acknowledged => {
                 return Ok(PlanStatus { state: RequestState::Cancelled as u32, ..status });
             }
             _ => {}
         }
-        std::thread::sleep(LOOK_EVERY);
+        std::thread::sleep(POLL_INTERVAL);
     }
 }
 
-fn in_words(status: &PlanStatus) -> String {
-    let state = RequestState::from_wire(status.state).map_or("unknown", RequestState::word);
+fn describe(status: &PlanStatus) -> String {
+    let state = RequestState::from_wire(status.state).map_or("unknown", RequestState::name);
     let plan = format!("plan {}.{}", status.plan_id, status.epoch);
     match status.chunks {
         0 => format!("{state}: {plan}, {} work units", status.work),
@@ -101,25 +101,28 @@ fn in_words(status: &PlanStatus) -> String {
     }
 }
 
-fn ending(status: &PlanStatus, request: &PlanRequest) -> Result<Ending, Failure> {
+fn command_outcome(
+    status: &PlanStatus,
+    request: &PlanRequest,
+) -> Result<CommandOutcome, CommandError> {
     match RequestState::from_wire(status.state) {
-        Some(RequestState::Accepted) => Ok(Ending::Done),
+        Some(RequestState::Accepted) => Ok(CommandOutcome::Done),
         Some(RequestState::Cancelled) if request.kind == RequestKind::Cancel as u32 => {
-            Ok(Ending::Done)
+            Ok(CommandOutcome::Done)
         }
-        Some(RequestState::NoPlan) => Ok(Ending::NoPlan),
-        Some(RequestState::Refused) => Ok(Ending::Refused),
-        Some(RequestState::ControllerLost) => Err(Failure::ControllerLost),
+        Some(RequestState::NoPlan) => Ok(CommandOutcome::NoPlan),
+        Some(RequestState::Refused) => Ok(CommandOutcome::Refused),
+        Some(RequestState::ControllerLost) => Err(CommandError::ControllerLost),
         Some(RequestState::Cancelled) => {
-            Err(Failure::Usage("somebody asked for something else meanwhile".into()))
+            Err(CommandError::Usage("somebody asked for something else meanwhile".into()))
         }
-        Some(RequestState::StartInvalid) => {
-            Err(Failure::Usage("the robot cannot stand at the start; the planner says why".into()))
-        }
-        Some(RequestState::GoalInvalid) => {
-            Err(Failure::Usage("the robot cannot stand at the goal; the planner says why".into()))
-        }
-        _ => Err(Failure::Usage(
+        Some(RequestState::StartInvalid) => Err(CommandError::Usage(
+            "the robot cannot stand at the start; the planner says why".into(),
+        )),
+        Some(RequestState::GoalInvalid) => Err(CommandError::Usage(
+            "the robot cannot stand at the goal; the planner says why".into(),
+        )),
+        _ => Err(CommandError::Usage(
             "the request makes no sense, or it is not known where the robot stands".into(),
         )),
     }

@@ -1,4 +1,4 @@
-//! `surefoot walk`: a planner process, a controller process, and the verdict.
+//! `surefoot walk`: a planner process, a controller process, and the summary.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -8,22 +8,22 @@ use surefoot_shared_types::instance::Instance;
 use surefoot_shared_types::plan_file::load::load_plan;
 use surefoot_shared_types::scene::load::load_world;
 
-use super::conclude;
+use super::write_report;
 use crate::affinity::cores_of_roles;
 use crate::arguments::{SearchArguments, WalkArguments};
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
-use crate::line::{DeliveryEnd, Line, PlanEnd};
+use crate::line::{DeliveryResult, PlanResult, RoleEvent};
 use crate::progress::Progress;
 use crate::report::Report;
-use crate::supervisor::{Event, Role, Supervisor};
+use crate::supervisor::{Role, Supervisor, SupervisorEvent};
 use crate::{outputs, signals, terminal, verdict};
 
 /// Runs the command.
 ///
 /// # Errors
 /// When an input cannot be used, an output cannot be written, a process fails, or a signal comes.
-pub fn run(arguments: &WalkArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
     outputs::check(&arguments.outputs)?;
     if let Some(truth) = &arguments.truth {
@@ -34,21 +34,21 @@ pub fn run(arguments: &WalkArguments) -> Result<Ending, Failure> {
     let export = Export::new(arguments)?;
     let mut report = Report::new(&inputs, arguments.search.threads());
     let json = arguments.outputs.json.as_deref();
-    if let Err(failure) = walk(arguments, &inputs, export.path.as_deref(), &mut report) {
-        report.note_failure(&failure);
-        if let (Some(path), Some(_)) = (json, failure.word()) {
+    if let Err(error) = walk(arguments, &inputs, export.path.as_deref(), &mut report) {
+        report.record_error(&error);
+        if let (Some(path), Some(_)) = (json, error.name()) {
             outputs::write_json(&report, path)?;
         }
-        return Err(failure);
+        return Err(error);
     }
     if let (Some(picture), Some(plan), true) =
         (&arguments.outputs.picture, &export.path, report.has_plan())
     {
         outputs::draw(&inputs, &load_plan(plan)?, picture)?;
     }
-    let ending = conclude(&report, json)?;
-    terminal::say(&verdict::text(&report));
-    Ok(ending)
+    let outcome = write_report(&report, json)?;
+    terminal::print_result(&verdict::text(&report));
+    Ok(outcome)
 }
 
 /// Where the planner process leaves the plan: where the user wants it, or where only the picture
@@ -59,13 +59,13 @@ struct Export {
 }
 
 impl Export {
-    fn new(arguments: &WalkArguments) -> Result<Self, Failure> {
+    fn new(arguments: &WalkArguments) -> Result<Self, CommandError> {
         let outputs = &arguments.outputs;
         if outputs.export.is_some() || outputs.picture.is_none() {
             return Ok(Self { path: outputs.export.clone(), _folder: None });
         }
         let folder = tempfile::Builder::new().prefix("surefoot-picture-").tempdir();
-        let folder = folder.map_err(|error| Failure::Output {
+        let folder = folder.map_err(|error| CommandError::Output {
             path: std::env::temp_dir(),
             reason: error.to_string(),
         })?;
@@ -73,13 +73,13 @@ impl Export {
     }
 }
 
-/// Runs both processes in an instance of their own until all is said.
+/// Runs both processes in an instance of their own until both have reported their results.
 fn walk(
     arguments: &WalkArguments,
     inputs: &Inputs,
     export: Option<&Path>,
     report: &mut Report,
-) -> Result<(), Failure> {
+) -> Result<(), CommandError> {
     Instance::clean_dead()?;
     let instance = Instance::create(&format!("walk-{}", std::process::id()))?;
     let roles = Roles {
@@ -95,37 +95,37 @@ fn walk(
     supervisor.start(Role::Controller, roles.command_of(Role::Controller)?)?;
     supervisor.start(Role::Planner, roles.command_of(Role::Planner)?)?;
     let mut progress = Progress::new(arguments.outputs.quiet);
-    let followed = follow(&mut supervisor, &roles, arguments.restarts_max, &mut |line| {
-        report.note(line);
-        progress.show(line);
+    let followed = follow(&mut supervisor, &roles, arguments.restarts_max, &mut |event| {
+        report.record(event);
+        progress.show(event);
     });
     progress.clear();
     followed
 }
 
-/// Hears both processes until all is said. One that ends too early is started again, `restarts_max`
-/// times in all.
+/// Receives the events of both processes until both have reported their results. One that ends too
+/// early is started again, `restarts_max` times in all.
 fn follow(
     supervisor: &mut Supervisor,
     roles: &Roles<'_>,
     restarts_max: u32,
-    hear: &mut dyn FnMut(&Line),
-) -> Result<(), Failure> {
-    let mut course = Course::default();
+    on_event: &mut dyn FnMut(&RoleEvent),
+) -> Result<(), CommandError> {
+    let mut state = WalkState::default();
     let mut restarts = 0;
-    while !course.is_over() {
+    while !state.is_over() {
         match supervisor.next_event()? {
-            Event::Told(line) => {
-                course.note(&line);
-                hear(&line);
+            SupervisorEvent::Reported(event) => {
+                state.record(&event);
+                on_event(&event);
             }
-            Event::Ended { role, .. } if !course.needs(role) => {}
-            Event::Ended { role, how } if restarts == restarts_max => {
-                return Err(Failure::Died { role, how });
+            SupervisorEvent::Ended { role, .. } if !state.needs(role) => {}
+            SupervisorEvent::Ended { role, how } if restarts == restarts_max => {
+                return Err(CommandError::EndedEarly { role, how });
             }
-            Event::Ended { role, how } => {
+            SupervisorEvent::Ended { role, how } => {
                 restarts += 1;
-                hear(&Line::Restarted { role: role.to_string(), how });
+                on_event(&RoleEvent::Restarted { role: role.to_string(), how });
                 supervisor.start(role, roles.command_of(role)?)?;
             }
         }
@@ -135,44 +135,44 @@ fn follow(
 
 /// How far a walk is.
 #[derive(Debug, Default)]
-struct Course {
-    planned: Option<PlanEnd>,
-    delivered: Option<DeliveryEnd>,
-    judged: Option<Verdict>,
+struct WalkState {
+    planned: Option<PlanResult>,
+    delivered: Option<DeliveryResult>,
+    checked: Option<StreamDecision>,
 }
 
-/// What the controller thinks of the stream it stands at the end of.
+/// The controller's decision on the stream that it has executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Verdict {
+enum StreamDecision {
     Accepted,
     Refused,
 }
 
-impl Course {
-    fn note(&mut self, line: &Line) {
-        match line {
-            Line::Planned(planned) => self.planned = Some(planned.end),
-            Line::Delivered(delivered) => self.delivered = Some(delivered.end),
-            Line::Judged(judged) => {
-                self.judged = Some(if judged.refusal.is_some() {
-                    Verdict::Refused
+impl WalkState {
+    fn record(&mut self, event: &RoleEvent) {
+        match event {
+            RoleEvent::Planned(planned) => self.planned = Some(planned.end),
+            RoleEvent::Delivered(delivered) => self.delivered = Some(delivered.end),
+            RoleEvent::Checked(checked) => {
+                self.checked = Some(if checked.refusal.is_some() {
+                    StreamDecision::Refused
                 } else {
-                    Verdict::Accepted
+                    StreamDecision::Accepted
                 })
             }
             _ => {}
         }
     }
 
-    /// Whether both have said all; they may say it in any order.
+    /// Whether both have reported their results, in either order.
     fn is_over(&self) -> bool {
         match (self.planned, self.delivered) {
-            (None, _) | (Some(PlanEnd::Found), None) => false,
-            (Some(PlanEnd::Found), Some(DeliveryEnd::Accepted)) => {
-                self.judged == Some(Verdict::Accepted)
+            (None, _) | (Some(PlanResult::Found), None) => false,
+            (Some(PlanResult::Found), Some(DeliveryResult::Accepted)) => {
+                self.checked == Some(StreamDecision::Accepted)
             }
-            (Some(PlanEnd::Found), Some(DeliveryEnd::Refused)) => {
-                self.judged == Some(Verdict::Refused)
+            (Some(PlanResult::Found), Some(DeliveryResult::Refused)) => {
+                self.checked == Some(StreamDecision::Refused)
             }
             _ => true,
         }
@@ -199,7 +199,7 @@ struct Roles<'a> {
 }
 
 impl Roles<'_> {
-    fn command_of(&self, role: Role) -> Result<Command, Failure> {
+    fn command_of(&self, role: Role) -> Result<Command, CommandError> {
         let threads = self.search.threads();
         let cores = cores_of_roles(threads);
         match role {
@@ -207,7 +207,7 @@ impl Roles<'_> {
                 let mut command = self.command("control", role, cores.1)?;
                 if let Some(truth) = self.truth {
                     let truth = std::path::absolute(truth)
-                        .map_err(|source| Failure::Start { role, source })?;
+                        .map_err(|source| CommandError::Start { role, source })?;
                     command.arg(option_with_path("--truth", &truth));
                 }
                 if let Some(rate) = self.rate {
@@ -233,12 +233,18 @@ impl Roles<'_> {
         }
     }
 
-    fn command(&self, word: &str, role: Role, core: Option<usize>) -> Result<Command, Failure> {
-        let program = std::env::current_exe().map_err(|source| Failure::Start { role, source })?;
+    fn command(
+        &self,
+        subcommand: &str,
+        role: Role,
+        core: Option<usize>,
+    ) -> Result<Command, CommandError> {
+        let program =
+            std::env::current_exe().map_err(|source| CommandError::Start { role, source })?;
         let scenario = std::path::absolute(&self.inputs.scenario.path)
-            .map_err(|source| Failure::Start { role, source })?;
+            .map_err(|source| CommandError::Start { role, source })?;
         let mut command = Command::new(program);
-        command.arg(word).arg(scenario).arg("--report-lines");
+        command.arg(subcommand).arg(scenario).arg("--report-lines");
         command
             .arg("--instance")
             .arg(self.instance)

@@ -6,7 +6,7 @@ use surefoot_shared_types::plan_file::{EndBlock, PlanFile};
 use surefoot_shared_types::robot::RobotModel;
 
 use super::PictureError;
-use super::motion::{Motion, pose_of};
+use super::motion::{PlanMotion, pose_of};
 use super::surface::Surface;
 
 /// How far a foothold's plate lies over the sole's plane, m.
@@ -50,7 +50,7 @@ pub struct Stance {
 
 /// An end of the walk: rings on the ground.
 #[derive(Debug, Clone)]
-pub struct EndMark {
+pub struct EndpointMarker {
     /// The rings.
     pub rings: Surface,
 }
@@ -139,21 +139,25 @@ fn half_hull<'a>(points: impl Iterator<Item = &'a DVec3>) -> Vec<DVec3> {
 }
 
 /// The marks of a plan's start (one ring) and goal (two rings).
-pub fn ends(plan: &PlanFile, motion: &Motion, footholds: &[Foothold]) -> [EndMark; 2] {
+pub fn endpoint_markers(
+    plan: &PlanFile,
+    motion: &PlanMotion,
+    footholds: &[Foothold],
+) -> [EndpointMarker; 2] {
     let (start, start_radius) =
-        place(&plan.start, motion.world_from_root(0).translation.truncate());
+        endpoint_disc(&plan.start, motion.world_from_root(0).translation.truncate());
     let (goal, goal_radius) =
-        place(&plan.goal, motion.world_from_root(motion.len() - 1).translation.truncate());
+        endpoint_disc(&plan.goal, motion.world_from_root(motion.len() - 1).translation.truncate());
     let start = start.extend(height_near(start, footholds));
     let goal = goal.extend(height_near(goal, footholds));
     [
-        EndMark { rings: rings(start, &[start_radius]) },
-        EndMark { rings: rings(goal, &[goal_radius, 0.55 * goal_radius]) },
+        EndpointMarker { rings: rings(start, &[start_radius]) },
+        EndpointMarker { rings: rings(goal, &[goal_radius, 0.55 * goal_radius]) },
     ]
 }
 
 /// Centre and radius of an end; `root` is where the plan's own root is then.
-fn place(end: &EndBlock, root: DVec2) -> (DVec2, f64) {
+fn endpoint_disc(end: &EndBlock, root: DVec2) -> (DVec2, f64) {
     match end {
         EndBlock::Config { .. } => (root, END_RADIUS),
         EndBlock::RootRegion { xy, radius, .. } => {

@@ -22,12 +22,12 @@ struct Moment {
 
 /// A plan's waypoints in the robot's joint order.
 #[derive(Debug, Clone)]
-pub struct Motion {
+pub struct PlanMotion {
     kinematics: Kinematics,
     moments: Vec<Moment>,
 }
 
-impl Motion {
+impl PlanMotion {
     /// Takes the waypoints out of a plan.
     pub fn new(model: &RobotModel, plan: &PlanFile) -> Result<Self, PictureError> {
         let order = joint_order(model, plan)?;
@@ -126,12 +126,12 @@ impl Motion {
         walked.iter().map(|&w| (w / total) as f32).collect()
     }
 
-    /// The horizontal way to each waypoint, m, without swaying.
+    /// The horizontal distance to each waypoint, m, without swaying.
     fn walked(&self) -> Vec<f64> {
         let ground = |moment: &Moment| moment.world_from_root.translation.truncate();
         let mut anchor = ground(&self.moments[0]);
         let mut walked = 0.0;
-        let way = self.moments.iter().map(|moment| {
+        let distance = self.moments.iter().map(|moment| {
             let step = (ground(moment) - anchor).length();
             if step > SWAY {
                 walked += step;
@@ -139,7 +139,7 @@ impl Motion {
             }
             walked
         });
-        way.collect()
+        distance.collect()
     }
 
     fn at_time(&self, time: f64) -> f64 {

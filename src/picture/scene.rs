@@ -7,8 +7,8 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
 use super::PictureError;
-use super::marks::{self, EndMark, Foothold, Stance};
-use super::motion::Motion;
+use super::marks::{self, EndpointMarker, Foothold, Stance};
+use super::motion::PlanMotion;
 use super::surface::Surface;
 use super::tessellate::triangles_of;
 
@@ -25,7 +25,7 @@ pub struct PictureScene {
     /// The world's bodies.
     pub(super) world: Vec<WorldBody>,
     /// The plan's motion.
-    pub(super) motion: Motion,
+    pub(super) motion: PlanMotion,
     /// Where feet stand.
     pub(super) footholds: Vec<Foothold>,
     /// On which feet it stands when.
@@ -33,7 +33,7 @@ pub struct PictureScene {
     /// The centre of mass at every waypoint, world frame.
     pub(super) com_path: Vec<DVec3>,
     /// Start and goal.
-    pub(super) ends: [EndMark; 2],
+    pub(super) endpoints: [EndpointMarker; 2],
     /// Corners of boxes around the robot's links over the whole walk, world frame, in the order of
     /// time, and those of the footholds.
     pub(super) sweep: Vec<DVec3>,
@@ -79,7 +79,7 @@ impl PictureScene {
     /// [`PictureError::Plan`] if the plan does not belong to the robot, and [`PictureError::Hull`]
     /// for a hull without volume.
     pub fn new(model: &RobotModel, world: &World, plan: &PlanFile) -> Result<Self, PictureError> {
-        let motion = Motion::new(model, plan)?;
+        let motion = PlanMotion::new(model, plan)?;
         let (footholds, stances) = marks::contacts(model, plan)?;
         let robot = robot_bodies(model)?;
         let world = world.shapes.iter().map(|shape| {
@@ -89,10 +89,18 @@ impl PictureScene {
             Ok(WorldBody { kind: kind_of(&surface), carries, surface })
         });
         let world = world.collect::<Result<_, PictureError>>()?;
-        let ends = marks::ends(plan, &motion, &footholds);
+        let endpoints = marks::endpoint_markers(plan, &motion, &footholds);
         let com_path = motion.center_of_mass_path();
-        let mut scene =
-            Self { robot, world, motion, com_path, footholds, stances, ends, sweep: Vec::new() };
+        let mut scene = Self {
+            robot,
+            world,
+            motion,
+            com_path,
+            footholds,
+            stances,
+            endpoints,
+            sweep: Vec::new(),
+        };
         scene.sweep = scene.swept();
         Ok(scene)
     }

@@ -41,7 +41,7 @@ pub enum Ground {
 }
 
 /// A camera's view of everything but the robot.
-pub struct Stage<'a> {
+pub struct Renderer<'a> {
     scene: &'a PictureScene,
     view: View,
     canvas: Canvas,
@@ -49,7 +49,7 @@ pub struct Stage<'a> {
     haze: Haze,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> Renderer<'a> {
     /// The sun that shines on a scene; glass throws no shadow.
     pub fn sun(scene: &PictureScene, view: &View) -> Sun {
         let [right, back, up] = SUN;
@@ -73,7 +73,7 @@ impl<'a> Stage<'a> {
             .footholds
             .iter()
             .map(|foothold| &foothold.plate)
-            .chain(scene.ends.iter().map(|end| &end.rings));
+            .chain(scene.endpoints.iter().map(|end| &end.rings));
         for (number, surface) in marks.enumerate() {
             canvas.draw(&view.camera, surface, (scene.world.len() + number) as u32);
         }
@@ -112,7 +112,7 @@ impl<'a> Stage<'a> {
         shrink(&colours, canvas.size, encoder)
     }
 
-    /// The paints of world, footholds and ends, in the order in which they were drawn.
+    /// The paints of world, footholds and endpoints, in the order in which they were drawn.
     fn paints(&self, ground: Ground) -> Vec<Paint> {
         let world = self.scene.world.iter().map(|body| Paint::world(body.kind));
         let footholds = self.scene.footholds.iter().map(|foothold| {
@@ -120,8 +120,8 @@ impl<'a> Stage<'a> {
             let ahead = matches!(ground, Ground::At(now) if foothold.first > now);
             Paint::plain(if ahead { colour.mix(Colour::srgb(0x00F2_F2F4), 0.65) } else { colour })
         });
-        let ends = [start_colour(), goal_colour()].map(Paint::plain);
-        world.chain(footholds).chain(ends).collect()
+        let endpoints = [start_colour(), goal_colour()].map(Paint::plain);
+        world.chain(footholds).chain(endpoints).collect()
     }
 
     fn draw_support(&self, ground: Ground, canvas: &Canvas, colours: &mut [Colour]) {

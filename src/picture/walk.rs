@@ -7,7 +7,7 @@ use super::camera::Size;
 use super::colour::Encoder;
 use super::output::Image;
 use super::scene::PictureScene;
-use super::stage::{Figure, Ground, Stage};
+use super::stage::{Figure, Ground, Renderer};
 use super::view::View;
 
 /// A still's size.
@@ -29,14 +29,14 @@ const FOLLOWED_VIEW: f64 = 4.0;
 /// The robot at several instants.
 pub fn still(scene: &PictureScene) -> Image {
     let view = View::of(scene, &scene.sweep, STILL);
-    let sun = Stage::sun(scene, &view);
+    let sun = Renderer::sun(scene, &view);
     let progress = scene.motion.progress();
     let chosen = scene.motion.evenly_spaced(FIGURE_SPACING, FIGURES_MAX);
     let figures: Vec<Figure> = chosen
         .iter()
         .map(|&waypoint| Figure { at: waypoint as f64, progress: progress[waypoint] })
         .collect();
-    Stage::new(scene, view, sun, STILL).picture(&figures, Ground::All, &Encoder::new())
+    Renderer::new(scene, view, sun, STILL).picture(&figures, Ground::All, &Encoder::new())
 }
 
 /// The robot walking.
@@ -58,10 +58,10 @@ pub fn frames(scene: &PictureScene) -> Vec<Image> {
 
 fn fixed(scene: &PictureScene, moments: &[f64]) -> Vec<Image> {
     let view = View::of(scene, &scene.sweep, MOVING);
-    let sun = Stage::sun(scene, &view);
-    let stage = Stage::new(scene, view, sun, MOVING);
+    let sun = Renderer::sun(scene, &view);
+    let renderer = Renderer::new(scene, view, sun, MOVING);
     let (progress, encoder) = (scene.motion.progress(), Encoder::new());
-    moments.iter().map(|&at| frame(&stage, &progress, at, &encoder)).collect()
+    moments.iter().map(|&at| frame(&renderer, &progress, at, &encoder)).collect()
 }
 
 /// As [`fixed`], but the camera sees a part of the walk and moves along.
@@ -74,19 +74,19 @@ fn followed(scene: &PictureScene, moments: &[f64], roots: &[DVec3]) -> Vec<Image
         .filter(|point| point.distance(begin) < 0.5 * FOLLOWED_VIEW + 1.0)
         .collect();
     let view = View::of(scene, &seen, MOVING);
-    let sun = Stage::sun(scene, &view);
+    let sun = Renderer::sun(scene, &view);
     let (progress, encoder) = (scene.motion.progress(), Encoder::new());
     let window = moments.len() / 8;
     let draw = |index: usize| {
         let near = &roots[index.saturating_sub(window)..(index + window + 1).min(roots.len())];
         let target = near.iter().sum::<DVec3>() / near.len() as f64;
         let view = View { camera: view.camera.moved(target - begin), glass: view.glass.clone() };
-        frame(&Stage::new(scene, view, sun.clone(), MOVING), &progress, moments[index], &encoder)
+        frame(&Renderer::new(scene, view, sun.clone(), MOVING), &progress, moments[index], &encoder)
     };
     (0..moments.len()).into_par_iter().map(draw).collect()
 }
 
-fn frame(stage: &Stage<'_>, progress: &[f32], at: f64, encoder: &Encoder) -> Image {
+fn frame(renderer: &Renderer<'_>, progress: &[f32], at: f64, encoder: &Encoder) -> Image {
     let waypoint = at as usize;
-    stage.picture(&[Figure { at, progress: progress[waypoint] }], Ground::At(waypoint), encoder)
+    renderer.picture(&[Figure { at, progress: progress[waypoint] }], Ground::At(waypoint), encoder)
 }

@@ -1,4 +1,4 @@
-//! Starts the role processes, hears what they tell, notices when they end, and ends them.
+//! Starts the role processes, receives their events, notices when they end, and ends them.
 //!
 //! Each process's lines are read by a thread of its own and queued; [`Supervisor::next_event`] is
 //! the only place where anything is decided. A role that ended can be started again: nothing of the
@@ -10,14 +10,14 @@ use std::process::Command;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
 
-use crate::failure::Failure;
-use crate::line::Line;
+use crate::failure::CommandError;
+use crate::line::RoleEvent;
 use crate::signals;
 
-use process::{News, Process};
+use process::{Process, ProcessOutput};
 
 /// Time between two looks at the signals.
-const LOOK_EVERY: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// What a process does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,9 +39,9 @@ impl std::fmt::Display for Role {
 
 /// Something that happened to a role.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Event {
-    /// It told something.
-    Told(Line),
+pub enum SupervisorEvent {
+    /// It reported an event.
+    Reported(RoleEvent),
     /// Its process is over.
     Ended {
         /// Whose.
@@ -55,14 +55,14 @@ pub enum Event {
 #[derive(Debug)]
 pub struct Supervisor {
     processes: Vec<(Role, Process)>,
-    mouth: Sender<(Role, News)>,
-    ear: Receiver<(Role, News)>,
+    sender: Sender<(Role, ProcessOutput)>,
+    receiver: Receiver<(Role, ProcessOutput)>,
 }
 
 impl Default for Supervisor {
     fn default() -> Self {
-        let (mouth, ear) = channel();
-        Self { processes: Vec::new(), mouth, ear }
+        let (sender, receiver) = channel();
+        Self { processes: Vec::new(), sender, receiver }
     }
 }
 
@@ -71,9 +71,9 @@ impl Supervisor {
     ///
     /// # Errors
     /// When the system does not start it.
-    pub fn start(&mut self, role: Role, command: Command) -> Result<(), Failure> {
-        let process = Process::start(command, role, self.mouth.clone())
-            .map_err(|source| Failure::Start { role, source })?;
+    pub fn start(&mut self, role: Role, command: Command) -> Result<(), CommandError> {
+        let process = Process::start(command, role, self.sender.clone())
+            .map_err(|source| CommandError::Start { role, source })?;
         self.processes.push((role, process));
         Ok(())
     }
@@ -81,33 +81,37 @@ impl Supervisor {
     /// Waits for the next event.
     ///
     /// # Errors
-    /// When a signal asks this process to end, or a role says that it cannot go on.
-    pub fn next_event(&mut self) -> Result<Event, Failure> {
+    /// When a signal asks this process to end, or a role reports that it cannot go on.
+    pub fn next_event(&mut self) -> Result<SupervisorEvent, CommandError> {
         loop {
             if let Some(signal) = signals::raised() {
-                return Err(Failure::Interrupted(signal));
+                return Err(CommandError::Interrupted(signal));
             }
-            match self.ear.recv_timeout(LOOK_EVERY) {
-                Ok((role, News::Told(Line::Failed { message }))) => {
-                    return Err(Failure::Role { role, message });
+            match self.receiver.recv_timeout(POLL_INTERVAL) {
+                Ok((role, ProcessOutput::Event(RoleEvent::Failed { message }))) => {
+                    return Err(CommandError::Role { role, message });
                 }
-                Ok((_, News::Told(line))) => return Ok(Event::Told(line)),
-                Ok((role, News::Babble(text))) => {
-                    return Err(Failure::Role {
+                Ok((_, ProcessOutput::Event(event))) => {
+                    return Ok(SupervisorEvent::Reported(event));
+                }
+                Ok((role, ProcessOutput::NonEvent(text))) => {
+                    return Err(CommandError::Role {
                         role,
                         message: format!(
                             "said '{text}', which is no report; use the same surefoot for both"
                         ),
                     });
                 }
-                Ok((role, News::Closed)) => return Ok(Event::Ended { role, how: self.bury(role) }),
+                Ok((role, ProcessOutput::Closed)) => {
+                    return Ok(SupervisorEvent::Ended { role, how: self.reap(role) });
+                }
                 Err(_) => {}
             }
         }
     }
 
-    /// Waits for the end of a process that closed its stdout, and says how it ended.
-    fn bury(&mut self, role: Role) -> String {
+    /// Waits for the end of a process that closed its stdout, and returns its exit status.
+    fn reap(&mut self, role: Role) -> String {
         match self.processes.iter().position(|(other, _)| *other == role) {
             Some(index) => self.processes.swap_remove(index).1.wait(),
             None => "it was not running".to_owned(),

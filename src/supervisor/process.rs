@@ -7,25 +7,25 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use crate::clock::Stopwatch;
-use crate::line::Line;
+use crate::line::RoleEvent;
 use crate::signals;
 
 use super::Role;
 
-/// Longest line that a role may tell, bytes.
+/// Longest line of a role, bytes.
 const LINE_BYTES_MAX: u64 = 1 << 16;
 /// How long a process may take to end before it is killed, s.
 const GRACE_SECONDS: f64 = 3.0;
 /// Time between two looks whether it has ended.
-const LOOK_EVERY: Duration = Duration::from_millis(2);
+const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
-/// What comes out of a process.
+/// Output of a role process.
 #[derive(Debug)]
-pub(super) enum News {
+pub(super) enum ProcessOutput {
     /// A line.
-    Told(Line),
+    Event(RoleEvent),
     /// Something else.
-    Babble(String),
+    NonEvent(String),
     /// Nothing any more.
     Closed,
 }
@@ -42,13 +42,13 @@ impl Process {
     pub(super) fn start(
         mut command: Command,
         role: Role,
-        mouth: Sender<(Role, News)>,
+        sender: Sender<(Role, ProcessOutput)>,
     ) -> std::io::Result<Self> {
         let mut child =
             command.stdin(Stdio::null()).stdout(Stdio::piped()).process_group(0).spawn()?;
         let stdout = child.stdout.take();
         let process = Self { child };
-        let read = move || stdout.into_iter().for_each(|stdout| read_lines(stdout, role, &mouth));
+        let read = move || stdout.into_iter().for_each(|stdout| read_lines(stdout, role, &sender));
         match std::thread::Builder::new().name(format!("{role} lines")).spawn(read) {
             Ok(_) => Ok(process),
             Err(error) => {
@@ -71,7 +71,7 @@ impl Process {
         loop {
             match self.child.try_wait() {
                 Ok(Some(status)) => return status.to_string(),
-                Ok(None) if watch.seconds() < GRACE_SECONDS => std::thread::sleep(LOOK_EVERY),
+                Ok(None) if watch.seconds() < GRACE_SECONDS => std::thread::sleep(POLL_INTERVAL),
                 Ok(None) => {
                     // Fails only if it has ended by itself meanwhile.
                     let _ = self.child.kill();
@@ -87,28 +87,29 @@ impl Process {
 }
 
 /// Queues every line until the end; a queue that nobody reads any more ends it too.
-fn read_lines(stdout: ChildStdout, role: Role, mouth: &Sender<(Role, News)>) {
+fn read_lines(stdout: ChildStdout, role: Role, sender: &Sender<(Role, ProcessOutput)>) {
     let mut reader = BufReader::new(stdout);
     let mut text = Vec::new();
     loop {
         text.clear();
-        let news = match reader.by_ref().take(LINE_BYTES_MAX).read_until(b'\n', &mut text) {
-            Ok(0) | Err(_) => News::Closed,
+        let output = match reader.by_ref().take(LINE_BYTES_MAX).read_until(b'\n', &mut text) {
+            Ok(0) | Err(_) => ProcessOutput::Closed,
             // Killed in the middle of a line.
             Ok(read) if text.last() != Some(&b'\n') && (read as u64) < LINE_BYTES_MAX => {
-                News::Closed
+                ProcessOutput::Closed
             }
-            Ok(_) => serde_json::from_slice(&text).map_or_else(|_| babble(&text), News::Told),
+            Ok(_) => serde_json::from_slice(&text)
+                .map_or_else(|_| non_event(&text), ProcessOutput::Event),
         };
-        let over = matches!(news, News::Closed);
-        if mouth.send((role, news)).is_err() || over {
+        let over = matches!(output, ProcessOutput::Closed);
+        if sender.send((role, output)).is_err() || over {
             return;
         }
     }
 }
 
-fn babble(text: &[u8]) -> News {
-    News::Babble(
+fn non_event(text: &[u8]) -> ProcessOutput {
+    ProcessOutput::NonEvent(
         String::from_utf8_lossy(text).chars().take(80).collect::<String>().trim().to_owned(),
     )
 }

@@ -12,12 +12,12 @@ use surefoot_shared_types::plan_file::{
 const STONES_WITHIN: f64 = 0.4;
 
 /// A plan to damage, and the folder in which its files lie.
-pub struct Walk {
+pub struct DamagedPlan {
     pub plan: PlanFile,
     pub folder: PathBuf,
 }
 
-impl Walk {
+impl DamagedPlan {
     /// The phase in this mode nearest the plan's middle.
     pub fn middle_phase(&self, mode: &str) -> usize {
         let middle = self.plan.phases.len() / 2;

@@ -5,9 +5,9 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::plan_file::{EndBlock, ShapeBlock};
 
 use super::Reason::{self, File, Goal, Start, Violates};
-use super::damage::{Walk, cube_obj, push, turn};
+use super::damage::{DamagedPlan, cube_obj, push, turn};
 
-type Damage = (&'static str, Reason, fn(&mut Walk));
+type Damage = (&'static str, Reason, fn(&mut DamagedPlan));
 
 pub fn all() -> Vec<Damage> {
     [files(), motions(), contacts(), forces(), collisions(), ends()].concat()
@@ -15,134 +15,148 @@ pub fn all() -> Vec<Damage> {
 
 fn files() -> Vec<Damage> {
     vec![
-        ("another schema", File("schema"), |walk| walk.plan.schema = "biped-plan/2".into()),
-        ("time runs backwards", File("waypoint"), |walk| walk.plan.waypoints[100].t = 0.0),
-        ("a position is not a number", File("plan.json"), |walk| {
-            walk.plan.waypoints[100].q[0] = f64::NAN
+        ("another schema", File("schema"), |damaged| damaged.plan.schema = "biped-plan/2".into()),
+        ("time runs backwards", File("waypoint"), |damaged| damaged.plan.waypoints[100].t = 0.0),
+        ("a position is not a number", File("plan.json"), |damaged| {
+            damaged.plan.waypoints[100].q[0] = f64::NAN
         }),
-        ("a position is huge", File("waypoint"), |walk| walk.plan.waypoints[100].q[0] = 1e9),
-        ("a rotation is not one", File("waypoint"), |walk| {
-            walk.plan.waypoints[100].root_quat_xyzw = [0.0, 0.0, 0.0, 1.1]
+        ("a position is huge", File("waypoint"), |damaged| damaged.plan.waypoints[100].q[0] = 1e9),
+        ("a rotation is not one", File("waypoint"), |damaged| {
+            damaged.plan.waypoints[100].root_quat_xyzw = [0.0, 0.0, 0.0, 1.1]
         }),
-        ("the phases leave a gap", File("phase"), |walk| drop(walk.plan.phases.remove(7))),
-        ("a phase ends past the plan", File("phase"), |walk| {
-            walk.plan.phases.last_mut().unwrap().last += 1
+        ("the phases leave a gap", File("phase"), |damaged| drop(damaged.plan.phases.remove(7))),
+        ("a phase ends past the plan", File("phase"), |damaged| {
+            damaged.plan.phases.last_mut().unwrap().last += 1
         }),
-        ("a joint nobody has", File("joint_names"), |walk| {
-            walk.plan.joint_names[3] = "tail".into()
+        ("an unknown joint", File("joint_names"), |damaged| {
+            damaged.plan.joint_names[3] = "tail".into()
         }),
-        ("a joint is missing", File("waypoint"), |walk| {
-            walk.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.q.truncate(5))
+        ("a joint is missing", File("waypoint"), |damaged| {
+            damaged.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.q.truncate(5))
         }),
-        ("a mode nobody has", File("phase"), |walk| walk.plan.phases[4].mode = "hands".into()),
-        ("the contacts of another mode", File("phase"), |walk| {
-            let phase = walk.middle_phase("double");
-            walk.plan.phases[phase].contacts.truncate(1);
+        ("an unknown mode", File("phase"), |damaged| damaged.plan.phases[4].mode = "hands".into()),
+        ("the contacts of another mode", File("phase"), |damaged| {
+            let phase = damaged.middle_phase("double");
+            damaged.plan.phases[phase].contacts.truncate(1);
         }),
-        ("soles larger than the feet", File("sole"), |walk| {
-            walk.sole_polygons()
+        ("soles larger than the feet", File("sole"), |damaged| {
+            damaged
+                .sole_polygons()
                 .flatten()
                 .for_each(|corner| *corner = corner.map(|value| 1.3 * value));
         }),
-        ("friction below nothing", File("mu"), |walk| walk.plan.scene.mu = -0.1),
+        ("friction below nothing", File("mu"), |damaged| damaged.plan.scene.mu = -0.1),
     ]
 }
 
 fn motions() -> Vec<Damage> {
     vec![
-        ("an arm jumps", Violates(Check::Spacing, "left_elbow"), |walk| {
-            walk.bend("left_elbow", -0.3, [walk.mid_step()])
+        ("an arm jumps", Violates(Check::Spacing, "left_elbow"), |damaged| {
+            damaged.bend("left_elbow", -0.3, [damaged.mid_step()])
         }),
-        ("the root jumps", Violates(Check::Spacing, "root moves"), |walk| {
-            walk.push_root(0.2 * DVec3::X, [walk.mid_step()])
+        ("the root jumps", Violates(Check::Spacing, "root moves"), |damaged| {
+            damaged.push_root(0.2 * DVec3::X, [damaged.mid_step()])
         }),
-        ("the root spins", Violates(Check::Spacing, "root turns"), |walk| {
-            let at = walk.mid_step();
-            let [x, y, z, w] = walk.plan.waypoints[at].root_quat_xyzw;
-            walk.plan.waypoints[at].root_quat_xyzw = [w, z, -y, -x];
+        ("the root spins", Violates(Check::Spacing, "root turns"), |damaged| {
+            let at = damaged.mid_step();
+            let [x, y, z, w] = damaged.plan.waypoints[at].root_quat_xyzw;
+            damaged.plan.waypoints[at].root_quat_xyzw = [w, z, -y, -x];
         }),
-        ("waypoints are left out", Violates(Check::Spacing, "to the next waypoint"), |walk| {
-            walk.thin(walk.middle_phase("right"), 30)
+        ("waypoints are left out", Violates(Check::Spacing, "to the next waypoint"), |damaged| {
+            damaged.thin(damaged.middle_phase("right"), 30)
         }),
-        ("the walk is hurried", Violates(Check::Acceleration, "accelerates"), |walk| {
-            walk.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.7);
+        ("the walk is hurried", Violates(Check::Acceleration, "accelerates"), |damaged| {
+            damaged.plan.waypoints.iter_mut().for_each(|waypoint| waypoint.t *= 0.7);
         }),
-        ("a step stops at once", Violates(Check::Acceleration, "accelerates"), |walk| {
-            let last = *walk.waypoints_of(walk.middle_phase("right")).end();
-            let late = 0.9 * (walk.plan.waypoints[last].t - walk.plan.waypoints[last - 1].t);
-            walk.plan.waypoints[last..].iter_mut().for_each(|waypoint| waypoint.t -= late);
+        ("a step stops at once", Violates(Check::Acceleration, "accelerates"), |damaged| {
+            let last = *damaged.waypoints_of(damaged.middle_phase("right")).end();
+            let late = 0.9 * (damaged.plan.waypoints[last].t - damaged.plan.waypoints[last - 1].t);
+            damaged.plan.waypoints[last..].iter_mut().for_each(|waypoint| waypoint.t -= late);
         }),
-        ("an arm twitches", Violates(Check::Acceleration, "left_elbow"), |walk| {
-            walk.bend("left_elbow", -0.15, [walk.mid_step()])
+        ("an arm twitches", Violates(Check::Acceleration, "left_elbow"), |damaged| {
+            damaged.bend("left_elbow", -0.15, [damaged.mid_step()])
         }),
-        ("an elbow bends too far", Violates(Check::Limits, "left_elbow"), |walk| {
-            walk.bend("left_elbow", -3.0, walk.everywhere())
+        ("an elbow bends too far", Violates(Check::Limits, "left_elbow"), |damaged| {
+            damaged.bend("left_elbow", -3.0, damaged.everywhere())
         }),
-        ("a wrist turns too far", Violates(Check::Limits, "right_wrist_yaw"), |walk| {
-            walk.bend("right_wrist_yaw", 3.5, walk.everywhere());
+        ("a wrist turns too far", Violates(Check::Limits, "right_wrist_yaw"), |damaged| {
+            damaged.bend("right_wrist_yaw", 3.5, damaged.everywhere());
         }),
-        ("a knee bends backwards", Violates(Check::Limits, "left_knee"), |walk| {
-            walk.bend("left_knee", -3.0, walk.everywhere())
+        ("a knee bends backwards", Violates(Check::Limits, "left_knee"), |damaged| {
+            damaged.bend("left_knee", -3.0, damaged.everywhere())
         }),
     ]
 }
 
 fn contacts() -> Vec<Damage> {
     vec![
-        ("a stance foot slides 5 mm", Violates(Check::Contact, "right sole is"), |walk| {
-            let waypoints = walk.waypoints_of(walk.middle_phase("right"));
+        ("a stance foot slides 5 mm", Violates(Check::Contact, "right sole is"), |damaged| {
+            let waypoints = damaged.waypoints_of(damaged.middle_phase("right"));
             let count = (waypoints.end() - waypoints.start()) as f64;
             for (index, waypoint) in waypoints.enumerate() {
-                walk.push_root(5e-3 * index as f64 / count * DVec3::X, [waypoint]);
+                damaged.push_root(5e-3 * index as f64 / count * DVec3::X, [waypoint]);
             }
         }),
-        ("a foot is declared 5 mm aside", Violates(Check::Contact, "declared place"), |walk| {
-            walk.redeclare(|pose| push(&mut pose.xyz, 5e-3 * DVec3::Y));
+        ("a foot is declared 5 mm aside", Violates(Check::Contact, "declared place"), |damaged| {
+            damaged.redeclare(|pose| push(&mut pose.xyz, 5e-3 * DVec3::Y));
         }),
-        ("a foot is declared a degree turned", Violates(Check::Contact, "declared pose"), |walk| {
-            walk.redeclare(|pose| turn(pose, DVec3::Z, 1.0));
-        }),
-        ("an ankle tips the sole", Violates(Check::Contact, "right sole is turned"), |walk| {
-            walk.bend("right_ankle_roll", 0.02, walk.waypoints_of(walk.middle_phase("right")));
+        (
+            "a foot is declared a degree turned",
+            Violates(Check::Contact, "declared pose"),
+            |damaged| {
+                damaged.redeclare(|pose| turn(pose, DVec3::Z, 1.0));
+            },
+        ),
+        ("an ankle tips the sole", Violates(Check::Contact, "right sole is turned"), |damaged| {
+            damaged.bend(
+                "right_ankle_roll",
+                0.02,
+                damaged.waypoints_of(damaged.middle_phase("right")),
+            );
         }),
         (
             "the robot walks 10 mm above the ground",
             Violates(Check::Contact, "supported over"),
-            |walk| walk.push_all(0.01 * DVec3::Z),
+            |damaged| damaged.push_all(0.01 * DVec3::Z),
         ),
-        ("the robot walks 6 mm below the ground", Violates(Check::Contact, "deep"), |walk| {
-            walk.push_all(-0.006 * DVec3::Z)
+        ("the robot walks 6 mm below the ground", Violates(Check::Contact, "deep"), |damaged| {
+            damaged.push_all(-0.006 * DVec3::Z)
         }),
-        ("the ground is missing", Violates(Check::Contact, "supported over"), Walk::remove_stones),
-        ("the ground is aside", Violates(Check::Contact, "supported over"), |walk| {
-            walk.stones().for_each(|stone| push(&mut stone.pose.xyz, 2.0 * DVec3::Y));
+        (
+            "the ground is missing",
+            Violates(Check::Contact, "supported over"),
+            DamagedPlan::remove_stones,
+        ),
+        ("the ground is aside", Violates(Check::Contact, "supported over"), |damaged| {
+            damaged.stones().for_each(|stone| push(&mut stone.pose.xyz, 2.0 * DVec3::Y));
         }),
-        ("the ground is 10 mm lower", Violates(Check::Contact, "supported over"), |walk| {
-            walk.stones().for_each(|stone| push(&mut stone.pose.xyz, -0.01 * DVec3::Z));
+        ("the ground is 10 mm lower", Violates(Check::Contact, "supported over"), |damaged| {
+            damaged.stones().for_each(|stone| push(&mut stone.pose.xyz, -0.01 * DVec3::Z));
         }),
         (
             "a stone under half of a sole is missing",
             Violates(Check::Balance, "centre of mass"),
-            |walk| {
-                let name = walk.stone().name.clone();
-                walk.plan.scene.shapes.retain(|shape| shape.name != name);
+            |damaged| {
+                let name = damaged.stone().name.clone();
+                damaged.plan.scene.shapes.retain(|shape| shape.name != name);
             },
         ),
-        ("a stone stands 10 mm higher", Violates(Check::Contact, "deep"), |walk| {
-            push(&mut walk.stone().pose.xyz, 0.01 * DVec3::Z)
+        ("a stone stands 10 mm higher", Violates(Check::Contact, "deep"), |damaged| {
+            push(&mut damaged.stone().pose.xyz, 0.01 * DVec3::Z)
         }),
-        ("a stone is tilted", Violates(Check::Contact, "right sole"), |walk| {
-            turn(&mut walk.stone().pose, DVec3::X, 8.0)
+        ("a stone is tilted", Violates(Check::Contact, "right sole"), |damaged| {
+            turn(&mut damaged.stone().pose, DVec3::X, 8.0)
         }),
-        ("a kept foot is declared elsewhere", Violates(Check::Continuity, "foot"), |walk| {
-            let phase = walk.middle_phase("right");
-            push(&mut walk.plan.phases[phase].contacts[0].sole_pose.xyz, 1e-4 * DVec3::X);
+        ("a kept foot is declared elsewhere", Violates(Check::Continuity, "foot"), |damaged| {
+            let phase = damaged.middle_phase("right");
+            push(&mut damaged.plan.phases[phase].contacts[0].sole_pose.xyz, 1e-4 * DVec3::X);
         }),
-        ("both feet change at once", Violates(Check::Continuity, "without both feet"), |walk| {
-            let phase = walk.middle_phase("double");
-            let mode = walk.plan.phases[phase - 1].mode.clone();
-            let contacts = walk.plan.phases[phase - 1].contacts.clone();
-            (walk.plan.phases[phase].mode, walk.plan.phases[phase].contacts) = (mode, contacts);
+        ("both feet change at once", Violates(Check::Continuity, "without both feet"), |damaged| {
+            let phase = damaged.middle_phase("double");
+            let mode = damaged.plan.phases[phase - 1].mode.clone();
+            let contacts = damaged.plan.phases[phase - 1].contacts.clone();
+            (damaged.plan.phases[phase].mode, damaged.plan.phases[phase].contacts) =
+                (mode, contacts);
         }),
     ]
 }
@@ -152,85 +166,92 @@ fn forces() -> Vec<Damage> {
         (
             "one foot alone while the weight shifts",
             Violates(Check::Balance, "centre of mass"),
-            |walk| {
-                let phase = walk.middle_phase("double");
-                let mode = walk.plan.phases[phase - 1].mode.clone();
-                let contacts = walk.plan.phases[phase - 1].contacts.clone();
-                (walk.plan.phases[phase].mode, walk.plan.phases[phase].contacts) = (mode, contacts);
+            |damaged| {
+                let phase = damaged.middle_phase("double");
+                let mode = damaged.plan.phases[phase - 1].mode.clone();
+                let contacts = damaged.plan.phases[phase - 1].contacts.clone();
+                (damaged.plan.phases[phase].mode, damaged.plan.phases[phase].contacts) =
+                    (mode, contacts);
             },
         ),
-        ("only the heel carries", Violates(Check::Balance, "centre of mass"), |walk| {
-            walk.sole_polygons().flatten().for_each(|corner| corner[0] = corner[0].min(-0.03));
+        ("only the heel carries", Violates(Check::Balance, "centre of mass"), |damaged| {
+            damaged.sole_polygons().flatten().for_each(|corner| corner[0] = corner[0].min(-0.03));
         }),
-        ("a strip of the sole carries", Violates(Check::Balance, "centre of mass"), |walk| {
-            walk.sole_polygons().flatten().for_each(|corner| corner[1] = corner[1].max(0.05));
+        ("a strip of the sole carries", Violates(Check::Balance, "centre of mass"), |damaged| {
+            damaged.sole_polygons().flatten().for_each(|corner| corner[1] = corner[1].max(0.05));
         }),
-        ("all motors are weak", Violates(Check::Torque, "needs"), |walk| {
-            walk.plan.robot.effort_scale = Some(0.2)
+        ("all motors are weak", Violates(Check::Torque, "needs"), |damaged| {
+            damaged.plan.robot.effort_scale = Some(0.2)
         }),
-        ("a knee is weak", Violates(Check::Torque, "left_knee"), |walk| {
-            walk.plan.robot.effort_limits.insert("left_knee".into(), 15.0);
+        ("a knee is weak", Violates(Check::Torque, "left_knee"), |damaged| {
+            damaged.plan.robot.effort_limits.insert("left_knee".into(), 15.0);
         }),
-        ("a shoulder is weak", Violates(Check::Torque, "right_shoulder_roll"), |walk| {
-            walk.plan.robot.effort_limits.insert("right_shoulder_roll".into(), 0.1);
+        ("a shoulder is weak", Violates(Check::Torque, "right_shoulder_roll"), |damaged| {
+            damaged.plan.robot.effort_limits.insert("right_shoulder_roll".into(), 0.1);
         }),
     ]
 }
 
 fn collisions() -> Vec<Damage> {
     vec![
-        ("a beam at the height of the chest", Violates(Check::Collision, "intruder"), |walk| {
-            walk.add_box(walk.root(walk.mid_step()) + 0.3 * DVec3::Z, [0.02, 2.0, 0.02]);
+        ("a beam at the height of the chest", Violates(Check::Collision, "intruder"), |damaged| {
+            damaged.add_box(damaged.root(damaged.mid_step()) + 0.3 * DVec3::Z, [0.02, 2.0, 0.02]);
         }),
         (
             "a ball in the way of the swinging foot",
             Violates(Check::Collision, "intruder"),
-            |walk| {
-                let sole = DVec3::from(walk.stance().sole_pose.xyz);
-                walk.add(sole + DVec3::new(0.0, 0.2, 0.04), ShapeBlock::Sphere { radius: 0.02 });
+            |damaged| {
+                let sole = DVec3::from(damaged.stance().sole_pose.xyz);
+                damaged.add(sole + DVec3::new(0.0, 0.2, 0.04), ShapeBlock::Sphere { radius: 0.02 });
             },
         ),
-        ("a plate thinner than any step", Violates(Check::Collision, "intruder"), |walk| {
-            walk.add_box(
-                walk.root(walk.mid_step()) + DVec3::new(0.013, 0.0, 0.1),
+        ("a plate thinner than any step", Violates(Check::Collision, "intruder"), |damaged| {
+            damaged.add_box(
+                damaged.root(damaged.mid_step()) + DVec3::new(0.013, 0.0, 0.1),
                 [2e-3, 0.02, 0.02],
             );
         }),
-        ("a wire between the legs", Violates(Check::Collision, "intruder"), |walk| {
-            let at = walk.root(walk.mid_step());
-            walk.add(at, ShapeBlock::Capsule { radius: 3e-3, length: 0.4 });
+        ("a wire between the legs", Violates(Check::Collision, "intruder"), |damaged| {
+            let at = damaged.root(damaged.mid_step());
+            damaged.add(at, ShapeBlock::Capsule { radius: 3e-3, length: 0.4 });
         }),
-        ("a mesh in the way", Violates(Check::Collision, "intruder"), |walk| {
-            std::fs::write(walk.folder.join("cube.obj"), cube_obj(0.05)).unwrap();
-            let at = walk.root(walk.mid_step());
-            walk.add(
+        ("a mesh in the way", Violates(Check::Collision, "intruder"), |damaged| {
+            std::fs::write(damaged.folder.join("cube.obj"), cube_obj(0.05)).unwrap();
+            let at = damaged.root(damaged.mid_step());
+            damaged.add(
                 at + 0.2 * DVec3::Z,
                 ShapeBlock::Mesh { path: "cube.obj".into(), scale: None },
             );
         }),
-        ("the robot is inside a closed mesh", Violates(Check::Collision, "inside"), |walk| {
-            std::fs::write(walk.folder.join("room.obj"), cube_obj(20.0)).unwrap();
-            walk.add(DVec3::ZERO, ShapeBlock::Mesh { path: "room.obj".into(), scale: None });
+        ("the robot is inside a closed mesh", Violates(Check::Collision, "inside"), |damaged| {
+            std::fs::write(damaged.folder.join("room.obj"), cube_obj(20.0)).unwrap();
+            damaged.add(DVec3::ZERO, ShapeBlock::Mesh { path: "room.obj".into(), scale: None });
         }),
-        ("an arm reaches into the trunk", Violates(Check::SelfCollision, "overlaps"), |walk| {
-            walk.bend("left_shoulder_roll", -0.5, walk.everywhere());
+        ("an arm reaches into the trunk", Violates(Check::SelfCollision, "overlaps"), |damaged| {
+            damaged.bend("left_shoulder_roll", -0.5, damaged.everywhere());
         }),
-        ("the legs meet", Violates(Check::SelfCollision, "overlaps"), |walk| {
-            walk.bend("left_hip_roll", -0.35, walk.everywhere())
+        ("the legs collide", Violates(Check::SelfCollision, "overlaps"), |damaged| {
+            damaged.bend("left_hip_roll", -0.35, damaged.everywhere())
         }),
     ]
 }
 
 fn ends() -> Vec<Damage> {
     vec![
-        ("the start mark is elsewhere", Start, |walk| move_print(&mut walk.plan.start, 0.01)),
-        ("the goal mark is elsewhere", Goal, |walk| move_print(&mut walk.plan.goal, 0.2)),
-        ("the walk ends halfway", Goal, |walk| walk.cut_after(walk.middle_phase("double"))),
-        ("the walk begins halfway", Start, |walk| walk.cut_before(walk.middle_phase("double"))),
+        ("the start stance is elsewhere", Start, |damaged| {
+            move_soles(&mut damaged.plan.start, 0.01)
+        }),
+        ("the goal stance is elsewhere", Goal, |damaged| move_soles(&mut damaged.plan.goal, 0.2)),
+        ("the walk ends halfway", Goal, |damaged| {
+            damaged.cut_after(damaged.middle_phase("double"))
+        }),
+        ("the walk begins halfway", Start, |damaged| {
+            damaged.cut_before(damaged.middle_phase("double"))
+        }),
     ]
 }
 
-fn move_print(end: &mut EndBlock, change: f64) {
+fn move_soles(end: &mut EndBlock, change: f64) {
     if let EndBlock::Feet { soles, .. } = end {
         soles.values_mut().for_each(|sole| push(&mut sole.xyz, change * DVec3::X));
     }

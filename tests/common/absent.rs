@@ -1,6 +1,6 @@
-//! What a test does where the machine lacks what it needs.
+//! Skips a test where the machine lacks a requirement.
 
-/// Says that a test is skipped because of `what` is absent; fails instead where
+/// Prints that a test is skipped because `what` is absent; fails instead where
 /// `SUREFOOT_REQUIRE_ALL` is set.
 pub fn skip(what: &str) {
     assert!(

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-/// What a finished run said.
-pub struct Said {
+/// Exit code and output of a finished run.
+pub struct CommandOutput {
     pub code: i32,
     pub out: String,
     pub err: String,
@@ -21,16 +21,16 @@ pub fn surefoot(arguments: &[&str]) -> Command {
 }
 
 /// Runs the command to its end.
-pub fn run(arguments: &[&str]) -> Said {
+pub fn run(arguments: &[&str]) -> CommandOutput {
     finish(surefoot(arguments).spawn().unwrap())
 }
 
 /// Waits for the end of a run.
-pub fn finish(child: Child) -> Said {
+pub fn finish(child: Child) -> CommandOutput {
     let pid = child.id();
     let Output { status, stdout, stderr } = child.wait_with_output().unwrap();
     let code = status.code().unwrap_or_else(|| panic!("surefoot ended by {status}"));
-    Said {
+    CommandOutput {
         code,
         out: String::from_utf8(stdout).unwrap(),
         err: String::from_utf8(stderr).unwrap(),
@@ -62,6 +62,6 @@ pub fn assert_nothing_left(pid: u32) {
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {
-    // Other tests' instances come and go meanwhile.
+    // Other tests create and remove instances at the same time.
     std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
 }

@@ -1,4 +1,4 @@
-//! What a sole finds under it: level tops of a world's boxes and meshes and the area over which a
+//! The support of a sole: level tops of a world's boxes and meshes and the area over which a
 //! sole's contact points spread.
 
 use std::path::{Path, PathBuf};

@@ -1,11 +1,11 @@
-//! Where the robot stands, kept in the instance's folder so that it outlives the controller's
+//! Where the robot stands, stored in the instance's folder so that it outlives the controller's
 //! process.
 //!
-//! A walked chunk counts from the moment its record is complete here, before the planner hears of
-//! it. So a controller that takes over neither walks a chunk again nor misses one, whenever its
+//! A chunk counts as executed once its record is complete here, before feedback is published. So a
+//! controller that takes over neither executes a chunk again nor misses one, whenever its
 //! predecessor was killed. Two slots are written in turn: a record torn by a kill leaves the one
-//! before. The file is mapped, and written once before it is, so that keeping a record allocates
-//! nothing and cannot find the file system full. The lock on it allows one controller at a time.
+//! before. The file is written once before it is mapped, so that writing a record allocates
+//! nothing and cannot fail on a full file system. The lock on it allows one controller at a time.
 
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -15,13 +15,13 @@ use std::time::Duration;
 use memmap2::MmapMut;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::instance::{ChannelError, Instance};
-use surefoot_shared_types::message::{Feedback, Layout, RobotRecord, Sealed};
+use surefoot_shared_types::message::{Feedback, Layout, RobotRecord, WithCrc};
 
 /// The file's name in the instance's folder.
 const FILE: &str = "robot";
 /// Bytes of a record.
 const RECORD: usize = size_of::<RobotRecord>();
-/// How often the lock is tried while a predecessor's process is being buried.
+/// Attempts to lock while a predecessor's process is being reaped.
 const LOCK_ATTEMPTS_MAX: usize = 40;
 /// Time between two attempts.
 const LOCK_PAUSE: Duration = Duration::from_millis(5);
@@ -36,7 +36,7 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Opens the journal of an instance and takes the robot; answers what its last controller left.
+    /// Opens the journal of an instance and locks it; returns the last controller's record.
     pub(super) fn open(instance: &Instance) -> Result<(Self, Option<RobotRecord>), ChannelError> {
         let path = instance.root().join(FILE);
         let failed =
@@ -55,7 +55,7 @@ impl Journal {
             file.set_len(0).map_err(failed)?;
             file.write_all(&[0; 2 * RECORD]).map_err(failed)?;
         }
-        // SAFETY: only the holder of the lock writes the file, and nobody shortens it.
+        // SAFETY: only the holder of the lock writes the file, and no process shortens it.
         let slots = unsafe { MmapMut::map_mut(&file) }.map_err(failed)?;
         let records = [0, 1].map(|slot| {
             bytemuck::pod_read_unaligned::<RobotRecord>(&slots[slot * RECORD..(slot + 1) * RECORD])
@@ -68,15 +68,15 @@ impl Journal {
         Ok((Self { slots, generation, _lock: file }, newest))
     }
 
-    /// Keeps where the robot stands, in place. It holds once this returns.
-    pub(super) fn keep(&mut self, stream_after_first: Digest, word: &Feedback) {
+    /// Writes where the robot stands, in place. The record is complete once this returns.
+    pub(super) fn write(&mut self, stream_after_first: Digest, feedback: &Feedback) {
         self.generation += 1;
         let slot = (self.generation % 2) as usize;
         let record: &mut RobotRecord =
             bytemuck::from_bytes_mut(&mut self.slots[slot * RECORD..(slot + 1) * RECORD]);
         (record.layout, record.generation) = (RobotRecord::HASH, self.generation);
-        (record.stream_after_first, record.word) = (stream_after_first, *word);
-        record.seal();
+        (record.stream_after_first, record.word) = (stream_after_first, *feedback);
+        record.write_crc();
     }
 }
 
@@ -103,11 +103,11 @@ mod tests {
         Instance::create_in(&base.join("base"), "journal").unwrap()
     }
 
-    fn word(walked: u64) -> Feedback {
-        let mut word =
+    fn feedback(walked: u64) -> Feedback {
+        let mut feedback =
             Feedback { schema: FEEDBACK_SCHEMA, instance: 7, walked, ..Feedback::zeroed() };
-        word.seal();
-        word
+        feedback.write_crc();
+        feedback
     }
 
     #[test]
@@ -117,7 +117,7 @@ mod tests {
         let (mut journal, found) = Journal::open(&instance).unwrap();
         assert!(found.is_none());
         for walked in 1..=5 {
-            journal.keep(Digest::default(), &word(walked));
+            journal.write(Digest::default(), &feedback(walked));
         }
         drop(journal);
         let found = Journal::open(&instance).unwrap().1.unwrap();

@@ -1,33 +1,33 @@
-//! Words that get lost or come late on purpose: what a planner must bear.
+//! Injected faults: lost and delayed feedback, which a planner must tolerate.
 
 use surefoot_shared_types::message::Feedback;
 
 use crate::draw;
 
-/// The share of words that are lost, and the share that come one word late.
-const LOST_SHARE: f64 = 0.2;
-const LATE_SHARE: f64 = 0.2;
+/// Probability that a message is lost, and that it arrives one message late.
+const LOSS_PROBABILITY: f64 = 0.2;
+const DELAY_PROBABILITY: f64 = 0.2;
 
-/// Loses and delays words.
+/// Loses and delays feedback messages.
 #[derive(Debug)]
-pub(super) struct Lateness {
+pub(super) struct FaultInjection {
     seed: u64,
-    before: Option<Feedback>,
+    previous: Option<Feedback>,
 }
 
-impl Lateness {
-    /// The losses of a seed.
+impl FaultInjection {
+    /// The faults of a seed.
     pub(super) fn new(seed: u64) -> Self {
-        Self { seed, before: None }
+        Self { seed, previous: None }
     }
 
-    /// What arrives in place of a word: itself, the one before it, or nothing.
-    pub(super) fn arriving(&mut self, word: Feedback) -> Option<Feedback> {
-        let before = self.before.replace(word);
-        match draw::unit(self.seed, &[word.count]) {
-            share if share < LOST_SHARE => None,
-            share if share < LOST_SHARE + LATE_SHARE => before,
-            _ => Some(word),
+    /// What arrives in place of a message: itself, the one before it, or nothing.
+    pub(super) fn delivered(&mut self, feedback: Feedback) -> Option<Feedback> {
+        let previous = self.previous.replace(feedback);
+        match draw::uniform(self.seed, &[feedback.count]) {
+            share if share < LOSS_PROBABILITY => None,
+            share if share < LOSS_PROBABILITY + DELAY_PROBABILITY => previous,
+            _ => Some(feedback),
         }
     }
 }
@@ -39,19 +39,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn some_words_are_lost_and_some_come_late() {
-        let mut lateness = Lateness::new(7);
-        let (mut lost, mut late) = (0, 0);
+    fn some_messages_are_lost_and_some_are_delayed() {
+        let mut faults = FaultInjection::new(7);
+        let (mut lost, mut delayed) = (0, 0);
         for count in 1..=1000 {
-            match lateness.arriving(Feedback { count, ..Feedback::zeroed() }) {
+            match faults.delivered(Feedback { count, ..Feedback::zeroed() }) {
                 None => lost += 1,
-                Some(word) if word.count < count => late += 1,
-                Some(word) => assert_eq!(word.count, count),
+                Some(feedback) if feedback.count < count => delayed += 1,
+                Some(feedback) => assert_eq!(feedback.count, count),
             }
         }
         assert!(
-            (150..250).contains(&lost) && (150..250).contains(&late),
-            "{lost} lost, {late} late"
+            (150..250).contains(&lost) && (150..250).contains(&delayed),
+            "{lost} lost, {delayed} delayed"
         );
     }
 }

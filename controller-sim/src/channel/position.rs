@@ -1,37 +1,37 @@
-//! Where the receiver stands in the stream, and what it makes of a chunk before anybody judges its
-//! content.
+//! The subscriber's state in the stream, and the triage of a received chunk before its content is
+//! checked.
 //!
-//! The CRC comes first: until it holds no field is believed. Then a chunk is for this controller
-//! instance, of the planner session that speaks now, of the plan being walked, and the next one, or
-//! it is not judged.
+//! The CRC comes first; no field is used until it matches. The content of a chunk is checked only
+//! if the chunk is for this controller, of the current planner session, of the plan in execution,
+//! and the next one.
 
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::{Rank, Succession};
+use surefoot_shared_types::instance::{SenderStatus, SenderTracker};
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::message::{
-    Check, Correction, Feedback, Margins, PlanChunk, RobotRecord, Sealed, Standing, Verdict,
+    Check, Correction, Feedback, Margins, PlanChunk, RobotRecord, Standing, Verdict, WithCrc,
 };
 
-use super::{Refusal, Tally};
+use super::{ReceiverStats, Refusal};
 
 /// What to do with a received chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Admission {
-    /// It is the next one: judge its content.
-    Judge,
+pub(super) enum ChunkTriage {
+    /// It is the next one: check its content.
+    Check,
     /// It is damaged or does not continue the stream: refuse it for this reason.
     Refuse(Check),
-    /// Not for now: a duplicate, a gap, a leftover, somebody else's, or anything after a refusal.
+    /// Nothing: a duplicate, a gap, stale, for another controller, or after a refusal.
     Ignore,
 }
 
-/// The receiver's place in the stream.
+/// The subscriber's state in the stream.
 #[derive(Debug)]
-pub(super) struct Position {
-    instance: u64,
-    sessions: Succession,
+pub(super) struct StreamState {
+    controller_id: u64,
+    sessions: SenderTracker,
     plan: Option<(u64, u64)>,
     next: u64,
     stream: Digest,
@@ -39,19 +39,19 @@ pub(super) struct Position {
     finished: bool,
     refusal: Option<Refusal>,
     margins: Margins,
-    standing: Standing,
+    rest_state: Standing,
     walked: u64,
     corrections: heapless::Vec<Correction, CORRECTIONS_MAX>,
     busy: bool,
-    tally: Tally,
+    stats: ReceiverStats,
 }
 
-impl Position {
+impl StreamState {
     /// Before the first chunk.
-    pub(super) fn new(instance: u64) -> Self {
+    pub(super) fn new(controller_id: u64) -> Self {
         Self {
-            instance,
-            sessions: Succession::default(),
+            controller_id,
+            sessions: SenderTracker::default(),
             plan: None,
             next: 0,
             stream: Digest::default(),
@@ -59,94 +59,95 @@ impl Position {
             finished: false,
             refusal: None,
             margins: Margins::UNMEASURED,
-            standing: bytemuck::Zeroable::zeroed(),
+            rest_state: bytemuck::Zeroable::zeroed(),
             walked: 0,
             corrections: heapless::Vec::new(),
             busy: false,
-            tally: Tally::default(),
+            stats: ReceiverStats::default(),
         }
     }
 
     /// Where the controller before this one left the robot.
-    pub(super) fn take_over(instance: u64, record: &RobotRecord) -> Self {
-        let word = &record.word;
-        let mut sessions = Succession::default();
-        if word.session != 0 {
-            sessions.enthrone(word.session);
+    pub(super) fn take_over(controller_id: u64, record: &RobotRecord) -> Self {
+        let feedback = &record.word;
+        let mut sessions = SenderTracker::default();
+        if feedback.session != 0 {
+            sessions.adopt(feedback.session);
         }
-        let refused = word.verdict == Verdict::Refused as u32;
-        let refusal = Check::from_wire(word.check).filter(|_| refused);
+        let refused = feedback.verdict == Verdict::Refused as u32;
+        let refusal = Check::from_wire(feedback.check).filter(|_| refused);
         Self {
-            instance,
+            controller_id,
             sessions,
-            plan: (word.session != 0).then_some((word.plan_id, word.epoch)),
-            next: word.next_sequence,
-            stream: word.stream,
+            plan: (feedback.session != 0).then_some((feedback.plan_id, feedback.epoch)),
+            next: feedback.next_sequence,
+            stream: feedback.stream,
             stream_after_first: record.stream_after_first,
-            finished: word.finished != 0,
+            finished: feedback.finished != 0,
             refusal: refusal.map(|check| Refusal {
-                sequence: word.refused_sequence,
+                sequence: feedback.refused_sequence,
                 check,
-                waypoint: word.refused_waypoint,
+                waypoint: feedback.refused_waypoint,
             }),
-            margins: word.margins,
-            standing: word.standing,
-            walked: word.walked,
-            corrections: word.corrections().iter().copied().collect(),
+            margins: feedback.margins,
+            rest_state: feedback.standing,
+            walked: feedback.walked,
+            corrections: feedback.corrections().iter().copied().collect(),
             busy: false,
-            tally: Tally {
-                accepted: word.next_sequence,
-                duplicates: word.duplicated,
-                gaps: word.gaps,
-                ..Tally::default()
+            stats: ReceiverStats {
+                accepted: feedback.next_sequence,
+                duplicates: feedback.duplicated,
+                gaps: feedback.gaps,
+                ..ReceiverStats::default()
             },
         }
     }
 
-    /// Digest of the stream after its first chunk, by which a successor of the planner is known.
+    /// Digest of the stream after its first chunk, which identifies the plan of a restarted
+    /// planner.
     pub(super) fn stream_after_first(&self) -> Digest {
         self.stream_after_first
     }
 
     /// Decides what to do with a chunk, counts it, and moves to a new planner session or plan where
     /// it begins one.
-    pub(super) fn admit(&mut self, chunk: &PlanChunk) -> Admission {
-        self.tally.received += 1;
-        if !chunk.is_intact() {
+    pub(super) fn triage(&mut self, chunk: &PlanChunk) -> ChunkTriage {
+        self.stats.received += 1;
+        if !chunk.crc_matches() {
             return if self.refusal.is_some() {
-                Admission::Ignore
+                ChunkTriage::Ignore
             } else {
-                Admission::Refuse(Check::Crc)
+                ChunkTriage::Refuse(Check::Crc)
             };
         }
-        if chunk.target_instance != self.instance {
-            self.tally.foreign += 1;
-            return Admission::Ignore;
+        if chunk.target_instance != self.controller_id {
+            self.stats.foreign += 1;
+            return ChunkTriage::Ignore;
         }
-        match self.sessions.rank(chunk.session) {
-            Rank::Replaced => return self.ignore_leftover(),
-            Rank::New if self.begins_other_stream(chunk) => self.begin(chunk),
-            Rank::New if self.is_of_plan(chunk) => self.sessions.enthrone(chunk.session),
-            Rank::New => return self.ignore_gap(),
-            Rank::Current if self.is_of_plan(chunk) => {}
-            Rank::Current
+        match self.sessions.status(chunk.session) {
+            SenderStatus::Stale => return self.ignore_stale(),
+            SenderStatus::New if self.begins_other_stream(chunk) => self.begin_plan(chunk),
+            SenderStatus::New if self.is_of_plan(chunk) => self.sessions.adopt(chunk.session),
+            SenderStatus::New => return self.ignore_gap(),
+            SenderStatus::Current if self.is_of_plan(chunk) => {}
+            SenderStatus::Current
                 if chunk.sequence == 0 && Some((chunk.plan_id, chunk.epoch)) > self.plan =>
             {
-                self.begin(chunk)
+                self.begin_plan(chunk)
             }
-            Rank::Current => return self.ignore_leftover(),
+            SenderStatus::Current => return self.ignore_stale(),
         }
-        self.place(chunk)
+        self.triage_sequence(chunk)
     }
 
-    /// The judged chunk is accepted, with which the stream has digest `stream`; `walked` is how the
-    /// robot walked it.
+    /// The checked chunk is accepted, with which the stream has digest `stream`; `executed` is the
+    /// chunk as the robot executed it.
     pub(super) fn accept(
         &mut self,
         chunk: &PlanChunk,
         stream: Digest,
         margins: &Margins,
-        walked: &PlanChunk,
+        executed: &PlanChunk,
     ) {
         self.stream = stream;
         if self.next == 0 {
@@ -155,14 +156,14 @@ impl Position {
         self.next += 1;
         self.finished = chunk.flags & FLAG_LAST != 0;
         self.margins = self.margins.min(margins);
-        let last = walked.waypoints().last().unwrap_or(&self.standing.waypoint);
-        self.standing = self.standing.after(walked.mode, walked.contacts(), last);
+        let last = executed.waypoints().last().unwrap_or(&self.rest_state.waypoint);
+        self.rest_state = self.rest_state.after(executed.mode, executed.contacts(), last);
         self.walked += 1;
-        self.tally.accepted += 1;
+        self.stats.accepted += 1;
     }
 
-    /// The chunk at the current place is refused; nothing of this stream is judged any more. A
-    /// correction beyond [`CORRECTIONS_MAX`] is not told: then the refusal stands without one.
+    /// The chunk at the current sequence number is refused; no further chunk of this stream is
+    /// checked. A correction beyond [`CORRECTIONS_MAX`] is not reported.
     pub(super) fn refuse(&mut self, check: Check, waypoint: u32, correction: Option<Correction>) {
         self.refusal = Some(Refusal { sequence: self.next, check, waypoint });
         if let Some(correction) = correction {
@@ -170,7 +171,7 @@ impl Position {
         }
     }
 
-    /// Whether a chunk is being judged now.
+    /// Whether a chunk is being checked.
     pub(super) fn set_busy(&mut self, busy: bool) {
         self.busy = busy;
     }
@@ -190,12 +191,12 @@ impl Position {
         self.next > 0 && !self.finished && self.refusal.is_none()
     }
 
-    /// What was received so far.
-    pub(super) fn tally(&self) -> Tally {
-        self.tally
+    /// Counters of the received chunks.
+    pub(super) fn stats(&self) -> ReceiverStats {
+        self.stats
     }
 
-    /// The `count`th word to the planner.
+    /// The `count`th feedback to the planner.
     pub(super) fn feedback(&self, count: u64) -> Feedback {
         let (plan_id, epoch) = self.plan.unwrap_or_default();
         let verdict = match (self.refusal, self.next) {
@@ -205,9 +206,9 @@ impl Position {
         };
         let mut corrections = [bytemuck::Zeroable::zeroed(); CORRECTIONS_MAX];
         corrections[..self.corrections.len()].copy_from_slice(&self.corrections);
-        let mut word = Feedback {
+        let mut feedback = Feedback {
             schema: FEEDBACK_SCHEMA,
-            instance: self.instance,
+            instance: self.controller_id,
             session: self.sessions.current().unwrap_or(0),
             plan_id,
             epoch,
@@ -218,8 +219,8 @@ impl Position {
             refused_sequence: self.refusal.map_or(0, |refusal| refusal.sequence),
             refused_waypoint: self.refusal.map_or(0, |refusal| refusal.waypoint),
             finished: u32::from(self.finished),
-            duplicated: self.tally.duplicates,
-            gaps: self.tally.gaps,
+            duplicated: self.stats.duplicates,
+            gaps: self.stats.gaps,
             walked: self.walked,
             busy: u32::from(self.busy),
             corrections_len: self.corrections.len() as u32,
@@ -227,19 +228,19 @@ impl Position {
             crc: 0,
             stream: self.stream,
             margins: self.margins,
-            standing: self.standing,
+            standing: self.rest_state,
             corrections,
         };
-        word.seal();
-        word
+        feedback.write_crc();
+        feedback
     }
 
     fn is_of_plan(&self, chunk: &PlanChunk) -> bool {
         self.plan == Some((chunk.plan_id, chunk.epoch))
     }
 
-    /// Whether a chunk of a new session begins a stream other than the one being walked. A planner
-    /// that was killed and planned the same again does not.
+    /// Whether a chunk of a new session begins a stream other than the one in execution. A
+    /// restarted planner that made the same plan again does not.
     fn begins_other_stream(&self, chunk: &PlanChunk) -> bool {
         let repeats_ours = self.is_of_plan(chunk)
             && self.next > 0
@@ -247,8 +248,8 @@ impl Position {
         chunk.sequence == 0 && !repeats_ours
     }
 
-    fn begin(&mut self, chunk: &PlanChunk) {
-        self.sessions.enthrone(chunk.session);
+    fn begin_plan(&mut self, chunk: &PlanChunk) {
+        self.sessions.adopt(chunk.session);
         self.plan = Some((chunk.plan_id, chunk.epoch));
         self.next = 0;
         self.finished = false;
@@ -256,29 +257,29 @@ impl Position {
         self.margins = Margins::UNMEASURED;
     }
 
-    fn place(&mut self, chunk: &PlanChunk) -> Admission {
+    fn triage_sequence(&mut self, chunk: &PlanChunk) -> ChunkTriage {
         if chunk.sequence < self.next {
-            self.tally.duplicates += 1;
-            return Admission::Ignore;
+            self.stats.duplicates += 1;
+            return ChunkTriage::Ignore;
         }
         if chunk.sequence > self.next || self.finished {
             return self.ignore_gap();
         }
         if self.refusal.is_some() {
-            return Admission::Ignore;
+            return ChunkTriage::Ignore;
         }
         let continues = self.next == 0 || chunk.stream == self.stream;
-        if continues { Admission::Judge } else { Admission::Refuse(Check::Stream) }
+        if continues { ChunkTriage::Check } else { ChunkTriage::Refuse(Check::Stream) }
     }
 
-    fn ignore_gap(&mut self) -> Admission {
-        self.tally.gaps += 1;
-        Admission::Ignore
+    fn ignore_gap(&mut self) -> ChunkTriage {
+        self.stats.gaps += 1;
+        ChunkTriage::Ignore
     }
 
-    fn ignore_leftover(&mut self) -> Admission {
-        self.tally.leftovers += 1;
-        Admission::Ignore
+    fn ignore_stale(&mut self) -> ChunkTriage {
+        self.stats.stale += 1;
+        ChunkTriage::Ignore
     }
 }
 

@@ -1,21 +1,22 @@
 //! Joint accelerations.
 //!
-//! The speed of an interval is its way over its time. A waypoint's acceleration is the change of
-//! speed there over half the time of both intervals beside it. A segment must begin and end at
-//! rest: whoever takes over, or waits for a segment that never comes, has the robot standing there.
+//! The speed of an interval is its joint displacement over its duration. A waypoint's acceleration
+//! is the change of speed there over half the time of both intervals beside it. A segment must
+//! begin and end at rest, because the robot stops there when a controller takes over or no further
+//! segment arrives.
 
 use surefoot_shared_types::message::{Check, Waypoint};
 use surefoot_shared_types::robot::RobotModel;
 
 use super::Violation;
-use crate::bound::within;
+use crate::bound::is_at_most;
 
 /// What rounding of the waypoints' times may add to an acceleration, as a share of its limit.
 const ROUNDING: f64 = 1e-6;
 
 /// An acceleration of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hardest {
+pub struct PeakAcceleration {
     /// As a share of the joint's limit.
     pub share: f64,
     waypoint: usize,
@@ -25,8 +26,8 @@ pub struct Hardest {
 /// The share of the joints' acceleration limits that stays unused at the worst waypoint. Time must
 /// increase.
 pub fn check_acceleration(model: &RobotModel, waypoints: &[Waypoint]) -> Result<f64, Violation> {
-    let Hardest { share, waypoint, joint } = hardest(model, waypoints);
-    if within(share, 1.0 + ROUNDING) {
+    let PeakAcceleration { share, waypoint, joint } = peak_acceleration(model, waypoints);
+    if is_at_most(share, 1.0 + ROUNDING) {
         return Ok(1.0 - share);
     }
     let joint = &model.joints[joint];
@@ -41,20 +42,20 @@ pub fn check_acceleration(model: &RobotModel, waypoints: &[Waypoint]) -> Result<
 
 /// The acceleration nearest to its limit, or furthest beyond it; one that is not a number is beyond
 /// all.
-pub fn hardest(model: &RobotModel, waypoints: &[Waypoint]) -> Hardest {
-    let mut hardest = Hardest { share: 0.0, waypoint: 0, joint: 0 };
+pub fn peak_acceleration(model: &RobotModel, waypoints: &[Waypoint]) -> PeakAcceleration {
+    let mut peak_acceleration = PeakAcceleration { share: 0.0, waypoint: 0, joint: 0 };
     for waypoint in 0..waypoints.len() {
         for (index, joint) in model.joints.iter().enumerate() {
             let share = acceleration(waypoints, waypoint, index) / joint.acceleration;
-            if !within(share, hardest.share) {
-                hardest = Hardest { share, waypoint, joint: index };
+            if !is_at_most(share, peak_acceleration.share) {
+                peak_acceleration = PeakAcceleration { share, waypoint, joint: index };
             }
             if share.is_nan() {
-                return hardest;
+                return peak_acceleration;
             }
         }
     }
-    hardest
+    peak_acceleration
 }
 
 /// How a joint's speed changes at a waypoint, rad/s2 or m/s2; 0 where nothing else is.

@@ -12,7 +12,7 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::{LinkIndex, RobotModel};
 
-use crate::geometry::body::{Body, Placed};
+use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::separation::separation;
 use crate::kinematics::{Configuration, Posture};
 
@@ -29,7 +29,7 @@ const NEAR_MAX: usize = 3;
 pub type LinkPair = (LinkIndex, LinkIndex);
 
 /// All pairs of links that carry bodies and may touch.
-pub fn allowed_pairs(model: &RobotModel, bodies: &[Body]) -> BTreeSet<LinkPair> {
+pub fn allowed_pairs(model: &RobotModel, bodies: &[CollisionBody]) -> BTreeSet<LinkPair> {
     let links: BTreeSet<LinkIndex> = bodies.iter().filter_map(|body| body.link).collect();
     let pairs = links.iter().flat_map(|&a| links.range(a + 1..).map(move |&b| (a, b)));
     let distances: BTreeMap<LinkPair, usize> =
@@ -78,15 +78,15 @@ fn joints_apart(model: &RobotModel, (a, b): LinkPair) -> usize {
 
 fn overlapping(
     model: &RobotModel,
-    bodies: &[Body],
+    bodies: &[CollisionBody],
     pairs: &[LinkPair],
     q: Vec<f64>,
 ) -> Vec<LinkPair> {
     let posture = Posture::new(model, &Configuration { world_from_root: Pose::IDENTITY, q });
-    let mut on_link: Vec<Vec<(&Body, Placed)>> = vec![Vec::new(); model.links.len()];
+    let mut on_link: Vec<Vec<(&CollisionBody, SolidPose)>> = vec![Vec::new(); model.links.len()];
     for body in bodies {
         if let Some(link) = body.link {
-            on_link[link].push((body, Placed::new(body, &posture.world_from_link[link])));
+            on_link[link].push((body, SolidPose::new(body, &posture.world_from_link[link])));
         }
     }
     let touch = |(a, b): &LinkPair| {

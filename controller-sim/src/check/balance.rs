@@ -6,7 +6,7 @@ use surefoot_shared_types::robot::RobotModel;
 
 use super::equilibrium::{ALL_FRICTION, Equilibrium};
 use super::{Case, Violation};
-use crate::bound::within;
+use crate::bound::is_at_most;
 
 /// Steps in which the friction reserve is measured.
 const FRICTION_STEPS: u32 = 16;
@@ -20,7 +20,7 @@ pub fn friction_reserve(config: &CheckerConfig, equilibrium: &mut Equilibrium, c
         case.motion
             .samples
             .iter()
-            .all(|sample| within(config.com_margin, region.margin(sample.centre_of_mass)))
+            .all(|sample| is_at_most(config.com_margin, region.margin(sample.centre_of_mass)))
     };
     let (mut too_few, mut enough) = (0, FRICTION_STEPS);
     while enough - too_few > 1 {
@@ -42,7 +42,7 @@ pub fn check_balance(
     let mut worst = f64::INFINITY;
     for sample in &case.motion.samples {
         let margin = region.margin(sample.centre_of_mass);
-        if !within(config.com_margin, margin) {
+        if !is_at_most(config.com_margin, margin) {
             let feet: Vec<&str> = case
                 .contacts
                 .iter()

@@ -1,4 +1,4 @@
-//! The robot meets neither the world nor itself, at the waypoints and between them.
+//! The robot collides neither with the world nor with itself, at the waypoints and between them.
 
 use std::collections::BTreeSet;
 
@@ -8,118 +8,122 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::{LinkIndex, RobotModel};
 
 use super::allowed_pairs::LinkPair;
-use super::levers::Levers;
+use super::levers::LeverArms;
 use super::motion::Sample;
-use super::sweep::{Pair, Partner, Sweep};
+use super::sweep::{BodyPair, ContinuousCollision, OtherBody};
 use super::{Case, Violation};
-use crate::bound::within;
-use crate::geometry::body::{Body, Placed};
+use crate::bound::is_at_most;
+use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::separation::{is_inside_mesh, separation};
 use crate::geometry::solid::Solid;
 
-/// Distances above this are not told apart, m.
+/// Larger distances are reported as this one, m.
 pub const DISTANCE_CAP: f64 = 0.1;
 
 /// The bodies of the robot and of the world, and the pairs that must stay apart.
-pub struct Collisions {
-    robot: Vec<Body>,
-    world: Vec<Body>,
-    world_placed: Vec<Placed>,
-    levers: Vec<Levers>,
-    self_pairs: Vec<Pair>,
-    world_pairs: Vec<Pair>,
+pub struct CollisionModel {
+    robot: Vec<CollisionBody>,
+    world: Vec<CollisionBody>,
+    world_poses: Vec<SolidPose>,
+    lever_arms: Vec<LeverArms>,
+    self_pairs: Vec<BodyPair>,
+    world_pairs: Vec<BodyPair>,
 }
 
-impl Collisions {
+impl CollisionModel {
     /// Finds the pairs that must stay apart: all but the allowed ones.
     pub fn new(
         model: &RobotModel,
         allowed: &BTreeSet<LinkPair>,
-        robot: Vec<Body>,
-        world: Vec<Body>,
+        robot: Vec<CollisionBody>,
+        world: Vec<CollisionBody>,
     ) -> Self {
-        let levers = robot.iter().map(|body| Levers::new(model, body)).collect();
-        let forbidden = |a: &Body, b: &Body| match (a.link, b.link) {
+        let lever_arms = robot.iter().map(|body| LeverArms::new(model, body)).collect();
+        let forbidden = |a: &CollisionBody, b: &CollisionBody| match (a.link, b.link) {
             (Some(a), Some(b)) => a != b && !allowed.contains(&(a.min(b), a.max(b))),
             _ => false,
         };
         let all = 0..robot.len();
         let self_pairs = all.clone().flat_map(|i| (i + 1..robot.len()).map(move |k| (i, k)));
         let self_pairs = self_pairs.filter(|&(i, k)| forbidden(&robot[i], &robot[k]));
-        let self_pairs = self_pairs.map(|(i, k)| Pair::new(i, Partner::Robot(k), true)).collect();
+        let self_pairs =
+            self_pairs.map(|(i, k)| BodyPair::new(i, OtherBody::Robot(k), true)).collect();
         let is_foot =
             |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
         let world_pairs = all.flat_map(|i| (0..world.len()).map(move |k| (i, k)));
         let world_pairs = world_pairs
-            .map(|(i, k)| Pair::new(i, Partner::World(k), !is_foot(robot[i].link)))
+            .map(|(i, k)| BodyPair::new(i, OtherBody::World(k), !is_foot(robot[i].link)))
             .collect();
-        let world_placed = world.iter().map(|body| Placed::new(body, &Pose::IDENTITY)).collect();
-        Self { robot, world, world_placed, levers, self_pairs, world_pairs }
+        let world_poses = world.iter().map(|body| SolidPose::new(body, &Pose::IDENTITY)).collect();
+        Self { robot, world, world_poses, lever_arms, self_pairs, world_pairs }
     }
 
     /// The smallest distance of the robot to the world, m, at most [`DISTANCE_CAP`]. Feet, which
-    /// touch the world at the ends of every step, are checked but not measured. `alive` is called
-    /// at every sample and waypoint.
+    /// touch the world at the ends of every step, are checked but not measured. `heartbeat` is
+    /// called at every sample and waypoint.
     pub fn check_world(
         &mut self,
         model: &RobotModel,
         config: &CheckerConfig,
         case: &Case,
-        alive: &mut dyn FnMut(),
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<f64, Violation> {
         let stance: Vec<LinkIndex> =
             case.contacts.iter().map(|contact| model.feet[contact.limb as usize].link).collect();
         for sample in &case.motion.samples {
-            alive();
+            heartbeat();
             self.check_stance(config, &stance, sample)?;
             self.check_inside(sample)?;
         }
-        let moving =
-            |pair: &Pair| !self.robot[pair.body].link.is_some_and(|link| stance.contains(&link));
-        let (mut swept, resting): (Vec<Pair>, Vec<Pair>) =
+        let moving = |pair: &BodyPair| {
+            !self.robot[pair.body].link.is_some_and(|link| stance.contains(&link))
+        };
+        let (mut checked, resting): (Vec<BodyPair>, Vec<BodyPair>) =
             std::mem::take(&mut self.world_pairs).into_iter().partition(moving);
-        let found = self.sweep(model, config, case, (Check::Collision, &mut swept), alive);
-        self.world_pairs = swept.into_iter().chain(resting).collect();
+        let found =
+            self.check_pairs(model, config, case, (Check::Collision, &mut checked), heartbeat);
+        self.world_pairs = checked.into_iter().chain(resting).collect();
         found
     }
 
-    /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`]. `alive`
-    /// is called at every waypoint.
+    /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`].
+    /// `heartbeat` is called at every waypoint.
     pub fn check_self(
         &mut self,
         model: &RobotModel,
         config: &CheckerConfig,
         case: &Case,
-        alive: &mut dyn FnMut(),
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<f64, Violation> {
         let mut pairs = std::mem::take(&mut self.self_pairs);
-        let found = self.sweep(model, config, case, (Check::SelfCollision, &mut pairs), alive);
+        let found =
+            self.check_pairs(model, config, case, (Check::SelfCollision, &mut pairs), heartbeat);
         self.self_pairs = pairs;
         found
     }
 
-    fn sweep(
+    fn check_pairs(
         &self,
         model: &RobotModel,
         config: &CheckerConfig,
         case: &Case,
-        (check, pairs): (Check, &mut [Pair]),
-        alive: &mut dyn FnMut(),
+        (check, pairs): (Check, &mut [BodyPair]),
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<f64, Violation> {
         let penetration_max = config.penetration_max;
-        let mut sweep = Sweep {
+        let mut collision = ContinuousCollision {
             model,
             robot: &self.robot,
             world: &self.world,
-            world_placed: &self.world_placed,
-            levers: &self.levers,
+            world_poses: &self.world_poses,
+            lever_arms: &self.lever_arms,
             pairs,
             check,
             penetration_max,
             worst: DISTANCE_CAP,
         };
-        sweep.run(&case.motion.configurations, alive)?;
-        Ok(sweep.worst)
+        collision.run(&case.motion.configurations, heartbeat)?;
+        Ok(collision.worst)
     }
 
     /// A stance foot stands on the world and may press into it a little. Between samples it stays
@@ -133,16 +137,16 @@ impl Collisions {
         let deepest = -config.contact_gap_max;
         for body in &self.robot {
             let Some(link) = body.link.filter(|link| stance.contains(link)) else { continue };
-            let placed = Placed::new(body, &sample.posture.world_from_link[link]);
-            for (other, there) in self.world.iter().zip(&self.world_placed) {
+            let placed = SolidPose::new(body, &sample.posture.world_from_link[link]);
+            for (other, there) in self.world.iter().zip(&self.world_poses) {
                 let found = separation(
                     (&body.solid, &placed),
                     (&other.solid, there),
                     -glam::DVec3::Z,
                     deepest,
                 );
-                if !within(deepest, found.distance) {
-                    return Err(overlap(
+                if !is_at_most(deepest, found.distance) {
+                    return Err(overlap_violation(
                         Check::Collision,
                         sample.waypoint,
                         (body, other),
@@ -155,15 +159,15 @@ impl Collisions {
         Ok(())
     }
 
-    /// What is wholly inside a closed mesh touches none of its triangles.
+    /// A body wholly inside a closed mesh touches none of its triangles, so its centre is tested.
     fn check_inside(&self, sample: &Sample) -> Result<(), Violation> {
-        for (mesh_body, mesh_placed) in self.world.iter().zip(&self.world_placed) {
+        for (mesh_body, mesh_placed) in self.world.iter().zip(&self.world_poses) {
             let Solid::Mesh(mesh) = &mesh_body.solid else { continue };
             for body in self.robot.iter().filter(|_| sample.is_waypoint()) {
                 let Some(link) = body.link else { continue };
-                let placed = Placed::new(body, &sample.posture.world_from_link[link]);
+                let placed = SolidPose::new(body, &sample.posture.world_from_link[link]);
                 let centre = placed.world_from_solid * body.local_bounds.centre();
-                if mesh_placed.bounds.gap(&placed.bounds) <= 0.0
+                if mesh_placed.bounds.distance(&placed.bounds) <= 0.0
                     && is_inside_mesh(mesh, &mesh_placed.world_from_solid, centre)
                 {
                     let detail =
@@ -177,10 +181,10 @@ impl Collisions {
 }
 
 /// The violation by two bodies `distance` (negative, m) apart.
-pub fn overlap(
+pub fn overlap_violation(
     check: Check,
     waypoint: usize,
-    (a, b): (&Body, &Body),
+    (a, b): (&CollisionBody, &CollisionBody),
     distance: f64,
     limit: f64,
 ) -> Violation {

@@ -1,4 +1,4 @@
-//! Stance feet: each stays where it was declared to stand, and the world really supports it there.
+//! Stance feet: each stays at its declared pose, and the world supports it there.
 
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::{Check, Contact};
@@ -8,7 +8,7 @@ use surefoot_shared_types::spatial::rotation_distance;
 use super::motion::Sample;
 use super::support::SoleSupport;
 use super::{Case, Violation};
-use crate::bound::within;
+use crate::bound::is_at_most;
 
 /// What remains of the position tolerance of the stance soles, m.
 pub fn check_contact(
@@ -34,13 +34,13 @@ fn check_support(
     support: &SoleSupport,
 ) -> Result<(), Violation> {
     let bad = |detail| Err(Violation::new(Check::Contact, 0, detail));
-    if !within(support.deepest, config.contact_gap_max) {
+    if !is_at_most(support.deepest, config.contact_gap_max) {
         let (depth, limit) = (1e3 * support.deepest, 1e3 * config.contact_gap_max);
         return bad(format!(
             "the {foot} sole stands {depth:.2} mm deep in the world, limit {limit:.2} mm"
         ));
     }
-    if !within(config.support_area_min, support.area) {
+    if !is_at_most(config.support_area_min, support.area) {
         let (area, limit) = (1e4 * support.area, 1e4 * config.support_area_min);
         return bad(format!(
             "the {foot} sole is supported over {area:.2} cm2 only, at least {limit:.2} cm2 are needed"
@@ -61,7 +61,7 @@ fn pose_margin(
     let actual = sample.posture.world_from_sole(model, limb);
     let bad = |detail| Err(Violation::new(Check::Contact, sample.waypoint, detail));
     let distance = declared.translation.distance(actual.translation);
-    if !within(distance, config.foot_position_max) {
+    if !is_at_most(distance, config.foot_position_max) {
         let limit = 1e3 * config.foot_position_max;
         return bad(format!(
             "the {foot} sole is {:.3} mm from its declared place, limit {limit:.3} mm",
@@ -69,7 +69,7 @@ fn pose_margin(
         ));
     }
     let turn = rotation_distance(declared.rotation.normalize(), actual.rotation);
-    if !within(turn, config.foot_rotation_max) {
+    if !is_at_most(turn, config.foot_rotation_max) {
         let (turn, limit) = (turn.to_degrees(), config.foot_rotation_max.to_degrees());
         return bad(format!(
             "the {foot} sole is turned {turn:.3} deg from its declared pose, limit {limit:.3} deg"

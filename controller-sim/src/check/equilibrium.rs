@@ -1,8 +1,8 @@
 //! Static equilibrium with friction: which contact forces carry the robot, and where its centre of
 //! mass may be.
 //!
-//! Friction cones are taken as pyramids inside them, so whatever is found to hold, holds with round
-//! cones too. Forces are in units of the robot's weight.
+//! Friction cones are approximated by inscribed pyramids, so every equilibrium found also holds
+//! with round cones. Forces are in units of the robot's weight.
 
 use std::collections::BTreeMap;
 
@@ -11,26 +11,26 @@ use glam::{DVec2, DVec3};
 use super::convex_program::ConvexProgram;
 use super::simplex::{Row, Simplex};
 use super::support::SoleSupport;
-use crate::bound::within;
+use crate::bound::is_at_most;
 use crate::geometry::polygon;
 
 /// The friction share of all checks but that of the reserve.
 pub const ALL_FRICTION: f64 = 1.0;
 /// Sides of a friction pyramid.
 pub const PYRAMID_SIDES: usize = 8;
-/// Directions in which the region of equilibrium is sought first.
-const FIRST_DIRECTIONS: usize = 8;
-/// Most directions in which it is sought after that.
-const LOOKS_MAX: usize = 256;
+/// Directions in which the region of equilibrium is measured first.
+const INITIAL_DIRECTIONS: usize = 8;
+/// Most directions in which it is refined after that.
+const REFINEMENTS_MAX: usize = 256;
 /// A corner this near (m) to the side it would split is left out: the region found lies inside the
 /// true one.
-const CORNER_MIN: f64 = 1e-6;
+const VERTEX_DISTANCE_MIN: f64 = 1e-6;
 /// The largest imbalance of forces (weights) and of torques (weights times metres) that counts as
 /// equilibrium.
 const IMBALANCE_MAX: f64 = 1e-6;
-/// A share of a limit above which no one asks how far above.
-const SHARE_TOP: f64 = 10.0;
-/// Most regions remembered.
+/// Shares of a limit above this one are not distinguished.
+const SHARE_MAX: f64 = 10.0;
+/// Most regions in the cache.
 const CACHE_MAX: usize = 256;
 
 /// An edge of a friction pyramid at a contact point.
@@ -64,13 +64,13 @@ impl Region {
 /// Statics with one coefficient of friction.
 pub struct Equilibrium {
     mu: f64,
-    known: BTreeMap<Vec<u64>, Region>,
+    cache: BTreeMap<Vec<u64>, Region>,
 }
 
 impl Equilibrium {
     /// Statics with this coefficient of friction.
     pub fn new(mu: f64) -> Self {
-        Self { mu, known: BTreeMap::new() }
+        Self { mu, cache: BTreeMap::new() }
     }
 
     /// The coefficient of friction.
@@ -109,14 +109,14 @@ impl Equilibrium {
             .flat_map(|point| [point.position, point.normal]);
         let numbers = vectors.flat_map(|vector| vector.to_array()).chain([friction_share]);
         let key: Vec<u64> = numbers.map(f64::to_bits).collect();
-        if let Some(region) = self.known.get(&key) {
+        if let Some(region) = self.cache.get(&key) {
             return region.clone();
         }
         let region = self.measure(supports, friction_share);
-        if self.known.len() >= CACHE_MAX {
-            self.known.clear();
+        if self.cache.len() >= CACHE_MAX {
+            self.cache.clear();
         }
-        self.known.insert(key, region.clone());
+        self.cache.insert(key, region.clone());
         region
     }
 
@@ -135,21 +135,21 @@ impl Equilibrium {
     }
 }
 
-/// The corners of the region in which forces of the generators hold a centre of mass: from a few
-/// furthest points on, a side that the region reaches beyond gets a corner there, as Bretl and Lall
-/// do (2008).
+/// The vertices of the region in which forces of the generators hold a centre of mass. It starts
+/// from extreme points in a few directions and adds a vertex beyond every side that the region
+/// exceeds (Bretl and Lall 2008).
 fn region_of(generators: &[Generator]) -> Vec<DVec2> {
     let mut furthest = FurthestCentre::new(generators);
-    let first = (0..FIRST_DIRECTIONS)
-        .filter_map(|k| furthest.along(polygon::direction(k, FIRST_DIRECTIONS)));
+    let first = (0..INITIAL_DIRECTIONS)
+        .filter_map(|k| furthest.along(polygon::direction(k, INITIAL_DIRECTIONS)));
     let mut outline = polygon::hull(&first.collect::<Vec<_>>());
-    let (mut side, mut looks) = (0, 0);
-    while side < outline.len() && looks < LOOKS_MAX {
+    let (mut side, mut refinements) = (0, 0);
+    while side < outline.len() && refinements < REFINEMENTS_MAX {
         let (a, b) = (outline[side], outline[(side + 1) % outline.len()]);
         let outward = -(b - a).perp().normalize_or_zero();
-        looks += 1;
+        refinements += 1;
         match furthest.along(outward) {
-            Some(corner) if (corner - a).dot(outward) > CORNER_MIN => {
+            Some(corner) if (corner - a).dot(outward) > VERTEX_DISTANCE_MIN => {
                 outline.insert(side + 1, corner)
             }
             _ => side += 1,
@@ -170,10 +170,10 @@ struct FurthestCentre {
 
 impl FurthestCentre {
     fn new(generators: &[Generator]) -> Self {
-        let origin = middle(generators);
+        let origin = centroid(generators);
         let mut rows = balance_rows(generators, origin);
         let [about_x, about_y] = [rows.remove(3).0, rows.remove(3).0];
-        let simplex = Simplex::at_a_corner(&rows, &[]);
+        let simplex = Simplex::at_vertex(&rows, &[]);
         Self { origin: origin.truncate(), rows, about_x, about_y, simplex }
     }
 
@@ -183,12 +183,12 @@ impl FurthestCentre {
         let found = self.simplex.as_mut().and_then(|simplex| simplex.minimise(&cost));
         let forces = found
             .filter(|forces| is_balanced(&self.rows, forces))
-            .or_else(|| self.thoroughly(cost))?;
+            .or_else(|| self.by_interior_point(cost))?;
         // The weight's torque about the origin at a centre of mass (x, y) is (-y, x, 0).
         Some(self.origin + DVec2::new(-dot(&self.about_y, &forces), dot(&self.about_x, &forces)))
     }
 
-    fn thoroughly(&self, cost: Vec<f64>) -> Option<Vec<f64>> {
+    fn by_interior_point(&self, cost: Vec<f64>) -> Option<Vec<f64>> {
         let nonnegative = cost.len();
         let program = ConvexProgram {
             cost,
@@ -201,15 +201,15 @@ impl FurthestCentre {
     }
 }
 
-/// The contact forces that hold a robot and load the most loaded joint least.
-pub struct LeastEffort {
+/// The contact forces that hold a robot and minimise the largest share of a joint's effort limit.
+pub struct MinimaxEffort {
     /// What the forces must add up to.
     balance: Vec<Row>,
-    /// A share of a limit each: a row of coefficients and what is there without any force.
+    /// One share of a limit each: a row of coefficients and the share without any force.
     shares: Vec<Row>,
 }
 
-impl LeastEffort {
+impl MinimaxEffort {
     /// The forces (one number per generator) that hold this centre of mass and minimise the largest
     /// absolute value of `offset + row . forces` over `shares`.
     pub fn new(generators: &[Generator], centre_of_mass: DVec3, shares: Vec<Row>) -> Self {
@@ -217,13 +217,13 @@ impl LeastEffort {
     }
 
     /// By the simplex method; nothing where it finds no forces in equilibrium.
-    pub fn quickly(&self) -> Option<Vec<f64>> {
+    pub fn by_simplex(&self) -> Option<Vec<f64>> {
         let (count, bounds) = (self.balance[0].0.len(), 2 * self.shares.len());
         let columns = count + 1 + bounds;
         // Unknown beside the forces: by how much the largest share is below `top`, and how much
         // room each bound leaves.
         let top =
-            SHARE_TOP + self.shares.iter().map(|(_, offset)| offset.abs()).fold(0.0, f64::max);
+            SHARE_MAX + self.shares.iter().map(|(_, offset)| offset.abs()).fold(0.0, f64::max);
         let widened = |(row, right): &Row| {
             (row.iter().copied().chain(std::iter::repeat_n(0.0, 1 + bounds)).collect(), *right)
         };
@@ -240,13 +240,13 @@ impl LeastEffort {
         }
         let mut cost = vec![0.0; columns];
         cost[count] = -1.0;
-        let mut forces = Simplex::at_a_corner(&rows, &first)?.minimise(&cost)?;
+        let mut forces = Simplex::at_vertex(&rows, &first)?.minimise(&cost)?;
         forces.truncate(count);
         is_balanced(&self.balance, &forces).then_some(forces)
     }
 
-    /// By the interior point method, which has the last word where [`Self::quickly`] finds none.
-    pub fn thoroughly(&self) -> Option<Vec<f64>> {
+    /// By the interior point method, used where [`Self::by_simplex`] finds none.
+    pub fn by_interior_point(&self) -> Option<Vec<f64>> {
         let count = self.balance[0].0.len();
         let equalities = self
             .balance
@@ -276,9 +276,9 @@ impl LeastEffort {
     }
 }
 
-/// Whether forces meet the rows of a balance.
+/// Whether forces satisfy the rows of a balance.
 pub fn is_balanced(rows: &[Row], forces: &[f64]) -> bool {
-    rows.iter().all(|(row, right)| within((dot(row, forces) - right).abs(), IMBALANCE_MAX))
+    rows.iter().all(|(row, right)| is_at_most((dot(row, forces) - right).abs(), IMBALANCE_MAX))
 }
 
 /// The sum of the products.
@@ -286,14 +286,14 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-fn middle(generators: &[Generator]) -> DVec3 {
+fn centroid(generators: &[Generator]) -> DVec3 {
     generators.iter().map(|generator| generator.point).sum::<DVec3>()
         / generators.len().max(1) as f64
 }
 
-/// What forces must meet to hold a centre of mass: see [`balance_rows`].
+/// The balance rows of forces that hold a centre of mass: see [`balance_rows`].
 pub fn balance(generators: &[Generator], centre_of_mass: DVec3) -> Vec<Row> {
-    let origin = middle(generators);
+    let origin = centroid(generators);
     let mut rows = balance_rows(generators, origin);
     let lever = centre_of_mass - origin;
     (rows[3].1, rows[4].1) = (lever.y, -lever.x);
@@ -328,7 +328,7 @@ mod tests {
         SoleSupport { limb, area: 0.02, deepest: 0.0, points: points.to_vec() }
     }
 
-    /// As the definition says it, in one program a direction.
+    /// By the definition, with one program per direction.
     fn furthest_by_definition(generators: &[Generator], direction: DVec2) -> f64 {
         let count = generators.len();
         let mut equalities = balance_rows(generators, DVec3::ZERO);
@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn the_region_reaches_as_far_as_the_interior_point_method_says() {
+    fn the_region_agrees_with_the_interior_point_method() {
         let equilibrium = Equilibrium::new(0.6);
         let tilted = DVec3::new(0.2, 0.1, 1.0);
         for supports in [

@@ -1,30 +1,29 @@
-//! The contact forces of least squares: what a controller that spreads the load evenly would ask
-//! for.
+//! The contact forces of least squares.
 //!
 //! Of all forces along the pyramids' edges that hold the robot, those with the least sum of
-//! squares. They are the positive part of a combination of the balance rows, so six numbers say
-//! them all; Newton's method finds these in microseconds. It is a quadratic program: where Newton's
-//! method ends without forces, Clarabel has the last word.
+//! squares. They are the positive part of a combination of the balance rows, so six multipliers
+//! determine them; Newton's method finds these in microseconds. It is a quadratic program: where
+//! Newton's method ends without forces, Clarabel decides.
 
 use super::convex_program::ConvexProgram;
 use super::equilibrium::{dot, is_balanced};
 use super::simplex::Row;
 
-/// Newton steps; the pattern of positive forces settles long before.
+/// Newton steps; the set of positive forces is final long before.
 const STEPS_MAX: usize = 100;
 /// Halvings of one step.
 const HALVINGS_MAX: usize = 30;
-/// Added to the diagonal, so that rows which say the same can be solved for.
+/// Added to the diagonal, so that linearly dependent rows can be solved for.
 const DAMPING: f64 = 1e-12;
 
 /// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where there
 /// are none.
-pub fn even_forces(rows: &[Row]) -> Option<Vec<f64>> {
-    least_squares(rows).or_else(|| thoroughly(rows))
+pub fn least_squares_forces(rows: &[Row]) -> Option<Vec<f64>> {
+    by_newton(rows).or_else(|| by_interior_point(rows))
 }
 
 /// By Clarabel.
-fn thoroughly(rows: &[Row]) -> Option<Vec<f64>> {
+fn by_interior_point(rows: &[Row]) -> Option<Vec<f64>> {
     let columns = rows.first()?.0.len();
     let program = ConvexProgram {
         cost: vec![0.0; columns],
@@ -38,7 +37,7 @@ fn thoroughly(rows: &[Row]) -> Option<Vec<f64>> {
 
 /// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where
 /// Newton's method finds none.
-fn least_squares(rows: &[Row]) -> Option<Vec<f64>> {
+fn by_newton(rows: &[Row]) -> Option<Vec<f64>> {
     let mut weights = vec![0.0; rows.len()];
     let mut forces = vec![0.0; rows.first()?.0.len()];
     for _ in 0..STEPS_MAX {
@@ -46,13 +45,13 @@ fn least_squares(rows: &[Row]) -> Option<Vec<f64>> {
             return Some(forces);
         }
         let step = newton_step(rows, &forces)?;
-        let before = value(rows, &weights);
+        let before = dual_objective(rows, &weights);
         let mut share = 1.0;
         let next = (0..HALVINGS_MAX).find_map(|_| {
             let next: Vec<f64> =
                 weights.iter().zip(&step).map(|(weight, step)| weight + share * step).collect();
             share *= 0.5;
-            (value(rows, &next) < before).then_some(next)
+            (dual_objective(rows, &next) < before).then_some(next)
         })?;
         weights = next;
         forces = positive_part(rows, &weights);
@@ -60,8 +59,8 @@ fn least_squares(rows: &[Row]) -> Option<Vec<f64>> {
     None
 }
 
-/// What Newton's method minimises: its slope is by how much the rows are missed.
-fn value(rows: &[Row], weights: &[f64]) -> f64 {
+/// The dual objective that Newton's method minimises; its gradient is the rows' residual.
+fn dual_objective(rows: &[Row], weights: &[f64]) -> f64 {
     let squares: f64 = positive_part(rows, weights).iter().map(|force| force * force).sum();
     let reward: f64 = rows.iter().zip(weights).map(|((_, right), weight)| right * weight).sum();
     0.5 * squares - reward
@@ -94,7 +93,7 @@ fn newton_step(rows: &[Row], forces: &[f64]) -> Option<Vec<f64>> {
     solve(matrix, rows.iter().map(|(row, right)| right - dot(row, forces)).collect())
 }
 
-/// Gauss's elimination with row exchanges; nothing where the matrix has no inverse.
+/// Gaussian elimination with partial pivoting; nothing where the matrix is singular.
 pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
     let count = right.len();
     for column in 0..count {
@@ -128,12 +127,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_load_is_spread_evenly_and_never_pulled() {
-        let forces = least_squares(&[(vec![1.0, 1.0, 1.0, 1.0], 1.0)]).unwrap();
+    fn least_squares_forces_are_even_and_nonnegative() {
+        let forces = by_newton(&[(vec![1.0, 1.0, 1.0, 1.0], 1.0)]).unwrap();
         assert!(forces.iter().all(|force| (force - 0.25).abs() < 1e-6), "{forces:?}");
         // A beam on three supports, loaded at its end: the free solution would pull at the far one.
-        let forces =
-            least_squares(&[(vec![1.0, 1.0, 1.0], 1.0), (vec![-1.0, 0.0, 1.0], 0.9)]).unwrap();
+        let forces = by_newton(&[(vec![1.0, 1.0, 1.0], 1.0), (vec![-1.0, 0.0, 1.0], 0.9)]).unwrap();
         assert!(
             (forces[2] - 0.9).abs() < 1e-5 && (forces[1] - 0.1).abs() < 1e-5 && forces[0] == 0.0,
             "{forces:?}"
@@ -141,24 +139,24 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_held_is_not() {
-        assert_eq!(least_squares(&[(vec![1.0, 1.0], 1.0), (vec![-1.0, 1.0], 1.1)]), None);
+    fn infeasible_rows_have_no_forces() {
+        assert_eq!(by_newton(&[(vec![1.0, 1.0], 1.0), (vec![-1.0, 1.0], 1.1)]), None);
     }
 
     #[test]
-    fn no_other_forces_are_shorter() {
+    fn no_other_forces_have_a_smaller_sum_of_squares() {
         let rows: Vec<Row> = vec![
             (vec![1.0, 0.9, 1.1, 1.0, 0.8], 1.0),
             (vec![0.3, -0.2, 0.1, 0.0, -0.4], 0.05),
             (vec![0.1, 0.2, -0.3, 0.4, 0.1], 0.02),
         ];
-        let forces = least_squares(&rows).unwrap();
+        let forces = by_newton(&rows).unwrap();
         // Along every way that keeps the rows and pulls nothing, the sum of squares grows: compare
         // with corner solutions.
         for cost in 0..5 {
             let costs: Vec<f64> =
                 (0..5).map(|column| f64::from(u8::from(column == cost))).collect();
-            let corner = super::super::simplex::Simplex::at_a_corner(&rows, &[])
+            let corner = super::super::simplex::Simplex::at_vertex(&rows, &[])
                 .unwrap()
                 .minimise(&costs)
                 .unwrap();
@@ -170,7 +168,7 @@ mod tests {
     #[test]
     fn clarabel_finds_the_same_forces() {
         let mut seed = 1_u64;
-        let mut draw = || {
+        let mut random = || {
             seed = seed
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
@@ -178,12 +176,12 @@ mod tests {
         };
         let mut held = 0;
         for _ in 0..200 {
-            let columns = 32 + (draw() * 200.0) as usize;
+            let columns = 32 + (random() * 200.0) as usize;
             let mut rows: Vec<Row> = vec![((0..columns).map(|_| 1.0).collect(), 1.0)];
             for _ in 0..5 {
-                rows.push(((0..columns).map(|_| draw() - 0.5).collect(), 0.5 * (draw() - 0.5)));
+                rows.push(((0..columns).map(|_| random() - 0.5).collect(), 0.5 * (random() - 0.5)));
             }
-            let (ours, theirs) = (least_squares(&rows), thoroughly(&rows));
+            let (ours, theirs) = (by_newton(&rows), by_interior_point(&rows));
             assert_eq!(ours.is_some(), theirs.is_some());
             let (Some(ours), Some(theirs)) = (ours, theirs) else { continue };
             held += 1;

@@ -7,8 +7,8 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::{Joint, RobotModel};
 
 use super::motion::Change;
-use super::{Case, Segment, Violation};
-use crate::bound::{below, within};
+use super::{Case, MotionSegment, Violation};
+use crate::bound::{is_at_most, is_below};
 use crate::kinematics::Configuration;
 
 /// Rounding allowed at a limit, rad or m.
@@ -24,7 +24,7 @@ pub struct Spacing {
 pub fn check_spacing(
     model: &RobotModel,
     config: &CheckerConfig,
-    segment: &Segment,
+    segment: &MotionSegment,
 ) -> Result<Spacing, Violation> {
     let bad = |waypoint, detail: String| Err(Violation::new(Check::Spacing, waypoint, detail));
     if segment.waypoints.is_empty() {
@@ -32,7 +32,7 @@ pub fn check_spacing(
     }
     let mut changes = Vec::new();
     for (index, pair) in segment.waypoints.windows(2).enumerate() {
-        if !below(pair[0].time, pair[1].time) {
+        if !is_below(pair[0].time, pair[1].time) {
             return bad(
                 index,
                 format!(
@@ -44,8 +44,10 @@ pub fn check_spacing(
         let [a, b] = [&pair[0], &pair[1]]
             .map(|waypoint| Configuration::of_waypoint(waypoint, model.joints.len()));
         let change = Change::between(&a, &b);
-        if let Some(joint) =
-            change.joints.iter().position(|step| !within(*step, config.joint_step_max + ROUNDING))
+        if let Some(joint) = change
+            .joints
+            .iter()
+            .position(|step| !is_at_most(*step, config.joint_step_max + ROUNDING))
         {
             let (name, step) = (&model.joints[joint].name, change.joints[joint]);
             return bad(
@@ -57,9 +59,9 @@ pub fn check_spacing(
             );
         }
         let seconds = pair[1].time - pair[0].time;
-        let hurried =
-            |(joint, step): (&Joint, &f64)| !within(*step, joint.velocity * seconds + ROUNDING);
-        if let Some(joint) = model.joints.iter().zip(&change.joints).position(hurried) {
+        let is_too_fast =
+            |(joint, step): (&Joint, &f64)| !is_at_most(*step, joint.velocity * seconds + ROUNDING);
+        if let Some(joint) = model.joints.iter().zip(&change.joints).position(is_too_fast) {
             let (Joint { name, velocity, .. }, speed) =
                 (&model.joints[joint], change.joints[joint] / seconds);
             return bad(
@@ -69,7 +71,7 @@ pub fn check_spacing(
                 ),
             );
         }
-        if !within(change.root_position, config.root_step_max + ROUNDING) {
+        if !is_at_most(change.root_position, config.root_step_max + ROUNDING) {
             return bad(
                 index,
                 format!(
@@ -78,7 +80,7 @@ pub fn check_spacing(
                 ),
             );
         }
-        if !within(change.root_rotation, config.joint_step_max + ROUNDING) {
+        if !is_at_most(change.root_rotation, config.joint_step_max + ROUNDING) {
             let turn = change.root_rotation;
             return bad(
                 index,
@@ -99,7 +101,7 @@ pub fn check_limits(model: &RobotModel, case: &Case) -> Result<f64, Violation> {
     for (waypoint, configuration) in case.motion.configurations.iter().enumerate() {
         for (joint, &position) in model.joints.iter().zip(&configuration.q) {
             let margin = (position - joint.lower).min(joint.upper - position);
-            if !within(-ROUNDING, margin) {
+            if !is_at_most(-ROUNDING, margin) {
                 let detail = format!(
                     "joint {} at {position:.5}, limits {} to {}",
                     joint.name, joint.lower, joint.upper

@@ -1,19 +1,18 @@
-//! What the ground does to the feet and the motors do in one configuration, if the load is spread
-//! evenly.
+//! Foot forces and joint torques in one configuration by the contact forces of least squares.
 
 use glam::DVec3;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::GRAVITY;
 
 use super::equilibrium::{ALL_FRICTION, Equilibrium, Generator, PYRAMID_SIDES, balance};
-use super::least_squares::even_forces;
+use super::least_squares::least_squares_forces;
 use super::support::{ContactPoint, SoleSupport};
 use super::torque::Statics;
 use crate::kinematics::Posture;
 
-/// How a standing robot is loaded.
+/// Foot forces and joint torques of a standing robot.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Load {
+pub struct ContactLoad {
     /// The centre of mass in the world, m.
     pub centre_of_mass: DVec3,
     /// How far it may still move before no contact forces hold the robot, m.
@@ -40,21 +39,21 @@ pub struct FootLoad {
 }
 
 /// The force of the ground at one point.
-struct Pressed {
+struct PointForce {
     limb: usize,
     at: ContactPoint,
     force: DVec3,
 }
 
-impl Pressed {
+impl PointForce {
     /// The part of the force that is not friction, N.
     fn pressure(&self) -> f64 {
         self.force.dot(self.at.normal)
     }
 }
 
-/// All that presses one foot.
-struct Press {
+/// Sum of the ground's forces on one foot.
+struct FootPressure {
     limb: usize,
     /// N.
     force: DVec3,
@@ -66,23 +65,23 @@ struct Press {
     normal: DVec3,
 }
 
-impl Press {
-    fn on(limb: usize, pressed: &[Pressed]) -> Self {
-        let mut press = Self {
+impl FootPressure {
+    fn of_foot(limb: usize, point_forces: &[PointForce]) -> Self {
+        let mut foot = Self {
             limb,
             force: DVec3::ZERO,
             pressure: 0.0,
             moment: DVec3::ZERO,
             normal: DVec3::ZERO,
         };
-        for point in pressed.iter().filter(|point| point.limb == limb) {
+        for point in point_forces.iter().filter(|point| point.limb == limb) {
             let pressure = point.pressure();
-            press.force += point.force;
-            press.pressure += pressure;
-            press.moment += pressure * point.at.position;
-            press.normal += pressure * point.at.normal;
+            foot.force += point.force;
+            foot.pressure += pressure;
+            foot.moment += pressure * point.at.position;
+            foot.normal += pressure * point.at.normal;
         }
-        Self { normal: press.normal.normalize_or_zero(), ..press }
+        Self { normal: foot.normal.normalize_or_zero(), ..foot }
     }
 
     /// How much of the friction cone about the mean normal the force uses.
@@ -102,46 +101,49 @@ impl Press {
 
 /// The load of least squares; without feet, and as if nothing but the root held the robot, where no
 /// forces hold it.
-pub fn even_load(
+pub fn least_squares_load(
     model: &RobotModel,
     equilibrium: &mut Equilibrium,
     supports: &[SoleSupport],
     posture: &Posture,
-) -> Load {
+) -> ContactLoad {
     let centre_of_mass = posture.centre_of_mass(model);
     let generators = equilibrium.generators(supports, ALL_FRICTION);
-    let forces = even_forces(&balance(&generators, centre_of_mass)).unwrap_or_default();
-    let pressed = pressed(supports, &generators, &forces, model.mass() * GRAVITY);
-    let presses: Vec<Press> =
-        supports.iter().map(|support| Press::on(support.limb, &pressed)).collect();
+    let forces = least_squares_forces(&balance(&generators, centre_of_mass)).unwrap_or_default();
+    let point_forces = point_forces(supports, &generators, &forces, model.mass() * GRAVITY);
+    let pressures: Vec<FootPressure> =
+        supports.iter().map(|support| FootPressure::of_foot(support.limb, &point_forces)).collect();
     let stance = supports.iter().map(|support| support.limb).collect();
     let torques = Statics::new(model, generators, stance).torques_under(posture, &forces);
     let share =
         model.joints.iter().zip(&torques).map(|(joint, torque)| torque.abs() / joint.effort);
-    Load {
+    ContactLoad {
         centre_of_mass,
         balance_margin: equilibrium.region(supports, ALL_FRICTION).margin(centre_of_mass),
-        feet: presses.iter().filter_map(Press::load).collect(),
+        feet: pressures.iter().filter_map(FootPressure::load).collect(),
         torque_use: share.fold(0.0, f64::max),
         torques,
-        friction_use: presses
+        friction_use: pressures
             .iter()
-            .map(|press| press.friction_use(equilibrium.mu()))
+            .map(|foot| foot.friction_use(equilibrium.mu()))
             .fold(0.0, f64::max),
     }
 }
 
-fn pressed(
+fn point_forces(
     supports: &[SoleSupport],
     generators: &[Generator],
     forces: &[f64],
     weight: f64,
-) -> Vec<Pressed> {
+) -> Vec<PointForce> {
     let points =
         supports.iter().flat_map(|support| support.points.iter().map(|&at| (support.limb, at)));
     let edges = generators.chunks(PYRAMID_SIDES).zip(forces.chunks(PYRAMID_SIDES));
     let force = |(edges, shares): (&[Generator], &[f64])| {
         edges.iter().zip(shares).map(|(edge, share)| share * weight * edge.force).sum()
     };
-    points.zip(edges).map(|((limb, at), edges)| Pressed { limb, at, force: force(edges) }).collect()
+    points
+        .zip(edges)
+        .map(|((limb, at), edges)| PointForce { limb, at, force: force(edges) })
+        .collect()
 }

@@ -1,4 +1,4 @@
-//! The physical checks: may this piece of motion, in this mode, on these contacts, be walked?
+//! The physical checks: whether a motion in one mode on given contacts may be executed.
 //!
 //! [`Checker::check_segment`] runs them in the order of [`PHYSICAL`] and stops at the first
 //! violation; [`Checker::check_all`] runs them all. Each check lives in the file of its name.
@@ -27,13 +27,13 @@ use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
-use crate::geometry::body::Body;
+use crate::geometry::body::CollisionBody;
 use crate::kinematics::{Configuration, Posture};
 use acceleration::check_acceleration;
 use allowed_pairs::allowed_pairs;
 use equilibrium::Equilibrium;
-pub use load::{FootLoad, Load};
-use motion::Motion;
+pub use load::{ContactLoad, FootLoad};
+use motion::SampledMotion;
 use support::{SoleSupport, SupportFinder};
 
 /// The physical checks, in the order in which they are made.
@@ -57,7 +57,7 @@ const OF_CASES: [Check; 6] = [
     Check::SelfCollision,
 ];
 
-/// A robot or world that cannot be judged.
+/// A robot or world that cannot be checked.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum CheckerError {
     /// The robot does not fit the messages.
@@ -72,7 +72,7 @@ pub enum CheckerError {
     },
     /// Not a biped.
     #[error(
-        "the robot has {feet} feet; the checker judges bipeds: name a left and a right foot in the robot file"
+        "the robot has {feet} feet; the checker supports bipeds only: name a left and a right foot in the robot file"
     )]
     NotABiped {
         /// Its feet.
@@ -93,9 +93,9 @@ pub enum CheckerError {
     },
 }
 
-/// A piece of motion within one mode.
+/// A motion within one mode.
 #[derive(Debug, Clone, Copy)]
-pub struct Segment<'a> {
+pub struct MotionSegment<'a> {
     /// Which feet carry the robot.
     pub mode: SupportMode,
     /// Where they stand, one per foot of the mode.
@@ -104,9 +104,9 @@ pub struct Segment<'a> {
     pub waypoints: &'a [Waypoint],
 }
 
-/// Something that must not be.
+/// A violated check.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{} at waypoint {waypoint}: {detail}", check.word())]
+#[error("{} at waypoint {waypoint}: {detail}", check.name())]
 pub struct Violation {
     /// Which check it violates.
     pub check: Check,
@@ -123,7 +123,7 @@ impl Violation {
     }
 }
 
-/// What all checks say of a segment.
+/// Results of all checks of a segment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SegmentReport {
     /// The worst margins of the checks that passed.
@@ -133,7 +133,7 @@ pub struct SegmentReport {
     pub acceleration: f64,
     /// The first violation of each check that did not.
     pub violations: Vec<Violation>,
-    /// What is left beyond what the checks demand.
+    /// Margin beyond what the checks require.
     pub reserves: Reserves,
 }
 
@@ -147,33 +147,34 @@ impl SegmentReport {
     };
 }
 
-/// How much harder it could be: reported, never demanded.
+/// Margin beyond what the checks require. Reported, not enforced.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reserves {
     /// The share of the friction that is not needed, in sixteenths, rounded down.
     pub friction: f64,
     /// The share of the effort limits that stays unused by contact forces of least squares.
-    pub even_torque: f64,
+    pub least_squares_torque: f64,
 }
 
 impl Reserves {
     /// Nothing measured yet.
-    pub const UNMEASURED: Self = Self { friction: f64::INFINITY, even_torque: f64::INFINITY };
+    pub const UNMEASURED: Self =
+        Self { friction: f64::INFINITY, least_squares_torque: f64::INFINITY };
 
     /// The smaller of each pair.
     pub fn min(&self, other: &Self) -> Self {
         Self {
             friction: self.friction.min(other.friction),
-            even_torque: self.even_torque.min(other.even_torque),
+            least_squares_torque: self.least_squares_torque.min(other.least_squares_torque),
         }
     }
 }
 
-/// What the world gives each stance foot.
+/// The support of each stance foot by the world.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Footing(Vec<SoleSupport>);
+pub struct SoleSupports(Vec<SoleSupport>);
 
-/// Judges motions of one robot in one world.
+/// Checks motions of one robot in one world.
 pub struct Checker {
     model: RobotModel,
     /// The robot with its locked joints as joints: their motors must hold them, and they keep links
@@ -183,7 +184,7 @@ pub struct Checker {
     config: CheckerConfig,
     supports: SupportFinder,
     equilibrium: Equilibrium,
-    collisions: collision::Collisions,
+    collisions: collision::CollisionModel,
 }
 
 impl Checker {
@@ -207,13 +208,14 @@ impl Checker {
         if model.feet.len() != 2 {
             return Err(CheckerError::NotABiped { feet: model.feet.len() });
         }
-        let robot_bodies = Body::of_robot(&model).map_err(CheckerError::Shape)?;
-        let world_bodies = Body::of_world(&world).map_err(CheckerError::Shape)?;
+        let robot_bodies = CollisionBody::of_robot(&model).map_err(CheckerError::Shape)?;
+        let world_bodies = CollisionBody::of_world(&world).map_err(CheckerError::Shape)?;
         support::check_soles(&model, &robot_bodies, config.contact_gap_max)?;
         let supports = SupportFinder::new(&model, &world, &config).map_err(CheckerError::Shape)?;
         let unlocked = model.unlocked();
         let allowed = allowed_pairs(&unlocked, &robot_bodies);
-        let collisions = collision::Collisions::new(&model, &allowed, robot_bodies, world_bodies);
+        let collisions =
+            collision::CollisionModel::new(&model, &allowed, robot_bodies, world_bodies);
         let equilibrium = Equilibrium::new(world.mu);
         Ok(Self { model, unlocked, world, config, supports, equilibrium, collisions })
     }
@@ -228,30 +230,30 @@ impl Checker {
         &self.world
     }
 
-    /// The worst margins of a segment, or the first violation in the order of [`PHYSICAL`]. `alive`
-    /// is called now and then meanwhile.
+    /// The worst margins of a segment, or the first violation in the order of [`PHYSICAL`].
+    /// `heartbeat` is called now and then meanwhile.
     ///
     /// # Errors
     /// The first violation.
     pub fn check_segment(
         &mut self,
-        segment: &Segment,
-        alive: &mut dyn FnMut(),
+        segment: &MotionSegment,
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
         let mut margins = Margins::UNMEASURED;
         let spacing = limits::check_spacing(&self.model, &self.config, segment)?;
         check_acceleration(&self.model, segment.waypoints)?;
         let case = self.prepare(segment, spacing);
         for check in &OF_CASES {
-            alive();
-            record(&mut margins, *check, self.run(*check, &case, alive)?);
+            heartbeat();
+            record(&mut margins, *check, self.run(*check, &case, heartbeat)?);
         }
         Ok(margins)
     }
 
     /// All checks of a segment, each up to its first violation. Waypoints too far apart to
     /// interpolate end it early.
-    pub fn check_all(&mut self, segment: &Segment) -> SegmentReport {
+    pub fn check_all(&mut self, segment: &MotionSegment) -> SegmentReport {
         let mut report = SegmentReport::UNMEASURED;
         match limits::check_spacing(&self.model, &self.config, segment) {
             Err(violation) => report.violations.push(violation),
@@ -275,39 +277,51 @@ impl Checker {
 
     /// How many times as long a motion must take, so that no joint accelerates more than it may; at
     /// least 1.
-    pub fn slower_by(&self, waypoints: &[Waypoint]) -> f64 {
-        acceleration::hardest(&self.model, waypoints).share.max(1.0).sqrt()
+    pub fn time_scale_min(&self, waypoints: &[Waypoint]) -> f64 {
+        acceleration::peak_acceleration(&self.model, waypoints).share.max(1.0).sqrt()
     }
 
-    /// What carries the robot on these contacts.
-    pub fn footing(&mut self, contacts: &[Contact]) -> Footing {
-        Footing(contacts.iter().map(|contact| self.supports.find(contact)).collect())
+    /// The support of each of these contacts by the world.
+    pub fn sole_supports(&mut self, contacts: &[Contact]) -> SoleSupports {
+        SoleSupports(contacts.iter().map(|contact| self.supports.find(contact)).collect())
     }
 
-    /// What the ground does to the feet in a configuration, if the load is spread evenly.
-    pub fn load(&mut self, footing: &Footing, configuration: &Configuration) -> Load {
+    /// Foot forces and joint torques in a configuration by contact forces of least squares.
+    pub fn load(
+        &mut self,
+        sole_supports: &SoleSupports,
+        configuration: &Configuration,
+    ) -> ContactLoad {
         let posture = Posture::new(&self.model, configuration);
-        load::even_load(&self.unlocked, &mut self.equilibrium, &footing.0, &posture)
+        load::least_squares_load(&self.unlocked, &mut self.equilibrium, &sole_supports.0, &posture)
     }
 
     fn reserves(&mut self, case: &Case) -> Reserves {
         Reserves {
             friction: balance::friction_reserve(&self.config, &mut self.equilibrium, case),
-            even_torque: torque::even_torque_reserve(&self.unlocked, &self.equilibrium, case),
+            least_squares_torque: torque::least_squares_torque_reserve(
+                &self.unlocked,
+                &self.equilibrium,
+                case,
+            ),
         }
     }
 
-    fn prepare(&mut self, segment: &Segment, spacing: limits::Spacing) -> Case {
+    fn prepare(&mut self, segment: &MotionSegment, spacing: limits::Spacing) -> Case {
         let contacts = segment.contacts.to_vec();
         let supports = contacts.iter().map(|contact| self.supports.find(contact)).collect();
-        Case { contacts, supports, motion: Motion::new(&self.model, segment.waypoints, spacing) }
+        Case {
+            contacts,
+            supports,
+            motion: SampledMotion::new(&self.model, segment.waypoints, spacing),
+        }
     }
 
     fn run(
         &mut self,
         check: Check,
         case: &Case,
-        alive: &mut dyn FnMut(),
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<f64, Violation> {
         match check {
             Check::Limits => limits::check_limits(&self.model, case),
@@ -320,11 +334,13 @@ impl Checker {
                 &self.config,
                 &mut self.equilibrium,
                 case,
-                alive,
+                heartbeat,
             ),
-            Check::Collision => self.collisions.check_world(&self.model, &self.config, case, alive),
+            Check::Collision => {
+                self.collisions.check_world(&self.model, &self.config, case, heartbeat)
+            }
             Check::SelfCollision => {
-                self.collisions.check_self(&self.model, &self.config, case, alive)
+                self.collisions.check_self(&self.model, &self.config, case, heartbeat)
             }
             _ => Ok(f64::INFINITY),
         }
@@ -334,9 +350,9 @@ impl Checker {
 /// A segment with what several checks need of it.
 struct Case {
     contacts: Vec<Contact>,
-    /// What the world gives each contact.
+    /// The support of each contact by the world.
     supports: Vec<SoleSupport>,
-    motion: Motion,
+    motion: SampledMotion,
 }
 
 fn record(margins: &mut Margins, check: Check, margin: f64) {

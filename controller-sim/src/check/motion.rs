@@ -1,4 +1,4 @@
-//! A segment's motion, sampled finely enough to judge what happens between its waypoints.
+//! A segment's motion, sampled finely enough to check it between its waypoints.
 
 use glam::DVec3;
 use surefoot_shared_types::message::Waypoint;
@@ -11,7 +11,7 @@ use crate::kinematics::{Configuration, Posture};
 /// The largest joint (rad, m), root position (m) or root rotation (rad) change between two samples.
 const SUBSTEP_MAX: f64 = 0.01;
 
-/// A configuration on the way, with what follows from it.
+/// A configuration of the motion, with its posture and centre of mass.
 pub struct Sample {
     /// The waypoint at or before it.
     pub waypoint: usize,
@@ -19,14 +19,14 @@ pub struct Sample {
     pub posture: Posture,
     /// The centre of mass in the world.
     pub centre_of_mass: DVec3,
-    /// How many samples after its waypoint; 0 is the waypoint itself.
-    pub piece: usize,
+    /// Its index after its waypoint; 0 is the waypoint itself.
+    pub substep: usize,
 }
 
 impl Sample {
     /// Whether it is a waypoint itself.
     pub fn is_waypoint(&self) -> bool {
-        self.piece == 0
+        self.substep == 0
     }
 }
 
@@ -60,14 +60,14 @@ impl Change {
 }
 
 /// A segment's motion.
-pub struct Motion {
+pub struct SampledMotion {
     /// The waypoints' configurations.
     pub configurations: Vec<Configuration>,
     /// Samples from the first waypoint to the last, every waypoint among them.
     pub samples: Vec<Sample>,
 }
 
-impl Motion {
+impl SampledMotion {
     /// Samples a motion whose spacing is known to be bounded.
     pub fn new(model: &RobotModel, waypoints: &[Waypoint], Spacing { changes }: Spacing) -> Self {
         let configurations: Vec<_> = waypoints
@@ -76,17 +76,19 @@ impl Motion {
             .collect();
         let mut samples = Vec::new();
         for (index, start) in configurations.iter().enumerate() {
-            let pieces = changes
+            let substeps = changes
                 .get(index)
                 .map_or(1, |change| ((change.largest() / SUBSTEP_MAX).ceil() as usize).max(1));
-            for piece in 0..pieces {
+            for substep in 0..substeps {
                 let configuration = match configurations.get(index + 1) {
-                    Some(end) if piece > 0 => start.towards(end, piece as f64 / pieces as f64),
+                    Some(end) if substep > 0 => {
+                        start.towards(end, substep as f64 / substeps as f64)
+                    }
                     _ => start.clone(),
                 };
                 let posture = Posture::new(model, &configuration);
                 let centre_of_mass = posture.centre_of_mass(model);
-                samples.push(Sample { waypoint: index, posture, centre_of_mass, piece });
+                samples.push(Sample { waypoint: index, posture, centre_of_mass, substep });
             }
         }
         Self { configurations, samples }

@@ -1,39 +1,38 @@
 //! Small dense linear programs by the primal simplex method, for those that are solved hundreds of
 //! times a second.
 //!
-//! It is a fast way to a solution, not the judge of one: whoever uses a solution verifies it, and
-//! whoever would refuse a motion because there is none asks [`super::convex_program`] first.
+//! Solutions are not verified here. Callers verify them, and before they refuse a motion because
+//! there is no solution they try [`super::convex_program`].
 
-/// Prices below this count as zero. The programs here are scaled to about 1.
-const PRICE_MIN: f64 = 1e-9;
+/// Smaller reduced costs count as zero. The programs here are scaled to about 1.
+const REDUCED_COST_MIN: f64 = 1e-9;
 /// Smaller numbers are never divided by: they may be all that rounding left of a zero.
 const PIVOT_MIN: f64 = 1e-7;
 /// By how much a right side may be off by rounding.
 const ROUNDING: f64 = 1e-10;
-/// After this many exchanges the rule changes to Bland's, which cannot cycle.
-const GREEDY_MAX: usize = 200;
-/// No program here needs nearly as many exchanges.
-const EXCHANGES_MAX: usize = 2_000;
+/// After this many pivots Dantzig's rule is replaced by Bland's, which cannot cycle.
+const DANTZIG_PIVOTS_MAX: usize = 200;
+/// No program here needs nearly as many pivots.
+const PIVOTS_MAX: usize = 2_000;
 
 /// A row of coefficients, and what its product with the variables must be.
 pub type Row = (Vec<f64>, f64);
 
-/// A program in which some variables, all at least 0, meet some rows exactly, standing at one of
-/// its corners.
+/// The tableau at a vertex of a program in which nonnegative variables meet all rows exactly.
 #[derive(Debug, Clone)]
 pub struct Simplex {
     columns: usize,
     /// One row per equation: its coefficients, then its right side.
     rows: Vec<Vec<f64>>,
-    /// The variable that each row determines; from `columns` on those that stand for an unmet row.
+    /// The basic variable of each row; from `columns` on artificial variables of unmet rows.
     basis: Vec<usize>,
 }
 
 impl Simplex {
-    /// A corner of `rows` over nonnegative variables, or nothing where none is found. `first[i]`
+    /// A vertex of `rows` over nonnegative variables, or nothing where none is found. `first[i]`
     /// may name a variable that occurs with coefficient 1 in row `i` alone and begins as its
     /// solution.
-    pub fn at_a_corner(rows: &[Row], first: &[Option<usize>]) -> Option<Self> {
+    pub fn at_vertex(rows: &[Row], first: &[Option<usize>]) -> Option<Self> {
         let columns = rows.first()?.0.len();
         let mut simplex = Self {
             columns,
@@ -58,21 +57,21 @@ impl Simplex {
         if unmet[columns].abs() > 1e-9 {
             return None;
         }
-        simplex.drop_stand_ins();
+        simplex.drop_artificial_variables();
         Some(simplex)
     }
 
-    /// Goes on to a corner where `cost` is least; the variables there, or nothing where there is no
-    /// least cost.
+    /// Moves to a vertex of least `cost` and returns the variables there, or nothing where the cost
+    /// is unbounded.
     pub fn minimise(&mut self, cost: &[f64]) -> Option<Vec<f64>> {
-        let mut prices: Vec<f64> = cost.iter().copied().chain([0.0]).collect();
+        let mut reduced_costs: Vec<f64> = cost.iter().copied().chain([0.0]).collect();
         for (row, &variable) in
             self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns)
         {
-            let price = prices[variable];
-            prices.iter_mut().zip(row).for_each(|(sum, value)| *sum -= price * value);
+            let reduced_cost = reduced_costs[variable];
+            reduced_costs.iter_mut().zip(row).for_each(|(sum, value)| *sum -= reduced_cost * value);
         }
-        self.improve(&mut prices)?;
+        self.improve(&mut reduced_costs)?;
         let mut x = vec![0.0; self.columns];
         for (row, &variable) in
             self.rows.iter().zip(&self.basis).filter(|(_, variable)| **variable < self.columns)
@@ -82,27 +81,27 @@ impl Simplex {
         Some(x)
     }
 
-    /// Exchanges variables while one with a negative price is left.
-    fn improve(&mut self, prices: &mut [f64]) -> Option<()> {
-        for exchange in 0..EXCHANGES_MAX {
-            let careful = exchange >= GREEDY_MAX;
-            let Some(entering) = entering(&prices[..self.columns], careful) else {
+    /// Pivots while a variable has a negative reduced cost.
+    fn improve(&mut self, reduced_costs: &mut [f64]) -> Option<()> {
+        for count in 0..PIVOTS_MAX {
+            let bland = count >= DANTZIG_PIVOTS_MAX;
+            let Some(entering) = entering(&reduced_costs[..self.columns], bland) else {
                 return Some(());
             };
-            let leaving = self.leaving(entering, careful)?;
-            self.exchange(leaving, entering);
-            let price = prices[entering];
-            prices
+            let leaving = self.leaving(entering, bland)?;
+            self.pivot(leaving, entering);
+            let reduced_cost = reduced_costs[entering];
+            reduced_costs
                 .iter_mut()
                 .zip(&self.rows[leaving])
-                .for_each(|(sum, value)| *sum -= price * value);
+                .for_each(|(sum, value)| *sum -= reduced_cost * value);
         }
         None
     }
 
-    /// The row that limits a variable's growth most. Of those that do so within rounding it is the
-    /// one with the largest pivot, or, under Bland's rule, the one whose variable comes first.
-    fn leaving(&self, entering: usize, first: bool) -> Option<usize> {
+    /// The row of the minimum ratio test. Of rows that tie within rounding it is the one with the
+    /// largest pivot, or, under Bland's rule, the one with the first basic variable.
+    fn leaving(&self, entering: usize, bland: bool) -> Option<usize> {
         let entries =
             self.rows.iter().map(|row| (row[entering], row[self.columns].max(0.0))).enumerate();
         let limiting = entries.filter(|(_, (pivot, _))| *pivot > PIVOT_MIN);
@@ -111,7 +110,7 @@ impl Simplex {
             .map(|(_, (pivot, right))| (right + ROUNDING) / pivot)
             .fold(f64::INFINITY, f64::min);
         let tied = limiting.filter(|(_, (pivot, right))| right / pivot <= growth);
-        let best = if first {
+        let best = if bland {
             tied.min_by_key(|(row, _)| self.basis[*row])
         } else {
             tied.max_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b))
@@ -119,7 +118,7 @@ impl Simplex {
         best.map(|(row, _)| row)
     }
 
-    fn exchange(&mut self, leaving: usize, entering: usize) {
+    fn pivot(&mut self, leaving: usize, entering: usize) {
         let mut pivot = std::mem::take(&mut self.rows[leaving]);
         let scale = 1.0 / pivot[entering];
         pivot.iter_mut().for_each(|value| *value *= scale);
@@ -134,13 +133,13 @@ impl Simplex {
         self.basis[leaving] = entering;
     }
 
-    /// Gives every met row a variable of its own; a row that says nothing new is dropped.
-    fn drop_stand_ins(&mut self) {
+    /// Pivots artificial variables out of the basis; a linearly dependent row is dropped.
+    fn drop_artificial_variables(&mut self) {
         let mut row = 0;
         while row < self.rows.len() {
             if self.basis[row] >= self.columns {
                 match (0..self.columns).find(|&column| self.rows[row][column].abs() > PIVOT_MIN) {
-                    Some(column) => self.exchange(row, column),
+                    Some(column) => self.pivot(row, column),
                     None => {
                         self.rows.swap_remove(row);
                         self.basis.swap_remove(row);
@@ -153,10 +152,15 @@ impl Simplex {
     }
 }
 
-/// The variable with the lowest price, or the first with a negative one.
-fn entering(prices: &[f64], first: bool) -> Option<usize> {
-    let mut negative = (0..prices.len()).filter(|&column| prices[column] < -PRICE_MIN);
-    if first { negative.next() } else { negative.min_by(|&a, &b| prices[a].total_cmp(&prices[b])) }
+/// The variable with the lowest reduced cost, or the first with a negative one.
+fn entering(reduced_costs: &[f64], bland: bool) -> Option<usize> {
+    let mut negative =
+        (0..reduced_costs.len()).filter(|&column| reduced_costs[column] < -REDUCED_COST_MIN);
+    if bland {
+        negative.next()
+    } else {
+        negative.min_by(|&a, &b| reduced_costs[a].total_cmp(&reduced_costs[b]))
+    }
 }
 
 #[cfg(test)]
@@ -169,11 +173,11 @@ mod tests {
     }
 
     #[test]
-    fn a_corner_is_found_and_improved() {
+    fn a_vertex_is_found_and_improved() {
         // x + y + s = 4, x + 3y + t = 6.
         let program = rows(&[(&[1.0, 1.0, 1.0, 0.0], 4.0), (&[1.0, 3.0, 0.0, 1.0], 6.0)]);
         for first in [&[Some(2), Some(3)][..], &[]] {
-            let mut simplex = Simplex::at_a_corner(&program, first).unwrap();
+            let mut simplex = Simplex::at_vertex(&program, first).unwrap();
             for (cost, corner) in
                 [([-1.0, -2.0, 0.0, 0.0], [3.0, 1.0]), ([1.0, -1.0, 0.0, 0.0], [0.0, 2.0])]
             {
@@ -187,9 +191,9 @@ mod tests {
     }
 
     #[test]
-    fn the_impossible_and_the_endless_are_told() {
-        assert!(Simplex::at_a_corner(&rows(&[(&[1.0, 1.0], -1.0)]), &[]).is_none());
-        let mut endless = Simplex::at_a_corner(&rows(&[(&[1.0, -1.0], 1.0)]), &[]).unwrap();
+    fn infeasible_and_unbounded_programs_are_reported() {
+        assert!(Simplex::at_vertex(&rows(&[(&[1.0, 1.0], -1.0)]), &[]).is_none());
+        let mut endless = Simplex::at_vertex(&rows(&[(&[1.0, -1.0], 1.0)]), &[]).unwrap();
         assert!(endless.minimise(&[-1.0, 0.0]).is_none());
     }
 
@@ -197,14 +201,14 @@ mod tests {
     fn rows_that_repeat_are_dropped() {
         let program =
             rows(&[(&[1.0, 1.0, 0.0], 1.0), (&[2.0, 2.0, 0.0], 2.0), (&[0.0, 0.0, 1.0], 0.0)]);
-        let mut simplex = Simplex::at_a_corner(&program, &[]).unwrap();
+        let mut simplex = Simplex::at_vertex(&program, &[]).unwrap();
         assert_eq!(simplex.minimise(&[0.0, 1.0, 1.0]).unwrap(), [1.0, 0.0, 0.0]);
     }
 
     #[test]
-    fn random_programs_cost_what_the_interior_point_method_says() {
+    fn random_programs_have_the_cost_of_the_interior_point_method() {
         let mut state = 7_u64;
-        let mut draw = || {
+        let mut random = || {
             state = state
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
@@ -212,10 +216,10 @@ mod tests {
         };
         for _ in 0..200 {
             let (columns, height) = (24, 6);
-            let corner: Vec<f64> = (0..columns).map(|_| draw().max(0.0)).collect();
+            let corner: Vec<f64> = (0..columns).map(|_| random().max(0.0)).collect();
             // The last row bounds all variables, so that there is a least cost.
             let mut matrix: Vec<Vec<f64>> =
-                (1..height).map(|_| (0..columns).map(|_| draw()).collect()).collect();
+                (1..height).map(|_| (0..columns).map(|_| random()).collect()).collect();
             matrix.push(vec![1.0; columns]);
             let product = |row: &[f64]| row.iter().zip(&corner).map(|(a, b)| a * b).sum::<f64>();
             let equalities: Vec<Row> = matrix
@@ -223,9 +227,9 @@ mod tests {
                 .map(|row| (product(&row), row))
                 .map(|(right, row)| (row, right))
                 .collect();
-            let cost: Vec<f64> = (0..columns).map(|_| draw()).collect();
+            let cost: Vec<f64> = (0..columns).map(|_| random()).collect();
             let value = |x: &[f64]| x.iter().zip(&cost).map(|(a, b)| a * b).sum::<f64>();
-            let mine = Simplex::at_a_corner(&equalities, &[])
+            let mine = Simplex::at_vertex(&equalities, &[])
                 .and_then(|mut simplex| simplex.minimise(&cost))
                 .unwrap();
             let unmet = |(row, right): &Row| {

@@ -1,5 +1,5 @@
-//! What the world really gives a sole: sampled by rays over the *whole* declared sole, whatever the
-//! planner claims.
+//! Actual support of a sole by the world, sampled by rays over the *whole* declared sole. It does
+//! not depend on the contact polygon that the planner declares.
 
 use std::collections::BTreeMap;
 
@@ -11,8 +11,8 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
 use super::CheckerError;
-use crate::bound::within;
-use crate::geometry::body::{Body, Placed};
+use crate::bound::is_at_most;
+use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::polygon;
 use crate::geometry::rays::{Hit, Target};
@@ -29,10 +29,10 @@ const RAY_START: f64 = 0.02;
 const EDGE_PULL: f64 = 1e-4;
 /// Most contact points kept of a sole.
 const CONTACT_POINTS_MAX: usize = 16;
-/// Most soles remembered.
+/// Most soles in the cache.
 const CACHE_MAX: usize = 256;
 
-/// A point where a sole meets the world.
+/// A contact point of a sole with the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactPoint {
     /// In the world, m.
@@ -41,7 +41,7 @@ pub struct ContactPoint {
     pub normal: DVec3,
 }
 
-/// What the world gives a sole.
+/// The support of a sole by the world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SoleSupport {
     /// The foot.
@@ -54,7 +54,7 @@ pub struct SoleSupport {
     pub points: Vec<ContactPoint>,
 }
 
-/// Finds and remembers the support of soles.
+/// Finds the support of soles and caches it.
 pub struct SupportFinder {
     targets: Vec<Target>,
     soles: Vec<Vec<DVec2>>,
@@ -63,17 +63,17 @@ pub struct SupportFinder {
     /// the vertical.
     tilt_cos_min: f64,
     slope_cos_min: f64,
-    known: BTreeMap<(u32, [u64; 7]), SoleSupport>,
+    cache: BTreeMap<(u32, [u64; 7]), SoleSupport>,
 }
 
 #[derive(Clone, Copy)]
-struct Probe {
+struct RaySample {
     at: DVec2,
     /// Height of the sole over the surface, m; infinite over a void.
     gap: f64,
     normal: DVec3,
-    near: bool,
-    holds: bool,
+    is_near: bool,
+    is_supported: bool,
 }
 
 impl SupportFinder {
@@ -89,7 +89,7 @@ impl SupportFinder {
             gap_max: config.contact_gap_max,
             tilt_cos_min: libm::cos(config.contact_tilt_max),
             slope_cos_min: 1.0 / (1.0 + world.mu * world.mu).sqrt() - 1e-9,
-            known: BTreeMap::new(),
+            cache: BTreeMap::new(),
         })
     }
 
@@ -100,7 +100,7 @@ impl SupportFinder {
             .zip(contact.position.iter().chain(&contact.rotation))
             .for_each(|(bits, value)| *bits = value.to_bits());
         let key = (contact.limb, bits);
-        if let Some(support) = self.known.get(&key) {
+        if let Some(support) = self.cache.get(&key) {
             return support.clone();
         }
         let pose = contact.world_from_sole();
@@ -108,33 +108,36 @@ impl SupportFinder {
             contact.limb as usize,
             &Pose::from_parts(pose.translation, pose.rotation.normalize()),
         );
-        if self.known.len() >= CACHE_MAX {
-            self.known.clear();
+        if self.cache.len() >= CACHE_MAX {
+            self.cache.clear();
         }
-        self.known.insert(key, support.clone());
+        self.cache.insert(key, support.clone());
         support
     }
 
     fn measure(&self, limb: usize, world_from_sole: &Pose) -> SoleSupport {
         let sole = &self.soles[limb];
         let targets = self.targets_below(sole, world_from_sole);
-        let probe = |at: DVec2| self.probe(&targets, world_from_sole, at);
-        let mut probes: Vec<Probe> = coarse_samples(sole).into_iter().map(probe).collect();
-        if probes.iter().any(|probe| probe.near) && !probes.iter().all(|probe| probe.holds) {
+        let sample = |at: DVec2| self.sample(&targets, world_from_sole, at);
+        let mut samples: Vec<RaySample> = coarse_samples(sole).into_iter().map(sample).collect();
+        if samples.iter().any(|sample| sample.is_near)
+            && !samples.iter().all(|sample| sample.is_supported)
+        {
             let near: Vec<DVec2> =
-                probes.iter().filter(|probe| probe.near).map(|probe| probe.at).collect();
-            probes.extend(fine_samples(sole, &near).into_iter().map(probe));
+                samples.iter().filter(|sample| sample.is_near).map(|sample| sample.at).collect();
+            samples.extend(fine_samples(sole, &near).into_iter().map(sample));
         }
-        let holding: Vec<Probe> = probes.iter().copied().filter(|probe| probe.holds).collect();
-        let flat: Vec<DVec2> = holding.iter().map(|probe| probe.at).collect();
+        let supported: Vec<RaySample> =
+            samples.iter().copied().filter(|sample| sample.is_supported).collect();
+        let flat: Vec<DVec2> = supported.iter().map(|sample| sample.at).collect();
         let corners = polygon::hull_indices(&flat);
         let outline: Vec<DVec2> = corners.iter().map(|&index| flat[index]).collect();
-        let deepest = probes.iter().map(|probe| -probe.gap).fold(f64::NEG_INFINITY, f64::max);
+        let deepest = samples.iter().map(|sample| -sample.gap).fold(f64::NEG_INFINITY, f64::max);
         if outline.len() < 3 {
             return SoleSupport { limb, area: 0.0, deepest, points: Vec::new() };
         }
         let contact_point = |kept: usize| {
-            let Probe { at, gap, normal, .. } = holding[corners[kept]];
+            let RaySample { at, gap, normal, .. } = supported[corners[kept]];
             ContactPoint { position: *world_from_sole * at.extend(-gap), normal }
         };
         let points = polygon::extreme_vertices(&outline, CONTACT_POINTS_MAX)
@@ -149,31 +152,32 @@ impl SupportFinder {
             .iter()
             .flat_map(|at| [RAY_START, -RAY_START].map(|z| *world_from_sole * at.extend(z)));
         let reached = Bounds::of_points(corners);
-        self.targets.iter().filter(|target| target.bounds.gap(&reached) <= 0.0).collect()
+        self.targets.iter().filter(|target| target.bounds.distance(&reached) <= 0.0).collect()
     }
 
-    /// One ray from above the sole against its normal; contact where it meets a surface at the
+    /// One ray from above the sole against its normal; contact where it hits a surface at the
     /// sole's height that is neither tilted from the sole nor too steep for friction.
-    fn probe(&self, targets: &[&Target], world_from_sole: &Pose, at: DVec2) -> Probe {
+    fn sample(&self, targets: &[&Target], world_from_sole: &Pose, at: DVec2) -> RaySample {
         let up = world_from_sole.rotation * DVec3::Z;
         let origin = *world_from_sole * at.extend(RAY_START);
-        let mut probe = Probe { at, gap: f64::INFINITY, normal: up, near: false, holds: false };
+        let mut sample =
+            RaySample { at, gap: f64::INFINITY, normal: up, is_near: false, is_supported: false };
         for target in targets {
             match target.cast(origin, -up) {
-                Hit::Inside => probe.gap = -RAY_START,
+                Hit::Inside => sample.gap = -RAY_START,
                 Hit::Surface { distance, normal }
-                    if distance <= 2.0 * RAY_START && distance - RAY_START < probe.gap =>
+                    if distance <= 2.0 * RAY_START && distance - RAY_START < sample.gap =>
                 {
-                    probe = Probe { gap: distance - RAY_START, normal, ..probe };
+                    sample = RaySample { gap: distance - RAY_START, normal, ..sample };
                 }
                 _ => {}
             }
         }
-        probe.near = probe.gap.abs() <= self.gap_max;
-        probe.holds = probe.near
-            && probe.normal.dot(up) >= self.tilt_cos_min
-            && probe.normal.z >= self.slope_cos_min;
-        probe
+        sample.is_near = sample.gap.abs() <= self.gap_max;
+        sample.is_supported = sample.is_near
+            && sample.normal.dot(up) >= self.tilt_cos_min
+            && sample.normal.z >= self.slope_cos_min;
+        sample
     }
 }
 
@@ -226,25 +230,25 @@ fn extent(sole: &[DVec2]) -> (DVec2, DVec2) {
 /// giant feet.
 pub fn check_soles(
     model: &RobotModel,
-    bodies: &[Body],
+    bodies: &[CollisionBody],
     tolerance: f64,
 ) -> Result<(), CheckerError> {
     let vertex = Solid::Convex(Convex { core: Core::Segment(0.0), radius: 0.0 });
     for foot in &model.feet {
         for at in &foot.polygon {
             let point = foot.link_from_sole * at.extend(0.0);
-            let placed = Placed {
+            let placed = SolidPose {
                 world_from_solid: Pose::from_translation(point),
                 bounds: Bounds { low: point, high: point },
             };
             let off = bodies.iter().filter(|body| body.link == Some(foot.link)).map(|body| {
-                let on_link = Placed::new(body, &Pose::IDENTITY);
+                let on_link = SolidPose::new(body, &Pose::IDENTITY);
                 separation((&body.solid, &on_link), (&vertex, &placed), DVec3::Z, 1.0)
                     .distance
                     .abs()
             });
             let nearest = off.fold(f64::INFINITY, f64::min);
-            if !within(nearest, tolerance) {
+            if !is_at_most(nearest, tolerance) {
                 let millimetres = (1e3 * nearest).min(1e6).ceil() as u64;
                 return Err(CheckerError::SoleOffFoot { foot: foot.name.clone(), millimetres });
             }

@@ -11,20 +11,20 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::RobotModel;
 
 use super::Violation;
-use super::collision::overlap;
-use super::levers::Levers;
+use super::collision::overlap_violation;
+use super::levers::LeverArms;
 use super::motion::Change;
-use crate::bound::{below, within};
-use crate::geometry::body::{Body, Placed};
+use crate::bound::{is_at_most, is_below};
+use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::separation::{body_separation, separation};
 use crate::kinematics::{Configuration, Posture};
 
-/// Motions up to this length (m) are judged by their ends alone.
+/// For motions up to this length (m) only their ends are checked.
 const RESOLUTION: f64 = 1e-3;
 
-/// What a body of the robot may meet.
+/// The second body of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Partner {
+pub enum OtherBody {
     /// A body of the robot.
     Robot(usize),
     /// A body of the world.
@@ -33,77 +33,77 @@ pub enum Partner {
 
 /// Two bodies that must stay apart.
 #[derive(Debug, Clone)]
-pub struct Pair {
+pub struct BodyPair {
     /// The robot's body.
     pub body: usize,
-    /// What it may meet.
-    pub partner: Partner,
+    /// The body that it must not overlap.
+    pub other_body: OtherBody,
     /// Whether its distance counts as a margin; that of a foot and the world, on which it comes to
     /// stand, does not.
     measured: bool,
-    /// The direction that last told the two apart.
+    /// The last separating direction.
     hint: Option<DVec3>,
 }
 
-impl Pair {
+impl BodyPair {
     /// A pair about which nothing is known.
-    pub fn new(body: usize, partner: Partner, measured: bool) -> Self {
-        Self { body, partner, measured, hint: None }
+    pub fn new(body: usize, other_body: OtherBody, measured: bool) -> Self {
+        Self { body, other_body, measured, hint: None }
     }
 }
 
 /// One check of one motion.
-pub struct Sweep<'a> {
+pub struct ContinuousCollision<'a> {
     /// The robot.
     pub model: &'a RobotModel,
     /// Its bodies.
-    pub robot: &'a [Body],
+    pub robot: &'a [CollisionBody],
     /// The world's bodies.
-    pub world: &'a [Body],
+    pub world: &'a [CollisionBody],
     /// Where the world's bodies are.
-    pub world_placed: &'a [Placed],
-    /// Levers of the robot's bodies.
-    pub levers: &'a [Levers],
+    pub world_poses: &'a [SolidPose],
+    /// Lever arms of the robot's bodies.
+    pub lever_arms: &'a [LeverArms],
     /// The pairs to keep apart.
-    pub pairs: &'a mut [Pair],
+    pub pairs: &'a mut [BodyPair],
     /// What an overlap violates.
     pub check: Check,
     /// The deepest overlap allowed, m.
     pub penetration_max: f64,
-    /// The smallest distance met so far, m.
+    /// The smallest distance measured so far, m.
     pub worst: f64,
 }
 
 /// Where everything is at an instant.
-struct Scene {
-    robot: Vec<Placed>,
+struct BodyPoses {
+    robot: Vec<SolidPose>,
 }
 
-/// A stretch of the motion between two waypoints.
+/// A part of the motion between two waypoints.
 struct Interval<'a> {
     waypoint: usize,
     start: &'a Configuration,
     end: &'a Configuration,
-    /// The stretch, as fractions of the way.
+    /// Its ends, as fractions of the step between the waypoints.
     from: f64,
     to: f64,
 }
 
-impl Sweep<'_> {
-    /// Checks a whole motion. `alive` is called at every waypoint.
+impl ContinuousCollision<'_> {
+    /// Checks a whole motion. `heartbeat` is called at every waypoint.
     pub fn run(
         &mut self,
         configurations: &[Configuration],
-        alive: &mut dyn FnMut(),
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<(), Violation> {
-        let mut before: Option<Scene> = None;
+        let mut before: Option<BodyPoses> = None;
         for (waypoint, end) in configurations.iter().enumerate() {
-            alive();
-            let scene = self.place(end);
+            heartbeat();
+            let poses = self.place(end);
             // A single waypoint is an interval without motion.
             let (previous, start) = match (&before, waypoint.checked_sub(1)) {
                 (Some(previous), Some(index)) => (previous, &configurations[index]),
-                _ => (&scene, end),
+                _ => (&poses, end),
             };
             if before.is_some() || configurations.len() == 1 {
                 let interval = Interval {
@@ -113,64 +113,64 @@ impl Sweep<'_> {
                     from: 0.0,
                     to: 1.0,
                 };
-                let ways = self.ways(&interval, &Change::between(start, end))?;
+                let displacements = self.displacements(&interval, &Change::between(start, end))?;
                 let all: Vec<usize> = (0..self.pairs.len()).collect();
-                self.clear(&interval, (previous, &scene), &ways, &all)?;
+                self.clear(&interval, (previous, &poses), &displacements, &all)?;
             }
-            before = Some(scene);
+            before = Some(poses);
         }
         Ok(())
     }
 
-    fn place(&self, configuration: &Configuration) -> Scene {
+    fn place(&self, configuration: &Configuration) -> BodyPoses {
         let posture = Posture::new(self.model, configuration);
-        let placed = |body: &Body| {
-            Placed::new(
+        let placed = |body: &CollisionBody| {
+            SolidPose::new(
                 body,
                 &body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]),
             )
         };
-        Scene { robot: self.robot.iter().map(placed).collect() }
+        BodyPoses { robot: self.robot.iter().map(placed).collect() }
     }
 
     /// The motion of each pair; each finite, so that halving it ends.
-    fn ways(&self, interval: &Interval, change: &Change) -> Result<Vec<f64>, Violation> {
-        let ways: Vec<f64> = self.pairs.iter().map(|pair| self.way(pair, change)).collect();
-        match ways.iter().find(|way| !below(**way, f64::INFINITY)) {
-            Some(way) => Err(Violation::new(
+    fn displacements(&self, interval: &Interval, change: &Change) -> Result<Vec<f64>, Violation> {
+        let displacements: Vec<f64> =
+            self.pairs.iter().map(|pair| self.displacement(pair, change)).collect();
+        match displacements.iter().find(|displacement| !is_below(**displacement, f64::INFINITY)) {
+            Some(displacement) => Err(Violation::new(
                 self.check,
                 interval.waypoint,
-                format!("a link moves by {way} m to the next waypoint"),
+                format!("a link moves by {displacement} m to the next waypoint"),
             )),
-            None => Ok(ways),
+            None => Ok(displacements),
         }
     }
 
-    fn way(&self, pair: &Pair, change: &Change) -> f64 {
-        match pair.partner {
-            Partner::World(_) => self.levers[pair.body].way(change),
-            Partner::Robot(other) => {
-                self.levers[pair.body].relative_way(&self.levers[other], change)
-            }
+    fn displacement(&self, pair: &BodyPair, change: &Change) -> f64 {
+        match pair.other_body {
+            OtherBody::World(_) => self.lever_arms[pair.body].displacement_max(change),
+            OtherBody::Robot(other) => self.lever_arms[pair.body]
+                .relative_displacement_max(&self.lever_arms[other], change),
         }
     }
 
-    /// Clears the given pairs over an interval; `ways` are the motions over the whole way between
-    /// the waypoints.
+    /// Clears the given pairs over an interval. `displacements` holds their displacements over the
+    /// whole step between the waypoints.
     fn clear(
         &mut self,
         interval: &Interval,
-        ends: (&Scene, &Scene),
-        ways: &[f64],
+        ends: (&BodyPoses, &BodyPoses),
+        displacements: &[f64],
         pairs: &[usize],
     ) -> Result<(), Violation> {
         let mut in_doubt = Vec::new();
         for &pair in pairs {
-            let way = ways[pair] * (interval.to - interval.from);
-            let at_start = self.distance(interval.waypoint, ends.0, pair, way)?;
-            let at_end = self.distance(interval.waypoint, ends.1, pair, way)?;
-            let lowest = 0.5 * (at_start + at_end - way);
-            if !within(-self.penetration_max, lowest) && !within(way, RESOLUTION) {
+            let displacement = displacements[pair] * (interval.to - interval.from);
+            let at_start = self.distance(interval.waypoint, ends.0, pair, displacement)?;
+            let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
+            let lowest = 0.5 * (at_start + at_end - displacement);
+            if !is_at_most(-self.penetration_max, lowest) && !is_at_most(displacement, RESOLUTION) {
                 in_doubt.push(pair);
             }
         }
@@ -178,33 +178,44 @@ impl Sweep<'_> {
             return Ok(());
         }
         let middle = 0.5 * (interval.from + interval.to);
-        let scene = self.place(&interval.start.towards(interval.end, middle));
-        self.clear(&Interval { to: middle, ..*interval }, (ends.0, &scene), ways, &in_doubt)?;
-        self.clear(&Interval { from: middle, ..*interval }, (&scene, ends.1), ways, &in_doubt)
+        let poses = self.place(&interval.start.towards(interval.end, middle));
+        self.clear(
+            &Interval { to: middle, ..*interval },
+            (ends.0, &poses),
+            displacements,
+            &in_doubt,
+        )?;
+        self.clear(
+            &Interval { from: middle, ..*interval },
+            (&poses, ends.1),
+            displacements,
+            &in_doubt,
+        )
     }
 
-    /// The distance of a pair, or a bound that is enough to clear a motion of length `way`.
+    /// The distance of a pair, or a bound that is enough to clear a motion of length
+    /// `displacement`.
     fn distance(
         &mut self,
         waypoint: usize,
-        scene: &Scene,
+        poses: &BodyPoses,
         index: usize,
-        way: f64,
+        displacement: f64,
     ) -> Result<f64, Violation> {
         let pair = &self.pairs[index];
-        let (body, placed) = (&self.robot[pair.body], &scene.robot[pair.body]);
-        let (other, there) = match pair.partner {
-            Partner::Robot(other) => (&self.robot[other], &scene.robot[other]),
-            Partner::World(other) => (&self.world[other], &self.world_placed[other]),
+        let (body, placed) = (&self.robot[pair.body], &poses.robot[pair.body]);
+        let (other, there) = match pair.other_body {
+            OtherBody::Robot(other) => (&self.robot[other], &poses.robot[other]),
+            OtherBody::World(other) => (&self.world[other], &self.world_poses[other]),
         };
-        let enough = if pair.measured { way.max(self.worst) } else { way };
+        let enough = if pair.measured { displacement.max(self.worst) } else { displacement };
         let hint = pair.hint.unwrap_or_else(|| {
             (there.bounds.centre() - placed.bounds.centre()).normalize_or(DVec3::X)
         });
         let separation = if pair.measured { body_separation } else { separation };
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
-        if !within(-self.penetration_max, found.distance) {
-            return Err(overlap(
+        if !is_at_most(-self.penetration_max, found.distance) {
+            return Err(overlap_violation(
                 self.check,
                 waypoint,
                 (body, other),

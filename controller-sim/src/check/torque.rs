@@ -8,11 +8,11 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::GRAVITY;
 
-use super::equilibrium::{ALL_FRICTION, Equilibrium, Generator, LeastEffort, balance, dot};
-use super::least_squares::even_forces;
+use super::equilibrium::{ALL_FRICTION, Equilibrium, Generator, MinimaxEffort, balance, dot};
+use super::least_squares::least_squares_forces;
 use super::motion::Sample;
 use super::{Case, Violation};
-use crate::bound::within;
+use crate::bound::is_at_most;
 use crate::kinematics::{Posture, along_axis};
 
 /// Rounding allowed at a limit, as a share of it.
@@ -22,28 +22,28 @@ const ROUNDING: f64 = 1e-6;
 const SAMPLES_APART: usize = 5;
 
 /// The share of a joint's effort limit that stays unused at the worst waypoint, or between two that
-/// are far apart. `alive` is called at each.
+/// are far apart. `heartbeat` is called at each.
 pub fn check_torque(
     model: &RobotModel,
     config: &CheckerConfig,
     equilibrium: &mut Equilibrium,
     case: &Case,
-    alive: &mut dyn FnMut(),
+    heartbeat: &mut dyn FnMut(),
 ) -> Result<f64, Violation> {
     let statics =
         Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
     let mut worst = f64::INFINITY;
     for sample in
-        case.motion.samples.iter().filter(|sample| sample.piece.is_multiple_of(SAMPLES_APART))
+        case.motion.samples.iter().filter(|sample| sample.substep.is_multiple_of(SAMPLES_APART))
     {
-        alive();
+        heartbeat();
         let bad = |detail| Err(Violation::new(Check::Torque, sample.waypoint, detail));
         let Some(torques) = statics.torques(sample, config.effort_share + ROUNDING) else {
             return bad("no contact forces in equilibrium".to_owned());
         };
         for (joint, torque) in model.joints.iter().zip(torques) {
             let share = torque.abs() / joint.effort;
-            if !within(share, config.effort_share + ROUNDING) {
+            if !is_at_most(share, config.effort_share + ROUNDING) {
                 let limit = config.effort_share * joint.effort;
                 return bad(format!(
                     "joint {} needs {:.1} N m or N, limit {limit:.1}",
@@ -57,13 +57,17 @@ pub fn check_torque(
     Ok(worst)
 }
 
-/// As [`check_torque`], by contact forces that spread the load evenly instead of those that suit
-/// the motors best; no limit is demanded of it. Minus infinity where no such forces hold the robot.
-pub fn even_torque_reserve(model: &RobotModel, equilibrium: &Equilibrium, case: &Case) -> f64 {
+/// As [`check_torque`], by contact forces of least squares instead of those that minimise the
+/// largest torque share. It has no limit. Minus infinity where no such forces hold the robot.
+pub fn least_squares_torque_reserve(
+    model: &RobotModel,
+    equilibrium: &Equilibrium,
+    case: &Case,
+) -> f64 {
     let statics =
         Statics::new(model, equilibrium.generators(&case.supports, ALL_FRICTION), stance_of(case));
     let reserve = |sample: &Sample| {
-        let Some(torques) = statics.even_torques(sample) else { return f64::NEG_INFINITY };
+        let Some(torques) = statics.least_squares_torques(sample) else { return f64::NEG_INFINITY };
         let shares =
             model.joints.iter().zip(torques).map(|(joint, torque)| torque.abs() / joint.effort);
         1.0 - shares.fold(0.0, f64::max)
@@ -80,7 +84,7 @@ fn stance_of(case: &Case) -> Vec<usize> {
     case.contacts.iter().map(|contact| contact.limb as usize).collect()
 }
 
-/// What is the same for all configurations on the same contacts.
+/// Data shared by all configurations on the same contacts.
 pub struct Statics<'a> {
     model: &'a RobotModel,
     weight: f64,
@@ -116,39 +120,39 @@ impl<'a> Statics<'a> {
     }
 
     fn on_several_feet(&self, sample: &Sample, share_max: f64) -> Option<Vec<f64>> {
-        let loads = Loads::new(self, &sample.posture);
-        let share = |(&joint, relief): (&usize, &Vec<f64>)| {
+        let loads = JointLoads::new(self, &sample.posture);
+        let share = |(&joint, generator_torques): (&usize, &Vec<f64>)| {
             let effort = self.model.joints[joint].effort;
             (
-                relief.iter().map(|value| -value / effort).collect::<Vec<f64>>(),
+                generator_torques.iter().map(|value| -value / effort).collect::<Vec<f64>>(),
                 loads.free[joint] / effort,
             )
         };
-        let shares = loads.loaded.iter().zip(&loads.relief).map(share).collect();
-        let program = LeastEffort::new(&self.generators, sample.centre_of_mass, shares);
+        let shares = loads.loaded.iter().zip(&loads.generator_torques).map(share).collect();
+        let program = MinimaxEffort::new(&self.generators, sample.centre_of_mass, shares);
         let fits = |torques: &Vec<f64>| {
             loads.loaded.iter().all(|&joint| {
-                within(torques[joint].abs(), share_max * self.model.joints[joint].effort)
+                is_at_most(torques[joint].abs(), share_max * self.model.joints[joint].effort)
             })
         };
-        let quickly = program.quickly().map(|forces| loads.torques(&forces)).filter(fits);
-        quickly.or_else(|| program.thoroughly().map(|forces| loads.torques(&forces)))
+        let by_simplex = program.by_simplex().map(|forces| loads.torques(&forces)).filter(fits);
+        by_simplex.or_else(|| program.by_interior_point().map(|forces| loads.torques(&forces)))
     }
 
-    /// As [`Self::torques`], by forces that spread the load evenly.
-    fn even_torques(&self, sample: &Sample) -> Option<Vec<f64>> {
-        let forces = even_forces(&balance(&self.generators, sample.centre_of_mass))?;
+    /// As [`Self::torques`], by forces of least squares.
+    fn least_squares_torques(&self, sample: &Sample) -> Option<Vec<f64>> {
+        let forces = least_squares_forces(&balance(&self.generators, sample.centre_of_mass))?;
         Some(self.torques_under(&sample.posture, &forces))
     }
 
     /// All joint torques (N m) or forces (N) where the ground presses so: a weight's share for each
     /// of the generators, or none.
     pub fn torques_under(&self, posture: &Posture, forces: &[f64]) -> Vec<f64> {
-        Loads::new(self, posture).torques(forces)
+        JointLoads::new(self, posture).torques(forces)
     }
 
-    /// What one unit of each generator takes off a joint.
-    fn relief(&self, posture: &Posture, joint: usize) -> Vec<f64> {
+    /// By how much one unit of each generator reduces a joint's torque.
+    fn generator_torques(&self, posture: &Posture, joint: usize) -> Vec<f64> {
         let (kind, (axis, origin)) =
             (self.model.joints[joint].kind, posture.joint_axis(self.model, joint));
         let taken = |generator: &Generator| {
@@ -163,30 +167,31 @@ impl<'a> Statics<'a> {
     }
 }
 
-/// What the joints carry in one configuration.
-struct Loads {
+/// Joint torques in one configuration.
+struct JointLoads {
     /// Their torques if nothing but the root held the robot.
     free: Vec<f64>,
     /// The joints between the root and a stance foot.
     loaded: Vec<usize>,
-    /// What one unit of each generator takes off each of those.
-    relief: Vec<Vec<f64>>,
+    /// By how much one unit of each generator reduces each of their torques.
+    generator_torques: Vec<Vec<f64>>,
 }
 
-impl Loads {
+impl JointLoads {
     fn new(statics: &Statics, posture: &Posture) -> Self {
         let free = posture.gravity_torques(statics.model);
         let carries =
             |joint: &usize| statics.stance.iter().any(|&limb| statics.carries[limb][*joint]);
         let loaded: Vec<usize> = (0..free.len()).filter(carries).collect();
-        let relief = loaded.iter().map(|&joint| statics.relief(posture, joint)).collect();
-        Self { free, loaded, relief }
+        let generator_torques =
+            loaded.iter().map(|&joint| statics.generator_torques(posture, joint)).collect();
+        Self { free, loaded, generator_torques }
     }
 
     fn torques(&self, forces: &[f64]) -> Vec<f64> {
         let mut torques = self.free.clone();
-        for (&joint, relief) in self.loaded.iter().zip(&self.relief) {
-            torques[joint] -= dot(relief, forces);
+        for (&joint, generator_torques) in self.loaded.iter().zip(&self.generator_torques) {
+            torques[joint] -= dot(generator_torques, forces);
         }
         torques
     }

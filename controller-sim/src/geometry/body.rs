@@ -9,7 +9,7 @@ use super::solid::Solid;
 
 /// A solid with its place in a frame: its link's, or the world's.
 #[derive(Debug, Clone)]
-pub struct Body {
+pub struct CollisionBody {
     /// The link it belongs to; `None` for a part of the world.
     pub link: Option<LinkIndex>,
     /// The link's or the world shape's name.
@@ -24,7 +24,7 @@ pub struct Body {
     pub reach: f64,
 }
 
-impl Body {
+impl CollisionBody {
     fn new(
         link: Option<LinkIndex>,
         name: &str,
@@ -68,17 +68,17 @@ impl Body {
 
 /// A body's place at an instant.
 #[derive(Debug, Clone, Copy)]
-pub struct Placed {
+pub struct SolidPose {
     /// The solid's frame in the world.
     pub world_from_solid: Pose,
     /// The box around the solid, in the world.
     pub bounds: Bounds,
 }
 
-impl Placed {
+impl SolidPose {
     /// Where a body is when its frame is at `world_from_frame`.
-    pub fn new(body: &Body, world_from_frame: &Pose) -> Self {
+    pub fn new(body: &CollisionBody, world_from_frame: &Pose) -> Self {
         let world_from_solid = *world_from_frame * body.frame_from_solid;
-        Self { world_from_solid, bounds: body.local_bounds.moved(&world_from_solid) }
+        Self { world_from_solid, bounds: body.local_bounds.transformed(&world_from_solid) }
     }
 }

@@ -28,7 +28,7 @@ impl Bounds {
     }
 
     /// The axis-aligned box around this one, moved.
-    pub fn moved(&self, world_from_local: &Pose) -> Self {
+    pub fn transformed(&self, world_from_local: &Pose) -> Self {
         let rotation = DMat3::from_quat(world_from_local.rotation);
         let half = 0.5 * (self.high - self.low);
         let reach = rotation.x_axis.abs() * half.x
@@ -39,18 +39,18 @@ impl Bounds {
     }
 
     /// The box grown by `margin` (m) on all sides.
-    pub fn grown(&self, margin: f64) -> Self {
+    pub fn expanded(&self, margin: f64) -> Self {
         Self { low: self.low - margin, high: self.high + margin }
     }
 
-    /// How deep two boxes that overlap are in each other, m: the least way along an axis that parts
-    /// them.
-    pub fn overlap(&self, other: &Self) -> f64 {
+    /// Penetration depth of two overlapping boxes, m: the shortest translation along an axis that
+    /// separates them.
+    pub fn penetration(&self, other: &Self) -> f64 {
         (self.high.min(other.high) - self.low.max(other.low)).min_element()
     }
 
     /// The distance between two boxes, m; 0 where they overlap.
-    pub fn gap(&self, other: &Self) -> f64 {
+    pub fn distance(&self, other: &Self) -> f64 {
         (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length()
     }
 }

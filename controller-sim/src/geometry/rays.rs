@@ -10,7 +10,7 @@ use super::bounds::Bounds;
 use super::separation::face_normal;
 use super::solid::{Solid, triangle_mesh};
 
-/// What a ray meets first.
+/// The first intersection of a ray with a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hit {
     /// Nothing.
@@ -57,7 +57,7 @@ impl Target {
     /// # Errors
     /// The hull or mesh is degenerate.
     pub fn new(shape: &Shape, world_from_shape: &Pose) -> Result<Self, String> {
-        let bounds = Solid::new(shape)?.local_bounds().moved(world_from_shape);
+        let bounds = Solid::new(shape)?.local_bounds().transformed(world_from_shape);
         let form = match shape {
             Shape::Box { half_extents } => Form::HalfSpaces(box_faces(*half_extents)),
             Shape::Sphere { radius } => Form::Capsule { radius: *radius, half_length: 0.0 },
@@ -75,7 +75,8 @@ impl Target {
         Ok(Self { world_from_shape: *world_from_shape, form, bounds })
     }
 
-    /// What a ray from `origin` along the unit `direction` (both in the world) meets first.
+    /// The first intersection of a ray from `origin` along the unit `direction` (both in the
+    /// world).
     pub fn cast(&self, origin: DVec3, direction: DVec3) -> Hit {
         let inverse = self.world_from_shape.inverse();
         let (origin, direction) = (inverse * origin, inverse.rotation * direction);
@@ -123,8 +124,8 @@ fn cast_half_spaces(faces: &[(DVec3, f64)], origin: DVec3, direction: DVec3) -> 
     clip(faces, origin, direction, (f64::NEG_INFINITY, f64::INFINITY), DVec3::ZERO)
 }
 
-/// What is left of the stretch of a ray between two distances inside all half spaces; `normal` is
-/// that of the stretch's beginning.
+/// The part of a ray between two distances that lies inside all half spaces; `normal` is the
+/// normal at its beginning.
 fn clip(
     faces: &[(DVec3, f64)],
     origin: DVec3,
@@ -146,10 +147,10 @@ fn clip(
             leave = leave.min(-above / speed);
         }
     }
-    entered(enter, leave, normal)
+    first_hit(enter, leave, normal)
 }
 
-fn entered(enter: f64, leave: f64, normal: DVec3) -> Hit {
+fn first_hit(enter: f64, leave: f64, normal: DVec3) -> Hit {
     if enter > leave || leave < 0.0 {
         Hit::Miss
     } else if enter < 0.0 {
@@ -159,8 +160,13 @@ fn entered(enter: f64, leave: f64, normal: DVec3) -> Hit {
     }
 }
 
-/// The stretch of a ray inside a ball, or nothing.
-fn ball_stretch(centre: DVec3, radius: f64, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
+/// The interval of a ray inside a sphere, or nothing.
+fn sphere_interval(
+    centre: DVec3,
+    radius: f64,
+    origin: DVec3,
+    direction: DVec3,
+) -> Option<(f64, f64)> {
     let offset = origin - centre;
     let middle = -offset.dot(direction);
     let nearest = (offset + middle * direction).length_squared();
@@ -168,8 +174,8 @@ fn ball_stretch(centre: DVec3, radius: f64, origin: DVec3, direction: DVec3) -> 
     (half >= 0.0).then(|| (middle - half.sqrt(), middle + half.sqrt()))
 }
 
-/// The stretch of a ray inside the round wall of an endless cylinder about z, or nothing.
-fn wall_stretch(radius: f64, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
+/// The interval of a ray inside an infinite cylinder about z, or nothing.
+fn cylinder_interval(radius: f64, origin: DVec3, direction: DVec3) -> Option<(f64, f64)> {
     let (o, d) = (origin.truncate(), direction.truncate());
     if d.length_squared() < 1e-24 {
         return (o.length_squared() <= radius * radius)
@@ -181,33 +187,33 @@ fn wall_stretch(radius: f64, origin: DVec3, direction: DVec3) -> Option<(f64, f6
 }
 
 fn cast_cylinder(radius: f64, half_length: f64, origin: DVec3, direction: DVec3) -> Hit {
-    let Some(wall) = wall_stretch(radius, origin, direction) else { return Hit::Miss };
+    let Some(wall) = cylinder_interval(radius, origin, direction) else { return Hit::Miss };
     let caps = [(DVec3::Z, half_length), (-DVec3::Z, half_length)];
     let normal = if wall.0.is_finite() {
-        outward_wall((origin + wall.0 * direction).truncate())
+        radial_normal((origin + wall.0 * direction).truncate())
     } else {
         DVec3::ZERO
     };
     clip(&caps, origin, direction, wall, normal)
 }
 
-fn outward_wall(across: DVec2) -> DVec3 {
+fn radial_normal(across: DVec2) -> DVec3 {
     across.normalize_or_zero().extend(0.0)
 }
 
-/// A capsule is the union of two balls and a cylinder: the ray is inside it from its first entry to
-/// its last exit.
+/// A capsule is the union of two spheres and a cylinder: the ray is inside it from its first entry
+/// to its last exit.
 fn cast_capsule(radius: f64, half_length: f64, origin: DVec3, direction: DVec3) -> Hit {
     let ends = [half_length, -half_length]
-        .map(|z| ball_stretch(DVec3::new(0.0, 0.0, z), radius, origin, direction));
-    let side = wall_stretch(radius, origin, direction)
+        .map(|z| sphere_interval(DVec3::new(0.0, 0.0, z), radius, origin, direction));
+    let side = cylinder_interval(radius, origin, direction)
         .and_then(|(a, b)| clip_height(half_length, origin.z, direction.z, (a, b)));
     let pieces = ends.into_iter().chain([side]).flatten();
     let (enter, leave) =
         pieces.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (c, d)| (a.min(c), b.max(d)));
     let point = origin + enter * direction;
     let axis_point = DVec3::new(0.0, 0.0, point.z.clamp(-half_length, half_length));
-    entered(enter, leave, (point - axis_point).normalize_or_zero())
+    first_hit(enter, leave, (point - axis_point).normalize_or_zero())
 }
 
 fn clip_height(

@@ -17,7 +17,7 @@ use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::{SupportMap, TriMesh};
 use surefoot_shared_types::Pose;
 
-use super::body::Placed;
+use super::body::SolidPose;
 use super::solid::{Convex, Core, Solid};
 
 /// A lower bound on the signed distance of two solids.
@@ -39,13 +39,13 @@ impl Separation {
 /// The separation of two solids: exact up to rounding, or any bound of at least `enough` (m).
 /// `hint` is a direction to try first, in the world.
 pub fn separation(
-    a: (&Solid, &Placed),
-    b: (&Solid, &Placed),
+    a: (&Solid, &SolidPose),
+    b: (&Solid, &SolidPose),
     hint: DVec3,
     enough: f64,
 ) -> Separation {
-    let apart = a.1.bounds.gap(&b.1.bounds);
-    // Boxes that overlap say nothing about how deep their contents do.
+    let apart = a.1.bounds.distance(&b.1.bounds);
+    // Overlapping boxes do not bound the penetration depth of their contents.
     if apart > 0.0 && apart >= enough {
         return Separation { distance: apart, direction: hint };
     }
@@ -71,21 +71,21 @@ pub fn separation(
 /// as deep as the boxes around them overlap, a translation that surely parts them. Small triangles
 /// are soon parted, however deep the bodies are in each other.
 pub fn body_separation(
-    a: (&Solid, &Placed),
-    b: (&Solid, &Placed),
+    a: (&Solid, &SolidPose),
+    b: (&Solid, &SolidPose),
     hint: DVec3,
     enough: f64,
 ) -> Separation {
     let found = separation(a, b, hint, enough);
     match (a.0, b.0) {
         (Solid::Mesh(_), Solid::Mesh(_)) if found.distance < 0.0 => {
-            Separation { distance: -a.1.bounds.overlap(&b.1.bounds), ..found }
+            Separation { distance: -a.1.bounds.penetration(&b.1.bounds), ..found }
         }
         _ => found,
     }
 }
 
-/// Whether a point lies inside a closed mesh: whether most of three rays from it first meet the
+/// Whether a point lies inside a closed mesh: whether most of three rays from it first hit the
 /// back of a triangle.
 pub fn is_inside_mesh(mesh: &TriMesh, world_from_mesh: &Pose, point: DVec3) -> bool {
     let origin = world_from_mesh.inverse() * point;
@@ -109,11 +109,11 @@ pub fn face_normal(mesh: &TriMesh, triangle: u32) -> DVec3 {
 
 fn mesh_separation(
     mesh: (&TriMesh, &Pose),
-    other: (&Solid, &Placed),
+    other: (&Solid, &SolidPose),
     hint: DVec3,
     enough: f64,
 ) -> Separation {
-    let near = other.1.bounds.moved(&mesh.1.inverse()).grown(enough.max(0.0));
+    let near = other.1.bounds.transformed(&mesh.1.inverse()).expanded(enough.max(0.0));
     let mut worst = Separation { distance: enough, direction: hint };
     for index in mesh.0.bvh().intersect_aabb(&Aabb::new(near.low, near.high)) {
         let corners = mesh.0.triangle(index);
@@ -128,8 +128,8 @@ fn mesh_separation(
             ),
             Solid::Mesh(second) => {
                 let bounds = super::bounds::Bounds::of_points([corners.a, corners.b, corners.c])
-                    .moved(mesh.1);
-                let placed = Placed { world_from_solid: *mesh.1, bounds };
+                    .transformed(mesh.1);
+                let placed = SolidPose { world_from_solid: *mesh.1, bounds };
                 let solid = Solid::Convex(triangle);
                 let turned = mesh_separation(
                     (second, &other.1.world_from_solid),
@@ -156,7 +156,7 @@ fn convex_separation(a: PlacedConvex, b: PlacedConvex, hint: DVec3, enough: f64)
     }
     match proposed_direction(a, b) {
         Proposal::Apart(direction) => hinted.better(along(a, b, direction)),
-        Proposal::Overlapping(direction) => parting_directions(a, b)
+        Proposal::Overlapping(direction) => separating_axes(a, b)
             .into_iter()
             .chain([direction])
             .fold(hinted, |best, axis| best.better(along(a, b, axis))),
@@ -200,12 +200,12 @@ fn proposed_direction(a: PlacedConvex, b: PlacedConvex) -> Proposal {
     )
 }
 
-/// Below this distance (m) closest points do not tell a direction well.
+/// Below this distance (m) the direction between closest points is inaccurate.
 const TOUCHING_MAX: f64 = 1e-6;
 
-/// Both solids' faces and the cross products of their edges, both ways: what parts boxes and
-/// triangles, and what is left where EPA fails.
-fn parting_directions(a: PlacedConvex, b: PlacedConvex) -> Vec<DVec3> {
+/// Both solids' face normals and the cross products of their edges, in both directions. They
+/// separate boxes and triangles, and replace EPA's direction where EPA fails.
+fn separating_axes(a: PlacedConvex, b: PlacedConvex) -> Vec<DVec3> {
     let edges = [a, b].map(|(convex, pose)| edges(&convex.core).map(|edge| pose.rotation * edge));
     let crosses = edges[0]
         .into_iter()
@@ -244,8 +244,8 @@ mod tests {
     fn measure(a: &Shape, pose_a: Pose, b: &Shape, pose_b: Pose) -> f64 {
         let place = |shape: &Shape, pose: Pose| {
             let solid = Solid::new(shape).unwrap();
-            let bounds = solid.local_bounds().moved(&pose);
-            (solid, Placed { world_from_solid: pose, bounds })
+            let bounds = solid.local_bounds().transformed(&pose);
+            (solid, SolidPose { world_from_solid: pose, bounds })
         };
         let ((first, placed), (second, other)) = (place(a, pose_a), place(b, pose_b));
         separation((&first, &placed), (&second, &other), DVec3::X, 10.0).distance
@@ -289,11 +289,11 @@ mod tests {
     }
 
     #[test]
-    fn an_overlap_is_seen_whatever_is_enough() {
+    fn an_overlap_is_measured_for_any_sufficient_distance() {
         let solid = Solid::new(&cube(1.0)).unwrap();
-        let place = |pose: Pose| Placed {
+        let place = |pose: Pose| SolidPose {
             world_from_solid: pose,
-            bounds: solid.local_bounds().moved(&pose),
+            bounds: solid.local_bounds().transformed(&pose),
         };
         for enough in [-0.003, 0.0, 0.1] {
             let found = separation(
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mesh_measures_like_its_solid_outside_and_knows_its_inside() {
+    fn a_mesh_has_the_distance_of_its_solid_and_an_inside() {
         for z in [1.2, 1.05, 0.999] {
             let solid = measure(&cube(0.5), at(0., 0., 0.), &cube(0.3), at(0.1, 0., z - 0.2));
             let mesh = measure(&cube_mesh(0.5), at(0., 0., 0.), &cube(0.3), at(0.1, 0., z - 0.2));
@@ -330,7 +330,7 @@ mod tests {
     #[test]
     fn random_boxes_agree_with_the_separating_axis_theorem() {
         let mut state = 1_u64;
-        let mut draw = || {
+        let mut random = || {
             state = state
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
@@ -339,8 +339,8 @@ mod tests {
         for _ in 0..500 {
             let mut pose = || {
                 Pose::from_parts(
-                    DVec3::new(draw(), draw(), draw()),
-                    rotation_from_rpy(6.0 * draw(), 3.0 * draw(), 6.0 * draw()),
+                    DVec3::new(random(), random(), random()),
+                    rotation_from_rpy(6.0 * random(), 3.0 * random(), 6.0 * random()),
                 )
             };
             let (a, b) = (pose(), pose());
@@ -349,7 +349,7 @@ mod tests {
             let found = measure(&small, a, &flat, b);
             let cores = [Core::Box(DVec3::splat(0.2)), Core::Box(DVec3::new(0.3, 0.2, 0.02))]
                 .map(|core| Convex { core, radius: 0.0 });
-            let axes = parting_directions((&cores[0], &a), (&cores[1], &b))
+            let axes = separating_axes((&cores[0], &a), (&cores[1], &b))
                 .into_iter()
                 .map(|axis| along((&cores[0], &a), (&cores[1], &b), axis).distance);
             let by_axes = axes.fold(f64::NEG_INFINITY, f64::max);
@@ -388,8 +388,8 @@ mod tests {
         let (cube, pose) = (cube_mesh(0.5), at(0.1, 0.2, 0.7));
         let place = |pose: Pose| {
             let solid = Solid::new(&cube).unwrap();
-            let bounds = solid.local_bounds().moved(&pose);
-            (solid, Placed { world_from_solid: pose, bounds })
+            let bounds = solid.local_bounds().transformed(&pose);
+            (solid, SolidPose { world_from_solid: pose, bounds })
         };
         let ((first, placed), (second, other)) = (place(at(0., 0., 0.)), place(pose));
         let found = body_separation((&first, &placed), (&second, &other), DVec3::Z, 0.1);

@@ -103,7 +103,7 @@ impl Solid {
             Self::Convex(convex) => {
                 let reach = |axis| convex.core.local_support_point(axis);
                 let ends = DVec3::AXES.into_iter().flat_map(|axis| [reach(axis), reach(-axis)]);
-                Bounds::of_points(ends).grown(convex.radius)
+                Bounds::of_points(ends).expanded(convex.radius)
             }
             Self::Mesh(mesh) => Bounds::of_points(mesh.vertices().iter().copied()),
         }

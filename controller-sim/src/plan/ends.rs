@@ -1,4 +1,4 @@
-//! Whether a plan begins and ends where it must.
+//! Whether a plan's first and last waypoint are at its declared start and goal.
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::Waypoint;
@@ -6,66 +6,70 @@ use surefoot_shared_types::plan_file::{EndBlock, PoseBlock};
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::spatial::{rotation_distance, wrap_angle, yaw_of};
 
-use crate::bound::within;
+use crate::bound::is_at_most;
 use crate::kinematics::{Configuration, Posture};
 
 /// The yaw tolerance of a root region that names a yaw but no tolerance, rad.
 const YAW_TOLERANCE: f64 = 0.2;
 
-/// How near one end of a plan is to where it must be.
+/// Distance of a plan's first or last waypoint from its start or goal.
 #[derive(Debug, Clone, PartialEq)]
-pub struct EndReport {
+pub struct EndpointReport {
     /// The largest error: m, or rad, or as the plan format mixes them.
     pub error: f64,
     /// The largest one allowed.
     pub limit: f64,
-    /// What is wrong, if anything, in one line.
+    /// The violation, if any, in one line.
     pub violation: Option<String>,
 }
 
-impl EndReport {
+impl EndpointReport {
     fn new(error: f64, limit: f64, what: &str) -> Self {
         let violation =
-            (!within(error, limit)).then(|| format!("{what} by {error:.6}, limit {limit}"));
+            (!is_at_most(error, limit)).then(|| format!("{what} by {error:.6}, limit {limit}"));
         Self { error, limit, violation }
     }
 }
 
 /// Compares a waypoint with where it must be; `joint_order[j]` is the place of the robot's joint
 /// `j` in the plan's own `q`.
-pub fn check_end(
+pub fn check_endpoint(
     model: &RobotModel,
-    end: &EndBlock,
+    endpoint: &EndBlock,
     waypoint: &Waypoint,
     joint_order: &[usize],
-) -> EndReport {
+) -> EndpointReport {
     let configuration = Configuration::of_waypoint(waypoint, model.joints.len());
     let root = configuration.world_from_root;
-    match end {
+    match endpoint {
         EndBlock::Config { root_xyz, root_quat_xyzw, q, tol } => {
-            let wanted = pose(&PoseBlock { xyz: *root_xyz, quat_xyzw: *root_quat_xyzw });
+            let target = pose(&PoseBlock { xyz: *root_xyz, quat_xyzw: *root_quat_xyzw });
             let off = |(joint, &place): (usize, &usize)| {
                 q.get(place).map_or(f64::INFINITY, |want| (configuration.q[joint] - want).abs())
             };
             let joints = joint_order.iter().enumerate().map(off).fold(0.0, f64::max);
             let error = joints
-                .max(root.translation.distance(wanted.translation))
-                .max(rotation_distance(root.rotation, wanted.rotation));
-            EndReport::new(error, *tol, "the configuration is off")
+                .max(root.translation.distance(target.translation))
+                .max(rotation_distance(root.rotation, target.rotation));
+            EndpointReport::new(error, *tol, "the configuration is off")
         }
         EndBlock::RootRegion { xy, radius, z_range, yaw, yaw_tol } => {
             let distance = root.translation.truncate().distance((*xy).into());
-            let report = EndReport::new(distance, *radius, "the root is off the region's middle");
+            let report =
+                EndpointReport::new(distance, *radius, "the root is off the region's middle");
             let height_violation =
                 z_range.filter(|[low, high]| !(*low..=*high).contains(&root.translation.z));
             let height_violation = height_violation.map(|[low, high]| {
                 format!("the root is at z {:.4}, not {low} to {high}", root.translation.z)
             });
             let turn = yaw.map_or(0.0, |yaw| wrap_angle(yaw_of(root.rotation) - yaw).abs());
-            let yaw_violation =
-                EndReport::new(turn, yaw_tol.unwrap_or(YAW_TOLERANCE), "the root's heading is off")
-                    .violation;
-            EndReport {
+            let yaw_violation = EndpointReport::new(
+                turn,
+                yaw_tol.unwrap_or(YAW_TOLERANCE),
+                "the root's heading is off",
+            )
+            .violation;
+            EndpointReport {
                 violation: report.violation.or(height_violation).or(yaw_violation),
                 ..report
             }
@@ -76,16 +80,16 @@ pub fn check_end(
                 let Some(limb) = model.feet.iter().position(|foot| foot.name == *name) else {
                     return f64::INFINITY;
                 };
-                let (actual, wanted) = (posture.world_from_sole(model, limb), pose(block));
+                let (actual, target) = (posture.world_from_sole(model, limb), pose(block));
                 actual
                     .translation
-                    .distance(wanted.translation)
-                    .max(0.5 * rotation_distance(actual.rotation, wanted.rotation))
+                    .distance(target.translation)
+                    .max(0.5 * rotation_distance(actual.rotation, target.rotation))
             };
-            EndReport::new(
+            EndpointReport::new(
                 soles.iter().map(off).fold(0.0, f64::max),
                 *tol,
-                "a sole is off its print",
+                "a sole is off its pose",
             )
         }
     }

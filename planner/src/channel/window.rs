@@ -1,4 +1,4 @@
-//! The sender's window: which chunk goes next, and what the controller's words mean for it. No
+//! The sender's window: which chunk goes next, and what the controller's feedback mean for it. No
 //! clock, no transport.
 //!
 //! At most a few chunks are on their way. Acknowledgements are cumulative; after a stall everything
@@ -7,10 +7,10 @@
 //! restarted planner nor a restarted controller can mistake another plan's progress for its own.
 
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::{ChannelError, Rank, Succession};
+use surefoot_shared_types::instance::{ChannelError, SenderStatus, SenderTracker};
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 
-use super::Outcome;
+use super::DeliveryOutcome;
 
 /// Idle heartbeats without progress that prove a chunk lost: a controller sends them only when it
 /// has nothing to read.
@@ -20,11 +20,11 @@ pub(super) const IDLE_HEARTBEATS: u64 = 3;
 const GO_BACKS_MAX: u32 = 500;
 
 /// The state of one delivery.
-pub(super) struct Window<'a> {
+pub(super) struct SendWindow<'a> {
     chunks: &'a [PlanChunk],
     session: u64,
-    credit: usize,
-    controllers: Succession,
+    size: usize,
+    controllers: SenderTracker,
     end: Digest,
     acknowledged: usize,
     next: usize,
@@ -32,24 +32,24 @@ pub(super) struct Window<'a> {
     idle_heartbeats: u64,
     last_count: u64,
     go_backs: u32,
-    refusal: Option<Outcome>,
+    refusal: Option<DeliveryOutcome>,
     sent: u64,
     resent: u64,
 }
 
-impl<'a> Window<'a> {
-    /// A window for `credit` chunks over a whole stream, of which nothing is known to have arrived.
+impl<'a> SendWindow<'a> {
+    /// A window for `size` chunks over a whole stream, of which nothing is known to have arrived.
     pub(super) fn new(
         chunks: &'a [PlanChunk],
         session: u64,
-        credit: usize,
+        size: usize,
     ) -> Result<Self, ChannelError> {
         let end = check_stream(chunks)?;
         Ok(Self {
             chunks,
             session,
-            credit,
-            controllers: Succession::default(),
+            size,
+            controllers: SenderTracker::default(),
             end,
             acknowledged: 0,
             next: 0,
@@ -63,38 +63,38 @@ impl<'a> Window<'a> {
         })
     }
 
-    /// Takes in a controller's word. False if it is malformed or a replaced controller's, and was
-    /// ignored.
-    pub(super) fn hear(&mut self, feedback: &Feedback) -> bool {
+    /// Takes in a controller's feedback. False if it is malformed or a replaced controller's, and
+    /// was ignored.
+    pub(super) fn receive(&mut self, feedback: &Feedback) -> bool {
         if !feedback.is_well_formed() {
             return false;
         }
-        match self.controllers.rank(feedback.instance) {
-            Rank::Replaced => return false,
-            Rank::New => self.turn_to(feedback),
-            Rank::Current => {}
+        match self.controllers.status(feedback.instance) {
+            SenderStatus::Stale => return false,
+            SenderStatus::New => self.follow(feedback),
+            SenderStatus::Current => {}
         }
-        self.advance(self.believed(feedback), feedback);
-        self.refusal = self.refusal_in(feedback).or_else(|| self.succession_in(feedback));
+        self.advance(self.acknowledged_in(feedback), feedback);
+        self.refusal = self.refusal_in(feedback).or_else(|| self.supersession_in(feedback));
         true
     }
 
     /// The place of the chunk to send now and the controller it is for, if the window is open.
     pub(super) fn to_send(&self) -> Option<(usize, u64)> {
-        let is_open = self.refusal.is_none() && self.next < self.acknowledged + self.credit;
-        self.coming().filter(|_| is_open)
+        let is_open = self.refusal.is_none() && self.next < self.acknowledged + self.size;
+        self.next_chunk().filter(|_| is_open)
     }
 
     /// The place of the chunk that goes next, be the window open or not, and the controller it is
     /// for.
-    pub(super) fn coming(&self) -> Option<(usize, u64)> {
+    pub(super) fn next_chunk(&self) -> Option<(usize, u64)> {
         let controller = self.controllers.current()?;
         (self.next < self.chunks.len()).then_some((self.next, controller))
     }
 
     /// The chunk at a place.
-    pub(super) fn chunk(&self, place: usize) -> &'a PlanChunk {
-        &self.chunks[place]
+    pub(super) fn chunk(&self, index: usize) -> &'a PlanChunk {
+        &self.chunks[index]
     }
 
     /// Notes that the chunk of [`Self::to_send`] went out.
@@ -119,11 +119,11 @@ impl<'a> Window<'a> {
     }
 
     /// How the delivery ended, if it did.
-    pub(super) fn outcome(&self) -> Option<Outcome> {
+    pub(super) fn outcome(&self) -> Option<DeliveryOutcome> {
         if self.acknowledged == self.chunks.len() {
-            return Some(Outcome::Accepted);
+            return Some(DeliveryOutcome::Accepted);
         }
-        self.refusal.or((self.go_backs >= GO_BACKS_MAX).then_some(Outcome::ControllerLost))
+        self.refusal.or((self.go_backs >= GO_BACKS_MAX).then_some(DeliveryOutcome::ControllerLost))
     }
 
     /// Chunks accepted by the controller instance that is listening now.
@@ -136,19 +136,19 @@ impl<'a> Window<'a> {
         (self.sent, self.resent)
     }
 
-    fn turn_to(&mut self, feedback: &Feedback) {
-        self.controllers.enthrone(feedback.instance);
-        self.acknowledged = self.believed(feedback);
+    fn follow(&mut self, feedback: &Feedback) {
+        self.controllers.adopt(feedback.instance);
+        self.acknowledged = self.acknowledged_in(feedback);
         self.next = self.acknowledged;
         self.idle_heartbeats = 0;
         self.go_backs = 0;
         self.last_count = feedback.count;
     }
 
-    fn advance(&mut self, believed: usize, feedback: &Feedback) {
-        if believed > self.acknowledged {
-            self.acknowledged = believed;
-            self.next = self.next.max(believed);
+    fn advance(&mut self, acknowledged_in: usize, feedback: &Feedback) {
+        if acknowledged_in > self.acknowledged {
+            self.acknowledged = acknowledged_in;
+            self.next = self.next.max(acknowledged_in);
             self.idle_heartbeats = 0;
             self.go_backs = 0;
         } else if feedback.count > self.last_count && feedback.busy == 0 {
@@ -158,7 +158,7 @@ impl<'a> Window<'a> {
     }
 
     /// How many of our chunks the controller has accepted.
-    fn believed(&self, feedback: &Feedback) -> usize {
+    fn acknowledged_in(&self, feedback: &Feedback) -> usize {
         let Ok(accepted) = usize::try_from(feedback.next_sequence) else { return 0 };
         let ours = self.is_our_plan(feedback)
             && accepted <= self.chunks.len()
@@ -178,15 +178,15 @@ impl<'a> Window<'a> {
 
     /// A refusal that concerns this delivery: of our session, or of our stream, or of a message
     /// whose sender is unknown because it was damaged before any was accepted.
-    fn refusal_in(&self, feedback: &Feedback) -> Option<Outcome> {
+    fn refusal_in(&self, feedback: &Feedback) -> Option<DeliveryOutcome> {
         if Verdict::from_wire(feedback.verdict) != Some(Verdict::Refused) {
             return None;
         }
         let ours = feedback.session == self.session && self.is_our_plan(feedback);
-        if !(ours || feedback.session == 0 || self.believed(feedback) > 0) {
+        if !(ours || feedback.session == 0 || self.acknowledged_in(feedback) > 0) {
             return None;
         }
-        Check::from_wire(feedback.check).map(|check| Outcome::Refused {
+        Check::from_wire(feedback.check).map(|check| DeliveryOutcome::Refused {
             sequence: feedback.refused_sequence,
             check,
             waypoint: feedback.refused_waypoint,
@@ -194,14 +194,14 @@ impl<'a> Window<'a> {
     }
 }
 
-impl Window<'_> {
+impl SendWindow<'_> {
     /// Whether the controller walks a later epoch of this plan than ours: then ours is out of date.
-    fn succession_in(&self, feedback: &Feedback) -> Option<Outcome> {
+    fn supersession_in(&self, feedback: &Feedback) -> Option<DeliveryOutcome> {
         let first = self.chunks.first()?;
         let overtaken = feedback.session != 0
             && feedback.plan_id == first.plan_id
             && feedback.epoch > first.epoch;
-        overtaken.then_some(Outcome::Superseded)
+        overtaken.then_some(DeliveryOutcome::Superseded)
     }
 }
 

@@ -1,68 +1,72 @@
-//! Balls around the robot's links: what tells in no time that two things are apart.
+//! Bounding spheres around the robot's links: what tells in no time that two things are apart.
 
 use glam::{DAffine3, DVec3};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::robot::{Link, RobotModel};
 
 use super::bvh::Aabb;
-use crate::kinematics::Tree;
+use crate::kinematics::KinematicTree;
 
 /// Links with collision shapes, at most.
 pub const BODIES_MAX: usize = 128;
 
-/// A ball fixed to a frame.
+/// A sphere fixed to a frame.
 #[derive(Debug, Clone, Copy)]
-pub struct Ball {
+pub struct BoundingSphere {
     /// Its centre in that frame.
     pub center: DVec3,
     /// Its radius, m.
     pub radius: f64,
 }
 
-/// The ball around a link's collision shapes.
+/// The sphere around a link's collision shapes.
 #[derive(Debug, Clone, Copy)]
-pub struct BodyBall {
+pub struct BodySphere {
     /// The link.
     pub link: usize,
     /// The node that carries it.
     pub node: usize,
-    /// The ball in the node's frame.
-    pub ball: Ball,
+    /// The sphere in the node's frame.
+    pub sphere: BoundingSphere,
 }
 
 /// The balls around all links with collision shapes; first those of held nodes, in link order.
-pub fn body_balls(model: &RobotModel, tree: &Tree) -> Vec<BodyBall> {
+pub fn body_spheres(model: &RobotModel, tree: &KinematicTree) -> Vec<BodySphere> {
     let with_shapes = model.links.iter().enumerate().filter(|(_, link)| !link.shapes.is_empty());
-    let mut balls: Vec<BodyBall> = with_shapes
+    let mut spheres: Vec<BodySphere> = with_shapes
         .map(|(index, link)| {
             let (node, node_from_link) = tree.of_link(index);
-            let Ball { center, radius } = ball_around(link);
-            BodyBall { link: index, node, ball: Ball { center: node_from_link * center, radius } }
+            let BoundingSphere { center, radius } = sphere_around(link);
+            BodySphere {
+                link: index,
+                node,
+                sphere: BoundingSphere { center: node_from_link * center, radius },
+            }
         })
         .collect();
-    balls.sort_by_key(|body| body.node >= tree.held_len());
-    balls
+    spheres.sort_by_key(|body| body.node >= tree.upper_body_len());
+    spheres
 }
 
-/// The ball around one shape, in its frame: about the middle of its box.
-pub fn shape_ball(shape: &Shape) -> Ball {
+/// The sphere around one shape, in its frame: about the middle of its box.
+pub fn shape_sphere(shape: &Shape) -> BoundingSphere {
     let center = bounds(shape).center();
-    Ball { center, radius: radius_about(shape, center) }
+    BoundingSphere { center, radius: radius_about(shape, center) }
 }
 
-/// A ball around all of a link's shapes.
-fn ball_around(link: &Link) -> Ball {
-    let balls = || link.shapes.iter().map(|placed| (placed, shape_ball(&placed.shape)));
-    let boxes = balls().map(|(placed, ball)| {
-        let center = placed.link_from_shape * ball.center;
-        Aabb { min: center, max: center }.grown(ball.radius)
+/// A sphere around all of a link's shapes.
+fn sphere_around(link: &Link) -> BoundingSphere {
+    let spheres = || link.shapes.iter().map(|placed| (placed, shape_sphere(&placed.shape)));
+    let boxes = spheres().map(|(placed, sphere)| {
+        let center = placed.link_from_shape * sphere.center;
+        Aabb { min: center, max: center }.grown(sphere.radius)
     });
     let center = boxes.fold(Aabb::EMPTY, Aabb::union).center();
-    let reach = balls().map(|(placed, ball)| {
-        let around = (placed.link_from_shape * ball.center - center).length() + ball.radius;
+    let reach = spheres().map(|(placed, sphere)| {
+        let around = (placed.link_from_shape * sphere.center - center).length() + sphere.radius;
         radius_about(&placed.shape, placed.link_from_shape.inverse() * center).min(around)
     });
-    Ball { center, radius: reach.fold(0.0, f64::max) }
+    BoundingSphere { center, radius: reach.fold(0.0, f64::max) }
 }
 
 /// The box around a shape, in its frame.
@@ -81,7 +85,7 @@ fn bounds(shape: &Shape) -> Aabb {
     Aabb { min: -half, max: half }
 }
 
-/// The radius of the ball around `center` (in the shape's frame) that holds the shape.
+/// The radius of the sphere around `center` (in the shape's frame) that holds the shape.
 fn radius_about(shape: &Shape, center: DVec3) -> f64 {
     match shape {
         Shape::Box { half_extents } => (*half_extents + center.abs()).length(),
@@ -110,7 +114,7 @@ pub struct Centers {
     y: [f64; BODIES_MAX],
     z: [f64; BODIES_MAX],
     len: usize,
-    held_len: usize,
+    upper_body_len: usize,
 }
 
 impl Default for Centers {
@@ -120,33 +124,33 @@ impl Default for Centers {
             y: [0.0; BODIES_MAX],
             z: [0.0; BODIES_MAX],
             len: 0,
-            held_len: 0,
+            upper_body_len: 0,
         }
     }
 }
 
 impl Centers {
     /// Places the balls of held nodes, and forgets the others.
-    pub fn place_held(
+    pub fn place_upper_body(
         &mut self,
-        balls: &[BodyBall],
-        held_nodes: usize,
+        spheres: &[BodySphere],
+        upper_body_len: usize,
         root_from_nodes: &[DAffine3],
     ) {
         self.len = 0;
-        self.push(balls.iter().take_while(|body| body.node < held_nodes), root_from_nodes);
-        self.held_len = self.len;
+        self.push(spheres.iter().take_while(|body| body.node < upper_body_len), root_from_nodes);
+        self.upper_body_len = self.len;
     }
 
     /// Places the balls of all other nodes.
-    pub fn place_moving(
+    pub fn place_legs(
         &mut self,
-        balls: &[BodyBall],
-        held_nodes: usize,
+        spheres: &[BodySphere],
+        upper_body_len: usize,
         root_from_nodes: &[DAffine3],
     ) {
-        self.len = self.held_len;
-        self.push(balls.iter().skip_while(|body| body.node < held_nodes), root_from_nodes);
+        self.len = self.upper_body_len;
+        self.push(spheres.iter().skip_while(|body| body.node < upper_body_len), root_from_nodes);
     }
 
     /// How many there are.
@@ -183,12 +187,12 @@ impl Centers {
 
     fn push<'a>(
         &mut self,
-        balls: impl Iterator<Item = &'a BodyBall>,
+        spheres: impl Iterator<Item = &'a BodySphere>,
         root_from_nodes: &[DAffine3],
     ) {
         // Robots with more bodies than fit are refused.
-        for body in balls.take(BODIES_MAX - self.len) {
-            let center = root_from_nodes[body.node].transform_point3(body.ball.center);
+        for body in spheres.take(BODIES_MAX - self.len) {
+            let center = root_from_nodes[body.node].transform_point3(body.sphere.center);
             (self.x[self.len], self.y[self.len], self.z[self.len]) = (center.x, center.y, center.z);
             self.len += 1;
         }

@@ -5,13 +5,13 @@ use glam::{DAffine3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::{Link, RobotModel};
 
-use super::ball::{BODIES_MAX, Ball, BodyBall, body_balls, shape_ball};
+use super::ball::{BODIES_MAX, BodySphere, BoundingSphere, body_spheres, shape_sphere};
 use super::bvh::Aabb;
 use super::error::CollisionError;
-use super::kernels::Segment;
+use super::kernels::LineSegment;
 use super::narrow::segment_within;
 use super::solid::Solid;
-use crate::kinematics::Tree;
+use crate::kinematics::KinematicTree;
 use crate::kinematics::tree::affine;
 
 /// One collision shape of a link.
@@ -25,16 +25,16 @@ pub struct Part {
     pub solid: Solid,
     /// The box around the solid in its own frame.
     pub bounds: Aabb,
-    /// A ball around it, in the node's frame.
-    pub ball: Ball,
+    /// A sphere around it, in the node's frame.
+    pub sphere: BoundingSphere,
     /// The core in the node's frame where it is a point or a segment; the solid is all within its
     /// radius of it.
-    pub spine: Option<Segment>,
+    pub core_segment: Option<LineSegment>,
 }
 
 /// A link with at least one collision shape.
 #[derive(Debug, Clone)]
-pub struct Body {
+pub struct CollisionBody {
     /// The link.
     pub link: usize,
     /// The node that carries it.
@@ -45,8 +45,8 @@ pub struct Body {
     pub node_from_link: Pose,
     /// Its shapes.
     pub parts: Vec<Part>,
-    /// A ball around them all, in the node's frame.
-    pub ball: Ball,
+    /// A sphere around them all, in the node's frame.
+    pub sphere: BoundingSphere,
     /// The foot that it is, or is rigidly joined to.
     pub foot: Option<FootBody>,
 }
@@ -62,23 +62,24 @@ pub struct FootBody {
     pub node_normal: DVec3,
 }
 
-impl Body {
+impl CollisionBody {
     /// All bodies of a robot, first those of held nodes, in link order.
-    pub fn all(model: &RobotModel, tree: &Tree) -> Result<Vec<Self>, CollisionError> {
-        let bodies = body_balls(model, tree).into_iter().map(|BodyBall { link, node, ball }| {
-            let node_from_link = tree.of_link(link).1;
-            let parts = Part::all(&model.links[link], &node_from_link)?;
-            let node_link = tree.nodes()[node].link;
-            Ok(Self {
-                link,
-                node,
-                node_link,
-                node_from_link,
-                parts,
-                ball,
-                foot: foot_of(model, tree, node),
-            })
-        });
+    pub fn all(model: &RobotModel, tree: &KinematicTree) -> Result<Vec<Self>, CollisionError> {
+        let bodies =
+            body_spheres(model, tree).into_iter().map(|BodySphere { link, node, sphere }| {
+                let node_from_link = tree.of_link(link).1;
+                let parts = Part::all(&model.links[link], &node_from_link)?;
+                let node_link = tree.nodes()[node].link;
+                Ok(Self {
+                    link,
+                    node,
+                    node_link,
+                    node_from_link,
+                    parts,
+                    sphere,
+                    foot: foot_of(model, tree, node),
+                })
+            });
         let bodies: Vec<Self> = bodies.collect::<Result<_, CollisionError>>()?;
         if bodies.len() > BODIES_MAX {
             return Err(CollisionError::TooManyBodies { count: bodies.len(), max: BODIES_MAX });
@@ -106,15 +107,15 @@ impl Part {
             }
             let solid = Solid::new(&placed.shape, &owner)?;
             let node_from_part = *node_from_link * placed.link_from_shape;
-            let Ball { center, radius } = shape_ball(&placed.shape);
-            let ball = Ball { center: node_from_part * center, radius };
+            let BoundingSphere { center, radius } = shape_sphere(&placed.shape);
+            let sphere = BoundingSphere { center: node_from_part * center, radius };
             Ok(Self {
                 bounds: solid.aabb(),
-                spine: solid.spine(&node_from_part),
+                core_segment: solid.core_segment(&node_from_part),
                 part_from_node: affine(&node_from_part.inverse()),
                 node_from_part,
                 solid,
-                ball,
+                sphere,
             })
         });
         parts.collect()
@@ -124,7 +125,12 @@ impl Part {
 impl Part {
     /// Whether a segment in the frame in which the node's frame is `frame` comes within `reach` (m)
     /// of this part.
-    pub fn is_within_of_spine(&self, frame: &DAffine3, spine: Segment, reach: f64) -> bool {
+    pub fn is_within_of_segment(
+        &self,
+        frame: &DAffine3,
+        core_segment: LineSegment,
+        reach: f64,
+    ) -> bool {
         let part_from_frame = |point: DVec3| {
             let r = &frame.matrix3;
             let point = point - frame.translation;
@@ -134,13 +140,16 @@ impl Part {
                 r.z_axis.dot(point),
             ))
         };
-        let start = part_from_frame(spine.start);
-        let spine = Segment { start, delta: part_from_frame(spine.start + spine.delta) - start };
-        segment_within(&self.solid, spine, reach)
+        let start = part_from_frame(core_segment.start);
+        let core_segment = LineSegment {
+            start,
+            delta: part_from_frame(core_segment.start + core_segment.delta) - start,
+        };
+        segment_within(&self.solid, core_segment, reach)
     }
 }
 
-fn foot_of(model: &RobotModel, tree: &Tree, node: usize) -> Option<FootBody> {
+fn foot_of(model: &RobotModel, tree: &KinematicTree, node: usize) -> Option<FootBody> {
     let limb = model.feet.iter().position(|foot| tree.of_link(foot.link).0 == node)?;
     let foot = &model.feet[limb];
     let node_from_sole = tree.of_link(foot.link).1 * foot.link_from_sole;

@@ -63,9 +63,9 @@ impl Aabb {
     /// Whether the box is not further than `reach` (m) from a point; true where a number is not
     /// one.
     pub fn reaches(&self, point: DVec3, reach: f64) -> bool {
-        let gap = (self.min - point).max(point - self.max).max(DVec3::ZERO);
+        let distance = (self.min - point).max(point - self.max).max(DVec3::ZERO);
         // A maximum drops what is no number; the sum does not.
-        !exceeds(gap.length_squared() + 0.0 * point.element_sum(), reach * reach)
+        !exceeds(distance.length_squared() + 0.0 * point.element_sum(), reach * reach)
     }
 
     /// Whether the point lies in the box.

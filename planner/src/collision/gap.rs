@@ -9,15 +9,15 @@ use super::solid::Solid;
 
 /// A direction from one body towards another, along which they are apart as the robot stands.
 #[derive(Debug, Clone, Copy)]
-pub struct Gap {
+pub struct SeparatingDirection {
     /// The direction, of length 1, in the frame of the first body's node.
     direction: DVec3,
     /// How far the first body reaches along it from its node's origin, m.
     height: f64,
 }
 
-impl Gap {
-    /// The gap beyond a convex part along a direction of length 1 in its own frame.
+impl SeparatingDirection {
+    /// The distance beyond a convex part along a direction of length 1 in its own frame.
     pub fn beyond(part: &Part, direction: DVec3) -> Option<Self> {
         let Solid::Convex(convex) = &part.solid else { return None };
         let in_node = part.node_from_part.rotation * direction;
@@ -27,7 +27,7 @@ impl Gap {
 
     /// Whether the second body's part is further than `margin` (m) beyond the first body; `true` is
     /// certain. The nodes' frames are given in any common one.
-    pub fn is_wider(
+    pub fn is_separated(
         &self,
         frame_a: &DAffine3,
         (part, frame_b): (&Part, &DAffine3),

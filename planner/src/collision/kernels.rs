@@ -9,14 +9,14 @@ use surefoot_shared_types::Pose;
 
 /// A segment from `start` to `start + delta`.
 #[derive(Debug, Clone, Copy)]
-pub struct Segment {
+pub struct LineSegment {
     /// One end.
     pub start: DVec3,
     /// From that end to the other.
     pub delta: DVec3,
 }
 
-impl Segment {
+impl LineSegment {
     /// The segment along z about the origin of a frame.
     pub fn along_z(frame: &Pose, half_length: f64) -> Self {
         let half = frame.rotation * DVec3::new(0.0, 0.0, half_length);
@@ -47,8 +47,8 @@ pub fn point_box_distance_squared(point: DVec3, half_extents: DVec3) -> f64 {
 
 /// Squared distance of a segment from a solid box: the minimum of a convex, piecewise quadratic
 /// function whose pieces end where the segment crosses a face's plane.
-pub fn segment_box_distance_squared(segment: Segment, half_extents: DVec3) -> f64 {
-    let Segment { start, delta } = segment;
+pub fn segment_box_distance_squared(segment: LineSegment, half_extents: DVec3) -> f64 {
+    let LineSegment { start, delta } = segment;
     let slope = |t: f64| {
         let point = start + delta * t;
         (point - point.clamp(-half_extents, half_extents)).dot(delta)
@@ -75,7 +75,7 @@ pub fn segment_box_distance_squared(segment: Segment, half_extents: DVec3) -> f6
 
 /// Squared distance of two segments (Ericson, Real-Time Collision Detection, 5.1.9). Either may be
 /// a point.
-pub fn segment_segment_distance_squared(a: Segment, b: Segment) -> f64 {
+pub fn segment_segment_distance_squared(a: LineSegment, b: LineSegment) -> f64 {
     let between = a.start - b.start;
     let (aa, bb, ab) = (a.delta.length_squared(), b.delta.length_squared(), a.delta.dot(b.delta));
     let (on_a, on_b) = (a.delta.dot(between), b.delta.dot(between));
@@ -120,14 +120,14 @@ fn height_over_triangle_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f
 }
 
 /// Squared distance of a segment from a triangle; 0 where it passes through.
-pub fn segment_triangle_distance_squared(segment: Segment, triangle: [DVec3; 3]) -> f64 {
+pub fn segment_triangle_distance_squared(segment: LineSegment, triangle: [DVec3; 3]) -> f64 {
     let [a, b, c] = triangle;
     let end = segment.start + segment.delta;
     if segment_crosses_triangle(segment, triangle) {
         return 0.0;
     }
     let to_edge = |start: DVec3, end: DVec3| {
-        segment_segment_distance_squared(segment, Segment { start, delta: end - start })
+        segment_segment_distance_squared(segment, LineSegment { start, delta: end - start })
     };
     let edges = to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a));
     let ends = [segment.start, end]
@@ -135,7 +135,7 @@ pub fn segment_triangle_distance_squared(segment: Segment, triangle: [DVec3; 3])
     edges.min(ends[0]).min(ends[1])
 }
 
-fn segment_crosses_triangle(segment: Segment, [a, b, c]: [DVec3; 3]) -> bool {
+fn segment_crosses_triangle(segment: LineSegment, [a, b, c]: [DVec3; 3]) -> bool {
     let normal = (b - a).cross(c - a);
     let (above, below) =
         (normal.dot(segment.start - a), normal.dot(segment.start + segment.delta - a));
@@ -146,10 +146,10 @@ fn segment_crosses_triangle(segment: Segment, [a, b, c]: [DVec3; 3]) -> bool {
     height_over_triangle_squared(crossing, [a, b, c]).is_some()
 }
 
-/// The widest gap between two boxes along any of the 15 separating axes: a lower bound of their
-/// distance, and negative or 0 exactly where they overlap. `a_from_b` and `center` place the second
-/// box in the first one's frame.
-pub fn box_box_gap(a: DVec3, b: DVec3, a_from_b: &DMat3, center: DVec3) -> f64 {
+/// The widest distance between two boxes along any of the 15 separating axes: a lower bound of
+/// their distance, and negative or 0 exactly where they overlap. `a_from_b` and `center` place the
+/// second box in the first one's frame.
+pub fn box_box_separation(a: DVec3, b: DVec3, a_from_b: &DMat3, center: DVec3) -> f64 {
     let absolute =
         DMat3::from_cols(a_from_b.x_axis.abs(), a_from_b.y_axis.abs(), a_from_b.z_axis.abs());
     let along_a = (center.abs() - a - absolute * b).max_element();
@@ -160,18 +160,18 @@ pub fn box_box_gap(a: DVec3, b: DVec3, a_from_b: &DMat3, center: DVec3) -> f64 {
     );
     let reach = DVec3::new(absolute.x_axis.dot(a), absolute.y_axis.dot(a), absolute.z_axis.dot(a));
     let along_b = (in_b.abs() - b - reach).max_element();
-    let mut gap = along_a.max(along_b);
+    let mut separation = along_a.max(along_b);
     for i in 0..3 {
         for j in 0..3 {
-            gap = gap.max(edge_gap(a, b, a_from_b, &absolute, center, i, j));
+            separation = separation.max(edge_separation(a, b, a_from_b, &absolute, center, i, j));
         }
     }
-    gap
+    separation
 }
 
-/// The gap along the product of the first box's axis `i` and the second one's axis `j`; none where
-/// they are parallel, where the face normals already decide.
-fn edge_gap(
+/// The distance along the product of the first box's axis `i` and the second one's axis `j`; none
+/// where they are parallel, where the face normals already decide.
+fn edge_separation(
     a: DVec3,
     b: DVec3,
     a_from_b: &DMat3,

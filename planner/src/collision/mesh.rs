@@ -106,7 +106,7 @@ impl Mesh {
             }
             Crossing::Unclear => true,
         };
-        let unclear = self.tree.find(|bounds| ray_meets(bounds, start, inverse), is_unclear);
+        let unclear = self.tree.find(|bounds| ray_hits(bounds, start, inverse), is_unclear);
         unclear.is_none().then_some(winding.get())
     }
 
@@ -144,7 +144,7 @@ fn is_closed(vertices: &[DVec3], triangles: &[[u32; 3]]) -> bool {
         .all(|uses| 2 * uses.iter().filter(|one| one.2).count() == uses.len())
 }
 
-fn ray_meets(bounds: &Aabb, start: DVec3, inverse_direction: DVec3) -> bool {
+fn ray_hits(bounds: &Aabb, start: DVec3, inverse_direction: DVec3) -> bool {
     let (a, b) =
         ((bounds.min - start) * inverse_direction, (bounds.max - start) * inverse_direction);
     let (enter, leave) = (a.min(b).max_element(), a.max(b).min_element());

@@ -23,25 +23,25 @@ use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::scene::World;
 
 use ball::BODIES_MAX;
-use body::Body;
+use body::CollisionBody;
 use bvh::Aabb;
 pub use error::CollisionError;
-use self_pairs::{Pair, SelfPairs, bodies_within};
+use self_pairs::{BodyPair, SelfPairs, bodies_within};
 use world::{Nearby, WorldShapes, lifted};
 
-use crate::kinematics::Tree;
-use crate::snapshot::Snapshot;
+use crate::kinematics::KinematicTree;
+use crate::snapshot::KinematicState;
 
 /// What a foot does, which decides how near it may come to the world.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum FootState {
+pub enum FootPhase {
     /// Stands on the world: its sole may touch what it stands on.
     Stance,
     /// Lifting off or landing along its sole normal: clearance to the sides and above, none asked
     /// below the sole.
-    Leaving,
+    LiftOff,
     /// In the air: full clearance.
-    Free,
+    Swing,
 }
 
 /// What is too near to what.
@@ -66,33 +66,33 @@ pub enum Hit {
 /// A standing foot is lifted by this much (m) before it is tested: the sole may touch, but not sink
 /// in any further.
 const STANCE_LIFT: f64 = 0.0015;
-/// A leaving foot is lifted by this much (m) more than its clearance.
-const LEAVING_LIFT: f64 = 0.0005;
+/// A foot that lifts off is lifted by this much (m) more than its clearance.
+const LIFT_OFF_LIFT: f64 = 0.0005;
 
 /// A robot in a world, prepared for collision checks.
 #[derive(Debug, Clone)]
 pub struct CollisionModel {
-    bodies: Vec<Body>,
+    bodies: Vec<CollisionBody>,
     pairs: SelfPairs,
     world: WorldShapes,
     clearance: f64,
-    shunned: heapless::Vec<Shunned, CORRECTIONS_MAX>,
+    keep_out_zones: heapless::Vec<KeepOutZone, CORRECTIONS_MAX>,
     link_names: Vec<String>,
     shape_names: Vec<String>,
 }
 
 /// A place where nothing carries a sole, whatever the shapes say.
 #[derive(Debug, Clone, Copy)]
-struct Shunned {
+struct KeepOutZone {
     sole_from_world: Pose,
     half_sides: DVec2,
 }
 
 /// What [`CollisionModel::foot_hit`] answers where a sole is known not to be carried: no shape's
 /// index.
-pub const SHUNNED: usize = usize::MAX;
-/// How far above or below a shunned place a sole still counts as standing there, m.
-const SHUNNED_HEIGHT: f64 = 0.05;
+pub const KEEP_OUT: usize = usize::MAX;
+/// How far above or below a keep-out place a sole still counts as standing there, m.
+const KEEP_OUT_HEIGHT: f64 = 0.05;
 
 impl CollisionModel {
     /// Prepares a robot in a world; everything shall keep `clearance` (m, finite, at least 0) from
@@ -108,7 +108,7 @@ impl CollisionModel {
                 requirement: "finite and not negative",
             });
         }
-        let bodies = Body::all(model, &Tree::new(model))?;
+        let bodies = CollisionBody::all(model, &KinematicTree::new(model))?;
         let pairs = SelfPairs::new(model, &bodies, clearance);
         let link_names = model.links.iter().map(|link| link.name.clone()).collect();
         let shape_names = world.shapes.iter().map(|shape| shape.name.clone()).collect();
@@ -118,7 +118,7 @@ impl CollisionModel {
             pairs,
             world,
             clearance,
-            shunned: heapless::Vec::new(),
+            keep_out_zones: heapless::Vec::new(),
             link_names,
             shape_names,
         })
@@ -139,31 +139,31 @@ impl CollisionModel {
 
     /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None`
     /// where everything keeps its clearance, subject to what the `feet` (one state per foot) do.
-    pub fn hit(&self, snapshot: &Snapshot, feet: &[FootState]) -> Option<Hit> {
-        self.world_hit(snapshot, feet).or_else(|| self.self_hit(snapshot))
+    pub fn hit(&self, kinematic_state: &KinematicState, feet: &[FootPhase]) -> Option<Hit> {
+        self.world_hit(kinematic_state, feet).or_else(|| self.self_hit(kinematic_state))
     }
 
     /// The first hit of the robot with the world.
-    pub fn world_hit(&self, snapshot: &Snapshot, feet: &[FootState]) -> Option<Hit> {
-        let centers = self.world_centers(snapshot);
+    pub fn world_hit(&self, kinematic_state: &KinematicState, feet: &[FootPhase]) -> Option<Hit> {
+        let centers = self.world_centers(kinematic_state);
         let mut around = Aabb::EMPTY;
         for (center, body) in centers.iter().zip(&self.bodies) {
-            around = around.union(Aabb { min: *center, max: *center }.grown(body.ball.radius));
+            around = around.union(Aabb { min: *center, max: *center }.grown(body.sphere.radius));
         }
         let nearby =
-            self.world.nearby(&around.grown(STANCE_LIFT.max(2.0 * self.clearance + LEAVING_LIFT)));
+            self.world.nearby(&around.grown(STANCE_LIFT.max(2.0 * self.clearance + LIFT_OFF_LIFT)));
         self.bodies.iter().zip(&centers).find_map(|(body, center)| {
             let shape = match body.foot {
                 Some(foot) => self.foot_body_hit(
                     body,
-                    &snapshot.world_from_node(body.node),
+                    &kinematic_state.world_from_node(body.node),
                     foot.node_normal,
                     feet[foot.limb],
                     &nearby,
                 ),
                 None if !self.world.reaches(
                     *center,
-                    body.ball.radius + self.clearance,
+                    body.sphere.radius + self.clearance,
                     &nearby,
                 ) =>
                 {
@@ -171,7 +171,7 @@ impl CollisionModel {
                 }
                 None => self.world.hit(
                     body,
-                    &snapshot.world_from_node(body.node),
+                    &kinematic_state.world_from_node(body.node),
                     self.clearance,
                     &nearby,
                 ),
@@ -180,8 +180,8 @@ impl CollisionModel {
         })
     }
 
-    fn world_centers(&self, snapshot: &Snapshot) -> heapless::Vec<DVec3, BODIES_MAX> {
-        snapshot.centers().iter().map(|center| snapshot.to_world(center)).collect()
+    fn world_centers(&self, kinematic_state: &KinematicState) -> heapless::Vec<DVec3, BODIES_MAX> {
+        kinematic_state.centers().iter().map(|center| kinematic_state.to_world(center)).collect()
     }
 
     /// The first world shape that the wanted links (one flag per link) hit, their poses given in
@@ -204,14 +204,14 @@ impl CollisionModel {
     }
 
     /// The first hit of the robot with itself.
-    pub fn self_hit(&self, snapshot: &Snapshot) -> Option<Hit> {
-        let frames = snapshot.root_from_nodes();
+    pub fn self_hit(&self, kinematic_state: &KinematicState) -> Option<Hit> {
+        let frames = kinematic_state.root_from_nodes();
         let placed = |index: u32| {
             let body = &self.bodies[index as usize];
             (body, &frames[body.node])
         };
-        let is_hit = |pair: &Pair| pair.is_hit(placed(pair.a), placed(pair.b));
-        let pair = self.pairs.find_near(snapshot.centers(), is_hit)?;
+        let is_hit = |pair: &BodyPair| pair.is_hit(placed(pair.a), placed(pair.b));
+        let pair = self.pairs.find_near(kinematic_state.centers(), is_hit)?;
         let [a, b] = [pair.a, pair.b].map(|index| self.bodies[index as usize].link);
         Some(Hit::SelfPair { a: a.min(b), b: a.max(b) })
     }
@@ -219,18 +219,18 @@ impl CollisionModel {
     /// Keeps soles away from where one was not carried: none may be placed with its middle over
     /// that sole's rectangle, whose half length and half width are `half_sides` (m). Of more than
     /// [`CORRECTIONS_MAX`] places the last ones are not kept.
-    pub fn shun(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
-        let _ = self.shunned.push(Shunned {
+    pub fn add_keep_out_zone(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
+        let _ = self.keep_out_zones.push(KeepOutZone {
             sole_from_world: world_from_sole.inverse(),
             half_sides: half_sides.into(),
         });
     }
 
     /// The first world shape that a foot alone, with what is rigidly joined to it, hits with its
-    /// sole at a pose; or [`SHUNNED`].
-    pub fn foot_hit(&self, limb: usize, world_from_sole: &Pose, state: FootState) -> Option<usize> {
-        if self.shunned.iter().any(|place| place.holds(world_from_sole.translation)) {
-            return Some(SHUNNED);
+    /// sole at a pose; or [`KEEP_OUT`].
+    pub fn foot_hit(&self, limb: usize, world_from_sole: &Pose, phase: FootPhase) -> Option<usize> {
+        if self.keep_out_zones.iter().any(|zone| zone.contains(world_from_sole.translation)) {
+            return Some(KEEP_OUT);
         }
         let world_from_node = |foot: &body::FootBody| *world_from_sole * foot.sole_from_node;
         self.foot_bodies(limb).find_map(|(body, foot)| {
@@ -238,7 +238,7 @@ impl CollisionModel {
                 body,
                 &world_from_node(&foot),
                 foot.node_normal,
-                state,
+                phase,
                 &Nearby::UNKNOWN,
             )
         })
@@ -302,8 +302,9 @@ impl CollisionModel {
         })
     }
 
-    /// A bound (m) on how far any point of any collision shape lies from itself in two snapshots.
-    pub fn motion_bound(&self, a: &Snapshot, b: &Snapshot) -> f64 {
+    /// A bound (m) on how far any point of any collision shape lies from itself in two kinematic
+    /// states.
+    pub fn motion_bound(&self, a: &KinematicState, b: &KinematicState) -> f64 {
         // All is seen in the root's frame in `a`; what does not move in the root's frame turns as
         // the root does.
         let (ra, rb) = (a.world_rotation(), b.world_rotation());
@@ -318,7 +319,7 @@ impl CollisionModel {
                 if at_a == at_b { root_chord } else { chord_squared(&(turn * *at_b), at_a) };
             let moved =
                 (turn * b.centers().get(index) + shift - a.centers().get(index)).length_squared();
-            let turned = chord * body.ball.radius * body.ball.radius;
+            let turned = chord * body.sphere.radius * body.sphere.radius;
             // The sum of two lengths is at most this root: most bodies need no other.
             if 2.0 * (moved + turned) > bound * bound {
                 bound = bound.max(moved.sqrt() + turned.sqrt());
@@ -335,11 +336,11 @@ impl CollisionModel {
     /// Heap bytes.
     pub fn bytes(&self) -> usize {
         let bodies = size_of_val(self.bodies.as_slice())
-            + self.bodies.iter().map(Body::bytes).sum::<usize>();
+            + self.bodies.iter().map(CollisionBody::bytes).sum::<usize>();
         bodies + self.pairs.bytes() + self.world.bytes()
     }
 
-    fn foot_bodies(&self, limb: usize) -> impl Iterator<Item = (&Body, body::FootBody)> {
+    fn foot_bodies(&self, limb: usize) -> impl Iterator<Item = (&CollisionBody, body::FootBody)> {
         self.bodies.iter().filter_map(move |body| {
             body.foot.filter(|foot| foot.limb == limb).map(|foot| (body, foot))
         })
@@ -347,16 +348,16 @@ impl CollisionModel {
 
     fn foot_body_hit(
         &self,
-        body: &Body,
+        body: &CollisionBody,
         world_from_node: &Pose,
         node_normal: DVec3,
-        state: FootState,
+        phase: FootPhase,
         nearby: &Nearby,
     ) -> Option<usize> {
-        let (lift, margin) = match state {
-            FootState::Stance => (STANCE_LIFT, 0.0),
-            FootState::Leaving => (self.clearance + LEAVING_LIFT, self.clearance),
-            FootState::Free => (0.0, self.clearance),
+        let (lift, margin) = match phase {
+            FootPhase::Stance => (STANCE_LIFT, 0.0),
+            FootPhase::LiftOff => (self.clearance + LIFT_OFF_LIFT, self.clearance),
+            FootPhase::Swing => (0.0, self.clearance),
         };
         self.world.hit(body, &lifted(world_from_node, node_normal, lift), margin, nearby)
     }
@@ -371,11 +372,11 @@ fn chord_squared(a: &DMat3, b: &DMat3) -> f64 {
         + apart.z_axis.length_squared())
 }
 
-impl Shunned {
-    fn holds(&self, position: DVec3) -> bool {
+impl KeepOutZone {
+    fn contains(&self, position: DVec3) -> bool {
         let at = self.sole_from_world * position;
         at.x.abs() <= self.half_sides.x
             && at.y.abs() <= self.half_sides.y
-            && at.z.abs() <= SHUNNED_HEIGHT
+            && at.z.abs() <= KEEP_OUT_HEIGHT
     }
 }

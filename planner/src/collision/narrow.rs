@@ -1,8 +1,8 @@
 //! Whether two solids come within a margin of each other.
 //!
-//! "No" is only said with a proof: an exact closed form, or a separating direction whose gap was
-//! measured. An iteration cap, a degenerate simplex or a number that is not one therefore reads as
-//! "yes".
+//! "No" is only said with a proof: an exact closed form, or a separating direction whose distance
+//! was measured. An iteration cap, a degenerate simplex or a number that is not one therefore reads
+//! as "yes".
 
 use glam::{DMat3, DQuat, DVec3};
 use parry3d_f64::query::gjk::{self, CsoPoint, GJKResult, VoronoiSimplex};
@@ -11,9 +11,9 @@ use surefoot_shared_types::Pose;
 
 use super::bvh::Aabb;
 use super::kernels::{
-    Segment, box_box_gap, exceeds, point_box_distance_squared, point_triangle_distance_squared,
-    segment_box_distance_squared, segment_segment_distance_squared,
-    segment_triangle_distance_squared,
+    LineSegment, box_box_separation, exceeds, point_box_distance_squared,
+    point_triangle_distance_squared, segment_box_distance_squared,
+    segment_segment_distance_squared, segment_triangle_distance_squared,
 };
 use super::mesh::Mesh;
 use super::solid::{Convex, Core, Solid};
@@ -40,13 +40,13 @@ fn mesh_holds(mesh: &Mesh, solid: &Solid, mesh_from_solid: &Pose) -> bool {
 }
 
 /// Whether a segment in a solid's frame comes within `reach` (m) of it.
-pub fn segment_within(solid: &Solid, segment: Segment, reach: f64) -> bool {
+pub fn segment_within(solid: &Solid, segment: LineSegment, reach: f64) -> bool {
     if let Solid::Convex(Convex { core: Core::Box { half_extents }, radius }) = solid {
         let reach = reach + radius;
         return !exceeds(segment_box_distance_squared(segment, *half_extents), reach * reach);
     }
     let half_length = 0.5 * segment.delta.length();
-    let core = if half_length > 0.0 { Core::Segment { half_length } } else { Core::Point };
+    let core = if half_length > 0.0 { Core::LineSegment { half_length } } else { Core::Point };
     let rotation =
         DQuat::from_rotation_arc(DVec3::Z, segment.delta.try_normalize().unwrap_or(DVec3::Z));
     let frame = Pose::from_parts(segment.start + 0.5 * segment.delta, rotation);
@@ -83,9 +83,9 @@ fn triangle_within(core: &Core, corners: [DVec3; 3], reach: f64) -> bool {
         Core::Point => {
             !exceeds(point_triangle_distance_squared(DVec3::ZERO, corners), reach_squared)
         }
-        Core::Segment { half_length } => !exceeds(
+        Core::LineSegment { half_length } => !exceeds(
             segment_triangle_distance_squared(
-                Segment::along_z(&Pose::IDENTITY, *half_length),
+                LineSegment::along_z(&Pose::IDENTITY, *half_length),
                 corners,
             ),
             reach_squared,
@@ -113,28 +113,32 @@ fn convex_within(a: &Convex, b: &Convex, a_from_b: &Pose, margin: f64) -> bool {
         (Core::Point, Core::Point) => {
             !exceeds(a_from_b.translation.length_squared(), reach_squared)
         }
-        (Core::Point | Core::Segment { .. }, Core::Point | Core::Segment { .. }) => {
+        (Core::Point | Core::LineSegment { .. }, Core::Point | Core::LineSegment { .. }) => {
             let (a, b) = (segment_of(&a.core, &Pose::IDENTITY), segment_of(&b.core, a_from_b));
             !exceeds(segment_segment_distance_squared(a, b), reach_squared)
         }
         (Core::Box { half_extents }, Core::Point) => {
             !exceeds(point_box_distance_squared(a_from_b.translation, *half_extents), reach_squared)
         }
-        (Core::Box { half_extents }, Core::Segment { half_length }) => !exceeds(
-            segment_box_distance_squared(Segment::along_z(a_from_b, *half_length), *half_extents),
+        (Core::Box { half_extents }, Core::LineSegment { half_length }) => !exceeds(
+            segment_box_distance_squared(
+                LineSegment::along_z(a_from_b, *half_length),
+                *half_extents,
+            ),
             reach_squared,
         ),
-        (Core::Point | Core::Segment { .. }, Core::Box { .. }) => {
+        (Core::Point | Core::LineSegment { .. }, Core::Box { .. }) => {
             convex_within(b, a, &a_from_b.inverse(), margin)
         }
         (Core::Box { half_extents: half_a }, Core::Box { half_extents: half_b }) => {
-            let gap = box_box_gap(
+            let separation = box_box_separation(
                 *half_a,
                 *half_b,
                 &DMat3::from_quat(a_from_b.rotation),
                 a_from_b.translation,
             );
-            gap <= 0.0 || !exceeds(gap, reach) && gjk_within(&a.core, &b.core, a_from_b, reach)
+            separation <= 0.0
+                || !exceeds(separation, reach) && gjk_within(&a.core, &b.core, a_from_b, reach)
         }
         _ => {
             !are_boxes_apart(&a.core, &b.core, a_from_b, reach)
@@ -147,7 +151,7 @@ fn convex_within(a: &Convex, b: &Convex, a_from_b: &Pose, margin: f64) -> bool {
 fn are_boxes_apart(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     let (around_a, around_b) = (a.aabb(), b.aabb());
     let center = *a_from_b * around_b.center() - around_a.center();
-    box_box_gap(
+    box_box_separation(
         around_a.half_extents(),
         around_b.half_extents(),
         &DMat3::from_quat(a_from_b.rotation),
@@ -155,10 +159,10 @@ fn are_boxes_apart(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     ) > reach
 }
 
-fn segment_of(core: &Core, frame: &Pose) -> Segment {
+fn segment_of(core: &Core, frame: &Pose) -> LineSegment {
     match core {
-        Core::Segment { half_length } => Segment::along_z(frame, *half_length),
-        _ => Segment { start: frame.translation, delta: DVec3::ZERO },
+        Core::LineSegment { half_length } => LineSegment::along_z(frame, *half_length),
+        _ => LineSegment { start: frame.translation, delta: DVec3::ZERO },
     }
 }
 
@@ -168,20 +172,20 @@ fn transformed(bounds: Aabb, pose: &Pose) -> Aabb {
 
 /// A direction in the first solid's frame along which two convex solids are apart, if they are and
 /// it is found.
-pub fn separation(a: &Solid, b: &Solid, a_from_b: &Pose) -> Option<DVec3> {
+pub fn separating_direction(a: &Solid, b: &Solid, a_from_b: &Pose) -> Option<DVec3> {
     let (Solid::Convex(a), Solid::Convex(b)) = (a, b) else { return None };
     match closest(&a.core, &b.core, a_from_b, f64::INFINITY) {
         GJKResult::ClosestPoints(_, _, direction)
         | GJKResult::Proximity(direction)
         | GJKResult::NoIntersection(direction) => {
-            (measured_gap(&a.core, &b.core, a_from_b, direction) > 0.0).then_some(direction)
+            (separation_along(&a.core, &b.core, a_from_b, direction) > 0.0).then_some(direction)
         }
         GJKResult::Intersection => None,
     }
 }
 
-/// The gap between two cores along a direction; negative where there is none.
-fn measured_gap(a: &Core, b: &Core, a_from_b: &Pose, direction: DVec3) -> f64 {
+/// The distance between two cores along a direction; negative where there is none.
+fn separation_along(a: &Core, b: &Core, a_from_b: &Pose, direction: DVec3) -> f64 {
     -direction.dot(CsoPoint::from_shapes(a_from_b, a, b, direction).point)
 }
 
@@ -192,8 +196,8 @@ fn closest(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> GJKResult {
     gjk::closest_points(a_from_b, a, b, reach, true, &mut simplex)
 }
 
-/// GJK on two cores. Whatever it answers, only a measured gap along the direction that it found
-/// counts as separation.
+/// GJK on two cores. Whatever it answers, only a measured distance along the direction that it
+/// found counts as separation.
 fn gjk_within(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     if !a_from_b.is_finite() {
         return true;
@@ -204,5 +208,5 @@ fn gjk_within(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
         | GJKResult::Proximity(direction)
         | GJKResult::NoIntersection(direction) => direction,
     };
-    !exceeds(measured_gap(a, b, a_from_b, direction), reach)
+    !exceeds(separation_along(a, b, a_from_b, direction), reach)
 }

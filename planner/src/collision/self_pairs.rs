@@ -5,17 +5,17 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::{RobotModel, joints_between};
 
 use super::ball::{Centers, LANES};
-use super::body::{Body, Part};
-use super::gap::Gap;
+use super::body::{CollisionBody, Part};
+use super::gap::SeparatingDirection;
 use super::kernels::{exceeds, segment_segment_distance_squared};
-use super::narrow::{is_within, separation};
+use super::narrow::{is_within, separating_direction};
 use crate::kinematics::forward::Kinematics;
 use crate::kinematics::tree::{affine, pose};
 use crate::random::{Random, Stream};
 
 /// A pair of bodies that is checked.
 #[derive(Debug, Clone, Copy)]
-pub struct Pair {
+pub struct BodyPair {
     /// Index of the first body.
     pub a: u32,
     /// Index of the second body, the larger one.
@@ -23,17 +23,17 @@ pub struct Pair {
     /// The distance to keep, m.
     pub clearance: f64,
     /// Along which the two are apart as the robot stands, and mostly so elsewhere too; `None` where
-    /// there is no gap, or where one is a ball or a capsule or has several parts.
-    standing_gap: Option<Gap>,
+    /// there is no distance, or where one is a sphere or a capsule or has several parts.
+    standing_separation: Option<SeparatingDirection>,
 }
 
-impl Pair {
+impl BodyPair {
     /// Whether two bodies whose balls are known to be near come within the pair's clearance of each
     /// other; their nodes' frames are given in any common one.
-    pub fn is_hit(&self, a: (&Body, &DAffine3), b: (&Body, &DAffine3)) -> bool {
-        let are_apart = self
-            .standing_gap
-            .is_some_and(|gap| gap.is_wider(a.1, (&b.0.parts[0], b.1), self.clearance));
+    pub fn is_hit(&self, a: (&CollisionBody, &DAffine3), b: (&CollisionBody, &DAffine3)) -> bool {
+        let are_apart = self.standing_separation.is_some_and(|direction| {
+            direction.is_separated(a.1, (&b.0.parts[0], b.1), self.clearance)
+        });
         !are_apart && parts_within(a, b, self.clearance)
     }
 }
@@ -42,7 +42,7 @@ impl Pair {
 #[derive(Debug, Clone)]
 pub struct SelfPairs {
     /// Pairs to check, in ascending order.
-    pub checked: Vec<Pair>,
+    pub checked: Vec<BodyPair>,
     /// Links of pairs that may touch, in ascending order.
     pub allowed: Vec<(usize, usize)>,
     /// Numbers in a row of the tables.
@@ -68,7 +68,7 @@ const HALVINGS: usize = 30;
 impl SelfPairs {
     /// Sorts the pairs of a robot's bodies; `clearance` (m) is asked where the standing posture
     /// leaves room for it.
-    pub fn new(model: &RobotModel, bodies: &[Body], clearance: f64) -> Self {
+    pub fn new(model: &RobotModel, bodies: &[CollisionBody], clearance: f64) -> Self {
         let unlocked = model.unlocked();
         let survey = Survey::new(model, &unlocked, bodies);
         let mut allowed = Vec::new();
@@ -91,11 +91,11 @@ impl SelfPairs {
                     continue;
                 }
                 let clearance = clearance_at_rest(body_a, body_b, &survey.standing, clearance);
-                let reach = body_a.ball.radius + body_b.ball.radius + clearance;
+                let reach = body_a.sphere.radius + body_b.sphere.radius + clearance;
                 reach_squared[a * stride + b] = reach * reach;
                 places[a * stride + b] = checked.len() as u32;
-                let standing_gap = standing_gap(body_a, body_b, &survey.standing);
-                checked.push(Pair { a: a as u32, b: b as u32, clearance, standing_gap });
+                let standing_separation = standing_separation(body_a, body_b, &survey.standing);
+                checked.push(BodyPair { a: a as u32, b: b as u32, clearance, standing_separation });
             }
         }
         allowed.sort_unstable();
@@ -103,7 +103,11 @@ impl SelfPairs {
     }
 
     /// The first checked pair whose balls are near and that `accept`s.
-    pub fn find_near(&self, centers: &Centers, accept: impl Fn(&Pair) -> bool) -> Option<&Pair> {
+    pub fn find_near(
+        &self,
+        centers: &Centers,
+        accept: impl Fn(&BodyPair) -> bool,
+    ) -> Option<&BodyPair> {
         // The quick look reads signs, which what is no number does not have.
         let is_sound = centers.are_finite();
         (0..centers.count()).find_map(|a| {
@@ -149,7 +153,7 @@ struct Survey {
 }
 
 impl Survey {
-    fn new(model: &RobotModel, unlocked: &RobotModel, bodies: &[Body]) -> Self {
+    fn new(model: &RobotModel, unlocked: &RobotModel, bodies: &[CollisionBody]) -> Self {
         let zero: Vec<f64> =
             unlocked.joints.iter().map(|joint| 0f64.clamp(joint.lower, joint.upper)).collect();
         let sample_count = if bodies.len() > 1 { SAMPLES } else { 0 };
@@ -173,11 +177,11 @@ impl Survey {
         }
     }
 
-    fn touches_standing(&self, a: &Body, b: &Body) -> bool {
+    fn touches_standing(&self, a: &CollisionBody, b: &CollisionBody) -> bool {
         bodies_within(a, &self.standing[a.node_link], b, &self.standing[b.node_link], 0.0)
     }
 
-    fn hits(&self, bodies: &[Body], pair: [usize; 2]) -> usize {
+    fn hits(&self, bodies: &[CollisionBody], pair: [usize; 2]) -> usize {
         self.samples.iter().filter(|poses| touch(bodies, pair, poses)).count()
     }
 }
@@ -199,13 +203,18 @@ fn random_q(model: &RobotModel, index: usize) -> Vec<f64> {
 }
 
 /// Whether two bodies touch, the nodes of all being at these poses.
-fn touch(bodies: &[Body], [a, b]: [usize; 2], poses: &[Pose]) -> bool {
+fn touch(bodies: &[CollisionBody], [a, b]: [usize; 2], poses: &[Pose]) -> bool {
     bodies_within(&bodies[a], &poses[a], &bodies[b], &poses[b], 0.0)
 }
 
 /// `clearance`, or half of the pair's distance in a posture where that is less (to within a
 /// nanometre, from below).
-fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f64 {
+fn clearance_at_rest(
+    a: &CollisionBody,
+    b: &CollisionBody,
+    standing: &[Pose],
+    clearance: f64,
+) -> f64 {
     let is_free = |margin: f64| {
         !bodies_within(a, &standing[a.node_link], b, &standing[b.node_link], 2.0 * margin)
     };
@@ -221,29 +230,36 @@ fn clearance_at_rest(a: &Body, b: &Body, standing: &[Pose], clearance: f64) -> f
 }
 
 /// Where two bodies of one part each are apart as the robot stands.
-fn standing_gap(a: &Body, b: &Body, standing: &[Pose]) -> Option<Gap> {
+fn standing_separation(
+    a: &CollisionBody,
+    b: &CollisionBody,
+    standing: &[Pose],
+) -> Option<SeparatingDirection> {
     let ([part_a], [part_b]) = (a.parts.as_slice(), b.parts.as_slice()) else { return None };
-    if part_a.spine.is_some() || part_b.spine.is_some() {
+    if part_a.core_segment.is_some() || part_b.core_segment.is_some() {
         return None;
     }
     let [from_a, from_b] = [(a, part_a), (b, part_b)]
         .map(|(body, part)| standing[body.node_link] * part.node_from_part);
-    Gap::beyond(part_a, separation(&part_a.solid, &part_b.solid, &from_a.inv_mul(&from_b))?)
+    SeparatingDirection::beyond(
+        part_a,
+        separating_direction(&part_a.solid, &part_b.solid, &from_a.inv_mul(&from_b))?,
+    )
 }
 
 /// Whether two bodies come within `margin` of each other, their nodes being at these poses.
 pub fn bodies_within(
-    a: &Body,
+    a: &CollisionBody,
     world_from_a: &Pose,
-    b: &Body,
+    b: &CollisionBody,
     world_from_b: &Pose,
     margin: f64,
 ) -> bool {
     let (world_from_a, world_from_b) = (affine(world_from_a), affine(world_from_b));
-    let reach = a.ball.radius + b.ball.radius + margin;
+    let reach = a.sphere.radius + b.sphere.radius + margin;
     let centers = [
-        world_from_a.transform_point3(a.ball.center),
-        world_from_b.transform_point3(b.ball.center),
+        world_from_a.transform_point3(a.sphere.center),
+        world_from_b.transform_point3(b.sphere.center),
     ];
     !exceeds(centers[0].distance_squared(centers[1]), reach * reach)
         && parts_within((a, &world_from_a), (b, &world_from_b), margin)
@@ -251,12 +267,16 @@ pub fn bodies_within(
 
 /// The same, of bodies whose balls are known to be near; their nodes' frames are given in any
 /// common one.
-fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -> bool {
+fn parts_within(
+    a: (&CollisionBody, &DAffine3),
+    b: (&CollisionBody, &DAffine3),
+    margin: f64,
+) -> bool {
     b.0.parts.iter().any(|part_b| {
-        let center_b = b.1.transform_point3(part_b.ball.center);
+        let center_b = b.1.transform_point3(part_b.sphere.center);
         a.0.parts.iter().any(|part_a| {
-            let reach = part_a.ball.radius + part_b.ball.radius + margin;
-            let center_a = a.1.transform_point3(part_a.ball.center);
+            let reach = part_a.sphere.radius + part_b.sphere.radius + margin;
+            let center_a = a.1.transform_point3(part_a.sphere.center);
             let is_near = !exceeds((center_b - center_a).length_squared(), reach * reach);
             is_near && two_parts_within((part_a, a.1), (part_b, b.1), margin)
         })
@@ -265,21 +285,21 @@ fn parts_within(a: (&Body, &DAffine3), b: (&Body, &DAffine3), margin: f64) -> bo
 
 /// The same of two parts whose balls are known to be near.
 fn two_parts_within(a: (&Part, &DAffine3), b: (&Part, &DAffine3), margin: f64) -> bool {
-    match (&a.0.spine, &b.0.spine) {
+    match (&a.0.core_segment, &b.0.core_segment) {
         // These are their own balls.
-        (Some(spine_a), Some(spine_b)) if spine_a.is_point() && spine_b.is_point() => true,
-        (Some(spine_a), Some(spine_b)) => {
+        (Some(core_a), Some(core_b)) if core_a.is_point() && core_b.is_point() => true,
+        (Some(core_a), Some(core_b)) => {
             let reach = a.0.solid.radius() + b.0.solid.radius() + margin;
             !exceeds(
-                segment_segment_distance_squared(spine_a.placed(a.1), spine_b.placed(b.1)),
+                segment_segment_distance_squared(core_a.placed(a.1), core_b.placed(b.1)),
                 reach * reach,
             )
         }
-        (_, Some(spine)) => {
-            a.0.is_within_of_spine(a.1, spine.placed(b.1), b.0.solid.radius() + margin)
+        (_, Some(core_segment)) => {
+            a.0.is_within_of_segment(a.1, core_segment.placed(b.1), b.0.solid.radius() + margin)
         }
-        (Some(spine), _) => {
-            b.0.is_within_of_spine(b.1, spine.placed(a.1), a.0.solid.radius() + margin)
+        (Some(core_segment), _) => {
+            b.0.is_within_of_segment(b.1, core_segment.placed(a.1), a.0.solid.radius() + margin)
         }
         (None, None) => {
             let [from_a, from_b] = [a, b].map(|(part, frame)| pose(frame) * part.node_from_part);

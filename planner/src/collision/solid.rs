@@ -8,7 +8,7 @@ use surefoot_shared_types::{Pose, Shape};
 use super::bvh::Aabb;
 use super::error::CollisionError;
 use super::hull::Hull;
-use super::kernels::Segment;
+use super::kernels::LineSegment;
 use super::mesh::Mesh;
 
 /// A solid in its own frame.
@@ -35,7 +35,7 @@ pub enum Core {
     /// The origin.
     Point,
     /// Along z.
-    Segment {
+    LineSegment {
         /// Half of its length.
         half_length: f64,
     },
@@ -85,7 +85,7 @@ impl Solid {
                 (Core::Cylinder { radius, half_length }, 0.0)
             }
             Shape::Capsule { radius, half_length } => (
-                Core::Segment { half_length: positive(*half_length, "the length")? },
+                Core::LineSegment { half_length: positive(*half_length, "the length")? },
                 positive(*radius, "the radius")?,
             ),
             Shape::ConvexHull { points } => {
@@ -123,14 +123,14 @@ impl Solid {
         }
     }
 
-    /// The core of a ball or capsule, placed by `frame`; `None` for other solids.
-    pub fn spine(&self, frame: &Pose) -> Option<Segment> {
+    /// The core of a sphere or capsule, placed by `frame`; `None` for other solids.
+    pub fn core_segment(&self, frame: &Pose) -> Option<LineSegment> {
         match self {
             Self::Convex(Convex { core: Core::Point, .. }) => {
-                Some(Segment { start: frame.translation, delta: DVec3::ZERO })
+                Some(LineSegment { start: frame.translation, delta: DVec3::ZERO })
             }
-            Self::Convex(Convex { core: Core::Segment { half_length }, .. }) => {
-                Some(Segment::along_z(frame, *half_length))
+            Self::Convex(Convex { core: Core::LineSegment { half_length }, .. }) => {
+                Some(LineSegment::along_z(frame, *half_length))
             }
             _ => None,
         }
@@ -159,7 +159,7 @@ impl Core {
     pub fn aabb(&self) -> Aabb {
         let half = match self {
             Self::Point => DVec3::ZERO,
-            Self::Segment { half_length } => DVec3::new(0.0, 0.0, *half_length),
+            Self::LineSegment { half_length } => DVec3::new(0.0, 0.0, *half_length),
             Self::Box { half_extents } => *half_extents,
             Self::Cylinder { radius, half_length } => DVec3::new(*radius, *radius, *half_length),
             Self::Hull(hull) => return hull.aabb(),
@@ -173,7 +173,7 @@ impl SupportMap for Core {
     fn local_support_point(&self, direction: DVec3) -> DVec3 {
         match self {
             Self::Point => DVec3::ZERO,
-            Self::Segment { half_length } => {
+            Self::LineSegment { half_length } => {
                 DVec3::new(0.0, 0.0, half_length.copysign(direction.z))
             }
             Self::Box { half_extents } => half_extents.copysign(direction),

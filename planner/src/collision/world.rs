@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::scene::World;
 
-use super::body::{Body, Part};
+use super::body::{CollisionBody, Part};
 use super::bvh::{Aabb, Bvh};
 use super::error::CollisionError;
 use super::narrow::is_within;
@@ -13,14 +13,14 @@ use super::solid::{Convex, Core, Solid};
 /// The world, prepared.
 #[derive(Debug, Clone)]
 pub struct WorldShapes {
-    shapes: Vec<Placed>,
+    shapes: Vec<PlacedSolid>,
     tree: Bvh,
     boxes: Vec<Aabb>,
     bounds: Aabb,
 }
 
 #[derive(Debug, Clone)]
-struct Placed {
+struct PlacedSolid {
     shape_from_world: Pose,
     solid: Solid,
 }
@@ -58,7 +58,7 @@ impl WorldShapes {
             let solid = Solid::new(&shape.shape, &owner)?;
             let rotation = DMat3::from_quat(shape.world_from_shape.rotation);
             bounds.push(solid.aabb().transformed(&rotation, shape.world_from_shape.translation));
-            shapes.push(Placed { shape_from_world: shape.world_from_shape.inverse(), solid });
+            shapes.push(PlacedSolid { shape_from_world: shape.world_from_shape.inverse(), solid });
         }
         let all = bounds.iter().copied().fold(Aabb::EMPTY, Aabb::union);
         Ok(Self { shapes, tree: Bvh::new(&bounds, 1), boxes: bounds, bounds: all })
@@ -89,13 +89,16 @@ impl WorldShapes {
     /// be.
     pub fn hit(
         &self,
-        body: &Body,
+        body: &CollisionBody,
         world_from_node: &Pose,
         margin: f64,
         nearby: &Nearby,
     ) -> Option<usize> {
-        let may_be =
-            self.reaches(*world_from_node * body.ball.center, body.ball.radius + margin, nearby);
+        let may_be = self.reaches(
+            *world_from_node * body.sphere.center,
+            body.sphere.radius + margin,
+            nearby,
+        );
         may_be.then(|| {
             body.parts.iter().find_map(|part| self.part_hit(part, world_from_node, margin, nearby))
         })?

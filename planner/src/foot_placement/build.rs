@@ -1,4 +1,4 @@
-//! From the shapes of a world to faces and round sides.
+//! From the shapes of a world to faces and curved surfaces.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +10,7 @@ use surefoot_shared_types::{Pose, Shape};
 use super::SurfacesError;
 use super::merge::merge_coplanar;
 use super::polygon::spanned;
-use super::surfaces::{FACE_VERTICES_MAX, Face, Round, RoundEnds};
+use super::surfaces::{CurvedSurface, FACE_VERTICES_MAX, Face, SurfaceEnds};
 
 /// How far the flat sides that stand for a cylinder may be inside it, m.
 const CYLINDER_SAGITTA: f64 = 2e-4;
@@ -19,35 +19,37 @@ const CYLINDER_SIDES_MAX: usize = 256;
 
 /// The elements of a world.
 #[derive(Debug, Default)]
-pub(super) struct Parts {
+pub(super) struct WorldElements {
     /// All faces.
     pub faces: Vec<Face>,
     /// Their vertices.
     pub vertices: Vec<DVec3>,
-    /// All round sides.
-    pub rounds: Vec<Round>,
+    /// All curved surfaces.
+    pub curved_surfaces: Vec<CurvedSurface>,
 }
 
 /// Takes a world apart.
-pub(super) fn parts_of(world: &World) -> Result<Parts, SurfacesError> {
-    let mut parts = Parts::default();
+pub(super) fn elements_of(world: &World) -> Result<WorldElements, SurfacesError> {
+    let mut elements = WorldElements::default();
     for shape in &world.shapes {
-        parts.add(shape)?;
+        elements.add(shape)?;
     }
-    Ok(parts)
+    Ok(elements)
 }
 
-impl Parts {
+impl WorldElements {
     fn add(&mut self, world_shape: &WorldShape) -> Result<(), SurfacesError> {
         let pose = world_shape.world_from_shape;
         match &world_shape.shape {
             Shape::Box { half_extents } => self.add_box(&pose, *half_extents),
-            Shape::Sphere { radius } => self.add_round(&pose, *radius, 0.0, RoundEnds::Ball),
+            Shape::Sphere { radius } => {
+                self.add_curved(&pose, *radius, 0.0, SurfaceEnds::Spherical)
+            }
             Shape::Capsule { radius, half_length } => {
-                self.add_round(&pose, *radius, *half_length, RoundEnds::Ball)
+                self.add_curved(&pose, *radius, *half_length, SurfaceEnds::Spherical)
             }
             Shape::Cylinder { radius, half_length } => {
-                self.add_round(&pose, *radius, *half_length, RoundEnds::Flat);
+                self.add_curved(&pose, *radius, *half_length, SurfaceEnds::Flat);
                 self.add_cylinder_faces(&pose, *radius, *half_length);
             }
             Shape::ConvexHull { points } => {
@@ -84,9 +86,9 @@ impl Parts {
         }
     }
 
-    fn add_round(&mut self, pose: &Pose, radius: f64, half_length: f64, ends: RoundEnds) {
+    fn add_curved(&mut self, pose: &Pose, radius: f64, half_length: f64, ends: SurfaceEnds) {
         let end = DVec3::Z * half_length;
-        self.rounds.push(Round { a: *pose * -end, b: *pose * end, radius, ends });
+        self.curved_surfaces.push(CurvedSurface { a: *pose * -end, b: *pose * end, radius, ends });
     }
 
     /// The caps, and flat sides that show where the cylinder is to those who would step through it.

@@ -11,7 +11,7 @@ use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
 
 use super::planes::Plane;
 use super::polygon::area_and_centroid;
-use super::propose::Request;
+use super::propose::PlacementQuery;
 use super::regions::{extent, shift_onto, shift_to_centre, shift_within};
 use super::scratch::Scratch;
 use super::surfaces::Surfaces;
@@ -72,7 +72,7 @@ impl PartialEq for Candidate {
 impl Eq for Candidate {}
 
 /// The sole in a plane frame, turned by `turn` about its own origin; wherever it lies there, it
-/// heads where the request lets it.
+/// heads where the query lets it.
 struct TurnedSole {
     turn: f64,
     rotation: DQuat,
@@ -86,31 +86,31 @@ impl TurnedSole {
 }
 
 impl Surfaces {
-    /// Begins to list candidates for a request whose features are gathered: the ideal on every
+    /// Begins to list candidates for a query whose features are gathered: the ideal on every
     /// plane.
-    pub(super) fn begin_candidates(&self, scratch: &mut Scratch, request: &Request) {
+    pub(super) fn begin_candidates(&self, scratch: &mut Scratch, query: &PlacementQuery) {
         scratch.candidates.clear();
         scratch.waiting.clear();
-        self.list_planes(scratch, request);
+        self.list_planes(scratch, query);
         scratch.planes.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance));
         scratch.planes_listed = 0;
         for i in 0..scratch.planes.len() {
             let plane = scratch.planes[i];
-            Lister { scratch, request, plane }.ideal();
+            Lister { scratch, query, plane }.ideal();
         }
     }
 
-    /// Adds the next best candidate to `scratch.candidates`; answers whether there was one. What
+    /// Adds the next best candidate to `scratch.candidates`; returns whether there was one. What
     /// else lies in a plane than the ideal is listed only once it may be next: most requests are
     /// content with the first few.
-    pub(super) fn next_candidate(&self, scratch: &mut Scratch, request: &Request) -> bool {
+    pub(super) fn next_candidate(&self, scratch: &mut Scratch, query: &PlacementQuery) -> bool {
         while let Some(&plane) = scratch.planes.get(scratch.planes_listed)
             && !scratch.waiting.is_full()
             && scratch.waiting.peek().is_none_or(|next| plane.distance < next.cost)
         {
             scratch.planes_listed += 1;
             self.list_footprints(scratch, &plane);
-            let mut lister = Lister { scratch, request, plane };
+            let mut lister = Lister { scratch, query, plane };
             lister.singles();
             lister.pairs();
         }
@@ -123,34 +123,34 @@ impl Surfaces {
 /// Lists the candidates of one plane.
 struct Lister<'a, 'r> {
     scratch: &'a mut Scratch,
-    request: &'a Request<'r>,
+    query: &'a PlacementQuery<'r>,
     plane: Plane,
 }
 
 impl Lister<'_, '_> {
-    /// The sole turned; `None` where the request lets no sole head there.
+    /// The sole turned; `None` where the query lets no sole head there.
     fn sole(&self, turn: f64) -> Option<TurnedSole> {
         let rotation = rotation_about(DVec3::Z, turn);
         let (sin, cos) = libm::sincos(turn);
         let outline = || {
-            self.request
+            self.query
                 .sole_polygon
                 .iter()
                 .take(POLYGON_VERTICES_MAX)
                 .map(|p| DVec2::new(cos, sin).rotate(*p))
                 .collect()
         };
-        let heads = self.request.heads(self.plane.world_from_plane.rotation * rotation);
+        let heads = self.query.heads(self.plane.world_from_plane.rotation * rotation);
         heads.then(|| TurnedSole { turn, rotation, outline: outline() })
     }
 
-    /// Adds the sole turned and then shifted, if within the request's reach.
+    /// Adds the sole turned and then shifted, if within the query's reach.
     fn add(&mut self, sole: &TurnedSole, shift: DVec2, extra_cost: f64) {
         let position = self.plane.world_from_plane * shift.extend(0.0);
-        if self.request.is_near(position) {
+        if self.query.is_near(position) {
             let world_from_sole =
                 Pose::from_parts(position, self.plane.world_from_plane.rotation * sole.rotation);
-            let cost = (position - self.request.ideal.translation).length()
+            let cost = (position - self.query.ideal.translation).length()
                 + TURN_COST * sole.turn.abs()
                 + extra_cost;
             self.scratch.waiting.push(Candidate { cost, world_from_sole });
@@ -201,7 +201,7 @@ impl Lister<'_, '_> {
     /// The sole across each pair of neighbouring parallel features.
     fn pairs(&mut self) {
         let count = self.scratch.footprints.len().min(PAIRED_MAX);
-        let span_max = SPAN_SHARES[1] * 2.0 * self.request.sole_radius();
+        let span_max = SPAN_SHARES[1] * 2.0 * self.query.sole_radius();
         for i in 0..count {
             for j in 0..i {
                 let (one, other) = (&self.scratch.footprints[i], &self.scratch.footprints[j]);
@@ -257,10 +257,11 @@ impl Lister<'_, '_> {
             .iter()
             .find_map(|&margin| shift_within(reach, outer, margin));
         let nearest = into_sole.map(|shift| -shift);
-        let lengthwise_at = |wish: f64| {
-            let moved = [length[0] + wish, length[1] + wish];
-            wish + shift_within(lengthwise, moved, EDGE_MARGINS[1])
-                .unwrap_or_else(|| shift_to_centre(lengthwise, moved))
+        let lengthwise_at = |desired: f64| {
+            let moved = [length[0] + desired, length[1] + desired];
+            desired
+                + shift_within(lengthwise, moved, EDGE_MARGINS[1])
+                    .unwrap_or_else(|| shift_to_centre(lengthwise, moved))
         };
         let start = lengthwise_at(0.0);
         for shift in SHIFTS_ALONG.map(|shift| along * lengthwise_at(start + shift)) {
@@ -301,7 +302,7 @@ pub(super) fn centre_of(sole_polygon: &[DVec2]) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foot_placement::{Effort, FootPlacementConfig};
+    use crate::foot_placement::{FootPlacementConfig, SampleLimits};
     use glam::DVec3;
     use surefoot_shared_types::Shape;
     use surefoot_shared_types::scene::{World, WorldShape};
@@ -321,8 +322,8 @@ mod tests {
         Surfaces::new(&world, FootPlacementConfig::default()).unwrap()
     }
 
-    fn costs(surfaces: &Surfaces, scratch: &mut Scratch, request: &Request) -> Vec<f64> {
-        while surfaces.next_candidate(scratch, request) {}
+    fn costs(surfaces: &Surfaces, scratch: &mut Scratch, query: &PlacementQuery) -> Vec<f64> {
+        while surfaces.next_candidate(scratch, query) {}
         scratch.candidates.iter().map(|candidate| candidate.cost).collect()
     }
 
@@ -338,7 +339,7 @@ mod tests {
                 0.05 * i as f64,
                 0.03 * i as f64,
             ));
-            let request = Request {
+            let query = PlacementQuery {
                 sole_polygon: &sole_polygon,
                 ideal,
                 reach_xy: 0.35,
@@ -347,16 +348,16 @@ mod tests {
                 seed: 1,
                 object: 0,
                 attempt: 0,
-                effort: Effort::default(),
+                limits: SampleLimits::default(),
                 is_free: &|_| true,
             };
-            surfaces.gather(&mut scratch, &request);
-            surfaces.begin_candidates(&mut scratch, &request);
-            let when_due = costs(&surfaces, &mut scratch, &request);
+            surfaces.gather(&mut scratch, &query);
+            surfaces.begin_candidates(&mut scratch, &query);
+            let when_due = costs(&surfaces, &mut scratch, &query);
             assert!(when_due.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9), "best first");
-            surfaces.begin_candidates(&mut scratch, &request);
+            surfaces.begin_candidates(&mut scratch, &query);
             (0..scratch.planes.len()).for_each(|plane| scratch.planes[plane].distance = 0.0);
-            let at_once = costs(&surfaces, &mut scratch, &request);
+            let at_once = costs(&surfaces, &mut scratch, &query);
             assert!(
                 when_due.iter().zip(&at_once).all(|(one, other)| (one - other).abs() < 1e-9)
                     && when_due.len() == at_once.len()

@@ -12,8 +12,8 @@ use super::polygon::{area_and_centroid, inner_distance};
 pub struct FootPlacementConfig {
     /// The smallest support area, m2 (ours: a quarter of a DRC-Hubo sole).
     pub support_area_min: f64,
-    /// How many times `support_area_min` is asked for at first; where too little carries that much
-    /// the bound relaxes, to one time in the end [Grey 4.1.2].
+    /// Factor of `support_area_min` that is required at first; where too little is found the bound
+    /// relaxes to 1 [Grey 4.1.2].
     pub support_area_inflation: f64,
     /// The smallest distance from the support polygon's centroid to its nearest edge, m
     /// [Grey 4.1.2].
@@ -33,18 +33,18 @@ pub struct FootPlacementConfig {
     /// Thickness of the plate above the sole in which nothing may be, m (the thesis's thin
     /// rectangle, 4.2.2).
     pub plate_height: f64,
-    /// Algorithm 1's targets per request, `N_SampleAttempts` [Grey 4.2.2, figure 4.10].
+    /// Algorithm 1's targets per query, `N_SampleAttempts` [Grey 4.2.2, figure 4.10].
     pub sample_attempts_max: u32,
     /// Of these targets the first ones, which lie at the ideal and half a foot about it
     /// [Grey 4.2.2]; at most five.
-    pub sample_attempts_seeded: u32,
+    pub sample_attempts_near_ideal: u32,
     /// Algorithm 1's triplets per target, `N_PlaneAttempts` [Grey 4.2.2, figure 4.10].
     pub plane_attempts_max: u32,
     /// Algorithm 1's placements and swaps per triplet, `N_MaxIterations` [Grey 4.2.2, figure 4.10].
     pub iterations_max: u32,
     /// Of these placements the first ones, which are near the triplet's middle and keep about to
     /// the ideal heading [Grey 4.2.2].
-    pub iterations_seeded: u32,
+    pub iterations_near_ideal: u32,
     /// The nearest intersection points a triplet is drawn from, `N_neighbors` [Grey 4.2.2].
     pub neighbors: usize,
     /// Distance between intersection points along an edge or a line, m.
@@ -53,26 +53,26 @@ pub struct FootPlacementConfig {
     pub support_elements_max: usize,
     /// Most contact points kept by one query of the support.
     pub contact_points_max: usize,
-    /// Most features gathered by one request.
+    /// Most features gathered by one query.
     pub features_max: usize,
-    /// Most planes that one request proposes on.
+    /// Most planes that one query proposes on.
     pub planes_max: usize,
-    /// Most geometric candidates of one request.
+    /// Most geometric candidates of one query.
     pub candidates_max: usize,
-    /// Most intersection points of one request.
+    /// Most intersection points of one query.
     pub intersection_points_max: usize,
     /// Most points of the ground under a sole that is set down; what is beyond is not seen then,
-    /// and refused later.
+    /// and rejected later.
     pub ground_points_max: usize,
 }
 
-/// The share of a small sole's area that must be carried where more is asked for: what the default
-/// asks of the reference robot's.
+/// Fraction of a small sole's area that must be supported where more is required: the default's
+/// fraction of the reference robot's sole.
 const AREA_SHARE_MIN: f64 = 0.26;
 /// The share, of the distance from a small sole's centroid to its nearest edge, that a support
 /// polygon's must have at least; as above.
 const EDGE_DISTANCE_SHARE_MIN: f64 = 0.29;
-/// However small the sole, so many times what the checker asks for must be carried.
+/// For every sole, at least this multiple of the area that the checker requires.
 const OVER_CHECKED: f64 = 1.2;
 
 impl Default for FootPlacementConfig {
@@ -89,10 +89,10 @@ impl Default for FootPlacementConfig {
             friction_margin: degree,
             plate_height: 0.02,
             sample_attempts_max: 40,
-            sample_attempts_seeded: 5,
+            sample_attempts_near_ideal: 5,
             plane_attempts_max: 10,
             iterations_max: 20,
-            iterations_seeded: 4,
+            iterations_near_ideal: 4,
             neighbors: 10,
             point_spacing: 0.05,
             support_elements_max: 16_384,
@@ -107,22 +107,22 @@ impl Default for FootPlacementConfig {
 }
 
 impl FootPlacementConfig {
-    /// Algorithm 1 as it is printed: without seeded targets and placements, and with one bound of
+    /// Algorithm 1 as it is printed: without near targets and placements, and with one bound of
     /// the area [Grey 4.2.2].
     pub fn as_printed() -> Self {
         Self {
             support_area_inflation: 1.0,
-            sample_attempts_seeded: 0,
-            iterations_seeded: 0,
+            sample_attempts_near_ideal: 0,
+            iterations_near_ideal: 0,
             ..Self::default()
         }
     }
 
     /// With what a robot's soles (m, each in its sole frame) have to be carried by, where a
     /// scenario asks for one support area and its checker for another, m2.
-    pub(crate) fn for_soles(soles: &[Vec<DVec2>], asked: f64, checked: f64) -> Self {
+    pub(crate) fn for_soles(soles: &[Vec<DVec2>], required: f64, checked: f64) -> Self {
         let standard = Self::default();
-        let (mut area_min, mut edge_distance_min) = (asked, standard.centroid_edge_distance_min);
+        let (mut area_min, mut edge_distance_min) = (required, standard.centroid_edge_distance_min);
         for sole in soles {
             let (area, centroid) = area_and_centroid(sole);
             area_min = area_min.min(AREA_SHARE_MIN * area);
@@ -130,13 +130,13 @@ impl FootPlacementConfig {
                 edge_distance_min.min(EDGE_DISTANCE_SHARE_MIN * inner_distance(sole, centroid));
         }
         Self {
-            support_area_min: area_min.max(asked.min(OVER_CHECKED * checked)),
+            support_area_min: area_min.max(required.min(OVER_CHECKED * checked)),
             centroid_edge_distance_min: edge_distance_min,
             ..standard
         }
     }
 
-    /// Refuses values outside their range, naming the field.
+    /// Rejects values outside their range, naming the field.
     pub(super) fn validate(&self) -> Result<(), SurfacesError> {
         let reals = [
             ("support_area_min", self.support_area_min, 1e-6, 1.0),
@@ -152,10 +152,15 @@ impl FootPlacementConfig {
         ];
         let counts = [
             ("sample_attempts_max", self.sample_attempts_max as usize, 0, 1_000_000),
-            ("sample_attempts_seeded", self.sample_attempts_seeded as usize, 0, SEEDS_MAX),
+            (
+                "sample_attempts_near_ideal",
+                self.sample_attempts_near_ideal as usize,
+                0,
+                NEAR_TARGETS_MAX,
+            ),
             ("plane_attempts_max", self.plane_attempts_max as usize, 1, 1_000_000),
             ("iterations_max", self.iterations_max as usize, 1, 1_000_000),
-            ("iterations_seeded", self.iterations_seeded as usize, 0, 1_000_000),
+            ("iterations_near_ideal", self.iterations_near_ideal as usize, 0, 1_000_000),
             ("neighbors", self.neighbors, 3, NEIGHBORS_MAX),
             ("support_elements_max", self.support_elements_max, 1, 1 << 24),
             ("contact_points_max", self.contact_points_max, 128, 1 << 20),
@@ -184,8 +189,8 @@ impl FootPlacementConfig {
     }
 }
 
-/// The largest `sample_attempts_seeded`.
-pub(super) const SEEDS_MAX: usize = 5;
+/// The largest `sample_attempts_near_ideal`.
+pub(super) const NEAR_TARGETS_MAX: usize = 5;
 /// The largest `neighbors`: they are kept on the stack.
 pub(super) const NEIGHBORS_MAX: usize = 64;
 

@@ -28,8 +28,8 @@ pub(super) fn merge_coplanar(
         if merger.find(triangle as u32) == triangle as u32
             && merger.normals[triangle] != DVec3::ZERO
         {
-            let straightened = merger.straightened(triangle);
-            face(&straightened);
+            let without_straight_vertices = merger.without_straight_vertices(triangle);
+            face(&without_straight_vertices);
         }
     }
 }
@@ -120,7 +120,7 @@ impl<'a> Merger<'a> {
     }
 
     /// A group's loop without the vertices on straight sides.
-    fn straightened(&self, group: usize) -> Vec<u32> {
+    fn without_straight_vertices(&self, group: usize) -> Vec<u32> {
         let corners = &self.loops[group];
         let n = corners.len();
         let point = |i: usize| self.points[corners[i % n] as usize];

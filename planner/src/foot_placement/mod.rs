@@ -1,15 +1,15 @@
 //! Where a foot can stand, on arbitrary geometry [Grey 4.1.2, 4.2].
 //!
 //! [`Surfaces`] is compiled once from a world: every planar face (coplanar triangles merged), every
-//! line and cap of a round shape, and a bounding volume hierarchy over them. [`Surfaces::support`]
-//! says exactly what carries a sole at a pose; [`Surfaces::propose`] finds poses that carry: set
+//! line and cap of a curved shape, and a bounding volume hierarchy over them. [`Surfaces::support`]
+//! computes what supports a sole at a pose; [`Surfaces::propose`] finds poses that carry: set
 //! down where the ground is rough, read off the geometry elsewhere, and by the thesis's Algorithm 1
 //! after; [`Surfaces::propose_nests`] finds those that only a second face holds. Both work in a
 //! [`Scratch`] of the caller and never touch the heap.
 //!
 //! What is deliberately absent: curved surfaces carry along a line or at a point only, never a
 //! strip; steep walls never carry; a solid that swallows the whole foot shows no surface near the
-//! sole, so the caller's collision test (`is_free`) must refuse it.
+//! sole, so the caller's collision test (`is_free`) must reject it.
 
 mod build;
 mod candidates;
@@ -31,7 +31,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
 pub use config::FootPlacementConfig;
-pub use propose::{Effort, Placement, Request, Source, Tally};
+pub use propose::{PlacementQuery, PlacementStats, SampleLimits, Source, SupportedSole};
 pub use scratch::Scratch;
 pub use surfaces::Surfaces;
 
@@ -69,7 +69,7 @@ pub enum NoSupport {
 }
 
 impl NoSupport {
-    /// Every reason, in the order of [`Tally::refused`].
+    /// Every reason, in the order of [`PlacementStats::rejected`].
     pub const ALL: [Self; 8] = [
         Self::InvalidSole,
         Self::TooSteep,

@@ -1,6 +1,6 @@
 //! Nested placements: a sole on a face too steep to hold it alone, kept from sliding by a second
 //! face that stands against its edge, as in the concave M of figure 4.11. Random planes never find
-//! one: too steep a plane is turned down, and the edge would have to meet the valley exactly
+//! one: too steep a plane is rejected, and the edge would have to meet the valley exactly
 //! [Grey 4.2.3].
 //!
 //! A walk cannot use them yet: planner and checker count forces under the sole only. Hence they
@@ -14,9 +14,11 @@ use surefoot_shared_types::Pose;
 
 use super::candidates::Candidate;
 use super::polygon::{edges, inward_normal};
-use super::propose::{Placement, Proposal, Request, Source, Tally, keep_nearest};
+use super::propose::{
+    PlacementQuery, PlacementStats, Proposal, Source, SupportedSole, keep_nearest,
+};
 use super::scratch::Scratch;
-use super::support::Demand;
+use super::support::SupportRequirement;
 use super::surfaces::{Element, Face, Surfaces};
 use super::{NoSupport, Support};
 use crate::random::{Random, Stream};
@@ -55,32 +57,34 @@ impl Surfaces {
     pub fn propose_nests(
         &self,
         scratch: &mut Scratch,
-        request: &Request,
-        out: &mut dyn FnMut(Placement) -> bool,
-    ) -> Tally {
-        let random =
-            Random::new(request.seed, Stream::FootPlacement, request.object, request.attempt);
-        let mut proposal =
-            Proposal { surfaces: self, scratch, request, random, tally: Tally::default(), out };
-        if request.ideal.is_finite()
-            && request.reach_xy.is_finite()
-            && request.sole_polygon.len() >= 3
-        {
-            proposal.tally.stopped = proposal.nest().is_break();
+        query: &PlacementQuery,
+        out: &mut dyn FnMut(SupportedSole) -> bool,
+    ) -> PlacementStats {
+        let random = Random::new(query.seed, Stream::FootPlacement, query.object, query.attempt);
+        let mut proposal = Proposal {
+            surfaces: self,
+            scratch,
+            query,
+            random,
+            stats: PlacementStats::default(),
+            out,
+        };
+        if query.ideal.is_finite() && query.reach_xy.is_finite() && query.sole_polygon.len() >= 3 {
+            proposal.stats.stopped = proposal.nest().is_break();
         }
-        proposal.tally
+        proposal.stats
     }
 
     /// Lists the nearest faces within reach that are not too steep to be nested on.
-    fn gather_slopes(&self, scratch: &mut Scratch, request: &Request) {
-        let region: Aabb = request.region(1.0);
+    fn gather_slopes(&self, scratch: &mut Scratch, query: &PlacementQuery) {
+        let region: Aabb = query.region(1.0);
         scratch.features.clear();
         for id in self.elements_in(&region).take(self.config.support_elements_max) {
             let Element::Face(face, _) = self.element(id) else { continue };
             if face.normal.z < NORMAL_Z_MIN {
                 continue;
             }
-            self.list_feature(scratch, request, id);
+            self.list_feature(scratch, query, id);
         }
         keep_nearest(scratch, self.config.features_max);
     }
@@ -195,14 +199,14 @@ impl Valley {
 impl Proposal<'_, '_> {
     fn nest(&mut self) -> ControlFlow<()> {
         let surfaces = self.surfaces;
-        surfaces.gather_slopes(self.scratch, self.request);
-        self.tally.features = self.scratch.features.len() as u32;
+        surfaces.gather_slopes(self.scratch, self.query);
+        self.stats.features = self.scratch.features.len() as u32;
         let count = self.scratch.features.len();
         for (i, j) in
             (0..count).flat_map(|i| (0..count).map(move |j| (i, j))).filter(|(i, j)| i != j)
         {
             let [steep, other] = [i, j].map(|k| self.scratch.features[k].1);
-            if let Some(valley) = surfaces.valley(steep, other, self.request.ideal.translation) {
+            if let Some(valley) = surfaces.valley(steep, other, self.query.ideal.translation) {
                 self.try_valley(&valley)?;
             }
         }
@@ -211,15 +215,15 @@ impl Proposal<'_, '_> {
 
     /// Tries the sole with each of its edges in a valley, the nearest place first.
     fn try_valley(&mut self, valley: &Valley) -> ControlFlow<()> {
-        let request = self.request;
+        let query = self.query;
         self.scratch.candidates.clear();
-        for (a, b) in edges(request.sole_polygon) {
+        for (a, b) in edges(query.sole_polygon) {
             let outward = -inward_normal(a, b);
             for shift in SHIFTS_ALONG {
                 let shift = shift.clamp(valley.span[0], valley.span[1]);
-                let world_from_sole = valley.world_from_sole(request.sole_polygon, outward, shift);
-                if request.reaches(&world_from_sole) {
-                    let cost = (world_from_sole.translation - request.ideal.translation).length();
+                let world_from_sole = valley.world_from_sole(query.sole_polygon, outward, shift);
+                if query.reaches(&world_from_sole) {
+                    let cost = (world_from_sole.translation - query.ideal.translation).length();
                     self.scratch.candidates.push(Candidate { cost, world_from_sole });
                 }
             }
@@ -232,15 +236,16 @@ impl Proposal<'_, '_> {
     }
 
     fn examine_nest(&mut self, valley: &Valley, world_from_sole: Pose) -> ControlFlow<()> {
-        self.tally.examined[Source::Nested as usize] += 1;
-        let demand = Demand { braced: true, any_intrusion: false, ..self.demand(0.0) };
+        self.stats.examined[Source::Nested as usize] += 1;
+        let requirement =
+            SupportRequirement { is_braced: true, any_intrusion: false, ..self.requirement(0.0) };
         match self.surfaces.support_of(
             self.scratch,
-            self.request.sole_polygon,
+            self.query.sole_polygon,
             &world_from_sole,
-            demand,
+            requirement,
         ) {
-            Err(reason) => self.tally.refused[reason as usize] += 1,
+            Err(reason) => self.stats.rejected[reason as usize] += 1,
             Ok(support)
                 if !valley.holds(
                     &world_from_sole,
@@ -248,7 +253,7 @@ impl Proposal<'_, '_> {
                     libm::acos(self.surfaces.steepest_cos),
                 ) =>
             {
-                self.tally.refused[NoSupport::TooSteep as usize] += 1;
+                self.stats.rejected[NoSupport::TooSteep as usize] += 1;
             }
             Ok(support) => {
                 let _found_or_not_free = self.hand_out(world_from_sole, support, Source::Nested)?;

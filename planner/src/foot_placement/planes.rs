@@ -5,13 +5,13 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::yaw_of;
 
 use super::pose_on_plane;
-use super::propose::Request;
+use super::propose::PlacementQuery;
 use super::regions::{extent, narrowest_direction};
 use super::scratch::Scratch;
-use super::surfaces::{Element, FACE_VERTICES_MAX, Round, Surfaces};
+use super::surfaces::{CurvedSurface, Element, FACE_VERTICES_MAX, Surfaces};
 
-/// Most round features whose common tangent planes are tried.
-const TANGENT_ROUNDS_MAX: usize = 8;
+/// Most curved features whose common tangent planes are tried.
+const TANGENT_SURFACES_MAX: usize = 8;
 
 /// A plane that a sole may lie in.
 #[derive(Debug, Clone, Copy)]
@@ -41,29 +41,30 @@ impl Footprint {
 }
 
 impl Surfaces {
-    /// The planes of the gathered features, nearest first, then those tangent to two round
+    /// The planes of the gathered features, nearest first, then those tangent to two curved
     /// features.
-    pub(super) fn list_planes(&self, scratch: &mut Scratch, request: &Request) {
+    pub(super) fn list_planes(&self, scratch: &mut Scratch, query: &PlacementQuery) {
         scratch.planes.clear();
-        let mut rounds: heapless::Vec<Round, TANGENT_ROUNDS_MAX> = heapless::Vec::new();
-        let ideal = (request.ideal.translation, yaw_of(request.ideal.rotation));
+        let mut curved_surfaces: heapless::Vec<CurvedSurface, TANGENT_SURFACES_MAX> =
+            heapless::Vec::new();
+        let ideal = (query.ideal.translation, yaw_of(query.ideal.rotation));
         for i in 0..scratch.features.len() {
             match self.element(scratch.features[i].1) {
                 Element::Face(face, vertices) => {
                     self.add_plane(scratch, ideal, face.normal, vertices[0])
                 }
-                Element::Round(round) => {
-                    if let Some(normal) = round.side_normal(DVec3::Z) {
-                        self.add_plane(scratch, ideal, normal, round.line_facing(normal)[0]);
+                Element::Curved(curved) => {
+                    if let Some(normal) = curved.side_normal(DVec3::Z) {
+                        self.add_plane(scratch, ideal, normal, curved.line_with_normal(normal)[0]);
                     }
-                    let _ignored_beyond_the_nearest = rounds.push(*round);
+                    let _ignored_beyond_the_nearest = curved_surfaces.push(*curved);
                 }
             }
         }
-        for (i, one) in rounds.iter().enumerate() {
-            for other in &rounds[..i] {
+        for (i, one) in curved_surfaces.iter().enumerate() {
+            for other in &curved_surfaces[..i] {
                 if let Some(normal) = common_tangent(one, other) {
-                    self.add_plane(scratch, ideal, normal, one.line_facing(normal)[0]);
+                    self.add_plane(scratch, ideal, normal, one.line_with_normal(normal)[0]);
                 }
             }
         }
@@ -119,11 +120,11 @@ impl Surfaces {
                         outline.extend(vertices.iter().map(|&v| in_plane(v).truncate()));
                     }
                 }
-                Element::Round(round) => {
-                    let normal = round
+                Element::Curved(curved) => {
+                    let normal = curved
                         .side_normal(plane.normal)
                         .filter(|n| n.dot(plane.normal) >= self.coplanar_cos);
-                    let top = normal.map(|n| round.line_facing(n).map(in_plane));
+                    let top = normal.map(|n| curved.line_with_normal(n).map(in_plane));
                     let top = top.filter(|ends| ends.iter().all(|p| p.z.abs() <= tolerance));
                     outline.extend(top.iter().flatten().map(|p| p.truncate()));
                 }
@@ -136,8 +137,9 @@ impl Surfaces {
     }
 }
 
-/// The upward normal of the plane that touches two parallel round sides, or two balls, from above.
-fn common_tangent(one: &Round, other: &Round) -> Option<DVec3> {
+/// The upward normal of the plane that touches two parallel curved surfaces, or two balls, from
+/// above.
+fn common_tangent(one: &CurvedSurface, other: &CurvedSurface) -> Option<DVec3> {
     let along = match (one.direction(), other.direction()) {
         (Some(d), Some(e)) if d.dot(e).abs() > 0.9998 => d,
         (None, None) => (other.a - one.a).cross(DVec3::Z).try_normalize()?,

@@ -85,7 +85,7 @@ pub(super) fn spanned(corners: &[DVec3]) -> DVec3 {
 }
 
 /// Sorts `points` and writes their convex hull, counter-clockwise, to `hull`.
-/// `hull` does not grow if it has room for `points.len() + 8`.
+/// `hull` does not grow if its capacity is `points.len() + 8`.
 pub(super) fn convex_hull(points: &mut [DVec2], hull: &mut Vec<DVec2>) {
     hull.clear();
     points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));

@@ -1,4 +1,4 @@
-//! Placements near an ideal one: geometry first, then small variations of it, then Algorithm 1.
+//! Placements near an ideal one: geometry first, then small perturbations of it, then Algorithm 1.
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
@@ -10,26 +10,26 @@ use surefoot_shared_types::spatial::rotation_about;
 
 use super::polygon::area_and_centroid;
 use super::scratch::Scratch;
-use super::support::Demand;
+use super::support::SupportRequirement;
 use super::surfaces::Surfaces;
 use super::{NoSupport, Support};
 use crate::random::{Random, Stream};
 
-/// Candidates that are varied at random.
-const VARIED_MAX: usize = 8;
-/// The largest shift of a varied candidate in its plane, m, and its largest turn, rad.
-const VARIATION: (f64, f64) = (0.04, 0.2);
+/// Candidates that are perturbed at random.
+const PERTURBED_MAX: usize = 8;
+/// The largest shift of a perturbed candidate in its plane, m, and its largest turn, rad.
+const PERTURBATION: (f64, f64) = (0.04, 0.2);
 /// Candidates as alike as this (m, and sine of half the turn) are examined once.
 const ALIKE: f64 = 1e-3;
 /// The reach is searched in boxes that double in size until enough features are found.
 const GATHERING_STEPS: i32 = 4;
 
-/// What a caller asks for.
+/// A query for placements near an ideal one.
 #[derive(Clone, Copy)]
-pub struct Request<'a> {
+pub struct PlacementQuery<'a> {
     /// The sole's outline in the sole frame: convex, counter-clockwise, 3 to 16 vertices, m.
     pub sole_polygon: &'a [DVec2],
-    /// Where the sole is wished for. Of its rotation only the heading counts: the ground decides
+    /// Desired pose of the sole. Of its rotation only the heading counts: the ground decides
     /// the tilt.
     pub ideal: Pose,
     /// The farthest horizontal distance from the ideal position, m.
@@ -44,26 +44,26 @@ pub struct Request<'a> {
     pub object: u64,
     /// Which attempt at it this is, for the random stream.
     pub attempt: u64,
-    /// How hard to try.
-    pub effort: Effort,
+    /// How many placements to examine.
+    pub limits: SampleLimits,
     /// Whether the foot collides with nothing at a pose of its sole.
     pub is_free: &'a dyn Fn(&Pose) -> bool,
 }
 
 /// How many placements to examine, by source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Effort {
+pub struct SampleLimits {
     /// Geometric candidates.
     pub geometric_max: u32,
-    /// Random variations of the nearest of them.
-    pub varied_max: u32,
+    /// Random perturbations of the nearest of them.
+    pub perturbed_max: u32,
     /// Placements drawn by Algorithm 1 (its own three limits hold besides).
     pub sampled_max: u32,
 }
 
-impl Default for Effort {
+impl Default for SampleLimits {
     fn default() -> Self {
-        Self { geometric_max: 256, varied_max: 32, sampled_max: 1_000 }
+        Self { geometric_max: 256, perturbed_max: 32, sampled_max: 1_000 }
     }
 }
 
@@ -72,8 +72,8 @@ impl Default for Effort {
 pub enum Source {
     /// Read off the geometry.
     Geometric,
-    /// A random variation of a geometric one.
-    Varied,
+    /// A random perturbation of a geometric one.
+    Perturbed,
     /// Algorithm 1 [Grey 4.2.2].
     Sampled,
     /// Nested in a concave place, on a face too steep to hold the sole alone [Grey 4.2.3].
@@ -87,7 +87,7 @@ impl Source {
 
 /// A pose at which a sole is carried and the foot is free.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Placement {
+pub struct SupportedSole {
     /// The sole's pose.
     pub world_from_sole: Pose,
     /// What carries it.
@@ -96,15 +96,15 @@ pub struct Placement {
     pub source: Source,
 }
 
-/// What a request did.
+/// Statistics of a query.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct PlacementStats {
     /// Placements handed out, by [`Source`].
     pub found: [u32; Source::COUNT],
     /// Placements examined, by [`Source`].
     pub examined: [u32; Source::COUNT],
-    /// Placements refused, by reason, in the order of [`NoSupport::ALL`].
-    pub refused: [u32; NoSupport::ALL.len()],
+    /// Placements rejected, by reason, in the order of [`NoSupport::ALL`].
+    pub rejected: [u32; NoSupport::ALL.len()],
     /// Placements with support where the foot collides.
     pub not_free: u32,
     /// Algorithm 1's placements that were out of reach.
@@ -113,11 +113,11 @@ pub struct Tally {
     pub planes_unsuitable: u32,
     /// Features gathered; `features_max` of them means that farther ones were left out.
     pub features: u32,
-    /// Whether the caller said enough.
+    /// Whether the caller stopped the query.
     pub stopped: bool,
 }
 
-impl Request<'_> {
+impl PlacementQuery<'_> {
     /// Whether a pose of the sole is within reach of the ideal.
     pub(super) fn reaches(&self, world_from_sole: &Pose) -> bool {
         self.is_near(world_from_sole.translation) && self.heads(world_from_sole.rotation)
@@ -150,7 +150,7 @@ impl Request<'_> {
         self.sole_polygon.iter().map(|p| p.length()).fold(0.0, f64::max)
     }
 
-    /// The box in the world where surfaces may be for this request, its horizontal size scaled by
+    /// The box in the world where surfaces may be for this query, its horizontal size scaled by
     /// `share`.
     pub(super) fn region(&self, share: f64) -> Aabb {
         let side = self.reach_xy * share + self.sole_radius();
@@ -162,68 +162,73 @@ impl Request<'_> {
     }
 }
 
-/// One request on its way.
+/// A query in progress.
 pub(super) struct Proposal<'a, 'r> {
     pub surfaces: &'a Surfaces,
     pub scratch: &'a mut Scratch,
-    pub request: &'a Request<'r>,
+    pub query: &'a PlacementQuery<'r>,
     pub random: Random,
-    pub tally: Tally,
-    pub out: &'a mut dyn FnMut(Placement) -> bool,
+    pub stats: PlacementStats,
+    pub out: &'a mut dyn FnMut(SupportedSole) -> bool,
 }
 
 impl Surfaces {
-    /// Hands placements within reach to `out`, best first, until it returns `false` or the effort
+    /// Hands placements within reach to `out`, best first, until it returns `false` or the limits
     /// is spent. The order depends on nothing but the arguments. An ideal that is not finite finds
     /// nothing.
     pub fn propose(
         &self,
         scratch: &mut Scratch,
-        request: &Request,
-        out: &mut dyn FnMut(Placement) -> bool,
-    ) -> Tally {
-        let random =
-            Random::new(request.seed, Stream::FootPlacement, request.object, request.attempt);
-        let mut proposal =
-            Proposal { surfaces: self, scratch, request, random, tally: Tally::default(), out };
-        if request.ideal.is_finite() && request.reach_xy.is_finite() {
+        query: &PlacementQuery,
+        out: &mut dyn FnMut(SupportedSole) -> bool,
+    ) -> PlacementStats {
+        let random = Random::new(query.seed, Stream::FootPlacement, query.object, query.attempt);
+        let mut proposal = Proposal {
+            surfaces: self,
+            scratch,
+            query,
+            random,
+            stats: PlacementStats::default(),
+            out,
+        };
+        if query.ideal.is_finite() && query.reach_xy.is_finite() {
             let outcome = proposal.run();
-            proposal.tally.stopped = outcome.is_break();
+            proposal.stats.stopped = outcome.is_break();
         }
-        proposal.tally
+        proposal.stats
     }
 
     /// Lists the nearest features within reach that may carry, nearest first.
-    pub(super) fn gather(&self, scratch: &mut Scratch, request: &Request) {
+    pub(super) fn gather(&self, scratch: &mut Scratch, query: &PlacementQuery) {
         for step in (0..GATHERING_STEPS).rev() {
             scratch.features.clear();
-            self.gather_in(scratch, request, &request.region(1.0 / f64::from(1 << step)));
+            self.gather_in(scratch, query, &query.region(1.0 / f64::from(1 << step)));
             if scratch.features.len() >= self.config.features_max {
                 break;
             }
         }
     }
 
-    fn gather_in(&self, scratch: &mut Scratch, request: &Request, region: &Aabb) {
+    fn gather_in(&self, scratch: &mut Scratch, query: &PlacementQuery, region: &Aabb) {
         for (count, id) in self.elements_in(region).enumerate() {
             if count >= self.config.support_elements_max {
-                scratch.features.room.dropped += 1;
+                scratch.features.capacity.dropped += 1;
                 break;
             }
             if !self.may_carry(id) {
                 continue;
             }
-            self.list_feature(scratch, request, id);
+            self.list_feature(scratch, query, id);
         }
         keep_nearest(scratch, self.config.features_max);
     }
 
     /// Lists a feature by its distance from the ideal; of too many only the nearest stay.
-    pub(super) fn list_feature(&self, scratch: &mut Scratch, request: &Request, id: u32) {
+    pub(super) fn list_feature(&self, scratch: &mut Scratch, query: &PlacementQuery, id: u32) {
         if scratch.features.is_full() {
             keep_nearest(scratch, self.config.features_max);
         }
-        let ideal = request.ideal.translation;
+        let ideal = query.ideal.translation;
         let (aside, height) = self.distance_and_height(id, ideal.truncate());
         scratch.features.push((aside + (height - ideal.z).abs(), id));
     }
@@ -236,28 +241,28 @@ pub(super) fn keep_nearest(scratch: &mut Scratch, count: usize) {
 
 impl Proposal<'_, '_> {
     fn run(&mut self) -> ControlFlow<()> {
-        self.surfaces.gather(self.scratch, self.request);
-        self.tally.features = self.scratch.features.len() as u32;
+        self.surfaces.gather(self.scratch, self.query);
+        self.stats.features = self.scratch.features.len() as u32;
         let is_rough = self.is_rough();
         if is_rough {
-            self.propose_settled()?;
+            self.propose_on_rough_ground()?;
         }
-        self.surfaces.begin_candidates(self.scratch, self.request);
+        self.surfaces.begin_candidates(self.scratch, self.query);
         self.propose_geometric()?;
-        if !is_rough && self.tally.found == [0; Source::COUNT] {
-            self.propose_settled()?;
+        if !is_rough && self.stats.found == [0; Source::COUNT] {
+            self.propose_on_rough_ground()?;
         }
-        self.propose_varied()?;
+        self.propose_perturbed()?;
         self.sample()
     }
 
     /// The geometric candidates: first those that carry much, then those that carry enough.
     fn propose_geometric(&mut self) -> ControlFlow<()> {
         self.scratch.deferred.clear();
-        let demand = self.demand(1.0);
+        let requirement = self.requirement(1.0);
         let mut count = 0;
-        while count < self.request.effort.geometric_max
-            && self.surfaces.next_candidate(self.scratch, self.request)
+        while count < self.query.limits.geometric_max
+            && self.surfaces.next_candidate(self.scratch, self.query)
         {
             let last = self.scratch.candidates.len() - 1;
             if self.is_repeated(last) {
@@ -267,27 +272,28 @@ impl Proposal<'_, '_> {
             let examined = self.examine(
                 self.scratch.candidates[last].world_from_sole,
                 Source::Geometric,
-                demand,
+                requirement,
             )?;
-            if examined == Examined::Refused(NoSupport::AreaTooSmall)
-                && demand.area_min > self.demand(0.0).area_min
+            if examined == Examined::Rejected(NoSupport::AreaTooSmall)
+                && requirement.area_min > self.requirement(0.0).area_min
             {
                 self.scratch.deferred.push(last as u32);
             }
         }
         for i in 0..self.scratch.deferred.len() {
             let pose = self.scratch.candidates[self.scratch.deferred[i] as usize].world_from_sole;
-            self.examine(pose, Source::Geometric, self.demand(0.0))?;
+            self.examine(pose, Source::Geometric, self.requirement(0.0))?;
         }
         ControlFlow::Continue(())
     }
 
-    /// The demand with this share of the inflation of the area's bound, from 1 to 0 [Grey 4.1.2].
-    pub(super) fn demand(&self, share: f64) -> Demand {
+    /// The requirement with this share of the inflation of the area's bound, from 1 to 0
+    /// [Grey 4.1.2].
+    pub(super) fn requirement(&self, share: f64) -> SupportRequirement {
         let config = &self.surfaces.config;
         let area_min =
             config.support_area_min * (1.0 + (config.support_area_inflation - 1.0) * share);
-        Demand { area_min, braced: false, any_intrusion: true }
+        SupportRequirement { area_min, is_braced: false, any_intrusion: true }
     }
 
     /// Whether a candidate is like one just before it; costs are sorted, so that is where its like
@@ -302,14 +308,14 @@ impl Proposal<'_, '_> {
         before.take_while(|c| at.cost - c.cost < 2.0 * ALIKE).any(|c| is_alike(&c.world_from_sole))
     }
 
-    fn propose_varied(&mut self) -> ControlFlow<()> {
-        let count = self.scratch.candidates.len().min(VARIED_MAX);
-        for i in 0..self.request.effort.varied_max as usize {
+    fn propose_perturbed(&mut self) -> ControlFlow<()> {
+        let count = self.scratch.candidates.len().min(PERTURBED_MAX);
+        for i in 0..self.query.limits.perturbed_max as usize {
             if count == 0 {
                 break;
             }
             let base = self.scratch.candidates[i % count].world_from_sole;
-            let (shift, turn) = VARIATION;
+            let (shift, turn) = PERTURBATION;
             let shift = DVec3::new(
                 self.random.uniform(-shift, shift),
                 self.random.uniform(-shift, shift),
@@ -317,32 +323,32 @@ impl Proposal<'_, '_> {
             );
             let turn = rotation_about(DVec3::Z, self.random.uniform(-turn, turn));
             let pose = base * Pose::from_parts(shift, turn);
-            if self.request.reaches(&pose) {
-                self.examine(pose, Source::Varied, self.demand(0.0))?;
+            if self.query.reaches(&pose) {
+                self.examine(pose, Source::Perturbed, self.requirement(0.0))?;
             }
         }
         ControlFlow::Continue(())
     }
 
-    /// Hands a placement out if the sole is carried and the foot free there. Whether it was, or the
-    /// caller said enough.
+    /// Hands a placement out if the sole is supported and the foot free there. Returns whether it
+    /// was, or breaks if the caller stops the query.
     pub(super) fn examine(
         &mut self,
         world_from_sole: Pose,
         source: Source,
-        demand: Demand,
+        requirement: SupportRequirement,
     ) -> ControlFlow<(), Examined> {
-        self.tally.examined[source as usize] += 1;
+        self.stats.examined[source as usize] += 1;
         let support = match self.surfaces.support_of(
             self.scratch,
-            self.request.sole_polygon,
+            self.query.sole_polygon,
             &world_from_sole,
-            demand,
+            requirement,
         ) {
             Ok(support) => support,
             Err(reason) => {
-                self.tally.refused[reason as usize] += 1;
-                return ControlFlow::Continue(Examined::Refused(reason));
+                self.stats.rejected[reason as usize] += 1;
+                return ControlFlow::Continue(Examined::Rejected(reason));
             }
         };
         self.hand_out(world_from_sole, support, source)
@@ -355,12 +361,12 @@ impl Proposal<'_, '_> {
         support: Support,
         source: Source,
     ) -> ControlFlow<(), Examined> {
-        if !(self.request.is_free)(&world_from_sole) {
-            self.tally.not_free += 1;
+        if !(self.query.is_free)(&world_from_sole) {
+            self.stats.not_free += 1;
             return ControlFlow::Continue(Examined::NotFree);
         }
-        self.tally.found[source as usize] += 1;
-        if (self.out)(Placement { world_from_sole, support, source }) {
+        self.stats.found[source as usize] += 1;
+        if (self.out)(SupportedSole { world_from_sole, support, source }) {
             ControlFlow::Continue(Examined::Found)
         } else {
             ControlFlow::Break(())
@@ -376,5 +382,5 @@ pub(super) enum Examined {
     /// The foot collides there.
     NotFree,
     /// The sole is not carried there.
-    Refused(NoSupport),
+    Rejected(NoSupport),
 }

@@ -9,25 +9,25 @@ use surefoot_shared_types::spatial::yaw_of;
 
 use super::NoSupport;
 use super::candidates::centre_of;
-use super::config::{NEIGHBORS_MAX, SEEDS_MAX};
+use super::config::{NEAR_TARGETS_MAX, NEIGHBORS_MAX};
 use super::polygon::clip;
 use super::pose_on_plane;
 use super::propose::{Examined, Proposal, Source};
-use super::support::Demand;
+use super::support::SupportRequirement;
 use super::surfaces::Element;
 
 /// Where the first targets lie: at the ideal, then half a foot ahead of it, behind it and to both
 /// sides, m.
-const SEEDS: [DVec3; SEEDS_MAX] = [
+const NEAR_TARGETS: [DVec3; NEAR_TARGETS_MAX] = [
     DVec3::ZERO,
     DVec3::new(0.1, 0.0, 0.0),
     DVec3::new(-0.1, 0.0, 0.0),
     DVec3::new(0.0, 0.1, 0.0),
     DVec3::new(0.0, -0.1, 0.0),
 ];
-/// How far from the triplet's middle, and how far from the ideal heading, seeded placements are, as
+/// How far from the triplet's middle, and how far from the ideal heading, near placements are, as
 /// a share of what others may.
-const SEEDED_SHARE: f64 = 0.25;
+const NEAR_FRACTION: f64 = 0.25;
 /// The share of the attempts over which the bound of the support's area relaxes.
 const RELAXING_SHARE: f64 = 0.25;
 /// Random points taken inside each face.
@@ -49,7 +49,7 @@ impl Proposal<'_, '_> {
     /// The whole of Algorithm 1; each target that leads to a placement hands it out and the next
     /// target follows.
     pub(super) fn sample(&mut self) -> ControlFlow<()> {
-        if self.request.effort.sampled_max == 0 {
+        if self.query.limits.sampled_max == 0 {
             return ControlFlow::Continue(());
         }
         self.sample_intersection();
@@ -58,14 +58,17 @@ impl Proposal<'_, '_> {
             let target = self.sample_target(attempt);
             let relaxed =
                 f64::from(attempt) / (RELAXING_SHARE * f64::from(config.sample_attempts_max));
-            let demand = Demand { any_intrusion: false, ..self.demand((1.0 - relaxed).max(0.0)) };
+            let requirement = SupportRequirement {
+                any_intrusion: false,
+                ..self.requirement((1.0 - relaxed).max(0.0))
+            };
             let neighbors = nearest(&self.scratch.intersection_points, target, config.neighbors);
             if neighbors.len() < 3 {
                 break;
             }
             for _ in 0..config.plane_attempts_max {
                 let triplet = self.sample_triplet(&neighbors);
-                if let TripletEnd::Found = self.try_triplet(triplet, demand)? {
+                if let TripletEnd::Found = self.try_triplet(triplet, requirement)? {
                     break;
                 }
             }
@@ -75,25 +78,29 @@ impl Proposal<'_, '_> {
 
     /// Lines 8 to 19: placements on the triplet's plane, which turns towards whatever is in the
     /// way.
-    fn try_triplet(&mut self, mut triplet: Triplet, demand: Demand) -> ControlFlow<(), TripletEnd> {
+    fn try_triplet(
+        &mut self,
+        mut triplet: Triplet,
+        requirement: SupportRequirement,
+    ) -> ControlFlow<(), TripletEnd> {
         for iteration in 0..self.surfaces.config.iterations_max {
-            if self.tally.examined[Source::Sampled as usize] + self.tally.out_of_reach
-                >= self.request.effort.sampled_max
+            if self.stats.examined[Source::Sampled as usize] + self.stats.out_of_reach
+                >= self.query.limits.sampled_max
             {
                 break;
             }
             let Some(normal) = self.suitable_normal(&triplet) else {
-                self.tally.planes_unsuitable += 1;
+                self.stats.planes_unsuitable += 1;
                 break;
             };
             let pose = self.sample_pose(&triplet, normal, iteration);
-            if !self.request.reaches(&pose) {
-                self.tally.out_of_reach += 1;
+            if !self.query.reaches(&pose) {
+                self.stats.out_of_reach += 1;
                 continue;
             }
-            match self.examine(pose, Source::Sampled, demand)? {
+            match self.examine(pose, Source::Sampled, requirement)? {
                 Examined::Found => return ControlFlow::Continue(TripletEnd::Found),
-                Examined::Refused(NoSupport::Penetrates | NoSupport::FacesDown) => {
+                Examined::Rejected(NoSupport::Penetrates | NoSupport::FacesDown) => {
                     if let Some(point) = self.scratch.intrusion {
                         let closest = (0..3).min_by(|&i, &j| {
                             triplet[i]
@@ -103,7 +110,7 @@ impl Proposal<'_, '_> {
                         triplet[closest.unwrap_or(0)] = point;
                     }
                 }
-                Examined::Refused(_) | Examined::NotFree => {}
+                Examined::Rejected(_) | Examined::NotFree => {}
             }
         }
         ControlFlow::Continue(TripletEnd::Exhausted)
@@ -124,16 +131,16 @@ impl Proposal<'_, '_> {
     /// then anywhere in it, any heading allowed.
     fn sample_pose(&mut self, triplet: &Triplet, normal: DVec3, iteration: u32) -> Pose {
         let share = match iteration {
-            0 if self.surfaces.config.iterations_seeded > 0 => 0.0,
-            i if i < self.surfaces.config.iterations_seeded => SEEDED_SHARE,
+            0 if self.surfaces.config.iterations_near_ideal > 0 => 0.0,
+            i if i < self.surfaces.config.iterations_near_ideal => NEAR_FRACTION,
             _ => 1.0,
         };
         let middle = (triplet[0] + triplet[1] + triplet[2]) / 3.0;
         let point = middle + (self.point_in_triangle(triplet) - middle) * share;
-        let spread = share * self.request.yaw_spread.min(std::f64::consts::PI);
-        let yaw = yaw_of(self.request.ideal.rotation) + self.random.uniform(-spread, spread);
+        let spread = share * self.query.yaw_spread.min(std::f64::consts::PI);
+        let yaw = yaw_of(self.query.ideal.rotation) + self.random.uniform(-spread, spread);
         let turned = pose_on_plane(DVec3::ZERO, normal, yaw).rotation;
-        Pose::from_parts(point - turned * centre_of(self.request.sole_polygon).extend(0.0), turned)
+        Pose::from_parts(point - turned * centre_of(self.query.sole_polygon).extend(0.0), turned)
     }
 
     fn point_in_triangle(&mut self, triangle: &Triplet) -> DVec3 {
@@ -144,17 +151,17 @@ impl Proposal<'_, '_> {
         triangle[0] + (triangle[1] - triangle[0]) * u + (triangle[2] - triangle[0]) * v
     }
 
-    /// `SampleRandomTranslation`: the seeded positions first, then anywhere within reach.
+    /// `SampleRandomTranslation`: the near positions first, then anywhere within reach.
     fn sample_target(&mut self, attempt: u32) -> DVec3 {
-        let request = self.request;
-        if attempt < self.surfaces.config.sample_attempts_seeded {
-            return request.ideal * SEEDS[attempt as usize % SEEDS_MAX];
+        let query = self.query;
+        if attempt < self.surfaces.config.sample_attempts_near_ideal {
+            return query.ideal * NEAR_TARGETS[attempt as usize % NEAR_TARGETS_MAX];
         }
-        let reach = request.reach_xy;
+        let reach = query.reach_xy;
         let x = self.random.uniform(-reach, reach);
         let y = self.random.uniform(-reach, reach);
-        request.ideal.translation
-            + DVec3::new(x, y, self.random.uniform(request.reach_z[0], request.reach_z[1]))
+        query.ideal.translation
+            + DVec3::new(x, y, self.random.uniform(query.reach_z[0], query.reach_z[1]))
     }
 
     /// Three different points.
@@ -184,15 +191,15 @@ impl Proposal<'_, '_> {
     /// Leaves in the clip buffer what of a feature lies within reach: a polygon, a line's two ends,
     /// or a point.
     fn clip_to_reach(&mut self, id: u32) {
-        let region = self.request.region(1.0);
+        let region = self.query.region(1.0);
         let buffer = &mut self.scratch.clip;
         buffer.polygon.clear();
         match self.surfaces.element(id) {
             Element::Face(_, vertices) => buffer.polygon.extend(vertices.iter().copied()),
-            Element::Round(round) => {
-                buffer
-                    .polygon
-                    .extend(round.line_facing(round.side_normal(DVec3::Z).unwrap_or(DVec3::Z)));
+            Element::Curved(curved) => {
+                buffer.polygon.extend(
+                    curved.line_with_normal(curved.side_normal(DVec3::Z).unwrap_or(DVec3::Z)),
+                );
             }
         }
         for axis in 0..3 {
@@ -238,7 +245,7 @@ fn nearest(points: &[DVec3], target: DVec3, count: usize) -> heapless::Vec<DVec3
         }
         let place = nearest.partition_point(|&(known, _)| known <= distance);
         nearest.truncate(count - 1);
-        let _always_has_room = nearest.insert(place, (distance, point));
+        let _always_fits = nearest.insert(place, (distance, point));
     }
     nearest.into_iter().map(|(_, point)| point).collect()
 }

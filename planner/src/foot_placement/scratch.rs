@@ -38,7 +38,7 @@ pub struct Scratch {
     pub(super) clip: ClipBuffer,
     pub(super) contact_points: Bounded<DVec2>,
     pub(super) hull: Vec<DVec2>,
-    /// The point of the last refused support that stands furthest above the sole plane, in the
+    /// The point of the last rejected support that stands furthest above the sole plane, in the
     /// world.
     pub(super) intrusion: Option<DVec3>,
     pub(super) features: Bounded<(f64, u32)>,
@@ -46,11 +46,11 @@ pub struct Scratch {
     /// The planes of which the candidates are listed.
     pub(super) planes_listed: usize,
     pub(super) footprints: Bounded<Footprint>,
-    /// Candidates, best first, as far as they were asked for.
+    /// Candidates, best first, as far as requested.
     pub(super) candidates: Bounded<Candidate>,
     /// Those that are listed and come after.
     pub(super) waiting: BoundedHeap<Candidate>,
-    /// Candidates that carry less than was asked for at first, by index.
+    /// Candidates with less area than required at first, by index.
     pub(super) deferred: Bounded<u32>,
     pub(super) intersection_points: Bounded<DVec3>,
     /// The ground under a sole that is set down, in the sole frame.
@@ -65,7 +65,7 @@ impl Scratch {
             contact_points: Bounded::new(config.contact_points_max),
             hull: Vec::with_capacity(config.contact_points_max + 8),
             intrusion: None,
-            features: Bounded::new(GATHERING_ROOM * config.features_max),
+            features: Bounded::new(GATHERING_FACTOR * config.features_max),
             planes: Bounded::new(config.planes_max),
             planes_listed: 0,
             footprints: Bounded::new(config.features_max),
@@ -94,35 +94,35 @@ impl Scratch {
 
     /// How often anything was left out because its list was full, since this scratch was made.
     pub fn dropped(&self) -> u64 {
-        self.contact_points.room.dropped
-            + self.features.room.dropped
-            + self.planes.room.dropped
-            + self.footprints.room.dropped
-            + self.candidates.room.dropped
-            + self.waiting.room.dropped
-            + self.intersection_points.room.dropped
-            + self.ground.room.dropped
+        self.contact_points.capacity.dropped
+            + self.features.capacity.dropped
+            + self.planes.capacity.dropped
+            + self.footprints.capacity.dropped
+            + self.candidates.capacity.dropped
+            + self.waiting.capacity.dropped
+            + self.intersection_points.capacity.dropped
+            + self.ground.capacity.dropped
     }
 }
 
 /// How many times `features_max` are held while the nearest are being picked.
-const GATHERING_ROOM: usize = 4;
+const GATHERING_FACTOR: usize = 4;
 
-/// How much a list may hold, and what it had no room for.
+/// Capacity of a list, and the number of items dropped beyond it.
 #[derive(Debug)]
-pub(super) struct Room {
+pub(super) struct Capacity {
     count_max: usize,
     /// How many items were dropped so far.
     pub dropped: u64,
 }
 
-impl Room {
+impl Capacity {
     fn new(count_max: usize) -> Self {
         Self { count_max, dropped: 0 }
     }
 
-    /// Whether one more goes to so many; if not, it counts as dropped.
-    fn admits(&mut self, count: usize) -> bool {
+    /// Whether one more item fits beside `count`; if not, it counts as dropped.
+    fn accepts(&mut self, count: usize) -> bool {
         let fits = count < self.count_max;
         self.dropped += u64::from(!fits);
         fits
@@ -133,25 +133,25 @@ impl Room {
 #[derive(Debug)]
 pub(super) struct Bounded<T> {
     items: Vec<T>,
-    /// How much it may hold.
-    pub room: Room,
+    /// Its capacity.
+    pub capacity: Capacity,
 }
 
 impl<T> Bounded<T> {
     fn new(count_max: usize) -> Self {
-        Self { items: Vec::with_capacity(count_max), room: Room::new(count_max) }
+        Self { items: Vec::with_capacity(count_max), capacity: Capacity::new(count_max) }
     }
 
     /// Adds an item, or counts it as dropped.
     pub fn push(&mut self, item: T) {
-        if self.room.admits(self.items.len()) {
+        if self.capacity.accepts(self.items.len()) {
             self.items.push(item);
         }
     }
 
     /// Whether the next push drops.
     pub fn is_full(&self) -> bool {
-        self.items.len() == self.room.count_max
+        self.items.len() == self.capacity.count_max
     }
 
     /// Forgets the items from this index on.
@@ -186,24 +186,24 @@ impl<T> std::ops::DerefMut for Bounded<T> {
 #[derive(Debug)]
 pub(super) struct BoundedHeap<T> {
     items: BinaryHeap<T>,
-    room: Room,
+    capacity: Capacity,
 }
 
 impl<T: Ord> BoundedHeap<T> {
     fn new(count_max: usize) -> Self {
-        Self { items: BinaryHeap::with_capacity(count_max), room: Room::new(count_max) }
+        Self { items: BinaryHeap::with_capacity(count_max), capacity: Capacity::new(count_max) }
     }
 
     /// Adds an item, or counts it as dropped.
     pub fn push(&mut self, item: T) {
-        if self.room.admits(self.items.len()) {
+        if self.capacity.accepts(self.items.len()) {
             self.items.push(item);
         }
     }
 
     /// Whether the next push drops.
     pub fn is_full(&self) -> bool {
-        self.items.len() == self.room.count_max
+        self.items.len() == self.capacity.count_max
     }
 
     /// The greatest item.

@@ -9,14 +9,14 @@ use surefoot_shared_types::spatial::yaw_of;
 
 use super::candidates::centre_of;
 use super::polygon::{clip_to_sides, cross, spanned};
-use super::propose::{Examined, Proposal, Request, Source};
+use super::propose::{Examined, PlacementQuery, Proposal, Source};
 use super::scratch::Scratch;
-use super::support::{Demand, HeldSole};
+use super::support::{PosedSole, SupportRequirement};
 use super::surfaces::{Element, Face, Surfaces};
 use super::{NoSupport, pose_on_plane};
 
 /// Where soles are set down: from the ideal in its heading, m.
-const SPOTS: [DVec2; 13] = [
+const OFFSETS: [DVec2; 13] = [
     DVec2::ZERO,
     DVec2::new(0.05, 0.0),
     DVec2::new(-0.05, 0.0),
@@ -31,13 +31,13 @@ const SPOTS: [DVec2; 13] = [
     DVec2::new(0.0, 0.15),
     DVec2::new(0.0, -0.15),
 ];
-/// The nearest faces whose planes are looked at for room.
+/// The nearest faces whose planes are tested.
 const PLANES_TRIED_MAX: usize = 6;
 /// The share of the sole's area that a wide support has.
 const WIDE_SHARE: f64 = 0.6;
-/// Times that a sole is set down at a spot: as it tilts, its outline comes to lie over other
+/// Times that a sole is set down at an offset: as it tilts, its outline comes to lie over other
 /// ground.
-const SETTLINGS: usize = 3;
+const REST_ITERATIONS: usize = 3;
 /// Times that the triangle below a sole climbs at the most.
 const CLIMBS_MAX: usize = 48;
 /// How far a point may be above the plane of rest, m.
@@ -52,15 +52,15 @@ const BELOW: [DVec3; 3] = [
 ];
 
 impl Proposal<'_, '_> {
-    /// Whether the ground near the ideal is a mesh without a plane there that the sole has room in.
+    /// Whether the ground near the ideal is a mesh without a plane there that the sole fits on.
     pub(super) fn is_rough(&self) -> bool {
-        let sole_area = self.request.sole_area();
+        let sole_area = self.query.sole_area();
         let mesh_face = |&(_, id): &(f64, u32)| match self.surfaces.element(id) {
             Element::Face(face, vertices) if face.of_mesh => Some((face, vertices)),
-            Element::Face(..) | Element::Round(_) => None,
+            Element::Face(..) | Element::Curved(_) => None,
         };
         let features = &self.scratch.features;
-        let has_room = |(plane, _): (&Face, &[DVec3])| {
+        let is_large_enough = |(plane, _): (&Face, &[DVec3])| {
             let coplanar = features
                 .iter()
                 .filter_map(mesh_face)
@@ -68,22 +68,22 @@ impl Proposal<'_, '_> {
             coplanar.map(|(_, vertices)| 0.5 * spanned(vertices).length()).sum::<f64>() >= sole_area
         };
         features.iter().all(|feature| mesh_face(feature).is_some())
-            && !features.iter().take(PLANES_TRIED_MAX).filter_map(mesh_face).any(has_room)
+            && !features.iter().take(PLANES_TRIED_MAX).filter_map(mesh_face).any(is_large_enough)
     }
 
     /// Soles set down near the ideal that are carried widely, then those that are carried at all.
-    pub(super) fn propose_settled(&mut self) -> ControlFlow<()> {
-        let enough = self.demand(0.0);
-        let wide = WIDE_SHARE * self.request.sole_area();
-        let demand = Demand { area_min: enough.area_min.max(wide), ..enough };
-        let mut others: heapless::Vec<Pose, { SPOTS.len() }> = heapless::Vec::new();
-        for spot in SPOTS.iter().take(self.request.effort.geometric_max as usize) {
-            let Some(pose) = self.surfaces.settle(self.scratch, self.request, *spot) else {
+    pub(super) fn propose_on_rough_ground(&mut self) -> ControlFlow<()> {
+        let enough = self.requirement(0.0);
+        let wide = WIDE_SHARE * self.query.sole_area();
+        let requirement = SupportRequirement { area_min: enough.area_min.max(wide), ..enough };
+        let mut others: heapless::Vec<Pose, { OFFSETS.len() }> = heapless::Vec::new();
+        for offset in OFFSETS.iter().take(self.query.limits.geometric_max as usize) {
+            let Some(pose) = self.surfaces.rest_pose(self.scratch, self.query, *offset) else {
                 continue;
             };
-            if self.request.reaches(&pose)
-                && self.examine(pose, Source::Geometric, demand)?
-                    == Examined::Refused(NoSupport::AreaTooSmall)
+            if self.query.reaches(&pose)
+                && self.examine(pose, Source::Geometric, requirement)?
+                    == Examined::Rejected(NoSupport::AreaTooSmall)
             {
                 others.extend([pose]);
             }
@@ -102,17 +102,22 @@ impl Surfaces {
             && (one.offset - other.offset).abs() <= self.config.plane_distance_max
     }
 
-    /// Where the sole comes to rest when it is set down at a spot, heading for the ideal yaw;
+    /// Where the sole comes to rest when it is set down at an offset, heading for the ideal yaw;
     /// `None` where nothing holds its middle, or only what is too steep.
-    fn settle(&self, scratch: &mut Scratch, request: &Request, spot: DVec2) -> Option<Pose> {
-        let yaw = yaw_of(request.ideal.rotation);
+    fn rest_pose(
+        &self,
+        scratch: &mut Scratch,
+        query: &PlacementQuery,
+        offset: DVec2,
+    ) -> Option<Pose> {
+        let yaw = yaw_of(query.ideal.rotation);
         let (sin, cos) = libm::sincos(yaw);
-        let position = request.ideal.translation + DVec2::new(cos, sin).rotate(spot).extend(0.0);
+        let position = query.ideal.translation + DVec2::new(cos, sin).rotate(offset).extend(0.0);
         let mut pose = pose_on_plane(position, DVec3::Z, yaw);
-        let middle = centre_of(request.sole_polygon);
-        let mut heights = request.reach_z;
-        for _ in 0..SETTLINGS {
-            self.gather_ground(scratch, request.sole_polygon, &pose, heights);
+        let middle = centre_of(query.sole_polygon);
+        let mut heights = query.reach_z;
+        for _ in 0..REST_ITERATIONS {
+            self.gather_ground(scratch, query.sole_polygon, &pose, heights);
             let [a, b, c] = resting_triangle(&scratch.ground, middle)?.map(|point| pose * point);
             let normal = (b - a).cross(c - a).normalize();
             if !self.is_flat_enough(normal) {
@@ -135,7 +140,7 @@ impl Surfaces {
         [lowest, highest]: [f64; 2],
     ) {
         scratch.ground.clear();
-        let sole = HeldSole::new(outline, world_from_sole);
+        let sole = PosedSole::new(outline, world_from_sole);
         let region = sole.region(lowest, highest);
         for id in self.elements_in(&region).take(self.config.support_elements_max) {
             scratch.clip.polygon.clear();
@@ -144,9 +149,9 @@ impl Surfaces {
                     scratch.clip.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
                 }
                 Element::Face(..) => {}
-                Element::Round(round) => {
-                    let normal = round.side_normal(world_from_sole.rotation * DVec3::Z);
-                    let line = normal.map(|normal| round.line_facing(normal));
+                Element::Curved(curved) => {
+                    let normal = curved.side_normal(world_from_sole.rotation * DVec3::Z);
+                    let line = normal.map(|normal| curved.line_with_normal(normal));
                     scratch
                         .clip
                         .polygon

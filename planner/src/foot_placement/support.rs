@@ -10,7 +10,7 @@ use super::polygon::{
     inner_distance, sides_of, simplify, width,
 };
 use super::scratch::{Bounded, Scratch};
-use super::surfaces::{Element, Face, Round, RoundEnds, Surfaces};
+use super::surfaces::{CurvedSurface, Element, Face, SurfaceEnds, Surfaces};
 use super::{NoSupport, Support};
 use crate::collision::bvh;
 
@@ -19,24 +19,24 @@ const OUTLINE_INSET: f64 = 1e-4;
 /// How far a surface that faces down must be below the sole plane not to lie on top of the ground
 /// there, m.
 const COVER_DEPTH: f64 = 1e-4;
-/// Halvings of the search for the point of a round axis nearest to the plate.
+/// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
-/// What a support must offer.
+/// Requirements on a support.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Demand {
+pub(super) struct SupportRequirement {
     /// The smallest area, m2.
     pub area_min: f64,
     /// Whether surfaces steeper than friction holds carry too: something else keeps the foot from
     /// sliding.
-    pub braced: bool,
-    /// Whether any surface that stands in the outline is enough to refuse the sole; else it is the
+    pub is_braced: bool,
+    /// Whether any surface that stands in the outline is enough to reject the sole; else it is the
     /// highest that is remembered.
     pub any_intrusion: bool,
 }
 
-/// A sole held at a pose.
-pub(super) struct HeldSole<'a> {
+/// A sole at a pose.
+pub(super) struct PosedSole<'a> {
     outline: &'a [DVec2],
     /// The outline's sides.
     pub(super) sides: Sides,
@@ -45,10 +45,10 @@ pub(super) struct HeldSole<'a> {
     sole_from_world: DMat3,
     normal: DVec3,
     /// Whether steep surfaces carry it too.
-    braced: bool,
+    is_braced: bool,
 }
 
-impl<'a> HeldSole<'a> {
+impl<'a> PosedSole<'a> {
     /// A sole that only surfaces within the friction cone carry.
     pub(super) fn new(outline: &'a [DVec2], world_from_sole: &'a Pose) -> Self {
         let rotation = DMat3::from_quat(world_from_sole.rotation);
@@ -58,7 +58,7 @@ impl<'a> HeldSole<'a> {
             world_from_sole,
             sole_from_world: rotation.transpose(),
             normal: rotation.z_axis,
-            braced: false,
+            is_braced: false,
         }
     }
 
@@ -101,41 +101,46 @@ impl Findings {
 }
 
 impl Surfaces {
-    /// The exact support of a sole held at a pose: the hull of all places within the outline where
+    /// The exact support of a sole at a pose: the hull of all places within the outline where
     /// a surface is within `plane_distance_max` of the sole plane, aligned with it and inside the
     /// friction cone [Grey 4.1.2].
     ///
     /// # Errors
-    /// Why there is none. `scratch` then remembers what stood in the way.
+    /// Why there is none. `scratch` then holds the highest point of the obstacle.
     pub fn support(
         &self,
         scratch: &mut Scratch,
         sole_polygon: &[DVec2],
         world_from_sole: &Pose,
     ) -> Result<Support, NoSupport> {
-        let demand =
-            Demand { area_min: self.config.support_area_min, braced: false, any_intrusion: false };
-        self.support_of(scratch, sole_polygon, world_from_sole, demand)
+        let requirement = SupportRequirement {
+            area_min: self.config.support_area_min,
+            is_braced: false,
+            any_intrusion: false,
+        };
+        self.support_of(scratch, sole_polygon, world_from_sole, requirement)
     }
 
-    /// The support of a sole at a pose if it offers what is demanded.
+    /// The support of a sole at a pose if it meets the requirement.
     pub(super) fn support_of(
         &self,
         scratch: &mut Scratch,
         sole_polygon: &[DVec2],
         world_from_sole: &Pose,
-        demand: Demand,
+        requirement: SupportRequirement,
     ) -> Result<Support, NoSupport> {
         scratch.intrusion = None;
         if !is_sole(sole_polygon) || !world_from_sole.is_finite() {
             return Err(NoSupport::InvalidSole);
         }
-        let sole =
-            HeldSole { braced: demand.braced, ..HeldSole::new(sole_polygon, world_from_sole) };
-        if !sole.braced && !self.is_flat_enough(sole.normal) {
+        let sole = PosedSole {
+            is_braced: requirement.is_braced,
+            ..PosedSole::new(sole_polygon, world_from_sole)
+        };
+        if !sole.is_braced && !self.is_flat_enough(sole.normal) {
             return Err(NoSupport::TooSteep);
         }
-        let findings = self.examine(scratch, &sole, demand.any_intrusion)?;
+        let findings = self.examine(scratch, &sole, requirement.any_intrusion)?;
         if let Some(point) = findings.intrusion {
             scratch.intrusion = Some(*world_from_sole * point);
             let is_inside_out = findings.faces_down && scratch.contact_points.is_empty();
@@ -144,14 +149,14 @@ impl Surfaces {
         if scratch.contact_points.is_empty() {
             return Err(NoSupport::NothingBelow);
         }
-        self.judge_contacts(scratch, demand.area_min)
+        self.evaluate_contacts(scratch, requirement.area_min)
     }
 
     /// Collects contact points and intrusions, or just one of these.
     fn examine(
         &self,
         scratch: &mut Scratch,
-        sole: &HeldSole,
+        sole: &PosedSole,
         any_intrusion: bool,
     ) -> Result<Findings, NoSupport> {
         scratch.contact_points.clear();
@@ -167,7 +172,9 @@ impl Surfaces {
                 Element::Face(face, vertices) => {
                     self.examine_face(scratch, (sole, &plate), &mut findings, face, vertices)
                 }
-                Element::Round(round) => self.examine_round(scratch, sole, &mut findings, round),
+                Element::Curved(curved) => {
+                    self.examine_curved(scratch, sole, &mut findings, curved)
+                }
             }
             if any_intrusion && findings.intrusion.is_some() {
                 break;
@@ -179,7 +186,7 @@ impl Surfaces {
     fn examine_face(
         &self,
         scratch: &mut Scratch,
-        (sole, plate): (&HeldSole, &bvh::Aabb),
+        (sole, plate): (&PosedSole, &bvh::Aabb),
         findings: &mut Findings,
         face: &Face,
         vertices: &[DVec3],
@@ -208,7 +215,7 @@ impl Surfaces {
                 .filter(|p| p.z > obstructs_above)
                 .for_each(|p| findings.intrude(*p));
         }
-        if alignment >= self.carrying_cos && (sole.braced || self.is_flat_enough(face.normal)) {
+        if alignment >= self.carrying_cos && (sole.is_braced || self.is_flat_enough(face.normal)) {
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
             clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
             if !face.of_mesh && width(&buffer.polygon) < self.config.contact_width_min {
@@ -224,24 +231,24 @@ impl Surfaces {
         }
     }
 
-    fn examine_round(
+    fn examine_curved(
         &self,
         scratch: &mut Scratch,
-        sole: &HeldSole,
+        sole: &PosedSole,
         findings: &mut Findings,
-        round: &Round,
+        curved: &CurvedSurface,
     ) {
         let tolerance = self.config.plane_distance_max;
-        let (a, b) = (sole.in_sole(round.a), sole.in_sole(round.b));
-        if a.z.max(b.z) + round.radius < -tolerance {
+        let (a, b) = (sole.in_sole(curved.a), sole.in_sole(curved.b));
+        if a.z.max(b.z) + curved.radius < -tolerance {
             return;
         }
-        if round.ends == RoundEnds::Ball {
-            if let Some(point) = self.intrusion_of_round(sole, round, a, b) {
+        if curved.ends == SurfaceEnds::Spherical {
+            if let Some(point) = self.intrusion_of_curved(sole, curved, a, b) {
                 findings.intrude(point);
             }
             for end in [a, b] {
-                let point = end + DVec3::Z * round.radius;
+                let point = end + DVec3::Z * curved.radius;
                 if point.z.abs() <= tolerance
                     && inner_distance(sole.outline, point.truncate()) >= 0.0
                 {
@@ -249,11 +256,11 @@ impl Surfaces {
                 }
             }
         }
-        let Some(side_normal) = round.side_normal(sole.normal) else { return };
+        let Some(side_normal) = curved.side_normal(sole.normal) else { return };
         if side_normal.dot(sole.normal) < self.carrying_cos || !self.is_flat_enough(side_normal) {
             return;
         }
-        let offset = sole.sole_from_world * side_normal * round.radius;
+        let offset = sole.sole_from_world * side_normal * curved.radius;
         let buffer = &mut scratch.clip;
         buffer.polygon.clear();
         buffer.polygon.extend([a + offset, b + offset]);
@@ -271,10 +278,10 @@ impl Surfaces {
 
     /// Where a capsule or ball with the axis `a b` (sole frame) stands in the plate above the sole,
     /// if it does.
-    fn intrusion_of_round(
+    fn intrusion_of_curved(
         &self,
-        sole: &HeldSole,
-        round: &Round,
+        sole: &PosedSole,
+        curved: &CurvedSurface,
         a: DVec3,
         b: DVec3,
     ) -> Option<DVec3> {
@@ -294,12 +301,16 @@ impl Surfaces {
         }
         let nearest = 0.5 * (from + to);
         let point = a + (b - a) * nearest;
-        (distance(nearest) < round.radius - OUTLINE_INSET)
-            .then(|| point.truncate().extend((point.z + round.radius).min(high)))
+        (distance(nearest) < curved.radius - OUTLINE_INSET)
+            .then(|| point.truncate().extend((point.z + curved.radius).min(high)))
     }
 
     /// The support that the collected contact points make.
-    fn judge_contacts(&self, scratch: &mut Scratch, area_min: f64) -> Result<Support, NoSupport> {
+    fn evaluate_contacts(
+        &self,
+        scratch: &mut Scratch,
+        area_min: f64,
+    ) -> Result<Support, NoSupport> {
         convex_hull(&mut scratch.contact_points, &mut scratch.hull);
         simplify(&mut scratch.hull, POLYGON_VERTICES_MAX);
         let (area, centroid) = area_and_centroid(&scratch.hull);

@@ -1,4 +1,4 @@
-//! The compiled world: flat faces and round lines, with a bounding volume hierarchy over both.
+//! The compiled world: flat faces and curved surfaces, with a bounding volume hierarchy over both.
 
 use glam::{DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
@@ -25,18 +25,18 @@ pub(super) struct Face {
     pub of_mesh: bool,
 }
 
-/// How a round shape ends.
+/// How a curved shape ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum RoundEnds {
+pub(super) enum SurfaceEnds {
     /// A cylinder: the flat caps and the side are also faces, for collision.
     Flat,
     /// A capsule or a ball.
-    Ball,
+    Spherical,
 }
 
 /// The side of a cylinder, a capsule, or a ball (`a == b`).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Round {
+pub(super) struct CurvedSurface {
     /// One end of the axis.
     pub a: DVec3,
     /// The other end.
@@ -44,17 +44,17 @@ pub(super) struct Round {
     /// The radius, m.
     pub radius: f64,
     /// Its ends.
-    pub ends: RoundEnds,
+    pub ends: SurfaceEnds,
 }
 
-impl Round {
+impl CurvedSurface {
     /// The axis direction, or `None` for a ball.
     pub fn direction(&self) -> Option<DVec3> {
         (self.b - self.a).try_normalize()
     }
 
     /// The line of the side where this is its unit normal, from end to end.
-    pub fn line_facing(&self, side_normal: DVec3) -> [DVec3; 2] {
+    pub fn line_with_normal(&self, side_normal: DVec3) -> [DVec3; 2] {
         [self.a, self.b].map(|end| end + side_normal * self.radius)
     }
 
@@ -72,8 +72,8 @@ impl Round {
 pub(super) enum Element<'a> {
     /// A face and its vertices, counter-clockwise seen from outside.
     Face(&'a Face, &'a [DVec3]),
-    /// A round side.
-    Round(&'a Round),
+    /// A curved surface.
+    Curved(&'a CurvedSurface),
 }
 
 /// Everything that a sole can rest on or bump into, compiled once from a world.
@@ -82,7 +82,7 @@ pub struct Surfaces {
     pub(super) config: FootPlacementConfig,
     pub(super) faces: Vec<Face>,
     pub(super) vertices: Vec<DVec3>,
-    pub(super) rounds: Vec<Round>,
+    pub(super) curved_surfaces: Vec<CurvedSurface>,
     bvh: Bvh,
     /// The cosine of the steepest tilt of a carrying surface.
     pub(super) steepest_cos: f64,
@@ -99,15 +99,15 @@ impl Surfaces {
     /// A parameter out of range, or a shape without volume (named).
     pub fn new(world: &World, config: FootPlacementConfig) -> Result<Self, SurfacesError> {
         config.validate()?;
-        let parts = build::parts_of(world)?;
+        let elements = build::elements_of(world)?;
         let steepest = (libm::atan(world.mu) - config.friction_margin).max(0.0);
         let [carrying_cos, coplanar_cos] =
             [config.normal_tilt_max, config.plane_tilt_max].map(libm::cos);
         let mut surfaces = Self {
             config,
-            faces: parts.faces,
-            vertices: parts.vertices,
-            rounds: parts.rounds,
+            faces: elements.faces,
+            vertices: elements.vertices,
+            curved_surfaces: elements.curved_surfaces,
             bvh: Bvh::new(),
             steepest_cos: libm::cos(steepest) - 1e-12,
             carrying_cos,
@@ -124,16 +124,16 @@ impl Surfaces {
         &self.config
     }
 
-    /// How many faces and round sides it holds.
+    /// How many faces and curved surfaces it holds.
     pub fn element_count(&self) -> u32 {
-        (self.faces.len() + self.rounds.len()) as u32
+        (self.faces.len() + self.curved_surfaces.len()) as u32
     }
 
     /// Bytes on the heap.
     pub fn heap_bytes(&self) -> usize {
         size_of_val(self.faces.as_slice())
             + size_of_val(self.vertices.as_slice())
-            + size_of_val(self.rounds.as_slice())
+            + size_of_val(self.curved_surfaces.as_slice())
             + self.bvh.heap_memory_size()
     }
 
@@ -141,11 +141,11 @@ impl Surfaces {
     pub(super) fn element(&self, id: u32) -> Element<'_> {
         match self.faces.get(id as usize) {
             Some(face) => Element::Face(face, self.face_vertices(face)),
-            None => Element::Round(&self.rounds[id as usize - self.faces.len()]),
+            None => Element::Curved(&self.curved_surfaces[id as usize - self.faces.len()]),
         }
     }
 
-    /// The elements whose boxes meet the box from `lower` to `upper`, in a fixed order.
+    /// The elements whose boxes overlap the box from `lower` to `upper`, in a fixed order.
     pub(super) fn elements_in<'a>(&'a self, region: &'a Aabb) -> impl Iterator<Item = u32> + 'a {
         self.bvh.intersect_aabb(region)
     }
@@ -159,8 +159,8 @@ impl Surfaces {
     pub(super) fn may_carry(&self, id: u32) -> bool {
         match self.element(id) {
             Element::Face(face, _) => self.is_flat_enough(face.normal),
-            Element::Round(round) => {
-                round.side_normal(DVec3::Z).is_some_and(|n| self.is_flat_enough(n))
+            Element::Curved(curved) => {
+                curved.side_normal(DVec3::Z).is_some_and(|n| self.is_flat_enough(n))
             }
         }
     }
@@ -175,12 +175,15 @@ impl Surfaces {
                     / face.normal.z.max(1e-6);
                 ((near - from).length(), height)
             }
-            Element::Round(round) => {
-                let (a, b) = (round.a.truncate(), round.b.truncate());
+            Element::Curved(curved) => {
+                let (a, b) = (curved.a.truncate(), curved.b.truncate());
                 let near = super::polygon::closest_on_segment(a, b, from);
                 let length = (b - a).length();
                 let share = if length < 1e-12 { 0.0 } else { (near - a).length() / length };
-                ((near - from).length(), round.a.z + share * (round.b.z - round.a.z) + round.radius)
+                (
+                    (near - from).length(),
+                    curved.a.z + share * (curved.b.z - curved.a.z) + curved.radius,
+                )
             }
         }
     }
@@ -192,9 +195,9 @@ impl Surfaces {
     fn element_box(&self, id: u32) -> Aabb {
         match self.element(id) {
             Element::Face(_, vertices) => Aabb::from_points_ref(vertices),
-            Element::Round(round) => {
-                let reach = DVec3::splat(round.radius);
-                Aabb::new(round.a.min(round.b) - reach, round.a.max(round.b) + reach)
+            Element::Curved(curved) => {
+                let reach = DVec3::splat(curved.radius);
+                Aabb::new(curved.a.min(curved.b) - reach, curved.a.max(curved.b) + reach)
             }
         }
     }

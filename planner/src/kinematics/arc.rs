@@ -1,22 +1,22 @@
-//! Turns about an axis as sine and cosine, and arcs of them: what a joint's limits admit, told
+//! Turns about an axis as sine and cosine, and intervals of them: what a joint's limits admit, told
 //! without taking the angle.
 
 use glam::DVec3;
 
-/// How far beyond its limits (as a difference of cosines) an arc still says "perhaps".
-const DOUBT: f64 = 1e-9;
+/// How far beyond its limits (as a difference of cosines) an interval still says "perhaps".
+const COSINE_TOLERANCE: f64 = 1e-9;
 
 /// The sine and cosine of an angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turn {
+pub struct UnitRotation {
     /// Its sine.
     pub sin: f64,
     /// Its cosine.
     pub cos: f64,
 }
 
-impl Turn {
-    /// The turn between 0 and pi with this cosine (-1 to 1).
+impl UnitRotation {
+    /// The rotation between 0 and pi with this cosine (-1 to 1).
     pub fn of_cosine(cos: f64) -> Self {
         Self { sin: ((1.0 - cos) * (1.0 + cos)).sqrt(), cos }
     }
@@ -26,13 +26,13 @@ impl Turn {
         libm::atan2(self.sin, self.cos)
     }
 
-    /// The turn whose sine and cosine are in proportion to these.
+    /// The rotation whose sine and cosine are in proportion to these.
     pub fn in_proportion(sin: f64, cos: f64) -> Self {
         let scale = 1.0 / (sin * sin + cos * cos).sqrt();
         Self { sin: sin * scale, cos: cos * scale }
     }
 
-    /// Both turns, one after the other.
+    /// Both rotations, one after the other.
     pub fn then(self, other: Self) -> Self {
         Self {
             sin: self.sin * other.cos + self.cos * other.sin,
@@ -40,17 +40,17 @@ impl Turn {
         }
     }
 
-    /// The turn back.
+    /// The rotation back.
     pub fn back(self) -> Self {
         Self { sin: -self.sin, ..self }
     }
 
-    /// Half a turn more.
+    /// Half a rotation more.
     pub fn opposite(self) -> Self {
         Self { sin: -self.sin, cos: -self.cos }
     }
 
-    /// Half a turn less this one.
+    /// Half a rotation less this one.
     pub fn mirrored(self) -> Self {
         Self { cos: -self.cos, ..self }
     }
@@ -68,25 +68,25 @@ impl Turn {
 
 /// The angles between two limits.
 #[derive(Debug, Clone, Copy)]
-pub struct Arc {
-    middle: Turn,
-    /// The cosine of half the arc, or less than any cosine where it is a full turn.
+pub struct AngleInterval {
+    middle: UnitRotation,
+    /// The cosine of half the interval, or less than any cosine where it is a full rotation.
     cos_half: f64,
 }
 
-impl Arc {
-    /// The arc between two limits (rad), in either order.
+impl AngleInterval {
+    /// The interval between two limits (rad), in either order.
     pub fn of_limits(a: f64, b: f64) -> Self {
         let (sin, cos) = libm::sincos(0.5 * (a + b));
         let half = 0.5 * (a - b).abs();
         let cos_half = if half < std::f64::consts::PI { libm::cos(half) } else { -2.0 };
-        Self { middle: Turn { sin, cos }, cos_half }
+        Self { middle: UnitRotation { sin, cos }, cos_half }
     }
 
-    /// Whether a turn's angle may lie within the arc; `false` is certain, but for rounding far
-    /// smaller than any margin. Never for a turn that is no number.
-    pub fn may_hold(&self, turn: Turn) -> bool {
-        turn.cos * self.middle.cos + turn.sin * self.middle.sin >= self.cos_half - DOUBT
+    /// Whether a rotation's angle may lie within the interval; `false` is certain, but for rounding
+    /// far smaller than any margin. Never for a rotation that is no number.
+    pub fn may_contain(&self, turn: UnitRotation) -> bool {
+        turn.cos * self.middle.cos + turn.sin * self.middle.sin >= self.cos_half - COSINE_TOLERANCE
     }
 }
 
@@ -100,24 +100,27 @@ mod tests {
             for step in -31..=31 {
                 let angle = 0.1 * f64::from(step) + 0.003;
                 let (sin, cos) = libm::sincos(angle);
-                let turn = Turn::in_proportion(0.3 * sin, 0.3 * cos);
+                let turn = UnitRotation::in_proportion(0.3 * sin, 0.3 * cos);
                 assert_eq!(
-                    Arc::of_limits(upper, lower).may_hold(turn),
+                    AngleInterval::of_limits(upper, lower).may_contain(turn),
                     (lower..=upper).contains(&angle),
                     "{angle}"
                 );
             }
         }
-        assert!(!Arc::of_limits(-4.0, 4.0).may_hold(Turn { sin: f64::NAN, cos: 0.0 }));
+        assert!(
+            !AngleInterval::of_limits(-4.0, 4.0)
+                .may_contain(UnitRotation { sin: f64::NAN, cos: 0.0 })
+        );
     }
 
     #[test]
     fn turns_follow_the_angles() {
-        let turn = |angle: f64| Turn { sin: libm::sin(angle), cos: libm::cos(angle) };
+        let turn = |angle: f64| UnitRotation { sin: libm::sin(angle), cos: libm::cos(angle) };
         for (a, b) in [(0.3, 1.1), (-2.0, 0.7), (1.4, -0.2)] {
             assert!((turn(a).then(turn(b)).angle() - (a + b)).abs() < 1e-12);
             assert!((turn(a).then(turn(b).back()).angle() - (a - b)).abs() < 1e-12);
-            assert!((Turn::of_cosine(libm::cos(a)).angle() - a.abs()).abs() < 1e-12);
+            assert!((UnitRotation::of_cosine(libm::cos(a)).angle() - a.abs()).abs() < 1e-12);
             assert!((turn(a).opposite().then(turn(-a)).cos + 1.0).abs() < 1e-12);
         }
     }

@@ -18,7 +18,7 @@ use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::JointKind;
 
-use super::arc::{Arc, Turn};
+use super::arc::{AngleInterval, UnitRotation};
 use super::leg::{LegJoint, LegPositions};
 
 /// How exactly axes must meet and be parallel, m and sine of the angle.
@@ -36,37 +36,37 @@ pub struct ClosedForm {
     zero_rotation_inverse: DMat3,
     knee: DVec3,
     shank: DVec3,
-    stretch: Stretch,
+    knee_distance: KneeDistance,
     signs: [f64; 6],
     /// Each joint's limits, counted about the axes' own directions.
-    arcs: [Arc; 6],
+    intervals: [AngleInterval; 6],
 }
 
-/// How the distance between ankle and hip follows from the knee's turn: its square is
+/// How the distance between ankle and hip follows from the knee's rotation: its square is
 /// `base + 2 amplitude cos(q4 - phase)`.
 #[derive(Debug, Clone)]
-struct Stretch {
+struct KneeDistance {
     base: f64,
     amplitude: f64,
-    phase: Turn,
+    phase: UnitRotation,
 }
 
-impl Stretch {
+impl KneeDistance {
     fn new(knee: DVec3, shank: DVec3) -> Self {
         let (u, v) = (knee, shank);
         let along = u.y + v.y;
         let (uu, vv) = (u.x * u.x + u.z * u.z, v.x * v.x + v.z * v.z);
-        let phase = Turn::in_proportion(u.x * v.z - u.z * v.x, u.x * v.x + u.z * v.z);
+        let phase = UnitRotation::in_proportion(u.x * v.z - u.z * v.x, u.x * v.x + u.z * v.z);
         Self { base: along * along + uu + vv, amplitude: libm::sqrt(uu * vv), phase }
     }
 }
 
-/// The turns of the six joints, hip yaw first.
-type Branch = [Turn; 6];
+/// The rotations of the six joints, hip yaw first.
+type Branch = [UnitRotation; 6];
 
 impl ClosedForm {
     /// The closed form of these joints, if their axes allow one.
-    pub fn recognise(joints: &[LegJoint], zero_root_from_sole: &Pose) -> Option<Self> {
+    pub fn detect(joints: &[LegJoint], zero_root_from_sole: &Pose) -> Option<Self> {
         let joints: &[LegJoint; 6] = joints.try_into().ok()?;
         if joints.iter().any(|joint| joint.kind != JointKind::Revolute) {
             return None;
@@ -89,9 +89,9 @@ impl ClosedForm {
             hip,
             ankle_from_foot: zero_root_from_sole.inverse_transform_point(ankle),
             zero_rotation_inverse: zero_rotation.transpose() * root_from_axes,
-            stretch: Stretch::new(knee, shank),
-            arcs: std::array::from_fn(|i| {
-                Arc::of_limits(signs[i] * joints[i].lower, signs[i] * joints[i].upper)
+            knee_distance: KneeDistance::new(knee, shank),
+            intervals: std::array::from_fn(|i| {
+                AngleInterval::of_limits(signs[i] * joints[i].lower, signs[i] * joints[i].upper)
             }),
             knee,
             shank,
@@ -117,8 +117,10 @@ impl ClosedForm {
         );
         let rolls = self.ankle_rolls(foot_ankle)?;
         let mut best: Option<(f64, LegPositions)> = None;
-        for knee in self.knees(ankle)?.into_iter().filter(|&knee| self.arcs[3].may_hold(knee)) {
-            for roll in rolls.into_iter().filter(|&roll| self.arcs[5].may_hold(roll)) {
+        for knee in
+            self.knees(ankle)?.into_iter().filter(|&knee| self.intervals[3].may_contain(knee))
+        {
+            for roll in rolls.into_iter().filter(|&roll| self.intervals[5].may_contain(roll)) {
                 for branch in self.branches(&rotation, foot_ankle, knee, roll) {
                     self.consider(joints, &branch, near, &mut best);
                 }
@@ -127,46 +129,55 @@ impl ClosedForm {
         best.map(|(_, positions)| positions)
     }
 
-    /// Both knee turns that bring the ankle to its distance from the hip.
-    fn knees(&self, ankle: DVec3) -> Option<[Turn; 2]> {
-        let Stretch { base, amplitude, phase } = self.stretch;
+    /// Both knee rotations that bring the ankle to its distance from the hip.
+    fn knees(&self, ankle: DVec3) -> Option<[UnitRotation; 2]> {
+        let KneeDistance { base, amplitude, phase } = self.knee_distance;
         let wanted = 0.5 * (ankle.length_squared() - base);
         if wanted.abs() > amplitude * (1.0 + ROUNDING) {
             return None;
         }
-        let opening = Turn::of_cosine((wanted / amplitude).clamp(-1.0, 1.0));
+        let opening = UnitRotation::of_cosine((wanted / amplitude).clamp(-1.0, 1.0));
         Some([phase.then(opening), phase.then(opening.back())])
     }
 
     /// Both ankle rolls that bring the hip into the plane of the leg; `ankle` is hip to ankle in
     /// the foot's axes.
-    fn ankle_rolls(&self, ankle: DVec3) -> Option<[Turn; 2]> {
+    fn ankle_rolls(&self, ankle: DVec3) -> Option<[UnitRotation; 2]> {
         let along = self.knee.y + self.shank.y;
         let amplitude = (ankle.y * ankle.y + ankle.z * ankle.z).sqrt();
         if along.abs() > amplitude || amplitude < GEOMETRY_TOLERANCE {
             return None;
         }
-        let back = Turn { sin: -ankle.z / amplitude, cos: ankle.y / amplitude };
-        let opening = Turn::of_cosine(along / amplitude);
+        let back = UnitRotation { sin: -ankle.z / amplitude, cos: ankle.y / amplitude };
+        let opening = UnitRotation::of_cosine(along / amplitude);
         Some([back.then(opening), back.then(opening.back())])
     }
 
-    /// Both full solutions for a knee turn and an ankle roll.
-    fn branches(&self, rotation: &DMat3, foot_ankle: DVec3, knee: Turn, roll: Turn) -> [Branch; 2] {
+    /// Both full solutions for a knee rotation and an ankle roll.
+    fn branches(
+        &self,
+        rotation: &DMat3,
+        foot_ankle: DVec3,
+        knee: UnitRotation,
+        roll: UnitRotation,
+    ) -> [Branch; 2] {
         let leg = self.knee + knee.about_y(self.shank);
         let seen = roll.about_x(foot_ankle);
-        let pitches =
-            Turn::in_proportion(seen.z * leg.x - seen.x * leg.z, seen.z * leg.z + seen.x * leg.x);
+        let pitches = UnitRotation::in_proportion(
+            seen.z * leg.x - seen.x * leg.z,
+            seen.z * leg.z + seen.x * leg.x,
+        );
         // The hip's rotation: `rotation Rx(-roll) Ry(-pitches)`, of which some columns' entries are
         // needed.
         let z_axis = roll.sin * rotation.y_axis + roll.cos * rotation.z_axis;
         let hip_y = roll.cos * rotation.y_axis - roll.sin * rotation.z_axis;
         let hip_xz = pitches.cos * rotation.x_axis.z + pitches.sin * z_axis.z;
         let hip_zz = pitches.cos * z_axis.z - pitches.sin * rotation.x_axis.z;
-        let hip_roll = Turn { sin: hip_y.z, cos: (hip_y.x * hip_y.x + hip_y.y * hip_y.y).sqrt() };
+        let hip_roll =
+            UnitRotation { sin: hip_y.z, cos: (hip_y.x * hip_y.x + hip_y.y * hip_y.y).sqrt() };
         let scale = 1.0 / hip_roll.cos.max(f64::MIN_POSITIVE);
-        let yaw = Turn { sin: -hip_y.x * scale, cos: hip_y.y * scale };
-        let pitch = Turn { sin: -hip_xz * scale, cos: hip_zz * scale };
+        let yaw = UnitRotation { sin: -hip_y.x * scale, cos: hip_y.y * scale };
+        let pitch = UnitRotation { sin: -hip_xz * scale, cos: hip_zz * scale };
         let ankle_pitch = pitches.then(knee.back());
         [
             [yaw, hip_roll, pitch, knee, ankle_pitch, roll],
@@ -182,11 +193,11 @@ impl ClosedForm {
         near: &LegPositions,
         best: &mut Option<(f64, LegPositions)>,
     ) {
-        if !self.arcs.iter().zip(branch).all(|(arc, &turn)| arc.may_hold(turn)) {
+        if !self.intervals.iter().zip(branch).all(|(interval, &turn)| interval.may_contain(turn)) {
             return;
         }
         let angles: [f64; 6] = std::array::from_fn(|i| self.signs[i] * branch[i].angle());
-        if !joints.iter().zip(&angles).all(|(joint, &angle)| joint.admits(angle)) {
+        if !joints.iter().zip(&angles).all(|(joint, &angle)| joint.is_within_limits(angle)) {
             return;
         }
         let distance = near.iter().zip(&angles).map(|(a, b)| (a - b) * (a - b)).sum();

@@ -16,16 +16,16 @@ pub struct Kinematics {
 struct LinkNode {
     parent: usize,
     parent_from_joint: Pose,
-    motion: Motion,
+    motion: JointMotion,
     mass: f64,
     com: DVec3,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Motion {
+enum JointMotion {
     Fixed,
-    Turn { joint: usize, axis: DVec3 },
-    Slide { joint: usize, axis: DVec3 },
+    Rotation { joint: usize, axis: DVec3 },
+    Translation { joint: usize, axis: DVec3 },
 }
 
 impl Kinematics {
@@ -36,11 +36,11 @@ impl Kinematics {
                 link.parent.as_ref().map_or((0, Pose::IDENTITY, None), |at| {
                     (at.parent, at.parent_from_joint, at.joint)
                 });
-            let motion = joint.map_or(Motion::Fixed, |joint| {
+            let motion = joint.map_or(JointMotion::Fixed, |joint| {
                 let axis = model.joints[joint].axis;
                 match model.joints[joint].kind {
-                    JointKind::Revolute => Motion::Turn { joint, axis },
-                    JointKind::Prismatic => Motion::Slide { joint, axis },
+                    JointKind::Revolute => JointMotion::Rotation { joint, axis },
+                    JointKind::Prismatic => JointMotion::Translation { joint, axis },
                 }
             });
             LinkNode { parent, parent_from_joint, motion, mass: link.mass, com: link.com }
@@ -78,14 +78,14 @@ impl Kinematics {
     }
 }
 
-impl Motion {
+impl JointMotion {
     fn pose(self, q: &[f64]) -> Pose {
         match self {
             Self::Fixed => Pose::IDENTITY,
-            Self::Turn { joint, axis } => {
+            Self::Rotation { joint, axis } => {
                 Pose::from_parts(DVec3::ZERO, rotation_about(axis, q[joint]))
             }
-            Self::Slide { joint, axis } => Pose::from_parts(axis * q[joint], DQuat::IDENTITY),
+            Self::Translation { joint, axis } => Pose::from_parts(axis * q[joint], DQuat::IDENTITY),
         }
     }
 }

@@ -14,9 +14,9 @@ pub struct Unknown<const ROWS: usize> {
     /// What a unit of it does to each row of the error.
     pub effect: [f64; ROWS],
     /// How readily it moves, compared with the others.
-    pub ease: f64,
+    pub weight: f64,
     /// How far it may go, down (not positive) and up.
-    pub room: [f64; 2],
+    pub range: [f64; 2],
 }
 
 /// The step of all unknowns that is smallest, each counted by its ease, and makes up for `error`;
@@ -42,8 +42,8 @@ pub fn least_norm<const ROWS: usize, const UNKNOWNS: usize>(
             .zip(&mut step)
             .zip(&mut is_stopped)
             .filter(|(_, is_stopped)| !**is_stopped);
-        for ((Unknown { effect, ease, room: [lowest, highest] }, step), is_stopped) in moving {
-            *step = (ease * dot(effect, &multipliers)).clamp(*lowest, *highest);
+        for ((Unknown { effect, weight, range: [lowest, highest] }, step), is_stopped) in moving {
+            *step = (weight * dot(effect, &multipliers)).clamp(*lowest, *highest);
             *is_stopped = *step == *lowest || *step == *highest;
             if *is_stopped {
                 stops = true;
@@ -60,7 +60,7 @@ pub fn least_norm<const ROWS: usize, const UNKNOWNS: usize>(
 /// Adds an unknown's part of the normal equations, of which the lower half is kept.
 fn add_outer<const ROWS: usize>(normal: &mut [[f64; ROWS]; ROWS], unknown: &Unknown<ROWS>) {
     for (row, line) in normal.iter_mut().enumerate() {
-        let scaled = unknown.ease * unknown.effect[row];
+        let scaled = unknown.weight * unknown.effect[row];
         if scaled != 0.0 {
             line[..=row]
                 .iter_mut()
@@ -103,8 +103,8 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::*;
 
-    fn unknown(effect: [f64; 2], ease: f64, room: [f64; 2]) -> Unknown<2> {
-        Unknown { effect, ease, room }
+    fn unknown(effect: [f64; 2], weight: f64, range: [f64; 2]) -> Unknown<2> {
+        Unknown { effect, weight, range }
     }
 
     #[test]

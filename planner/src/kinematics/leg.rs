@@ -84,7 +84,7 @@ impl Leg {
         let joints: BoundedVec<_, LEG_JOINTS_MAX> =
             chain.iter().map(|&index| leg_joint(model, &zero, index, joint_margin)).collect();
         let zero_root_from_sole = zero[foot.link] * foot.link_from_sole;
-        let solver = match ClosedForm::recognise(&joints, &zero_root_from_sole) {
+        let solver = match ClosedForm::detect(&joints, &zero_root_from_sole) {
             Some(closed_form) => Solver::ClosedForm(closed_form),
             None => Solver::Newton(Newton::new(&joints, &zero_root_from_sole, &model.standing_q)),
         };
@@ -186,7 +186,7 @@ impl LegJoint {
     }
 
     /// Whether a position is within the limits.
-    pub fn admits(&self, position: f64) -> bool {
+    pub fn is_within_limits(&self, position: f64) -> bool {
         (self.lower..=self.upper).contains(&position)
     }
 }

@@ -11,4 +11,4 @@ pub mod tree;
 
 pub use forward::Kinematics;
 pub use leg::Leg;
-pub use tree::Tree;
+pub use tree::KinematicTree;

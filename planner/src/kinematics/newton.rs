@@ -1,6 +1,6 @@
 //! Bounded numeric inverse kinematics for a leg without a closed form: damped Newton steps from the
 //! caller's positions, from the standing posture, and from those of some known postures whose soles
-//! are nearest to the one wished for.
+//! are nearest to the one desired.
 
 use glam::{DMat3, DQuat, DVec3};
 use heapless::Vec as BoundedVec;
@@ -91,7 +91,7 @@ impl Newton {
             postures: Vec::with_capacity(POSTURES),
         };
         for index in 0..POSTURES {
-            let positions = newton.draw_posture(joints, index);
+            let positions = newton.sample_posture(joints, index);
             let root_from_sole =
                 newton.forward(joints, &positions, &mut [[0.0; 6]; LEG_JOINTS_MAX]);
             newton.postures.push(Posture { root_from_sole, positions });
@@ -99,7 +99,7 @@ impl Newton {
         newton
     }
 
-    fn draw_posture(&self, joints: &[LegJoint], index: usize) -> LegPositions {
+    fn sample_posture(&self, joints: &[LegJoint], index: usize) -> LegPositions {
         let mut random = Random::new(0, Stream::Preparation, 1 << 33, index as u64);
         let near_standing = index < POSTURES / 2;
         let draw = |(joint, &standing): (&LegJoint, &f64)| {
@@ -117,7 +117,7 @@ impl Newton {
         root_from_sole: &Pose,
         near: &LegPositions,
     ) -> Option<LegPositions> {
-        if !self.is_long_enough(joints, root_from_sole) {
+        if !self.is_within_reach(joints, root_from_sole) {
             return None;
         }
         let found = |at: usize| self.descend(joints, root_from_sole, &self.postures[at].positions);
@@ -132,7 +132,7 @@ impl Newton {
         root_from_sole: &Pose,
         near: &LegPositions,
     ) -> Option<LegPositions> {
-        if !self.is_long_enough(joints, root_from_sole) {
+        if !self.is_within_reach(joints, root_from_sole) {
             return None;
         }
         let standing = (near != &self.standing).then_some(&self.standing);
@@ -142,7 +142,7 @@ impl Newton {
     }
 
     /// Whether the ankle may be where the sole has it.
-    fn is_long_enough(&self, joints: &[LegJoint], root_from_sole: &Pose) -> bool {
+    fn is_within_reach(&self, joints: &[LegJoint], root_from_sole: &Pose) -> bool {
         (*root_from_sole * self.sole_from_ankle).distance(joints[0].point) <= self.reach
     }
 
@@ -180,7 +180,7 @@ impl Newton {
                 return joints
                     .iter()
                     .zip(&q)
-                    .all(|(joint, &position)| joint.admits(position))
+                    .all(|(joint, &position)| joint.is_within_limits(position))
                     .then_some(q);
             }
             let size = error.iter().fold(0.0_f64, |size, e| size.max(e.abs()));
@@ -193,13 +193,13 @@ impl Newton {
             let step = exact(columns, &error).or_else(|| least_squares(columns, &error))?;
             let longest = step.iter().fold(0.0_f64, |longest, s| longest.max(s.abs()));
             let scale = if longest > STEP_MAX { STEP_MAX / longest } else { 1.0 };
-            let mut is_held = false;
+            let mut is_at_limit = false;
             for ((position, s), joint) in q.iter_mut().zip(&step).zip(joints) {
-                let wished = *position + scale * s;
-                is_held |= !joint.admits(wished);
-                *position = wished.clamp(joint.lower, joint.upper);
+                let desired = *position + scale * s;
+                is_at_limit |= !joint.is_within_limits(desired);
+                *position = desired.clamp(joint.lower, joint.upper);
             }
-            pushes = if is_held { pushes + 1 } else { 0 };
+            pushes = if is_at_limit { pushes + 1 } else { 0 };
             if pushes == PUSHES_MAX {
                 return None;
             }

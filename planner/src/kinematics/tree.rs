@@ -1,6 +1,6 @@
 //! The robot as the search moves it: one node to each link that moves, with all that is fixed to
-//! it, in the root's frame. First stand the nodes that no leg moves, the held ones; they keep their
-//! places as long as their own joints do.
+//! it, in the root's frame. First stand the nodes that no leg moves, the upper-body nodes; they
+//! keep their places as long as their own joints do.
 
 use glam::{DAffine3, DMat3, DVec3};
 use surefoot_shared_types::Pose;
@@ -12,15 +12,15 @@ pub const NODES_MAX: usize = JOINTS_MAX + 1;
 
 /// The tree of nodes, parents first. Node 0 is the root.
 #[derive(Debug, Clone)]
-pub struct Tree {
-    nodes: Vec<Node>,
-    held_len: usize,
+pub struct KinematicTree {
+    nodes: Vec<KinematicNode>,
+    upper_body_len: usize,
     of_links: Vec<(usize, Pose)>,
 }
 
 /// A link that moves against its parent, or the root, and what is fixed to it.
 #[derive(Debug, Clone)]
-pub struct Node {
+pub struct KinematicNode {
     /// The link.
     pub link: usize,
     /// The node that it moves against; its own for the root.
@@ -34,27 +34,28 @@ pub struct Node {
     parent_from_joint: DAffine3,
     /// Whether the joint's frame is turned against the parent's.
     is_turned: bool,
-    motion: Motion,
+    motion: JointMotion,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Motion {
-    TurnAboutX(f64),
-    TurnAboutY(f64),
-    TurnAboutZ(f64),
-    Turn(DVec3),
-    Slide(DVec3),
+enum JointMotion {
+    RotationAboutX(f64),
+    RotationAboutY(f64),
+    RotationAboutZ(f64),
+    Rotation(DVec3),
+    Translation(DVec3),
 }
 
-impl Tree {
+impl KinematicTree {
     /// Compiles a robot.
     pub fn new(model: &RobotModel) -> Self {
         let legs: Vec<_> = model.feet.iter().flat_map(|foot| model.chain(foot.link)).collect();
-        let is_held = |link: usize| model.chain(link).iter().all(|joint| !legs.contains(joint));
+        let is_upper_body =
+            |link: usize| model.chain(link).iter().all(|joint| !legs.contains(joint));
         let moves =
             |link: &usize| model.links[*link].parent.as_ref().is_none_or(|at| at.joint.is_some());
         let mut order: Vec<usize> = (0..model.links.len()).filter(moves).collect();
-        order.sort_by_key(|&link| !is_held(link));
+        order.sort_by_key(|&link| !is_upper_body(link));
         let mut of_links = vec![(0, Pose::IDENTITY); model.links.len()];
         for (index, link) in model.links.iter().enumerate() {
             of_links[index] = match &link.parent {
@@ -62,23 +63,25 @@ impl Tree {
                     let (node, node_from_parent): (usize, Pose) = of_links[at.parent];
                     (node, node_from_parent * at.parent_from_joint)
                 }
-                _ => {
-                    (order.iter().position(|&moving| moving == index).unwrap_or(0), Pose::IDENTITY)
-                }
+                _ => (order.iter().position(|&other| other == index).unwrap_or(0), Pose::IDENTITY),
             };
         }
-        let nodes = order.iter().map(|&link| Node::new(model, link, &of_links)).collect();
-        Self { nodes, held_len: order.iter().filter(|&&link| is_held(link)).count(), of_links }
+        let nodes = order.iter().map(|&link| KinematicNode::new(model, link, &of_links)).collect();
+        Self {
+            nodes,
+            upper_body_len: order.iter().filter(|&&link| is_upper_body(link)).count(),
+            of_links,
+        }
     }
 
     /// The nodes.
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[KinematicNode] {
         &self.nodes
     }
 
-    /// How many of them are held; they stand first.
-    pub fn held_len(&self) -> usize {
-        self.held_len
+    /// How many of them belong to the upper body; they stand first.
+    pub fn upper_body_len(&self) -> usize {
+        self.upper_body_len
     }
 
     /// The node of a link, and the link's pose in its frame.
@@ -86,9 +89,9 @@ impl Tree {
         self.of_links[link]
     }
 
-    /// The joints of the held nodes.
-    pub fn held_joints(&self) -> impl Iterator<Item = JointIndex> + '_ {
-        self.nodes[..self.held_len].iter().filter_map(|node| node.joint)
+    /// The joints of the upper-body nodes.
+    pub fn upper_body_joints(&self) -> impl Iterator<Item = JointIndex> + '_ {
+        self.nodes[..self.upper_body_len].iter().filter_map(|node| node.joint)
     }
 
     /// Places a range of nodes in the root's frame; those before them are placed.
@@ -114,7 +117,7 @@ impl Tree {
     }
 }
 
-impl Node {
+impl KinematicNode {
     fn new(model: &RobotModel, link: usize, of_links: &[(usize, Pose)]) -> Self {
         let (mut mass, mut moment) = (0.0, DVec3::ZERO);
         let node = of_links[link].0;
@@ -133,13 +136,13 @@ impl Node {
             com,
             parent_from_joint: DAffine3::IDENTITY,
             is_turned: false,
-            motion: Motion::Slide(DVec3::ZERO),
+            motion: JointMotion::Translation(DVec3::ZERO),
         };
         let Some(at) = &model.links[link].parent else { return root };
         let (parent, node_from_parent) = of_links[at.parent];
         let parent_from_joint = node_from_parent * at.parent_from_joint;
         let motion = at.joint.map_or(root.motion, |joint| {
-            Motion::new(model.joints[joint].kind, model.joints[joint].axis)
+            JointMotion::new(model.joints[joint].kind, model.joints[joint].axis)
         });
         let is_turned = parent_from_joint.rotation != glam::DQuat::IDENTITY;
         Self {
@@ -162,22 +165,22 @@ impl Node {
         };
         let turned = |sign: f64| libm::sincos(sign * q);
         let matrix3 = match self.motion {
-            Motion::TurnAboutX(sign) => {
+            JointMotion::RotationAboutX(sign) => {
                 let (s, c) = turned(sign);
                 DMat3::from_cols(r.x_axis, c * r.y_axis + s * r.z_axis, c * r.z_axis - s * r.y_axis)
             }
-            Motion::TurnAboutY(sign) => {
+            JointMotion::RotationAboutY(sign) => {
                 let (s, c) = turned(sign);
                 DMat3::from_cols(c * r.x_axis - s * r.z_axis, r.y_axis, c * r.z_axis + s * r.x_axis)
             }
-            Motion::TurnAboutZ(sign) => {
+            JointMotion::RotationAboutZ(sign) => {
                 let (s, c) = turned(sign);
                 DMat3::from_cols(c * r.x_axis + s * r.y_axis, c * r.y_axis - s * r.x_axis, r.z_axis)
             }
-            Motion::Turn(axis) => {
+            JointMotion::Rotation(axis) => {
                 r * DMat3::from_quat(surefoot_shared_types::spatial::rotation_about(axis, q))
             }
-            Motion::Slide(axis) => {
+            JointMotion::Translation(axis) => {
                 return DAffine3 { matrix3: r, translation: translation + r * (axis * q) };
             }
         };
@@ -185,15 +188,15 @@ impl Node {
     }
 }
 
-impl Motion {
+impl JointMotion {
     fn new(kind: JointKind, axis: DVec3) -> Self {
         let is_along = |wanted: DVec3| axis == wanted || axis == -wanted;
         match kind {
-            JointKind::Prismatic => Self::Slide(axis),
-            JointKind::Revolute if is_along(DVec3::X) => Self::TurnAboutX(axis.x),
-            JointKind::Revolute if is_along(DVec3::Y) => Self::TurnAboutY(axis.y),
-            JointKind::Revolute if is_along(DVec3::Z) => Self::TurnAboutZ(axis.z),
-            JointKind::Revolute => Self::Turn(axis),
+            JointKind::Prismatic => Self::Translation(axis),
+            JointKind::Revolute if is_along(DVec3::X) => Self::RotationAboutX(axis.x),
+            JointKind::Revolute if is_along(DVec3::Y) => Self::RotationAboutY(axis.y),
+            JointKind::Revolute if is_along(DVec3::Z) => Self::RotationAboutZ(axis.z),
+            JointKind::Revolute => Self::Rotation(axis),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What single-mode planning knows of each pair of transitions within a mode: how often it failed,
 //! or the motion it found.
 
-use crate::arena::{Place, filled};
+use crate::arena::{ArenaSlice, filled};
 use crate::motion::graph::{ArenaFull, TransitionId};
 
 /// A motion between two transitions within their common mode.
@@ -10,7 +10,7 @@ pub struct EdgeRecord {
     /// Failed searches in this mode between these two.
     pub failures: u32,
     /// The waypoints of the motion, if found, in the waypoint arena.
-    pub motion: Option<Place>,
+    pub motion: Option<ArenaSlice>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keeps_what_it_is_told_until_full() {
+    fn records_are_kept_until_the_table_is_full() {
         let mut table = EdgeTable::new(8);
         let mut stored = 0;
         for i in 0..100 {

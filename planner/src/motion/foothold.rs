@@ -6,10 +6,10 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::SupportMode;
 use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
 
-use crate::body::Body;
+use crate::body::Mechanism;
 use crate::constraint::Mode;
-use crate::region::Region;
-use crate::stoop::Stoop;
+use crate::region::ConvexRegion;
+use crate::stoop::Crouch;
 
 /// A place where a foot can stand.
 #[derive(Debug, Clone)]
@@ -21,9 +21,9 @@ pub struct Foothold {
     /// The supported part of the sole, in the sole frame.
     pub support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
     /// The supported part of the sole in world x and y, or that of it which the ankle can hold.
-    pub region: Region,
-    /// How the robot stoops there: as where the guide route is the nearest.
-    pub stoop: Stoop,
+    pub region: ConvexRegion,
+    /// The crouch there: that of the nearest vertex of the guide route.
+    pub crouch: Crouch,
 }
 
 impl Foothold {
@@ -36,27 +36,30 @@ impl Foothold {
         Self {
             limb,
             world_from_sole,
-            region: Region::seen_from_above(&world_from_sole, &support),
+            region: ConvexRegion::seen_from_above(&world_from_sole, &support),
             support,
-            stoop: Stoop::UPRIGHT,
+            crouch: Crouch::UPRIGHT,
         }
     }
 
     /// The placement of a robot's foot with its support polygon (sole frame), of which counts what
     /// the ankle can hold.
     pub fn of(
-        body: &Body,
+        robot: &Mechanism,
         limb: usize,
         world_from_sole: Pose,
         support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
     ) -> Self {
-        let region = Region::seen_from_above(&world_from_sole, &body.ankles[limb].clip(&support));
-        Self { limb, world_from_sole, support, region, stoop: Stoop::UPRIGHT }
+        let region = ConvexRegion::seen_from_above(
+            &world_from_sole,
+            &robot.ankle_limits[limb].clip(&support),
+        );
+        Self { limb, world_from_sole, support, region, crouch: Crouch::UPRIGHT }
     }
 
     /// The placement of a robot's foot with all of its sole carried.
-    pub fn whole(body: &Body, limb: usize, world_from_sole: Pose) -> Self {
-        Self::of(body, limb, world_from_sole, body.sole_polygons[limb].iter().copied().collect())
+    pub fn whole(robot: &Mechanism, limb: usize, world_from_sole: Pose) -> Self {
+        Self::of(robot, limb, world_from_sole, robot.sole_polygons[limb].iter().copied().collect())
     }
 
     /// The distance between two placements' sole frames, D(T) of the transition between them
@@ -74,7 +77,7 @@ pub fn left_and_right<'a>(a: &'a Foothold, b: &'a Foothold) -> [&'a Foothold; 2]
 /// The mode in which `stance` alone carries the robot.
 pub fn single_mode(stance: &Foothold) -> Mode {
     let support = if stance.limb == 0 { SupportMode::Left } else { SupportMode::Right };
-    let mut regions = [Region::default(), Region::default()];
+    let mut regions = [ConvexRegion::default(), ConvexRegion::default()];
     regions[stance.limb] = stance.region.clone();
     let region = stance.region.clone();
     Mode {
@@ -91,7 +94,7 @@ pub fn single_mode(stance: &Foothold) -> Mode {
 pub fn double_mode(a: &Foothold, b: &Foothold) -> Mode {
     let [left, right] = left_and_right(a, b);
     let vertices = left.region.vertices().iter().chain(right.region.vertices()).copied();
-    let region = Region::hull(vertices);
+    let region = ConvexRegion::hull(vertices);
     Mode {
         support: SupportMode::Double,
         world_from_soles: [left.world_from_sole, right.world_from_sole],

@@ -11,9 +11,9 @@ use surefoot_shared_types::Pose;
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::motion::foothold::Foothold;
-use crate::motion::place_index::PlaceIndex;
-use crate::motion::swing_lists::{Swing, SwingLists};
-use crate::stoop::Stoop;
+use crate::motion::place_index::SpatialHash;
+use crate::motion::swing_lists::{AdjacencyLists, Swing};
+use crate::stoop::Crouch;
 
 /// Index of a foot placement.
 pub type FootholdId = u32;
@@ -42,7 +42,7 @@ pub fn boundary_of(node: TransitionId) -> Option<usize> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ArenaFull {
     /// `stations_max`.
-    Stations,
+    TreeVertices,
     /// `footholds_max`.
     Footholds,
     /// `transitions_max`.
@@ -68,13 +68,13 @@ pub struct Transition {
     pub attempts: u32,
     /// Q(T): the configuration that was found, as its place in the graph's arena.
     configuration: Option<u32>,
-    /// [`Prior::surcharge`], once it has been judged.
-    surcharge: Option<u32>,
+    /// [`TransitionPrior::extra_attempts`], once it has been estimated.
+    extra_attempts: Option<u32>,
     /// Whether a motion to it from another transition on the same stance has failed.
-    is_doubtful: bool,
+    has_failed_motion: bool,
     /// Whether the motion to it from its twin has failed.
-    is_doubtful_from_twin: bool,
-    next_doubtful: Option<TransitionId>,
+    has_failed_motion_from_twin: bool,
+    next_failed: Option<TransitionId>,
 }
 
 impl Transition {
@@ -85,7 +85,7 @@ impl Transition {
 
     /// S(T) D^3(T), m^3, where S(T) also counts the attempts that it is expected to take.
     pub fn effort(&self) -> f64 {
-        f64::from(self.attempts + self.surcharge.unwrap_or(0)) * self.cubed_distance()
+        f64::from(self.attempts + self.extra_attempts.unwrap_or(0)) * self.cubed_distance()
     }
 
     /// D^3(T), m^3.
@@ -101,26 +101,26 @@ impl Transition {
 
 /// What a transition begins with before it is sampled, by how likely it looks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Prior {
+pub struct TransitionPrior {
     /// Failed attempts that S(T) begins with: sampling goes on after them.
     pub attempts: u32,
-    /// Attempts that its cost counts besides.
-    pub surcharge: u32,
+    /// Attempts that its cost counts in addition.
+    pub extra_attempts: u32,
 }
 
-impl Prior {
-    /// Attempts that a transition is expected to take besides where no primitive posture holds on
-    /// it: 24 of them find one in fifteen.
+impl TransitionPrior {
+    /// Attempts that a transition is expected to take in addition where no primitive posture holds
+    /// on it: 24 of them find one in fifteen.
     pub const UNLIKELY: u32 = 120;
 }
 
 /// The arenas of the graph, allocated once.
 #[derive(Debug)]
-pub struct Graph {
+pub struct ModeGraph {
     footholds: Vec<Foothold>,
-    places: PlaceIndex,
-    swings: SwingLists,
-    first_doubtful: Vec<Option<TransitionId>>,
+    spatial_hash: SpatialHash,
+    adjacency: AdjacencyLists,
+    first_failed: Vec<Option<TransitionId>>,
     transitions: Vec<Transition>,
     /// C(T) of each transition and its twin together, by half their index.
     step_costs: Vec<f64>,
@@ -129,12 +129,12 @@ pub struct Graph {
 }
 
 /// Two placements of one foot closer than this are one, m.
-const SAME_PLACE: f64 = 0.01;
+const SAME_DISTANCE_MAX: f64 = 0.01;
 /// Two placements of one foot turned less than this against each other are one, as the sine of half
 /// the angle.
-const SAME_TURN: f64 = 0.02;
+const SAME_HALF_SINE_MAX: f64 = 0.02;
 
-impl Graph {
+impl ModeGraph {
     /// Empty arenas of these capacities, for steps of at most `reach` (m).
     pub fn new(
         footholds_max: usize,
@@ -144,9 +144,9 @@ impl Graph {
     ) -> Self {
         Self {
             footholds: reserve(footholds_max),
-            places: PlaceIndex::new(reach.max(SAME_PLACE), footholds_max),
-            swings: SwingLists::new(footholds_max, transitions_max),
-            first_doubtful: reserve(footholds_max),
+            spatial_hash: SpatialHash::new(reach.max(SAME_DISTANCE_MAX), footholds_max),
+            adjacency: AdjacencyLists::new(footholds_max, transitions_max),
+            first_failed: reserve(footholds_max),
             transitions: reserve(transitions_max),
             step_costs: reserve(transitions_max / 2),
             configurations: reserve(configurations_max),
@@ -168,29 +168,29 @@ impl Graph {
     pub fn configuration(&self, id: TransitionId) -> Option<&Configuration> {
         self.transitions[id as usize]
             .configuration
-            .map(|place| &self.configurations[place as usize])
+            .map(|index| &self.configurations[index as usize])
     }
 
     /// The place of a transition's configuration in the arena: how many were found before.
-    pub fn configuration_place(&self, id: TransitionId) -> Option<usize> {
-        self.transitions[id as usize].configuration.map(|place| place as usize)
+    pub fn configuration_index(&self, id: TransitionId) -> Option<usize> {
+        self.transitions[id as usize].configuration.map(|index| index as usize)
     }
 
-    /// Notes how likely a transition looks.
-    pub fn record_prior(&mut self, id: TransitionId, prior: Prior) {
+    /// Records how likely a transition looks.
+    pub fn record_prior(&mut self, id: TransitionId, prior: TransitionPrior) {
         let transition = &mut self.transitions[id as usize];
         transition.attempts += prior.attempts;
-        transition.surcharge = Some(prior.surcharge);
-        self.note_cost(id);
+        transition.extra_attempts = Some(prior.extra_attempts);
+        self.update_step_cost(id);
     }
 
-    /// Notes failed attempts to sample a transition.
+    /// Records failed attempts to sample a transition.
     pub fn record_failures(&mut self, id: TransitionId, failed: u32) {
         self.transitions[id as usize].attempts += failed;
-        self.note_cost(id);
+        self.update_step_cost(id);
     }
 
-    /// Notes the configuration that was found for a transition.
+    /// Records the configuration that was found for a transition.
     ///
     /// # Errors
     /// The arena of configurations is full.
@@ -204,11 +204,11 @@ impl Graph {
         }
         self.transitions[id as usize].configuration = Some(self.configurations.len() as u32);
         self.configurations.push(found);
-        self.note_cost(id);
+        self.update_step_cost(id);
         Ok(())
     }
 
-    fn note_cost(&mut self, id: TransitionId) {
+    fn update_step_cost(&mut self, id: TransitionId) {
         let cost = |id: TransitionId| self.transitions[id as usize].cost();
         self.step_costs[id as usize / 2] = cost(id) + cost(Self::twin(id));
     }
@@ -219,14 +219,14 @@ impl Graph {
         self.step_costs[id as usize / 2]
     }
 
-    /// Notes that the motion from one transition to another has failed.
-    pub fn doubt(&mut self, from: TransitionId, to: TransitionId) {
+    /// Records that the motion from one transition to another has failed.
+    pub fn record_failed_motion(&mut self, from: TransitionId, to: TransitionId) {
         let transition = &mut self.transitions[to as usize];
         if to == Self::twin(from) {
-            transition.is_doubtful_from_twin = true;
-        } else if !transition.is_doubtful {
-            transition.is_doubtful = true;
-            transition.next_doubtful = self.first_doubtful[transition.stance as usize].replace(to);
+            transition.has_failed_motion_from_twin = true;
+        } else if !transition.has_failed_motion {
+            transition.has_failed_motion = true;
+            transition.next_failed = self.first_failed[transition.stance as usize].replace(to);
         }
     }
 
@@ -235,22 +235,22 @@ impl Graph {
     pub fn may_have_failed(&self, from: TransitionId, to: TransitionId) -> bool {
         let transition = &self.transitions[to as usize];
         if to == Self::twin(from) {
-            transition.is_doubtful_from_twin
+            transition.has_failed_motion_from_twin
         } else {
-            transition.is_doubtful
+            transition.has_failed_motion
         }
     }
 
     /// The swings from a stance to which a motion has failed.
-    pub fn doubtful_swings_from(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
-        let next = |id: &TransitionId| self.transitions[*id as usize].next_doubtful;
-        let doubtful = std::iter::successors(self.first_doubtful[stance as usize], next);
-        doubtful.map(|to| Swing { to, other: self.transitions[to as usize].other })
+    pub fn failed_swings_from(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
+        let next = |id: &TransitionId| self.transitions[*id as usize].next_failed;
+        let failed_swings = std::iter::successors(self.first_failed[stance as usize], next);
+        failed_swings.map(|to| Swing { to, other: self.transitions[to as usize].other })
     }
 
     /// Whether a motion has failed to any transition on a stance.
-    pub fn is_doubtful(&self, stance: FootholdId) -> bool {
-        self.first_doubtful[stance as usize].is_some()
+    pub fn has_failed_motion(&self, stance: FootholdId) -> bool {
+        self.first_failed[stance as usize].is_some()
     }
 
     /// A transition's two placements: stance, other.
@@ -266,7 +266,7 @@ impl Graph {
 
     /// The swings from a placement, newest first.
     pub fn swings_from(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
-        self.swings.from_stance(stance)
+        self.adjacency.from_stance(stance)
     }
 
     /// The transitions whose stance is a placement, newest first.
@@ -280,11 +280,11 @@ impl Graph {
     }
 
     /// The placement of the same foot that is all but this one, if there is one.
-    pub fn same(&self, foothold: &Foothold) -> Option<FootholdId> {
+    pub fn find_equivalent(&self, foothold: &Foothold) -> Option<FootholdId> {
         let is_same = |known: &Foothold| {
             let turn =
                 known.world_from_sole.rotation.conjugate() * foothold.world_from_sole.rotation;
-            known.distance(foothold) < SAME_PLACE && turn.xyz().length() < SAME_TURN
+            known.distance(foothold) < SAME_DISTANCE_MAX && turn.xyz().length() < SAME_HALF_SINE_MAX
         };
         self.near(foothold.limb, foothold.world_from_sole.translation)
             .find(|&(_, known)| is_same(known))
@@ -300,8 +300,13 @@ impl Graph {
 
     /// All placements of a foot that a step leads to from a place, or that are the same as one
     /// there, and perhaps others of that foot, in their order.
-    pub fn near(&self, limb: usize, place: DVec3) -> impl Iterator<Item = (FootholdId, &Foothold)> {
-        let near = self.places.near(limb, place).map(|id| (id, &self.footholds[id as usize]));
+    pub fn near(
+        &self,
+        limb: usize,
+        position: DVec3,
+    ) -> impl Iterator<Item = (FootholdId, &Foothold)> {
+        let near =
+            self.spatial_hash.near(limb, position).map(|id| (id, &self.footholds[id as usize]));
         near.filter(move |(_, foothold)| foothold.limb == limb)
     }
 
@@ -313,16 +318,16 @@ impl Graph {
         if self.footholds.len() == self.footholds.capacity() {
             return Err(ArenaFull::Footholds);
         }
-        self.places.add(foothold.limb, foothold.world_from_sole.translation);
+        self.spatial_hash.add(foothold.limb, foothold.world_from_sole.translation);
         self.footholds.push(foothold);
-        self.swings.add_stance();
-        self.first_doubtful.push(None);
+        self.adjacency.add_stance();
+        self.first_failed.push(None);
         Ok((self.footholds.len() - 1) as FootholdId)
     }
 
-    /// Says how the robot stoops at a placement.
-    pub fn set_stoop(&mut self, foothold: FootholdId, stoop: Stoop) {
-        self.footholds[foothold as usize].stoop = stoop;
+    /// Sets the crouch at a placement.
+    pub fn set_crouch(&mut self, foothold: FootholdId, crouch: Crouch) {
+        self.footholds[foothold as usize].crouch = crouch;
     }
 
     /// The very same placement, added if the graph does not have it.
@@ -345,21 +350,21 @@ impl Graph {
         let distance = self.footholds[a as usize].distance(&self.footholds[b as usize]);
         for (stance, other) in [(a, b), (b, a)] {
             let id = self.transitions.len() as TransitionId;
-            self.swings.add(stance, Swing { to: id, other });
+            self.adjacency.add(stance, Swing { to: id, other });
             self.transitions.push(Transition {
                 stance,
                 other,
                 distance,
                 attempts: 1,
                 configuration: None,
-                surcharge: None,
-                is_doubtful: false,
-                is_doubtful_from_twin: false,
-                next_doubtful: None,
+                extra_attempts: None,
+                has_failed_motion: false,
+                has_failed_motion_from_twin: false,
+                next_failed: None,
             });
         }
         self.step_costs.push(0.0);
-        self.note_cost(self.transitions.len() as TransitionId - 1);
+        self.update_step_cost(self.transitions.len() as TransitionId - 1);
         Ok(())
     }
 
@@ -368,28 +373,28 @@ impl Graph {
         self.connected
     }
 
-    /// Notes that all placements up to this one are connected.
+    /// Records that all placements up to this one are connected.
     pub fn mark_connected(&mut self, foothold: FootholdId) {
         self.connected = self.connected.max(foothold + 1);
     }
 
     /// Whether it has not been said yet how likely a transition without a configuration is.
-    pub fn is_unjudged(&self, id: TransitionId) -> bool {
+    pub fn is_unestimated(&self, id: TransitionId) -> bool {
         let transition = &self.transitions[id as usize];
-        transition.surcharge.is_none() && !transition.is_found()
+        transition.extra_attempts.is_none() && !transition.is_found()
     }
 
-    /// Whether a transition without a configuration has been judged to be unlikely.
+    /// Whether a transition without a configuration has been estimated to be unlikely.
     pub fn is_unlikely(&self, id: TransitionId) -> bool {
         let transition = &self.transitions[id as usize];
-        transition.surcharge >= Some(Prior::UNLIKELY) && !transition.is_found()
+        transition.extra_attempts >= Some(TransitionPrior::UNLIKELY) && !transition.is_found()
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.footholds.capacity() * (size_of::<Foothold>() + size_of::<Option<TransitionId>>())
-            + self.places.bytes()
-            + self.swings.bytes()
+            + self.spatial_hash.bytes()
+            + self.adjacency.bytes()
             + self.step_costs.capacity() * size_of::<f64>()
             + self.transitions.capacity() * size_of::<Transition>()
             + self.configurations.capacity() * size_of::<Configuration>()

@@ -1,6 +1,6 @@
 //! A binary heap of node indices ordered by cost, with decrease-key, over arrays allocated once.
 
-use crate::arena::{Uniform, reserve};
+use crate::arena::{LazilyFilled, reserve};
 
 /// Position of a node that is not in the heap.
 const ABSENT: u32 = u32::MAX;
@@ -14,13 +14,13 @@ struct Entry(u128);
 #[derive(Debug)]
 pub struct IndexHeap {
     order: Vec<Entry>,
-    positions: Uniform<u32>,
+    positions: LazilyFilled<u32>,
 }
 
 impl IndexHeap {
     /// A heap over nodes `0..nodes_max`.
     pub fn new(nodes_max: usize) -> Self {
-        Self { order: reserve(nodes_max), positions: Uniform::new(ABSENT, nodes_max) }
+        Self { order: reserve(nodes_max), positions: LazilyFilled::new(ABSENT, nodes_max) }
     }
 
     /// Empties it.
@@ -36,9 +36,9 @@ impl IndexHeap {
         let known = self.positions[node as usize];
         if known == ABSENT {
             self.order.push(entry);
-            self.rise(entry, self.order.len() - 1);
+            self.sift_up(entry, self.order.len() - 1);
         } else {
-            self.rise(entry, known as usize);
+            self.sift_up(entry, known as usize);
         }
     }
 
@@ -48,7 +48,7 @@ impl IndexHeap {
         let last = self.order.pop()?;
         self.positions[first.node() as usize] = ABSENT;
         if last != first {
-            self.sink(last, 0);
+            self.sift_down(last, 0);
         }
         Some((first.node(), first.cost(), first.edges()))
     }
@@ -59,7 +59,7 @@ impl IndexHeap {
     }
 
     /// Puts an entry where it belongs, at a position or above it.
-    fn rise(&mut self, entry: Entry, mut position: usize) {
+    fn sift_up(&mut self, entry: Entry, mut position: usize) {
         while position > 0 {
             let parent = (position - 1) / 2;
             if entry > self.order[parent] {
@@ -72,7 +72,7 @@ impl IndexHeap {
     }
 
     /// Puts an entry where it belongs, at a position or below it.
-    fn sink(&mut self, entry: Entry, mut position: usize) {
+    fn sift_down(&mut self, entry: Entry, mut position: usize) {
         loop {
             let left = 2 * position + 1;
             let Some(&first) = self.order.get(left) else { break };

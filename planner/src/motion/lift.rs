@@ -5,27 +5,27 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 
 use crate::body::Configuration;
-use crate::collision::FootState;
+use crate::collision::FootPhase;
 use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::swing::Travel;
-use crate::motion::track::{Follower, Progress, State, Stretch, place_at};
+use crate::motion::swing::MotionShape;
+use crate::motion::track::{LocalPath, LocalPlanner, ModeState, Progress, feasible_state};
 use crate::motion::workspace::push;
 
 /// How high a swing foot is lifted off its placement before it may travel, along the sole's normal,
 /// m; tried in order.
 const HEIGHTS: [f64; 2] = [0.02, 0.012];
 
-/// A search for a lift. The motion is the same backwards, so it serves to land as well.
+/// A search for a lift-off. The motion is the same backwards, so it serves to land as well.
 #[derive(Debug, Clone)]
-pub struct Lift {
-    from: State,
+pub struct LiftOff {
+    from: ModeState,
     tried: usize,
-    lifted: State,
+    lifted: ModeState,
 }
 
-impl Lift {
+impl LiftOff {
     /// Begins with the foot on its placement.
-    pub fn new(from: &State) -> Self {
+    pub fn new(from: &ModeState) -> Self {
         Self { from: *from, tried: 0, lifted: *from }
     }
 
@@ -33,24 +33,24 @@ impl Lift {
     /// `waypoints` then holds the way there.
     ///
     /// # Errors
-    /// What stops the last lift.
+    /// What stops the last lift-off.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
         mode: &Mode,
-        follower: &mut Follower,
+        local_planner: &mut LocalPlanner,
         waypoints: &mut Vec<Configuration>,
-    ) -> Result<Option<State>, Rejection> {
-        match self.attempt(constraints, mode, follower, waypoints) {
+    ) -> Result<Option<ModeState>, Rejection> {
+        match self.attempt(constraints, mode, local_planner, waypoints) {
             Ok(false) => Ok(None),
             Ok(true) => {
-                follower.stop();
+                local_planner.stop();
                 Ok(Some(self.lifted))
             }
-            Err(why) => {
-                follower.stop();
+            Err(rejection) => {
+                local_planner.stop();
                 self.tried += 1;
-                if self.tried < HEIGHTS.len() { Ok(None) } else { Err(why) }
+                if self.tried < HEIGHTS.len() { Ok(None) } else { Err(rejection) }
             }
         }
     }
@@ -59,42 +59,42 @@ impl Lift {
         &mut self,
         constraints: &Constraints,
         mode: &Mode,
-        follower: &mut Follower,
+        local_planner: &mut LocalPlanner,
         waypoints: &mut Vec<Configuration>,
     ) -> Result<bool, Rejection> {
-        if !follower.is_under_way() {
+        if !local_planner.is_active() {
             waypoints.clear();
-            self.lifted = lifted(constraints, mode, &self.from, HEIGHTS[self.tried])?;
-            let stretch = Stretch {
+            self.lifted = raised_state(constraints, mode, &self.from, HEIGHTS[self.tried])?;
+            let local_path = LocalPath {
                 from: self.from,
                 to: self.lifted,
                 exact: true,
-                travel: Travel::STRAIGHT,
-                swing_foot: FootState::Leaving,
+                shape: MotionShape::STRAIGHT,
+                swing_foot: FootPhase::LiftOff,
             };
-            follower.begin(constraints, &stretch);
+            local_planner.begin(constraints, &local_path);
             return Ok(false);
         }
-        let progress = follower.advance(constraints, mode)?;
-        if progress != Progress::Nearer {
-            push(waypoints, follower.here().configuration)?;
+        let progress = local_planner.advance(constraints, mode)?;
+        if progress != Progress::ShorterStep {
+            push(waypoints, local_planner.here().configuration)?;
         }
-        Ok(progress == Progress::Arrived)
+        Ok(progress == Progress::Reached)
     }
 }
 
 /// A state with the swing sole raised along its normal.
-fn lifted(
+fn raised_state(
     constraints: &Constraints,
     mode: &Mode,
-    state: &State,
+    state: &ModeState,
     height: f64,
-) -> Result<State, Rejection> {
+) -> Result<ModeState, Rejection> {
     let mut raised = *state;
     if let Some(limb) = mode.swing() {
         let sole = &mut raised.world_from_soles[limb];
         *sole =
             Pose::from_parts(sole.translation + sole.rotation * (DVec3::Z * height), sole.rotation);
     }
-    place_at(constraints, mode, &raised)
+    feasible_state(constraints, mode, &raised)
 }

@@ -3,10 +3,10 @@
 //!
 //! A transition joins two modes: that of its stance foot alone and that of both its feet. Costs
 //! lead the search to the modes that may close the gap between what hangs together with the start
-//! and what with the goal, and away from those where it has laboured in vain.
+//! and what with the goal, and away from those where it has laboured without success.
 
-use crate::arena::{Uniform, filled, reserve};
-use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId, boundary_of};
+use crate::arena::{LazilyFilled, filled, reserve};
+use crate::motion::graph::{ArenaFull, FootholdId, ModeGraph, TransitionId, boundary_of};
 
 /// A mode: one placement carries the robot, or the two of a transition and its twin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,10 +19,10 @@ pub enum ModeId {
 
 impl ModeId {
     /// The two modes that a transition joins.
-    pub fn of(graph: &Graph, id: TransitionId) -> [Self; 2] {
+    pub fn of(graph: &ModeGraph, id: TransitionId) -> [Self; 2] {
         [
             Self::Single(graph.transitions()[id as usize].stance),
-            Self::Double(id.min(Graph::twin(id))),
+            Self::Double(id.min(ModeGraph::twin(id))),
         ]
     }
 }
@@ -33,10 +33,10 @@ struct ModeRecord {
     /// S(sigma): one more than the attempts to extend trees within it.
     attempts: u32,
     /// Whether it holds a configuration that hangs together with the start, with the goal.
-    holds: [bool; 2],
+    is_connected: [bool; 2],
 }
 
-const UNTRIED: ModeRecord = ModeRecord { attempts: 1, holds: [false; 2] };
+const UNTRIED: ModeRecord = ModeRecord { attempts: 1, is_connected: [false; 2] };
 
 /// What is known of a transition with a configuration.
 #[derive(Debug, Clone, Copy, Default)]
@@ -44,15 +44,15 @@ struct TransitionRecord {
     /// Whether a motion leads to it within the mode of its stance foot, within that of both.
     is_joined: [bool; 2],
     /// Whether it hangs together with the start, with the goal.
-    leads_to: [bool; 2],
+    is_connected_to: [bool; 2],
 }
 
 /// The costs, with arenas allocated once.
 #[derive(Debug)]
 pub struct ModeCosts {
     singles: Vec<ModeRecord>,
-    doubles: Uniform<ModeRecord>,
-    transitions: Uniform<TransitionRecord>,
+    doubles: LazilyFilled<ModeRecord>,
+    transitions: LazilyFilled<TransitionRecord>,
     /// Transitions with a configuration.
     found: Vec<TransitionId>,
     /// Motions found, in order; the ends may be boundaries.
@@ -64,19 +64,20 @@ impl ModeCosts {
     pub fn new(footholds_max: usize, transitions_max: usize, configurations_max: usize) -> Self {
         Self {
             singles: filled(UNTRIED, footholds_max),
-            doubles: Uniform::new(UNTRIED, transitions_max.div_ceil(2)),
-            transitions: Uniform::new(TransitionRecord::default(), transitions_max),
+            doubles: LazilyFilled::new(UNTRIED, transitions_max.div_ceil(2)),
+            transitions: LazilyFilled::new(TransitionRecord::default(), transitions_max),
             found: reserve(configurations_max),
             motions: reserve(4 * configurations_max),
         }
     }
 
-    /// Notes that a transition has a configuration now. There is room for as many as the graph has.
+    /// Records that a transition has a configuration now. There is room for as many as the graph
+    /// has.
     pub fn add_found(&mut self, id: TransitionId) {
         self.found.push(id);
     }
 
-    /// Notes a motion between two neighbours in a mode: transitions, or a transition and a
+    /// Records a motion between two neighbours in a mode: transitions, or a transition and a
     /// boundary.
     ///
     /// # Errors
@@ -96,7 +97,7 @@ impl ModeCosts {
         Ok(())
     }
 
-    /// Notes a search within a mode that failed after so many attempts to extend its trees.
+    /// Records a search within a mode that failed after so many attempts to extend its trees.
     pub fn add_attempts(&mut self, mode: ModeId, extensions: u32) {
         self.record_mut(mode).attempts += extensions;
     }
@@ -108,42 +109,43 @@ impl ModeCosts {
 
     /// Finds anew what hangs together with the start and with the goal: the nodes of two
     /// boundaries.
-    pub fn spread(&mut self, graph: &Graph, ends: [TransitionId; 2]) {
+    pub fn update_connections(&mut self, graph: &ModeGraph, ends: [TransitionId; 2]) {
         for index in 0..self.found.len() {
             let id = self.found[index];
-            self.transitions[id as usize].leads_to = [false; 2];
+            self.transitions[id as usize].is_connected_to = [false; 2];
             ModeId::of(graph, id)
                 .into_iter()
-                .for_each(|mode| self.record_mut(mode).holds = [false; 2]);
+                .for_each(|mode| self.record_mut(mode).is_connected = [false; 2]);
         }
         for (side, end) in ends.into_iter().enumerate() {
-            while self.spread_once(side, end) {}
+            while self.propagate_once(side, end) {}
         }
         for index in 0..self.found.len() {
             let id = self.found[index];
-            let leads_to = self.transitions[id as usize].leads_to;
+            let is_connected_to = self.transitions[id as usize].is_connected_to;
             for mode in ModeId::of(graph, id) {
-                let holds = &mut self.record_mut(mode).holds;
-                *holds = [0, 1].map(|side| holds[side] | leads_to[side]);
+                let is_connected = &mut self.record_mut(mode).is_connected;
+                *is_connected = [0, 1].map(|side| is_connected[side] | is_connected_to[side]);
             }
         }
     }
 
     /// Carries what leads to an end over every motion once; whether that reached anything new.
-    fn spread_once(&mut self, side: usize, end: TransitionId) -> bool {
+    fn propagate_once(&mut self, side: usize, end: TransitionId) -> bool {
         let transitions = &mut self.transitions;
-        let leads =
-            |transitions: &Uniform<TransitionRecord>, id: TransitionId| match boundary_of(id) {
+        let leads = |transitions: &LazilyFilled<TransitionRecord>, id: TransitionId| {
+            match boundary_of(id) {
                 Some(_) => id == end,
-                None => transitions[id as usize].leads_to[side],
-            };
+                None => transitions[id as usize].is_connected_to[side],
+            }
+        };
         let mut is_new = false;
         // Forth and back, since walks are found in order.
         for &[a, b] in self.motions.iter().chain(self.motions.iter().rev()) {
             for (from, to) in [(a, b), (b, a)] {
                 if boundary_of(to).is_none() && leads(transitions, from) && !leads(transitions, to)
                 {
-                    transitions[to as usize].leads_to[side] = true;
+                    transitions[to as usize].is_connected_to[side] = true;
                     is_new = true;
                 }
             }
@@ -152,22 +154,22 @@ impl ModeCosts {
     }
 
     /// Z(T, sigma): whether T hangs together with the start or the goal through the mode, and the
-    /// mode holds nothing of the other. As of the last [`ModeCosts::spread`].
-    pub fn leads(&self, id: TransitionId, mode: ModeId) -> bool {
-        let TransitionRecord { is_joined, leads_to } = self.transitions[id as usize];
+    /// mode holds nothing of the other. As of the last [`ModeCosts::update_connections`].
+    pub fn is_free(&self, id: TransitionId, mode: ModeId) -> bool {
+        let TransitionRecord { is_joined, is_connected_to } = self.transitions[id as usize];
         let is_through = is_joined[usize::from(matches!(mode, ModeId::Double(_)))];
-        is_through && leads_to != [false; 2] && self.record(mode).holds != [true; 2]
+        is_through && is_connected_to != [false; 2] && self.record(mode).is_connected != [true; 2]
     }
 
     /// c(T, sigma): nothing where Z holds, else S(sigma).
-    pub fn share(&self, id: TransitionId, mode: ModeId) -> f64 {
-        if self.leads(id, mode) { 0.0 } else { f64::from(self.attempts(mode)) }
+    pub fn mode_cost(&self, id: TransitionId, mode: ModeId) -> f64 {
+        if self.is_free(id, mode) { 0.0 } else { f64::from(self.attempts(mode)) }
     }
 
     /// C(T) of the transition between two modes: D^3 times what both cost, m^3.
-    pub fn cost(&self, graph: &Graph, id: TransitionId) -> f64 {
-        let shares = ModeId::of(graph, id).map(|mode| self.share(id, mode));
-        graph.transitions()[id as usize].cubed_distance() * (shares[0] + shares[1])
+    pub fn cost(&self, graph: &ModeGraph, id: TransitionId) -> f64 {
+        let mode_costs = ModeId::of(graph, id).map(|mode| self.mode_cost(id, mode));
+        graph.transitions()[id as usize].cubed_distance() * (mode_costs[0] + mode_costs[1])
     }
 
     /// Bytes reserved.
@@ -209,13 +211,13 @@ mod tests {
     /// Figures 4.16 and 4.17: mode sigma_0, one foot on its placement, and transitions T_0^1,
     /// T_0^2, ... to other modes.
     struct Figure {
-        graph: Graph,
+        graph: ModeGraph,
         costs: ModeCosts,
     }
 
     impl Figure {
         fn new() -> Self {
-            let mut graph = Graph::new(1 + ENDS, 2 * ENDS, 2 * ENDS, 1.0);
+            let mut graph = ModeGraph::new(1 + ENDS, 2 * ENDS, 2 * ENDS, 1.0);
             let mut costs = ModeCosts::new(1 + ENDS, 2 * ENDS, 2 * ENDS);
             let foothold = |limb, x| {
                 Foothold::new(
@@ -246,7 +248,7 @@ mod tests {
             self
         }
 
-        fn hangs_on(mut self, boundary: usize, index: usize) -> Self {
+        fn connected_to_boundary(mut self, boundary: usize, index: usize) -> Self {
             self.costs
                 .add_motion([boundary_node(boundary), Self::transition(index)], true)
                 .unwrap();
@@ -255,10 +257,10 @@ mod tests {
 
         /// The transitions that cost nothing on the side of sigma_0.
         fn free(&mut self) -> Vec<usize> {
-            self.costs.spread(&self.graph, [START, GOAL].map(boundary_node));
+            self.costs.update_connections(&self.graph, [START, GOAL].map(boundary_node));
             (1..=ENDS)
                 .filter(|&index| {
-                    self.costs.share(Self::transition(index), ModeId::Single(0)) == 0.0
+                    self.costs.mode_cost(Self::transition(index), ModeId::Single(0)) == 0.0
                 })
                 .collect()
         }
@@ -266,23 +268,32 @@ mod tests {
 
     #[test]
     fn figure_4_16_a_what_the_start_reaches_through_the_mode_is_free() {
-        assert_eq!(Figure::new().hangs_on(START, 1).joined_in_sigma_0(1, 2).free(), [1, 2]);
+        assert_eq!(
+            Figure::new().connected_to_boundary(START, 1).joined_in_sigma_0(1, 2).free(),
+            [1, 2]
+        );
     }
 
     #[test]
     fn figure_4_16_b_so_is_what_the_goal_reaches_through_it() {
-        assert_eq!(Figure::new().hangs_on(GOAL, 3).joined_in_sigma_0(2, 3).free(), [2, 3]);
+        assert_eq!(
+            Figure::new().connected_to_boundary(GOAL, 3).joined_in_sigma_0(2, 3).free(),
+            [2, 3]
+        );
     }
 
     #[test]
     fn figure_4_16_c_nothing_is_free_where_the_mode_holds_both_trees() {
-        let apart = Figure::new().hangs_on(START, 1).joined_in_sigma_0(1, 2).hangs_on(GOAL, 4);
+        let apart = Figure::new()
+            .connected_to_boundary(START, 1)
+            .joined_in_sigma_0(1, 2)
+            .connected_to_boundary(GOAL, 4);
         assert!(apart.joined_in_sigma_0(3, 4).free().is_empty());
         assert!(
             Figure::new()
-                .hangs_on(START, 1)
+                .connected_to_boundary(START, 1)
                 .joined_in_sigma_0(1, 2)
-                .hangs_on(GOAL, 4)
+                .connected_to_boundary(GOAL, 4)
                 .free()
                 .is_empty(),
             "a root is a tree too"
@@ -293,21 +304,25 @@ mod tests {
     fn figure_4_17_trees_of_neither_end_are_not_free() {
         assert!(Figure::new().joined_in_sigma_0(1, 2).free().is_empty());
         assert_eq!(
-            Figure::new().hangs_on(START, 1).joined_in_sigma_0(1, 2).joined_in_sigma_0(3, 4).free(),
+            Figure::new()
+                .connected_to_boundary(START, 1)
+                .joined_in_sigma_0(1, 2)
+                .joined_in_sigma_0(3, 4)
+                .free(),
             [1, 2]
         );
     }
 
     #[test]
     fn figure_4_17_a_transition_is_free_only_through_the_mode_that_joins_it() {
-        let mut figure = Figure::new().hangs_on(START, 1);
+        let mut figure = Figure::new().connected_to_boundary(START, 1);
         assert!(figure.free().is_empty());
-        assert!(figure.costs.leads(Figure::transition(1), ModeId::Double(Figure::transition(1))));
+        assert!(figure.costs.is_free(Figure::transition(1), ModeId::Double(Figure::transition(1))));
     }
 
     #[test]
     fn a_transition_costs_what_both_its_modes_have_been_laboured_at() {
-        let mut figure = Figure::new().hangs_on(START, 1);
+        let mut figure = Figure::new().connected_to_boundary(START, 1);
         figure.free();
         let (stance, costs) = (ModeId::Single(0), &mut figure.costs);
         costs.add_attempts(stance, 6);

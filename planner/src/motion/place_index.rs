@@ -9,14 +9,14 @@ const CELLS: usize = 9;
 /// Buckets that there are at least.
 const BUCKETS_MIN: usize = 64;
 /// Placements of a bucket where they spread over all of them.
-const PLACES_PER_BUCKET: usize = 4;
+const ENTRIES_PER_BUCKET: usize = 4;
 /// The end of a list.
 const NONE: u32 = u32::MAX;
 
 /// Lists of placements by the cell of the plane that they lie in and their foot; several cells may
 /// share a list. Allocated once.
 #[derive(Debug)]
-pub struct PlaceIndex {
+pub struct SpatialHash {
     /// How wide a cell is, m.
     width: f64,
     /// The first and the last placement of each bucket.
@@ -25,19 +25,23 @@ pub struct PlaceIndex {
     next: Vec<u32>,
 }
 
-impl PlaceIndex {
+impl SpatialHash {
     /// Room for so many placements, of which those that are no farther than `reach` (m) from a
     /// place will be asked for.
-    pub fn new(reach: f64, places_max: usize) -> Self {
-        let buckets = (places_max / PLACES_PER_BUCKET).next_power_of_two().max(BUCKETS_MIN);
+    pub fn new(reach: f64, positions_max: usize) -> Self {
+        let buckets = (positions_max / ENTRIES_PER_BUCKET).next_power_of_two().max(BUCKETS_MIN);
         // A little wider than the reach: no rounding may part two places by more than a cell.
-        Self { width: 1.001 * reach, ends: filled([NONE; 2], buckets), next: reserve(places_max) }
+        Self {
+            width: 1.001 * reach,
+            ends: filled([NONE; 2], buckets),
+            next: reserve(positions_max),
+        }
     }
 
     /// Adds the next placement, of a foot.
-    pub fn add(&mut self, limb: usize, place: DVec3) {
+    pub fn add(&mut self, limb: usize, position: DVec3) {
         let index = self.next.len() as u32;
-        let bucket = self.bucket(limb, self.cell(place));
+        let bucket = self.bucket(limb, self.cell(position));
         let [first, last] = &mut self.ends[bucket];
         if *first == NONE {
             *first = index;
@@ -50,8 +54,8 @@ impl PlaceIndex {
 
     /// All placements of a foot that are within reach of a place, and perhaps others, the first one
     /// first.
-    pub fn near(&self, limb: usize, place: DVec3) -> impl Iterator<Item = u32> + '_ {
-        let [x, y] = self.cell(place);
+    pub fn near(&self, limb: usize, position: DVec3) -> impl Iterator<Item = u32> + '_ {
+        let [x, y] = self.cell(position);
         let mut buckets: heapless::Vec<usize, CELLS> = (0..CELLS as i64)
             .map(|cell| self.bucket(limb, [x - 1 + cell / 3, y - 1 + cell % 3]))
             .collect();
@@ -74,8 +78,8 @@ impl PlaceIndex {
         self.ends.capacity() * size_of::<[u32; 2]>() + self.next.capacity() * size_of::<u32>()
     }
 
-    fn cell(&self, place: DVec3) -> [i64; 2] {
-        [place.x, place.y].map(|along| (along / self.width).floor() as i64)
+    fn cell(&self, position: DVec3) -> [i64; 2] {
+        [position.x, position.y].map(|along| (along / self.width).floor() as i64)
     }
 
     fn bucket(&self, limb: usize, [x, y]: [i64; 2]) -> usize {
@@ -99,12 +103,15 @@ mod tests {
             let mut random = Random::new(1, Stream::FootPlacement, 0, 0);
             let mut anywhere =
                 || DVec3::from_array(std::array::from_fn(|_| random.uniform(-4.0, 4.0)));
-            let places: Vec<DVec3> = (0..2_000).map(|_| anywhere()).collect();
-            let mut index = PlaceIndex::new(reach, places.len());
-            places.iter().enumerate().for_each(|(number, &place)| index.add(number % 2, place));
+            let positions: Vec<DVec3> = (0..2_000).map(|_| anywhere()).collect();
+            let mut index = SpatialHash::new(reach, positions.len());
+            positions
+                .iter()
+                .enumerate()
+                .for_each(|(number, &position)| index.add(number % 2, position));
             for (at, limb) in (0..200).map(|number| (anywhere(), number % 2)) {
-                let is_near = |number: &u32| places[*number as usize].distance(at) <= reach;
-                let expected: Vec<u32> = (0..places.len() as u32)
+                let is_near = |number: &u32| positions[*number as usize].distance(at) <= reach;
+                let expected: Vec<u32> = (0..positions.len() as u32)
                     .filter(|number| *number as usize % 2 == limb)
                     .filter(is_near)
                     .collect();

@@ -4,32 +4,32 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
 
-use crate::arena::{Place, append_all, list_at, reserve};
+use crate::arena::{ArenaSlice, append_all, reserve, slice_at};
 use crate::body::Configuration;
-use crate::chunking::Motion;
+use crate::chunking::ModeMotion;
 use crate::constraint::{Mode, StartBalance};
 use crate::motion::edges::{EdgeRecord, EdgeTable};
 use crate::motion::foothold::{Foothold, double_mode, single_mode};
 use crate::motion::graph::{
-    ArenaFull, BOUNDARIES_MAX, FootholdId, Graph, START, TransitionId, boundary_of,
+    ArenaFull, BOUNDARIES_MAX, FootholdId, ModeGraph, START, TransitionId, boundary_of,
 };
 use crate::motion::mode_costs::{ModeCosts, ModeId};
-use crate::motion::sampling::Sampling;
-use crate::motion::track::State;
+use crate::motion::sampling::TransitionSampling;
+use crate::motion::track::ModeState;
 use crate::motion::transition::{TransitionPair, world_from_soles};
 use crate::motion::trees::{TreeKey, TreePool};
 use crate::threads::Threads;
 
 /// Most nodes of one tree.
 pub const TREE_NODES_MAX: usize = 1024;
-/// Trees that are kept; a round uses at most two for each of its searches.
+/// Trees that are kept; a batch uses at most two for each of its searches.
 const TREES_MAX: usize = 64;
 
 /// The roadmap, allocated once.
 #[derive(Debug)]
 pub struct Roadmap {
     /// Modes and transitions.
-    pub graph: Graph,
+    pub graph: ModeGraph,
     /// What is known of the motions between transitions.
     pub edges: EdgeTable,
     /// What the modes cost.
@@ -39,17 +39,17 @@ pub struct Roadmap {
     boundaries: Vec<Boundary>,
     start_balance: Option<StartBalance>,
     /// By the place of a transition's configuration in the graph's arena.
-    lifts: Vec<LiftRecord>,
+    lift_offs: Vec<LiftOffRecord>,
     waypoints: Vec<Configuration>,
 }
 
 /// How the touched foot of a transition is lifted.
 #[derive(Debug, Clone, Copy)]
-struct LiftRecord {
+struct LiftOffRecord {
     /// Both soles in the world at the end.
     lifted: [Pose; 2],
-    /// The way there, in the waypoint arena.
-    waypoints: Place,
+    /// The path there, in the waypoint arena.
+    waypoints: ArenaSlice,
 }
 
 /// Where two segments meet: the robot standing on two placements; also the start and the goal.
@@ -58,31 +58,31 @@ pub struct Boundary {
     /// The placements, left and right.
     pub footholds: [FootholdId; 2],
     /// The robot on them.
-    pub state: State,
+    pub state: ModeState,
     /// Which of them carry it.
     pub support: SupportMode,
 }
 
 /// The sequence of a segment and the nodes of the boundaries at both its ends.
 #[derive(Debug, Clone, Copy)]
-pub struct Segment<'a> {
+pub struct RouteSegment<'a> {
     /// The transitions.
     pub sequence: &'a [TransitionId],
     /// The nodes before and after them.
     pub ends: [TransitionId; 2],
 }
 
-impl Segment<'_> {
-    /// Hop `index`: hop 0 leads to the first transition.
-    pub fn hop(&self, index: usize) -> Hop {
+impl RouteSegment<'_> {
+    /// Edge `index`: edge 0 leads to the first transition.
+    pub fn edge(&self, index: usize) -> ModeEdge {
         let from = if index == 0 { self.ends[0] } else { self.sequence[index - 1] };
-        Hop { from, to: self.sequence.get(index).copied().unwrap_or(self.ends[1]) }
+        ModeEdge { from, to: self.sequence.get(index).copied().unwrap_or(self.ends[1]) }
     }
 }
 
 /// A pair of neighbours in a mode: transitions, or the nodes of boundaries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Hop {
+pub struct ModeEdge {
     /// Where it begins.
     pub from: TransitionId,
     /// Where it leads.
@@ -101,13 +101,13 @@ impl Roadmap {
         let [configurations_max, waypoints_max] =
             [config.configurations_max, config.waypoints_max].map(|count| count as usize);
         Self {
-            graph: Graph::new(footholds_max, transitions_max, configurations_max, reach),
+            graph: ModeGraph::new(footholds_max, transitions_max, configurations_max, reach),
             edges: EdgeTable::new(4 * configurations_max),
             costs: ModeCosts::new(footholds_max, transitions_max, configurations_max),
             trees: TreePool::new(TREES_MAX, TREE_NODES_MAX),
             boundaries: reserve(BOUNDARIES_MAX),
             start_balance: None,
-            lifts: reserve(configurations_max),
+            lift_offs: reserve(configurations_max),
             waypoints: reserve(MOTIONS_PER_PLAN * waypoints_max),
         }
     }
@@ -119,143 +119,146 @@ impl Roadmap {
             + self.costs.bytes()
             + self.trees.bytes()
             + self.boundaries.capacity() * size_of::<Boundary>()
-            + self.lifts.capacity() * size_of::<LiftRecord>()
+            + self.lift_offs.capacity() * size_of::<LiftOffRecord>()
             + self.waypoints.capacity() * size_of::<Configuration>()
     }
 
-    /// Stores the waypoints of motions and lifts; answers where.
+    /// Stores the waypoints of motions and lift-offs; answers where.
     ///
     /// # Errors
     /// There is no room for all of them.
     pub fn store<const N: usize>(
         &mut self,
-        ways: &heapless::Vec<&[Configuration], N>,
+        paths: &heapless::Vec<&[Configuration], N>,
         threads: &Threads,
-    ) -> Result<heapless::Vec<Place, N>, ArenaFull> {
-        append_all(&mut self.waypoints, ways, threads).ok_or(ArenaFull::Waypoints)
+    ) -> Result<heapless::Vec<ArenaSlice, N>, ArenaFull> {
+        append_all(&mut self.waypoints, paths, threads).ok_or(ArenaFull::Waypoints)
     }
 
-    /// Notes what came of sampling a transition, and how its foot is lifted: where the waypoints
+    /// Records what came of sampling a transition, and how its foot is lifted: where the waypoints
     /// after the configuration itself are stored.
     ///
     /// # Errors
     /// An arena is full.
     pub fn record_sampling(
         &mut self,
-        sampling: &Sampling,
-        waypoints: Place,
+        sampling: &TransitionSampling,
+        waypoints: ArenaSlice,
     ) -> Result<(), ArenaFull> {
         self.graph.record_failures(sampling.id, sampling.failed());
         let Some(found) = sampling.found() else { return Ok(()) };
-        let lift = LiftRecord { lifted: found.lifted.world_from_soles, waypoints };
-        self.record_found(sampling.id, found.configuration, lift)
+        let lift_off = LiftOffRecord { lifted: found.lifted.world_from_soles, waypoints };
+        self.record_found(sampling.id, found.configuration, lift_off)
     }
 
-    /// Notes a motion that pi_S gave between two primitive configurations, unless one of its
+    /// Records a motion that pi_S gave between two primitive configurations, unless one of its
     /// transitions has another configuration already.
     ///
     /// # Errors
     /// An arena is full.
     pub fn record_primitive(
         &mut self,
-        hop: Hop,
-        ends: &[State; 2],
-        track: Place,
+        edge: ModeEdge,
+        ends: &[ModeState; 2],
+        path: ArenaSlice,
     ) -> Result<(), ArenaFull> {
-        for (id, state) in [hop.from, hop.to].into_iter().zip(ends) {
+        for (id, state) in [edge.from, edge.to].into_iter().zip(ends) {
             match self.graph.configuration(id) {
                 Some(known) if known != &state.configuration => return Ok(()),
                 Some(_) => {}
                 None => self.record_found(
                     id,
                     state.configuration,
-                    LiftRecord { lifted: state.world_from_soles, waypoints: (0, 0) },
+                    LiftOffRecord { lifted: state.world_from_soles, waypoints: (0, 0) },
                 )?,
             }
         }
-        self.record_motion(hop, track)
+        self.record_motion(edge, path)
     }
 
     fn record_found(
         &mut self,
         id: TransitionId,
         configuration: Configuration,
-        lift: LiftRecord,
+        lift_off: LiftOffRecord,
     ) -> Result<(), ArenaFull> {
         self.graph.record_found(id, configuration)?;
         self.costs.add_found(id);
-        self.lifts.push(lift);
+        self.lift_offs.push(lift_off);
         Ok(())
     }
 
-    /// Notes a motion that was found for a hop: where its waypoints after the first are stored.
+    /// Records a motion that was found for a edge: where its waypoints after the first are stored.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_motion(&mut self, hop: Hop, track: Place) -> Result<(), ArenaFull> {
-        let failures = self.edges.get(hop.from, hop.to).failures;
-        self.edges.set(hop.from, hop.to, EdgeRecord { failures, motion: Some(track) })?;
-        self.costs.add_motion([hop.from, hop.to], self.is_double(hop))
+    pub fn record_motion(&mut self, edge: ModeEdge, path: ArenaSlice) -> Result<(), ArenaFull> {
+        let failures = self.edges.get(edge.from, edge.to).failures;
+        self.edges.set(edge.from, edge.to, EdgeRecord { failures, motion: Some(path) })?;
+        self.costs.add_motion([edge.from, edge.to], self.is_double(edge))
     }
 
     /// Puts a shorter motion, its first state included, in the place of the one that was found for
-    /// a hop.
+    /// a edge.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn shorten_motion(&mut self, hop: Hop, track: &[Configuration]) -> Result<(), ArenaFull> {
-        let record = self.edges.get(hop.from, hop.to);
-        let Some((first, _)) =
-            record.motion.filter(|&(_, count)| track.len() <= count as usize + 1)
+    pub fn shorten_motion(
+        &mut self,
+        edge: ModeEdge,
+        path: &[Configuration],
+    ) -> Result<(), ArenaFull> {
+        let record = self.edges.get(edge.from, edge.to);
+        let Some((first, _)) = record.motion.filter(|&(_, count)| path.len() <= count as usize + 1)
         else {
             return Ok(());
         };
-        let shorter = &track[1..];
+        let shorter = &path[1..];
         self.waypoints[first as usize..first as usize + shorter.len()].copy_from_slice(shorter);
         self.edges.set(
-            hop.from,
-            hop.to,
+            edge.from,
+            edge.to,
             EdgeRecord { motion: Some((first, shorter.len() as u32)), ..record },
         )
     }
 
-    /// How many waypoints there are of all motions and lifts.
+    /// How many waypoints there are of all motions and lift-offs.
     pub fn waypoints_len(&self) -> usize {
         self.waypoints.len()
     }
 
-    /// The motion that was found for a hop: its waypoints after the first.
-    pub fn motion(&self, hop: Hop) -> Option<&[Configuration]> {
-        Some(list_at(&self.waypoints, self.edges.get(hop.from, hop.to).motion?))
+    /// The motion that was found for a edge: its waypoints after the first.
+    pub fn motion(&self, edge: ModeEdge) -> Option<&[Configuration]> {
+        Some(slice_at(&self.waypoints, self.edges.get(edge.from, edge.to).motion?))
     }
 
-    /// Notes a search that failed after so many attempts to extend its trees.
+    /// Records a search that failed after so many attempts to extend its trees.
     ///
     /// # Errors
     /// An arena is full.
-    pub fn record_failure(&mut self, hop: Hop, extensions: u32) -> Result<(), ArenaFull> {
-        let failures = self.edges.get(hop.from, hop.to).failures + 1;
-        self.edges.set(hop.from, hop.to, EdgeRecord { failures, motion: None })?;
-        let transition = if boundary_of(hop.from).is_none() { hop.from } else { hop.to };
+    pub fn record_failure(&mut self, edge: ModeEdge, extensions: u32) -> Result<(), ArenaFull> {
+        let failures = self.edges.get(edge.from, edge.to).failures + 1;
+        self.edges.set(edge.from, edge.to, EdgeRecord { failures, motion: None })?;
+        let transition = if boundary_of(edge.from).is_none() { edge.from } else { edge.to };
         let [single, double] = ModeId::of(&self.graph, transition);
-        self.costs.add_attempts(if self.is_double(hop) { double } else { single }, extensions);
-        if boundary_of(hop.from).is_none() && boundary_of(hop.to).is_none() {
-            self.graph.doubt(hop.from, hop.to);
+        self.costs.add_attempts(if self.is_double(edge) { double } else { single }, extensions);
+        if boundary_of(edge.from).is_none() && boundary_of(edge.to).is_none() {
+            self.graph.record_failed_motion(edge.from, edge.to);
         }
         Ok(())
     }
 
-    /// The mode of a hop.
-    pub fn mode(&self, hop: Hop) -> Mode {
-        let [stance, other] = self.placements(hop);
+    /// The mode of a edge.
+    pub fn mode(&self, edge: ModeEdge) -> Mode {
+        let [stance, other] = self.placements(edge);
         let mode =
-            if self.is_double(hop) { double_mode(stance, other) } else { single_mode(stance) };
-        let start = self.start_balance.filter(|_| boundary_of(hop.from) == Some(START));
+            if self.is_double(edge) { double_mode(stance, other) } else { single_mode(stance) };
+        let start = self.start_balance.filter(|_| boundary_of(edge.from) == Some(START));
         Mode { start, ..mode }
     }
 
     /// The robot at a transition that has a configuration, or at a boundary.
-    pub fn state(&self, node: TransitionId) -> State {
+    pub fn state(&self, node: TransitionId) -> ModeState {
         if let Some(index) = boundary_of(node) {
             return self.boundaries[index].state;
         }
@@ -263,29 +266,30 @@ impl Roadmap {
         let world_from_soles = world_from_soles(TransitionPair { stance, other });
         let configuration =
             *self.graph.configuration(node).unwrap_or(&self.boundaries[START].state.configuration);
-        State { configuration, world_from_soles }
+        ModeState { configuration, world_from_soles }
     }
 
-    /// The ends of a hop with the swing foot lifted, and the ways there, as far as they are known.
-    pub fn lifted(&self, hop: Hop) -> [Option<(State, &[Configuration])>; 2] {
-        let is_swing = !self.is_double(hop);
-        [hop.from, hop.to].map(|node| {
-            let place =
-                boundary_of(node).is_none().then(|| self.graph.configuration_place(node)).flatten();
-            let LiftRecord { lifted, waypoints } = self.lifts[place.filter(|_| is_swing)?];
-            let way = list_at(&self.waypoints, waypoints);
-            Some((State { configuration: *way.last()?, world_from_soles: lifted }, way))
+    /// The ends of a edge with the swing foot lifted, and the paths there, as far as they are
+    /// known.
+    pub fn lifted(&self, edge: ModeEdge) -> [Option<(ModeState, &[Configuration])>; 2] {
+        let is_swing = !self.is_double(edge);
+        [edge.from, edge.to].map(|node| {
+            let index =
+                boundary_of(node).is_none().then(|| self.graph.configuration_index(node)).flatten();
+            let LiftOffRecord { lifted, waypoints } = self.lift_offs[index.filter(|_| is_swing)?];
+            let path = slice_at(&self.waypoints, waypoints);
+            Some((ModeState { configuration: *path.last()?, world_from_soles: lifted }, path))
         })
     }
 
-    /// The trees of both ends of a hop.
-    pub fn tree_keys(&self, hop: Hop) -> [TreeKey; 2] {
-        let is_double = self.is_double(hop);
-        [hop.from, hop.to].map(|node| TreeKey { node, is_double })
+    /// The trees of both ends of a edge.
+    pub fn tree_keys(&self, edge: ModeEdge) -> [TreeKey; 2] {
+        let is_double = self.is_double(edge);
+        [edge.from, edge.to].map(|node| TreeKey { node, is_double })
     }
 
     /// Sets how the robot is balanced where it was found.
-    pub fn begin_balanced(&mut self, balance: StartBalance) {
+    pub fn set_start_balance(&mut self, balance: StartBalance) {
         self.start_balance = Some(balance);
     }
 
@@ -310,40 +314,40 @@ impl Roadmap {
     }
 
     /// Whether a transition of the segment has no configuration, or the motion to it has failed.
-    pub fn is_unsolved(&self, segment: Segment<'_>, index: usize) -> bool {
-        let Hop { from, to } = segment.hop(index);
+    pub fn is_unsolved(&self, segment: RouteSegment<'_>, index: usize) -> bool {
+        let ModeEdge { from, to } = segment.edge(index);
         let record = self.edges.get(from, to);
         !self.graph.transitions()[to as usize].is_found()
             || record.motion.is_none() && record.failures > 0
     }
 
-    /// The motion of a hop as chunks are made of it.
-    pub fn motion_of_plan(&self, hop: Hop) -> Option<Motion<'_>> {
-        let track = self.motion(hop)?;
-        let (support, stance) = self.stance(hop);
-        Some(Motion { support, stance, first: self.state(hop.from).configuration, track })
+    /// The motion of a edge as chunks are made of it.
+    pub fn mode_motion(&self, edge: ModeEdge) -> Option<ModeMotion<'_>> {
+        let path = self.motion(edge)?;
+        let (support, stance) = self.stance(edge);
+        Some(ModeMotion { support, stance, first: self.state(edge.from).configuration, path: path })
     }
 
-    fn stance(&self, hop: Hop) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
-        let mode = self.mode(hop);
-        let placements = self.placements(hop);
-        let limbs = (0..2).filter(|&limb| mode.stands(limb));
+    fn stance(&self, edge: ModeEdge) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
+        let mode = self.mode(edge);
+        let placements = self.placements(edge);
+        let limbs = (0..2).filter(|&limb| mode.is_stance(limb));
         let stance = limbs
             .filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb));
         (mode.support, stance.collect())
     }
 
-    /// The placements that a hop touches: the stance first.
-    fn placements(&self, hop: Hop) -> [&Foothold; 2] {
+    /// The placements that a edge touches: the stance first.
+    fn placements(&self, edge: ModeEdge) -> [&Foothold; 2] {
         let (stance, other) =
-            self.graph.pair(if boundary_of(hop.from).is_some() { hop.to } else { hop.from });
+            self.graph.pair(if boundary_of(edge.from).is_some() { edge.to } else { edge.from });
         [stance, other]
     }
 
-    /// Whether both feet stand during a hop.
-    fn is_double(&self, hop: Hop) -> bool {
-        let starts_double = boundary_of(hop.from)
+    /// Whether both feet stand during a edge.
+    fn is_double(&self, edge: ModeEdge) -> bool {
+        let starts_double = boundary_of(edge.from)
             .is_some_and(|index| self.boundaries[index].support == SupportMode::Double);
-        starts_double || boundary_of(hop.to).is_some() || hop.to == Graph::twin(hop.from)
+        starts_double || boundary_of(edge.to).is_some() || edge.to == ModeGraph::twin(edge.from)
     }
 }

@@ -1,174 +1,181 @@
-//! Rounds of searches side by side.
+//! Batches of searches in parallel.
 //!
-//! A round hands one search to each of its slots, advances all of them by a unit of work at a time,
-//! as far as a budget allows, and once all have ended merges the results in order. The partition
-//! depends on nothing but the sequences, and no search sees what another of its round found, so
-//! neither the number of threads nor the size of budgets can matter. Segments that are planned side
-//! by side share a round, each in a lane of its own.
+//! A batch hands one search to each of its entries, advances all of them by a unit of work at a
+//! time, as far as a budget allows, and once all have ended merges the results in order. The
+//! partition depends on nothing but the sequences, and no search sees what another of its batch
+//! found, so neither the number of threads nor the size of budgets can matter. Segments that are
+//! planned side by side share a batch, each in a segment search of its own.
 
-use crate::allowance::{self, Allowance, Piece};
-use crate::arena::Place;
+use crate::allowance::{self, BudgetedTask, WorkBudget};
+use crate::arena::ArenaSlice;
 use crate::body::Configuration;
 use crate::constraint::Rejection;
-use crate::motion::graph::{ArenaFull, Graph};
-use crate::motion::primitive::Emission;
-use crate::motion::roadmap::{Hop, Roadmap, Segment, TREE_NODES_MAX};
-use crate::motion::sampling::Sampling;
-use crate::motion::shortcut::{Goal, Shortcutting};
-use crate::motion::single_mode::{Problem, Search};
+use crate::motion::graph::{ArenaFull, ModeGraph};
+use crate::motion::primitive::PrimitiveTrajectory;
+use crate::motion::roadmap::{ModeEdge, Roadmap, RouteSegment, TREE_NODES_MAX};
+use crate::motion::sampling::TransitionSampling;
+use crate::motion::shortcut::{Pass, Shortcutting};
+use crate::motion::single_mode::{SingleModeProblem, SingleModeSearch};
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
 use crate::shared::Shared;
 use crate::threads::Threads;
 
-/// Segments that are planned side by side.
-pub const LANES_MAX: usize = 4;
-/// Searches that run side by side in one round.
-const SLOTS: usize = 32;
+/// Segments that are planned in parallel.
+pub const SEGMENT_SEARCHES_MAX: usize = 4;
+/// Searches that run in parallel in one batch.
+const SEARCHES_MAX: usize = 32;
 /// Most waypoints of one single-mode motion.
-const TRACK_MAX: usize = 1024;
+const PATH_WAYPOINTS_MAX: usize = 1024;
 /// Units of work that may go into shortening a motion, for each of its waypoints.
 const SHORTCUT_WORK: u64 = 2;
 
-/// What a round did.
+/// What a batch did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct RoundTally {
+pub struct BatchStats {
     /// Lanes that had searches in it.
-    pub lanes: u64,
-    /// Searches that failed, by lane.
-    pub failures: [u32; LANES_MAX],
+    pub segment_searches: u64,
+    /// Searches that failed, by segment search.
+    pub failures: [u32; SEGMENT_SEARCHES_MAX],
     /// Searches that found something.
     pub found: u32,
-    /// What was turned down.
+    /// What was rejected.
     pub rejections: [u64; Rejection::COUNT],
 }
 
-/// The searches of a round, allocated once.
+/// The searches of a batch, allocated once.
 #[derive(Debug)]
-pub struct Round {
-    slots: Vec<Slot>,
-    /// How many of the slots have a search.
+pub struct SearchBatch {
+    entries: Vec<BatchEntry>,
+    /// How many of the entries have a search.
     count: usize,
     is_running: bool,
 }
 
 #[derive(Debug)]
-struct Slot {
+struct BatchEntry {
     /// Whose search it is.
-    lane: usize,
-    task: Task,
+    segment_search: usize,
+    task: BatchTask,
     workspace: Workspace,
     /// Where the trees of the workspace belong.
     lent: [Option<usize>; 2],
-    allowance: Allowance,
+    work_budget: WorkBudget,
 }
 
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
-enum Task {
+enum BatchTask {
     Idle,
-    Sample(Sampling),
-    Move { hop: Hop, search: Search, found: Option<bool> },
-    Shorten { hop: Hop, shortcutting: Shortcutting },
-    Emit { hop: Hop, emission: Emission, has_failed: bool },
+    Sample(TransitionSampling),
+    Move { edge: ModeEdge, search: SingleModeSearch, found: Option<bool> },
+    Shorten { edge: ModeEdge, shortcutting: Shortcutting },
+    Primitive { edge: ModeEdge, trajectory: PrimitiveTrajectory, has_failed: bool },
 }
 
-impl Default for Round {
+impl Default for SearchBatch {
     /// Slots with empty workspaces.
     fn default() -> Self {
-        let slot = |_| Slot {
-            lane: 0,
-            task: Task::Idle,
-            workspace: Workspace::new(TRACK_MAX, TREE_NODES_MAX),
+        let entry = |_| BatchEntry {
+            segment_search: 0,
+            task: BatchTask::Idle,
+            workspace: Workspace::new(PATH_WAYPOINTS_MAX, TREE_NODES_MAX),
             lent: [None; 2],
-            allowance: Allowance::default(),
+            work_budget: WorkBudget::default(),
         };
-        Self { slots: (0..SLOTS).map(slot).collect(), count: 0, is_running: false }
+        Self { entries: (0..SEARCHES_MAX).map(entry).collect(), count: 0, is_running: false }
     }
 }
 
-impl Round {
-    /// Whether a round has begun and not been merged.
+impl SearchBatch {
+    /// Whether a batch has begun and not been merged.
     pub fn is_running(&self) -> bool {
         self.is_running
     }
 
-    /// Begins a round that has no search yet.
+    /// Begins a batch that has no search yet.
     pub fn begin(&mut self) {
         (self.count, self.is_running) = (0, true);
     }
 
-    /// Adds searches for configurations of the transitions of a lane's sequence that have none,
-    /// from `next` on. Answers where the lane's next round goes on: where the slots are used up, or
-    /// another lane is at the same transition.
+    /// Adds searches for configurations of the transitions of a segment search's sequence that have
+    /// none, from `next` on. Answers where the segment search's next batch goes on: where the
+    /// entries are used up, or another segment search is at the same transition.
     pub fn add_sampling(
         &mut self,
-        lane: usize,
+        segment_search: usize,
         roadmap: &Roadmap,
-        segment: Segment<'_>,
+        segment: RouteSegment<'_>,
         next: usize,
     ) -> usize {
         for (index, &id) in segment.sequence.iter().enumerate().skip(next) {
             if roadmap.graph.transitions()[id as usize].is_found() {
                 continue;
             }
-            match self.lane_of(|task| matches!(task, Task::Sample(sampling) if sampling.id == id)) {
-                Some(other) if other != lane => return index,
+            match self.segment_search_of(
+                |task| matches!(task, BatchTask::Sample(sampling) if sampling.id == id),
+            ) {
+                Some(other) if other != segment_search => return index,
                 Some(_) => {}
-                None if self.give(lane, Task::Sample(Sampling::new(&roadmap.graph, id))) => {}
+                None if self.add_task(
+                    segment_search,
+                    BatchTask::Sample(TransitionSampling::new(&roadmap.graph, id)),
+                ) => {}
                 None => return index,
             }
         }
         segment.sequence.len()
     }
 
-    /// Adds searches for the motions of a lane's segment that are missing, from hop `next` on (hop
-    /// 0 leads from the boundary before it to the first transition, the last one from the last
-    /// transition to the boundary after it). Answers where the lane's next round goes on, like
-    /// [`Round::add_sampling`].
+    /// Adds searches for the motions of a segment search's segment that are missing, from edge
+    /// `next` on (edge 0 leads from the boundary before it to the first transition, the last one
+    /// from the last transition to the boundary after it). Answers where the segment search's next
+    /// batch goes on, like [`SearchBatch::add_sampling`].
     pub fn add_motions(
         &mut self,
-        lane: usize,
+        segment_search: usize,
         shared: &Shared,
         roadmap: &mut Roadmap,
-        segment: Segment<'_>,
+        segment: RouteSegment<'_>,
         next: usize,
     ) -> usize {
         for index in next..=segment.sequence.len() {
-            let hop = segment.hop(index);
-            let record = roadmap.edges.get(hop.from, hop.to);
+            let edge = segment.edge(index);
+            let record = roadmap.edges.get(edge.from, edge.to);
             if record.motion.is_some() {
                 continue;
             }
-            let others =
-                self.lane_of(|task| matches!(task, Task::Move { hop: begun, .. } if *begun == hop));
-            if others.is_some_and(|other| other != lane) {
+            let others = self.segment_search_of(
+                |task| matches!(task, BatchTask::Move { edge: begun, .. } if *begun == edge),
+            );
+            if others.is_some_and(|other| other != segment_search) {
                 return index;
             }
-            let problem = Problem {
-                mode: roadmap.mode(hop),
-                from: roadmap.state(hop.from),
-                to: roadmap.state(hop.to),
-                random: (shared.seed, u64::from(hop.from) << 32 | u64::from(hop.to)),
+            let problem = SingleModeProblem {
+                mode: roadmap.mode(edge),
+                from: roadmap.state(edge.from),
+                to: roadmap.state(edge.to),
+                random: (shared.seed, u64::from(edge.from) << 32 | u64::from(edge.to)),
                 failures: record.failures,
             };
-            let lifted = roadmap.lifted(hop);
-            let search = Search::new(problem, lifted.map(|known| known.map(|(state, _)| state)));
-            if !self.give(lane, Task::Move { hop, search, found: None }) {
+            let lifted = roadmap.lifted(edge);
+            let search =
+                SingleModeSearch::new(problem, lifted.map(|known| known.map(|(state, _)| state)));
+            if !self.add_task(segment_search, BatchTask::Move { edge, search, found: None }) {
                 return index;
             }
-            let slot = &mut self.slots[self.count - 1];
-            for (waypoints, known) in slot.workspace.lifts.iter_mut().zip(lifted) {
-                waypoints.extend_from_slice(known.map_or(&[], |(_, way)| way));
+            let entry = &mut self.entries[self.count - 1];
+            for (waypoints, known) in entry.workspace.lift_offs.iter_mut().zip(lifted) {
+                waypoints.extend_from_slice(known.map_or(&[], |(_, path)| path));
             }
-            slot.borrow_trees(roadmap, hop);
+            entry.borrow_trees(roadmap, edge);
         }
         segment.sequence.len() + 1
     }
 
-    /// Adds a motion that pi_S gives. There must be room for it, see [`Round::is_full`].
-    pub fn add_primitive(&mut self, hop: Hop, emission: Emission) {
-        self.give(0, Task::Emit { hop, emission, has_failed: false });
+    /// Adds a motion that pi_S gives. There must be room for it, see [`SearchBatch::is_full`].
+    pub fn add_primitive(&mut self, edge: ModeEdge, trajectory: PrimitiveTrajectory) {
+        self.add_task(0, BatchTask::Primitive { edge, trajectory, has_failed: false });
     }
 
     /// Begins to shorten the next motions, which may spend `work_max` units together.
@@ -176,48 +183,49 @@ impl Round {
         &mut self,
         shared: &Shared,
         roadmap: &Roadmap,
-        hops: impl Iterator<Item = Hop>,
-        (goal, work_max): (Goal, u64),
+        edges: impl Iterator<Item = ModeEdge>,
+        (pass, work_max): (Pass, u64),
     ) {
         self.begin();
         let mut left = work_max;
-        for hop in hops.take(SLOTS) {
-            let Some(track) = roadmap.motion(hop).filter(|track| track.len() < TRACK_MAX) else {
+        for edge in edges.take(SEARCHES_MAX) {
+            let Some(path) = roadmap.motion(edge).filter(|path| path.len() < PATH_WAYPOINTS_MAX)
+            else {
                 continue;
             };
-            let work = left.min(SHORTCUT_WORK * track.len() as u64);
+            let work = left.min(SHORTCUT_WORK * path.len() as u64);
             let random = Random::new(
                 shared.seed,
                 Stream::Shortcut,
-                u64::from(hop.from) << 32 | u64::from(hop.to),
+                u64::from(edge.from) << 32 | u64::from(edge.to),
                 0,
             );
-            let shortcutting = Shortcutting::new(goal, roadmap.mode(hop), random, work);
-            if work == 0 || !self.give(0, Task::Shorten { hop, shortcutting }) {
+            let shortcutting = Shortcutting::new(pass, roadmap.mode(edge), random, work);
+            if work == 0 || !self.add_task(0, BatchTask::Shorten { edge, shortcutting }) {
                 break;
             }
             left -= work;
-            let held = &mut self.slots[self.count - 1].workspace.track;
-            held.push(roadmap.state(hop.from).configuration);
-            held.extend_from_slice(track);
+            let copy = &mut self.entries[self.count - 1].workspace.path;
+            copy.push(roadmap.state(edge.from).configuration);
+            copy.extend_from_slice(path);
         }
     }
 
-    /// Whether the round has no search at all.
+    /// Whether the batch has no search at all.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Whether all slots have a search.
+    /// Whether all entries have a search.
     pub fn is_full(&self) -> bool {
-        self.count == self.slots.len()
+        self.count == self.entries.len()
     }
 
     /// Spends at most so many units of work; answers how many it spent. Less than allowed means
     /// that all searches have ended.
     pub fn advance(&mut self, shared: &Shared, roadmap: &Roadmap, budget: u64) -> u64 {
-        allowance::advance(&mut self.slots[..self.count], budget, &shared.threads, |slot| {
-            slot.advance(shared, &roadmap.graph)
+        allowance::advance(&mut self.entries[..self.count], budget, &shared.threads, |entry| {
+            entry.advance(shared, &roadmap.graph)
         })
     }
 
@@ -229,99 +237,105 @@ impl Round {
         &mut self,
         threads: &Threads,
         roadmap: &mut Roadmap,
-    ) -> Result<RoundTally, ArenaFull> {
-        let places = self.store(threads, roadmap)?;
-        let has_search =
-            |lane: &usize| self.slots[..self.count].iter().any(|slot| slot.lane == *lane);
-        let mut tally = RoundTally {
-            lanes: (0..LANES_MAX).filter(has_search).count() as u64,
-            ..RoundTally::default()
+    ) -> Result<BatchStats, ArenaFull> {
+        let slices = self.store(threads, roadmap)?;
+        let has_search = |segment_search: &usize| {
+            self.entries[..self.count].iter().any(|entry| entry.segment_search == *segment_search)
         };
-        for (slot, way) in self.slots.iter_mut().zip(places) {
-            slot.return_trees(roadmap);
-            let found = slot.merge(roadmap, way)?;
+        let mut stats = BatchStats {
+            segment_searches: (0..SEGMENT_SEARCHES_MAX).filter(has_search).count() as u64,
+            ..BatchStats::default()
+        };
+        for (entry, path) in self.entries.iter_mut().zip(slices) {
+            entry.return_trees(roadmap);
+            let found = entry.merge(roadmap, path)?;
             if found {
-                tally.found += 1
+                stats.found += 1
             } else {
-                tally.failures[slot.lane] += 1
+                stats.failures[entry.segment_search] += 1
             }
-            for (total, count) in tally.rejections.iter_mut().zip(&mut slot.workspace.rejections) {
+            for (total, count) in stats.rejections.iter_mut().zip(&mut entry.workspace.rejections) {
                 *total += std::mem::take(count);
             }
         }
-        roadmap.trees.end_round();
+        roadmap.trees.end_batch();
         self.is_running = false;
-        Ok(tally)
+        Ok(stats)
     }
 
-    /// Stores the ways that the searches found; answers where.
+    /// Stores the paths that the searches found; answers where.
     fn store(
         &self,
         threads: &Threads,
         roadmap: &mut Roadmap,
-    ) -> Result<heapless::Vec<Place, SLOTS>, ArenaFull> {
-        let ways: heapless::Vec<&[Configuration], SLOTS> =
-            self.slots[..self.count].iter().map(Slot::way).collect();
-        roadmap.store(&ways, threads)
+    ) -> Result<heapless::Vec<ArenaSlice, SEARCHES_MAX>, ArenaFull> {
+        let paths: heapless::Vec<&[Configuration], SEARCHES_MAX> =
+            self.entries[..self.count].iter().map(BatchEntry::path).collect();
+        roadmap.store(&paths, threads)
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.slots.iter().map(|slot| size_of::<Slot>() + slot.workspace.bytes()).sum()
+        self.entries.iter().map(|entry| size_of::<BatchEntry>() + entry.workspace.bytes()).sum()
     }
 
-    /// The lane of the first search of this round that is such a one.
-    fn lane_of(&self, is_such: impl Fn(&Task) -> bool) -> Option<usize> {
-        self.slots[..self.count].iter().find(|slot| is_such(&slot.task)).map(|slot| slot.lane)
+    /// The segment search of the first search of this batch that is such a one.
+    fn segment_search_of(&self, is_match: impl Fn(&BatchTask) -> bool) -> Option<usize> {
+        self.entries[..self.count]
+            .iter()
+            .find(|entry| is_match(&entry.task))
+            .map(|entry| entry.segment_search)
     }
 
-    /// Gives a slot a lane's search; `false` where all have one.
-    fn give(&mut self, lane: usize, task: Task) -> bool {
-        let Some(slot) = self.slots.get_mut(self.count) else { return false };
-        (slot.lane, slot.task) = (lane, task);
-        slot.workspace.clear();
+    /// Gives a entry a segment search's search; `false` where all have one.
+    fn add_task(&mut self, segment_search: usize, task: BatchTask) -> bool {
+        let Some(entry) = self.entries.get_mut(self.count) else { return false };
+        (entry.segment_search, entry.task) = (segment_search, task);
+        entry.workspace.clear();
         self.count += 1;
         true
     }
 }
 
-impl Piece for Slot {
+impl BudgetedTask for BatchEntry {
     fn has_ended(&self) -> bool {
         match &self.task {
-            Task::Idle => true,
-            Task::Sample(sampling) => sampling.has_ended(),
-            Task::Move { found, .. } => found.is_some(),
-            Task::Shorten { shortcutting, .. } => shortcutting.has_ended(),
-            Task::Emit { emission, has_failed, .. } => *has_failed || emission.is_over(),
+            BatchTask::Idle => true,
+            BatchTask::Sample(sampling) => sampling.has_ended(),
+            BatchTask::Move { found, .. } => found.is_some(),
+            BatchTask::Shorten { shortcutting, .. } => shortcutting.has_ended(),
+            BatchTask::Primitive { trajectory, has_failed, .. } => {
+                *has_failed || trajectory.is_over()
+            }
         }
     }
 
-    fn allowance(&mut self) -> &mut Allowance {
-        &mut self.allowance
+    fn work_budget(&mut self) -> &mut WorkBudget {
+        &mut self.work_budget
     }
 }
 
-impl Slot {
+impl BatchEntry {
     /// One unit of its search.
-    fn advance(&mut self, shared: &Shared, graph: &Graph) {
+    fn advance(&mut self, shared: &Shared, graph: &ModeGraph) {
         match &mut self.task {
-            Task::Idle => {}
-            Task::Sample(sampling) => {
+            BatchTask::Idle => {}
+            BatchTask::Sample(sampling) => {
                 sampling.advance(&shared.constraints, shared.seed, graph, &mut self.workspace)
             }
-            Task::Move { search, found, .. } => {
+            BatchTask::Move { search, found, .. } => {
                 *found = search
                     .advance(&shared.constraints, &mut self.workspace)
                     .map(|ended| ended.is_ok());
             }
-            Task::Shorten { shortcutting, .. } => {
+            BatchTask::Shorten { shortcutting, .. } => {
                 shortcutting.advance(&shared.constraints, &mut self.workspace)
             }
-            Task::Emit { emission, has_failed, .. } => {
-                *has_failed = match emission.advance(&shared.constraints) {
+            BatchTask::Primitive { trajectory, has_failed, .. } => {
+                *has_failed = match trajectory.advance(&shared.constraints) {
                     Ok(None) => false,
                     Ok(Some((state, _))) => {
-                        push(&mut self.workspace.track, state.configuration).is_err()
+                        push(&mut self.workspace.path, state.configuration).is_err()
                     }
                     Err(_) => true,
                 }
@@ -329,8 +343,8 @@ impl Slot {
         }
     }
 
-    fn borrow_trees(&mut self, roadmap: &mut Roadmap, hop: Hop) {
-        let keys = roadmap.tree_keys(hop);
+    fn borrow_trees(&mut self, roadmap: &mut Roadmap, edge: ModeEdge) {
+        let keys = roadmap.tree_keys(edge);
         for ((lent, tree), key) in self.lent.iter_mut().zip(&mut self.workspace.trees).zip(keys) {
             *lent = roadmap.trees.lend(key, tree);
         }
@@ -339,45 +353,46 @@ impl Slot {
     fn return_trees(&mut self, roadmap: &mut Roadmap) {
         for (lent, tree) in self.lent.iter_mut().zip(&mut self.workspace.trees) {
             if let Some(index) = lent.take() {
-                roadmap.trees.give_back(index, tree);
+                roadmap.trees.return_tree(index, tree);
             }
         }
     }
 
     /// The waypoints that the search has found, if they are new.
-    fn way(&self) -> &[Configuration] {
+    fn path(&self) -> &[Configuration] {
         match &self.task {
-            Task::Sample(sampling) if sampling.found().is_some() => &self.workspace.lifts[0],
-            Task::Move { found: Some(true), .. } | Task::Emit { has_failed: false, .. } => {
-                &self.workspace.track
+            BatchTask::Sample(sampling) if sampling.found().is_some() => {
+                &self.workspace.lift_offs[0]
             }
+            BatchTask::Move { found: Some(true), .. }
+            | BatchTask::Primitive { has_failed: false, .. } => &self.workspace.path,
             _ => &[],
         }
     }
 
-    /// Notes what the search found, its way stored there; answers whether that is anything.
-    fn merge(&self, roadmap: &mut Roadmap, way: Place) -> Result<bool, ArenaFull> {
+    /// Records what the search found, its path stored there; answers whether that is anything.
+    fn merge(&self, roadmap: &mut Roadmap, path: ArenaSlice) -> Result<bool, ArenaFull> {
         match &self.task {
-            Task::Idle => Ok(false),
-            Task::Sample(sampling) => {
-                roadmap.record_sampling(sampling, way)?;
+            BatchTask::Idle => Ok(false),
+            BatchTask::Sample(sampling) => {
+                roadmap.record_sampling(sampling, path)?;
                 Ok(sampling.found().is_some())
             }
-            Task::Move { hop, found: Some(true), .. } => {
-                roadmap.record_motion(*hop, way)?;
+            BatchTask::Move { edge, found: Some(true), .. } => {
+                roadmap.record_motion(*edge, path)?;
                 Ok(true)
             }
-            Task::Shorten { hop, .. } => {
-                roadmap.shorten_motion(*hop, &self.workspace.track)?;
+            BatchTask::Shorten { edge, .. } => {
+                roadmap.shorten_motion(*edge, &self.workspace.path)?;
                 Ok(true)
             }
-            Task::Emit { has_failed: true, .. } => Ok(false),
-            Task::Emit { hop, emission, .. } => {
-                roadmap.record_primitive(*hop, emission.ends(), way)?;
+            BatchTask::Primitive { has_failed: true, .. } => Ok(false),
+            BatchTask::Primitive { edge, trajectory, .. } => {
+                roadmap.record_primitive(*edge, trajectory.ends(), path)?;
                 Ok(true)
             }
-            Task::Move { hop, search, .. } => {
-                roadmap.record_failure(*hop, search.extensions())?;
+            BatchTask::Move { edge, search, .. } => {
+                roadmap.record_failure(*edge, search.extensions())?;
                 Ok(false)
             }
         }

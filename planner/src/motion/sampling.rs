@@ -7,46 +7,46 @@
 use crate::body::Configuration;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::foothold::single_mode;
-use crate::motion::graph::{Graph, TransitionId};
-use crate::motion::lift::Lift;
-use crate::motion::track::State;
+use crate::motion::graph::{ModeGraph, TransitionId};
+use crate::motion::lift::LiftOff;
+use crate::motion::track::ModeState;
 use crate::motion::transition::{self, TransitionPair, world_from_soles};
 use crate::motion::workspace::Workspace;
 
-/// Attempts at one transition in one round, each as often as it counts.
+/// Attempts at one transition in one batch, each as often as it counts.
 pub const ATTEMPTS_MAX: u32 = 24;
 
 /// A configuration for a transition, and the same with the touched foot lifted.
 #[derive(Debug, Clone, Copy)]
-pub struct Found {
+pub struct SampledTransition {
     /// Q(T).
     pub configuration: Configuration,
     /// The robot with its foot lifted.
-    pub lifted: State,
+    pub lifted: ModeState,
 }
 
 /// The search.
 #[derive(Debug)]
-pub struct Sampling {
+pub struct TransitionSampling {
     /// What is sampled.
     pub id: TransitionId,
     mode: Mode,
     first: u32,
     attempt: u32,
-    lift: Option<(Configuration, Lift)>,
-    found: Option<Found>,
+    lift_off: Option<(Configuration, LiftOff)>,
+    found: Option<SampledTransition>,
 }
 
-impl Sampling {
+impl TransitionSampling {
     /// Goes on where earlier attempts ended.
-    pub fn new(graph: &Graph, id: TransitionId) -> Self {
+    pub fn new(graph: &ModeGraph, id: TransitionId) -> Self {
         let first = graph.transitions()[id as usize].attempts - 1;
         Self {
             id,
             mode: single_mode(graph.pair(id).0),
             first,
             attempt: first,
-            lift: None,
+            lift_off: None,
             found: None,
         }
     }
@@ -62,7 +62,7 @@ impl Sampling {
     }
 
     /// What was found; the way to the lifted state stands in the workspace.
-    pub fn found(&self) -> Option<&Found> {
+    pub fn found(&self) -> Option<&SampledTransition> {
         self.found.as_ref()
     }
 
@@ -71,38 +71,43 @@ impl Sampling {
         &mut self,
         constraints: &Constraints,
         seed: u64,
-        graph: &Graph,
+        graph: &ModeGraph,
         workspace: &mut Workspace,
     ) {
-        let advanced = match &mut self.lift {
-            None => self.draw(constraints, seed, graph),
-            Some((configuration, lift)) => lift
-                .advance(constraints, &self.mode, &mut workspace.follower, &mut workspace.lifts[0])
+        let advanced = match &mut self.lift_off {
+            None => self.sample_configuration(constraints, seed, graph),
+            Some((configuration, lift_off)) => lift_off
+                .advance(
+                    constraints,
+                    &self.mode,
+                    &mut workspace.local_planner,
+                    &mut workspace.lift_offs[0],
+                )
                 .map(|lifted| {
-                    self.found =
-                        lifted.map(|lifted| Found { configuration: *configuration, lifted })
+                    self.found = lifted
+                        .map(|lifted| SampledTransition { configuration: *configuration, lifted })
                 }),
         };
         if let Err(rejection) = advanced {
-            self.lift = None;
-            self.attempt += transition::counts(&constraints.body, self.attempt);
+            self.lift_off = None;
+            self.attempt += transition::attempt_weight(&constraints.robot, self.attempt);
             workspace.count(rejection);
         }
     }
 
-    fn draw(
+    fn sample_configuration(
         &mut self,
         constraints: &Constraints,
         seed: u64,
-        graph: &Graph,
+        graph: &ModeGraph,
     ) -> Result<(), Rejection> {
         let (stance, other) = graph.pair(self.id);
         let pair = TransitionPair { stance, other };
         let name = (seed, u64::from(self.id));
         let configuration =
             transition::sample(constraints, &self.mode, pair, name, u64::from(self.attempt))?;
-        let state = State { configuration, world_from_soles: world_from_soles(pair) };
-        self.lift = Some((configuration, Lift::new(&state)));
+        let state = ModeState { configuration, world_from_soles: world_from_soles(pair) };
+        self.lift_off = Some((configuration, LiftOff::new(&state)));
         Ok(())
     }
 }

@@ -1,8 +1,8 @@
 //! The cheapest sequence of transitions from start to goal [Grey 4.4.2].
 
-use crate::arena::{Uniform, filled, reserve};
+use crate::arena::{LazilyFilled, filled, reserve};
 use crate::motion::edges::EdgeTable;
-use crate::motion::graph::{FootholdId, Graph, TransitionId};
+use crate::motion::graph::{FootholdId, ModeGraph, TransitionId};
 use crate::motion::heap::IndexHeap;
 use crate::motion::mode_costs::ModeCosts;
 use crate::motion::swing_lists::Swing;
@@ -14,31 +14,31 @@ pub const SINGLE_MODE_PENALTY: f64 = 4.0;
 
 /// What a search looks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Purpose {
+pub enum Objective {
     /// Any walk: C(T), which costs nothing where a configuration is known [Grey 4.4.2].
-    Find,
+    Feasible,
     /// How far walks lead from the goal back toward the start, where there is none from one to the
     /// other [Grey 4.4.4].
-    Return,
+    FromGoal,
     /// The modes to search next, over transitions with a configuration alone: what these cost
     /// [Grey 4.4.3].
-    Join,
+    ConnectModes,
     /// A shorter walk, over the placements of one that was found: every transition costs
     /// [Grey 4.4.6].
-    Shorten,
+    FewerSteps,
 }
 
 /// The problem of a search.
 #[derive(Debug, Clone, Copy)]
-pub struct Query<'a> {
+pub struct SequenceProblem<'a> {
     /// Modes and transitions.
-    pub graph: &'a Graph,
+    pub graph: &'a ModeGraph,
     /// What is known of the motions between transitions.
     pub edges: &'a EdgeTable,
     /// What the modes cost.
     pub modes: &'a ModeCosts,
     /// What it looks for.
-    pub purpose: Purpose,
+    pub objective: Objective,
     /// The station nearest to each placement; none of the range for one that is not used on the
     /// route.
     pub stations: &'a [u32],
@@ -52,26 +52,28 @@ pub struct Query<'a> {
     pub goal: [FootholdId; 2],
 }
 
-/// What each transition costs in a shorter walk besides S(T) D^3(T), m^3: the best step is then
-/// some 0.3 m long.
-const SHORTEN_BASE: f64 = 0.05;
+/// What each transition costs in a shorter walk in addition to S(T) D^3(T), m^3: the best step is
+/// then some 0.3 m long.
+const FEWER_STEPS_BASE: f64 = 0.05;
 
-impl Query<'_> {
+impl SequenceProblem<'_> {
     fn cost(&self, id: TransitionId) -> f64 {
         let transition = &self.graph.transitions()[id as usize];
-        match self.purpose {
-            Purpose::Find | Purpose::Return => transition.cost(),
-            Purpose::Join if transition.is_found() => self.modes.cost(self.graph, id),
-            Purpose::Join => f64::INFINITY,
-            Purpose::Shorten => SHORTEN_BASE + transition.effort(),
+        match self.objective {
+            Objective::Feasible | Objective::FromGoal => transition.cost(),
+            Objective::ConnectModes if transition.is_found() => self.modes.cost(self.graph, id),
+            Objective::ConnectModes => f64::INFINITY,
+            Objective::FewerSteps => FEWER_STEPS_BASE + transition.effort(),
         }
     }
 
     /// What it costs to swing a foot to a transition and to set it down.
     fn step_cost(&self, to: TransitionId) -> f64 {
-        match self.purpose {
-            Purpose::Find | Purpose::Return => self.graph.step_cost(to),
-            Purpose::Join | Purpose::Shorten => self.cost(to) + self.cost(Graph::twin(to)),
+        match self.objective {
+            Objective::Feasible | Objective::FromGoal => self.graph.step_cost(to),
+            Objective::ConnectModes | Objective::FewerSteps => {
+                self.cost(to) + self.cost(ModeGraph::twin(to))
+            }
         }
     }
 
@@ -82,14 +84,14 @@ impl Query<'_> {
 
     /// What the failed searches for a motion between two transitions cost.
     fn penalty(&self, from: TransitionId, to: TransitionId) -> f64 {
-        if self.graph.may_have_failed(from, to) { self.failed(from, to) } else { 0.0 }
+        if self.graph.may_have_failed(from, to) { self.failure_cost(from, to) } else { 0.0 }
     }
 
     /// The same, also where one of them is the node of a boundary.
-    fn failed(&self, from: TransitionId, to: TransitionId) -> f64 {
-        match self.purpose {
-            Purpose::Join => 0.0,
-            Purpose::Find | Purpose::Return | Purpose::Shorten => {
+    fn failure_cost(&self, from: TransitionId, to: TransitionId) -> f64 {
+        match self.objective {
+            Objective::ConnectModes => 0.0,
+            Objective::Feasible | Objective::FromGoal | Objective::FewerSteps => {
                 f64::from(self.edges.get(from, to).failures) * SINGLE_MODE_PENALTY
             }
         }
@@ -105,36 +107,37 @@ const UNREACHED: Cost = (f64::INFINITY, 0);
 #[derive(Debug, Clone, Copy)]
 struct Arrival {
     cost: f64,
-    hops: u32,
+    count: u32,
     /// The transition before it; itself where the way begins.
     from: TransitionId,
 }
 
 impl Arrival {
-    const NONE: Self = Self { cost: UNREACHED.0, hops: UNREACHED.1, from: 0 };
+    const NONE: Self = Self { cost: UNREACHED.0, count: UNREACHED.1, from: 0 };
 
     fn cost(&self) -> Cost {
-        (self.cost, self.hops)
+        (self.cost, self.count)
     }
 }
 
 /// The arrays of the shortest-path search, allocated once.
 ///
 /// What a swing costs depends on where it leads, and on where it begins only if that very motion
-/// has failed. So the first arrival on a stance settles all its swings but the doubtful ones: a
-/// stance is expanded once, each of its swings is set down at once or passed over, and only
-/// arrivals that may be the first on their stance, or lead on to doubtful ones, wait in the heap.
+/// has failed. So the first arrival on a stance settles all its swings but the those with failed
+/// motions: a stance is expanded once, each of its swings is set down at once or passed over, and
+/// only arrivals that may be the first on their stance, or lead on to those with failed motions,
+/// wait in the heap.
 #[derive(Debug)]
 pub struct SequenceSearch {
     heap: IndexHeap,
-    arrivals: Uniform<Arrival>,
+    arrivals: LazilyFilled<Arrival>,
     /// The transitions that the last search reached, and the stances; the only ones whose entries
     /// it has changed.
     reached: Vec<TransitionId>,
     reached_stances: Vec<FootholdId>,
     stances: Vec<StanceRecord>,
     /// The placements that have been reached as a stance.
-    entered: Vec<FootholdId>,
+    expanded: Vec<FootholdId>,
     sequence: Vec<TransitionId>,
     /// The cheapest arrival at the goal so far.
     best: Option<(f64, TransitionId)>,
@@ -146,7 +149,7 @@ struct StanceRecord {
     /// The cheapest arrival on it so far.
     arrival: Cost,
     /// Whether it has been expanded.
-    is_entered: bool,
+    is_expanded: bool,
     /// Whether it belongs to the walk that is being shortened.
     is_used: bool,
 }
@@ -159,14 +162,14 @@ impl SequenceSearch {
     pub fn new(footholds_max: usize, transitions_max: usize) -> Self {
         Self {
             heap: IndexHeap::new(transitions_max),
-            arrivals: Uniform::new(Arrival::NONE, transitions_max),
+            arrivals: LazilyFilled::new(Arrival::NONE, transitions_max),
             reached: reserve(transitions_max),
             reached_stances: reserve(footholds_max),
             stances: filled(
-                StanceRecord { arrival: UNREACHED, is_entered: false, is_used: false },
+                StanceRecord { arrival: UNREACHED, is_expanded: false, is_used: false },
                 footholds_max,
             ),
-            entered: reserve(footholds_max),
+            expanded: reserve(footholds_max),
             sequence: reserve(transitions_max),
             best: None,
         }
@@ -178,12 +181,12 @@ impl SequenceSearch {
     }
 
     /// The placements that the last search reached as a stance.
-    pub fn entered(&self) -> &[FootholdId] {
-        &self.entered
+    pub fn expanded(&self) -> &[FootholdId] {
+        &self.expanded
     }
 
     /// Sets the placements that a search for a shorter walk may use: those of a sequence.
-    pub fn use_only(&mut self, graph: &Graph, sequence: &[TransitionId]) {
+    pub fn restrict_to(&mut self, graph: &ModeGraph, sequence: &[TransitionId]) {
         self.stances.iter_mut().for_each(|stance| stance.is_used = false);
         for transition in sequence.iter().map(|&id| &graph.transitions()[id as usize]) {
             self.stances[transition.stance as usize].is_used = true;
@@ -193,12 +196,18 @@ impl SequenceSearch {
 
     /// Begins to look for the cheapest sequence (Dijkstra; among equal costs the fewest
     /// transitions).
-    pub fn begin(&mut self, query: &Query<'_>) {
+    pub fn begin(&mut self, problem: &SequenceProblem<'_>) {
         self.clear();
-        for &start in query.starts {
-            if self.relax(query, start, start, query.failed(query.ends[0], start), (0.0, 0)) {
-                self.arrive(query.graph, start);
-                self.set_down(query, start);
+        for &start in problem.starts {
+            if self.relax(
+                problem,
+                start,
+                start,
+                problem.failure_cost(problem.ends[0], start),
+                (0.0, 0),
+            ) {
+                self.record_arrival(problem.graph, start);
+                self.set_down(problem, start);
             }
         }
     }
@@ -206,11 +215,11 @@ impl SequenceSearch {
     /// Spends at most so many units of work, of `SWINGS_PER_UNIT` swings each; answers how many it
     /// spent. The same query as at the beginning. Once less is spent than allowed, the search has
     /// ended, see [`SequenceSearch::has_found`].
-    pub fn advance(&mut self, query: &Query<'_>, budget: u64) -> u64 {
+    pub fn advance(&mut self, problem: &SequenceProblem<'_>, budget: u64) -> u64 {
         for spent in 0..budget {
             let mut looked_at = 0;
             while looked_at < SWINGS_PER_UNIT {
-                match self.expand(query) {
+                match self.expand(problem) {
                     Some(swings) => looked_at += swings + 1,
                     None => {
                         self.best
@@ -230,19 +239,24 @@ impl SequenceSearch {
     }
 
     /// Expands the nearest arrival; answers how many swings it looked at, or `None` at the end.
-    fn expand(&mut self, query: &Query<'_>) -> Option<u64> {
-        let (node, cost, hops) = self.heap.pop()?;
+    fn expand(&mut self, problem: &SequenceProblem<'_>) -> Option<u64> {
+        let (node, cost, count) = self.heap.pop()?;
         if self.best.is_some_and(|(least, _)| least <= cost) {
             self.heap.clear();
             return None;
         }
-        let graph = query.graph;
+        let graph = problem.graph;
         let stance = graph.transitions()[node as usize].stance;
-        if std::mem::replace(&mut self.stances[stance as usize].is_entered, true) {
-            return Some(self.swing(query, node, graph.doubtful_swings_from(stance), (cost, hops)));
+        if std::mem::replace(&mut self.stances[stance as usize].is_expanded, true) {
+            return Some(self.relax_swings(
+                problem,
+                node,
+                graph.failed_swings_from(stance),
+                (cost, count),
+            ));
         }
-        self.entered.push(stance);
-        Some(self.swing(query, node, graph.swings_from(stance), (cost, hops)))
+        self.expanded.push(stance);
+        Some(self.relax_swings(problem, node, graph.swings_from(stance), (cost, count)))
     }
 
     /// Bytes reserved.
@@ -258,74 +272,77 @@ impl SequenceSearch {
         self.heap.clear();
         self.best = None;
         self.sequence.clear();
-        self.entered.clear();
+        self.expanded.clear();
         for node in self.reached.drain(..) {
             self.arrivals[node as usize] = Arrival::NONE;
         }
         for stance in self.reached_stances.drain(..) {
             let record = &mut self.stances[stance as usize];
-            (record.arrival, record.is_entered) = (UNREACHED, false);
+            (record.arrival, record.is_expanded) = (UNREACHED, false);
         }
     }
 
     /// Relaxes some swings from a transition; answers how many there were.
-    fn swing(
+    fn relax_swings(
         &mut self,
-        query: &Query<'_>,
+        problem: &SequenceProblem<'_>,
         node: TransitionId,
         swings: impl Iterator<Item = Swing>,
         reached: Cost,
     ) -> u64 {
         let mut looked_at = 0;
-        let is_doubtful = query.graph.is_doubtful(query.graph.transitions()[node as usize].stance);
+        let has_failed_motion =
+            problem.graph.has_failed_motion(problem.graph.transitions()[node as usize].stance);
         for swing in swings.filter(|swing| swing.to != node) {
             looked_at += 1;
-            let is_vain = !is_doubtful && self.is_settled_for_less(query, swing, reached)
-                || !self.may_use(query, swing.other);
-            if is_vain || !self.relax(query, node, swing.to, query.penalty(node, swing.to), reached)
+            let is_useless = !has_failed_motion
+                && self.is_reached_for_less(problem, swing, reached)
+                || !self.may_use(problem, swing.other);
+            if is_useless
+                || !self.relax(problem, node, swing.to, problem.penalty(node, swing.to), reached)
             {
                 continue;
             }
-            if is_doubtful {
-                self.wait(swing.to);
+            if has_failed_motion {
+                self.enqueue(swing.to);
             }
-            self.set_down(query, swing.to);
+            self.set_down(problem, swing.to);
         }
         looked_at
     }
 
     /// Whether a swing, even without any penalty, leads to a stance that has been reached for less,
     /// where only the first arrival counts.
-    fn is_settled_for_less(
+    fn is_reached_for_less(
         &self,
-        query: &Query<'_>,
+        problem: &SequenceProblem<'_>,
         Swing { to, other }: Swing,
         reached: Cost,
     ) -> bool {
-        let arrival = (reached.0 + query.step_cost(to), reached.1 + 2);
+        let arrival = (reached.0 + problem.step_cost(to), reached.1 + 2);
         arrival >= self.stances[other as usize].arrival
-            && !query.graph.is_doubtful(other)
-            && !query.goal.contains(&other)
+            && !problem.graph.has_failed_motion(other)
+            && !problem.goal.contains(&other)
     }
 
     /// Goes on from a transition that was reached to its twin: the foot is set down, and carries
     /// the robot.
-    fn set_down(&mut self, query: &Query<'_>, node: TransitionId) {
-        let twin = Graph::twin(node);
+    fn set_down(&mut self, problem: &SequenceProblem<'_>, node: TransitionId) {
+        let twin = ModeGraph::twin(node);
         if self.relax(
-            query,
+            problem,
             node,
             twin,
-            query.penalty(node, twin),
+            problem.penalty(node, twin),
             self.arrivals[node as usize].cost(),
         ) {
-            self.arrive(query.graph, twin);
+            self.record_arrival(problem.graph, twin);
         }
     }
 
-    /// Notes that a transition's stance was reached, if that is the first arrival there or not only
-    /// the first one counts.
-    fn arrive(&mut self, graph: &Graph, node: TransitionId) {
+    /// Records that a transition's stance was reached, if that is the first arrival there or not
+    /// only the first one counts.
+    fn record_arrival(&mut self, graph: &ModeGraph, node: TransitionId) {
         let (cost, stance) =
             (self.arrivals[node as usize].cost(), graph.transitions()[node as usize].stance);
         let record = &mut self.stances[stance as usize];
@@ -336,33 +353,35 @@ impl SequenceSearch {
             }
             record.arrival = cost;
         }
-        if is_first || graph.is_doubtful(stance) {
-            self.wait(node);
+        if is_first || graph.has_failed_motion(stance) {
+            self.enqueue(node);
         }
     }
 
     /// Lets a transition that was reached wait until it is the nearest arrival.
-    fn wait(&mut self, node: TransitionId) {
-        let (cost, hops) = self.arrivals[node as usize].cost();
-        self.heap.push(node, cost, hops);
+    fn enqueue(&mut self, node: TransitionId) {
+        let (cost, count) = self.arrivals[node as usize].cost();
+        self.heap.push(node, cost, count);
     }
 
-    fn may_use(&self, query: &Query<'_>, foothold: FootholdId) -> bool {
-        let station = query.stations[foothold as usize];
-        let is_near = query.range[0] <= station && station <= query.range[1];
-        is_near && (query.purpose != Purpose::Shorten || self.stances[foothold as usize].is_used)
+    fn may_use(&self, problem: &SequenceProblem<'_>, foothold: FootholdId) -> bool {
+        let station = problem.stations[foothold as usize];
+        let is_near = problem.range[0] <= station && station <= problem.range[1];
+        is_near
+            && (problem.objective != Objective::FewerSteps
+                || self.stances[foothold as usize].is_used)
     }
 
-    /// Notes a cheaper way to a transition, if it is one.
+    /// Records a cheaper way to a transition, if it is one.
     fn relax(
         &mut self,
-        query: &Query<'_>,
+        problem: &SequenceProblem<'_>,
         from: TransitionId,
         to: TransitionId,
         penalty: f64,
         reached: Cost,
     ) -> bool {
-        let cost = (reached.0 + penalty + query.cost(to), reached.1 + 1);
+        let cost = (reached.0 + penalty + problem.cost(to), reached.1 + 1);
         let known = self.arrivals[to as usize].cost();
         if cost >= known {
             return false;
@@ -370,9 +389,9 @@ impl SequenceSearch {
         if known == UNREACHED {
             self.reached.push(to);
         }
-        self.arrivals[to as usize] = Arrival { cost: cost.0, hops: cost.1, from };
-        if query.is_goal(to) {
-            let arrived = cost.0 + query.failed(to, query.ends[1]);
+        self.arrivals[to as usize] = Arrival { cost: cost.0, count: cost.1, from };
+        if problem.is_goal(to) {
+            let arrived = cost.0 + problem.failure_cost(to, problem.ends[1]);
             if self.best.is_none_or(|(least, _)| arrived < least) {
                 self.best = Some((arrived, to));
             }
@@ -382,7 +401,7 @@ impl SequenceSearch {
 }
 
 /// Writes the way that leads to a goal.
-fn trace(arrivals: &Uniform<Arrival>, goal: TransitionId, sequence: &mut Vec<TransitionId>) {
+fn trace(arrivals: &LazilyFilled<Arrival>, goal: TransitionId, sequence: &mut Vec<TransitionId>) {
     let before = |at: &TransitionId| Some(arrivals[*at as usize].from).filter(|from| from != at);
     sequence.extend(std::iter::successors(Some(goal), before));
     sequence.reverse();
@@ -394,7 +413,7 @@ mod tests {
     use crate::body::Configuration;
     use crate::motion::edges::EdgeRecord;
     use crate::motion::foothold::Foothold;
-    use crate::motion::graph::Prior;
+    use crate::motion::graph::TransitionPrior;
     use crate::random::{Random, Stream};
     use glam::{DQuat, DVec3};
     use surefoot_shared_types::Pose;
@@ -403,7 +422,7 @@ mod tests {
     /// A straight walk: left soles and right ones at these places along it (m), each pair within
     /// `reach` (m) connected.
     struct Line {
-        graph: Graph,
+        graph: ModeGraph,
         edges: EdgeTable,
         modes: ModeCosts,
         stations: Vec<u32>,
@@ -413,7 +432,7 @@ mod tests {
     impl Line {
         fn new(places: &[f64], reach: f64) -> Self {
             let count = 2 * places.len();
-            let mut graph = Graph::new(count, count * count, count * count, reach);
+            let mut graph = ModeGraph::new(count, count * count, count * count, reach);
             let foothold = |limb, x: f64| {
                 let y = if limb == 0 { 0.05 } else { -0.05 };
                 Foothold::new(
@@ -446,17 +465,17 @@ mod tests {
             }
         }
 
-        fn query<'a>(
+        fn problem<'a>(
             &'a self,
             starts: &'a [TransitionId],
-            purpose: Purpose,
+            objective: Objective,
             goal: [FootholdId; 2],
-        ) -> Query<'a> {
-            Query {
+        ) -> SequenceProblem<'a> {
+            SequenceProblem {
                 graph: &self.graph,
                 edges: &self.edges,
                 modes: &self.modes,
-                purpose,
+                objective,
                 stations: &self.stations,
                 range: [0, 0],
                 ends: [TransitionId::MAX, TransitionId::MAX - 1],
@@ -472,22 +491,23 @@ mod tests {
                 .collect()
         }
 
-        fn searched(&self, query: &Query<'_>) -> SequenceSearch {
+        fn searched(&self, problem: &SequenceProblem<'_>) -> SequenceSearch {
             let mut search =
                 SequenceSearch::new(self.stations.len(), self.graph.transitions().len());
-            search.begin(query);
-            while search.advance(query, 1) == 1 {}
+            search.begin(problem);
+            while search.advance(problem, 1) == 1 {}
             search
         }
 
         fn cheapest(&self) -> (Vec<TransitionId>, f64) {
             let starts = self.starts(self.ends[0]);
-            let query = self.query(&starts, Purpose::Find, self.ends[1]);
-            let search = self.searched(&query);
+            let problem = self.problem(&starts, Objective::Feasible, self.ends[1]);
+            let search = self.searched(&problem);
             assert!(search.has_found());
             let nodes = search.sequence();
-            let penalties: f64 = nodes.windows(2).map(|pair| query.penalty(pair[0], pair[1])).sum();
-            (nodes.to_vec(), penalties + nodes.iter().map(|&id| query.cost(id)).sum::<f64>())
+            let penalties: f64 =
+                nodes.windows(2).map(|pair| problem.penalty(pair[0], pair[1])).sum();
+            (nodes.to_vec(), penalties + nodes.iter().map(|&id| problem.cost(id)).sum::<f64>())
         }
 
         fn longest_step(&self, sequence: &[TransitionId]) -> f64 {
@@ -512,41 +532,41 @@ mod tests {
     fn where_there_is_no_sequence_either_end_reaches_its_own_side() {
         let line = Line::new(&[0.0, 0.2, 0.4, 1.4, 1.6], 0.5);
         let [start, goal] = line.ends;
-        for (purpose, from, to, side) in
-            [(Purpose::Find, start, goal, 0..6), (Purpose::Return, goal, start, 6..10)]
+        for (objective, from, to, side) in
+            [(Objective::Feasible, start, goal, 0..6), (Objective::FromGoal, goal, start, 6..10)]
         {
             let starts = line.starts(from);
-            let search = line.searched(&line.query(&starts, purpose, to));
-            let mut entered = search.entered().to_vec();
-            entered.sort_unstable();
+            let search = line.searched(&line.problem(&starts, objective, to));
+            let mut expanded = search.expanded().to_vec();
+            expanded.sort_unstable();
             assert!(
-                !search.has_found() && entered == side.collect::<Vec<FootholdId>>(),
-                "{purpose:?}: {entered:?}"
+                !search.has_found() && expanded == side.collect::<Vec<FootholdId>>(),
+                "{objective:?}: {expanded:?}"
             );
         }
     }
 
     #[test]
-    fn judging_what_the_cheapest_sequences_hold_finds_the_cheapest_of_all() {
+    fn estimates_of_the_cheapest_sequences_suffice_to_find_the_cheapest() {
         let places: Vec<f64> = (0..12).map(|index| 0.1 * f64::from(index)).collect();
         for seed in 0..40 {
-            let prior = |id: TransitionId| Prior {
+            let prior = |id: TransitionId| TransitionPrior {
                 attempts: 0,
-                surcharge: Random::new(seed, Stream::Transition, id.into(), 0).below(9) as u32,
+                extra_attempts: Random::new(seed, Stream::Transition, id.into(), 0).below(9) as u32,
             };
             let (mut all, mut some) = (Line::new(&places, 0.45), Line::new(&places, 0.45));
             let ids = 0..all.graph.transitions().len() as TransitionId;
             ids.clone().for_each(|id| all.graph.record_prior(id, prior(id)));
-            let mut judged = 0;
+            let mut estimated = 0;
             while let Some(id) =
-                some.cheapest().0.into_iter().find(|&id| some.graph.is_unjudged(id))
+                some.cheapest().0.into_iter().find(|&id| some.graph.is_unestimated(id))
             {
                 some.graph.record_prior(id, prior(id));
-                judged += 1;
+                estimated += 1;
             }
             assert!(
-                (some.cheapest().1 - all.cheapest().1).abs() < 1e-12 && judged < ids.len(),
-                "{judged} of {} judged",
+                (some.cheapest().1 - all.cheapest().1).abs() < 1e-12 && estimated < ids.len(),
+                "{estimated} of {} estimated",
                 ids.len()
             );
         }
@@ -554,28 +574,28 @@ mod tests {
 
     /// What the cheapest sequence costs, by relaxing all swings of all transitions until nothing
     /// changes.
-    fn least_cost(query: &Query<'_>) -> f64 {
-        let ids = 0..query.graph.transitions().len() as TransitionId;
+    fn least_cost(problem: &SequenceProblem<'_>) -> f64 {
+        let ids = 0..problem.graph.transitions().len() as TransitionId;
         let mut costs = vec![f64::INFINITY; ids.len()];
-        query.starts.iter().for_each(|&start| costs[start as usize] = query.cost(start));
+        problem.starts.iter().for_each(|&start| costs[start as usize] = problem.cost(start));
         let mut has_changed = true;
         while std::mem::take(&mut has_changed) {
             for from in ids.clone() {
-                let stance = query.graph.transitions()[from as usize].stance;
-                for to in query
+                let stance = problem.graph.transitions()[from as usize].stance;
+                for to in problem
                     .graph
                     .from_stance(stance)
                     .filter(|&to| to != from)
-                    .chain([Graph::twin(from)])
+                    .chain([ModeGraph::twin(from)])
                 {
-                    let cost = costs[from as usize] + query.penalty(from, to) + query.cost(to);
+                    let cost = costs[from as usize] + problem.penalty(from, to) + problem.cost(to);
                     if cost < costs[to as usize] - 1e-12 {
                         (costs[to as usize], has_changed) = (cost, true);
                     }
                 }
             }
         }
-        ids.filter(|&id| query.is_goal(id))
+        ids.filter(|&id| problem.is_goal(id))
             .map(|id| costs[id as usize])
             .fold(f64::INFINITY, f64::min)
     }
@@ -595,9 +615,10 @@ mod tests {
                 1 => line.graph.record_found(id, configuration).unwrap(),
                 _ if (u64::from(stance) + seed).is_multiple_of(3) => {}
                 _ => {
-                    let to = [swings[random.below(swings.len())], Graph::twin(id)][random.below(2)];
+                    let to =
+                        [swings[random.below(swings.len())], ModeGraph::twin(id)][random.below(2)];
                     if line.edges.set(id, to, EdgeRecord { failures: 1, motion: None }).is_ok() {
-                        line.graph.doubt(id, to);
+                        line.graph.record_failed_motion(id, to);
                     }
                 }
             }
@@ -605,13 +626,13 @@ mod tests {
     }
 
     #[test]
-    fn no_sequence_is_cheaper_whatever_was_found_and_whichever_motions_have_failed() {
+    fn no_sequence_is_cheaper_after_random_failures() {
         let places: Vec<f64> = (0..5).map(|index| 0.25 * f64::from(index)).collect();
         for seed in 0..1000 {
             let mut line = Line::new(&places, 0.6);
             try_at_random(&mut line, seed);
             let starts = line.starts(line.ends[0]);
-            let least = least_cost(&line.query(&starts, Purpose::Find, line.ends[1]));
+            let least = least_cost(&line.problem(&starts, Objective::Feasible, line.ends[1]));
             let (_, cost) = line.cheapest();
             assert!((cost - least).abs() < 1e-9, "seed {seed}: {cost}, {least} is to be had");
         }
@@ -637,7 +658,7 @@ mod tests {
         }
         assert_eq!(line.cheapest(), (sequence, 0.0), "what is found costs nothing");
         line.edges.set(first, second, EdgeRecord { failures: 1, motion: None }).unwrap();
-        line.graph.doubt(first, second);
+        line.graph.record_failed_motion(first, second);
         let (_, cost) = line.cheapest();
         assert!(cost > 0.0 && cost <= SINGLE_MODE_PENALTY, "the penalty p, or what avoids it");
     }

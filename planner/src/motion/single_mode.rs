@@ -7,73 +7,73 @@
 //! A search is advanced by one unit of work at a time, so that no step of the planner need wait for
 //! its end.
 
-use crate::collision::FootState;
+use crate::collision::FootPhase;
 use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::lift::Lift;
-use crate::motion::swing::{SHIFTS, SWINGS, Travel};
-use crate::motion::track::{Follower, Progress, State, Stretch};
-use crate::motion::tree::Growing;
+use crate::motion::lift::LiftOff;
+use crate::motion::swing::{MotionShape, SHIFTS, SWINGS};
+use crate::motion::track::{LocalPath, LocalPlanner, ModeState, Progress};
+use crate::motion::tree::Cbirrt;
 use crate::motion::workspace::{Workspace, push};
 
 /// What is sought within one mode.
 #[derive(Debug, Clone)]
-pub struct Problem {
+pub struct SingleModeProblem {
     /// The mode.
     pub mode: Mode,
     /// Where the motion begins.
-    pub from: State,
+    pub from: ModeState,
     /// Where it ends.
-    pub to: State,
+    pub to: ModeState,
     /// Seed, and the name of this search in the random stream.
     pub random: (u64, u64),
     /// How often this search failed before.
     pub failures: u32,
 }
 
-/// Where a shape of travel is probed before it is followed: at so many places, each the same share
+/// Where a shape is probed before it is followed: at so many places, each the same share
 /// of the way after the one before. One that does not hold at one of them costs little then. The
 /// first shape is the likeliest, and only followed.
 const PROBES: u32 = 7;
 
 /// A search within one mode.
 #[derive(Debug, Clone)]
-pub struct Search {
-    problem: Problem,
-    /// The ends of the travel: those of the problem, the swing foot lifted.
-    ends: [State; 2],
+pub struct SingleModeSearch {
+    problem: SingleModeProblem,
+    /// The ends of the motion: those of the problem, the swing foot lifted.
+    ends: [ModeState; 2],
     is_lifted: [bool; 2],
-    stage: Stage,
+    phase: SearchPhase,
 }
 
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
-enum Stage {
+enum SearchPhase {
     /// Finding how the swing foot leaves its placement at an end of the motion.
-    Lift { end: usize, lift: Lift },
-    /// Trying a shape of travel, so many of whose probes hold.
-    Travel { shape: usize, probed: u32 },
+    LiftOff { end: usize, lift_off: LiftOff },
+    /// Trying a shape, so many of whose probes hold.
+    Shape { shape: usize, probed: u32 },
     /// Growing the trees.
-    Grow(Growing),
+    Grow(Cbirrt),
 }
 
-impl Search {
-    /// Begins, with empty memory but for the trees, and for the lifts where the lifted ends are
+impl SingleModeSearch {
+    /// Begins, with empty memory but for the trees, and for the lift-offs where the lifted ends are
     /// known.
-    pub fn new(problem: Problem, lifted: [Option<State>; 2]) -> Self {
+    pub fn new(problem: SingleModeProblem, lifted: [Option<ModeState>; 2]) -> Self {
         let ends = [lifted[0].unwrap_or(problem.from), lifted[1].unwrap_or(problem.to)];
         let is_lifted = lifted.map(|known| known.is_some() || problem.mode.swing().is_none());
-        let stage = stage_after(&problem, is_lifted);
-        Self { problem, ends, is_lifted, stage }
+        let phase = phase_after(&problem, is_lifted);
+        Self { problem, ends, is_lifted, phase }
     }
 
     /// Spends one unit of work. At the end answers whether the motion was found: then
-    /// `workspace.track` holds the waypoints after its first state, the last one included.
+    /// `workspace.path` holds the waypoints after its first state, the last one included.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
         workspace: &mut Workspace,
     ) -> Option<Result<(), Rejection>> {
-        match self.advance_stage(constraints, workspace) {
+        match self.advance_phase(constraints, workspace) {
             Ok(false) => None,
             Ok(true) => Some(self.complete(workspace)),
             Err(rejection) => {
@@ -86,32 +86,35 @@ impl Search {
     /// How often it tried to extend a tree; at least once, since a primitive trajectory that fails
     /// is an attempt too.
     pub fn extensions(&self) -> u32 {
-        match &self.stage {
-            Stage::Grow(growing) => growing.extensions().max(1),
-            Stage::Lift { .. } | Stage::Travel { .. } => 1,
+        match &self.phase {
+            SearchPhase::Grow(cbirrt) => cbirrt.extensions().max(1),
+            SearchPhase::LiftOff { .. } | SearchPhase::Shape { .. } => 1,
         }
     }
 
-    fn advance_stage(
+    fn advance_phase(
         &mut self,
         constraints: &Constraints,
         workspace: &mut Workspace,
     ) -> Result<bool, Rejection> {
-        match &mut self.stage {
-            &mut Stage::Travel { shape, probed } => {
-                Ok(self.travel(constraints, shape, probed, workspace))
+        match &mut self.phase {
+            &mut SearchPhase::Shape { shape, probed } => {
+                Ok(self.try_shape(constraints, shape, probed, workspace))
             }
-            Stage::Grow(growing) => {
-                growing.advance(constraints, &self.problem, &self.ends, workspace)
+            SearchPhase::Grow(cbirrt) => {
+                cbirrt.advance(constraints, &self.problem, &self.ends, workspace)
             }
-            Stage::Lift { end, lift } => {
-                let (end, Workspace { follower, lifts, .. }) = (*end, workspace);
-                if let Some(lifted) =
-                    lift.advance(constraints, &self.problem.mode, follower, &mut lifts[end])?
-                {
+            SearchPhase::LiftOff { end, lift_off } => {
+                let (end, Workspace { local_planner, lift_offs, .. }) = (*end, workspace);
+                if let Some(lifted) = lift_off.advance(
+                    constraints,
+                    &self.problem.mode,
+                    local_planner,
+                    &mut lift_offs[end],
+                )? {
                     self.ends[end] = lifted;
                     self.is_lifted[end] = true;
-                    self.stage = stage_after(&self.problem, self.is_lifted);
+                    self.phase = phase_after(&self.problem, self.is_lifted);
                 }
                 Ok(false)
             }
@@ -119,7 +122,7 @@ impl Search {
     }
 
     /// Probes a shape, then follows it; answers whether it led to the end.
-    fn travel(
+    fn try_shape(
         &mut self,
         constraints: &Constraints,
         shape: usize,
@@ -127,58 +130,58 @@ impl Search {
         workspace: &mut Workspace,
     ) -> bool {
         let shapes = shapes(&self.problem.mode);
-        if !workspace.follower.is_under_way() {
-            workspace.track.clear();
+        if !workspace.local_planner.is_active() {
+            workspace.path.clear();
             let [from, to] = self.ends;
-            let stretch = Stretch {
+            let local_path = LocalPath {
                 from,
                 to,
                 exact: true,
-                travel: shapes[shape],
-                swing_foot: FootState::Free,
+                shape: shapes[shape],
+                swing_foot: FootPhase::Swing,
             };
-            workspace.follower.begin(constraints, &stretch);
+            workspace.local_planner.begin(constraints, &local_path);
             return false;
         }
-        let tried = if probed < PROBES {
-            probe(constraints, &self.problem.mode, &mut workspace.follower, probed)
+        let trial = if probed < PROBES {
+            probe(constraints, &self.problem.mode, &mut workspace.local_planner, probed)
         } else {
             follow(constraints, &self.problem.mode, workspace)
         };
-        match tried {
-            Ok(Tried::Arrived) => return true,
-            Ok(Tried::Going) => return false,
-            Ok(Tried::Holds) => {
-                self.stage = Stage::Travel { shape, probed: probed + 1 };
+        match trial {
+            Ok(Trial::Reached) => return true,
+            Ok(Trial::Unfinished) => return false,
+            Ok(Trial::Valid) => {
+                self.phase = SearchPhase::Shape { shape, probed: probed + 1 };
                 if probed + 1 == PROBES {
-                    workspace.follower.stop();
+                    workspace.local_planner.stop();
                 }
                 return false;
             }
-            Err(why) => workspace.count(why),
+            Err(rejection) => workspace.count(rejection),
         }
-        workspace.follower.stop();
+        workspace.local_planner.stop();
         let next = shape + 1;
-        self.stage = if next < shapes.len() {
-            Stage::Travel { shape: next, probed: 0 }
+        self.phase = if next < shapes.len() {
+            SearchPhase::Shape { shape: next, probed: 0 }
         } else {
-            Stage::Grow(Growing::new(&self.problem))
+            SearchPhase::Grow(Cbirrt::new(&self.problem))
         };
         false
     }
 
-    /// Puts the travel between lift-off and landing. A lift leads away from the placement, so
+    /// Puts the motion between lift-off and landing. A lift-off leads away from the placement, so
     /// landing is one in reverse.
     fn complete(&self, workspace: &mut Workspace) -> Result<(), Rejection> {
-        let Workspace { track, lifts: [off, on], .. } = workspace;
-        if track.len() + off.len() + on.len() > track.capacity() {
+        let Workspace { path, lift_offs: [off, on], .. } = workspace;
+        if path.len() + off.len() + on.len() > path.capacity() {
             return Err(Rejection::Discontinuous);
         }
-        track.extend_from_slice(off);
-        track.rotate_right(off.len());
+        path.extend_from_slice(off);
+        path.rotate_right(off.len());
         if self.problem.mode.swing().is_some() {
-            track.extend(on.iter().rev().skip(1));
-            track.push(self.problem.to.configuration);
+            path.extend(on.iter().rev().skip(1));
+            path.push(self.problem.to.configuration);
         }
         Ok(())
     }
@@ -190,11 +193,11 @@ impl Search {
 /// What stopped it last.
 pub fn solve(
     constraints: &Constraints,
-    problem: &Problem,
+    problem: &SingleModeProblem,
     workspace: &mut Workspace,
 ) -> Result<u64, Rejection> {
     workspace.clear();
-    let mut search = Search::new(problem.clone(), [None; 2]);
+    let mut search = SingleModeSearch::new(problem.clone(), [None; 2]);
     let mut work = 1;
     loop {
         if let Some(ended) = search.advance(constraints, workspace) {
@@ -205,47 +208,47 @@ pub fn solve(
 }
 
 /// What is to be done next: lifting the ends comes first.
-fn stage_after(problem: &Problem, is_lifted: [bool; 2]) -> Stage {
+fn phase_after(problem: &SingleModeProblem, is_lifted: [bool; 2]) -> SearchPhase {
     match is_lifted {
-        [false, _] => Stage::Lift { end: 0, lift: Lift::new(&problem.from) },
-        [true, false] => Stage::Lift { end: 1, lift: Lift::new(&problem.to) },
-        [true, true] if problem.failures == 0 => Stage::Travel { shape: 0, probed: PROBES },
-        [true, true] => Stage::Grow(Growing::new(problem)),
+        [false, _] => SearchPhase::LiftOff { end: 0, lift_off: LiftOff::new(&problem.from) },
+        [true, false] => SearchPhase::LiftOff { end: 1, lift_off: LiftOff::new(&problem.to) },
+        [true, true] if problem.failures == 0 => SearchPhase::Shape { shape: 0, probed: PROBES },
+        [true, true] => SearchPhase::Grow(Cbirrt::new(problem)),
     }
 }
 
-fn shapes(mode: &Mode) -> &'static [Travel] {
+fn shapes(mode: &Mode) -> &'static [MotionShape] {
     if mode.swing().is_some() { &SWINGS } else { &SHIFTS }
 }
 
 /// What came of a trial of a shape.
-enum Tried {
+enum Trial {
     /// It holds where it was probed.
-    Holds,
+    Valid,
     /// It is being followed.
-    Going,
+    Unfinished,
     /// It led to the end.
-    Arrived,
+    Reached,
 }
 
 fn probe(
     constraints: &Constraints,
     mode: &Mode,
-    follower: &mut Follower,
+    local_planner: &mut LocalPlanner,
     probed: u32,
-) -> Result<Tried, Rejection> {
+) -> Result<Trial, Rejection> {
     let at = f64::from(probed + 1) / f64::from(PROBES + 1);
-    follower.probe(constraints, mode, at).map(|()| Tried::Holds)
+    local_planner.probe(constraints, mode, at).map(|()| Trial::Valid)
 }
 
 fn follow(
     constraints: &Constraints,
     mode: &Mode,
     workspace: &mut Workspace,
-) -> Result<Tried, Rejection> {
-    let progress = workspace.follower.advance(constraints, mode)?;
-    if progress != Progress::Nearer {
-        push(&mut workspace.track, workspace.follower.here().configuration)?;
+) -> Result<Trial, Rejection> {
+    let progress = workspace.local_planner.advance(constraints, mode)?;
+    if progress != Progress::ShorterStep {
+        push(&mut workspace.path, workspace.local_planner.here().configuration)?;
     }
-    Ok(if progress == Progress::Arrived { Tried::Arrived } else { Tried::Going })
+    Ok(if progress == Progress::Reached { Trial::Reached } else { Trial::Unfinished })
 }

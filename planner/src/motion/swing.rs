@@ -10,28 +10,28 @@ use crate::motion::primitive::stand::side_of;
 
 /// The way between two states.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Travel {
+pub struct MotionShape {
     /// The way of the swing sole.
-    pub path: Path,
+    pub swing: SwingShape,
     /// Whether the root rises as high as the legs allow, its hip over the swing foot above the
     /// other, and sinks again: legs that are all but straight need less room.
-    pub stands_up: bool,
+    pub raises_root: bool,
 }
 
 /// How the swing sole travels between two poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Path {
+pub enum SwingShape {
     /// Straight.
     Straight,
-    /// Straight plus a hump, m: along z, and away from the other leg.
-    Hump {
+    /// Straight plus a curve, m: along z, and away from the other leg.
+    Curved {
         /// Along z.
         rise: f64,
         /// Away from the other leg, along y of the root's heading halfway.
         aside: f64,
     },
-    /// Up, across with a hump away from the other leg, and down, m.
-    Over {
+    /// Up, across with a curve away from the other leg, and down, m.
+    UpAndOver {
         /// Above the higher end.
         height: f64,
         /// Away from the other leg, as above.
@@ -48,62 +48,63 @@ pub enum Path {
 
 /// What is tried with one foot in the air, in this order: the humble first, then whatever succeeded
 /// most often where those before it did not.
-pub const SWINGS: [Travel; 23] = [
-    hump(0.02, 0.0),
-    hump(0.06, 0.0),
-    over(0.02, 0.0),
-    hump(0.06, 0.08),
-    standing_up(over(0.08, 0.0)),
-    hump(0.14, 0.08),
-    standing_up(over(0.02, 0.24)),
-    standing_up(hump(0.14, 0.16)),
-    hump(0.14, 0.16),
-    over(0.08, 0.0),
-    standing_up(over(0.1, 0.1)),
+pub const SWINGS: [MotionShape; 23] = [
+    curved(0.02, 0.0),
+    curved(0.06, 0.0),
+    up_and_over(0.02, 0.0),
+    curved(0.06, 0.08),
+    with_raised_root(up_and_over(0.08, 0.0)),
+    curved(0.14, 0.08),
+    with_raised_root(up_and_over(0.02, 0.24)),
+    with_raised_root(curved(0.14, 0.16)),
+    curved(0.14, 0.16),
+    up_and_over(0.08, 0.0),
+    with_raised_root(up_and_over(0.1, 0.1)),
     around(0.3, 0.1),
-    standing_up(around(0.15, 0.25)),
-    standing_up(around(0.06, 0.15)),
-    standing_up(around(0.02, 0.3)),
+    with_raised_root(around(0.15, 0.25)),
+    with_raised_root(around(0.06, 0.15)),
+    with_raised_root(around(0.02, 0.3)),
     around(0.02, 0.2),
-    standing_up(hump(0.06, 0.08)),
-    standing_up(hump(0.06, 0.0)),
-    standing_up(hump(0.06, 0.16)),
+    with_raised_root(curved(0.06, 0.08)),
+    with_raised_root(curved(0.06, 0.0)),
+    with_raised_root(curved(0.06, 0.16)),
     around(0.02, 0.1),
-    hump(0.14, 0.0),
-    over(0.2, 0.0),
-    hump(0.3, 0.0),
+    curved(0.14, 0.0),
+    up_and_over(0.2, 0.0),
+    curved(0.3, 0.0),
 ];
 /// With both feet on the ground only the root travels.
-pub const SHIFTS: [Travel; 2] = [Travel::STRAIGHT, standing_up(Travel::STRAIGHT)];
+pub const SHIFTS: [MotionShape; 2] =
+    [MotionShape::STRAIGHT, with_raised_root(MotionShape::STRAIGHT)];
 
-impl Travel {
+impl MotionShape {
     /// Straight in all coordinates.
-    pub const STRAIGHT: Self = Self { path: Path::Straight, stands_up: false };
+    pub const STRAIGHT: Self = Self { swing: SwingShape::Straight, raises_root: false };
 }
 
-const fn hump(rise: f64, aside: f64) -> Travel {
-    Travel { path: Path::Hump { rise, aside }, stands_up: false }
+const fn curved(rise: f64, aside: f64) -> MotionShape {
+    MotionShape { swing: SwingShape::Curved { rise, aside }, raises_root: false }
 }
 
-const fn over(height: f64, aside: f64) -> Travel {
-    Travel { path: Path::Over { height, aside }, stands_up: false }
+const fn up_and_over(height: f64, aside: f64) -> MotionShape {
+    MotionShape { swing: SwingShape::UpAndOver { height, aside }, raises_root: false }
 }
 
-const fn around(rise: f64, aside: f64) -> Travel {
-    Travel { path: Path::Around { rise, aside }, stands_up: false }
+const fn around(rise: f64, aside: f64) -> MotionShape {
+    MotionShape { swing: SwingShape::Around { rise, aside }, raises_root: false }
 }
 
-const fn standing_up(travel: Travel) -> Travel {
-    Travel { stands_up: true, ..travel }
+const fn with_raised_root(shape: MotionShape) -> MotionShape {
+    MotionShape { raises_root: true, ..shape }
 }
 
-impl Path {
+impl SwingShape {
     /// How much longer it is than the straight way, m; about.
-    pub fn detour(&self) -> f64 {
+    pub fn extra_length(&self) -> f64 {
         match *self {
             Self::Straight => 0.0,
-            Self::Hump { rise, aside } | Self::Around { rise, aside } => 2.0 * (rise + aside),
-            Self::Over { height, aside } => 2.0 * (height + aside),
+            Self::Curved { rise, aside } | Self::Around { rise, aside } => 2.0 * (rise + aside),
+            Self::UpAndOver { height, aside } => 2.0 * (height + aside),
         }
     }
 
@@ -112,12 +113,14 @@ impl Path {
     pub fn pose(&self, [from, to]: [&Pose; 2], outward: impl FnOnce() -> DVec3, t: f64) -> Pose {
         match *self {
             Self::Straight => interpolate(from, to, t),
-            Self::Hump { rise, aside } => {
+            Self::Curved { rise, aside } => {
                 let mut pose = interpolate(from, to, t);
                 pose.translation += plateau(t) * (DVec3::Z * rise + outward() * aside);
                 pose
             }
-            Self::Over { height, aside } => over_pose(from, to, height, || outward() * aside, t),
+            Self::UpAndOver { height, aside } => {
+                up_and_over_pose(from, to, height, || outward() * aside, t)
+            }
             Self::Around { rise, aside } => {
                 around_pose(from, to, DVec3::Z * rise + outward() * aside, t)
             }
@@ -141,7 +144,13 @@ pub fn outward(world_from_roots: [&Pose; 2], limb: usize) -> DVec3 {
 }
 
 /// Up, across by way of an offset, down, each in proportion to its length.
-fn over_pose(from: &Pose, to: &Pose, height: f64, offset: impl FnOnce() -> DVec3, t: f64) -> Pose {
+fn up_and_over_pose(
+    from: &Pose,
+    to: &Pose,
+    height: f64,
+    offset: impl FnOnce() -> DVec3,
+    t: f64,
+) -> Pose {
     let top = from.translation.z.max(to.translation.z) + height;
     let (rise, fall) = (top - from.translation.z, top - to.translation.z);
     let across = (to.translation - from.translation).truncate().length();
@@ -179,34 +188,35 @@ mod tests {
     }
 
     #[test]
-    fn every_path_leads_from_one_end_to_the_other_without_a_leap() {
+    fn every_shape_leads_from_end_to_end_without_a_jump() {
         let [from, to] = &ends();
-        for travel in SWINGS.iter().chain(&SHIFTS) {
-            let at = |t| travel.path.pose([from, to], || DVec3::Y, t).translation;
+        for shape in SWINGS.iter().chain(&SHIFTS) {
+            let at = |t| shape.swing.pose([from, to], || DVec3::Y, t).translation;
             assert!(
                 at(0.0).distance(from.translation) < 1e-9
                     && at(1.0).distance(to.translation) < 1e-9,
-                "{travel:?}"
+                "{shape:?}"
             );
-            let length = from.translation.distance(to.translation) + travel.path.detour();
-            let leap = (0..200)
+            let length = from.translation.distance(to.translation) + shape.swing.extra_length();
+            let jump = (0..200)
                 .map(|step| at(f64::from(step) / 200.0).distance(at(f64::from(step + 1) / 200.0)))
                 .fold(0.0, f64::max);
-            assert!(leap < 5.0 * length / 200.0, "{travel:?} leaps by {leap} m");
+            assert!(jump < 5.0 * length / 200.0, "{shape:?} leaps by {jump} m");
         }
     }
 
     #[test]
     fn a_foot_goes_out_before_it_goes_across() {
         let [from, to] = &ends();
-        let path = Path::Around { rise: 0.0, aside: 0.2 };
+        let swing = SwingShape::Around { rise: 0.0, aside: 0.2 };
         let at = |along: f64| {
-            path.pose(
-                [from, to],
-                || DVec3::Y,
-                along / (0.4 + from.translation.distance(to.translation)),
-            )
-            .translation
+            swing
+                .pose(
+                    [from, to],
+                    || DVec3::Y,
+                    along / (0.4 + from.translation.distance(to.translation)),
+                )
+                .translation
         };
         assert!(
             at(0.2).distance(from.translation + DVec3::Y * 0.2) < 1e-9,

@@ -1,4 +1,4 @@
-//! The swings from each placement, side by side in memory: the search for sequences looks at
+//! The swings from each placement, contiguously in memory: the search for sequences looks at
 //! hundreds of thousands of them.
 
 use crate::arena::reserve;
@@ -28,12 +28,12 @@ struct Block {
 
 /// The lists of all placements, allocated once.
 #[derive(Debug)]
-pub struct SwingLists {
+pub struct AdjacencyLists {
     newest: Vec<u32>,
     blocks: Vec<Block>,
 }
 
-impl SwingLists {
+impl AdjacencyLists {
     /// Room for the swings of so many placements.
     pub fn new(stances_max: usize, swings_max: usize) -> Self {
         Self { newest: reserve(stances_max), blocks: reserve(stances_max + swings_max / BLOCK_LEN) }
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn each_placement_has_its_own_newest_first_and_they_fit_however_they_come() {
         let (stances, swings) = (7, 700);
-        let mut lists = SwingLists::new(stances, swings);
+        let mut lists = AdjacencyLists::new(stances, swings);
         let capacity = lists.blocks.capacity();
         (0..stances).for_each(|_| lists.add_stance());
         let stance_of = |to: u32| if to < 600 { to % 3 } else { to % 7 };

@@ -10,22 +10,22 @@ use surefoot_shared_types::spatial::{
 };
 
 use crate::body::Configuration;
-use crate::collision::FootState;
+use crate::collision::FootPhase;
 use crate::constraint::{Constraints, Mode, Rejection};
 use crate::motion::primitive::stand::side_of;
-use crate::motion::swing::{Travel, outward, plateau};
-use crate::snapshot::Snapshot;
+use crate::motion::swing::{MotionShape, outward, plateau};
+use crate::snapshot::KinematicState;
 
 /// A configuration together with where its soles are: the coordinates of a mode.
 #[derive(Debug, Clone, Copy)]
-pub struct State {
+pub struct ModeState {
     /// Root and joints.
     pub configuration: Configuration,
     /// Both soles in the world.
     pub world_from_soles: [Pose; 2],
 }
 
-impl Default for State {
+impl Default for ModeState {
     /// At the origin: for memory that is not in use.
     fn default() -> Self {
         let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
@@ -36,7 +36,7 @@ impl Default for State {
 /// Root shifts a waypoint may take to bring the centre of mass back.
 const COM_SHIFTS_MAX: usize = 4;
 /// How far the centre of mass may be from its course, m.
-const COM_COURSE_TOLERANCE: f64 = 4e-3;
+const COM_TRACKING_TOLERANCE: f64 = 4e-3;
 /// The smallest step along a path, as a share of it: less means that a joint would jump.
 const STEP_MIN: f64 = 1.0 / 4096.0;
 /// The share of the longest step that the next one is aimed at.
@@ -44,97 +44,99 @@ const STEP_AIM: f64 = 0.95;
 /// The longest motion of any point between two waypoints, in collision steps.
 const WAYPOINT_COLLISION_STEPS: f64 = 4.0;
 /// The share of a leg's reach that a moving root leaves at least.
-const REACH_SHARE_MAX: f64 = 0.997;
+const LEG_EXTENSION_MAX: f64 = 0.997;
 /// The share of a leg's reach up to which a robot stands up.
-const UPRIGHT_REACH_SHARE: f64 = 0.96;
+const UPRIGHT_LEG_EXTENSION: f64 = 0.96;
 /// How far a robot that stands up rolls its hips, the one over the swing foot upward, rad.
 const HIP_RAISE: f64 = 0.2;
 
-/// One stretch of a track.
+/// One local path of a path.
 #[derive(Debug, Clone, Copy)]
-pub struct Stretch {
+pub struct LocalPath {
     /// Where it begins.
-    pub from: State,
+    pub from: ModeState,
     /// Where it leads.
-    pub to: State,
+    pub to: ModeState,
     /// Whether it must end at `to` itself; otherwise `to` gives the direction, the legs and the
     /// centre of mass follow.
     pub exact: bool,
     /// How it is travelled.
-    pub travel: Travel,
+    pub shape: MotionShape,
     /// What is asked of the swing foot's clearance.
-    pub swing_foot: FootState,
+    pub swing_foot: FootPhase,
 }
 
-impl Default for Stretch {
+impl Default for LocalPath {
     /// From the origin to there: for memory that is not in use.
     fn default() -> Self {
-        let [from, to] = [State::default(); 2];
-        Self { from, to, exact: true, travel: Travel::STRAIGHT, swing_foot: FootState::Free }
+        let [from, to] = [ModeState::default(); 2];
+        Self { from, to, exact: true, shape: MotionShape::STRAIGHT, swing_foot: FootPhase::Swing }
     }
 }
 
-/// What one trial along a stretch came to.
+/// What one trial along a local path came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
     /// The trial was too far away; the next one is nearer.
-    Nearer,
-    /// [`Follower::here`] is the next waypoint.
+    ShorterStep,
+    /// [`LocalPlanner::here`] is the next waypoint.
     Waypoint,
-    /// [`Follower::here`] is the last waypoint.
-    Arrived,
+    /// [`LocalPlanner::here`] is the last waypoint.
+    Reached,
 }
 
-/// Follows a stretch from its beginning, one trial at a time, each of which costs one unit of work;
-/// then another, in the same memory.
+/// Follows a local path from its beginning, one trial at a time, each of which costs one unit of
+/// work; then another, in the same memory.
 #[derive(Debug, Clone, Default)]
-pub struct Follower {
-    is_under_way: bool,
-    stretch: Stretch,
-    /// The share of the stretch behind it.
+pub struct LocalPlanner {
+    is_active: bool,
+    local_path: LocalPath,
+    /// The share of the local path behind it.
     at: f64,
     /// The share that it tries to go next.
     step: f64,
-    here: State,
-    /// Of [`Follower::here`], at the place `current`, and of the trial, which is written anew each
-    /// time.
-    snapshots: [Snapshot; 2],
+    here: ModeState,
+    /// Of [`LocalPlanner::here`], at the place `current`, and of the trial, which is written anew
+    /// each time.
+    kinematic_states: [KinematicState; 2],
     current: usize,
-    between_snapshot: Snapshot,
+    intermediate_kinematic_state: KinematicState,
     /// The centre of mass at both ends, world, m.
     com_ends: [DVec3; 2],
 }
 
-impl Follower {
-    /// Stands at the beginning of a stretch.
-    pub fn begin(&mut self, constraints: &Constraints, stretch: &Stretch) {
+impl LocalPlanner {
+    /// Stands at the beginning of a local path.
+    pub fn begin(&mut self, constraints: &Constraints, local_path: &LocalPath) {
         self.current = 0;
-        for (snapshot, end) in self.snapshots.iter_mut().zip([&stretch.from, &stretch.to]) {
-            constraints.body.snapshot_into(&end.configuration, snapshot);
+        for (kinematic_state, end) in
+            self.kinematic_states.iter_mut().zip([&local_path.from, &local_path.to])
+        {
+            constraints.robot.update_kinematic_state(&end.configuration, kinematic_state);
         }
-        self.com_ends = [self.snapshots[0].com, self.snapshots[1].com];
-        (self.stretch, self.here) = (*stretch, stretch.from);
-        (self.at, self.step) = (0.0, first_step(stretch));
-        self.is_under_way = true;
+        self.com_ends = [self.kinematic_states[0].com, self.kinematic_states[1].com];
+        (self.local_path, self.here) = (*local_path, local_path.from);
+        (self.at, self.step) = (0.0, initial_step(local_path));
+        self.is_active = true;
     }
 
-    /// Leaves its stretch.
+    /// Leaves its local path.
     pub fn stop(&mut self) {
-        self.is_under_way = false;
+        self.is_active = false;
     }
 
-    /// Whether it has begun with a stretch and not been stopped since.
-    pub fn is_under_way(&self) -> bool {
-        self.is_under_way
+    /// Whether it has begun with a local path and not been stopped since.
+    pub fn is_active(&self) -> bool {
+        self.is_active
     }
 
     /// The waypoint that was reached last; every waypoint and every motion between two is checked.
-    pub fn here(&self) -> &State {
+    pub fn here(&self) -> &ModeState {
         &self.here
     }
 
-    /// Whether the stretch holds at a share of it. It is seen from where it was probed last, so
-    /// that a stretch is probed from its beginning on; whoever follows it then begins anew.
+    /// Whether the local path holds at a share of it. It is seen from where it was probed last, so
+    /// that a local path is probed from its beginning on; whoever follows it then begins anew.
     ///
     /// # Errors
     /// What does not hold there.
@@ -144,11 +146,18 @@ impl Follower {
         mode: &Mode,
         at: f64,
     ) -> Result<(), Rejection> {
-        let feet = foot_states(mode, self.stretch.swing_foot);
-        let next_snapshot = &mut self.snapshots[1 - self.current];
-        self.here =
-            place(constraints, mode, &self.stretch, &self.here, at, &self.com_ends, next_snapshot)?;
-        constraints.check(mode, next_snapshot, feet)
+        let feet = foot_phases(mode, self.local_path.swing_foot);
+        let next_kinematic_state = &mut self.kinematic_states[1 - self.current];
+        self.here = state_at(
+            constraints,
+            mode,
+            &self.local_path,
+            &self.here,
+            at,
+            &self.com_ends,
+            next_kinematic_state,
+        )?;
+        constraints.check(mode, next_kinematic_state, feet)
     }
 
     /// Tries the next waypoint.
@@ -160,65 +169,71 @@ impl Follower {
         constraints: &Constraints,
         mode: &Mode,
     ) -> Result<Progress, Rejection> {
-        let feet = foot_states(mode, self.stretch.swing_foot);
+        let feet = foot_phases(mode, self.local_path.swing_foot);
         let next_at = (self.at + self.step).min(1.0);
         let trial = 1 - self.current;
-        let next = place(
+        let next = state_at(
             constraints,
             mode,
-            &self.stretch,
+            &self.local_path,
             &self.here,
             next_at,
             &self.com_ends,
-            &mut self.snapshots[trial],
+            &mut self.kinematic_states[trial],
         );
-        let (used, bound) = next
-            .as_ref()
-            .map_or((2.0, f64::INFINITY), |state| self.use_of_step(constraints, state));
+        let (used, bound) =
+            next.as_ref().map_or((2.0, f64::INFINITY), |state| self.step_usage(constraints, state));
         self.step *= (STEP_AIM / used.max(1e-3)).clamp(0.25, 2.0);
         let state = match next {
             Ok(state) if used <= 1.0 => state,
-            _ if self.step >= STEP_MIN => return Ok(Progress::Nearer),
+            _ if self.step >= STEP_MIN => return Ok(Progress::ShorterStep),
             next => return Err(next.err().unwrap_or(Rejection::Discontinuous)),
         };
-        constraints.check(mode, &self.snapshots[trial], feet)?;
+        constraints.check(mode, &self.kinematic_states[trial], feet)?;
         let ends = [&self.here.configuration, &state.configuration];
-        constraints.check_between(mode, ends, bound, feet, &mut self.between_snapshot)?;
+        constraints.check_between(
+            mode,
+            ends,
+            bound,
+            feet,
+            &mut self.intermediate_kinematic_state,
+        )?;
         (self.here, self.at, self.current) = (state, next_at, trial);
         self.step = self.step.min(1.0 - self.at).max(STEP_MIN);
-        Ok(if self.at < 1.0 { Progress::Waypoint } else { Progress::Arrived })
+        Ok(if self.at < 1.0 { Progress::Waypoint } else { Progress::Reached })
     }
 
     /// How much of the longest step between two waypoints the next one takes, and how far any point
     /// moves on the way to it (m).
-    fn use_of_step(&self, constraints: &Constraints, next: &State) -> (f64, f64) {
+    fn step_usage(&self, constraints: &Constraints, next: &ModeState) -> (f64, f64) {
         let joints = self.here.configuration.q.iter().zip(&next.configuration.q);
         let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
         let config = &constraints.config;
-        let bound = constraints
-            .collision
-            .motion_bound(&self.snapshots[self.current], &self.snapshots[1 - self.current]);
+        let bound = constraints.collision.motion_bound(
+            &self.kinematic_states[self.current],
+            &self.kinematic_states[1 - self.current],
+        );
         let used = (joint_step / config.waypoint_joint_step)
             .max(bound / (WAYPOINT_COLLISION_STEPS * config.collision_step));
         (used, bound)
     }
 }
 
-fn foot_states(mode: &Mode, swing_foot: FootState) -> [FootState; 2] {
-    [0, 1].map(|limb| if mode.stands(limb) { FootState::Stance } else { swing_foot })
+fn foot_phases(mode: &Mode, swing_foot: FootPhase) -> [FootPhase; 2] {
+    [0, 1].map(|limb| if mode.is_stance(limb) { FootPhase::Stance } else { swing_foot })
 }
 
 /// A first guess of the step, from how far root and soles travel.
-fn first_step(stretch: &Stretch) -> f64 {
-    let travel = |a: &Pose, b: &Pose| a.translation.distance(b.translation);
-    let root = travel(
-        &stretch.from.configuration.world_from_root,
-        &stretch.to.configuration.world_from_root,
+fn initial_step(local_path: &LocalPath) -> f64 {
+    let distance = |a: &Pose, b: &Pose| a.translation.distance(b.translation);
+    let root = distance(
+        &local_path.from.configuration.world_from_root,
+        &local_path.to.configuration.world_from_root,
     );
     let soles = [0, 1].map(|limb| {
-        travel(&stretch.from.world_from_soles[limb], &stretch.to.world_from_soles[limb])
+        distance(&local_path.from.world_from_soles[limb], &local_path.to.world_from_soles[limb])
     });
-    let length = root.max(soles[0]).max(soles[1]) + stretch.travel.path.detour();
+    let length = root.max(soles[0]).max(soles[1]) + local_path.shape.swing.extra_length();
     (0.03 / length.max(1e-6)).clamp(STEP_MIN, 1.0)
 }
 
@@ -227,66 +242,75 @@ fn first_step(stretch: &Stretch) -> f64 {
 ///
 /// # Errors
 /// The legs do not reach, or the shifts do not converge.
-pub fn place_at(
+pub fn feasible_state(
     constraints: &Constraints,
     mode: &Mode,
-    wished: &State,
-) -> Result<State, Rejection> {
-    let stretch = Stretch {
-        from: *wished,
-        to: *wished,
+    desired: &ModeState,
+) -> Result<ModeState, Rejection> {
+    let local_path = LocalPath {
+        from: *desired,
+        to: *desired,
         exact: false,
-        travel: Travel::STRAIGHT,
-        swing_foot: FootState::Free,
+        shape: MotionShape::STRAIGHT,
+        swing_foot: FootPhase::Swing,
     };
-    place(constraints, mode, &stretch, wished, 1.0, &[DVec3::ZERO; 2], &mut Snapshot::default())
+    state_at(
+        constraints,
+        mode,
+        &local_path,
+        desired,
+        1.0,
+        &[DVec3::ZERO; 2],
+        &mut KinematicState::default(),
+    )
 }
 
-/// The state at `t` along a stretch, and its snapshot; at its end the wished-for state itself.
-fn place(
+/// The state at `t` along a local path, and its kinematic state; at its end the desired state
+/// itself.
+fn state_at(
     constraints: &Constraints,
     mode: &Mode,
-    stretch: &Stretch,
-    here: &State,
+    local_path: &LocalPath,
+    here: &ModeState,
     t: f64,
     com_ends: &[DVec3; 2],
-    snapshot: &mut Snapshot,
-) -> Result<State, Rejection> {
-    let body = &constraints.body;
-    if t >= 1.0 && stretch.exact {
-        body.snapshot_into(&stretch.to.configuration, snapshot);
-        return Ok(stretch.to);
+    kinematic_state: &mut KinematicState,
+) -> Result<ModeState, Rejection> {
+    let robot = &constraints.robot;
+    if t >= 1.0 && local_path.exact {
+        robot.update_kinematic_state(&local_path.to.configuration, kinematic_state);
+        return Ok(local_path.to);
     }
     let mut state = *here;
-    for limb in (0..2).filter(|&limb| !mode.stands(limb)) {
-        state.world_from_soles[limb] = swing_pose(stretch, limb, t);
+    for limb in (0..2).filter(|&limb| !mode.is_stance(limb)) {
+        state.world_from_soles[limb] = swing_pose(local_path, limb, t);
     }
-    let (from, to) = (&stretch.from.configuration, &stretch.to.configuration);
-    let course = root_course(constraints, mode, stretch, &state.world_from_soles, t);
-    for joint in &body.free_joints {
+    let (from, to) = (&local_path.from.configuration, &local_path.to.configuration);
+    let reference = root_reference(constraints, mode, local_path, &state.world_from_soles, t);
+    for joint in &robot.free_joints {
         state.configuration.q[joint.index] =
             from.q[joint.index] + t * (to.q[joint.index] - from.q[joint.index]);
     }
-    state.configuration.world_from_root = course;
-    let course_com = com_ends[0].lerp(com_ends[1], t).truncate();
-    let com_depth = constraints.com_margin(mode) + COM_COURSE_TOLERANCE;
+    state.configuration.world_from_root = reference;
+    let reference_com = com_ends[0].lerp(com_ends[1], t).truncate();
+    let com_depth = constraints.com_margin(mode) + COM_TRACKING_TOLERANCE;
     for _ in 0..COM_SHIFTS_MAX {
         let root = &mut state.configuration.world_from_root;
-        let highest = body
-            .root_height(root, &state.world_from_soles, [REACH_SHARE_MAX; 2])
+        let highest = robot
+            .root_height(root, &state.world_from_soles, [LEG_EXTENSION_MAX; 2])
             .ok_or(Rejection::Unreachable)?;
-        root.translation.z = course.translation.z.min(highest);
-        if !body.place_soles_near(&mut state.configuration, &state.world_from_soles) {
+        root.translation.z = reference.translation.z.min(highest);
+        if !robot.place_soles_near(&mut state.configuration, &state.world_from_soles) {
             return Err(Rejection::Unreachable);
         }
-        body.snapshot_into(&state.configuration, snapshot);
-        let com = snapshot.com.truncate();
-        let error = if stretch.exact {
-            course_com - com
+        robot.update_kinematic_state(&state.configuration, kinematic_state);
+        let com = kinematic_state.com.truncate();
+        let error = if local_path.exact {
+            reference_com - com
         } else {
             mode.region.nearest_inside(com, com_depth) - com
         };
-        if error.length() <= COM_COURSE_TOLERANCE {
+        if error.length() <= COM_TRACKING_TOLERANCE {
             return Ok(state);
         }
         state.configuration.world_from_root.translation += error.extend(0.0);
@@ -295,30 +319,30 @@ fn place(
 }
 
 /// Where the root would be, but for its balance.
-fn root_course(
+fn root_reference(
     constraints: &Constraints,
     mode: &Mode,
-    stretch: &Stretch,
+    local_path: &LocalPath,
     world_from_soles: &[Pose; 2],
     t: f64,
 ) -> Pose {
-    let mut course = interpolate(
-        &stretch.from.configuration.world_from_root,
-        &stretch.to.configuration.world_from_root,
+    let mut reference = interpolate(
+        &local_path.from.configuration.world_from_root,
+        &local_path.to.configuration.world_from_root,
         t,
     );
-    if !stretch.travel.stands_up {
-        return course;
+    if !local_path.shape.raises_root {
+        return reference;
     }
     if let Some(limb) = mode.swing() {
-        course.rotation = hip_raised(course.rotation, limb, plateau(t));
+        reference.rotation = hip_raised(reference.rotation, limb, plateau(t));
     }
     if let Some(highest) =
-        constraints.body.root_height(&course, world_from_soles, [UPRIGHT_REACH_SHARE; 2])
+        constraints.robot.root_height(&reference, world_from_soles, [UPRIGHT_LEG_EXTENSION; 2])
     {
-        course.translation.z += plateau(t) * (highest - course.translation.z).max(0.0);
+        reference.translation.z += plateau(t) * (highest - reference.translation.z).max(0.0);
     }
-    course
+    reference
 }
 
 /// The root's rotation with its hip over a swing foot raised, by a share of the whole.
@@ -328,9 +352,9 @@ fn hip_raised(world_from_root: DQuat, limb: usize, share: f64) -> DQuat {
         .normalize()
 }
 
-fn swing_pose(stretch: &Stretch, limb: usize, t: f64) -> Pose {
-    let Stretch { from, to, travel, .. } = stretch;
+fn swing_pose(local_path: &LocalPath, limb: usize, t: f64) -> Pose {
+    let LocalPath { from, to, shape, .. } = local_path;
     let outward =
         || outward([&from.configuration.world_from_root, &to.configuration.world_from_root], limb);
-    travel.path.pose([&from.world_from_soles[limb], &to.world_from_soles[limb]], outward, t)
+    shape.swing.pose([&from.world_from_soles[limb], &to.world_from_soles[limb]], outward, t)
 }

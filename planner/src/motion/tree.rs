@@ -6,11 +6,11 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{interpolate, rotation_distance, rotation_from_scaled_axis};
 
-use crate::collision::FootState;
+use crate::collision::FootPhase;
 use crate::constraint::{Constraints, Rejection};
-use crate::motion::single_mode::Problem;
-use crate::motion::swing::Travel;
-use crate::motion::track::{Progress, State, Stretch};
+use crate::motion::single_mode::SingleModeProblem;
+use crate::motion::swing::MotionShape;
+use crate::motion::track::{LocalPath, ModeState, Progress};
 use crate::motion::trees::TreeNode;
 use crate::motion::workspace::{Workspace, push};
 use crate::random::{Random, Stream};
@@ -39,13 +39,13 @@ const FREE_SPREAD: f64 = 0.6;
 
 /// The growth of two trees toward one another.
 #[derive(Debug, Clone)]
-pub struct Growing {
+pub struct Cbirrt {
     random: Random,
     sample: u32,
     samples_max: u32,
     /// The tree that grows: after each sample it is the other's turn.
     side: usize,
-    aim: Aim,
+    goal: ExtensionGoal,
     /// The node that the next waypoint hangs on.
     parent: u32,
     /// Waypoints added toward this aim.
@@ -53,7 +53,7 @@ pub struct Growing {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Aim {
+enum ExtensionGoal {
     /// Choosing a sample.
     Choose,
     /// Growing toward the sample.
@@ -62,9 +62,9 @@ enum Aim {
     Tip(u32),
 }
 
-impl Growing {
+impl Cbirrt {
     /// Begins.
-    pub fn new(problem: &Problem) -> Self {
+    pub fn new(problem: &SingleModeProblem) -> Self {
         let random = Random::new(
             problem.random.0,
             Stream::SingleMode,
@@ -72,7 +72,15 @@ impl Growing {
             u64::from(problem.failures),
         );
         let samples_max = SAMPLES_MAX[(problem.failures as usize).min(SAMPLES_MAX.len() - 1)];
-        Self { random, sample: 0, samples_max, side: 0, aim: Aim::Choose, parent: 0, added: 0 }
+        Self {
+            random,
+            sample: 0,
+            samples_max,
+            side: 0,
+            goal: ExtensionGoal::Choose,
+            parent: 0,
+            added: 0,
+        }
     }
 
     /// How often it tried to extend a tree.
@@ -80,7 +88,7 @@ impl Growing {
         self.sample
     }
 
-    /// Spends one unit of work; `true` once the trees meet: then the track holds the waypoints
+    /// Spends one unit of work; `true` once the trees meet: then the path holds the waypoints
     /// after the first end, the second one included.
     ///
     /// # Errors
@@ -88,32 +96,34 @@ impl Growing {
     pub fn advance(
         &mut self,
         constraints: &Constraints,
-        problem: &Problem,
-        ends: &[State; 2],
+        problem: &SingleModeProblem,
+        ends: &[ModeState; 2],
         workspace: &mut Workspace,
     ) -> Result<bool, Rejection> {
-        if !workspace.follower.is_under_way() {
-            plant(ends, workspace);
+        if !workspace.local_planner.is_active() {
+            root_trees(ends, workspace);
             if workspace.trees.iter().any(|tree| tree.len() == tree.capacity()) {
                 return Err(Rejection::Discontinuous);
             }
             self.choose(constraints, problem, ends, workspace);
             return Ok(false);
         }
-        let progress = workspace.follower.advance(constraints, &problem.mode);
+        let progress = workspace.local_planner.advance(constraints, &problem.mode);
         let grown = progress.and_then(|progress| match progress {
-            Progress::Nearer => Ok(progress),
+            Progress::ShorterStep => Ok(progress),
             _ => self.add(workspace).map(|()| progress),
         });
-        match (self.aim, grown) {
-            (_, Ok(Progress::Nearer)) => Ok(false),
-            (Aim::Tip(tip), Ok(Progress::Arrived)) => self.collect(tip, workspace).map(|()| true),
-            (Aim::Tip(_), Ok(_)) => Ok(false),
-            (Aim::Tip(_), Err(why)) => self.next_sample(why, workspace),
+        match (self.goal, grown) {
+            (_, Ok(Progress::ShorterStep)) => Ok(false),
+            (ExtensionGoal::Tip(tip), Ok(Progress::Reached)) => {
+                self.join_paths(tip, workspace).map(|()| true)
+            }
+            (ExtensionGoal::Tip(_), Ok(_)) => Ok(false),
+            (ExtensionGoal::Tip(_), Err(rejection)) => self.next_sample(rejection, workspace),
             (_, Ok(Progress::Waypoint)) if self.added < EXTENSION_MAX => Ok(false),
-            (_, Err(why)) if self.added == 0 => self.next_sample(why, workspace),
+            (_, Err(rejection)) if self.added == 0 => self.next_sample(rejection, workspace),
             _ => {
-                self.turn_to_tip(constraints, problem, workspace);
+                self.connect_to_tip(constraints, problem, workspace);
                 Ok(false)
             }
         }
@@ -122,52 +132,52 @@ impl Growing {
     fn choose(
         &mut self,
         constraints: &Constraints,
-        problem: &Problem,
-        ends: &[State; 2],
+        problem: &SingleModeProblem,
+        ends: &[ModeState; 2],
         workspace: &mut Workspace,
     ) {
         self.side = (self.sample % 2) as usize;
-        let target = draw(constraints, problem, ends, &mut self.random);
-        self.aim_at(constraints, problem, &target, Aim::Sample, workspace);
+        let target = sample_target(constraints, problem, ends, &mut self.random);
+        self.begin_extension(constraints, problem, &target, ExtensionGoal::Sample, workspace);
     }
 
-    fn turn_to_tip(
+    fn connect_to_tip(
         &mut self,
         constraints: &Constraints,
-        problem: &Problem,
+        problem: &SingleModeProblem,
         workspace: &mut Workspace,
     ) {
         let tip = self.parent;
         let target = workspace.trees[self.side][tip as usize].state;
         self.side = 1 - self.side;
-        self.aim_at(constraints, problem, &target, Aim::Tip(tip), workspace);
+        self.begin_extension(constraints, problem, &target, ExtensionGoal::Tip(tip), workspace);
     }
 
-    fn aim_at(
+    fn begin_extension(
         &mut self,
         constraints: &Constraints,
-        problem: &Problem,
-        target: &State,
-        aim: Aim,
+        problem: &SingleModeProblem,
+        target: &ModeState,
+        goal: ExtensionGoal,
         workspace: &mut Workspace,
     ) {
         let tree = &workspace.trees[self.side];
         let near = nearest(tree, problem, target);
-        (self.aim, self.parent, self.added) = (aim, near as u32, 0);
-        let exact = matches!(aim, Aim::Tip(_));
-        let stretch = Stretch {
+        (self.goal, self.parent, self.added) = (goal, near as u32, 0);
+        let exact = matches!(goal, ExtensionGoal::Tip(_));
+        let local_path = LocalPath {
             from: tree[near].state,
             to: *target,
             exact,
-            travel: Travel::STRAIGHT,
-            swing_foot: FootState::Free,
+            shape: MotionShape::STRAIGHT,
+            swing_foot: FootPhase::Swing,
         };
-        workspace.follower.begin(constraints, &stretch);
+        workspace.local_planner.begin(constraints, &local_path);
     }
 
     fn add(&mut self, workspace: &mut Workspace) -> Result<(), Rejection> {
         let tree = &mut workspace.trees[self.side];
-        push(tree, TreeNode { state: *workspace.follower.here(), parent: self.parent })?;
+        push(tree, TreeNode { state: *workspace.local_planner.here(), parent: self.parent })?;
         self.parent = (tree.len() - 1) as u32;
         self.added += 1;
         Ok(())
@@ -175,35 +185,35 @@ impl Growing {
 
     fn next_sample(
         &mut self,
-        why: Rejection,
+        rejection: Rejection,
         workspace: &mut Workspace,
     ) -> Result<bool, Rejection> {
-        workspace.count(why);
-        workspace.follower.stop();
-        self.aim = Aim::Choose;
+        workspace.count(rejection);
+        workspace.local_planner.stop();
+        self.goal = ExtensionGoal::Choose;
         self.sample += 1;
-        if self.sample < self.samples_max { Ok(false) } else { Err(why) }
+        if self.sample < self.samples_max { Ok(false) } else { Err(rejection) }
     }
 
     /// Writes the way from the first tree's root over both tips, which are the same state, to the
     /// second tree's root.
-    fn collect(&self, tip: u32, workspace: &mut Workspace) -> Result<(), Rejection> {
-        let Workspace { track, trees, .. } = workspace;
+    fn join_paths(&self, tip: u32, workspace: &mut Workspace) -> Result<(), Rejection> {
+        let Workspace { path, trees, .. } = workspace;
         let tips = if self.side == 1 { [tip, self.parent] } else { [self.parent, tip] };
-        track.clear();
+        path.clear();
         for node in path_to_root(&trees[0], tips[0]) {
-            push(track, node.state.configuration)?;
+            push(path, node.state.configuration)?;
         }
-        track.reverse();
+        path.reverse();
         for node in path_to_root(&trees[1], tips[1]).skip(1) {
-            push(track, node.state.configuration)?;
+            push(path, node.state.configuration)?;
         }
-        push(track, trees[1][0].state.configuration)
+        push(path, trees[1][0].state.configuration)
     }
 }
 
 /// Roots each tree that is still empty at its end.
-fn plant(ends: &[State; 2], workspace: &mut Workspace) {
+fn root_trees(ends: &[ModeState; 2], workspace: &mut Workspace) {
     for (tree, end) in workspace.trees.iter_mut().zip(ends) {
         if tree.is_empty() {
             tree.push(TreeNode { state: *end, parent: 0 });
@@ -220,7 +230,7 @@ fn path_to_root(tree: &[TreeNode], node: u32) -> impl Iterator<Item = &TreeNode>
 
 /// The node nearest to a target in the search's metric; the first of several. Turns are looked at
 /// only where the shifts alone do not make a node too far.
-pub fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
+pub fn nearest(nodes: &[TreeNode], problem: &SingleModeProblem, target: &ModeState) -> usize {
     let mut best = (0, f64::INFINITY);
     for (index, node) in nodes.iter().enumerate() {
         if distance(problem, &node.state, target, shift) >= best.1 {
@@ -236,7 +246,12 @@ pub fn nearest(nodes: &[TreeNode], problem: &Problem, target: &State) -> usize {
 
 /// The metric of the search, m: how far the root and the swing sole are apart, as `apart` says of
 /// poses.
-fn distance(problem: &Problem, a: &State, b: &State, apart: impl Fn(&Pose, &Pose) -> f64) -> f64 {
+fn distance(
+    problem: &SingleModeProblem,
+    a: &ModeState,
+    b: &ModeState,
+    apart: impl Fn(&Pose, &Pose) -> f64,
+) -> f64 {
     let root = apart(&a.configuration.world_from_root, &b.configuration.world_from_root);
     root + problem
         .mode
@@ -253,41 +268,41 @@ fn shift_and_turn(x: &Pose, y: &Pose) -> f64 {
 }
 
 /// A random target about the straight line between both ends.
-fn draw(
+fn sample_target(
     constraints: &Constraints,
-    problem: &Problem,
-    ends: &[State; 2],
+    problem: &SingleModeProblem,
+    ends: &[ModeState; 2],
     random: &mut Random,
-) -> State {
+) -> ModeState {
     let share = random.uniform(0.0, 1.0);
     let mut state = ends[0];
     let roots = ends.map(|end| end.configuration.world_from_root);
     let root = interpolate(&roots[0], &roots[1], share);
     let [root_spread, sole_spread] =
-        [ROOT_SPREAD, SOLE_SPREAD].map(|spread| spread * constraints.body.legs[0].reach());
+        [ROOT_SPREAD, SOLE_SPREAD].map(|spread| spread * constraints.robot.legs[0].reach());
     let raise = if problem.mode.swing().is_some() { root_spread } else { 0.0 };
-    state.configuration.world_from_root = scatter(&root, root_spread, raise, ROOT_TURN, random);
+    state.configuration.world_from_root = sample_near(&root, root_spread, raise, ROOT_TURN, random);
     if let Some(limb) = problem.mode.swing() {
         let sole =
             interpolate(&ends[0].world_from_soles[limb], &ends[1].world_from_soles[limb], share);
         state.world_from_soles[limb] =
-            scatter(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN, random);
+            sample_near(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN, random);
     }
     let moves_free = random.below(2) == 1;
-    for joint in &constraints.body.free_joints {
+    for joint in &constraints.robot.free_joints {
         let [from, to] = ends.map(|end| end.configuration.q[joint.index]);
-        let stray = if moves_free && joint.is_sampled {
+        let offset = if moves_free && joint.is_sampled {
             random.uniform(-FREE_SPREAD, FREE_SPREAD)
         } else {
             0.0
         };
         state.configuration.q[joint.index] =
-            (from + share * (to - from) + stray).clamp(joint.lower, joint.upper);
+            (from + share * (to - from) + offset).clamp(joint.lower, joint.upper);
     }
     state
 }
 
-fn scatter(pose: &Pose, spread: f64, raise: f64, turn: f64, random: &mut Random) -> Pose {
+fn sample_near(pose: &Pose, spread: f64, raise: f64, turn: f64, random: &mut Random) -> Pose {
     let mut vector =
         |half: f64| DVec3::from_array(std::array::from_fn(|_| random.uniform(-half, half)));
     let offset = vector(spread) + DVec3::Z * raise;

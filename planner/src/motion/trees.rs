@@ -3,19 +3,19 @@
 
 use crate::arena::reserve_written;
 use crate::motion::graph::TransitionId;
-use crate::motion::track::State;
+use crate::motion::track::ModeState;
 
 /// A node of a tree: a state and the node it was reached from.
 #[derive(Debug, Clone, Copy)]
 pub struct TreeNode {
     /// The state.
-    pub state: State,
+    pub state: ModeState,
     /// The node before; the root's is itself.
     pub parent: u32,
 }
 
 /// A tree; its first node is its root.
-pub type Tree = Vec<TreeNode>;
+pub type StateTree = Vec<TreeNode>;
 
 /// Which tree: that of a transition (or a boundary's node) within one of the two modes that it
 /// connects.
@@ -28,18 +28,18 @@ pub struct TreeKey {
 }
 
 #[derive(Debug)]
-struct Slot {
+struct PooledTree {
     key: Option<TreeKey>,
-    nodes: Tree,
+    nodes: StateTree,
     /// When it was lent last.
-    lent: u64,
+    lent_at: u64,
 }
 
 /// Trees that are kept, allocated once. Where there are more than it holds, the one that was not
 /// used for longest goes.
 #[derive(Debug)]
 pub struct TreePool {
-    slots: Vec<Slot>,
+    slots: Vec<PooledTree>,
     clock: u64,
 }
 
@@ -47,44 +47,44 @@ pub struct TreePool {
 const TREE_WRITTEN_MAX: usize = 16 << 10;
 
 /// An empty tree with room for so many nodes.
-pub fn new_tree(nodes_max: usize) -> Tree {
+pub fn new_tree(nodes_max: usize) -> StateTree {
     reserve_written(nodes_max, TREE_WRITTEN_MAX)
 }
 
 impl TreePool {
     /// Room for this many trees of this many nodes each.
     pub fn new(trees_max: usize, nodes_max: usize) -> Self {
-        let slot = |_| Slot { key: None, nodes: new_tree(nodes_max), lent: 0 };
+        let slot = |_| PooledTree { key: None, nodes: new_tree(nodes_max), lent_at: 0 };
         Self { slots: (0..trees_max).map(slot).collect(), clock: 0 }
     }
 
     /// Exchanges the tree of a key for an empty one of the caller's, which holds its place until
-    /// [`TreePool::give_back`]. The answer is where that is; `None` where the pool has no room or
+    /// [`TreePool::return_tree`]. The answer is where that is; `None` where the pool has no room or
     /// the tree is lent already.
-    pub fn lend(&mut self, key: TreeKey, tree: &mut Tree) -> Option<usize> {
+    pub fn lend(&mut self, key: TreeKey, tree: &mut StateTree) -> Option<usize> {
         let known = self.slots.iter().position(|slot| slot.key == Some(key));
         let index = known.or_else(|| self.oldest())?;
         let clock = self.clock;
         let slot = &mut self.slots[index];
-        if slot.lent > clock {
+        if slot.lent_at > clock {
             return None;
         }
         if known.is_none() {
             slot.key = Some(key);
             slot.nodes.clear();
         }
-        slot.lent = clock + 1;
+        slot.lent_at = clock + 1;
         std::mem::swap(&mut slot.nodes, tree);
         Some(index)
     }
 
     /// Takes a tree back from who borrowed it.
-    pub fn give_back(&mut self, index: usize, tree: &mut Tree) {
+    pub fn return_tree(&mut self, index: usize, tree: &mut StateTree) {
         std::mem::swap(&mut self.slots[index].nodes, tree);
     }
 
-    /// Ends a round of lending: all trees are back.
-    pub fn end_round(&mut self) {
+    /// Ends a batch of lending: all trees are back.
+    pub fn end_batch(&mut self) {
         self.clock += 1;
     }
 
@@ -92,14 +92,14 @@ impl TreePool {
     pub fn bytes(&self) -> usize {
         self.slots
             .iter()
-            .map(|slot| size_of::<Slot>() + slot.nodes.capacity() * size_of::<TreeNode>())
+            .map(|slot| size_of::<PooledTree>() + slot.nodes.capacity() * size_of::<TreeNode>())
             .sum()
     }
 
     /// The slot that was not used for longest and is not lent; the first of several.
     fn oldest(&self) -> Option<usize> {
-        let free = (0..self.slots.len()).filter(|&index| self.slots[index].lent <= self.clock);
-        free.min_by_key(|&index| self.slots[index].lent)
+        let free = (0..self.slots.len()).filter(|&index| self.slots[index].lent_at <= self.clock);
+        free.min_by_key(|&index| self.slots[index].lent_at)
     }
 }
 
@@ -113,7 +113,7 @@ mod tests {
     fn node() -> TreeNode {
         let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
         TreeNode {
-            state: State { configuration, world_from_soles: [Pose::IDENTITY; 2] },
+            state: ModeState { configuration, world_from_soles: [Pose::IDENTITY; 2] },
             parent: 0,
         }
     }
@@ -124,12 +124,12 @@ mod tests {
 
     /// Grows the tree of a key by one node; answers how many it had, or `None` where it is not to
     /// be had.
-    fn grow(pool: &mut TreePool, node_key: TreeKey, tree: &mut Tree) -> Option<usize> {
+    fn grow(pool: &mut TreePool, node_key: TreeKey, tree: &mut StateTree) -> Option<usize> {
         let index = pool.lend(node_key, tree)?;
         let had = tree.len();
         tree.push(node());
-        pool.give_back(index, tree);
-        pool.end_round();
+        pool.return_tree(index, tree);
+        pool.end_batch();
         Some(had)
     }
 
@@ -155,8 +155,8 @@ mod tests {
         let index = pool.lend(key(1), &mut mine).unwrap_or_default();
         assert_eq!(pool.lend(key(1), &mut yours), None);
         assert_eq!(pool.lend(key(2), &mut yours), None, "no room while the only slot is lent");
-        pool.give_back(index, &mut mine);
-        pool.end_round();
+        pool.return_tree(index, &mut mine);
+        pool.end_batch();
         assert!(pool.lend(key(2), &mut yours).is_some());
     }
 }

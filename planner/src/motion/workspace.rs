@@ -3,39 +3,39 @@
 use crate::arena::reserve;
 use crate::body::Configuration;
 use crate::constraint::Rejection;
-use crate::motion::track::Follower;
-use crate::motion::trees::{Tree, TreeNode, new_tree};
+use crate::motion::track::LocalPlanner;
+use crate::motion::trees::{StateTree, TreeNode, new_tree};
 
 /// Most waypoints that lift a foot off its placement or set it down.
-const LIFT_MAX: usize = 128;
+const LIFT_OFF_WAYPOINTS_MAX: usize = 128;
 /// Most waypoints of a shortcut.
-const SHORTCUT_MAX: usize = 256;
+const SHORTCUT_WAYPOINTS_MAX: usize = 256;
 
 /// A search's memory.
 #[derive(Debug)]
 pub struct Workspace {
     /// The motion found: waypoints after the first state, the last one included.
-    pub track: Vec<Configuration>,
+    pub path: Vec<Configuration>,
     /// How the swing foot leaves its placement at either end, waypoints after the end itself.
-    pub lifts: [Vec<Configuration>; 2],
-    /// A shortcut of the track: waypoints after the one where it begins.
+    pub lift_offs: [Vec<Configuration>; 2],
+    /// A shortcut of the path: waypoints after the one where it begins.
     pub shortcut: Vec<Configuration>,
-    /// What follows the stretch that is being tried.
-    pub follower: Follower,
+    /// What follows the local path that is being tried.
+    pub local_planner: LocalPlanner,
     /// The trees of both ends.
-    pub trees: [Tree; 2],
+    pub trees: [StateTree; 2],
     /// How often each condition turned something down.
     pub rejections: [u64; Rejection::COUNT],
 }
 
 impl Workspace {
-    /// Memory for tracks and trees of these lengths.
-    pub fn new(track_max: usize, tree_nodes_max: usize) -> Self {
+    /// Memory for paths and trees of these lengths.
+    pub fn new(path_waypoints_max: usize, tree_nodes_max: usize) -> Self {
         Self {
-            track: reserve(track_max),
-            lifts: [0, 1].map(|_| reserve(LIFT_MAX)),
-            shortcut: reserve(SHORTCUT_MAX),
-            follower: Follower::default(),
+            path: reserve(path_waypoints_max),
+            lift_offs: [0, 1].map(|_| reserve(LIFT_OFF_WAYPOINTS_MAX)),
+            shortcut: reserve(SHORTCUT_WAYPOINTS_MAX),
+            local_planner: LocalPlanner::default(),
             trees: [0, 1].map(|_| new_tree(tree_nodes_max)),
             rejections: [0; Rejection::COUNT],
         }
@@ -43,9 +43,9 @@ impl Workspace {
 
     /// Empties it, but for what it counts.
     pub fn clear(&mut self) {
-        self.track.clear();
-        self.lifts.iter_mut().for_each(Vec::clear);
-        self.follower.stop();
+        self.path.clear();
+        self.lift_offs.iter_mut().for_each(Vec::clear);
+        self.local_planner.stop();
         self.trees.iter_mut().for_each(Vec::clear);
     }
 
@@ -56,8 +56,8 @@ impl Workspace {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        let tracks = [&self.track, &self.lifts[0], &self.lifts[1], &self.shortcut];
-        tracks.iter().map(|track| track.capacity() * size_of::<Configuration>()).sum::<usize>()
+        let paths = [&self.path, &self.lift_offs[0], &self.lift_offs[1], &self.shortcut];
+        paths.iter().map(|path| path.capacity() * size_of::<Configuration>()).sum::<usize>()
             + self.trees.iter().map(|tree| tree.capacity() * size_of::<TreeNode>()).sum::<usize>()
     }
 }

@@ -1,178 +1,178 @@
-//! Branches of Gamma_P that grow side by side: each by itself until it ends, then all of them
-//! become part of the trees, in order.
+//! Branches of Gamma_P that grow in parallel, each until it ends. Then they are merged into the
+//! trees in order.
 //!
-//! Where one is left alone and there are several threads, both feet's placements are looked for
-//! side by side, and while the next station is, whether a step leads to the one before it. That is
-//! taken for granted meanwhile: where it turns out to be wrong, the branch goes on from before as
-//! if nothing had been looked for.
+//! If one branch is left and there are several threads, the placements of both feet are searched in
+//! parallel. At the same time the step to the previous vertex is tested. If that step does not
+//! exist, the branch continues from the vertex before and discards the new one.
 
-use super::extension::{Extension, Step};
-use super::stance::{Context, Placed, ScratchOfFeet, Stance};
-use super::station::Station;
+use super::extension::{Extend, Extension};
+use super::stance::{FootScratch, StageContext, VertexCandidate};
+use super::station::MidFeetPose;
 use super::tree::{Vertex, tip_at};
-use crate::allowance::{self, Allowance, Piece};
+use crate::allowance::{self, BudgetedTask, WorkBudget};
 use crate::arena::reserve;
 use crate::foot_placement::{FootPlacementConfig, Scratch};
+use crate::prepare::FootPlacement;
 
-/// Branches that grow side by side.
+/// Most branches that grow in parallel.
 pub(super) const BRANCHES_MAX: usize = 8;
-/// Stations of one branch.
-const STATIONS_MAX: usize = 97;
+/// Most vertices of one branch.
+const BRANCH_VERTICES_MAX: usize = 97;
 
-/// What a branch is for.
+/// Kind of a branch.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Purpose {
-    /// To reach a sample, from a vertex of a tree.
+pub(super) enum BranchKind {
+    /// Leads toward a sample, from a vertex of a tree.
     Sample { tip: u32 },
-    /// To meet the other tree at a vertex of it, from a vertex of a tree.
-    Meet { tip: u32, met: u32 },
-    /// To take the place of the route between two of its stations.
+    /// Connects a vertex of a tree to a vertex of the other tree.
+    Connect { tip: u32, other: u32 },
+    /// Replaces the route between two of its vertices.
     Shortcut { from: usize, to: usize },
 }
 
 /// How a branch ended.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum End {
+pub(super) enum BranchEnd {
     /// On its target.
-    Arrived {
-        /// Whether the upright robot has room on the last piece of the way.
+    Reached {
+        /// Whether the upright robot fits between the tip and the target.
         is_upright: bool,
     },
     /// It cannot go on.
-    Blocked,
-    /// It has as many stations as it may have.
-    Long,
+    Trapped,
+    /// It has the most vertices allowed.
+    TooLong,
 }
 
 /// Where a branch ends so far.
 #[derive(Debug, Clone, Copy)]
 pub struct Tip<'a> {
-    /// The station.
-    pub station: &'a Station,
-    /// The placements there; none where they are not known.
-    pub placements: &'a [Placed],
+    /// The pose.
+    pub pose: &'a MidFeetPose,
+    /// The placements there; empty if they are not known.
+    pub placements: &'a [FootPlacement],
 }
 
 /// A branch that is to be grown.
 #[derive(Debug)]
-pub(super) struct Begin {
-    pub purpose: Purpose,
+pub(super) struct BranchRequest {
+    pub kind: BranchKind,
     pub extension: Extension,
     pub from: Vertex,
-    /// It ends where it will have as many stations.
-    pub stations_max: usize,
+    /// It ends when it would have this many vertices.
+    pub vertices_max: usize,
 }
 
 /// A branch.
 #[derive(Debug)]
 pub(super) struct Branch {
-    pub purpose: Purpose,
+    pub kind: BranchKind,
     pub extension: Extension,
     /// What has grown, from the vertex that it began at.
-    pub grown: Vec<Stance>,
-    pub end: Option<End>,
-    /// The stride that led to the last one, where it is still to be asked whether a step does.
-    unproven: Option<usize>,
+    pub grown: Vec<VertexCandidate>,
+    pub end: Option<BranchEnd>,
+    /// Index of the stride that led to the last vertex, if the step to it is not tested yet.
+    untested_stride: Option<usize>,
     from: Vertex,
-    stations_max: usize,
+    vertices_max: usize,
     /// Names its random stream.
     name: u64,
     scratch: Scratch,
-    allowance: Allowance,
+    work_budget: WorkBudget,
 }
 
-impl Piece for Branch {
+impl BudgetedTask for Branch {
     fn has_ended(&self) -> bool {
         self.end.is_some()
     }
 
-    fn allowance(&mut self) -> &mut Allowance {
-        &mut self.allowance
+    fn work_budget(&mut self) -> &mut WorkBudget {
+        &mut self.work_budget
     }
 }
 
 impl Branch {
     fn new(placement: &FootPlacementConfig) -> Self {
-        let nowhere = Station { position: glam::DVec3::ZERO, yaw: 0.0 };
+        let origin = MidFeetPose { position: glam::DVec3::ZERO, yaw: 0.0 };
         let extension = Extension {
-            target: nowhere,
+            target: origin,
             backward: false,
-            facing: 0.0,
+            heading_offset: 0.0,
             joins: false,
             relaxed: false,
             spacing: 0.0,
         };
         Self {
-            purpose: Purpose::Sample { tip: 0 },
+            kind: BranchKind::Sample { tip: 0 },
             extension,
-            grown: reserve(STATIONS_MAX),
-            end: Some(End::Blocked),
-            unproven: None,
-            from: Vertex::root(nowhere, None),
-            stations_max: 0,
+            grown: reserve(BRANCH_VERTICES_MAX),
+            end: Some(BranchEnd::Trapped),
+            untested_stride: None,
+            from: Vertex::root(origin, None),
+            vertices_max: 0,
             name: 0,
             scratch: Scratch::new(placement),
-            allowance: Allowance::default(),
+            work_budget: WorkBudget::default(),
         }
     }
 
-    /// Grows by a station, by a stride from `first` on, or ends.
+    /// Adds a vertex, by a stride from `first` on, or ends.
     fn grow(
         &mut self,
-        (context, placements): (&Context<'_>, &[Placed]),
-        is_barred: &impl Fn(&Station) -> bool,
+        (context, placements): (&StageContext<'_>, &[FootPlacement]),
+        is_blocked: &impl Fn(&MidFeetPose) -> bool,
         mut first: usize,
     ) {
         loop {
             let tip = tip_of(&self.from, &self.grown, placements);
-            if self.is_long(tip.station) {
-                self.end = Some(End::Long);
+            if self.is_long(tip.pose) {
+                self.end = Some(BranchEnd::TooLong);
                 return;
             }
-            let name = self.name_of_step();
-            let step = self.extension.step(
+            let name = self.extension_name();
+            let extended = self.extension.extend(
                 context,
-                tip.station,
+                tip.pose,
                 first,
                 name,
-                &mut ScratchOfFeet::Shared(&mut self.scratch),
+                &mut FootScratch::Shared(&mut self.scratch),
             );
-            match step {
-                Step::Reached { stance, stride }
-                    if !context.has_step_between(tip.placements, &stance.placements) =>
+            match extended {
+                Extend::Advanced { candidate, stride }
+                    if !context.has_step_between(tip.placements, &candidate.placements) =>
                 {
                     first = stride + 1
                 }
-                step => return self.take(step, is_barred),
+                extended => return self.take(extended, is_blocked),
             }
         }
     }
 
-    /// Grows by a station, or ends, the placements of both feet found side by side with a
-    /// `helper`'s memory; meanwhile it is asked whether a step leads to the station before. Answers
-    /// how many units of work that took: none where none does.
+    /// Adds a vertex or ends. The placements of both feet are found in parallel, one of them in
+    /// `second_scratch`, while the step to the previous vertex is tested. Returns the work units
+    /// spent: 0 if that step does not exist.
     fn grow_alone(
         &mut self,
-        (context, placements): (&Context<'_>, &[Placed]),
-        is_barred: &impl Fn(&Station) -> bool,
-        helper: &mut Scratch,
+        (context, placements): (&StageContext<'_>, &[FootPlacement]),
+        is_blocked: &impl Fn(&MidFeetPose) -> bool,
+        second_scratch: &mut Scratch,
     ) -> u64 {
         let tip = tip_of(&self.from, &self.grown, placements);
-        let (is_long, name) = (self.is_long(tip.station), self.name_of_step());
+        let (is_long, name) = (self.is_long(tip.pose), self.extension_name());
         let scratch = &mut self.scratch;
-        let look = || {
+        let extend = || {
             (!is_long).then(|| {
-                self.extension.step(
+                self.extension.extend(
                     context,
-                    tip.station,
+                    tip.pose,
                     0,
                     name,
-                    &mut ScratchOfFeet::Each([scratch, helper]),
+                    &mut FootScratch::Each([scratch, second_scratch]),
                 )
             })
         };
-        let leads = || {
-            let before = self.unproven.and_then(|_| self.grown.split_last());
+        let leads_back = || {
+            let before = self.untested_stride.and_then(|_| self.grown.split_last());
             before.is_none_or(|(_, before)| {
                 context.has_step_between(
                     tip_of(&self.from, before, placements).placements,
@@ -180,62 +180,68 @@ impl Branch {
                 )
             })
         };
-        let (step, leads) = context.threads.both(look, leads);
-        match (self.unproven.take(), step) {
-            (Some(stride), _) if !leads => {
+        let (extended, leads_back) = context.threads.join(extend, leads_back);
+        match (self.untested_stride.take(), extended) {
+            (Some(stride), _) if !leads_back => {
                 self.grown.pop();
-                self.grow((context, placements), is_barred, stride + 1);
+                self.grow((context, placements), is_blocked, stride + 1);
                 return 0;
             }
-            (_, None) => self.end = Some(End::Long),
-            (_, Some(Step::Reached { stance, stride })) if !is_barred(&stance.station) => {
-                self.unproven = Some(stride);
-                self.grown.push(stance);
+            (_, None) => self.end = Some(BranchEnd::TooLong),
+            (_, Some(Extend::Advanced { candidate, stride })) if !is_blocked(&candidate.pose) => {
+                self.untested_stride = Some(stride);
+                self.grown.push(candidate);
             }
-            // It ends there if a step leads there; else it goes on by longer strides.
-            (_, Some(Step::Reached { stride, .. })) => {
-                self.grow((context, placements), is_barred, stride)
+            // It ends there if a step leads there; else it continues with longer strides.
+            (_, Some(Extend::Advanced { stride, .. })) => {
+                self.grow((context, placements), is_blocked, stride)
             }
-            (_, Some(step)) => self.take(step, is_barred),
+            (_, Some(extended)) => self.take(extended, is_blocked),
         }
         1
     }
 
-    /// Grows by a station, none where it is barred, or ends.
-    fn take(&mut self, step: Step, is_barred: &impl Fn(&Station) -> bool) {
-        match step {
-            Step::Reached { stance, .. } if !is_barred(&stance.station) => self.grown.push(stance),
-            Step::Reached { .. } | Step::Blocked => self.end = Some(End::Blocked),
-            Step::Arrived { is_upright } => self.end = Some(End::Arrived { is_upright }),
+    /// Adds a vertex unless it is blocked, or ends.
+    fn take(&mut self, extended: Extend, is_blocked: &impl Fn(&MidFeetPose) -> bool) {
+        match extended {
+            Extend::Advanced { candidate, .. } if !is_blocked(&candidate.pose) => {
+                self.grown.push(candidate)
+            }
+            Extend::Advanced { .. } | Extend::Trapped => self.end = Some(BranchEnd::Trapped),
+            Extend::Reached { is_upright } => self.end = Some(BranchEnd::Reached { is_upright }),
         }
     }
 
-    fn is_long(&self, tip: &Station) -> bool {
-        self.grown.len() == STATIONS_MAX
-            || self.grown.len() + self.extension.stations_left(tip) >= self.stations_max
+    fn is_long(&self, tip: &MidFeetPose) -> bool {
+        self.grown.len() == BRANCH_VERTICES_MAX
+            || self.grown.len() + self.extension.vertices_left(tip) >= self.vertices_max
     }
 
     /// Names the next step in the random stream.
-    fn name_of_step(&self) -> u64 {
+    fn extension_name(&self) -> u64 {
         self.name << 7 | self.grown.len() as u64
     }
 }
 
 /// Where a branch that began at a vertex ends so far.
-fn tip_of<'a>(from: &'a Vertex, grown: &'a [Stance], placements: &'a [Placed]) -> Tip<'a> {
+fn tip_of<'a>(
+    from: &'a Vertex,
+    grown: &'a [VertexCandidate],
+    placements: &'a [FootPlacement],
+) -> Tip<'a> {
     match grown.last() {
-        Some(stance) => Tip { station: &stance.station, placements: &stance.placements },
+        Some(candidate) => Tip { pose: &candidate.pose, placements: &candidate.placements },
         None => tip_at(from, placements),
     }
 }
 
-/// Branches that grow side by side, allocated once.
+/// Branches that grow in parallel, allocated once.
 #[derive(Debug)]
 pub(super) struct Branches {
     branches: Vec<Branch>,
     count: usize,
-    /// For the other foot of a branch that grows alone.
-    helper: Scratch,
+    /// For the second foot of a branch that grows alone.
+    second_scratch: Scratch,
     /// How many were ever begun.
     begun: u64,
 }
@@ -246,7 +252,7 @@ impl Branches {
         Self {
             branches: (0..BRANCHES_MAX).map(|_| Branch::new(placement)).collect(),
             count: 0,
-            helper: Scratch::new(placement),
+            second_scratch: Scratch::new(placement),
             begun: 0,
         }
     }
@@ -261,13 +267,13 @@ impl Branches {
         self.count
     }
 
-    /// Begins another one. There must be room for it.
-    pub fn begin(&mut self, begin: Begin) {
+    /// Begins another branch. There must be fewer than [`BRANCHES_MAX`].
+    pub fn begin(&mut self, begin: BranchRequest) {
         let branch = &mut self.branches[self.count];
-        let Begin { purpose, extension, from, stations_max } = begin;
-        (branch.purpose, branch.extension, branch.from, branch.stations_max) =
-            (purpose, extension, from, stations_max);
-        (branch.name, branch.end, branch.unproven) = (self.begun, None, None);
+        let BranchRequest { kind, extension, from, vertices_max } = begin;
+        (branch.kind, branch.extension, branch.from, branch.vertices_max) =
+            (kind, extension, from, vertices_max);
+        (branch.name, branch.end, branch.untested_stride) = (self.begun, None, None);
         branch.grown.clear();
         self.begun += 1;
         self.count += 1;
@@ -278,18 +284,18 @@ impl Branches {
         &self.branches[..self.count]
     }
 
-    /// Grows them by at most so many stations together, none where it is barred; answers how many
-    /// units of work that took. Less than the budget means that all have ended.
+    /// Extends them by at most `budget` vertices in total, none of them blocked. Returns the work
+    /// units spent; less than the budget means that all branches have ended.
     pub fn advance(
         &mut self,
-        context: &Context<'_>,
-        placements: &[Placed],
-        is_barred: impl Fn(&Station) -> bool + Sync,
+        context: &StageContext<'_>,
+        placements: &[FootPlacement],
+        is_blocked: impl Fn(&MidFeetPose) -> bool + Sync,
         budget: u64,
     ) -> u64 {
-        let site = (context, placements);
+        let inputs = (context, placements);
         let several = context.threads.count().min(2);
-        let grow = |branch: &mut Branch| branch.grow(site, &is_barred, 0);
+        let grow = |branch: &mut Branch| branch.grow(inputs, &is_blocked, 0);
         let mut spent = 0;
         while spent < budget {
             let branches = &mut self.branches[..self.count];
@@ -297,7 +303,7 @@ impl Branches {
             spent += match (growing.next(), growing.next()) {
                 (None, _) => break,
                 (Some(alone), None) if several > 1 => {
-                    alone.grow_alone(site, &is_barred, &mut self.helper)
+                    alone.grow_alone(inputs, &is_blocked, &mut self.second_scratch)
                 }
                 _ => allowance::advance_several(
                     branches,
@@ -314,8 +320,8 @@ impl Branches {
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         let bytes = |branch: &Branch| {
-            branch.grown.capacity() * size_of::<Stance>() + branch.scratch.heap_bytes()
+            branch.grown.capacity() * size_of::<VertexCandidate>() + branch.scratch.heap_bytes()
         };
-        self.branches.iter().map(bytes).sum::<usize>() + self.helper.heap_bytes()
+        self.branches.iter().map(bytes).sum::<usize>() + self.second_scratch.heap_bytes()
     }
 }

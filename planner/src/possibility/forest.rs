@@ -2,13 +2,14 @@
 //! vertices.
 
 use super::label::Label;
-use super::stance::{Context, PLACEMENTS_MAX, Placed, Stance};
-use super::tree::{Tree, Vertex};
-use crate::arena::{Place, reserve};
+use super::stance::{PLACEMENTS_MAX, StageContext, VertexCandidate};
+use super::tree::{PossibilityTree, Vertex};
+use crate::arena::{ArenaSlice, reserve};
+use crate::prepare::FootPlacement;
 
 /// How many edges stage P has labelled.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Labelled {
+pub struct LabelStats {
     /// Edges of the trees.
     pub edges: u64,
     /// Those of them that are possible.
@@ -18,45 +19,45 @@ pub struct Labelled {
 /// The trees, allocated once.
 #[derive(Debug)]
 pub(super) struct Forest {
-    pub trees: [Tree; 2],
-    pub placements: Vec<Placed>,
-    pub labelled: Labelled,
+    pub trees: [PossibilityTree; 2],
+    pub placements: Vec<FootPlacement>,
+    pub labelled: LabelStats,
 }
 
 impl Forest {
-    /// Room for so many vertices in each tree; none yet.
+    /// Two empty trees with capacity for `vertices_max` vertices each.
     pub fn new(vertices_max: usize) -> Self {
-        let trees = [(); 2].map(|()| Tree::new(vertices_max));
+        let trees = [(); 2].map(|()| PossibilityTree::new(vertices_max));
         Self {
             trees,
             placements: reserve(vertices_max * PLACEMENTS_MAX / 2),
-            labelled: Labelled::default(),
+            labelled: LabelStats::default(),
         }
     }
 
-    /// Adds a stance to a tree, reached from `parent`; `None` where there is no room.
+    /// Adds a candidate to a tree as a child of `parent`; `None` if an arena is full.
     pub fn add(
         &mut self,
         (tree, parent): (usize, u32),
-        facing: f64,
-        stance: &Stance,
+        heading_offset: f64,
+        candidate: &VertexCandidate,
     ) -> Option<u32> {
         if self.trees[tree].is_full() {
             return None;
         }
-        let root = Vertex::root(stance.station, stance.pair);
+        let root = Vertex::root(candidate.pose, candidate.pair);
         let vertex = Vertex {
-            placements: self.keep(stance)?,
+            placements: self.keep(candidate)?,
             parent,
-            facing,
-            is_upright: stance.is_upright,
+            heading_offset,
+            is_upright: candidate.is_upright,
             ..root
         };
         Some(self.trees[tree].add(vertex))
     }
 
     /// Labels the edge that leads to a vertex.
-    pub fn label_edge(&mut self, (tree, vertex): (usize, u32), context: &Context<'_>) {
+    pub fn label_edge(&mut self, (tree, vertex): (usize, u32), context: &StageContext<'_>) {
         let ends = [self.trees[tree][vertex as usize].parent, vertex].map(|index| index as usize);
         let [from, to] = ends.map(|index| context.pair_of(&mut self.trees[tree][index]));
         let label = from
@@ -68,16 +69,16 @@ impl Forest {
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        self.trees.iter().map(Tree::bytes).sum::<usize>()
-            + self.placements.capacity() * size_of::<Placed>()
+        self.trees.iter().map(PossibilityTree::bytes).sum::<usize>()
+            + self.placements.capacity() * size_of::<FootPlacement>()
     }
 
-    fn keep(&mut self, stance: &Stance) -> Option<Place> {
+    fn keep(&mut self, candidate: &VertexCandidate) -> Option<ArenaSlice> {
         let first = self.placements.len() as u32;
-        if self.placements.len() + stance.placements.len() > self.placements.capacity() {
+        if self.placements.len() + candidate.placements.len() > self.placements.capacity() {
             return None;
         }
-        self.placements.extend_from_slice(&stance.placements);
-        Some((first, stance.placements.len() as u32))
+        self.placements.extend_from_slice(&candidate.placements);
+        Some((first, candidate.placements.len() as u32))
     }
 }

@@ -6,11 +6,11 @@
 //! unless primitives do not lead over the pair itself: such a vertex is indeterminate, an edge
 //! without length. What fails C_N never becomes a vertex or an edge.
 
-use super::stance::{Context, Pair, Placed};
+use super::stance::{FootPair, StageContext};
 use super::tree::Vertex;
-use crate::prepare::{Print, sufficient_pair};
+use crate::prepare::{FootPlacement, sufficient_pair};
 
-/// What is known of an edge of Gamma_P.
+/// Label of an edge of Gamma_P.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Label {
     /// C_N holds, C_S does not.
@@ -21,8 +21,8 @@ pub enum Label {
         /// Which feet may step first.
         leads: [bool; 2],
     },
-    /// Stage M has crossed it.
-    Crossed,
+    /// Stage M has solved it.
+    Traversed,
 }
 
 impl Label {
@@ -32,16 +32,17 @@ impl Label {
     }
 }
 
-impl Context<'_> {
+impl StageContext<'_> {
     /// The pair of a vertex over which primitives lead: onto and off it with either foot.
-    pub(super) fn pair_of(&self, vertex: &mut Vertex) -> Option<Pair> {
+    pub(super) fn pair_of(&self, vertex: &mut Vertex) -> Option<FootPair> {
         let pair = vertex.pair?;
-        let stands = *vertex.stands.get_or_insert_with(|| self.holds([&pair[0], &pair[1]]));
-        stands.then_some(pair)
+        let has_primitives =
+            *vertex.has_primitives.get_or_insert_with(|| self.holds([&pair[0], &pair[1]]));
+        has_primitives.then_some(pair)
     }
 
     /// The label of the edge between two vertices over which primitives lead.
-    pub(super) fn label_between(&self, from: &Pair, to: &Pair) -> Label {
+    pub(super) fn label_between(&self, from: &FootPair, to: &FootPair) -> Label {
         let may_lead = |lead: usize| {
             let [mut left, mut right] = [&from[0], &from[1]];
             *(if lead == 0 { &mut left } else { &mut right }) = &to[lead];
@@ -51,18 +52,8 @@ impl Context<'_> {
         if leads.contains(&true) { Label::Primitive { leads } } else { Label::Indeterminate }
     }
 
-    fn holds(&self, [left, right]: [&Placed; 2]) -> bool {
-        let print = |placed: &Placed| Print {
-            limb: placed.limb,
-            world_from_sole: placed.world_from_sole,
-            is_whole: placed.is_whole,
-        };
-        let body = &self.constraints.body;
-        sufficient_pair(
-            self.preparation,
-            body,
-            &self.constraints.collision,
-            [&print(left), &print(right)],
-        )
+    fn holds(&self, [left, right]: [&FootPlacement; 2]) -> bool {
+        let robot = &self.constraints.robot;
+        sufficient_pair(self.preparation, robot, &self.constraints.collision, [left, right])
     }
 }

@@ -3,13 +3,13 @@
 //! Gamma_P, a pair of trees over the root's pose, grows from the start and from the goal. Only the
 //! low-dimensional distance between root poses steers it; whole-body configurations are stage M's
 //! business. A pose becomes a vertex where the necessary conditions C_N hold: both feet find
-//! placements within reach, and the part of the robot that the root carries meets nothing. The
+//! placements within reach, and the upper body collides with nothing. The
 //! sufficient conditions C_S are soft: routes that keep the upright robot free are sought first and
 //! the demand relaxed only when there are none. Out comes a guide route whose placements stage M
 //! reuses.
 //!
 //! The root's pose is described by the ground under it: a point midway between both soles, and the
-//! heading. How far the robot crouches and leans there is found out by trying.
+//! heading. Crouch and lean are found by trying a list of them.
 
 mod branch;
 mod extension;
@@ -24,11 +24,12 @@ mod stooping;
 mod torso;
 mod tree;
 
-pub use forest::Labelled;
-pub use growth::{Growth, Progress};
+pub use crate::prepare::FootPlacement;
+pub use forest::LabelStats;
+pub use growth::{Progress, RouteSearch};
 pub use label::Label;
-pub use route::Route;
-pub use stance::{Context, Pair, Placed};
-pub use station::Station;
-pub use stooping::{Site, Stooping};
-pub use torso::Torso;
+pub use route::GuideRoute;
+pub use stance::{FootPair, StageContext};
+pub use station::MidFeetPose;
+pub use stooping::{CrouchContext, CrouchProfile};
+pub use torso::UpperBody;

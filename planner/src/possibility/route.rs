@@ -1,42 +1,43 @@
-//! A guide route: stations from the start to the goal.
+//! A guide route: vertices from the start to the goal.
 
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::config::Mark;
+use surefoot_shared_types::config::StancePose;
 
 use crate::arena::reserve;
 
-use super::forest::Labelled;
+use super::forest::LabelStats;
 use super::label::Label;
 use super::sampling::BACKWARD;
-use super::stance::{Pair, Placed};
-use super::station::Station;
+use super::stance::FootPair;
+use super::station::MidFeetPose;
 use super::tree::Vertex;
+use crate::prepare::FootPlacement;
 
-/// A foot within so many metres (in the metric of Gamma_P) of a station faces as the robot does
-/// there: a turn about counts 0.94 m.
-const SUITS_WITHIN: f64 = 0.6;
+/// A foot within this distance of a vertex (metric of Gamma_P, m) has the heading of the robot
+/// there. A half turn counts 0.94 m.
+const ALIGNED_WITHIN: f64 = 0.6;
 
-/// Stations from start to goal, both included; the placements found at each are kept by the growth.
+/// Vertices from start to goal, both included. Their placements are kept by the route search.
 #[derive(Debug)]
-pub struct Route {
+pub struct GuideRoute {
     pub(super) vertices: Vec<Vertex>,
     /// The label of the edge that leads to each vertex from the one before it; the first has none.
     pub(super) labels: Vec<Label>,
-    feet_apart: [f64; 2],
+    stance_width: [f64; 2],
 }
 
-impl Route {
-    /// Room for a route; empty.
-    pub(super) fn new(start: &Mark, goal: &Mark, stations_max: usize) -> Self {
+impl GuideRoute {
+    /// An empty route with reserved capacity.
+    pub(super) fn new(start: &StancePose, goal: &StancePose, vertices_max: usize) -> Self {
         Self {
-            vertices: reserve(2 * stations_max),
-            labels: reserve(2 * stations_max),
-            feet_apart: [start.feet_apart, goal.feet_apart],
+            vertices: reserve(2 * vertices_max),
+            labels: reserve(2 * vertices_max),
+            stance_width: [start.feet_apart, goal.feet_apart],
         }
     }
 
-    pub(super) fn start_on(&mut self, start: &Mark) {
-        self.feet_apart[0] = start.feet_apart;
+    pub(super) fn set_start(&mut self, start: &StancePose) {
+        self.stance_width[0] = start.feet_apart;
     }
 
     pub(super) fn clear(&mut self) {
@@ -44,43 +45,43 @@ impl Route {
         self.labels.clear();
     }
 
-    /// The label of the edge from the station before to this one.
+    /// The label of the edge from the previous vertex to this one.
     pub fn label(&self, index: usize) -> Label {
         self.labels[index]
     }
 
     /// How many edges it has, and how many of them are possible.
-    pub fn labelled(&self) -> Labelled {
+    pub fn labelled(&self) -> LabelStats {
         let edges = self.labels.len().saturating_sub(1) as u64;
-        Labelled {
+        LabelStats {
             edges,
             possible: self.labels.iter().filter(|label| label.is_possible()).count() as u64,
         }
     }
 
-    /// Whether primitives stand on a placement at a station.
-    pub fn is_stood_on(&self, index: usize, placed: &Placed) -> bool {
+    /// Whether primitives use a placement at a vertex.
+    pub fn is_used_by_primitives(&self, index: usize, placement: &FootPlacement) -> bool {
         let leads = |label: Option<&Label>| matches!(label, Some(Label::Primitive { .. }));
-        let is_on_stretch = leads(self.labels.get(index)) || leads(self.labels.get(index + 1));
-        is_on_stretch && self.pair(index).is_some_and(|pair| pair.contains(placed))
+        let is_possible = leads(self.labels.get(index)) || leads(self.labels.get(index + 1));
+        is_possible && self.pair(index).is_some_and(|pair| pair.contains(placement))
     }
 
-    /// The placements that a station stands on, left and right.
-    pub fn pair(&self, index: usize) -> Option<&Pair> {
+    /// The placements of a vertex, left and right.
+    pub fn pair(&self, index: usize) -> Option<&FootPair> {
         self.vertices[index].pair.as_ref()
     }
 
-    /// How many stations there are.
-    pub fn stations(&self) -> usize {
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
         self.vertices.len()
     }
 
-    /// Whether the robot has room all along it without stooping.
+    /// Whether the upright robot fits along the whole route.
     pub fn is_upright(&self) -> bool {
         self.vertices.iter().all(|vertex| vertex.is_upright)
     }
 
-    /// Whether it has room so at a station and at so many before and after it.
+    /// Whether the upright robot fits at a vertex and at `reach` vertices before and after it.
     pub fn is_upright_about(&self, index: usize, reach: usize) -> bool {
         let about = index.saturating_sub(reach)..self.vertices.len().min(index + reach + 1);
         self.vertices[about].iter().all(|vertex| vertex.is_upright)
@@ -88,26 +89,26 @@ impl Route {
 
     /// Whether it is walked backward, at least in part.
     pub fn is_backward(&self) -> bool {
-        self.vertices.iter().any(|vertex| vertex.facing == BACKWARD)
+        self.vertices.iter().any(|vertex| vertex.heading_offset == BACKWARD)
     }
 
-    /// Whether a foot at `place` faces as the robot does on this route. Where that walks backward,
-    /// feet that face ahead would draw the search to what has been tried in vain.
-    pub fn suits(&self, place: &Station) -> bool {
+    /// Whether a foot at `pose` has the heading of the robot on this route. On a route that is
+    /// fraction backward, feet that face ahead would lead the search back to earlier failures.
+    pub fn is_aligned_with(&self, pose: &MidFeetPose) -> bool {
         !self.is_backward()
-            || self.vertices.iter().any(|vertex| vertex.station.distance(place) < SUITS_WITHIN)
+            || self.vertices.iter().any(|vertex| vertex.pose.distance(pose) < ALIGNED_WITHIN)
     }
 
-    /// One of the stations.
-    pub fn station(&self, index: usize) -> Station {
-        self.vertices[index].station
+    /// The pose of a vertex.
+    pub fn pose(&self, index: usize) -> MidFeetPose {
+        self.vertices[index].pose
     }
 
-    /// Where a foot would ideally stand at a station: beside the route, facing along it, as far
-    /// apart as the marks say times `widening`.
-    pub fn world_from_ideal_sole(&self, index: usize, limb: usize, widening: f64) -> Pose {
-        let walked = index as f64 / (self.stations() - 1).max(1) as f64;
-        let [from, to] = self.feet_apart;
-        self.station(index).world_from_ideal_sole(limb, widening * (from + walked * (to - from)))
+    /// Ideal sole pose at a vertex: beside the route, with its heading. The stance width is
+    /// interpolated between start and goal and multiplied by `width_factor`.
+    pub fn world_from_ideal_sole(&self, index: usize, limb: usize, width_factor: f64) -> Pose {
+        let fraction = index as f64 / (self.vertex_count() - 1).max(1) as f64;
+        let [from, to] = self.stance_width;
+        self.pose(index).world_from_ideal_sole(limb, width_factor * (from + fraction * (to - from)))
     }
 }

@@ -1,50 +1,48 @@
-//! Where the trees of stage P grow: toward stations anywhere, and ahead of where they are the least
-//! crowded [Grey 3, 4.3].
+//! Samples of stage P: poses anywhere, and poses ahead of vertices with few neighbours
+//! [Grey 3, 4.3].
 //!
-//! Stations drawn anywhere find their way around in a room. Of a course that is many times as long
-//! as it is wide they hit the few metres where a tree may grow ever less often; the other draws go
-//! there at once, however long it is.
+//! Poses drawn anywhere suffice in a short region. In a region much longer than wide they rarely
+//! hit the few metres where a tree may grow; samples ahead of a vertex do at any length.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 use surefoot_shared_types::spatial::rotation_about;
 
-use super::station::Station;
-use super::tree::{Tree, Vertex};
+use super::station::MidFeetPose;
+use super::tree::{PossibilityTree, Vertex};
 use crate::collision::bvh::Aabb;
 use crate::random::Random;
 
-/// Samples drawn while the demands are high, and as many after they are relaxed, for each
-/// [`SAMPLED_LENGTH`] of the place.
+/// Samples drawn under C_S, and as many under C_N alone, for each [`SAMPLED_LENGTH`] of the
+/// region.
 const SAMPLES_MAX: f64 = 384.0;
-/// How long a place is that so many samples are enough for, m.
+/// Length of a region for which that many samples suffice, m.
 const SAMPLED_LENGTH: f64 = 10.0;
-/// How long a short place may be, m.
+/// Longest region that counts as short, m.
 const SHORT_LENGTH_MAX: f64 = 12.0;
 /// How far beyond the box around both ends the root is sampled, at least, m, and as a share of
 /// their distance.
 const REACH: (f64, f64) = (2.5, 0.5);
 /// One of so many samples of a tree lies anywhere; the others lie ahead of a vertex.
 const ANYWHERE_EVERY: u32 = 4;
-/// Only so many of the latest vertices count: where a tree has been, it need not be looked for ways
-/// on.
+/// Only this many of the latest vertices are extended; older ones are assumed to be exhausted.
 const RECENT: usize = 192;
-/// On a long course, what a metre from where the other tree began counts as crowd: ways on are
-/// sought at the front before others.
-const CROWD_PER_METRE: f64 = 2.0;
+/// In a long region each metre from the root of the other tree counts as this many neighbours, so
+/// that the front of the tree is extended first.
+const NEIGHBOURS_PER_METRE: f64 = 2.0;
 /// How far ahead of the vertex, m.
 const AHEAD: [f64; 2] = [0.5, 1.5];
 /// How far off its heading, rad.
 const AHEAD_TURN_MAX: f64 = 1.0;
 /// How far above or below it, m.
 const AHEAD_RISE_MAX: f64 = 0.4;
-/// How far off their way robots face that walk backward, rad.
+/// Heading offset of a robot that walks backward, rad.
 pub(super) const BACKWARD: f64 = PI;
-/// How far off their way robots face that step sideways, rad.
+/// Heading offsets of a robot that sidesteps, rad.
 pub(super) const SIDES: [f64; 2] = [FRAC_PI_2, -FRAC_PI_2];
 
-/// Where stations are drawn: around both ends (world, m), not beyond the world.
+/// Region in which poses are drawn: around both ends (world, m), within the world's bounds.
 pub(super) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
     let (least, share) = REACH;
     let around = Aabb { min: start.min(goal), max: start.max(goal) }
@@ -53,12 +51,12 @@ pub(super) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
     Aabb { min: min.min(max), max: max.max(min) }
 }
 
-/// How many samples are enough in a place.
+/// Number of samples for a region.
 pub(super) fn samples_max(bounds: &Aabb) -> u32 {
     (SAMPLES_MAX * (length(bounds) / SAMPLED_LENGTH).max(1.0)) as u32
 }
 
-/// Whether a place is so short that one passage decides whether there is a way.
+/// Whether a region is so short that one passage decides whether there is a route.
 pub(super) fn is_short(bounds: &Aabb) -> bool {
     length(bounds) <= SHORT_LENGTH_MAX
 }
@@ -67,72 +65,91 @@ fn length(bounds: &Aabb) -> f64 {
     (bounds.max - bounds.min).truncate().length()
 }
 
-/// How a tree is to grow.
+/// Parameters of a sample.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Course<'a> {
-    /// Where stations are drawn.
+pub(super) struct SampleRequest<'a> {
+    /// Region in which poses are drawn.
     pub bounds: &'a Aabb,
     /// Where the other tree began.
     pub toward: DVec3,
     /// Whether it grows from the goal: it is walked toward its root, so that its vertices face away
     /// from where it grows.
     pub backward: bool,
-    /// How far off its way the robot faces unless it sidles, rad.
-    pub facing: f64,
-    /// Whether the robot may face aside of its way.
-    pub sidles: bool,
+    /// Heading offset of the robot unless it sidesteps, rad.
+    pub heading_offset: f64,
+    /// Whether the robot may sidestep.
+    pub may_sidestep: bool,
 }
 
-/// A branch to be grown: the vertex it grows from, toward where, and how far off its way the robot
-/// faces, rad.
-type Drawn = (u32, Station, f64);
+/// The vertex to extend, the target pose, and the heading offset of the robot, rad.
+type Sample = (u32, MidFeetPose, f64);
 
-/// Sample number `count` of a tree. The robot faces as at the vertex it grows from, unless it
-/// sidles besides.
-pub(super) fn draw(tree: &mut Tree, course: &Course<'_>, count: u32, random: &mut Random) -> Drawn {
+/// Sample number `count` of a tree. The heading offset is that of the extended vertex, unless the
+/// robot sidesteps.
+pub(super) fn sample(
+    tree: &mut PossibilityTree,
+    request: &SampleRequest<'_>,
+    count: u32,
+    random: &mut Random,
+) -> Sample {
     if count.is_multiple_of(ANYWHERE_EVERY) {
-        anywhere(tree, course, random)
+        sample_anywhere(tree, request, random)
     } else {
-        ahead(tree, course, random)
+        sample_ahead(tree, request, random)
     }
 }
 
-/// A station anywhere, and the vertex nearest to it.
-fn anywhere(tree: &Tree, course: &Course<'_>, random: &mut Random) -> Drawn {
+/// A pose anywhere, and the vertex nearest to it.
+fn sample_anywhere(
+    tree: &PossibilityTree,
+    request: &SampleRequest<'_>,
+    random: &mut Random,
+) -> Sample {
     let position = DVec3::from_array(std::array::from_fn(|axis| {
-        random.uniform(course.bounds.min[axis], course.bounds.max[axis])
+        random.uniform(request.bounds.min[axis], request.bounds.max[axis])
     }));
-    let target = Station { position, yaw: random.uniform(-PI, PI) };
-    (tree.nearest(|station| station.place_distance_squared(position)), target, course.facing)
+    let target = MidFeetPose { position, yaw: random.uniform(-PI, PI) };
+    (tree.nearest(|pose| pose.position_distance_squared(position)), target, request.heading_offset)
 }
 
-/// Of the latest vertices the one that is the least crowded, of several the last, and a station
-/// ahead of it; on a long course what lies behind the front counts as crowded.
-fn ahead(tree: &mut Tree, course: &Course<'_>, random: &mut Random) -> Drawn {
-    let per_metre = if is_short(course.bounds) { 0.0 } else { CROWD_PER_METRE };
-    let crowd = |vertex: &Vertex| {
-        f64::from(vertex.crowd)
-            + per_metre * libm::sqrt(vertex.station.place_distance_squared(course.toward))
+/// Of the latest vertices the one with the fewest neighbours (of several the last), and a pose
+/// ahead of it. In a long region the distance behind the front counts as neighbours.
+fn sample_ahead(
+    tree: &mut PossibilityTree,
+    request: &SampleRequest<'_>,
+    random: &mut Random,
+) -> Sample {
+    let per_metre = if is_short(request.bounds) { 0.0 } else { NEIGHBOURS_PER_METRE };
+    let density = |vertex: &Vertex| {
+        f64::from(vertex.neighbour_count)
+            + per_metre * libm::sqrt(vertex.pose.position_distance_squared(request.toward))
     };
     let inside = tree
         .iter()
         .enumerate()
         .rev()
         .take(RECENT)
-        .filter(|(_, vertex)| course.bounds.contains(vertex.station.position));
-    let tip =
-        inside.min_by(|(_, a), (_, b)| crowd(a).total_cmp(&crowd(b))).map_or(0, |(index, _)| index);
-    tree[tip].crowd += 1;
-    let Vertex { station: at, facing: faced, .. } = tree[tip];
-    let yaw = at.yaw - faced + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
-    let distance = random.uniform(AHEAD[0], AHEAD[1]) * if course.backward { -1.0 } else { 1.0 };
-    let way = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
-    let facing =
-        if course.sidles { [course.facing, SIDES[0], SIDES[1]][random.below(3)] } else { faced };
+        .filter(|(_, vertex)| request.bounds.contains(vertex.pose.position));
+    let tip = inside
+        .min_by(|(_, a), (_, b)| density(a).total_cmp(&density(b)))
+        .map_or(0, |(index, _)| index);
+    tree[tip].neighbour_count += 1;
+    let Vertex { pose: at, heading_offset: offset, .. } = tree[tip];
+    let yaw = at.yaw - offset + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
+    let distance = random.uniform(AHEAD[0], AHEAD[1]) * if request.backward { -1.0 } else { 1.0 };
+    let displacement = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
+    let heading_offset = if request.may_sidestep {
+        [request.heading_offset, SIDES[0], SIDES[1]][random.below(3)]
+    } else {
+        offset
+    };
     (
         tip as u32,
-        Station { position: at.position + rotation_about(DVec3::Z, yaw) * way, yaw: yaw + facing },
-        facing,
+        MidFeetPose {
+            position: at.position + rotation_about(DVec3::Z, yaw) * displacement,
+            yaw: yaw + heading_offset,
+        },
+        heading_offset,
     )
 }
 
@@ -144,32 +161,41 @@ mod tests {
     const BOUNDS: Aabb =
         Aabb { min: DVec3::new(-1.0, -2.0, -1.0), max: DVec3::new(60.0, 2.0, 1.0) };
 
-    /// A course along which crowds alone decide.
+    /// A short region, in which neighbour counts alone decide.
     const WIDE: Aabb = Aabb { min: DVec3::new(-1.0, -2.0, -1.0), max: DVec3::new(10.0, 2.0, 1.0) };
 
-    fn course(bounds: &Aabb) -> Course<'_> {
-        Course { bounds, toward: bounds.max, backward: false, facing: 0.0, sidles: false }
+    fn request(bounds: &Aabb) -> SampleRequest<'_> {
+        SampleRequest {
+            bounds,
+            toward: bounds.max,
+            backward: false,
+            heading_offset: 0.0,
+            may_sidestep: false,
+        }
     }
 
-    /// Stations along x, of which none crowds another.
-    fn tree(along_x: &[f64]) -> Tree {
-        let mut tree = Tree::new(1_000);
+    /// Vertices along x that are no neighbours of each other.
+    fn tree(along_x: &[f64]) -> PossibilityTree {
+        let mut tree = PossibilityTree::new(1_000);
         for &x in along_x {
-            tree.add(Vertex::root(Station { position: DVec3::new(x, 0.0, 0.0), yaw: 0.0 }, None));
+            tree.add(Vertex::root(
+                MidFeetPose { position: DVec3::new(x, 0.0, 0.0), yaw: 0.0 },
+                None,
+            ));
         }
         tree
     }
 
     /// How far a tree gets along a corridor whatever its length, where each sample ahead adds a
-    /// station a stride toward it.
+    /// vertex a stride toward it.
     fn farthest(samples: u32) -> f64 {
         let mut tree = tree(&[0.0]);
         for count in 0..samples {
             let mut random = Random::new(1, Stream::Possibility, u64::from(count), 0);
-            let (tip, target, _) = ahead(&mut tree, &course(&BOUNDS), &mut random);
-            tree.add(Vertex::root(tree[tip as usize].station.toward(&target, 0.25, 0.0), None));
+            let (tip, target, _) = sample_ahead(&mut tree, &request(&BOUNDS), &mut random);
+            tree.add(Vertex::root(tree[tip as usize].pose.step_toward(&target, 0.25, 0.0), None));
         }
-        tree.iter().map(|vertex| vertex.station.position.x).fold(0.0, f64::max)
+        tree.iter().map(|vertex| vertex.pose.position.x).fold(0.0, f64::max)
     }
 
     #[test]
@@ -179,32 +205,32 @@ mod tests {
     }
 
     #[test]
-    fn a_tree_grows_where_it_is_the_least_crowded_and_ahead() {
+    fn a_tree_grows_ahead_of_the_vertex_with_the_fewest_neighbours() {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
         let mut tree = tree(&[0.0, 5.0, 9.0]);
-        (tree[0].crowd, tree[2].crowd) = (2, 2);
+        (tree[0].neighbour_count, tree[2].neighbour_count) = (2, 2);
         for backward in [false, true] {
             let (tip, target, _) =
-                ahead(&mut tree, &Course { backward, ..course(&WIDE) }, &mut random);
+                sample_ahead(&mut tree, &SampleRequest { backward, ..request(&WIDE) }, &mut random);
             assert_eq!((tip, target.position.x < 5.0), (1, backward), "{target:?}");
         }
-        assert_eq!(tree[1].crowd, 2, "what was tried counts as crowded");
+        assert_eq!(tree[1].neighbour_count, 2, "a sample counts as a neighbour");
     }
 
     #[test]
-    fn nothing_grows_on_outside_the_place() {
+    fn no_vertex_outside_the_region_is_extended() {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
         let mut tree = tree(&[0.0, 70.0]);
-        tree[0].crowd = 9;
-        assert_eq!(ahead(&mut tree, &course(&BOUNDS), &mut random).0, 0);
+        tree[0].neighbour_count = 9;
+        assert_eq!(sample_ahead(&mut tree, &request(&BOUNDS), &mut random).0, 0);
     }
 
     #[test]
-    fn a_long_course_is_tried_at_the_front_until_that_is_crowded() {
+    fn a_long_region_is_sampled_at_the_front_until_that_has_many_neighbours() {
         let mut random = Random::new(1, Stream::Possibility, 0, 0);
         let mut tree = tree(&[0.0, 20.0, 5.0]);
         let tips: Vec<u32> =
-            (0..60).map(|_| ahead(&mut tree, &course(&BOUNDS), &mut random).0).collect();
+            (0..60).map(|_| sample_ahead(&mut tree, &request(&BOUNDS), &mut random).0).collect();
         assert!(tips[..25].iter().all(|&tip| tip == 1) && tips.contains(&2), "{tips:?}");
     }
 }

@@ -1,103 +1,92 @@
-//! Whether the robot could perhaps stand at a station: placements for both feet, and room for the
-//! torso [Grey 4.1, 4.2].
+//! Vertex candidates: root poses that meet C_N, with placements for both feet and a free upper
+//! body [Grey 4.1, 4.2].
 
 use std::ops::ControlFlow;
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 
-use super::station::Station;
-use super::torso::{Room, Torso};
+use super::station::MidFeetPose;
+use super::torso::{UpperBody, UpperBodyFit};
 use crate::constraint::Constraints;
-use crate::foot_placement::{Effort, Scratch, Surfaces};
-use crate::foot_query::{FootQuery, YAW_SPREAD_MAX};
-use crate::prepare::{Preparation, is_whole};
+use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
+use crate::foot_query::{FootholdQuery, YAW_SPREAD_MAX};
+use crate::prepare::{FootPlacement, Preparation, is_whole};
 use crate::threads::Threads;
 
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.5, 0.5];
 /// Placements kept for each foot.
 const KEPT_MAX: usize = 6;
-/// Placements kept at a station.
+/// Placements kept at a vertex.
 pub const PLACEMENTS_MAX: usize = 2 * KEPT_MAX;
-/// Steps between two stations that are tried by inverse kinematics.
+/// Steps between two vertices that are tried by inverse kinematics.
 const STEPS_TRIED_MAX: usize = 8;
-/// The longest way between two looks at the torso's room, m: no torso is so thin that it slips past
-/// a wall between them.
-const ROOM_STEP: f64 = 0.12;
-/// The effort while the demands are high: what the geometry says.
-const EFFORT: Effort = Effort { geometric_max: 64, varied_max: 0, sampled_max: 0 };
-/// The effort once the demands are relaxed.
-const RELAXED_EFFORT: Effort = Effort { geometric_max: 64, varied_max: 8, sampled_max: 24 };
+/// Longest distance between two tests of the upper body, m: shorter than any upper body is thick.
+const FIT_STEP: f64 = 0.12;
+/// Sample limits under C_S: geometric candidates only.
+const LIMITS: SampleLimits = SampleLimits { geometric_max: 64, perturbed_max: 0, sampled_max: 0 };
+/// Sample limits under C_N alone.
+const RELAXED_LIMITS: SampleLimits =
+    SampleLimits { geometric_max: 64, perturbed_max: 8, sampled_max: 24 };
 /// What a metre between the feet's heights costs when a pair is chosen.
 const HEIGHT_DIFFERENCE_COST: f64 = 2.0;
 /// What a metre of height away from the target costs: elevation is projected toward it where there
 /// is a choice [Grey 4.3].
 const AWAY_FROM_TARGET_COST: f64 = 0.5;
 
-/// What stage P reads.
+/// Constants of stage P.
 #[derive(Debug, Clone, Copy)]
-pub struct Context<'a> {
+pub struct StageContext<'a> {
     /// The robot and the world's geometry.
     pub constraints: &'a Constraints,
     /// Where soles can rest.
     pub surfaces: &'a Surfaces,
-    /// The robot above its legs.
-    pub torso: &'a Torso,
+    /// The upper body.
+    pub upper_body: &'a UpperBody,
     /// What the legs may reach, and where primitives hold.
     pub preparation: &'a Preparation<'static>,
     /// The seed of all streams.
     pub seed: u64,
-    /// How far apart the feet ideally stand, m.
-    pub feet_apart: f64,
+    /// Ideal lateral distance between the soles, m.
+    pub stance_width: f64,
     /// The threads that share the work.
     pub threads: &'a Threads,
-    /// Whether a step leads from the first placement to the second, as stage M would take it.
-    pub is_step: fn(&Constraints, [&Placed; 2]) -> bool,
+    /// Whether a step leads from the first placement to the second, as stage M tests it.
+    pub is_step: fn(&Constraints, [&FootPlacement; 2]) -> bool,
 }
 
 /// The memory in which the placements of both feet are found.
 #[derive(Debug)]
-pub enum ScratchOfFeet<'a> {
+pub enum FootScratch<'a> {
     /// One foot after the other.
     Shared(&'a mut Scratch),
-    /// Side by side.
+    /// In parallel.
     Each([&'a mut Scratch; 2]),
 }
 
-/// A foot placement that was found along the way.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placed {
-    /// Which foot.
-    pub limb: usize,
-    /// The sole's pose in the world.
-    pub world_from_sole: Pose,
-    /// Whether the whole sole is carried.
-    pub is_whole: bool,
-}
+/// Placements of the left and the right foot.
+pub type FootPair = [FootPlacement; 2];
 
-/// Two placements on which the robot stands at a station, left and right.
-pub type Pair = [Placed; 2];
-
-/// A station at which the necessary conditions hold.
+/// A root pose that meets the necessary conditions C_N.
 #[derive(Debug, Clone)]
-pub struct Stance {
-    /// Where: the wished-for station, moved onto the ground that was found.
-    pub station: Station,
+pub struct VertexCandidate {
+    /// The requested pose, moved onto the ground (elevation projection).
+    pub pose: MidFeetPose,
     /// The placements of both feet.
-    pub placements: heapless::Vec<Placed, PLACEMENTS_MAX>,
-    /// The pair of them over which the station is, unless the feet would meet on it.
-    pub pair: Option<Pair>,
-    /// Whether all that the root carries has room with the robot upright.
+    pub placements: heapless::Vec<FootPlacement, PLACEMENTS_MAX>,
+    /// The pair of them below the pose, unless its feet collide.
+    pub pair: Option<FootPair>,
+    /// Whether the upper body of the upright robot is free.
     pub is_upright: bool,
 }
 
-/// What is asked of a stance.
+/// Request for a vertex candidate.
 #[derive(Debug, Clone, Copy)]
-pub struct Wish {
-    /// Where.
-    pub station: Station,
-    /// The height that the way leads to, m.
+pub struct VertexQuery {
+    /// The mid-feet pose.
+    pub pose: MidFeetPose,
+    /// Height of the branch's target, m.
     pub target_height: f64,
     /// Whether C_N alone is enough.
     pub relaxed: bool,
@@ -105,56 +94,67 @@ pub struct Wish {
     pub name: u64,
 }
 
-impl Context<'_> {
-    /// Finds placements for both feet near a station, and moves the station over the best pair of
-    /// them: its elevation, and aside where the ground is narrow. `None` where C_N fails, or C_S
-    /// where the wish insists on it.
-    pub fn stand(&self, wish: &Wish, scratch: &mut ScratchOfFeet<'_>) -> Option<Stance> {
-        let placements = self.find_both_placements(wish, scratch)?;
-        let (position, pair, are_apart) = self.best_pair(wish, &placements)?;
-        let station = Station { position, yaw: wish.station.yaw };
+impl StageContext<'_> {
+    /// Finds placements for both feet near a pose and moves the pose over the best pair of them:
+    /// vertically, and laterally where the ground is narrow. `None` where C_N fails, or C_S unless
+    /// the query is relaxed.
+    pub fn find_candidate(
+        &self,
+        query: &VertexQuery,
+        scratch: &mut FootScratch<'_>,
+    ) -> Option<VertexCandidate> {
+        let placements = self.find_both_placements(query, scratch)?;
+        let (position, pair, are_apart) = self.best_pair(query, &placements)?;
+        let pose = MidFeetPose { position, yaw: query.pose.yaw };
         let [left, right] = &pair;
-        let room = self.torso.room(&self.constraints.collision, &station);
-        let fits = room >= least_room(wish.relaxed)
-            && self.torso.hangs_over(
+        let fit = self.upper_body.fit(&self.constraints.collision, &pose);
+        let fits = fit >= fit_min(query.relaxed)
+            && self.upper_body.are_legs_free(
                 &self.constraints.collision,
-                &station,
+                &pose,
                 [&left.world_from_sole, &right.world_from_sole],
             );
-        fits.then_some(Stance {
-            station,
+        fits.then_some(VertexCandidate {
+            pose,
             placements,
             pair: are_apart.then_some(pair),
-            is_upright: room == Room::Upright,
+            is_upright: fit == UpperBodyFit::Upright,
         })
     }
 
-    /// Whether the robot above its legs has room at a station.
-    pub fn has_room(&self, station: &Station, relaxed: bool) -> bool {
-        self.torso.room(&self.constraints.collision, station) >= least_room(relaxed)
+    /// Whether the upper body is free at a pose.
+    pub fn is_free(&self, pose: &MidFeetPose, relaxed: bool) -> bool {
+        self.upper_body.fit(&self.constraints.collision, pose) >= fit_min(relaxed)
     }
 
-    /// How much room there is all the way between two stations, looked at every hand's breadth;
-    /// `None` where it is too little.
-    pub fn room_between(&self, from: &Station, to: &Station, relaxed: bool) -> Option<Room> {
-        let pieces = libm::ceil(from.position.distance(to.position) / ROOM_STEP).max(2.0);
-        (1..pieces as usize).try_fold(Room::Upright, |least, piece| {
-            let room = self
-                .torso
-                .room(&self.constraints.collision, &from.toward_share(to, piece as f64 / pieces));
-            (room >= least_room(relaxed)).then_some(room.min(least))
+    /// The least fit of the upper body between two poses, tested every [`FIT_STEP`]; `None` if it
+    /// is too small.
+    pub fn fit_between(
+        &self,
+        from: &MidFeetPose,
+        to: &MidFeetPose,
+        relaxed: bool,
+    ) -> Option<UpperBodyFit> {
+        let pieces = libm::ceil(from.position.distance(to.position) / FIT_STEP).max(2.0);
+        (1..pieces as usize).try_fold(UpperBodyFit::Upright, |least, piece| {
+            let fit = self
+                .upper_body
+                .fit(&self.constraints.collision, &from.interpolate(to, piece as f64 / pieces));
+            (fit >= fit_min(relaxed)).then_some(fit.min(least))
         })
     }
 
     /// Whether a step leads from one of these placements to one of those, by inverse kinematics
     /// [Grey 4.4.2]; only the shortest few of those that the robot may make are tried. True where
     /// no placements are known.
-    pub fn has_step_between(&self, from: &[Placed], to: &[Placed]) -> bool {
-        let mut steps: heapless::Vec<(f64, [&Placed; 2]), { PLACEMENTS_MAX * PLACEMENTS_MAX }> =
-            heapless::Vec::new();
-        let possible = self.preparation.possible_steps();
+    pub fn has_step_between(&self, from: &[FootPlacement], to: &[FootPlacement]) -> bool {
+        let mut steps: heapless::Vec<
+            (f64, [&FootPlacement; 2]),
+            { PLACEMENTS_MAX * PLACEMENTS_MAX },
+        > = heapless::Vec::new();
+        let possible = self.preparation.step_limits();
         for from in from {
-            let is_possible = |to: &Placed| {
+            let is_possible = |to: &FootPlacement| {
                 let [left, right] = if from.limb == 0 { [from, to] } else { [to, from] };
                 possible.may_step([&left.world_from_sole, &right.world_from_sole])
             };
@@ -175,20 +175,20 @@ impl Context<'_> {
     /// Placements of the left foot, then of the right one; `None` where one of them has none.
     fn find_both_placements(
         &self,
-        wish: &Wish,
-        scratch: &mut ScratchOfFeet<'_>,
-    ) -> Option<heapless::Vec<Placed, PLACEMENTS_MAX>> {
+        query: &VertexQuery,
+        scratch: &mut FootScratch<'_>,
+    ) -> Option<heapless::Vec<FootPlacement, PLACEMENTS_MAX>> {
         let (left, right) = match scratch {
-            ScratchOfFeet::Each([left, right]) => self.threads.both(
-                || self.find_placements(wish, 0, left),
-                || self.find_placements(wish, 1, right),
+            FootScratch::Each([left, right]) => self.threads.join(
+                || self.find_placements(query, 0, left),
+                || self.find_placements(query, 1, right),
             ),
-            ScratchOfFeet::Shared(scratch) => {
-                let left = self.find_placements(wish, 0, scratch);
+            FootScratch::Shared(scratch) => {
+                let left = self.find_placements(query, 0, scratch);
                 if left.is_empty() {
                     return None;
                 }
-                (left, self.find_placements(wish, 1, scratch))
+                (left, self.find_placements(query, 1, scratch))
             }
         };
         let has_both = !left.is_empty() && !right.is_empty();
@@ -197,24 +197,24 @@ impl Context<'_> {
 
     fn find_placements(
         &self,
-        wish: &Wish,
+        query: &VertexQuery,
         limb: usize,
         scratch: &mut Scratch,
-    ) -> heapless::Vec<Placed, KEPT_MAX> {
+    ) -> heapless::Vec<FootPlacement, KEPT_MAX> {
         let mut placements = heapless::Vec::new();
-        let query = FootQuery {
+        let foothold_query = FootholdQuery {
             limb,
-            ideal: wish.station.world_from_ideal_sole(limb, self.feet_apart),
+            ideal: query.pose.world_from_ideal_sole(limb, self.stance_width),
             reach_z: REACH_Z,
-            yaw_spread: YAW_SPREAD_MAX.min(self.preparation.possible_steps().turn_max()),
+            yaw_spread: YAW_SPREAD_MAX.min(self.preparation.step_limits().turn_max()),
             seed: self.seed,
-            name: (wish.name << 1 | limb as u64 | 1 << 60, 0),
-            effort: if wish.relaxed { RELAXED_EFFORT } else { EFFORT },
+            name: (query.name << 1 | limb as u64 | 1 << 60, 0),
+            limits: if query.relaxed { RELAXED_LIMITS } else { LIMITS },
             kept_max: KEPT_MAX,
         };
-        query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
-            let is_whole = is_whole(&self.constraints.body, limb, &placement.support.polygon);
-            match placements.push(Placed {
+        foothold_query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
+            let is_whole = is_whole(&self.constraints.robot, limb, &placement.support.polygon);
+            match placements.push(FootPlacement {
                 limb,
                 world_from_sole: placement.world_from_sole,
                 is_whole,
@@ -226,20 +226,23 @@ impl Context<'_> {
         placements
     }
 
-    /// The point midway of the pair of soles that suits best, near their ideals, level, toward the
-    /// target, this pair, and whether its soles are apart. Soles that meet count only where all do:
-    /// one foot goes before the other there. Only soles that R lets both legs reach at once make a
-    /// pair.
-    fn best_pair(&self, wish: &Wish, placements: &[Placed]) -> Option<(DVec3, Pair, bool)> {
-        let mut apart: Option<(f64, DVec3, Pair)> = None;
+    /// The pair of soles of least cost (near their ideals, level, toward the target's height), the
+    /// point midway between them, and whether the soles are apart. Soles that collide count only if
+    /// all pairs do. Both soles of a pair must be reachable at once according to R.
+    fn best_pair(
+        &self,
+        query: &VertexQuery,
+        placements: &[FootPlacement],
+    ) -> Option<(DVec3, FootPair, bool)> {
+        let mut apart: Option<(f64, DVec3, FootPair)> = None;
         let mut any = apart;
-        for left in placements.iter().filter(|placed| placed.limb == 0) {
-            for right in placements.iter().filter(|placed| placed.limb == 1) {
+        for left in placements.iter().filter(|placement| placement.limb == 0) {
+            for right in placements.iter().filter(|placement| placement.limb == 1) {
                 let soles = [&left.world_from_sole, &right.world_from_sole];
-                let (cost, middle) = self.pair_cost(wish, soles);
-                let station = Station { position: middle, yaw: wish.station.yaw };
+                let (cost, middle) = self.pair_cost(query, soles);
+                let pose = MidFeetPose { position: middle, yaw: query.pose.yaw };
                 if apart.is_some_and(|(least, ..)| least <= cost)
-                    || !self.torso.may_reach(self.preparation, &station, soles)
+                    || !self.upper_body.may_reach(self.preparation, &pose, soles)
                 {
                     continue;
                 }
@@ -255,18 +258,18 @@ impl Context<'_> {
         apart.or(any).map(|(_, middle, pair)| (middle, pair, are_apart))
     }
 
-    fn pair_cost(&self, wish: &Wish, [left, right]: [&Pose; 2]) -> (f64, DVec3) {
+    fn pair_cost(&self, query: &VertexQuery, [left, right]: [&Pose; 2]) -> (f64, DVec3) {
         let middle = left.translation.midpoint(right.translation);
         let ideals = [0, 1]
-            .map(|limb| wish.station.world_from_ideal_sole(limb, self.feet_apart).translation);
+            .map(|limb| query.pose.world_from_ideal_sole(limb, self.stance_width).translation);
         let aside = left.translation.distance(ideals[0]) + right.translation.distance(ideals[1]);
         let uneven = (left.translation.z - right.translation.z).abs();
-        let away = (wish.target_height - middle.z).abs();
+        let away = (query.target_height - middle.z).abs();
         (aside + HEIGHT_DIFFERENCE_COST * uneven + AWAY_FROM_TARGET_COST * away, middle)
     }
 }
 
-/// The room that a station must have.
-fn least_room(relaxed: bool) -> Room {
-    if relaxed { Room::Core } else { Room::Stooped }
+/// The least fit that a pose must have.
+fn fit_min(relaxed: bool) -> UpperBodyFit {
+    if relaxed { UpperBodyFit::Core } else { UpperBodyFit::Crouched }
 }

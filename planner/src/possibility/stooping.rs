@@ -1,96 +1,94 @@
-//! How the robot stoops along the guide route: the height and the lean of the root, which the trees
-//! leave open [Grey 3.2].
+//! The crouch profile of a guide route: height and lean of the root, which the trees leave open
+//! [Grey 3.2].
 //!
-//! At each station one of a grid of stoops is chosen, by dynamic programming over the route: the
-//! robot walks from station to station in one stoop, and bends from one into the next where it
-//! stands. Where something hangs low, configurations would else be found that have room one by one,
-//! but none of which leads to the next.
+//! At each vertex one of a grid of crouches is chosen, by dynamic programming over the route: the
+//! robot walks from vertex to vertex in one crouch and changes to another where it stands.
+//! Without the profile, low obstacles lead to configurations that are free one by one but not
+//! connected.
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{interpolate, rotation_from_rpy};
 
-use super::route::Route;
-use super::station::Station;
-use super::torso::Torso;
+use super::route::GuideRoute;
+use super::station::MidFeetPose;
+use super::torso::UpperBody;
 use crate::allowance::items_in;
 use crate::arena::reserve;
-use crate::body::{Body, Configuration};
-use crate::carriage::Carriage;
+use crate::body::{Configuration, Mechanism};
+use crate::carriage::SingleSupportPosture;
 use crate::collision::CollisionModel;
-use crate::posture::{Posture, settle};
-use crate::region::Region;
-use crate::snapshot::Snapshot;
+use crate::posture::{Posture, solve_posture};
+use crate::region::ConvexRegion;
+use crate::snapshot::KinematicState;
 use crate::statics::FootLoad;
-use crate::stoop::Stoop;
+use crate::stoop::Crouch;
 use crate::threads::Threads;
 
-/// The shares of their standing reach that the legs may use.
-const SHARES: [f64; 5] = [1.0, 0.92, 0.84, 0.76, 0.68];
+/// Leg extensions: fractions of the standing reach.
+const LEG_EXTENSIONS: [f64; 5] = [1.0, 0.92, 0.84, 0.76, 0.68];
 /// How far the root may lean forward, rad.
 const PITCHES: [f64; 5] = [0.0, 0.3, 0.6, 0.9, 1.2];
-/// How many stoops there are.
-const COUNT: usize = SHARES.len() * PITCHES.len();
-/// How far ahead of the foot that carries it the robot's other foot stands where a stoop is tried,
-/// m.
+/// Number of crouches.
+const COUNT: usize = LEG_EXTENSIONS.len() * PITCHES.len();
+/// Offsets of the swing foot ahead of the stance foot at which a crouch is tried, m.
 const STRIDES: [f64; 3] = [0.0, 0.2, -0.2];
-/// Where the upright robot has room at so many stations before and after, it has no reason to
-/// stoop, and is taken to have room however it does.
-const OPEN: usize = 6;
-/// Looks at the room on the way from one station to the next.
-const LOOKS: usize = 2;
-/// What a look costs where there is no room: not everything, since arms may give way and a robot on
-/// one foot is elsewhere by a hand.
-const BLOCKED: f64 = 30.0;
-/// What it costs that the robot cannot take a stoop in one of the stances on one foot.
-const HARD: f64 = 3.0;
-/// What it costs that there is no room in a neighbouring stoop.
-const TIGHT: f64 = 1.0;
-/// What it costs to bend from one stoop into a neighbouring one.
-const BEND: f64 = 0.5;
-/// Rounds of bending at one station: enough to go from any stoop into any other.
-const BENDS_MAX: usize = SHARES.len() + PITCHES.len();
+/// Where the upright robot fits at this many vertices before and after, every crouch counts as
+/// free.
+const OPEN_REACH: usize = 6;
+/// Collision tests between one vertex and the next.
+const EDGE_TESTS: usize = 2;
+/// Cost of a collision. Finite, because arms may move and the root shifts in single support.
+const COLLISION_COST: f64 = 30.0;
+/// Cost of each single-support stance in which a crouch is infeasible.
+const INFEASIBLE_COST: f64 = 3.0;
+/// Cost of each neighbouring crouch that collides.
+const NEIGHBOUR_COST: f64 = 1.0;
+/// Cost of a change to a neighbouring crouch.
+const CHANGE_COST: f64 = 0.5;
+/// Most changes at one vertex: enough to reach any crouch from any other.
+const CHANGES_MAX: usize = LEG_EXTENSIONS.len() + PITCHES.len();
 
-/// Stoops or stations that are looked at side by side.
+/// Crouches or vertices that are evaluated in parallel.
 const AT_ONCE: usize = 32;
 
 type Batch<T> = heapless::Vec<T, AT_ONCE>;
 
-/// Where the robot stoops.
+/// Constants of the crouch profile.
 #[derive(Debug, Clone, Copy)]
-pub struct Site<'a> {
+pub struct CrouchContext<'a> {
     /// The robot.
-    pub body: &'a Body,
-    /// The robot above its legs.
-    pub torso: &'a Torso,
+    pub robot: &'a Mechanism,
+    /// The upper body.
+    pub upper_body: &'a UpperBody,
     /// The world.
     pub collision: &'a CollisionModel,
     /// The threads that share the work.
     pub threads: &'a Threads,
 }
 
-/// The choice of stoops, allocated once.
+/// The crouches along a route, allocated once.
 #[derive(Debug)]
-pub struct Stooping {
-    /// The root in the frame of a station in each stoop, as far as these are known; `None` for
-    /// those that the robot cannot take.
-    station_from_roots: [Option<Pose>; COUNT],
-    /// In how many stances on one foot the robot cannot take each stoop.
+pub struct CrouchProfile {
+    /// The root in the mid-feet frame for each crouch evaluated so far; `None` if the crouch is
+    /// infeasible.
+    mid_feet_from_roots: [Option<Pose>; COUNT],
+    /// Number of single-support stances in which each crouch is infeasible.
     failures: [u32; COUNT],
     known: usize,
-    /// What it costs to leave the station looked at last in each stoop.
+    /// Cost to leave the last evaluated vertex in each crouch.
     costs: [f64; COUNT],
-    /// In which stoop each station is entered that is left in another.
+    /// For each vertex and the crouch it is left in: the crouch it is entered in.
     entries: Vec<[u8; COUNT]>,
     chosen: Vec<u8>,
 }
 
-impl Stooping {
-    /// Room for a route. Allocates.
-    pub fn new(stations_max: usize) -> Self {
-        let (entries, chosen) = (reserve(2 * stations_max), reserve(2 * stations_max));
+impl CrouchProfile {
+    /// An empty profile with reserved capacity. Allocates.
+    pub fn new(vertices_max: usize) -> Self {
+        let (entries, chosen) = (reserve(2 * vertices_max), reserve(2 * vertices_max));
         Self {
-            station_from_roots: [None; COUNT],
+            mid_feet_from_roots: [None; COUNT],
             failures: [0; COUNT],
             known: 0,
             costs: [0.0; COUNT],
@@ -99,87 +97,105 @@ impl Stooping {
         }
     }
 
-    /// Begins anew, for another route.
+    /// Resets the profile for a new route.
     pub fn begin(&mut self) {
         self.entries.clear();
         self.chosen.clear();
-        self.costs = std::array::from_fn(bend_to_upright);
+        self.costs = std::array::from_fn(cost_to_upright);
     }
 
-    /// Finds out which stoops the robot can take, or once that is known, looks at the next stations
-    /// of a route: at most `budget` of these, each a unit of work. Answers how many, and whether
-    /// the stoops of all stations are chosen.
-    pub fn advance(&mut self, site: &Site<'_>, route: &Route, budget: u64) -> (u64, bool) {
+    /// Tests which crouches are feasible; once all are tested, evaluates the next vertices of a
+    /// route. At most `budget` items, each a work unit. Returns the work spent, and whether the
+    /// crouches of all vertices are chosen.
+    pub fn advance(
+        &mut self,
+        context: &CrouchContext<'_>,
+        route: &GuideRoute,
+        budget: u64,
+    ) -> (u64, bool) {
         let at_once = items_in(budget, AT_ONCE);
         let spent = if self.known < COUNT {
-            self.try_stoops(site, at_once)
+            self.try_crouches(context, at_once)
         } else {
-            self.look_at_stations(site, route, at_once)
+            self.evaluate_vertices(context, route, at_once)
         };
-        if self.entries.len() == route.stations() {
+        if self.entries.len() == route.vertex_count() {
             self.trace();
         }
         (spent as u64, !self.chosen.is_empty())
     }
 
-    /// Whether the robot can take the next stoops.
-    fn try_stoops(&mut self, site: &Site<'_>, at_once: usize) -> usize {
+    /// Tests the next crouches.
+    fn try_crouches(&mut self, context: &CrouchContext<'_>, at_once: usize) -> usize {
         let next: Batch<usize> = (self.known..COUNT).take(at_once).collect();
-        let tried = site.threads.map(&next, |index| {
-            let stand = Stand::new(site.body, site.collision, site.torso, stoop(index));
-            (stand.station_from_root(), stand.failures())
+        let tried = context.threads.map(&next, |index| {
+            let trial = CrouchTrial::new(
+                context.robot,
+                context.collision,
+                context.upper_body,
+                crouch(index),
+            );
+            (trial.mid_feet_from_root(), trial.failures())
         });
-        for (index, (station_from_root, failures)) in next.iter().zip(tried) {
-            (self.station_from_roots[*index], self.failures[*index]) =
-                (station_from_root, failures);
+        for (index, (mid_feet_from_root, failures)) in next.iter().zip(tried) {
+            (self.mid_feet_from_roots[*index], self.failures[*index]) =
+                (mid_feet_from_root, failures);
         }
         self.known += next.len();
         next.len()
     }
 
-    /// What the next stations cost in each stoop.
-    fn look_at_stations(&mut self, site: &Site<'_>, route: &Route, at_once: usize) -> usize {
-        let has_room = |root: &Pose, place: &Station| {
-            site.torso.has_room_above_legs(site.collision, &(place.world_from_station() * *root))
+    /// Costs of the next vertices in each crouch.
+    fn evaluate_vertices(
+        &mut self,
+        context: &CrouchContext<'_>,
+        route: &GuideRoute,
+        at_once: usize,
+    ) -> usize {
+        let is_free = |root: &Pose, place: &MidFeetPose| {
+            context
+                .upper_body
+                .is_free_above_legs(context.collision, &(place.world_from_mid_feet() * *root))
         };
-        let next: Batch<usize> = (self.entries.len()..route.stations()).take(at_once).collect();
-        let station_from_roots = &self.station_from_roots;
-        let blocked = site.threads.map(&next, |index| {
-            let (before, station) = (route.station(index.saturating_sub(1)), route.station(index));
-            if route.is_upright_about(index, OPEN) {
-                return station_from_roots.map(|root| root.map(|_| 0));
+        let next: Batch<usize> = (self.entries.len()..route.vertex_count()).take(at_once).collect();
+        let mid_feet_from_roots = &self.mid_feet_from_roots;
+        let blocked = context.threads.map(&next, |index| {
+            let (before, pose) = (route.pose(index.saturating_sub(1)), route.pose(index));
+            if route.is_upright_about(index, OPEN_REACH) {
+                return mid_feet_from_roots.map(|root| root.map(|_| 0));
             }
-            let looks: [Station; LOOKS] = std::array::from_fn(|look| {
-                before.toward_share(&station, (look + 1) as f64 / LOOKS as f64)
+            let tests: [MidFeetPose; EDGE_TESTS] = std::array::from_fn(|test| {
+                before.interpolate(&pose, (test + 1) as f64 / EDGE_TESTS as f64)
             });
-            station_from_roots.map(|root| {
-                root.map(|root| looks.iter().filter(|place| !has_room(&root, place)).count())
+            mid_feet_from_roots.map(|root| {
+                root.map(|root| tests.iter().filter(|place| !is_free(&root, place)).count())
             })
         });
         for (&index, blocked) in next.iter().zip(&blocked) {
-            let (is_open, station) = (route.is_upright_about(index, OPEN), route.station(index));
-            self.enter(blocked);
-            self.bend(|halfway| is_open || has_room(halfway, &station));
+            let (is_open, pose) = (route.is_upright_about(index, OPEN_REACH), route.pose(index));
+            self.add_edge_costs(blocked);
+            self.change_crouches(|halfway| is_open || is_free(halfway, &pose));
         }
         next.len()
     }
 
-    /// Walks on to the next station: `blocked` are the looks on the way there that find no room, in
-    /// each stoop.
-    fn enter(&mut self, blocked: &[Option<usize>; COUNT]) {
+    /// Adds the costs of the edge to the next vertex: `blocked` are the collisions on it in each
+    /// crouch.
+    fn add_edge_costs(&mut self, blocked: &[Option<usize>; COUNT]) {
         for (index, cost) in self.costs.iter_mut().enumerate() {
             let tight = neighbours(index).filter(|&near| blocked[near] != Some(0)).count();
-            let room = blocked[index].map_or(f64::INFINITY, |looks| BLOCKED * looks as f64);
-            *cost += stoop(index).depth()
-                + HARD * f64::from(self.failures[index])
-                + room
-                + TIGHT * tight as f64;
+            let obstruction =
+                blocked[index].map_or(f64::INFINITY, |tests| COLLISION_COST * tests as f64);
+            *cost += crouch(index).depth()
+                + INFEASIBLE_COST * f64::from(self.failures[index])
+                + obstruction
+                + NEIGHBOUR_COST * tight as f64;
         }
     }
 
-    /// How the robot stoops at a station: upright where no stoops were chosen.
-    pub fn stoop(&self, station: usize) -> Stoop {
-        self.chosen.get(station).map_or(Stoop::UPRIGHT, |&index| stoop(index as usize))
+    /// The crouch at a vertex; upright if none was chosen.
+    pub fn crouch(&self, vertex: usize) -> Crouch {
+        self.chosen.get(vertex).map_or(Crouch::UPRIGHT, |&index| crouch(index as usize))
     }
 
     /// Bytes reserved.
@@ -187,14 +203,13 @@ impl Stooping {
         self.entries.capacity() * size_of::<[u8; COUNT]>() + self.chosen.capacity()
     }
 
-    /// Bends from the stoops in which a station is entered into others, where halfway there is
-    /// room.
-    fn bend(&mut self, has_room: impl Fn(&Pose) -> bool) {
+    /// Changes of crouch at a vertex; the posture halfway must be free.
+    fn change_crouches(&mut self, is_free: impl Fn(&Pose) -> bool) {
         let mut entries = std::array::from_fn(|index| index as u8);
         let mut known = [[None; 2]; COUNT];
-        for _ in 0..BENDS_MAX {
+        for _ in 0..CHANGES_MAX {
             let before = self.costs;
-            for (index, (next, way)) in (0..COUNT)
+            for (index, (next, direction)) in (0..COUNT)
                 .flat_map(|index| onward(index).into_iter().zip(0..).map(move |next| (index, next)))
             {
                 let Some(next) = next else { continue };
@@ -203,17 +218,19 @@ impl Stooping {
                 } else {
                     [next, index]
                 };
-                let [Some(root), Some(bent)] =
-                    [from, to].map(|index| self.station_from_roots[index])
+                let [Some(root), Some(changed)] =
+                    [from, to].map(|index| self.mid_feet_from_roots[index])
                 else {
                     continue;
                 };
-                if self.costs[from] + BEND >= self.costs[to] {
+                if self.costs[from] + CHANGE_COST >= self.costs[to] {
                     continue;
                 }
-                let is_free = *known[index][way]
-                    .get_or_insert_with(|| has_room(&interpolate(&root, &bent, 0.5)));
-                let cost = self.costs[from] + BEND + if is_free { 0.0 } else { BLOCKED };
+                let is_halfway_free = *known[index][direction]
+                    .get_or_insert_with(|| is_free(&interpolate(&root, &changed, 0.5)));
+                let cost = self.costs[from]
+                    + CHANGE_COST
+                    + if is_halfway_free { 0.0 } else { COLLISION_COST };
                 if cost < self.costs[to] {
                     (self.costs[to], entries[to]) = (cost, entries[from]);
                 }
@@ -225,100 +242,111 @@ impl Stooping {
         self.entries.push(entries);
     }
 
-    /// Follows the cheapest choice back from the last station. Where the robot bends, the deeper
-    /// stoop counts.
+    /// Traces the cheapest choice back from the last vertex. Where the crouch changes, the deeper
+    /// one counts.
     fn trace(&mut self) {
-        let cost = |index: &usize| self.costs[*index] + bend_to_upright(*index);
+        let cost = |index: &usize| self.costs[*index] + cost_to_upright(*index);
         let mut left = (0..COUNT).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
         self.chosen.resize(self.entries.len(), 0);
         for (chosen, entries) in self.chosen.iter_mut().zip(&self.entries).rev() {
             let entered = entries[left] as usize;
             *chosen =
-                if stoop(entered).depth() > stoop(left).depth() { entered } else { left } as u8;
+                if crouch(entered).depth() > crouch(left).depth() { entered } else { left } as u8;
             left = entered;
         }
     }
 }
 
-fn stoop(index: usize) -> Stoop {
-    Stoop { share: SHARES[index / PITCHES.len()], pitch: PITCHES[index % PITCHES.len()] }
+fn crouch(index: usize) -> Crouch {
+    Crouch {
+        leg_extension: LEG_EXTENSIONS[index / PITCHES.len()],
+        pitch: PITCHES[index % PITCHES.len()],
+    }
 }
 
-/// What it costs to bend into a stoop from upright, or back.
-fn bend_to_upright(index: usize) -> f64 {
-    BEND * (index / PITCHES.len() + index % PITCHES.len()) as f64
+/// Cost of the change from upright into a crouch, or back.
+fn cost_to_upright(index: usize) -> f64 {
+    CHANGE_COST * (index / PITCHES.len() + index % PITCHES.len()) as f64
 }
 
-/// The next stoops of the grid: the one that leans farther, and the one that crouches deeper.
+/// The next crouches of the grid: the one that leans farther, and the one that is lower.
 fn onward(index: usize) -> [Option<usize>; 2] {
     let leans = (index % PITCHES.len() + 1 < PITCHES.len()).then_some(index + 1);
     let crouches = (index + PITCHES.len() < COUNT).then_some(index + PITCHES.len());
     [leans, crouches]
 }
 
-/// The up to four stoops beside one in the grid.
+/// The up to four neighbours of a crouch in the grid.
 fn neighbours(index: usize) -> impl Iterator<Item = usize> {
     let before = [1, PITCHES.len()].into_iter().filter_map(move |step| index.checked_sub(step));
     let is_beside = move |near: &usize| onward(*near).contains(&Some(index));
     onward(index).into_iter().flatten().chain(before.filter(is_beside))
 }
 
-/// The robot in a stoop on level ground, in the frame of a station.
-struct Stand<'a> {
-    body: &'a Body,
+/// The robot in a crouch on level ground, in the mid-feet frame.
+struct CrouchTrial<'a> {
+    robot: &'a Mechanism,
     collision: &'a CollisionModel,
     upright: DQuat,
     soles: [Pose; 2],
-    stoop: Stoop,
+    crouch: Crouch,
 }
 
-impl<'a> Stand<'a> {
-    fn new(body: &'a Body, collision: &'a CollisionModel, torso: &Torso, stoop: Stoop) -> Self {
-        let upright = torso.station_from_root();
-        let soles = [0, 1].map(|limb| upright * body.legs[limb].root_from_sole(&body.standing_q));
-        Self { body, collision, upright: upright.rotation, soles, stoop }
+impl<'a> CrouchTrial<'a> {
+    fn new(
+        robot: &'a Mechanism,
+        collision: &'a CollisionModel,
+        upper_body: &UpperBody,
+        crouch: Crouch,
+    ) -> Self {
+        let upright = upper_body.mid_feet_from_root();
+        let soles = [0, 1].map(|limb| upright * robot.legs[limb].root_from_sole(&robot.standing_q));
+        Self { robot, collision, upright: upright.rotation, soles, crouch }
     }
 
-    /// The root, the robot on both feet; `None` where it cannot stand so.
-    fn station_from_root(&self) -> Option<Pose> {
-        let [left, right] = [0, 1].map(|limb| self.body.held_region(limb, &self.soles[limb]));
-        let com = Region::hull(left.vertices().iter().chain(right.vertices()).copied()).centroid();
+    /// The root, the robot on both feet; `None` if that is infeasible.
+    fn mid_feet_from_root(&self) -> Option<Pose> {
+        let [left, right] =
+            [0, 1].map(|limb| self.robot.ankle_support_region(limb, &self.soles[limb]));
+        let com =
+            ConvexRegion::hull(left.vertices().iter().chain(right.vertices()).copied()).centroid();
         let (configuration, _) =
-            self.settled(&self.soles, &Carriage::standing(self.body.standing_q), com)?;
+            self.solve(&self.soles, &SingleSupportPosture::standing(self.robot.standing_q), com)?;
         Some(configuration.world_from_root)
     }
 
-    /// In how many stances it cannot stand on one foot, the other one beside it, ahead or behind.
+    /// Number of infeasible single-support stances, the other foot beside, ahead or behind.
     fn failures(&self) -> u32 {
         let stances = [0, 1].into_iter().flat_map(|limb| STRIDES.map(|stride| (limb, stride)));
-        stances.filter(|&(limb, stride)| !self.stands_on(limb, stride)).count() as u32
+        stances.filter(|&(limb, stride)| !self.is_feasible_on(limb, stride)).count() as u32
     }
 
-    fn stands_on(&self, limb: usize, stride: f64) -> bool {
+    fn is_feasible_on(&self, limb: usize, stride: f64) -> bool {
         let mut soles = self.soles;
         soles[1 - limb].translation += stride * DVec3::X;
-        let com = self.body.held_region(limb, &self.soles[limb]).centroid();
-        let settled = self.settled(&soles, &self.body.carriages[limb], com);
-        settled.is_some_and(|(_, snapshot)| {
-            self.body.statics.effort_use(&snapshot, &FootLoad::all_on(limb, com)) <= 1.0
+        let com = self.robot.ankle_support_region(limb, &self.soles[limb]).centroid();
+        let solved = self.solve(&soles, &self.robot.single_support_postures[limb], com);
+        solved.is_some_and(|(_, kinematic_state)| {
+            self.robot.statics.effort_use(&kinematic_state, &FootLoad::all_on(limb, com)) <= 1.0
         })
     }
 
     /// On its soles, the links apart.
-    fn settled(
+    fn solve(
         &self,
         soles: &[Pose; 2],
-        carriage: &Carriage,
+        carriage: &SingleSupportPosture,
         com: DVec2,
-    ) -> Option<(Configuration, Snapshot)> {
+    ) -> Option<(Configuration, KinematicState)> {
         let [roll, pitch] = carriage.rotation;
-        let world_from_root = self.upright * rotation_from_rpy(roll, pitch + self.stoop.pitch, 0.0);
+        let world_from_root =
+            self.upright * rotation_from_rpy(roll, pitch + self.crouch.pitch, 0.0);
         let posture = Posture {
             world_from_root,
-            reach_share: self.stoop.share * self.body.standing_reach_share,
+            leg_extension: self.crouch.leg_extension * self.robot.standing_leg_extension,
             com,
         };
-        let settled = settle(self.body, soles, &posture, carriage.q).ok()?;
-        self.collision.self_hit(&settled.1).is_none().then_some(settled)
+        let solved = solve_posture(self.robot, soles, &posture, carriage.q).ok()?;
+        self.collision.self_hit(&solved.1).is_none().then_some(solved)
     }
 }

@@ -1,168 +1,174 @@
-//! What the root carries apart from the legs, and whether it has room [Grey 4.1.1].
+//! The upper body: all links that the root carries except the legs, and where they are free
+//! [Grey 4.1.1].
 
 use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::spatial::{rotation_about, yaw_of};
 
-use super::station::Station;
-use crate::body::{Body, Configuration};
+use super::station::MidFeetPose;
+use crate::body::{Configuration, Mechanism};
 use crate::collision::CollisionModel;
 use crate::prepare::Preparation;
 
-/// Crouches and leans that are tried: the share of the standing height and the pitch, rad.
-const STOOPS: [(f64, f64); 6] =
+/// Crouches that are tried: fraction of the standing height and pitch, rad.
+const CROUCHES: [(f64, f64); 6] =
     [(1.0, 0.0), (0.92, 0.1), (0.84, 0.2), (0.75, 0.3), (0.66, 0.35), (1.06, 0.0)];
 
-/// The legs are looked for from this far above the soles, m: rough ground is not in their way.
+/// Height above the soles at which the test of the legs begins, m: clears rough ground.
 const SOLE_LIFT: f64 = 0.05;
-/// Half the thickness of what hangs from a hip to a sole, m.
-const LINE: f64 = 0.005;
+/// Half the thickness of the box from a hip to a sole, m.
+const LEG_HALF_WIDTH: f64 = 0.005;
 
-/// How much room the root has at a station.
+/// Postures in which the upper body is free at a pose (C_N).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Room {
-    /// Not even the part that is rigid with the root has room: C_N fails.
+pub enum UpperBodyFit {
+    /// Not even the links rigid with the root are free: C_N fails.
     None,
-    /// What is rigid with the root has room in some stoop, but not the arms, waist and head as they
-    /// stand.
+    /// The links rigid with the root are free in some crouch, but not arms, waist and head.
     Core,
-    /// All that the root carries has room in some stoop.
-    Stooped,
-    /// All that the root carries has room with the robot upright.
+    /// The whole upper body is free in some crouch.
+    Crouched,
+    /// The whole upper body is free with the robot upright.
     Upright,
 }
 
 /// The robot above its legs, in its standing posture.
 #[derive(Debug, Clone)]
-pub struct Torso {
+pub struct UpperBody {
     root_from_links: Vec<Pose>,
     is_core: Vec<bool>,
     is_upper: Vec<bool>,
-    /// The root in the frame of a station, standing upright.
-    station_from_root: Pose,
+    /// The root in the mid-feet frame, the robot upright.
+    mid_feet_from_root: Pose,
     root_from_hips: [DVec3; 2],
 }
 
-impl Torso {
+impl UpperBody {
     /// Compiles the upper body of a robot.
-    pub fn new(model: &RobotModel, body: &Body) -> Self {
-        let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: body.standing_q };
-        let standing = body.snapshot(&at_origin);
+    pub fn new(model: &RobotModel, robot: &Mechanism) -> Self {
+        let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
+        let standing = robot.kinematic_state(&at_origin);
         let root_from_links: Vec<Pose> =
-            (0..model.links.len()).map(|link| body.world_from_link(&standing, link)).collect();
+            (0..model.links.len()).map(|link| robot.world_from_link(&standing, link)).collect();
         let mut is_core = vec![true; model.links.len()];
         let mut is_upper = vec![true; model.links.len()];
         for (index, link) in model.links.iter().enumerate() {
             let Some(attachment) = &link.parent else { continue };
             let in_a_leg = |joint: usize| {
-                body.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == joint))
+                robot.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == joint))
             };
             is_core[index] = is_core[attachment.parent] && attachment.joint.is_none();
             is_upper[index] =
                 is_upper[attachment.parent] && !attachment.joint.is_some_and(in_a_leg);
         }
-        let soles =
-            [0, 1].map(|limb| root_from_links[body.foot_links[limb]] * body.links_from_soles[limb]);
+        let soles = [0, 1]
+            .map(|limb| root_from_links[robot.foot_links[limb]] * robot.links_from_soles[limb]);
         let middle = soles[0].translation.midpoint(soles[1].translation);
         let upright = rotation_about(DVec3::Z, -yaw_of(soles[0].rotation));
-        let root_from_hips = [0, 1].map(|limb| body.legs[limb].hip());
+        let root_from_hips = [0, 1].map(|limb| robot.legs[limb].hip());
         Self {
             root_from_links,
             is_core,
             is_upper,
-            station_from_root: Pose::from_parts(upright * -middle, upright),
+            mid_feet_from_root: Pose::from_parts(upright * -middle, upright),
             root_from_hips,
         }
     }
 
-    /// The root in the frame of a station, the robot upright.
-    pub fn station_from_root(&self) -> Pose {
-        self.station_from_root
+    /// The root in the mid-feet frame, the robot upright.
+    pub fn mid_feet_from_root(&self) -> Pose {
+        self.mid_feet_from_root
     }
 
-    /// Whether all that the root carries has room, but for the legs.
-    pub fn has_room_above_legs(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
-        self.is_free(collision, world_from_root, &self.is_upper)
+    /// Whether the upper body is free at a root pose.
+    pub fn is_free_above_legs(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
+        self.are_links_free(collision, world_from_root, &self.is_upper)
     }
 
-    /// How much room there is at a station.
-    pub fn room(&self, collision: &CollisionModel, station: &Station) -> Room {
-        let world_from_station = station.world_from_station();
-        let is_free = |stoop: (f64, f64), wanted: &[bool]| {
-            self.is_free(collision, &(world_from_station * self.stooped(stoop)), wanted)
+    /// The fit of the upper body at a pose.
+    pub fn fit(&self, collision: &CollisionModel, pose: &MidFeetPose) -> UpperBodyFit {
+        let world_from_mid_feet = pose.world_from_mid_feet();
+        let is_free = |crouch: (f64, f64), selected: &[bool]| {
+            self.are_links_free(collision, &(world_from_mid_feet * self.crouched(crouch)), selected)
         };
-        if is_free(STOOPS[0], &self.is_upper) {
-            Room::Upright
-        } else if STOOPS[1..].iter().any(|&stoop| is_free(stoop, &self.is_upper)) {
-            Room::Stooped
-        } else if STOOPS.iter().any(|&stoop| is_free(stoop, &self.is_core)) {
-            Room::Core
+        if is_free(CROUCHES[0], &self.is_upper) {
+            UpperBodyFit::Upright
+        } else if CROUCHES[1..].iter().any(|&crouch| is_free(crouch, &self.is_upper)) {
+            UpperBodyFit::Crouched
+        } else if CROUCHES.iter().any(|&crouch| is_free(crouch, &self.is_core)) {
+            UpperBodyFit::Core
         } else {
-            Room::None
+            UpperBodyFit::None
         }
     }
 
-    /// Whether the legs may hang down to the soles: in some stoop that has room something is not in
-    /// the way from a hip to its sole, or from between the hips to between the soles. What bars all
-    /// three is a floor or a ceiling, through which no elevation is projected [Grey 4.3].
-    pub fn hangs_over(
+    /// Whether a leg can extend down to the soles: in some crouch with a free core, the line from a
+    /// hip to its sole or from the hips' middle to the soles' middle is free. If all three are
+    /// blocked there is a floor or a ceiling between them, through which no elevation is projected
+    /// [Grey 4.3].
+    pub fn are_legs_free(
         &self,
         collision: &CollisionModel,
-        station: &Station,
+        pose: &MidFeetPose,
         world_from_soles: [&Pose; 2],
     ) -> bool {
         let soles = world_from_soles.map(|pose| *pose * (DVec3::Z * SOLE_LIFT));
-        let is_barred = |from: DVec3, to: DVec3| {
-            let way = to - from;
-            let rotation = DQuat::from_rotation_arc(DVec3::Z, way.normalize());
+        let is_blocked = |from: DVec3, to: DVec3| {
+            let offset = to - from;
+            let rotation = DQuat::from_rotation_arc(DVec3::Z, offset.normalize());
             collision
                 .box_hit(
                     &Pose::from_parts(from.midpoint(to), rotation),
-                    DVec3::new(LINE, LINE, 0.5 * way.length()),
+                    DVec3::new(LEG_HALF_WIDTH, LEG_HALF_WIDTH, 0.5 * offset.length()),
                 )
                 .is_some()
         };
-        STOOPS.iter().any(|&stoop| {
-            let world_from_root = station.world_from_station() * self.stooped(stoop);
+        CROUCHES.iter().any(|&crouch| {
+            let world_from_root = pose.world_from_mid_feet() * self.crouched(crouch);
             let hips = self.root_from_hips.map(|hip| world_from_root * hip);
-            let ways = [
+            let lines = [
                 (soles[0].midpoint(soles[1]), hips[0].midpoint(hips[1])),
                 (soles[0], hips[0]),
                 (soles[1], hips[1]),
             ];
-            ways.iter().any(|&(sole, hip)| !is_barred(sole, hip))
-                && self.is_free(collision, &world_from_root, &self.is_core)
+            lines.iter().any(|&(sole, hip)| !is_blocked(sole, hip))
+                && self.are_links_free(collision, &world_from_root, &self.is_core)
         })
     }
 
-    /// Whether both soles may be in reach at once in some stoop, by the reachable spaces R
+    /// Whether both soles may be in reach at once in some crouch, by the reachable spaces R
     /// [Grey 4.2.1].
     pub fn may_reach(
         &self,
         preparation: &Preparation<'_>,
-        station: &Station,
+        pose: &MidFeetPose,
         world_from_soles: [&Pose; 2],
     ) -> bool {
-        let world_from_station = station.world_from_station();
-        STOOPS.iter().any(|&stoop| {
-            let root_from_world = (world_from_station * self.stooped(stoop)).inverse();
+        let world_from_mid_feet = pose.world_from_mid_feet();
+        CROUCHES.iter().any(|&crouch| {
+            let root_from_world = (world_from_mid_feet * self.crouched(crouch)).inverse();
             (0..2).all(|limb| {
                 preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation)
             })
         })
     }
 
-    /// Whether the wanted ones of the links that the root carries have room.
-    fn is_free(&self, collision: &CollisionModel, world_from_root: &Pose, wanted: &[bool]) -> bool {
-        collision.carried_hit(world_from_root, &self.root_from_links, wanted).is_none()
+    /// Whether the selected links are free.
+    fn are_links_free(
+        &self,
+        collision: &CollisionModel,
+        world_from_root: &Pose,
+        selected: &[bool],
+    ) -> bool {
+        collision.carried_hit(world_from_root, &self.root_from_links, selected).is_none()
     }
 
-    /// The root in the frame of a station, in a stoop.
-    fn stooped(&self, (share, pitch): (f64, f64)) -> Pose {
-        let mut station_from_root = self.station_from_root;
-        station_from_root.translation.z *= share;
-        station_from_root.rotation *= rotation_about(DVec3::Y, pitch);
-        station_from_root
+    /// The root in the mid-feet frame, in a crouch.
+    fn crouched(&self, (leg_extension, pitch): (f64, f64)) -> Pose {
+        let mut mid_feet_from_root = self.mid_feet_from_root;
+        mid_feet_from_root.translation.z *= leg_extension;
+        mid_feet_from_root.rotation *= rotation_about(DVec3::Y, pitch);
+        mid_feet_from_root
     }
 }

@@ -1,106 +1,106 @@
-//! A tree of Gamma_P: stations, each reached from another one.
+//! A tree of Gamma_P. Every vertex except the root is reached from another one.
 
 use std::ops::{Deref, DerefMut};
 
 use super::branch::Tip;
-use super::stance::{Pair, Placed};
-use super::station::Station;
-use crate::arena::{Place, list_at, reserve};
+use super::stance::FootPair;
+use super::station::MidFeetPose;
+use crate::arena::{ArenaSlice, reserve, slice_at};
+use crate::prepare::FootPlacement;
 
-/// Vertices this near (in the metric of Gamma_P, m) crowd each other.
-const CROWD_RADIUS: f64 = 0.5;
+/// Vertices within this distance (metric of Gamma_P, m) count as neighbours.
+const NEIGHBOUR_RADIUS: f64 = 0.5;
 
-/// A station of a tree.
+/// A vertex of a tree.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Vertex {
-    pub station: Station,
+    pub pose: MidFeetPose,
     /// The vertex it was reached from; the root's is itself.
     pub parent: u32,
     /// Its placements, in the arena.
-    pub placements: Place,
+    pub placements: ArenaSlice,
     /// The placements that it stands on, if it has two that are apart.
-    pub pair: Option<Pair>,
-    /// Whether primitives lead over it, once that was asked.
-    pub stands: Option<bool>,
-    /// Whether all that the root carries has room there with the robot upright.
+    pub pair: Option<FootPair>,
+    /// Whether primitives lead over it; `None` until it is tested.
+    pub has_primitives: Option<bool>,
+    /// Whether the upper body of the upright robot is free there.
     pub is_upright: bool,
-    /// Whether stage M has crossed the edge that leads to it from the vertex before it on the
-    /// route.
-    pub is_crossed: bool,
-    /// How far off the way it is walked on the robot faces, rad.
-    pub facing: f64,
-    /// Vertices of its tree that were added near it, and samples drawn about it.
-    pub crowd: u32,
+    /// Whether stage M has solved the edge that leads to it from the previous route vertex.
+    pub is_traversed: bool,
+    /// Heading of the robot relative to the walking direction, rad.
+    pub heading_offset: f64,
+    /// Number of vertices of its tree near it, plus samples drawn around it.
+    pub neighbour_count: u32,
 }
 
 impl Vertex {
-    pub(super) fn root(station: Station, pair: Option<Pair>) -> Self {
+    pub(super) fn root(pose: MidFeetPose, pair: Option<FootPair>) -> Self {
         Self {
-            station,
+            pose,
             parent: 0,
             placements: (0, 0),
             pair,
-            stands: None,
+            has_primitives: None,
             is_upright: true,
-            is_crossed: false,
-            facing: 0.0,
-            crowd: 0,
+            is_traversed: false,
+            heading_offset: 0.0,
+            neighbour_count: 0,
         }
     }
 }
 
 /// A tree, allocated once.
 #[derive(Debug)]
-pub(super) struct Tree {
+pub(super) struct PossibilityTree {
     vertices: Vec<Vertex>,
-    /// The vertices' stations, side by side for whoever looks at all of them.
-    stations: Vec<Station>,
+    /// The vertices' poses in one array, for distance queries.
+    poses: Vec<MidFeetPose>,
 }
 
-impl Tree {
-    /// Room for so many vertices; none yet.
+impl PossibilityTree {
+    /// An empty tree with capacity for `vertices_max` vertices.
     pub fn new(vertices_max: usize) -> Self {
-        Self { vertices: reserve(vertices_max), stations: reserve(vertices_max) }
+        Self { vertices: reserve(vertices_max), poses: reserve(vertices_max) }
     }
 
-    /// Whether there is room for no more vertices.
+    /// Whether it holds as many vertices as fit.
     pub fn is_full(&self) -> bool {
         self.vertices.len() == self.vertices.capacity()
     }
 
-    /// Makes these its vertices, if there is room for them.
+    /// Replaces its vertices, if the new ones fit.
     pub fn set(&mut self, vertices: &[Vertex]) {
         if vertices.len() > self.vertices.capacity() {
             return;
         }
         self.vertices.clear();
-        self.stations.clear();
+        self.poses.clear();
         self.vertices.extend_from_slice(vertices);
-        self.stations.extend(vertices.iter().map(|vertex| vertex.station));
+        self.poses.extend(vertices.iter().map(|vertex| vertex.pose));
     }
 
-    /// Adds a vertex, for which there must be room: it counts to the crowd about each that is near
-    /// it, and these to the crowd about it. Answers its index.
+    /// Adds a vertex and updates the neighbour counts. The tree must not be full. Returns the
+    /// vertex's index.
     pub fn add(&mut self, mut vertex: Vertex) -> u32 {
-        let at = vertex.station;
-        let is_near = |near: &Station| {
-            near.place_distance_squared(at.position) < CROWD_RADIUS * CROWD_RADIUS
-                && near.distance(&at) < CROWD_RADIUS
+        let at = vertex.pose;
+        let is_near = |near: &MidFeetPose| {
+            near.position_distance_squared(at.position) < NEIGHBOUR_RADIUS * NEIGHBOUR_RADIUS
+                && near.distance(&at) < NEIGHBOUR_RADIUS
         };
-        for (index, _) in self.stations.iter().enumerate().filter(|(_, near)| is_near(near)) {
-            self.vertices[index].crowd += 1;
-            vertex.crowd += 1;
+        for (index, _) in self.poses.iter().enumerate().filter(|(_, near)| is_near(near)) {
+            self.vertices[index].neighbour_count += 1;
+            vertex.neighbour_count += 1;
         }
         self.vertices.push(vertex);
-        self.stations.push(at);
+        self.poses.push(at);
         (self.vertices.len() - 1) as u32
     }
 
-    /// The vertex whose station is the least in some distance.
-    pub fn nearest(&self, distance: impl Fn(&Station) -> f64) -> u32 {
+    /// The vertex whose pose has the least distance.
+    pub fn nearest(&self, distance: impl Fn(&MidFeetPose) -> f64) -> u32 {
         let mut best = (0, f64::INFINITY);
-        for (index, station) in self.stations.iter().enumerate() {
-            let d = distance(station);
+        for (index, pose) in self.poses.iter().enumerate() {
+            let d = distance(pose);
             if d < best.1 {
                 best = (index, d);
             }
@@ -111,12 +111,12 @@ impl Tree {
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
         self.vertices.capacity() * size_of::<Vertex>()
-            + self.stations.capacity() * size_of::<Station>()
+            + self.poses.capacity() * size_of::<MidFeetPose>()
     }
 }
 
-/// Its vertices; stations stay where they are.
-impl Deref for Tree {
+/// Its vertices. Their poses must not be changed.
+impl Deref for PossibilityTree {
     type Target = [Vertex];
 
     fn deref(&self) -> &[Vertex] {
@@ -124,17 +124,17 @@ impl Deref for Tree {
     }
 }
 
-impl DerefMut for Tree {
+impl DerefMut for PossibilityTree {
     fn deref_mut(&mut self) -> &mut [Vertex] {
         &mut self.vertices
     }
 }
 
 /// A vertex as the end of a branch, with its placements, or at least those that it stands on.
-pub(super) fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [Placed]) -> Tip<'a> {
-    let kept = list_at(placements, vertex.placements);
+pub(super) fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [FootPlacement]) -> Tip<'a> {
+    let kept = slice_at(placements, vertex.placements);
     let known = if kept.is_empty() { vertex.pair.as_ref().map_or(kept, |pair| pair) } else { kept };
-    Tip { station: &vertex.station, placements: known }
+    Tip { pose: &vertex.pose, placements: known }
 }
 
 /// Appends a vertex and those it was reached from, the root last.

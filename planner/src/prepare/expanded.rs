@@ -4,20 +4,20 @@
 //! The lowest box of each foot turns with its ankle; all others stay upright and turn with the
 //! heading. They divide space by height. Up to `SPLIT` above the higher placement there is only a
 //! column about each leg, and one beside the stance foot where the swing foot rises; above it there
-//! is the room of the body and the corridor of the swing leg. So whatever lies between the
+//! are the box of the body and the corridor of the swing leg. So whatever lies between the
 //! placements, up to `SPLIT`, does not matter.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 
-use super::slices::{Owner, Slice};
-use crate::body::Body;
+use super::slices::{RobotPart, Slice};
+use crate::body::Mechanism;
 use crate::collision::bvh::Aabb;
 use crate::motion::primitive::gait::SPLIT;
 use crate::motion::primitive::path::ACROSS;
-use crate::motion::primitive::stand::Stand;
-use crate::snapshot::Snapshot;
+use crate::motion::primitive::stand::LevelSole;
+use crate::snapshot::KinematicState;
 
 /// A box in some frame, as plain data. One whose `min` is above its `max` is empty.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -32,48 +32,49 @@ pub struct Bounds {
 /// The boxes. Their heights begin where the split is; what is stored are their other sides.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct Expanded {
+pub struct ExpandedGeometry {
     /// By limb: the foot in its sole's frame, from the ground to the top of its lift.
     pub soles: [Bounds; 2],
-    /// By limb: the column about a leg, in the frame of the foot's stand. Its top is the split.
+    /// By limb: the column about a leg, in the frame of the foot's level sole. Its top is the
+    /// split.
     pub columns: [Bounds; 2],
     /// By stance limb: the column in which the other foot rises, in the frame of the stance foot's
-    /// stand.
+    /// level sole.
     pub neutrals: [Bounds; 2],
-    /// By stance limb: trunk, arms and stance leg, in the frame of the stance foot's stand; heights
-    /// from the split.
-    pub bodies: [Bounds; 2],
-    /// By stance limb: the swing leg, about the swing foot's stand along the stance foot's heading;
+    /// By stance limb: trunk, arms and stance leg, in the frame of the stance foot's level sole;
     /// heights from the split.
+    pub bodies: [Bounds; 2],
+    /// By stance limb: the swing leg, about the swing foot's level sole along the stance foot's
+    /// heading; heights from the split.
     pub swings: [Bounds; 2],
-    /// Everything during a shift, about the line between both stands along their mean heading;
+    /// Everything during a shift, about the line between both level soles along their mean heading;
     /// heights from the split.
     pub shift: Bounds,
 }
 
-/// What a primitive does while the boxes are fitted around it.
+/// Part of a primitive to which a configuration belongs.
 #[derive(Debug, Clone, Copy)]
-pub enum Phase {
-    /// A stretch of a place over the foot `stance`; `landing` where the swing foot is in its sole
+pub enum PrimitivePart {
+    /// A section of a half swing over the foot `stance`; `landing` if the swing foot is in its sole
     /// box.
-    Place {
-        /// The foot that carries.
+    HalfSwing {
+        /// The stance foot.
         stance: usize,
-        /// The stretch.
-        stretch: usize,
+        /// The section.
+        section: usize,
         /// Whether the swing foot is within its sole box.
         landing: bool,
     },
-    /// A share of a shift from the left to the right foot.
+    /// A fraction of a shift from the left to the right foot.
     Shift {
-        /// The share.
-        share: f64,
+        /// The fraction.
+        fraction: f64,
     },
 }
 
-/// Boxes that grow around what they are shown.
+/// Boxes that grow around configurations.
 #[derive(Debug, Clone, Copy)]
-pub struct Fitting {
+pub struct ExpandedBuilder {
     /// How far a leg stays above the level of its sole, m.
     floor: f64,
     columns: [Aabb; 2],
@@ -83,7 +84,7 @@ pub struct Fitting {
     shift: Aabb,
 }
 
-impl Fitting {
+impl ExpandedBuilder {
     /// Boxes around nothing, for legs that stay `floor` (m) above the level of their soles.
     pub const fn empty(floor: f64) -> Self {
         let pair = [Aabb::EMPTY; 2];
@@ -110,37 +111,37 @@ impl Fitting {
         }
     }
 
-    /// Grows around a configuration of a primitive over two stands, by limb; `swing` is where the
-    /// swing foot is. `false` where something is below the split that belongs to no column, or a
-    /// leg too near to the ground.
+    /// Grows around a configuration of a primitive over two level soles, by limb; `swing` is where
+    /// the swing foot is. `false` where something is below the split that belongs to no column, or
+    /// a leg too near to the ground.
     pub fn add(
         &mut self,
         slices: &[Slice],
-        (body, snapshot): (&Body, &Snapshot),
-        stands: &[Stand; 2],
-        swing: &Stand,
-        phase: Phase,
+        (robot, kinematic_state): (&Mechanism, &KinematicState),
+        level_soles: &[LevelSole; 2],
+        swing: &LevelSole,
+        part: PrimitivePart,
     ) -> bool {
-        let split = split_height(stands);
-        let frames = Frames::new(stands, swing, phase, split);
+        let split = split_height(level_soles);
+        let frames = Frames::new(level_soles, swing, part, split);
         slices.iter().all(|slice| {
             let world_from_slice =
-                body.world_from_link(snapshot, slice.link) * slice.link_from_slice;
+                robot.world_from_link(kinematic_state, slice.link) * slice.link_from_slice;
             let within = |world_from_frame: &Pose| {
                 bounds_in(world_from_frame, &world_from_slice, &slice.bounds)
             };
-            let rests = |limb: usize| match phase {
-                Phase::Place { stance, landing, .. } => limb == stance || landing,
-                Phase::Shift { .. } => true,
+            let rests = |limb: usize| match part {
+                PrimitivePart::HalfSwing { stance, landing, .. } => limb == stance || landing,
+                PrimitivePart::Shift { .. } => true,
             };
-            if matches!(slice.owner, Owner::Foot(limb) if rests(limb)) {
+            if matches!(slice.robot_part, RobotPart::Foot(limb) if rests(limb)) {
                 return true;
             }
             let height = within(&Pose::IDENTITY);
             let held_below = height.min.z >= split
-                || self.add_below(slice.owner, stands, &frames, phase, &within);
+                || self.add_below(slice.robot_part, level_soles, &frames, part, &within);
             if height.max.z > split {
-                self.add_above(slice.owner, &frames, phase, &within);
+                self.add_above(slice.robot_part, &frames, part, &within);
             }
             held_below
         })
@@ -148,23 +149,25 @@ impl Fitting {
 
     fn add_below(
         &mut self,
-        owner: Owner,
-        stands: &[Stand; 2],
+        robot_part: RobotPart,
+        level_soles: &[LevelSole; 2],
         frames: &Frames,
-        phase: Phase,
+        part: PrimitivePart,
         within: &impl Fn(&Pose) -> Aabb,
     ) -> bool {
-        let limb = match owner {
-            Owner::Trunk => return false,
-            Owner::Leg(limb) | Owner::Foot(limb) => limb,
+        let limb = match robot_part {
+            RobotPart::Trunk => return false,
+            RobotPart::Leg(limb) | RobotPart::Foot(limb) => limb,
         };
-        match phase {
-            Phase::Place { stance, stretch, .. } if limb != stance && stretch <= ACROSS => {
+        match part {
+            PrimitivePart::HalfSwing { stance, section, .. }
+                if limb != stance && section <= ACROSS =>
+            {
                 self.neutrals[stance] = self.neutrals[stance].union(within(&frames.about_stance));
-                stretch < ACROSS
+                section < ACROSS
             }
             _ => {
-                let column = within(&stands[limb].world_from_stand());
+                let column = within(&level_soles[limb].world_from_level_sole());
                 self.columns[limb] = self.columns[limb].union(column);
                 column.min.z >= self.floor
             }
@@ -173,26 +176,29 @@ impl Fitting {
 
     fn add_above(
         &mut self,
-        owner: Owner,
+        robot_part: RobotPart,
         frames: &Frames,
-        phase: Phase,
+        part: PrimitivePart,
         within: &impl Fn(&Pose) -> Aabb,
     ) {
-        match (phase, owner) {
-            (Phase::Shift { .. }, _) => self.shift = self.shift.union(within(&frames.between)),
-            (Phase::Place { stance, .. }, Owner::Leg(limb) | Owner::Foot(limb))
-                if limb != stance =>
-            {
+        match (part, robot_part) {
+            (PrimitivePart::Shift { .. }, _) => {
+                self.shift = self.shift.union(within(&frames.between))
+            }
+            (
+                PrimitivePart::HalfSwing { stance, .. },
+                RobotPart::Leg(limb) | RobotPart::Foot(limb),
+            ) if limb != stance => {
                 self.swings[stance] = self.swings[stance].union(within(&frames.about_swing));
             }
-            (Phase::Place { stance, .. }, _) => {
+            (PrimitivePart::HalfSwing { stance, .. }, _) => {
                 self.bodies[stance] = self.bodies[stance].union(within(&frames.about_stance))
             }
         }
     }
 
     /// The boxes with `margin` (m) around them; `soles` are those of the feet.
-    pub fn finish(&self, soles: [Aabb; 2], margin: f64) -> Expanded {
+    pub fn finish(&self, soles: [Aabb; 2], margin: f64) -> ExpandedGeometry {
         let grown = |bounds: &Aabb| {
             Bounds::of(&bounds.grown(if bounds.min.x <= bounds.max.x { margin } else { 0.0 }))
         };
@@ -201,7 +207,7 @@ impl Fitting {
         for (column, sole) in columns.iter_mut().zip(&soles) {
             column.min[2] = column.min[2].max(sole.min.z);
         }
-        Expanded {
+        ExpandedGeometry {
             soles: [Bounds::of(&soles[0]), Bounds::of(&soles[1])],
             columns,
             neutrals: both(&self.neutrals),
@@ -220,13 +226,19 @@ struct Frames {
 }
 
 impl Frames {
-    fn new(stands: &[Stand; 2], swing: &Stand, phase: Phase, split: f64) -> Self {
+    fn new(
+        level_soles: &[LevelSole; 2],
+        swing: &LevelSole,
+        part: PrimitivePart,
+        split: f64,
+    ) -> Self {
         let at_split = |origin: DVec3, yaw: f64| {
-            Stand { origin: origin.truncate().extend(split), yaw, tilt: 0.0 }.world_from_stand()
+            LevelSole { origin: origin.truncate().extend(split), yaw, tilt: 0.0 }
+                .world_from_level_sole()
         };
-        match phase {
-            Phase::Place { stance, .. } => {
-                let about = &stands[stance];
+        match part {
+            PrimitivePart::HalfSwing { stance, .. } => {
+                let about = &level_soles[stance];
                 let about_stance = at_split(about.origin, about.yaw);
                 Self {
                     about_stance,
@@ -234,23 +246,26 @@ impl Frames {
                     between: about_stance,
                 }
             }
-            Phase::Shift { share } => {
-                let between =
-                    at_split(stands[0].origin.lerp(stands[1].origin, share), mean_heading(stands));
+            PrimitivePart::Shift { fraction } => {
+                let between = at_split(
+                    level_soles[0].origin.lerp(level_soles[1].origin, fraction),
+                    mean_heading(level_soles),
+                );
                 Self { about_stance: between, about_swing: between, between }
             }
         }
     }
 }
 
-/// The heading halfway between two stands, rad.
-pub fn mean_heading(stands: &[Stand; 2]) -> f64 {
-    stands[0].yaw + 0.5 * surefoot_shared_types::spatial::wrap_angle(stands[1].yaw - stands[0].yaw)
+/// The heading halfway between two level soles, rad.
+pub fn mean_heading(level_soles: &[LevelSole; 2]) -> f64 {
+    level_soles[0].yaw
+        + 0.5 * surefoot_shared_types::spatial::wrap_angle(level_soles[1].yaw - level_soles[0].yaw)
 }
 
 /// The height above which the boxes of body and swing leg begin, m.
-pub fn split_height(stands: &[Stand; 2]) -> f64 {
-    stands[0].origin.z.max(stands[1].origin.z) + SPLIT
+pub fn split_height(level_soles: &[LevelSole; 2]) -> f64 {
+    level_soles[0].origin.z.max(level_soles[1].origin.z) + SPLIT
 }
 
 impl Bounds {

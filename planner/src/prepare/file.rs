@@ -11,10 +11,10 @@ use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::robot::RobotModel;
 
-use super::expanded::Expanded;
+use super::expanded::ExpandedGeometry;
 use super::range::RangeHeader;
-use super::reach::ReachHeader;
-use super::steps::PossibleSteps;
+use super::reach::ReachableSpaceHeader;
+use super::steps::StepLimits;
 use crate::motion::primitive::Gait;
 
 /// The first bytes of every preparation.
@@ -57,15 +57,15 @@ pub struct Header {
 #[repr(C)]
 pub struct Contents {
     /// The reachable spaces, by limb.
-    pub reach: [ReachHeader; 2],
+    pub reach: [ReachableSpaceHeader; 2],
     /// The shape of the primitives.
     pub gait: Gait,
     /// The range of the primitives, by stance limb.
     pub ranges: [RangeHeader; 2],
-    /// The room that the primitives take.
-    pub expanded: Expanded,
-    /// The possible steps.
-    pub possible_steps: PossibleSteps,
+    /// The volume that the primitives occupy.
+    pub expanded: ExpandedGeometry,
+    /// The step limits.
+    pub step_limits: StepLimits,
 }
 
 const DIGEST_END: usize = 16 + 2 * size_of::<Digest>();
@@ -73,7 +73,7 @@ const _: () = assert!(
     size_of::<Header>().is_multiple_of(WORD) && std::mem::offset_of!(Header, words) == DIGEST_END
 );
 
-/// Bytes that are no preparation, or not the one asked for.
+/// Bytes that are no preparation, or not the expected one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum PreparationError {
     /// No preparation at all, or one of another version.
@@ -116,7 +116,7 @@ pub struct Writer {
 }
 
 impl Default for Writer {
-    /// A file with room for its header.
+    /// A file with space for its header.
     fn default() -> Self {
         Self { words: vec![0; size_of::<Header>() / WORD] }
     }

@@ -1,10 +1,10 @@
 //! What is made once per robot, from the robot alone [Grey 4.1.1, 4.2.1, 4.4.5]: the space R that
 //! each leg may reach, the gait of the primitive trajectories with its range R_S of placement
-//! pairs, the expanded geometry that holds them, and the possible steps.
+//! pairs, the expanded geometry that holds them, and the step limits.
 //!
 //! [`build`] makes it, as words that can be written to a file; [`Preparation::from_bytes`] checks
 //! such bytes and reads them in place. One robot and one set of margins give the same bytes on any
-//! number of threads. [`necessary`] and [`sufficient`] ask C_N and C_S of it.
+//! number of threads. [`necessary`] and [`sufficient`] evaluate C_N and C_S with it.
 
 pub mod expanded;
 pub mod file;
@@ -26,29 +26,29 @@ use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::robot::RobotModel;
 
-use crate::body::BodyError;
+use crate::body::MechanismError;
 use crate::collision::CollisionError;
 use crate::kinematics::Leg;
 use crate::kinematics::leg::LegError;
 use crate::motion::primitive::Gait;
-use expanded::Expanded;
+use expanded::ExpandedGeometry;
 use file::{Contents, Writer};
 pub use file::{PreparationError, key};
 pub use labels::{
-    Necessary, Print, is_whole, necessary, sufficient, sufficient_pair, sufficient_shift,
+    FootPlacement, Necessary, is_whole, necessary, sufficient, sufficient_pair, sufficient_shift,
 };
-use probe::{Probe, in_empty_world};
+use probe::{PrimitiveSweep, constraints_in_empty_world};
 use range::{Lattice, PairRange, RangeHeader};
-use reach::{Reach, ReachHeader};
-use steps::PossibleSteps;
-use voxels::Voxels;
+use reach::{ReachableSpace, ReachableSpaceHeader};
+use steps::StepLimits;
+use voxels::VoxelGrid;
 
 /// A robot that cannot be prepared.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
     /// The robot is none that the planner can move.
     #[error(transparent)]
-    Body(#[from] BodyError),
+    Mechanism(#[from] MechanismError),
     /// A shape of the robot cannot be compiled.
     #[error(transparent)]
     Collision(#[from] CollisionError),
@@ -59,7 +59,7 @@ pub enum BuildError {
 
 impl From<LegError> for BuildError {
     fn from(error: LegError) -> Self {
-        Self::Body(error.into())
+        Self::Mechanism(error.into())
     }
 }
 
@@ -68,7 +68,7 @@ impl From<LegError> for BuildError {
 pub struct Preparation<'a> {
     key: Digest,
     contents: &'a Contents,
-    reach: [Reach<'a>; 2],
+    reach: [ReachableSpace<'a>; 2],
     ranges: [PairRange<'a>; 2],
 }
 
@@ -76,19 +76,19 @@ impl<'a> Preparation<'a> {
     /// Reads a preparation made from `key`, whose bytes begin at a multiple of eight.
     ///
     /// # Errors
-    /// What is wrong with the bytes. Nothing in them is believed before it is checked.
+    /// What is wrong with the bytes. All of them are checked before use.
     pub fn from_bytes(bytes: &'a [u8], key: &Digest) -> Result<Self, PreparationError> {
         let contents = &file::header(bytes, key)?.contents;
         let reach = |limb: usize| {
-            let at: &ReachHeader = &contents.reach[limb];
-            Reach::new(at, file::array(bytes, at.bits)?, file::array(bytes, at.blocks)?)
+            let at: &ReachableSpaceHeader = &contents.reach[limb];
+            ReachableSpace::new(at, file::array(bytes, at.bits)?, file::array(bytes, at.blocks)?)
                 .ok_or(PreparationError::Damaged)
         };
         let range = |limb: usize| {
             let at: &RangeHeader = &contents.ranges[limb];
             PairRange::new(at, file::array(bytes, at.bits)?).ok_or(PreparationError::Damaged)
         };
-        if !contents.gait.is_sound() || !contents.possible_steps.is_sound() {
+        if !contents.gait.is_sound() || !contents.step_limits.is_sound() {
             return Err(PreparationError::Damaged);
         }
         Ok(Self {
@@ -111,7 +111,7 @@ impl<'a> Preparation<'a> {
     }
 
     /// The reachable space of a leg.
-    pub fn reach(&self, limb: usize) -> &Reach<'a> {
+    pub fn reach(&self, limb: usize) -> &ReachableSpace<'a> {
         &self.reach[limb]
     }
 
@@ -125,18 +125,18 @@ impl<'a> Preparation<'a> {
         &self.ranges[stance]
     }
 
-    /// The possible steps.
-    pub fn possible_steps(&self) -> &'a PossibleSteps {
-        &self.contents.possible_steps
+    /// The step limits.
+    pub fn step_limits(&self) -> &'a StepLimits {
+        &self.contents.step_limits
     }
 
-    /// The room that the primitives take.
-    pub fn expanded(&self) -> &'a Expanded {
+    /// The volume that the primitives occupy.
+    pub fn expanded(&self) -> &'a ExpandedGeometry {
         &self.contents.expanded
     }
 }
 
-/// Prepares a robot and keeps it in memory to the end of the process: for who has no cache.
+/// Prepares a robot and keeps it in memory to the end of the process, without a cache.
 ///
 /// # Errors
 /// The robot is no biped that the planner can move.
@@ -151,7 +151,7 @@ pub fn make(
 /// The share of the work that the reachable spaces are.
 const REACH_SHARE: f64 = 0.5;
 
-/// Prepares a robot; `progress` is told the share that is done, 0 to 1, from any thread.
+/// Prepares a robot; `progress` receives the fraction that is done, 0 to 1, from any thread.
 ///
 /// # Errors
 /// The robot is no biped that the planner can move.
@@ -160,14 +160,14 @@ pub fn build(
     config: &PlannerConfig,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Vec<u64>, BuildError> {
-    let probe = Probe::new(model, config)?;
+    let primitive_sweep = PrimitiveSweep::new(model, config)?;
     let legs = [Leg::new(model, 0, 0.0)?, Leg::new(model, 1, 0.0)?];
     let steps = legs.iter().map(|leg| leg.joints().len()).sum::<usize>() as f64;
     let done = AtomicU32::new(0);
     let step =
         || progress(REACH_SHARE * f64::from(done.fetch_add(1, Ordering::Relaxed) + 1) / steps);
-    let spaces: Vec<Voxels> = legs.par_iter().map(|leg| sweep::reachable(leg, &step)).collect();
-    let primitives = primitives::derive(&probe, config, &|share| {
+    let spaces: Vec<VoxelGrid> = legs.par_iter().map(|leg| sweep::reachable(leg, &step)).collect();
+    let primitives = primitives::derive(&primitive_sweep, config, &|share| {
         progress(REACH_SHARE + (1.0 - REACH_SHARE) * share)
     });
     let mut writer = Writer::default();
@@ -177,21 +177,21 @@ pub fn build(
     });
     let ranges =
         [0, 1].map(|limb| write_range(&mut writer, &primitives.lattice, &primitives.cells[limb]));
-    let possible_steps = PossibleSteps::of(&in_empty_world(model, config.clone())?);
+    let step_limits = StepLimits::of(&constraints_in_empty_world(model, config.clone())?);
     let contents = Contents {
         reach,
         gait: primitives.gait,
         ranges,
         expanded: primitives.expanded,
-        possible_steps,
+        step_limits,
     };
     Ok(writer.finish(key(model, config), contents))
 }
 
-fn write_reach(writer: &mut Writer, cubes: &Voxels, near: DVec3) -> ReachHeader {
+fn write_reach(writer: &mut Writer, cubes: &VoxelGrid, near: DVec3) -> ReachableSpaceHeader {
     let bits = writer.append(&cubes.words);
     let blocks = writer.append(&reach::blocks(cubes, near));
-    ReachHeader {
+    ReachableSpaceHeader {
         origin: cubes.origin.into(),
         side: cubes.side,
         dims: cubes.dims.into(),

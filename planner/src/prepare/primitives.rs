@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 use surefoot_shared_types::config::PlannerConfig;
 
-use super::expanded::{Expanded, Fitting};
-use super::probe::Probe;
+use super::expanded::{ExpandedBuilder, ExpandedGeometry};
+use super::probe::PrimitiveSweep;
 use super::range::Lattice;
 use crate::motion::primitive::gait::{Gait, Style};
 
@@ -14,7 +14,8 @@ const REACHES: [f64; 3] = [1.0, 1.05, 0.95];
 const WIDTHS: [f64; 4] = [1.0, 1.3, 0.8, 0.65];
 /// Rolls of the root over the stance foot that are tried, rad.
 const ROLLS: [f64; 4] = [0.0, 0.06, 0.12, 0.18];
-/// Shares of the room inward of a sole's middle that are tried for the centre of mass.
+/// Shifts of the centre of mass inward of a sole's middle that are tried, as fractions of the space
+/// there.
 const LEANS: [f64; 2] = [0.0, 0.6];
 /// The steepest placements that are tried, rad.
 const TILTS: [f64; 3] = [0.1, 0.06, 0.02];
@@ -37,28 +38,29 @@ pub struct Primitives {
     pub lattice: Lattice,
     /// By stance limb: a bit for each cell of the lattice that holds.
     pub cells: [Vec<u64>; 2],
-    /// The room that the primitives take.
-    pub expanded: Expanded,
+    /// The volume that the primitives occupy.
+    pub expanded: ExpandedGeometry,
 }
 
-/// Derives the primitives of a robot; `progress` is told the share that is done.
+/// Derives the primitives of a robot; `progress` receives the fraction that is done.
 pub fn derive(
-    probe: &Probe,
+    primitive_sweep: &PrimitiveSweep,
     config: &PlannerConfig,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Primitives {
-    let reach = probe.body().legs.iter().map(|leg| leg.reach()).fold(f64::INFINITY, f64::min);
+    let reach =
+        primitive_sweep.robot().legs.iter().map(|leg| leg.reach()).fold(f64::INFINITY, f64::min);
     let lattice = Lattice::new(reach);
-    let gait = best_gait(probe, config, &lattice);
+    let gait = best_gait(primitive_sweep, config, &lattice);
     progress(0.2);
     let [left, right] = [0, 1].map(|stance| {
-        let swept = sweep(probe, &gait, stance, &lattice);
+        let swept = sweep(primitive_sweep, &gait, stance, &lattice);
         progress(0.6 + 0.4 * stance as f64);
         swept
     });
     let fitting = left.1.union(&right.1);
     let margin = config.clearance + BOX_SLACK;
-    let expanded = fitting.finish(probe.sole_boxes(&gait, margin), margin);
+    let expanded = fitting.finish(primitive_sweep.sole_boxes(&gait, margin), margin);
     Primitives {
         gait,
         lattice,
@@ -69,17 +71,23 @@ pub fn derive(
 
 /// The gait that holds over most of the coarse lattice, the first of equals, for placements as
 /// steep as that leaves it.
-fn best_gait(probe: &Probe, config: &PlannerConfig, lattice: &Lattice) -> Gait {
-    let radius = probe.foot_radius();
+fn best_gait(primitive_sweep: &PrimitiveSweep, config: &PlannerConfig, lattice: &Lattice) -> Gait {
+    let radius = primitive_sweep.foot_radius();
     let gait = |style: &Style| {
-        Gait::new(probe.body(), style, radius, config.clearance, probe.balance_margin())
+        Gait::new(
+            primitive_sweep.robot(),
+            style,
+            radius,
+            config.clearance,
+            primitive_sweep.balance_margin(),
+        )
     };
     let [level, coarse] = [Lattice::is_level, Lattice::is_coarse].map(|is_wanted| {
         (0..lattice.vertices()).filter(|&index| is_wanted(lattice, index)).collect::<Vec<usize>>()
     });
     let holds = |style: &Style, index: usize| {
         [0, 1].iter().all(|&stance| {
-            probe
+            primitive_sweep
                 .try_pair(&gait(style), stance, &lattice.vertex(index), Some(index as u64))
                 .is_some()
         })
@@ -115,15 +123,21 @@ fn styles() -> Vec<Style> {
 }
 
 /// Tries every vertex, in turn level and inclined.
-fn sweep(probe: &Probe, gait: &Gait, stance: usize, lattice: &Lattice) -> (Vec<bool>, Fitting) {
-    let tried: Vec<Option<Fitting>> = (0..lattice.vertices())
+fn sweep(
+    primitive_sweep: &PrimitiveSweep,
+    gait: &Gait,
+    stance: usize,
+    lattice: &Lattice,
+) -> (Vec<bool>, ExpandedBuilder) {
+    let tried: Vec<Option<ExpandedBuilder>> = (0..lattice.vertices())
         .into_par_iter()
         .with_min_len(TASK_VERTICES)
         .map(|index| {
             let inclined = lattice.is_odd(index).then_some(index as u64);
-            probe.try_pair(gait, stance, &lattice.vertex(index), inclined)
+            primitive_sweep.try_pair(gait, stance, &lattice.vertex(index), inclined)
         })
         .collect();
-    let fitting = tried.iter().flatten().fold(probe.no_room(), |all, one| all.union(one));
+    let fitting =
+        tried.iter().flatten().fold(primitive_sweep.empty_boxes(), |all, one| all.union(one));
     (tried.iter().map(Option::is_some).collect(), fitting)
 }

@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec3, UVec3};
 
 use super::file::Span;
-use super::voxels::Voxels;
+use super::voxels::VoxelGrid;
 use crate::collision::bvh::Aabb;
 
 /// Cubes along a side of a block.
@@ -14,7 +14,7 @@ const BLOCK: u32 = 8;
 /// Where a leg's reachable space is in a file, and its grid.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct ReachHeader {
+pub struct ReachableSpaceHeader {
     /// The grid's lowest corner in the root's frame, m.
     pub origin: [f64; 3],
     /// The side of a cube, m.
@@ -41,7 +41,7 @@ pub struct Block {
 
 /// The reachable space of one leg.
 #[derive(Debug, Clone, Copy)]
-pub struct Reach<'a> {
+pub struct ReachableSpace<'a> {
     origin: DVec3,
     cubes_per_metre: f64,
     dims: UVec3,
@@ -49,10 +49,14 @@ pub struct Reach<'a> {
     blocks: &'a [Block],
 }
 
-impl<'a> Reach<'a> {
+impl<'a> ReachableSpace<'a> {
     /// The reachable space with this header; `None` where header, bits and blocks do not fit
     /// together.
-    pub fn new(header: &ReachHeader, words: &'a [u64], blocks: &'a [Block]) -> Option<Self> {
+    pub fn new(
+        header: &ReachableSpaceHeader,
+        words: &'a [u64],
+        blocks: &'a [Block],
+    ) -> Option<Self> {
         let cubes = header
             .dims
             .iter()
@@ -108,7 +112,7 @@ impl<'a> Reach<'a> {
 }
 
 /// Tight boxes around the set cubes of each block of cubes, those nearest to `near` first.
-pub fn blocks(cubes: &Voxels, near: DVec3) -> Vec<Block> {
+pub fn blocks(cubes: &VoxelGrid, near: DVec3) -> Vec<Block> {
     let per_axis = cubes.dims.map(|count| count.div_ceil(BLOCK));
     let mut boxes = vec![Aabb::EMPTY; (per_axis.x * per_axis.y * per_axis.z) as usize];
     for cube in cubes.cubes() {

@@ -9,9 +9,9 @@ use crate::collision::bvh::Aabb;
 /// The thickest slice, m.
 const THICKNESS_MAX: f64 = 0.06;
 
-/// To which part of the robot a slice belongs.
+/// Part of the robot to which a slice belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Owner {
+pub enum RobotPart {
     /// No leg.
     Trunk,
     /// A leg's link above the foot.
@@ -25,8 +25,8 @@ pub enum Owner {
 pub struct Slice {
     /// The link.
     pub link: usize,
-    /// To what it belongs.
-    pub owner: Owner,
+    /// The part of the robot.
+    pub robot_part: RobotPart,
     /// The box's frame in the link's.
     pub link_from_slice: Pose,
     /// The box in that frame.
@@ -36,7 +36,7 @@ pub struct Slice {
 /// Cuts a shape fixed to a link across the longest side of the box around it.
 pub fn slices(
     link: usize,
-    owner: Owner,
+    robot_part: RobotPart,
     link_from_shape: Pose,
     shape: &Shape,
     bounds: &Aabb,
@@ -53,7 +53,7 @@ pub fn slices(
         let bounds = edges.as_ref().map_or(piece, |edges| around(edges, axis, ends));
         (bounds.min.x <= bounds.max.x).then_some(Slice {
             link,
-            owner,
+            robot_part,
             link_from_slice: link_from_shape,
             bounds,
         })
@@ -82,9 +82,10 @@ fn edges(shape: &Shape) -> Option<Vec<[DVec3; 2]>> {
 /// edges.
 fn around(edges: &[[DVec3; 2]], axis: usize, [low, high]: [f64; 2]) -> Aabb {
     edges.iter().fold(Aabb::EMPTY, |bounds, &[a, b]| {
-        let way = b[axis] - a[axis];
-        let share_at = |height: f64| ((height - a[axis]) / way).clamp(0.0, 1.0);
-        let [first, last] = if way == 0.0 { [0.0, 1.0] } else { [share_at(low), share_at(high)] };
+        let extent = b[axis] - a[axis];
+        let share_at = |height: f64| ((height - a[axis]) / extent).clamp(0.0, 1.0);
+        let [first, last] =
+            if extent == 0.0 { [0.0, 1.0] } else { [share_at(low), share_at(high)] };
         [first, last]
             .into_iter()
             .map(|share| a.lerp(b, share))
@@ -117,7 +118,7 @@ mod tests {
     #[test]
     fn slices_of_a_pyramid_get_smaller_and_cover_it() {
         let bounds = Aabb { min: DVec3::new(-1.0, -1.0, 0.0), max: DVec3::new(1.0, 1.0, 3.0) };
-        let cut = slices(0, Owner::Trunk, Pose::IDENTITY, &pyramid(), &bounds);
+        let cut = slices(0, RobotPart::Trunk, Pose::IDENTITY, &pyramid(), &bounds);
         assert_eq!(cut.len(), 50);
         for slice in cut {
             let half = 1.0 - slice.bounds.min.z / 3.0;
@@ -133,7 +134,7 @@ mod tests {
     fn a_ball_is_cut_as_the_box_around_it() {
         let bounds = Aabb { min: DVec3::splat(-0.05), max: DVec3::splat(0.05) };
         let cut =
-            slices(0, Owner::Leg(1), Pose::IDENTITY, &Shape::Sphere { radius: 0.05 }, &bounds);
+            slices(0, RobotPart::Leg(1), Pose::IDENTITY, &Shape::Sphere { radius: 0.05 }, &bounds);
         let volume: f64 =
             cut.iter().map(|slice| (slice.bounds.max - slice.bounds.min).element_product()).sum();
         assert!(cut.len() == 2 && (volume - 1e-3).abs() < 1e-12, "{cut:?}");

@@ -1,4 +1,4 @@
-//! The possible steps: how far from one sole the other may be, by direction and turn, for a
+//! The step limits: how far from one sole the other may be, by direction and turn, for a
 //! primitive posture to hold on both [Grey 4.4.2].
 //!
 //! In each direction level soles are tried, from far to near and back. A pair counts as possible
@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{rotation_about, wrap_angle, yaw_of};
 
-use crate::body::Body;
+use crate::body::Mechanism;
 use crate::constraint::Constraints;
 use crate::motion::foothold::{Foothold, single_mode};
 use crate::motion::primitive::stand::side_of;
-use crate::motion::transition::{TransitionPair, any_posture_holds};
+use crate::motion::transition::{TransitionPair, has_valid_posture};
 
 /// Directions around the stance that are tried.
 const BEARINGS: usize = 16;
@@ -44,10 +44,10 @@ const NO_STEP: [f64; 2] = [1.0, 0.0];
 /// second where no step is possible.
 type Lengths = [[[f64; 2]; BEARINGS]; CLIMBS];
 
-/// The possible steps of a robot.
+/// The step limits of a robot.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct PossibleSteps {
+pub struct StepLimits {
     /// By stance foot and turn.
     lengths: [[Lengths; TURNS]; 2],
     /// How far apart soles may be at all, m: one leg's reach, and the hips apart.
@@ -56,7 +56,7 @@ pub struct PossibleSteps {
     turn_max: f64,
 }
 
-impl PossibleSteps {
+impl StepLimits {
     /// Works them out for a robot.
     pub fn of(constraints: &Constraints) -> Self {
         let toward =
@@ -64,7 +64,7 @@ impl PossibleSteps {
         let found: Vec<Lengths> = (0..2 * TURNS).into_par_iter().map(toward).collect();
         let mut lengths = [[Lengths::default(); TURNS]; 2];
         lengths.as_flattened_mut().copy_from_slice(&found);
-        Self { lengths, reach: reach(&constraints.body), turn_max: turn_max(constraints) }
+        Self { lengths, reach: reach(&constraints.robot), turn_max: turn_max(constraints) }
     }
 
     /// Whether a primitive posture may stand on the first sole and touch with the other, `limb`
@@ -167,7 +167,7 @@ fn lengths_toward(
     let below = |top: f64, step: f64| {
         (0..(top / step) as usize).map(move |count| top - step * count as f64).find(is_step)
     };
-    let Some(coarse) = below(reach(&constraints.body), STEPS[0]) else { return NO_STEP };
+    let Some(coarse) = below(reach(&constraints.robot), STEPS[0]) else { return NO_STEP };
     let longest = below(coarse + STEPS[0], STEPS[1]).unwrap_or(coarse);
     let shortest = (0..)
         .map(|count| STEPS[1] * f64::from(count))
@@ -177,14 +177,14 @@ fn lengths_toward(
 }
 
 /// How far apart soles may be at all, m: one leg's reach, and the hips apart.
-fn reach(body: &Body) -> f64 {
-    let [left, right] = &body.legs;
+fn reach(robot: &Mechanism) -> f64 {
+    let [left, right] = &robot.legs;
     left.reach().max(right.reach()) + left.hip().distance(right.hip())
 }
 
 /// How far the touching sole may be turned outward somewhere beside the other, rad.
 fn turn_max(constraints: &Constraints) -> f64 {
-    let reach = reach(&constraints.body);
+    let reach = reach(&constraints.robot);
     let has_step = |turn: f64| {
         [0, 1].iter().all(|&stance| {
             let aside = side_of(1 - stance) * DVec3::Y;
@@ -202,9 +202,9 @@ fn turn_max(constraints: &Constraints) -> f64 {
 /// Whether the robot, standing on one level sole, touches with the other one at an offset, turned.
 fn is_step(constraints: &Constraints, stance: usize, offset: DVec3, turn: f64) -> bool {
     let rotation = rotation_about(DVec3::Z, side_of(1 - stance) * turn);
-    let other = Foothold::whole(&constraints.body, 1 - stance, Pose::from_parts(offset, rotation));
-    let stance = Foothold::whole(&constraints.body, stance, Pose::IDENTITY);
-    any_posture_holds(
+    let other = Foothold::whole(&constraints.robot, 1 - stance, Pose::from_parts(offset, rotation));
+    let stance = Foothold::whole(&constraints.robot, stance, Pose::IDENTITY);
+    has_valid_posture(
         constraints,
         &single_mode(&stance),
         TransitionPair { stance: &stance, other: &other },

@@ -3,13 +3,13 @@
 //! what it adds is discretisation, and every step says by how much it may fall short. The sum is
 //! added around the result, so that nothing reachable is left out [Grey 4.2.1].
 //!
-//! A sweep of a solid set is the set at one limit and the sweep of its border: whoever enters the
-//! solid while the joint moves crosses its border.
+//! A sweep of a solid set is the set at one limit and the sweep of its border, because a point that
+//! enters the solid while the joint moves crosses its border.
 
 use glam::{DVec3, IVec3};
 use surefoot_shared_types::robot::JointKind;
 
-use super::voxels::Voxels;
+use super::voxels::VoxelGrid;
 use crate::collision::bvh::Aabb;
 use crate::kinematics::Leg;
 use crate::kinematics::leg::LegJoint;
@@ -30,17 +30,17 @@ const CENTER_TO_CORNER: f64 = 0.866_025_403_784_438_7;
 const ROUNDING: f64 = 1e-9;
 
 /// A set of sole positions, and how far (m) a member may lie from what stands for it.
-enum Reached {
+enum SoleSet {
     Points(Vec<DVec3>, f64),
-    Cubes(Voxels, f64),
+    Cubes(VoxelGrid, f64),
 }
 
 /// The outer bound of where a leg's sole can be relative to the root, any rotation, as cubes of
 /// side `COARSENING * FINE_SIDE`.
-pub fn reachable(leg: &Leg, step: &dyn Fn()) -> Voxels {
+pub fn reachable(leg: &Leg, step: &dyn Fn()) -> VoxelGrid {
     let sole =
         leg.root_from_sole(&[0.0; surefoot_shared_types::message::limits::JOINTS_MAX]).translation;
-    let mut reached = Reached::Points(vec![sole], 0.0);
+    let mut reached = SoleSet::Points(vec![sole], 0.0);
     for joint in leg.joints().iter().rev() {
         reached = swept(&reached, joint);
         step();
@@ -48,34 +48,37 @@ pub fn reachable(leg: &Leg, step: &dyn Fn()) -> Voxels {
     grown(reached)
 }
 
-fn swept(reached: &Reached, joint: &LegJoint) -> Reached {
-    let range = Range::new(joint);
+fn swept(reached: &SoleSet, joint: &LegJoint) -> SoleSet {
+    let range = JointRange::new(joint);
     match reached {
-        Reached::Points(points, error) => {
+        SoleSet::Points(points, error) => {
             let count: usize = points.iter().map(|&point| range.samples(point, HALF_ARC)).sum();
             if count <= POINTS_MAX {
                 let mut swept = Vec::with_capacity(count);
                 points.iter().for_each(|&point| {
                     range.sweep(point, HALF_ARC, &mut |sample| swept.push(sample))
                 });
-                return Reached::Points(swept, error + HALF_ARC);
+                return SoleSet::Points(swept, error + HALF_ARC);
             }
-            let mut cubes =
-                Voxels::around(&range.bounds(points.iter().copied(), 0.0), FINE_SIDE, COARSENING);
+            let mut cubes = VoxelGrid::around(
+                &range.bounds(points.iter().copied(), 0.0),
+                FINE_SIDE,
+                COARSENING,
+            );
             points.iter().for_each(|&point| range.sweep_into(point, &mut cubes));
-            Reached::Cubes(cubes, error + HALF_ARC)
+            SoleSet::Cubes(cubes, error + HALF_ARC)
         }
-        Reached::Cubes(cubes, error) => {
+        SoleSet::Cubes(cubes, error) => {
             let around = FINE_SIDE * CENTER_TO_CORNER;
-            Reached::Cubes(swept_cubes(cubes, &range), error + around + HALF_ARC)
+            SoleSet::Cubes(swept_cubes(cubes, &range), error + around + HALF_ARC)
         }
     }
 }
 
-fn swept_cubes(cubes: &Voxels, range: &Range) -> Voxels {
+fn swept_cubes(cubes: &VoxelGrid, range: &JointRange) -> VoxelGrid {
     let border: Vec<DVec3> = cubes.border().cubes().map(|cube| cubes.center(cube)).collect();
     let bounds = range.bounds(border.iter().copied(), FINE_SIDE);
-    let mut swept = Voxels::around(&bounds, FINE_SIDE, COARSENING);
+    let mut swept = VoxelGrid::around(&bounds, FINE_SIDE, COARSENING);
     fill_at_lower_limit(cubes, range, &mut swept);
     border.iter().for_each(|&center| range.sweep_into(center, &mut swept));
     swept
@@ -83,7 +86,7 @@ fn swept_cubes(cubes: &Voxels, range: &Range) -> Voxels {
 
 /// Sets every cube whose centre, moved back from the lower limit, lies in the set. The cubes of the
 /// set that have all their neighbours are then covered without a gap.
-fn fill_at_lower_limit(cubes: &Voxels, range: &Range, swept: &mut Voxels) {
+fn fill_at_lower_limit(cubes: &VoxelGrid, range: &JointRange, swept: &mut VoxelGrid) {
     let back = range.joint.motion(range.lower).inverse();
     let dims = swept.dims.as_ivec3();
     let along = back.rotation * DVec3::X;
@@ -100,12 +103,12 @@ fn fill_at_lower_limit(cubes: &Voxels, range: &Range, swept: &mut Voxels) {
 }
 
 /// The result in coarse cubes, grown by all that may be missing.
-fn grown(reached: Reached) -> Voxels {
+fn grown(reached: SoleSet) -> VoxelGrid {
     let (fine, error) = match reached {
-        Reached::Cubes(cubes, error) => (cubes, error),
-        Reached::Points(points, error) => {
+        SoleSet::Cubes(cubes, error) => (cubes, error),
+        SoleSet::Points(points, error) => {
             let mut cubes =
-                Voxels::around(&Aabb::of_points(points.iter().copied()), FINE_SIDE, COARSENING);
+                VoxelGrid::around(&Aabb::of_points(points.iter().copied()), FINE_SIDE, COARSENING);
             points.iter().for_each(|&point| cubes.set_at(cubes.in_cubes(point)));
             (cubes, error)
         }
@@ -113,7 +116,7 @@ fn grown(reached: Reached) -> Voxels {
     let reach = error + FINE_SIDE * CENTER_TO_CORNER + ROUNDING;
     let bounds =
         Aabb { min: fine.origin, max: fine.origin + fine.dims.as_dvec3() * fine.side }.grown(reach);
-    let mut coarse = Voxels::around(&bounds, FINE_SIDE * f64::from(COARSENING), 1);
+    let mut coarse = VoxelGrid::around(&bounds, FINE_SIDE * f64::from(COARSENING), 1);
     for cube in fine.cubes() {
         coarse.set_at(coarse.in_cubes(fine.center(cube)));
     }
@@ -124,7 +127,7 @@ fn grown(reached: Reached) -> Voxels {
 }
 
 /// Sets every cube that comes within `reach` of a point.
-fn set_within(cubes: &mut Voxels, point: DVec3, reach: f64) {
+fn set_within(cubes: &mut VoxelGrid, point: DVec3, reach: f64) {
     let place = |by: f64| cubes.in_cubes(point + DVec3::splat(by)).floor().as_ivec3();
     let (low, high) = (place(-reach), place(reach));
     for z in low.z..=high.z {
@@ -141,13 +144,13 @@ fn set_within(cubes: &mut Voxels, point: DVec3, reach: f64) {
 }
 
 /// A joint and all its positions.
-struct Range<'a> {
+struct JointRange<'a> {
     joint: &'a LegJoint,
     lower: f64,
     upper: f64,
 }
 
-impl<'a> Range<'a> {
+impl<'a> JointRange<'a> {
     fn new(joint: &'a LegJoint) -> Self {
         let (lower, upper) = (joint.lower, joint.upper);
         let once_round = joint.kind == JointKind::Revolute && upper - lower > std::f64::consts::TAU;
@@ -169,8 +172,8 @@ impl<'a> Range<'a> {
         libm::ceil(self.travel(point) / (2.0 * half_arc)).max(1.0) as usize
     }
 
-    /// Hands over places of the point such that none on its way is farther than `half_arc` from one
-    /// of them.
+    /// Passes positions of the point to `take`; none on its path is farther than `half_arc` from
+    /// one of them.
     fn sweep(&self, point: DVec3, half_arc: f64, take: &mut impl FnMut(DVec3)) {
         let count = self.samples(point, half_arc);
         let step = (self.upper - self.lower) / count as f64;
@@ -183,8 +186,8 @@ impl<'a> Range<'a> {
         }
     }
 
-    /// Sets the cubes at all places of a point, none of them farther than `HALF_ARC` from its way.
-    fn sweep_into(&self, point: DVec3, cubes: &mut Voxels) {
+    /// Sets the cubes at all places of a point, none of them farther than `HALF_ARC` from its path.
+    fn sweep_into(&self, point: DVec3, cubes: &mut VoxelGrid) {
         let count = self.samples(point, HALF_ARC);
         let step = (self.upper - self.lower) / count as f64;
         let first = self.lower + 0.5 * step;
@@ -212,7 +215,7 @@ impl<'a> Range<'a> {
     }
 }
 
-/// The way of a point about an axis.
+/// The circular path of a point about an axis.
 struct Circle {
     middle: DVec3,
     ahead: DVec3,
@@ -256,7 +259,7 @@ mod tests {
     #[test]
     fn every_place_of_a_point_is_near_a_sample() {
         let (joint, point) = (hinge(), DVec3::new(0.4, 0.2, 0.3));
-        let range = Range::new(&joint);
+        let range = JointRange::new(&joint);
         let mut samples = vec![];
         range.sweep(point, HALF_ARC, &mut |sample| samples.push(sample));
         for i in 0..=1000 {
@@ -285,7 +288,7 @@ mod tests {
 
     #[test]
     fn a_swept_solid_has_no_hole() {
-        let mut cubes = Voxels::around(
+        let mut cubes = VoxelGrid::around(
             &Aabb { min: DVec3::splat(0.2), max: DVec3::splat(0.4) },
             FINE_SIDE,
             COARSENING,
@@ -295,7 +298,7 @@ mod tests {
             cubes.set(cube);
         }
         let joint = hinge();
-        let range = Range::new(&joint);
+        let range = JointRange::new(&joint);
         let swept = swept_cubes(&cubes, &range);
         let inside = cubes.center(IVec3::splat(20));
         for i in 0..=300 {

@@ -6,7 +6,7 @@ use crate::collision::bvh::Aabb;
 
 /// Bits over cubes of one size, x fastest.
 #[derive(Debug, Clone)]
-pub struct Voxels {
+pub struct VoxelGrid {
     /// The lowest corner, m.
     pub origin: DVec3,
     /// The side of a cube, m.
@@ -17,7 +17,7 @@ pub struct Voxels {
     pub words: Vec<u64>,
 }
 
-impl Voxels {
+impl VoxelGrid {
     /// An empty grid over a box, with a border of at least one cube beside it; its origin is a
     /// multiple of `side * align` and its dimensions are multiples of `align`, so that grids of
     /// different sides can share their borders.
@@ -113,8 +113,8 @@ pub fn words_for(dims: UVec3) -> usize {
 mod tests {
     use super::*;
 
-    fn grid() -> Voxels {
-        Voxels::around(&Aabb { min: DVec3::splat(-0.1), max: DVec3::splat(0.25) }, 0.05, 4)
+    fn grid() -> VoxelGrid {
+        VoxelGrid::around(&Aabb { min: DVec3::splat(-0.1), max: DVec3::splat(0.25) }, 0.05, 4)
     }
 
     #[test]

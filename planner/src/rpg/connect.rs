@@ -4,7 +4,7 @@ use super::{Phase, Planner};
 use crate::allowance::items_in;
 use crate::motion::foothold::{Foothold, left_and_right};
 use crate::motion::graph::{ArenaFull, FootholdId};
-use crate::possibility::Station;
+use crate::possibility::MidFeetPose;
 use crate::seeding::{Neighbours, Seeding};
 use crate::trouble::nearest_station;
 
@@ -29,7 +29,7 @@ impl Planner {
         }
         let ids: Batch<FootholdId> =
             (next..count as FootholdId).take(items_in(budget, AT_ONCE)).collect();
-        let steps = self.shared.preparation.possible_steps();
+        let steps = self.shared.preparation.step_limits();
         let (seeding, graph, stretches) =
             (Seeding::of(&self.shared), &self.roadmap.graph, self.stretches);
         let neighbours = |id: FootholdId| {
@@ -59,13 +59,13 @@ impl Planner {
             .collect();
         let locate = |id: usize| {
             let world_from_sole = &footholds[id].world_from_sole;
-            let suits = route.suits(&Station::of_sole(world_from_sole));
+            let suits = route.is_aligned_with(&MidFeetPose::of_sole(world_from_sole));
             (nearest_station(route, world_from_sole.translation), suits)
         };
         let located: Batch<(usize, bool)> = self.shared.threads.map(&ids, locate);
         self.tally.work += ids.len().max(1) as u64;
         for (&id, (station, suits)) in ids.iter().zip(located) {
-            self.roadmap.graph.set_stoop(id as FootholdId, self.stooping.stoop(station));
+            self.roadmap.graph.set_crouch(id as FootholdId, self.stooping.crouch(station));
             self.nearest_stations.push(if suits { station as u32 } else { NOWHERE });
         }
         !ids.is_empty()

@@ -10,16 +10,16 @@
 //!    '<----------- no luck -------------'
 //! ```
 //!
-//! A sequence that [`Purpose::Find`] has found is the first whose modes are searched. Where one of
-//! its motions is missing, [`Purpose::Join`] chooses the modes to search next among all transitions
-//! that have a configuration, by what the modes have cost so far [Grey 4.4.3], and there the trees
-//! grow on.
+//! A sequence that [`Objective::Feasible`] has found is the first whose modes are searched. Where
+//! one of its motions is missing, [`Objective::ConnectModes`] chooses the modes to search next
+//! among all transitions that have a configuration, by what the modes have cost so far
+//! [Grey 4.4.3], and there the trees grow on.
 
 use super::lanes::{Lane, Turn};
 use super::{Phase, Planner};
 use crate::motion::graph::ArenaFull;
-use crate::motion::round::{LANES_MAX, RoundTally};
-use crate::motion::sequence::Purpose;
+use crate::motion::round::{BatchStats, SEGMENT_SEARCHES_MAX};
+use crate::motion::sequence::Objective;
 
 impl Planner {
     /// Samples configurations for the transitions of all sequences that need some.
@@ -40,7 +40,7 @@ impl Planner {
         }
         let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Sample) };
         self.tally.transitions_found += u64::from(round.found);
-        for index in 0..LANES_MAX {
+        for index in 0..SEGMENT_SEARCHES_MAX {
             self.lanes.go_to(index);
             self.after_sampling(round.failures[index] > 0)?;
         }
@@ -49,16 +49,18 @@ impl Planner {
 
     /// The current lane's turn after a round in which, perhaps, one of its searches `has_failed`.
     fn after_sampling(&mut self, has_failed: bool) -> Result<(), ArenaFull> {
-        let Lane { turn: Turn::Sample { next, failed }, ref sequence, purpose, .. } =
+        let Lane { turn: Turn::Sample { next, failed }, ref sequence, objective, .. } =
             *self.lanes.current()
         else {
             return Ok(());
         };
-        match (failed || has_failed, purpose) {
+        match (failed || has_failed, objective) {
             (failed, _) if next < sequence.len() => self.take_turn(Turn::Sample { next, failed }),
             (false, _) => self.take_turn(Turn::Move { next: 0, failed: false }),
-            (true, Purpose::Shorten) => self.shorten()?,
-            (true, Purpose::Find | Purpose::Return | Purpose::Join) => self.take_turn(Turn::Fail),
+            (true, Objective::FewerSteps) => self.shorten()?,
+            (true, Objective::Feasible | Objective::FromGoal | Objective::ConnectModes) => {
+                self.take_turn(Turn::Fail)
+            }
         }
         Ok(())
     }
@@ -82,7 +84,7 @@ impl Planner {
         }
         let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Move) };
         self.tally.motions_found += u64::from(round.found);
-        for index in 0..LANES_MAX {
+        for index in 0..SEGMENT_SEARCHES_MAX {
             self.lanes.go_to(index);
             self.after_moving(round.failures[index] > 0)?;
         }
@@ -91,24 +93,24 @@ impl Planner {
 
     /// The same after a round of motions.
     fn after_moving(&mut self, has_failed: bool) -> Result<(), ArenaFull> {
-        let Lane { turn: Turn::Move { next, failed }, ref sequence, purpose, .. } =
+        let Lane { turn: Turn::Move { next, failed }, ref sequence, objective, .. } =
             *self.lanes.current()
         else {
             return Ok(());
         };
-        match (failed || has_failed, purpose) {
+        match (failed || has_failed, objective) {
             (failed, _) if next <= sequence.len() => self.take_turn(Turn::Move { next, failed }),
             (false, _) => self.shorten_or_complete()?,
-            (true, Purpose::Find) => self.seek(Purpose::Join),
-            (true, Purpose::Return | Purpose::Join) => self.take_turn(Turn::Fail),
-            (true, Purpose::Shorten) => self.shorten()?,
+            (true, Objective::Feasible) => self.seek(Objective::ConnectModes),
+            (true, Objective::FromGoal | Objective::ConnectModes) => self.take_turn(Turn::Fail),
+            (true, Objective::FewerSteps) => self.shorten()?,
         }
         Ok(())
     }
 
     /// Advances the round as far as a budget allows; answers what it did once all its searches have
     /// ended.
-    pub(super) fn advance_round(&mut self, budget: u64) -> Result<Option<RoundTally>, ArenaFull> {
+    pub(super) fn advance_round(&mut self, budget: u64) -> Result<Option<BatchStats>, ArenaFull> {
         let spent = self.round.advance(&self.shared, &self.roadmap, budget);
         self.tally.work += spent;
         if spent == budget {
@@ -116,7 +118,7 @@ impl Planner {
         }
         self.tally.work += 1;
         let round = self.round.merge(&self.shared.threads, &mut self.roadmap)?;
-        self.tally.segments_at_once = self.tally.segments_at_once.max(round.lanes);
+        self.tally.segments_at_once = self.tally.segments_at_once.max(round.segment_searches);
         for (total, count) in self.tally.rejections.iter_mut().zip(round.rejections) {
             *total += count;
         }

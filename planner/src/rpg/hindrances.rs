@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::possibility::Station;
+use crate::possibility::MidFeetPose;
 
 /// Places that are remembered.
 const PLACES_MAX: usize = 64;
@@ -21,12 +21,12 @@ pub struct Hindrance {
 /// All such places of a search, or the first ones where they are very many.
 #[derive(Debug, Default)]
 pub(super) struct Hindrances {
-    places: heapless::Vec<(Station, u64), PLACES_MAX>,
+    places: heapless::Vec<(MidFeetPose, u64), PLACES_MAX>,
 }
 
 impl Hindrances {
     /// Counts a failure at a place.
-    pub fn note(&mut self, place: Station) {
+    pub fn note(&mut self, place: MidFeetPose) {
         match self.places.iter_mut().find(|(known, _)| known.distance(&place) < RADIUS) {
             Some((_, failures)) => *failures += 1,
             None => _ = self.places.push((place, 1)),
@@ -44,8 +44,8 @@ impl Hindrances {
 mod tests {
     use super::*;
 
-    fn station(x: f64) -> Station {
-        Station { position: DVec3::new(x, 0.0, 0.0), yaw: 0.0 }
+    fn station(x: f64) -> MidFeetPose {
+        MidFeetPose { position: DVec3::new(x, 0.0, 0.0), yaw: 0.0 }
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use super::lanes::Turn;
 use super::{Phase, Planner};
 use crate::allowance::items_in;
-use crate::motion::graph::{ArenaFull, Graph, Prior, TransitionId};
+use crate::motion::graph::{ArenaFull, ModeGraph, TransitionId, TransitionPrior};
 use crate::seeding::judge;
 use crate::shared::Shared;
 
@@ -19,7 +19,7 @@ type Batch<T> = heapless::Vec<T, AT_ONCE>;
 #[derive(Debug, Default)]
 pub struct Judging {
     ids: Batch<TransitionId>,
-    priors: Batch<[Prior; 2]>,
+    priors: Batch<[TransitionPrior; 2]>,
 }
 
 impl Judging {
@@ -34,10 +34,10 @@ impl Judging {
     }
 
     /// Tells the graph all that it does not know yet.
-    fn record(&mut self, graph: &mut Graph) {
+    fn record(&mut self, graph: &mut ModeGraph) {
         for (&id, &[prior, twin_prior]) in self.ids.iter().zip(&self.priors) {
             graph.record_prior(id, prior);
-            graph.record_prior(Graph::twin(id), twin_prior);
+            graph.record_prior(ModeGraph::twin(id), twin_prior);
         }
         self.ids.clear();
         self.priors.clear();
@@ -48,12 +48,12 @@ impl Judging {
 /// one or two.
 fn judge_all(
     shared: &Shared,
-    graph: &Graph,
+    graph: &ModeGraph,
     ids: &Batch<TransitionId>,
     may_be_scant: bool,
-) -> Batch<[Prior; 2]> {
+) -> Batch<[TransitionPrior; 2]> {
     let all: heapless::Vec<TransitionId, { 2 * AT_ONCE }> =
-        ids.iter().flat_map(|&id| [id, Graph::twin(id)]).collect();
+        ids.iter().flat_map(|&id| [id, ModeGraph::twin(id)]).collect();
     let priors = shared.threads.map(&all, |id| judge(&shared.constraints, id, graph, may_be_scant));
     priors.as_chunks().0.iter().copied().collect()
 }
@@ -62,19 +62,21 @@ fn judge_all(
 /// holds, then all on the placements of those that turn out to be unlikely, since the next sequence
 /// would only go through the next of these.
 fn unjudged<'a>(
-    graph: &'a Graph,
+    graph: &'a ModeGraph,
     sequence: &'a [TransitionId],
 ) -> impl Iterator<Item = TransitionId> + 'a {
-    let unlikely =
-        sequence.iter().filter(|&&id| graph.is_unlikely(id)).flat_map(|&id| [id, Graph::twin(id)]);
+    let unlikely = sequence
+        .iter()
+        .filter(|&&id| graph.is_unlikely(id))
+        .flat_map(|&id| [id, ModeGraph::twin(id)]);
     let neighbours =
         unlikely.flat_map(|id| graph.from_stance(graph.transitions()[id as usize].stance));
     sequence
         .iter()
         .copied()
         .chain(neighbours)
-        .filter(|&id| graph.is_unjudged(id))
-        .map(|id| id.min(Graph::twin(id)))
+        .filter(|&id| graph.is_unestimated(id))
+        .map(|id| id.min(ModeGraph::twin(id)))
 }
 
 impl Planner {

@@ -9,8 +9,8 @@ use surefoot_shared_types::config::PlannerConfig;
 use super::{Phase, Planner};
 use crate::arena::reserve;
 use crate::motion::graph::{ArenaFull, TransitionId};
-use crate::motion::round::LANES_MAX;
-use crate::motion::sequence::Purpose;
+use crate::motion::round::SEGMENT_SEARCHES_MAX;
+use crate::motion::sequence::Objective;
 use crate::trouble::Trouble;
 
 /// What a lane does next.
@@ -24,7 +24,7 @@ pub enum Turn {
     Judge,
     /// It samples its transitions from `next` on; some before have `failed`.
     Sample { next: usize, failed: bool },
-    /// It plans its motions from hop `next` on; some before have `failed`.
+    /// It plans its motions from edge `next` on; some before have `failed`.
     Move { next: usize, failed: bool },
     /// It has a sequence that cannot be completed.
     Fail,
@@ -43,7 +43,7 @@ pub struct Lane {
     /// The sequence that is being completed.
     pub sequence: Vec<TransitionId>,
     /// What a sequence is sought for, or was.
-    pub purpose: Purpose,
+    pub objective: Objective,
     /// The farthest station that walks from the segment's start reached where none led to its end.
     pub frontier: usize,
     /// How long sequences have failed.
@@ -63,7 +63,7 @@ impl Lane {
             segment: 0,
             turn: Turn::Rest,
             sequence: sequence(),
-            purpose: Purpose::Find,
+            objective: Objective::Feasible,
             frontier: 0,
             trouble: Trouble::default(),
             sweeps: 0,
@@ -87,7 +87,7 @@ impl Lane {
 
     /// Begins with a segment of which all stations have been swept.
     fn begin(&mut self, segment: usize) {
-        (self.segment, self.turn, self.purpose) = (segment, Turn::Seek, Purpose::Find);
+        (self.segment, self.turn, self.objective) = (segment, Turn::Seek, Objective::Feasible);
         (self.trouble, self.sweeps) = (Trouble::default(), 1);
     }
 }
@@ -95,7 +95,7 @@ impl Lane {
 /// The lanes, allocated once.
 #[derive(Debug)]
 pub struct Lanes {
-    lanes: [Lane; LANES_MAX],
+    lanes: [Lane; SEGMENT_SEARCHES_MAX],
     current: usize,
     /// The first segment that no lane has begun with.
     next_segment: usize,
@@ -222,8 +222,8 @@ impl Planner {
     }
 
     /// Lets the current lane look for a sequence.
-    pub(super) fn seek(&mut self, purpose: Purpose) {
-        self.lanes.current_mut().purpose = purpose;
+    pub(super) fn seek(&mut self, objective: Objective) {
+        self.lanes.current_mut().objective = objective;
         self.take_turn(Turn::Seek);
     }
 
@@ -234,7 +234,7 @@ impl Planner {
         cuts.complete(lanes.current().segment, &lanes.current().sequence)?;
         lanes.next_segment(cuts.segments());
         if let Some(station) = cuts.crossed() {
-            self.growth.note_crossed(station);
+            self.growth.mark_traversed(station);
         }
         Ok(())
     }

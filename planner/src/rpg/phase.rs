@@ -3,9 +3,9 @@
 
 use crate::constraint::Rejection;
 use crate::motion::graph::FootholdId;
-use crate::motion::shortcut::Goal;
+use crate::motion::shortcut::Pass;
 use crate::outcome::Outcome;
-use crate::possibility::Labelled;
+use crate::possibility::LabelStats;
 use crate::stage::Stage;
 
 /// What a search is about.
@@ -26,7 +26,7 @@ pub(super) enum Phase {
     Sample,
     Move,
     Weigh { next: usize },
-    Polish(Goal),
+    Polish(Pass),
     Assemble { next: usize },
     Seal,
     Over(Outcome),
@@ -95,9 +95,9 @@ pub struct Tally {
     /// Motions that pi_S could not give although C_S holds; always 0.
     pub primitives_failed: u64,
     /// Edges of the guide route followed last.
-    pub route_edges: Labelled,
+    pub route_edges: LabelStats,
     /// Edges of the trees of stage P.
-    pub tree_edges: Labelled,
-    /// What was turned down, by [`Rejection`].
+    pub tree_edges: LabelStats,
+    /// What was rejected, by [`Rejection`].
     pub rejections: [u64; Rejection::COUNT],
 }

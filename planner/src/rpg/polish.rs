@@ -10,8 +10,8 @@ use surefoot_shared_types::message::limits::CHUNK_WAYPOINTS_MAX;
 use super::{Phase, Planner};
 use crate::motion::graph::{ArenaFull, TransitionId};
 use crate::motion::heap::IndexHeap;
-use crate::motion::roadmap::{Hop, Roadmap};
-use crate::motion::shortcut::{Goal, distance, length};
+use crate::motion::roadmap::{ModeEdge, Roadmap};
+use crate::motion::shortcut::{Pass, distance, length};
 
 /// A motion whose straight way is longer than this share of it gets no shortcuts.
 const STRAIGHT_MAX: f64 = 0.8;
@@ -19,9 +19,9 @@ const STRAIGHT_MAX: f64 = 0.8;
 /// What post-processing goes through, and what may be spent on it.
 #[derive(Debug)]
 pub struct Polish {
-    /// Hops of the walk by how much of their length the straight way is.
+    /// Edges of the walk by how much of their length the straight way is.
     crooked: IndexHeap,
-    /// The hop whose corners come next.
+    /// The edge whose corners come next.
     next: usize,
     /// It ends when the tally's work is this much.
     until: u64,
@@ -29,8 +29,8 @@ pub struct Polish {
 
 impl Polish {
     /// Room for any walk.
-    pub fn new(hops_max: usize) -> Self {
-        Self { crooked: IndexHeap::new(hops_max), next: 0, until: 0 }
+    pub fn new(edges_max: usize) -> Self {
+        Self { crooked: IndexHeap::new(edges_max), next: 0, until: 0 }
     }
 
     /// Bytes reserved.
@@ -61,14 +61,15 @@ impl Planner {
     /// Units of work that at the most are needed to put the plan together, and to weigh its motions
     /// before.
     fn work_to_assemble(&self) -> u64 {
-        let (hops, waypoints) = (self.walk.len(), self.roadmap.waypoints_len());
-        (3 * hops + waypoints / (CHUNK_WAYPOINTS_MAX - 1) + 1) as u64
+        let (edges, waypoints) = (self.walk.len(), self.roadmap.waypoints_len());
+        (3 * edges + waypoints / (CHUNK_WAYPOINTS_MAX - 1) + 1) as u64
     }
 
     /// Compares one motion of the walk to the straight way.
     pub(super) fn weigh(&mut self, next: usize) -> Phase {
-        let Some(hop) = hop_of(&self.walk, next) else { return Phase::Polish(Goal::Shortcuts) };
-        if let Some(share) = straightness(&self.roadmap, hop).filter(|share| *share <= STRAIGHT_MAX)
+        let Some(edge) = edge_of(&self.walk, next) else { return Phase::Polish(Pass::Shortcuts) };
+        if let Some(share) =
+            straightness(&self.roadmap, edge).filter(|share| *share <= STRAIGHT_MAX)
         {
             self.polish.crooked.push(next as u32, share, 0);
         }
@@ -76,39 +77,39 @@ impl Planner {
     }
 
     /// Makes motions of the walk shorter, round by round.
-    pub(super) fn polish(&mut self, goal: Goal, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(super) fn polish(&mut self, goal: Pass, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             let work = self.polish.until.saturating_sub(self.tally.work + 1);
             let (Polish { crooked, next, .. }, walk) = (&mut self.polish, &self.walk);
-            let hops = std::iter::from_fn(|| match goal {
-                Goal::Shortcuts => {
-                    crooked.pop().and_then(|(index, ..)| hop_of(walk, index as usize))
+            let edges = std::iter::from_fn(|| match goal {
+                Pass::Shortcuts => {
+                    crooked.pop().and_then(|(index, ..)| edge_of(walk, index as usize))
                 }
-                Goal::Corners => {
+                Pass::Corners => {
                     *next += 1;
-                    hop_of(walk, *next - 1)
+                    edge_of(walk, *next - 1)
                 }
             });
-            self.round.begin_shortcuts(&self.shared, &self.roadmap, hops, (goal, work));
+            self.round.begin_shortcuts(&self.shared, &self.roadmap, edges, (goal, work));
         }
         let is_last = self.round.is_empty();
         let has_ended = self.advance_round(budget)?.is_some();
         Ok(match goal {
-            Goal::Shortcuts if has_ended && is_last => Phase::Polish(Goal::Corners),
-            Goal::Corners if has_ended && is_last => Phase::Assemble { next: 0 },
+            Pass::Shortcuts if has_ended && is_last => Phase::Polish(Pass::Corners),
+            Pass::Corners if has_ended && is_last => Phase::Assemble { next: 0 },
             _ => Phase::Polish(goal),
         })
     }
 }
 
-fn hop_of(walk: &[TransitionId], index: usize) -> Option<Hop> {
+fn edge_of(walk: &[TransitionId], index: usize) -> Option<ModeEdge> {
     let pair = walk.get(index..index + 2)?;
-    Some(Hop { from: pair[0], to: pair[1] })
+    Some(ModeEdge { from: pair[0], to: pair[1] })
 }
 
 /// The length of the straight way as a share of that of a motion; `None` where there is none.
-fn straightness(roadmap: &Roadmap, hop: Hop) -> Option<f64> {
-    let (first, track) = (roadmap.state(hop.from).configuration, roadmap.motion(hop)?);
-    let whole = distance(&first, track.first()?) + length(track);
-    Some(distance(&first, track.last()?) / whole)
+fn straightness(roadmap: &Roadmap, edge: ModeEdge) -> Option<f64> {
+    let (first, path) = (roadmap.state(edge.from).configuration, roadmap.motion(edge)?);
+    let whole = distance(&first, path.first()?) + length(path);
+    Some(distance(&first, path.last()?) / whole)
 }

@@ -7,17 +7,17 @@
 use surefoot_shared_types::message::SupportMode;
 
 use super::{Phase, Planner};
-use crate::body::Body;
+use crate::body::Mechanism;
 use crate::constraint::Rejection;
 use crate::ends::End;
-use crate::motion::graph::{ArenaFull, Graph, TransitionId};
-use crate::motion::primitive::Emission;
-use crate::motion::roadmap::Hop;
-use crate::possibility::{Label, Pair, Placed, Route};
+use crate::motion::graph::{ArenaFull, ModeGraph, TransitionId};
+use crate::motion::primitive::PrimitiveTrajectory;
+use crate::motion::roadmap::ModeEdge;
+use crate::possibility::{FootPair, FootPlacement, GuideRoute, Label};
 use crate::prepare::is_whole;
 
 /// A transition on two placements: the foot that carries, the foot that touches.
-type Node = [Placed; 2];
+type Node = [FootPlacement; 2];
 
 /// The robot on its way along the route's possible edges.
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,7 +34,7 @@ pub struct Walker {
 
 impl Walker {
     /// The next motion, or `None` at the end of the route.
-    fn next(&mut self, route: &Route) -> Option<[Node; 2]> {
+    fn next(&mut self, route: &GuideRoute) -> Option<[Node; 2]> {
         loop {
             let Some(at) = self.at else {
                 self.at = Some(self.enter(route)?);
@@ -52,8 +52,8 @@ impl Walker {
     }
 
     /// The first transition of the next stretch of possible edges.
-    fn enter(&mut self, route: &Route) -> Option<Node> {
-        while self.station + 1 < route.stations() {
+    fn enter(&mut self, route: &GuideRoute) -> Option<Node> {
+        while self.station + 1 < route.vertex_count() {
             if let (Some(leads), Some(pair)) =
                 (leads(route, self.station), route.pair(self.station))
             {
@@ -67,7 +67,7 @@ impl Walker {
 
     /// The swing, or the shift where the other foot must lead, from a transition; `None` at the end
     /// of a stretch.
-    fn step(&mut self, route: &Route, at: Node) -> Option<[Node; 2]> {
+    fn step(&mut self, route: &GuideRoute, at: Node) -> Option<[Node; 2]> {
         let [stance, swings] = at;
         let leads = leads(route, self.station);
         let target = match leads {
@@ -88,8 +88,8 @@ impl Walker {
 }
 
 /// Which feet may lead along the edge that follows a station, if it is possible.
-fn leads(route: &Route, station: usize) -> Option<[bool; 2]> {
-    match (station + 1 < route.stations()).then(|| route.label(station + 1)) {
+fn leads(route: &GuideRoute, station: usize) -> Option<[bool; 2]> {
+    match (station + 1 < route.vertex_count()).then(|| route.label(station + 1)) {
         Some(Label::Primitive { leads }) => Some(leads),
         _ => None,
     }
@@ -117,8 +117,8 @@ impl Planner {
         if let [Some(from), Some(to)] = [self.transition_on(from)?, self.transition_on(to)?]
             && self.roadmap.edges.get(from, to).motion.is_none()
         {
-            match self.primitive(Hop { from, to }) {
-                Ok(emission) => self.round.add_primitive(Hop { from, to }, emission),
+            match self.primitive(ModeEdge { from, to }) {
+                Ok(trajectory) => self.round.add_primitive(ModeEdge { from, to }, trajectory),
                 Err(_) => self.tally.primitives_failed += 1,
             }
         }
@@ -126,14 +126,14 @@ impl Planner {
     }
 
     /// The shift or the swing between two transitions.
-    fn primitive(&self, hop: Hop) -> Result<Emission, Rejection> {
+    fn primitive(&self, edge: ModeEdge) -> Result<PrimitiveTrajectory, Rejection> {
         let (graph, constraints, gait) =
             (&self.roadmap.graph, &self.shared.constraints, self.shared.preparation.gait());
-        let (stance, touched) = graph.pair(hop.from);
-        if hop.to == Graph::twin(hop.from) {
-            Emission::shift(constraints, gait, [stance, touched])
+        let (stance, touched) = graph.pair(edge.from);
+        if edge.to == ModeGraph::twin(edge.from) {
+            PrimitiveTrajectory::shift(constraints, gait, [stance, touched])
         } else {
-            Emission::swing(constraints, gait, stance, [touched, graph.pair(hop.to).1])
+            PrimitiveTrajectory::swing(constraints, gait, stance, [touched, graph.pair(edge.to).1])
         }
     }
 
@@ -163,13 +163,13 @@ impl Planner {
 }
 
 /// The pair on which the robot stands at an end, if it does so on both feet.
-pub fn pair_on(body: &Body, end: &End) -> Option<Pair> {
+pub fn pair_on(robot: &Mechanism, end: &End) -> Option<FootPair> {
     let placed = |limb: usize| {
         let foothold = &end.footholds[limb];
-        Placed {
+        FootPlacement {
             limb,
             world_from_sole: foothold.world_from_sole,
-            is_whole: is_whole(body, limb, &foothold.support),
+            is_whole: is_whole(robot, limb, &foothold.support),
         }
     };
     (end.support == SupportMode::Double).then(|| [placed(0), placed(1)])

@@ -12,8 +12,8 @@ use crate::motion::foothold::Foothold;
 use crate::motion::graph::{ArenaFull, TransitionId};
 use crate::motion::mode_costs::ModeId;
 use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::sequence::Purpose;
-use crate::possibility::{Growth, Station};
+use crate::motion::sequence::Objective;
+use crate::possibility::{MidFeetPose, RouteSearch};
 use crate::seeding::{Seeding, VARIATIONS_MAX};
 use crate::trouble::{Remedy, detour_about, most_laboured, nearest_station, place_of};
 
@@ -33,7 +33,7 @@ impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more
     /// placements near the trouble.
     pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
-        self.seek(Purpose::Find);
+        self.seek(Objective::Feasible);
         let lane = self.lanes.current_mut();
         let cost = |id: &TransitionId| self.roadmap.graph.transitions()[*id as usize].cost();
         let dearest = lane.sequence.iter().map(cost).fold(0.0, f64::max);
@@ -54,7 +54,7 @@ impl Planner {
                     nearest_station(route, place_of(&self.roadmap.graph, sequence[index]).position)
                 };
                 self.focus.only_about(
-                    route.stations(),
+                    route.vertex_count(),
                     (0..sequence.len()).filter(unsolved).map(nearest),
                 );
                 Ok(Phase::Seed { next: 0 })
@@ -100,26 +100,26 @@ impl Planner {
     pub(super) fn after_no_sequence(&mut self) {
         let [first, _] = self.cuts.stations(self.lanes.current().segment);
         self.lanes.current_mut().frontier = self.entered_stations().max().unwrap_or(first);
-        self.seek(Purpose::Return);
+        self.seek(Objective::FromGoal);
     }
 
     /// What to do between what the start reaches and what the goal reaches: sample more placements
     /// at both edges [Grey 4.4.4].
     pub(super) fn between_frontiers(&mut self) -> Result<Phase, ArenaFull> {
-        self.seek(Purpose::Find);
+        self.seek(Objective::Feasible);
         let Lane { segment, frontier, .. } = *self.lanes.current();
         let [_, last] = self.cuts.stations(segment);
         let frontiers = [frontier, self.entered_stations().min().unwrap_or(last)];
         let route = self.growth.route();
-        self.hindrances.note(route.station(frontier));
+        self.hindrances.note(route.pose(frontier));
         match self.lanes.current_mut().trouble.next_remedy() {
             Remedy::Sweep | Remedy::Sample => {
-                self.focus.only_about(route.stations(), frontiers.into_iter());
+                self.focus.only_about(route.vertex_count(), frontiers.into_iter());
                 Ok(Phase::Seed { next: 0 })
             }
-            Remedy::Detour => self.look_for_detour(frontier, route.station(frontier)),
+            Remedy::Detour => self.look_for_detour(frontier, route.pose(frontier)),
             Remedy::Reroute if !self.stretches => Ok(self.stretch()),
-            Remedy::Reroute => self.look_for_another_route(route.station(frontier)),
+            Remedy::Reroute => self.look_for_another_route(route.pose(frontier)),
         }
     }
 
@@ -129,26 +129,26 @@ impl Planner {
         let stations = self
             .seeker
             .search()
-            .entered()
+            .expanded()
             .iter()
             .map(|&id| self.nearest_stations[id as usize] as usize);
         stations.filter(move |station| (first..=last).contains(station))
     }
 
     /// Sends stage P to look for a way around a place where stage M gets no farther.
-    fn look_for_detour(&mut self, station: usize, place: Station) -> Result<Phase, ArenaFull> {
+    fn look_for_detour(&mut self, station: usize, place: MidFeetPose) -> Result<Phase, ArenaFull> {
         let stations = self.cuts.stations(self.lanes.current().segment);
         let Some(between) = detour_about(stations, station) else {
             return self.look_for_another_route(place);
         };
         give_up(&mut self.growth, &self.scenario, place, GIVEN_UP_RADIUS);
         self.growth.begin_detour(between);
-        self.stations_before = Some(self.growth.route().stations());
+        self.stations_before = Some(self.growth.route().vertex_count());
         Ok(Phase::Route)
     }
 
     /// Gives up a place where stage M gets no farther, and with it the route.
-    fn look_for_another_route(&mut self, place: Station) -> Result<Phase, ArenaFull> {
+    fn look_for_another_route(&mut self, place: MidFeetPose) -> Result<Phase, ArenaFull> {
         give_up(&mut self.growth, &self.scenario, place, reroute_radius(self.tally.routes));
         self.take_turn(Turn::Leave);
         self.next_turn()
@@ -156,8 +156,8 @@ impl Planner {
 
     /// Sends stage P to look for another route.
     pub(super) fn begin_another_route(&mut self) -> Phase {
-        self.seek(Purpose::Find);
-        self.growth.begin_again();
+        self.seek(Objective::Feasible);
+        self.growth.restart();
         self.stations_before = None;
         Phase::Route
     }
@@ -232,7 +232,7 @@ impl Planner {
         let vary = |tried: usize, scratch: &mut Scratch| {
             seeding.variation(id, (tried as u64, sequences), graph, scratch)
         };
-        self.shared.threads.first(tries, self.scratch.each_mut(), vary)
+        self.shared.threads.find_first(tries, self.scratch.each_mut(), vary)
     }
 }
 
@@ -243,9 +243,9 @@ fn reroute_radius(routes: u64) -> f64 {
 
 /// Gives up a place and what is within a radius of it, unless it is so near to an end that every
 /// route passes there.
-fn give_up(growth: &mut Growth, scenario: &Scenario, place: Station, radius: f64) {
-    let ends = [scenario.start, scenario.goal].map(|mark| Station::on(&mark));
+fn give_up(growth: &mut RouteSearch, scenario: &Scenario, place: MidFeetPose, radius: f64) {
+    let ends = [scenario.start, scenario.goal].map(|mark| MidFeetPose::of_stance(&mark));
     if ends.iter().all(|end| end.distance(&place) > END_RADIUS) {
-        growth.give_up(place, radius);
+        growth.block(place, radius);
     }
 }

@@ -6,9 +6,9 @@ use surefoot_shared_types::message::SupportMode;
 use super::lanes::{Lane, Turn};
 use super::segments::Cuts;
 use super::{Boundary, Phase, Planner, boundary_node};
-use crate::motion::graph::{ArenaFull, FootholdId, Graph, TransitionId};
+use crate::motion::graph::{ArenaFull, FootholdId, ModeGraph, TransitionId};
 use crate::motion::roadmap::Roadmap;
-use crate::motion::sequence::{Purpose, Query, SequenceSearch};
+use crate::motion::sequence::{Objective, SequenceProblem, SequenceSearch};
 use crate::threads::Threads;
 
 /// Transitions that a start on one foot leads to at the most; the others are reached through these.
@@ -17,7 +17,7 @@ const STARTS_MAX: usize = 256;
 /// Between what a sequence is sought, and what for.
 #[derive(Debug)]
 struct Sought {
-    purpose: Purpose,
+    objective: Objective,
     /// The first and the last station near which it may step.
     range: [u32; 2],
     /// The nodes before and after it.
@@ -32,9 +32,9 @@ impl Sought {
     fn by(lane: &Lane, roadmap: &Roadmap, cuts: &Cuts) -> Self {
         let [start, goal] = cuts.boundaries(lane.segment);
         let [from, to] =
-            if lane.purpose == Purpose::Return { [goal, start] } else { [start, goal] };
+            if lane.objective == Objective::FromGoal { [goal, start] } else { [start, goal] };
         Self {
-            purpose: lane.purpose,
+            objective: lane.objective,
             range: cuts.window(lane.segment),
             ends: [from, to].map(boundary_node),
             starts: start_transitions(&roadmap.graph, roadmap.boundary(from)),
@@ -42,10 +42,10 @@ impl Sought {
         }
     }
 
-    fn query<'a>(&'a self, roadmap: &'a Roadmap, stations: &'a [u32]) -> Query<'a> {
-        let Self { purpose, range, ends, ref starts, goal } = *self;
+    fn query<'a>(&'a self, roadmap: &'a Roadmap, stations: &'a [u32]) -> SequenceProblem<'a> {
+        let Self { objective, range, ends, ref starts, goal } = *self;
         let Roadmap { graph, edges, costs: modes, .. } = roadmap;
-        Query { graph, edges, modes, purpose, stations, range, ends, starts, goal }
+        SequenceProblem { graph, edges, modes, objective, stations, range, ends, starts, goal }
     }
 }
 
@@ -97,7 +97,7 @@ impl Seeker {
             return (0, work(budget));
         }
         let share = budget.div_ceil(2);
-        threads.both(|| self.advance(roadmap, stations, share), || work(budget - share))
+        threads.join(|| self.advance(roadmap, stations, share), || work(budget - share))
     }
 
     /// Spends at most so many units of work; answers how many it spent.
@@ -112,7 +112,7 @@ impl Seeker {
 /// The transitions that a boundary leads to: on both feet those between its two placements, on one
 /// foot all that this one carries.
 fn start_transitions(
-    graph: &Graph,
+    graph: &ModeGraph,
     boundary: &Boundary,
 ) -> heapless::Vec<TransitionId, STARTS_MAX> {
     let [left, right] = boundary.footholds;
@@ -132,10 +132,12 @@ impl Planner {
         let Self { seeker, roadmap, lanes, cuts, nearest_stations, .. } = self;
         let lane = lanes.current();
         let sought = Sought::by(lane, roadmap, cuts);
-        match lane.purpose {
-            Purpose::Join => roadmap.costs.spread(&roadmap.graph, sought.ends),
-            Purpose::Shorten => seeker.search.use_only(&roadmap.graph, &lane.best),
-            Purpose::Find | Purpose::Return => {}
+        match lane.objective {
+            Objective::ConnectModes => {
+                roadmap.costs.update_connections(&roadmap.graph, sought.ends)
+            }
+            Objective::FewerSteps => seeker.search.restrict_to(&roadmap.graph, &lane.best),
+            Objective::Feasible | Objective::FromGoal => {}
         }
         seeker.search.begin(&sought.query(roadmap, nearest_stations));
         (seeker.sought, seeker.is_going) = (Some(sought), true);
@@ -153,18 +155,18 @@ impl Planner {
 
     /// Gives the current lane its next turn, if a sequence was sought for it; then goes on.
     pub(super) fn after_search(&mut self) -> Result<Phase, ArenaFull> {
-        let Some(Sought { purpose, .. }) = self.seeker.sought.take() else {
+        let Some(Sought { objective, .. }) = self.seeker.sought.take() else {
             return self.next_turn();
         };
         let has_found = self.seeker.search.has_found();
-        let is_unjudged = |id: &TransitionId| self.roadmap.graph.is_unjudged(*id);
-        match purpose {
-            Purpose::Find | Purpose::Shorten
-                if has_found && self.seeker.search.sequence().iter().any(is_unjudged) =>
+        let is_unestimated = |id: &TransitionId| self.roadmap.graph.is_unestimated(*id);
+        match objective {
+            Objective::Feasible | Objective::FewerSteps
+                if has_found && self.seeker.search.sequence().iter().any(is_unestimated) =>
             {
                 self.take_sequence(Turn::Judge)?;
             }
-            Purpose::Find => {
+            Objective::Feasible => {
                 self.tally.sequences += 1;
                 if has_found {
                     self.take_sequence(Turn::Sample { next: 0, failed: false })?
@@ -172,12 +174,12 @@ impl Planner {
                     self.after_no_sequence()
                 }
             }
-            Purpose::Return => return self.between_frontiers(),
-            Purpose::Join if has_found => {
+            Objective::FromGoal => return self.between_frontiers(),
+            Objective::ConnectModes if has_found => {
                 self.take_sequence(Turn::Move { next: 0, failed: false })?
             }
-            Purpose::Join => self.take_turn(Turn::Fail),
-            Purpose::Shorten => self.take_shorter()?,
+            Objective::ConnectModes => self.take_turn(Turn::Fail),
+            Objective::FewerSteps => self.take_shorter()?,
         }
         self.next_turn()
     }

@@ -11,10 +11,10 @@ use super::{Boundary, GOAL, Phase, Planner, START, boundary_node};
 use crate::arena::reserve;
 use crate::ends::{foothold_at, stand};
 use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
-use crate::motion::roadmap::Segment;
-use crate::possibility::Placed;
+use crate::motion::roadmap::RouteSegment;
+use crate::possibility::FootPlacement;
 
-/// Stations of a segment, more where the robot cannot stand there.
+/// TreeVertices of a segment, more where the robot cannot stand there.
 const SEGMENT_STATIONS: usize = 36;
 /// A segment may step near this many stations beyond its ends.
 const MARGIN_STATIONS: usize = 8;
@@ -69,8 +69,11 @@ impl Cuts {
     }
 
     /// What a lane plans: its segment, along its sequence.
-    pub fn segment<'a>(&self, lane: &'a Lane) -> Segment<'a> {
-        Segment { sequence: &lane.sequence, ends: self.boundaries(lane.segment).map(boundary_node) }
+    pub fn segment<'a>(&self, lane: &'a Lane) -> RouteSegment<'a> {
+        RouteSegment {
+            sequence: &lane.sequence,
+            ends: self.boundaries(lane.segment).map(boundary_node),
+        }
     }
 
     /// Keeps the walk of a segment.
@@ -124,7 +127,7 @@ impl Planner {
                 self.cuts.shift(
                     self.lanes.current().segment,
                     before,
-                    self.growth.route().stations(),
+                    self.growth.route().vertex_count(),
                 );
                 self.lanes.current_mut().sweeps = 0;
                 Phase::Seed { next: 0 }
@@ -138,7 +141,7 @@ impl Planner {
 
     /// Cuts the route at a station if the robot can stand there, and goes on to the next.
     pub(super) fn cut(&mut self, station: usize) -> Result<Phase, ArenaFull> {
-        let stations = self.growth.route().stations();
+        let stations = self.growth.route().vertex_count();
         if station + SEGMENT_STATIONS / 2 >= stations || self.roadmap.is_full_of_boundaries() {
             self.cuts.push(GOAL, stations - 1);
             self.lanes.begin_route(self.cuts.segments());
@@ -157,7 +160,7 @@ impl Planner {
     fn stand_at(&mut self, station: usize) -> Result<Option<Boundary>, ArenaFull> {
         let ideal = |station: usize, limb: usize| {
             let ideal = self.growth.route().world_from_ideal_sole(station, limb, 1.0);
-            let near = |placed: &&Placed| {
+            let near = |placed: &&FootPlacement| {
                 placed.limb == limb
                     && placed.world_from_sole.translation.distance(ideal.translation) < ASIDE_MAX
             };
@@ -169,9 +172,9 @@ impl Planner {
         let route = self.growth.route();
         let is_even = |beside: usize| [0, 1].iter().all(|&limb| ideal(beside, limb).is_some());
         let is_near = |beside: &usize| {
-            route.station(*beside).position.distance(route.station(station).position) < EVEN_REACH
+            route.pose(*beside).position.distance(route.pose(station).position) < EVEN_REACH
         };
-        let (before, after) = ((0..station).rev(), station + 1..route.stations());
+        let (before, after) = ((0..station).rev(), station + 1..route.vertex_count());
         if !before.take_while(is_near).all(is_even) || !after.take_while(is_near).all(is_even) {
             return Ok(None);
         }
@@ -183,8 +186,7 @@ impl Planner {
             return Ok(None);
         };
         let placed = [left, right];
-        let Ok(state) = stand(constraints, &placed, self.growth.route().station(station).yaw)
-        else {
+        let Ok(state) = stand(constraints, &placed, self.growth.route().pose(station).yaw) else {
             return Ok(None);
         };
         let graph = &mut self.roadmap.graph;

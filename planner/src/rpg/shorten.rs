@@ -5,7 +5,7 @@
 use super::Planner;
 use super::lanes::{Lane, Turn};
 use crate::motion::graph::ArenaFull;
-use crate::motion::sequence::Purpose;
+use crate::motion::sequence::Objective;
 
 impl Planner {
     /// After a sequence has all its motions: looks for a shorter one, or completes the segment.
@@ -19,7 +19,7 @@ impl Planner {
     /// Looks for the cheapest sequence over the placements in use, if attempts are left.
     pub(super) fn shorten(&mut self) -> Result<(), ArenaFull> {
         if self.lanes.current().shortenings < self.shared.constraints.config.shorten_rounds_max {
-            self.seek(Purpose::Shorten);
+            self.seek(Objective::FewerSteps);
             return Ok(());
         }
         self.keep_best()

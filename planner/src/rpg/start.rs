@@ -1,7 +1,7 @@
 //! Where a search begins and ends: on the scenario's marks, where the robot stands, or farther
 //! back.
 
-use surefoot_shared_types::config::{Mark, Scenario};
+use surefoot_shared_types::config::{Scenario, StancePose};
 use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
 use surefoot_shared_types::scene::World;
 use surefoot_shared_types::spatial::wrap_angle;
@@ -33,7 +33,7 @@ impl Planner {
     /// The world has a shape that cannot be used.
     pub fn begin_at(&mut self, world: &World, standing: &Standing) -> Result<(), SurfacesError> {
         self.start_from(
-            StandingGround::new(world)?.supported_anew(&self.shared.constraints.body, standing),
+            StandingGround::new(world)?.supported_anew(&self.shared.constraints.robot, standing),
         );
         Ok(())
     }
@@ -66,7 +66,7 @@ impl Planner {
             return Ok(());
         };
         for chunk in earlier.since.iter().rev() {
-            if let Err(full) = self.chunks.append_backwards(chunk) {
+            if let Err(full) = self.chunks.append_reversed(chunk) {
                 self.phase = Phase::Over(Outcome::ArenaFull(full));
             }
         }
@@ -76,10 +76,10 @@ impl Planner {
     }
 
     fn start_from(&mut self, standing: Standing) {
-        if let Some(mark) = standing.mark() {
+        if let Some(mark) = standing.stance_pose() {
             // How far apart the feet happen to stand says nothing of how to walk on.
-            self.scenario.start = Mark { feet_apart: self.scenario.goal.feet_apart, ..mark };
-            self.growth.start_on(&self.scenario.start);
+            self.scenario.start = StancePose { feet_apart: self.scenario.goal.feet_apart, ..mark };
+            self.growth.set_start(&self.scenario.start);
         }
         self.standing = Some(standing);
     }
@@ -137,13 +137,13 @@ impl Planner {
             // step off or onto them.
             let soles = [0, 1].map(|limb| &end.footholds[limb].world_from_sole);
             self.stretches |= end.support == SupportMode::Double
-                && !self.shared.preparation.possible_steps().may_step(soles);
+                && !self.shared.preparation.step_limits().may_step(soles);
         }
-        let body = &self.shared.constraints.body;
-        let com = body.snapshot(&start.state.configuration).com.truncate();
+        let robot = &self.shared.constraints.robot;
+        let com = robot.kinematic_state(&start.state.configuration).com.truncate();
         self.roadmap
-            .begin_balanced(StartBalance { com, margin_min: self.scenario.checker.com_margin });
-        self.growth.stand_on([&start, &goal].map(|end| pair_on(body, end)));
+            .set_start_balance(StartBalance { com, margin_min: self.scenario.checker.com_margin });
+        self.growth.set_end_pairs([&start, &goal].map(|end| pair_on(robot, end)));
         Ok(Phase::Route)
     }
 

@@ -10,51 +10,51 @@ use rayon::Yield;
 
 /// How often a thread without work looks again before it sleeps: some 2 ms, longer than most of
 /// what cannot be shared.
-const LOOKS_MAX: u32 = 16384;
+const POLLS_MAX: u32 = 16384;
 
 /// Where the threads of a pool sleep, while one of them works and hands out what it can.
 #[derive(Debug)]
-pub struct Idle {
+pub struct IdleThreads {
     /// By thread: whether it is up the stack already, as the one that works or as one that looks
     /// for work.
-    is_here: Vec<AtomicBool>,
+    is_entered: Vec<AtomicBool>,
     is_over: AtomicBool,
     asleep: AtomicUsize,
     /// How often the bell was rung for somebody.
-    rings: Mutex<u64>,
-    bell: Condvar,
+    wake_count: Mutex<u64>,
+    wake_signal: Condvar,
 }
 
-impl Idle {
+impl IdleThreads {
     /// For so many threads.
     pub fn new(threads: usize) -> Self {
         Self {
-            is_here: (0..threads).map(|_| AtomicBool::new(false)).collect(),
+            is_entered: (0..threads).map(|_| AtomicBool::new(false)).collect(),
             is_over: AtomicBool::new(false),
             asleep: AtomicUsize::new(0),
-            rings: Mutex::new(0),
-            bell: Condvar::new(),
+            wake_count: Mutex::new(0),
+            wake_signal: Condvar::new(),
         }
     }
 
     /// Works, while the pool's other threads look for what is handed out. To be called inside the
     /// pool.
-    pub fn attend<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
+    pub fn run_with_idle<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.is_over.store(false, Ordering::SeqCst);
         let work = || {
-            let _here = self.enter();
-            let _end = End(self);
+            let _entered = self.enter();
+            let _stop = StopGuard(self);
             work()
         };
-        self.with_others(self.is_here.len() - 1, work)
+        self.with_others(self.is_entered.len() - 1, work)
     }
 
     /// Wakes whoever sleeps: to be called once there is something to do.
-    pub fn ring(&self) {
+    pub fn wake(&self) {
         fence(Ordering::SeqCst);
         if self.asleep.load(Ordering::SeqCst) > 0 {
-            *self.rings.lock().unwrap_or_else(PoisonError::into_inner) += 1;
-            self.bell.notify_all();
+            *self.wake_count.lock().unwrap_or_else(PoisonError::into_inner) += 1;
+            self.wake_signal.notify_all();
         }
     }
 
@@ -62,30 +62,30 @@ impl Idle {
         if others == 0 {
             return work();
         }
-        rayon::join(|| self.with_others(others - 1, work), || self.look_for_work()).0
+        rayon::join(|| self.with_others(others - 1, work), || self.poll_for_work()).0
     }
 
     /// Does what there is to do until all is over. A thread that waits for another one's work takes
     /// up what it finds, this too: it has no time for it.
-    fn look_for_work(&self) {
-        let Some(_here) = self.enter() else { return };
+    fn poll_for_work(&self) {
+        let Some(_entered) = self.enter() else { return };
         while !self.is_over.load(Ordering::SeqCst) {
-            if !look(LOOKS_MAX, || self.is_over.load(Ordering::Relaxed)) {
+            if !poll(POLLS_MAX, || self.is_over.load(Ordering::Relaxed)) {
                 self.sleep();
             }
         }
     }
 
     fn sleep(&self) {
-        let known = *self.rings.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = *self.wake_count.lock().unwrap_or_else(PoisonError::into_inner);
         self.asleep.fetch_add(1, Ordering::SeqCst);
         fence(Ordering::SeqCst);
         // What was handed out before anybody was asleep rang no bell.
         if rayon::yield_now() != Some(Yield::Executed) && !self.is_over.load(Ordering::SeqCst) {
-            let rings = self.rings.lock().unwrap_or_else(PoisonError::into_inner);
+            let wake_count = self.wake_count.lock().unwrap_or_else(PoisonError::into_inner);
             drop(
-                self.bell
-                    .wait_while(rings, |rings| *rings == known)
+                self.wake_signal
+                    .wait_while(wake_count, |wake_count| *wake_count == known)
                     .unwrap_or_else(PoisonError::into_inner),
             );
         }
@@ -93,16 +93,16 @@ impl Idle {
     }
 
     /// Notes that this thread is here; `None` where it was before.
-    fn enter(&self) -> Option<Here<'_>> {
-        let is_here = &self.is_here[rayon::current_thread_index()?];
-        (!is_here.swap(true, Ordering::Relaxed)).then_some(Here(is_here))
+    fn enter(&self) -> Option<Entered<'_>> {
+        let is_entered = &self.is_entered[rayon::current_thread_index()?];
+        (!is_entered.swap(true, Ordering::Relaxed)).then_some(Entered(is_entered))
     }
 }
 
 /// Looks for something to do, and does it, so often or until something `is_done`; answers whether
 /// there was any, or it is.
-pub fn look(looks_max: u32, is_done: impl Fn() -> bool) -> bool {
-    for _ in 0..looks_max {
+pub fn poll(polls_max: u32, is_done: impl Fn() -> bool) -> bool {
+    for _ in 0..polls_max {
         if is_done() || rayon::yield_now() == Some(Yield::Executed) {
             return true;
         }
@@ -112,18 +112,18 @@ pub fn look(looks_max: u32, is_done: impl Fn() -> bool) -> bool {
 }
 
 /// Ends the others' search for work, however the work ends.
-struct End<'a>(&'a Idle);
+struct StopGuard<'a>(&'a IdleThreads);
 
-impl Drop for End<'_> {
+impl Drop for StopGuard<'_> {
     fn drop(&mut self) {
         self.0.is_over.store(true, Ordering::SeqCst);
-        self.0.ring();
+        self.0.wake();
     }
 }
 
-struct Here<'a>(&'a AtomicBool);
+struct Entered<'a>(&'a AtomicBool);
 
-impl Drop for Here<'_> {
+impl Drop for Entered<'_> {
     fn drop(&mut self) {
         self.0.store(false, Ordering::Relaxed);
     }

@@ -5,7 +5,8 @@
 
 use glam::{DVec2, DVec3};
 use surefoot_planner::foot_placement::{
-    Effort, FootPlacementConfig, NoSupport, Placement, Request, Scratch, Support, Surfaces,
+    FootPlacementConfig, NoSupport, PlacementQuery, SampleLimits, Scratch, Support, SupportedSole,
+    Surfaces,
 };
 use surefoot_shared_types::scene::{World, WorldShape};
 use surefoot_shared_types::shape::MeshSource;
@@ -171,8 +172,8 @@ pub fn free(_: &Pose) -> bool {
     true
 }
 
-pub fn request<'a>(sole_polygon: &'a [DVec2], ideal: Pose) -> Request<'a> {
-    Request {
+pub fn query<'a>(sole_polygon: &'a [DVec2], ideal: Pose) -> PlacementQuery<'a> {
+    PlacementQuery {
         sole_polygon,
         ideal,
         reach_xy: 0.3,
@@ -181,15 +182,15 @@ pub fn request<'a>(sole_polygon: &'a [DVec2], ideal: Pose) -> Request<'a> {
         seed: 1,
         object: 0,
         attempt: 0,
-        effort: Effort::default(),
+        limits: SampleLimits::default(),
         is_free: &free,
     }
 }
 
-/// The first `count` placements of a request.
-pub fn first(surfaces: &Surfaces, request: &Request, count: usize) -> Vec<Placement> {
+/// The first `count` placements of a query.
+pub fn first(surfaces: &Surfaces, query: &PlacementQuery, count: usize) -> Vec<SupportedSole> {
     let mut placements = Vec::new();
-    surfaces.propose(&mut Scratch::new(surfaces.config()), request, &mut |placement| {
+    surfaces.propose(&mut Scratch::new(surfaces.config()), query, &mut |placement| {
         placements.push(placement);
         placements.len() < count
     });

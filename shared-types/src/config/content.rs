@@ -2,14 +2,14 @@
 
 use serde::Serialize;
 
-use super::{CheckerConfig, Mark, PlannerConfig, Scenario};
+use super::{CheckerConfig, PlannerConfig, Scenario, StancePose};
 use crate::digest::Digest;
 
 #[derive(Serialize)]
 struct Content<'a> {
     seed: u64,
-    start: Print,
-    goal: Print,
+    start: StanceContent,
+    goal: StanceContent,
     goal_position_tolerance: f64,
     goal_yaw_tolerance: f64,
     planner: &'a PlannerConfig,
@@ -17,15 +17,15 @@ struct Content<'a> {
 }
 
 #[derive(Serialize)]
-struct Print {
+struct StanceContent {
     xyz: [f64; 3],
     yaw: f64,
     feet_apart: f64,
 }
 
-impl From<&Mark> for Print {
-    fn from(mark: &Mark) -> Self {
-        Self { xyz: mark.position.to_array(), yaw: mark.yaw, feet_apart: mark.feet_apart }
+impl From<&StancePose> for StanceContent {
+    fn from(stance: &StancePose) -> Self {
+        Self { xyz: stance.position.to_array(), yaw: stance.yaw, feet_apart: stance.feet_apart }
     }
 }
 

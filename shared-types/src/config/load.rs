@@ -7,10 +7,10 @@ use toml::Spanned;
 
 use crate::InputError;
 use crate::digest::Digest;
-use crate::source::{Source, TEXT_BYTES_MAX, check_numbers, check_positive};
+use crate::source::{TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
 
 use super::relations::check_relations;
-use super::{CheckerConfig, Mark, PlannerConfig, Scenario};
+use super::{CheckerConfig, PlannerConfig, Scenario, StancePose};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -60,38 +60,38 @@ struct RawGoal {
 /// When the file cannot be read, a number is out of range, or a planner margin is not strictly
 /// stronger than what the checker tolerates.
 pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
-    let source = Source::read(path, TEXT_BYTES_MAX)?;
+    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
     let raw: RawScenario = source.parse_toml()?;
-    let (start_place, goal_place) =
-        (source.place(raw.start.span().start), source.place(raw.goal.span().start));
+    let (start_location, goal_location) =
+        (source.location(raw.start.span().start), source.location(raw.goal.span().start));
     let spans = [raw.planner.as_ref().map(Spanned::span), raw.checker.as_ref().map(Spanned::span)];
     let [planner_span, checker_span] = &spans;
-    let config_place = |field: &str| {
+    let config_location = |field: &str| {
         let of_its_table = if field.starts_with("checker.") { checker_span } else { planner_span };
         let table = of_its_table.as_ref().or(planner_span.as_ref()).or(checker_span.as_ref());
-        source.place(table.map_or(0, |span| span.start))
+        source.location(table.map_or(0, |span| span.start))
     };
     let (start, goal) = (raw.start.into_inner(), raw.goal.into_inner());
     let planner = raw.planner.map(Spanned::into_inner).unwrap_or_default();
     let checker = raw.checker.map(Spanned::into_inner).unwrap_or_default();
-    let start_mark = mark(start.xyz, start.yaw, start.feet_apart)
-        .map_err(|message| start_place.error("[start]", message))?;
-    let goal_mark = mark(goal.xyz, goal.yaw, goal.feet_apart)
-        .and_then(|mark| {
-            check_positive("position_tolerance", &[goal.position_tolerance]).map(|()| mark)
+    let start_stance = stance_pose(start.xyz, start.yaw, start.feet_apart)
+        .map_err(|message| start_location.error("[start]", message))?;
+    let goal_stance = stance_pose(goal.xyz, goal.yaw, goal.feet_apart)
+        .and_then(|stance| {
+            check_positive("position_tolerance", &[goal.position_tolerance]).map(|()| stance)
         })
-        .and_then(|mark| check_positive("yaw_tolerance", &[goal.yaw_tolerance]).map(|()| mark))
-        .map_err(|message| goal_place.error("[goal]", message))?;
+        .and_then(|stance| check_positive("yaw_tolerance", &[goal.yaw_tolerance]).map(|()| stance))
+        .map_err(|message| goal_location.error("[goal]", message))?;
     check_relations(&planner, &checker)
-        .map_err(|(field, message)| config_place(&field).error(field, message))?;
+        .map_err(|(field, message)| config_location(&field).error(field, message))?;
     let base_dir = path.parent().unwrap_or(Path::new(""));
     let scenario = Scenario {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.to_owned(),
         robot_path: base_dir.join(raw.robot),
         world_path: base_dir.join(raw.world),
-        start: start_mark,
-        goal: goal_mark,
+        start: start_stance,
+        goal: goal_stance,
         goal_position_tolerance: goal.position_tolerance,
         goal_yaw_tolerance: goal.yaw_tolerance,
         seed: raw.seed,
@@ -102,11 +102,11 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     Ok(scenario.with_seed(raw.seed))
 }
 
-fn mark(xyz: [f64; 3], yaw: f64, feet_apart: f64) -> Result<Mark, String> {
+fn stance_pose(xyz: [f64; 3], yaw: f64, feet_apart: f64) -> Result<StancePose, String> {
     check_numbers("xyz", &xyz)?;
     check_numbers("yaw", &[yaw])?;
     check_positive("feet_apart", &[feet_apart])?;
-    Ok(Mark { position: xyz.into(), yaw, feet_apart })
+    Ok(StancePose { position: xyz.into(), yaw, feet_apart })
 }
 
 fn default_seed() -> u64 {

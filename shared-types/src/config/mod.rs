@@ -25,13 +25,13 @@ pub struct Scenario {
     pub robot_path: PathBuf,
     /// The world file.
     pub world_path: PathBuf,
-    /// Where both feet stand at the start.
-    pub start: Mark,
-    /// Where both feet shall stand at the end.
-    pub goal: Mark,
-    /// How far a sole's centre may be from its goal print, m.
+    /// Stance at the start.
+    pub start: StancePose,
+    /// Stance at the goal.
+    pub goal: StancePose,
+    /// How far a sole's centre may be from its goal pose, m.
     pub goal_position_tolerance: f64,
-    /// How far a sole's heading may be from its goal print, rad.
+    /// How far a sole's heading may be from its goal pose, rad.
     pub goal_yaw_tolerance: f64,
     /// The seed of all random streams.
     pub seed: u64,
@@ -51,9 +51,9 @@ impl Scenario {
     }
 }
 
-/// A pair of foot prints: soles side by side, facing `yaw`.
+/// Both soles side by side, heading along `yaw`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mark {
+pub struct StancePose {
     /// The middle between the two sole frames, on the ground, m.
     pub position: DVec3,
     /// The heading, rad.
@@ -62,8 +62,8 @@ pub struct Mark {
     pub feet_apart: f64,
 }
 
-impl Mark {
-    /// The sole frames of the left and right print in the world.
+impl StancePose {
+    /// The sole frames of the left and the right foot in the world.
     pub fn world_from_soles(&self) -> [Pose; 2] {
         let rotation = crate::spatial::rotation_about(DVec3::Z, self.yaw);
         [0.5, -0.5].map(|side| {

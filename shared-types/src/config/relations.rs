@@ -16,23 +16,23 @@ const SPACING_MIN: f64 = 0.02;
 const JOINT_MARGIN_MAX: f64 = 0.5;
 
 /// A parameter's name and what is wrong with it.
-type Complaint = (String, String);
+type FieldError = (String, String);
 
-/// Complains about the first parameter that is out of range, or not strictly stronger than what the
+/// Names the first parameter that is out of range, or not strictly stronger than what the
 /// checker tolerates.
 pub(super) fn check_relations(
     planner: &PlannerConfig,
     checker: &CheckerConfig,
-) -> Result<(), Complaint> {
+) -> Result<(), FieldError> {
     check_planner(planner)?;
     check_checker(checker)?;
     check_margins(planner, checker)?;
     check_tolerances(checker)
 }
 
-fn check_planner(planner: &PlannerConfig) -> Result<(), Complaint> {
+fn check_planner(planner: &PlannerConfig) -> Result<(), FieldError> {
     if planner.work_max == 0 {
-        return complain("planner.work_max", "is 0; it must be positive");
+        return field_error("planner.work_max", "is 0; it must be positive");
     }
     // Each arena fits into a few GiB.
     for (field, count, most) in [
@@ -43,12 +43,12 @@ fn check_planner(planner: &PlannerConfig) -> Result<(), Complaint> {
         ("planner.waypoints_max", planner.waypoints_max, 1 << 21),
     ] {
         if !(2..=most).contains(&count) {
-            return complain(field, format!("is {count}; it must lie between 2 and {most}"));
+            return field_error(field, format!("is {count}; it must lie between 2 and {most}"));
         }
     }
     not_negative("planner.polish_share", planner.polish_share)?;
     positive("planner.clearance", planner.clearance)?;
-    share("planner.effort_share", planner.effort_share)?;
+    fraction("planner.effort_share", planner.effort_share)?;
     between("planner.joint_margin", planner.joint_margin, 0.0, JOINT_MARGIN_MAX)?;
     not_negative("planner.com_margin", planner.com_margin)?;
     between("planner.waypoint_joint_step", planner.waypoint_joint_step, STEP_MIN, NUMBER_MAX)?;
@@ -57,7 +57,7 @@ fn check_planner(planner: &PlannerConfig) -> Result<(), Complaint> {
     between("planner.station_spacing", planner.station_spacing, SPACING_MIN, NUMBER_MAX)
 }
 
-fn check_checker(checker: &CheckerConfig) -> Result<(), Complaint> {
+fn check_checker(checker: &CheckerConfig) -> Result<(), FieldError> {
     positive("checker.foot_position_max", checker.foot_position_max)?;
     positive("checker.foot_rotation_max", checker.foot_rotation_max)?;
     positive("checker.contact_gap_max", checker.contact_gap_max)?;
@@ -65,16 +65,16 @@ fn check_checker(checker: &CheckerConfig) -> Result<(), Complaint> {
     not_negative("checker.support_area_min", checker.support_area_min)?;
     not_negative("checker.penetration_max", checker.penetration_max)?;
     not_negative("checker.com_margin", checker.com_margin)?;
-    share("checker.effort_share", checker.effort_share)?;
+    fraction("checker.effort_share", checker.effort_share)?;
     positive("checker.joint_step_max", checker.joint_step_max)?;
     positive("checker.root_step_max", checker.root_step_max)
 }
 
-fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(), Complaint> {
-    above("com_margin", planner.com_margin, checker.com_margin)?;
-    above("support_area_min", planner.support_area_min, checker.support_area_min)?;
+fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(), FieldError> {
+    stronger("com_margin", planner.com_margin, checker.com_margin)?;
+    stronger("support_area_min", planner.support_area_min, checker.support_area_min)?;
     if planner.effort_share >= checker.effort_share {
-        return complain(
+        return field_error(
             "planner.effort_share",
             format!(
                 "is {}; it must be below checker.effort_share, {}",
@@ -83,7 +83,7 @@ fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(),
         );
     }
     if planner.waypoint_joint_step >= checker.joint_step_max {
-        return complain(
+        return field_error(
             "planner.waypoint_joint_step",
             format!(
                 "is {}; it must be below checker.joint_step_max, {}",
@@ -92,7 +92,7 @@ fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(),
         );
     }
     if planner.clearance <= 0.5 * planner.collision_step {
-        return complain(
+        return field_error(
             "planner.clearance",
             format!(
                 "is {}; it must be above half of planner.collision_step, {}",
@@ -104,7 +104,7 @@ fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(),
 }
 
 /// The checker tolerates more than what the planner itself keeps to.
-fn check_tolerances(checker: &CheckerConfig) -> Result<(), Complaint> {
+fn check_tolerances(checker: &CheckerConfig) -> Result<(), FieldError> {
     for (field, value, kept) in [
         ("checker.foot_position_max", checker.foot_position_max, FOOT_DRIFT_MAX),
         ("checker.foot_rotation_max", checker.foot_rotation_max, FOOT_TURN_MAX),
@@ -112,7 +112,7 @@ fn check_tolerances(checker: &CheckerConfig) -> Result<(), Complaint> {
         ("checker.contact_tilt_max", checker.contact_tilt_max, CONTACT_TILT_MAX),
     ] {
         if value <= kept {
-            return complain(
+            return field_error(
                 field,
                 format!("is {value}; it must be above {kept}, which the planner keeps to"),
             );
@@ -121,44 +121,44 @@ fn check_tolerances(checker: &CheckerConfig) -> Result<(), Complaint> {
     Ok(())
 }
 
-fn above(field: &str, planner: f64, checker: f64) -> Result<(), Complaint> {
+fn stronger(field: &str, planner: f64, checker: f64) -> Result<(), FieldError> {
     if planner > checker {
         return Ok(());
     }
-    complain(
+    field_error(
         &format!("planner.{field}"),
         format!("is {planner}; it must be above checker.{field}, {checker}"),
     )
 }
 
-fn positive(field: &str, value: f64) -> Result<(), Complaint> {
+fn positive(field: &str, value: f64) -> Result<(), FieldError> {
     if value > 0.0 && value <= NUMBER_MAX {
         return Ok(());
     }
-    complain(field, format!("is {value}; it must be positive and finite"))
+    field_error(field, format!("is {value}; it must be positive and finite"))
 }
 
-fn between(field: &str, value: f64, least: f64, most: f64) -> Result<(), Complaint> {
+fn between(field: &str, value: f64, least: f64, most: f64) -> Result<(), FieldError> {
     if (least..=most).contains(&value) {
         return Ok(());
     }
-    complain(field, format!("is {value}; it must lie between {least} and {most}"))
+    field_error(field, format!("is {value}; it must lie between {least} and {most}"))
 }
 
-fn not_negative(field: &str, value: f64) -> Result<(), Complaint> {
+fn not_negative(field: &str, value: f64) -> Result<(), FieldError> {
     if (0.0..=NUMBER_MAX).contains(&value) {
         return Ok(());
     }
-    complain(field, format!("is {value}; it must be finite and not negative"))
+    field_error(field, format!("is {value}; it must be finite and not negative"))
 }
 
-fn share(field: &str, value: f64) -> Result<(), Complaint> {
+fn fraction(field: &str, value: f64) -> Result<(), FieldError> {
     if value > 0.0 && value <= 1.0 {
         return Ok(());
     }
-    complain(field, format!("is {value}; a share lies above 0 and at most at 1"))
+    field_error(field, format!("is {value}; a fraction lies stronger 0 and at most at 1"))
 }
 
-fn complain(field: &str, message: impl Into<String>) -> Result<(), Complaint> {
+fn field_error(field: &str, message: impl Into<String>) -> Result<(), FieldError> {
     Err((field.to_owned(), message.into()))
 }

@@ -1,50 +1,50 @@
-//! The desk at which a planner that stays up is asked: its clerk, and the clients.
+//! The request server of a planner that stays up, and its clients.
 //!
-//! A client repeats its request until the clerk's status names it; the clerk takes each request
-//! once. Damaged requests, and those that make no sense, are passed over as if they had never come.
+//! A client repeats its request until the server's status names it; the server takes each request
+//! once. Damaged and malformed requests are ignored.
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
 
-use super::service::{CREDIT, ChannelError, Desk, Link};
+use super::service::{ChannelError, Participant, RequestServices, WINDOW_CHUNKS};
 use crate::message::request::{REQUEST_SCHEMA, STATUS_SCHEMA};
-use crate::message::{PlanRequest, PlanStatus, RequestKind, Sealed};
+use crate::message::{PlanRequest, PlanStatus, RequestKind, WithCrc};
 
 /// How many clients are remembered, so that a repeated request of theirs is known.
 const CLIENTS_MAX: usize = 64;
 
-/// The planner's side.
+/// The request server: the planner's side.
 #[derive(Debug)]
-pub struct Clerk {
+pub struct RequestServer {
     requests: Subscriber<ipc::Service, PlanRequest, ()>,
     status: Publisher<ipc::Service, PlanStatus, ()>,
-    _desk: Desk,
+    _services: RequestServices,
     session: u64,
-    words: u64,
+    status_count: u64,
     served: heapless::Deque<(u64, u64), CLIENTS_MAX>,
 }
 
-impl Clerk {
-    /// Opens the desk for a planner with this session.
+impl RequestServer {
+    /// Opens the request services for a planner with this session.
     ///
     /// # Errors
     /// The transport fails.
-    pub fn open(link: &Link, session: u64) -> Result<Self, ChannelError> {
-        let desk = link.open_desk()?;
-        let requests = desk.requests.subscriber_builder().buffer_size(CREDIT).create();
+    pub fn open(participant: &Participant, session: u64) -> Result<Self, ChannelError> {
+        let services = participant.open_request_services()?;
+        let requests = services.requests.subscriber_builder().buffer_size(WINDOW_CHUNKS).create();
         let requests = requests
             .map_err(|error| ChannelError::transport("creating the request subscriber", error))?;
-        let status = desk.status.publisher_builder().max_loaned_samples(1).create();
+        let status = services.status.publisher_builder().max_loaned_samples(1).create();
         let status = status
             .map_err(|error| ChannelError::transport("creating the status publisher", error))?;
-        link.instance.reserve_segments()?;
+        participant.instance.reserve_segments()?;
         Ok(Self {
             requests,
             status,
-            _desk: desk,
+            _services: services,
             session,
-            words: 0,
+            status_count: 0,
             served: heapless::Deque::new(),
         })
     }
@@ -69,19 +69,19 @@ impl Clerk {
         }
     }
 
-    /// Tells all clients how things stand; schema, session, count and CRC are filled in.
+    /// Publishes a status to all clients; schema, session, count and CRC are filled in.
     ///
     /// # Errors
     /// The transport fails.
-    pub fn tell(&mut self, status: &PlanStatus) -> Result<(), ChannelError> {
-        self.words += 1;
+    pub fn publish(&mut self, status: &PlanStatus) -> Result<(), ChannelError> {
+        self.status_count += 1;
         let mut status = PlanStatus {
             schema: STATUS_SCHEMA,
             session: self.session,
-            count: self.words,
+            count: self.status_count,
             ..*status
         };
-        status.seal();
+        status.write_crc();
         self.status
             .send_copy(status)
             .map(drop)
@@ -104,54 +104,53 @@ impl Clerk {
     }
 }
 
-/// A client's side.
+/// A request client.
 #[derive(Debug)]
-pub struct Client {
+pub struct RequestClient {
     requests: Publisher<ipc::Service, PlanRequest, ()>,
     status: Subscriber<ipc::Service, PlanStatus, ()>,
-    _desk: Desk,
-    _link: Link,
+    _services: RequestServices,
+    _participant: Participant,
     id: u64,
     number: u64,
 }
 
-impl Client {
-    /// Steps up to the desk. `id` must not be 0 and must differ from that of every client before
-    /// (`instance::draw_id`).
+impl RequestClient {
+    /// Opens the request services. `id` must not be 0 and must differ from that of every client
+    /// before (`instance::random_id`).
     ///
     /// # Errors
     /// The transport fails.
-    pub fn open(link: Link, id: u64) -> Result<Self, ChannelError> {
+    pub fn open(participant: Participant, id: u64) -> Result<Self, ChannelError> {
         if id == 0 {
             return Err(ChannelError::Id);
         }
-        let desk = link.open_desk()?;
-        let requests = desk
+        let services = participant.open_request_services()?;
+        let requests = services
             .requests
             .publisher_builder()
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create();
         let requests = requests
             .map_err(|error| ChannelError::transport("creating the request publisher", error))?;
-        let status = desk.status.subscriber_builder().create();
+        let status = services.status.subscriber_builder().create();
         let status = status
             .map_err(|error| ChannelError::transport("creating the status subscriber", error))?;
-        link.instance.reserve_segments()?;
-        Ok(Self { requests, status, _desk: desk, _link: link, id, number: 0 })
+        participant.instance.reserve_segments()?;
+        Ok(Self { requests, status, _services: services, _participant: participant, id, number: 0 })
     }
 
-    /// Gives a request its client and number, and seals it. Send what this answers, again and again
-    /// until it is named.
-    pub fn sign(&mut self, request: &PlanRequest) -> PlanRequest {
+    /// Fills in schema, client, number and CRC. Send the result repeatedly until a status names it.
+    pub fn stamp(&mut self, request: &PlanRequest) -> PlanRequest {
         self.number += 1;
-        let mut signed = PlanRequest {
+        let mut stamped = PlanRequest {
             schema: REQUEST_SCHEMA,
             client: self.id,
             number: self.number,
             ..*request
         };
-        signed.seal();
-        signed
+        stamped.write_crc();
+        stamped
     }
 
     /// Sends a request as it is.
@@ -165,7 +164,7 @@ impl Client {
             .map_err(|error| ChannelError::transport("sending a request", error))
     }
 
-    /// The planner's latest word, if a new one came and is well-formed.
+    /// The planner's latest status, if a new one came and is well-formed.
     ///
     /// # Errors
     /// The transport fails.
@@ -192,20 +191,20 @@ mod tests {
     use crate::message::RequestState;
 
     #[test]
-    fn each_request_is_served_once_and_nonsense_never() {
+    fn each_request_is_served_once_and_a_malformed_one_never() {
         let base = tempfile::tempdir_in("/dev/shm").unwrap();
-        let instance = Instance::create_in(&base.path().join("base"), "desk").unwrap();
-        let mut clerk = Clerk::open(&Link::open(&instance).unwrap(), 7).unwrap();
-        let mut client = Client::open(Link::open(&instance).unwrap(), 9).unwrap();
+        let instance = Instance::create_in(&base.path().join("base"), "services").unwrap();
+        let mut server = RequestServer::open(&Participant::open(&instance).unwrap(), 7).unwrap();
+        let mut client = RequestClient::open(Participant::open(&instance).unwrap(), 9).unwrap();
         let cancel = PlanRequest { kind: RequestKind::Cancel as u32, ..PlanRequest::zeroed() };
-        let signed = client.sign(&cancel);
-        client.send(&signed).unwrap();
-        client.send(&signed).unwrap();
-        client.send(&PlanRequest { number: 99, ..signed }).unwrap();
-        let second = client.sign(&cancel);
+        let stamped = client.stamp(&cancel);
+        client.send(&stamped).unwrap();
+        client.send(&stamped).unwrap();
+        client.send(&PlanRequest { number: 99, ..stamped }).unwrap();
+        let second = client.stamp(&cancel);
         client.send(&second).unwrap();
-        client.send(&signed).unwrap();
-        let numbers: Vec<u64> = std::iter::from_fn(|| clerk.take().unwrap())
+        client.send(&stamped).unwrap();
+        let numbers: Vec<u64> = std::iter::from_fn(|| server.take().unwrap())
             .map(|(request, _)| request.number)
             .collect();
         assert_eq!(numbers, [1, 2]);
@@ -216,9 +215,12 @@ mod tests {
             state: RequestState::Cancelled as u32,
             ..PlanStatus::zeroed()
         };
-        clerk.tell(&status).unwrap();
-        clerk.tell(&status).unwrap();
-        let heard = client.status().unwrap().unwrap();
-        assert_eq!((heard.session, heard.client, heard.number, heard.count), (7, 9, 2, 2));
+        server.publish(&status).unwrap();
+        server.publish(&status).unwrap();
+        let received = client.status().unwrap().unwrap();
+        assert_eq!(
+            (received.session, received.client, received.number, received.count),
+            (7, 9, 2, 2)
+        );
     }
 }

@@ -19,12 +19,12 @@ pub(super) fn default_base() -> Result<PathBuf, InstanceError> {
     match ensure_private(&base) {
         Ok(_) => Ok(base),
         Err(InstanceError::Io { .. }) => Ok(std::env::temp_dir().join(folder)),
-        Err(squatted) => Err(squatted),
+        Err(not_private) => Err(not_private),
     }
 }
 
-/// Creates a folder with mode 0700, or checks that it is ours alone. False if it was there and
-/// somebody removed it meanwhile.
+/// Creates a folder with mode 0700, or checks that it is private to this user. False if it existed
+/// and another process removed it meanwhile.
 pub(super) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
     match DirBuilder::new().mode(0o700).create(path) {
         Ok(()) => Ok(true),
@@ -33,13 +33,13 @@ pub(super) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
     }
 }
 
-/// As [`ensure_private`] for a folder in the base; false also if somebody removed the base
+/// As [`ensure_private`] for a folder in the base; false also if another process removed the base
 /// meanwhile.
 pub(super) fn ensure_private_root(root: &Path) -> Result<bool, InstanceError> {
     unless_missing(ensure_private(root))
 }
 
-/// Whether `path` exists; an error if it is not a folder of this user that nobody else may enter.
+/// Whether `path` exists; an error if it is not a private folder of this user.
 pub(super) fn is_ours(path: &Path) -> Result<bool, InstanceError> {
     unless_missing(check_private(path).map(|()| true))
 }
@@ -52,18 +52,19 @@ fn unless_missing(found: Result<bool, InstanceError>) -> Result<bool, InstanceEr
     }
 }
 
-/// Checks that `path` is a folder of this user that nobody else may enter.
+/// Checks that `path` is a private folder of this user.
 fn check_private(path: &Path) -> Result<(), InstanceError> {
-    let squatted = |reason: String| Err(InstanceError::Squatted { path: path.to_owned(), reason });
+    let not_private =
+        |reason: String| Err(InstanceError::NotPrivate { path: path.to_owned(), reason });
     let metadata = path.symlink_metadata().map_err(|error| io_error(path, error))?;
     if metadata.is_symlink() {
-        return squatted("it is a symbolic link, not a folder".into());
+        return not_private("it is a symbolic link, not a folder".into());
     }
     if !metadata.is_dir() {
-        return squatted("it is not a folder".into());
+        return not_private("it is not a folder".into());
     }
     if metadata.uid() != effective_uid() {
-        return squatted(format!(
+        return not_private(format!(
             "it belongs to user {}, not to user {}",
             metadata.uid(),
             effective_uid()
@@ -71,18 +72,20 @@ fn check_private(path: &Path) -> Result<(), InstanceError> {
     }
     let mode = metadata.mode() & 0o7777;
     if mode & 0o077 != 0 {
-        return squatted(format!("its mode is {mode:04o}, so others may enter it; 0700 is needed"));
+        return not_private(format!(
+            "its mode is {mode:04o}, so others may enter it; 0700 is needed"
+        ));
     }
     Ok(())
 }
 
-/// Refuses segments of our prefix that belong to somebody else.
+/// Refuses segments of our prefix that belong to another user.
 pub(super) fn refuse_foreign_segments(prefix: &str) -> Result<(), InstanceError> {
     for segment in segments(prefix)? {
         match segment.path().symlink_metadata() {
             Ok(metadata) if metadata.uid() != effective_uid() => {
                 let reason = format!("it belongs to user {}", metadata.uid());
-                return Err(InstanceError::Squatted { path: segment.path(), reason });
+                return Err(InstanceError::NotPrivate { path: segment.path(), reason });
             }
             _ => {}
         }
@@ -117,8 +120,8 @@ pub(super) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
     Ok(())
 }
 
-/// Removes the root, and the base folder if it was the last one in it. The lock goes last: whoever
-/// finds none makes one of its own, and then the root stays.
+/// Removes the root, and the base folder if it was the last one in it. The lock goes last: a
+/// process that finds none creates its own, and then the root stays.
 pub(super) fn remove_root(root: &Path) -> Result<(), InstanceError> {
     empty_except_lock(root)?;
     let lock = root.join(LOCK_FILE);
@@ -127,7 +130,7 @@ pub(super) fn remove_root(root: &Path) -> Result<(), InstanceError> {
         Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => return Ok(()),
         removed => unless_gone(removed, root)?,
     }
-    // Fails while other instances live there, as it should.
+    // Fails while other instances exist there, as it should.
     let _ = root.parent().map(fs::remove_dir);
     Ok(())
 }
@@ -140,7 +143,7 @@ pub(super) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
     Ok(names)
 }
 
-/// `error` as met at `path`.
+/// The error `source` at `path`.
 pub(super) fn io_error(path: &Path, source: io::Error) -> InstanceError {
     InstanceError::Io { path: path.to_owned(), source }
 }

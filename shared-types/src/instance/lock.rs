@@ -1,4 +1,5 @@
-//! The lock that tells whether anybody lives in an instance.
+//! The lock file of an instance: processes hold it shared, creation and removal hold it
+//! exclusively.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write;
@@ -11,14 +12,14 @@ use super::directory::io_error;
 /// The lock file's name in the root.
 pub(super) const LOCK_FILE: &str = "lock";
 
-/// The lock, held exclusively, if nobody lives in `root`.
-pub(super) fn alone(root: &Path) -> Result<Option<File>, InstanceError> {
+/// The lock, held exclusively, if no other process holds it.
+pub(super) fn lock_exclusive(root: &Path) -> Result<Option<File>, InstanceError> {
     let Some(file) = open(root, true)? else { return Ok(None) };
-    Ok((granted(file.try_lock(), root)? && still_there(&file, root)).then_some(file))
+    Ok((granted(file.try_lock(), root)? && is_current_file(&file, root)).then_some(file))
 }
 
-/// Whether anybody holds the lock.
-pub(super) fn is_held(root: &Path) -> Result<bool, InstanceError> {
+/// Whether a process holds the lock.
+pub(super) fn is_locked(root: &Path) -> Result<bool, InstanceError> {
     let path = root.join(LOCK_FILE);
     match OpenOptions::new().read(true).custom_flags(libc::O_NOFOLLOW).open(&path) {
         Ok(file) => Ok(!granted(file.try_lock(), root)?),
@@ -27,36 +28,35 @@ pub(super) fn is_held(root: &Path) -> Result<bool, InstanceError> {
     }
 }
 
-/// The lock, held together with others, unless nobody has finished creating `root`, or somebody is
-/// removing it.
-pub(super) fn among_others(root: &Path) -> Result<Option<File>, InstanceError> {
+/// The lock, held shared; none while `root` is not created completely or is being removed.
+pub(super) fn lock_shared(root: &Path) -> Result<Option<File>, InstanceError> {
     let Some(file) = open(root, false)? else { return Ok(None) };
     let is_ready = |file: &File| file.metadata().is_ok_and(|metadata| metadata.len() > 0);
-    Ok((granted(file.try_lock_shared(), root)? && is_ready(&file) && still_there(&file, root))
+    Ok((granted(file.try_lock_shared(), root)? && is_ready(&file) && is_current_file(&file, root))
         .then_some(file))
 }
 
-/// Marks `root` as one that others may enter. `alone` is its lock.
-pub(super) fn admit_others(mut alone: &File, root: &Path) -> Result<(), InstanceError> {
-    alone.write_all(b"ready\n").map_err(|error| io_error(&root.join(LOCK_FILE), error))
+/// Marks `root` as ready for other processes. `exclusive` is its lock.
+pub(super) fn mark_ready(mut exclusive: &File, root: &Path) -> Result<(), InstanceError> {
+    exclusive.write_all(b"ready\n").map_err(|error| io_error(&root.join(LOCK_FILE), error))
 }
 
-/// Takes the mark of [`admit_others`] away.
-pub(super) fn admit_nobody(alone: &File, root: &Path) -> Result<(), InstanceError> {
-    alone.set_len(0).map_err(|error| io_error(&root.join(LOCK_FILE), error))
+/// Removes the mark of [`mark_ready`].
+pub(super) fn mark_unready(exclusive: &File, root: &Path) -> Result<(), InstanceError> {
+    exclusive.set_len(0).map_err(|error| io_error(&root.join(LOCK_FILE), error))
 }
 
-/// Turns an exclusive lock into a shared one. False if somebody removed the root in between.
-pub(super) fn share(file: &File, root: &Path) -> Result<bool, InstanceError> {
-    Ok(granted(file.try_lock_shared(), root)? && still_there(file, root))
+/// Turns an exclusive lock into a shared one. False if another process removed the root in between.
+pub(super) fn downgrade(file: &File, root: &Path) -> Result<bool, InstanceError> {
+    Ok(granted(file.try_lock_shared(), root)? && is_current_file(file, root))
 }
 
-/// Turns a shared lock into an exclusive one if nobody else holds it.
-pub(super) fn become_alone(file: &File) -> bool {
+/// Turns a shared lock into an exclusive one if no other process holds it.
+pub(super) fn upgrade(file: &File) -> bool {
     file.try_lock().is_ok()
 }
 
-/// Waits a moment for whoever holds the lock.
+/// Waits a moment for the holder of the lock.
 pub(super) fn pause() {
     std::thread::sleep(std::time::Duration::from_millis(5));
 }
@@ -86,11 +86,11 @@ fn granted(result: Result<(), TryLockError>, root: &Path) -> Result<bool, Instan
     }
 }
 
-/// Whether the locked file is still the one that stands in `root`.
-fn still_there(file: &File, root: &Path) -> bool {
-    let (Ok(held), Ok(standing)) = (file.metadata(), root.join(LOCK_FILE).symlink_metadata())
+/// Whether the locked file is still the one in `root`.
+fn is_current_file(file: &File, root: &Path) -> bool {
+    let (Ok(locked), Ok(present)) = (file.metadata(), root.join(LOCK_FILE).symlink_metadata())
     else {
         return false;
     };
-    (held.dev(), held.ino()) == (standing.dev(), standing.ino())
+    (locked.dev(), locked.ino()) == (present.dev(), present.ino())
 }

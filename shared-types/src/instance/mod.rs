@@ -1,10 +1,10 @@
-//! An instance: the private corner of shared memory in which one planner and one controller meet.
+//! An instance: the private part of shared memory that one planner and one controller share.
 //!
 //! Its root folder is `/dev/shm/surefoot-<uid>/<name>`, mode 0700, and every segment carries a
 //! prefix of its own, so that nothing is shared with other users or other iceoryx2 programs.
-//! Everybody in the instance holds a shared lock on the file `lock` in the root; the kernel drops
-//! the locks of the killed. Whoever can get the lock exclusively is alone, and only then may the
-//! root and its segments be removed: the last one out does so, and so does the next
+//! Every process of the instance holds a shared lock on the file `lock` in the root; the kernel
+//! drops the locks of killed processes. Only a process that holds the lock exclusively may remove
+//! the root and its segments: the last process that leaves does so, and so does the next
 //! [`Instance::create`] or [`Instance::clean_dead`] after a crash.
 
 pub mod bell;
@@ -24,8 +24,8 @@ use std::sync::Arc;
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
 pub use directory::remove_segments;
-pub use service::{ChannelError, Desk, Link};
-pub use succession::{Rank, Succession, draw_id};
+pub use service::{ChannelError, Participant, RequestServices};
+pub use succession::{SenderStatus, SenderTracker, random_id};
 
 use crate::digest::Digest;
 
@@ -33,7 +33,7 @@ use crate::digest::Digest;
 pub const NAME_LEN_MAX: usize = 32;
 /// Longest path of a base folder, bytes; leaves room for iceoryx2's own folders below it.
 const BASE_PATH_LEN_MAX: usize = 64;
-/// How often a lock is tried while somebody else creates or removes the same instance.
+/// How often a lock is tried while another process creates or removes the same instance.
 const LOCK_ATTEMPTS_MAX: usize = 20;
 
 /// Why an instance cannot be entered.
@@ -45,21 +45,21 @@ pub enum InstanceError {
         /// The name as given.
         name: String,
     },
-    /// Somebody else made the folder, or others may enter it.
+    /// Another user owns the folder, or others may enter it.
     #[error("{}: {reason}; remove it, or choose another instance name", path.display())]
-    Squatted {
+    NotPrivate {
         /// The folder or segment.
         path: PathBuf,
         /// What is wrong with it.
         reason: String,
     },
-    /// Other processes live in it.
+    /// Other processes use it.
     #[error("instance '{name}' is in use; end its processes or choose another name")]
     InUse {
         /// Its name.
         name: String,
     },
-    /// Nobody created it.
+    /// It was not created.
     #[error("instance '{name}' does not exist ({}); start its creator first", root.display())]
     Missing {
         /// Its name.
@@ -73,22 +73,22 @@ pub enum InstanceError {
         /// The base folder.
         path: PathBuf,
     },
-    /// Shared memory has no room.
+    /// Shared memory is full.
     #[error(
         "shared memory is full: {free_kib} KiB free, {needed_kib} KiB are needed; free some in /dev/shm, or enlarge it (in a container: --shm-size=256m)"
     )]
     Full {
-        /// What there is.
+        /// Free memory.
         free_kib: u64,
-        /// What it takes.
+        /// Needed memory.
         needed_kib: u64,
     },
-    /// The file system said no.
+    /// The file system refused.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: std::io::Error,
     },
 }
@@ -101,13 +101,13 @@ pub struct Instance {
 
 #[derive(Debug)]
 struct Membership {
-    place: Place,
+    location: Location,
     lock: File,
 }
 
-/// Where an instance lives.
+/// Name, root folder and segment prefix of an instance.
 #[derive(Debug, Clone)]
-pub(crate) struct Place {
+pub(crate) struct Location {
     name: String,
     root: PathBuf,
     prefix: String,
@@ -138,25 +138,25 @@ impl Instance {
     /// # Errors
     /// As [`Self::create`]; also where the base folder's path is relative or too long.
     pub fn create_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
-        let place = Place::new(base, name)?;
+        let location = Location::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
-            directory::refuse_foreign_segments(&place.prefix)?;
-            // Nothing slow from here to the lock: whoever clears away what is dead takes a folder
-            // without one for dead, too.
+            directory::refuse_foreign_segments(&location.prefix)?;
+            // Nothing slow from here to the lock: `clean_dead` takes a folder without a lock for
+            // dead.
             let is_there =
-                directory::ensure_private(base)? && directory::ensure_private_root(&place.root)?;
-            if is_there && let Some(lock) = lock::alone(&place.root)? {
-                lock::admit_nobody(&lock, &place.root)?;
-                directory::empty_except_lock(&place.root)?;
-                remove_segments(&place.prefix)?;
-                lock::admit_others(&lock, &place.root)?;
-                if lock::share(&lock, &place.root)? {
-                    return Ok(Self { membership: Arc::new(Membership { place, lock }) });
+                directory::ensure_private(base)? && directory::ensure_private_root(&location.root)?;
+            if is_there && let Some(lock) = lock::lock_exclusive(&location.root)? {
+                lock::mark_unready(&lock, &location.root)?;
+                directory::empty_except_lock(&location.root)?;
+                remove_segments(&location.prefix)?;
+                lock::mark_ready(&lock, &location.root)?;
+                if lock::downgrade(&lock, &location.root)? {
+                    return Ok(Self { membership: Arc::new(Membership { location, lock }) });
                 }
             }
             lock::pause();
         }
-        Err(InstanceError::InUse { name: place.name })
+        Err(InstanceError::InUse { name: location.name })
     }
 
     /// Like [`Self::attach`], with the base folder given.
@@ -164,21 +164,21 @@ impl Instance {
     /// # Errors
     /// As [`Self::attach`]; also where the base folder's path is relative or too long.
     pub fn attach_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
-        let place = Place::new(base, name)?;
+        let location = Location::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
-            if !directory::is_ours(base)? || !directory::is_ours(&place.root)? {
+            if !directory::is_ours(base)? || !directory::is_ours(&location.root)? {
                 break;
             }
-            directory::refuse_foreign_segments(&place.prefix)?;
-            if let Some(lock) = lock::among_others(&place.root)? {
-                return Ok(Self { membership: Arc::new(Membership { place, lock }) });
+            directory::refuse_foreign_segments(&location.prefix)?;
+            if let Some(lock) = lock::lock_shared(&location.root)? {
+                return Ok(Self { membership: Arc::new(Membership { location, lock }) });
             }
             lock::pause();
         }
-        Err(InstanceError::Missing { name: place.name, root: place.root })
+        Err(InstanceError::Missing { name: location.name, root: location.root })
     }
 
-    /// Removes every instance of this user in which no process lives any more; returns how many.
+    /// Removes every instance of this user without a running process; returns how many.
     /// Call it at start-up.
     ///
     /// # Errors
@@ -194,52 +194,52 @@ impl Instance {
     pub fn clean_dead_in(base: &Path) -> Result<usize, InstanceError> {
         let mut removed = 0;
         for name in directory::child_names(base)? {
-            let Ok(place) = Place::new(base, &name) else { continue };
-            if !matches!(directory::is_ours(&place.root), Ok(true)) {
+            let Ok(location) = Location::new(base, &name) else { continue };
+            if !matches!(directory::is_ours(&location.root), Ok(true)) {
                 continue;
             }
-            if let Some(lock) = lock::alone(&place.root)? {
-                place.remove(&lock)?;
+            if let Some(lock) = lock::lock_exclusive(&location.root)? {
+                location.remove(&lock)?;
                 removed += 1;
             }
         }
         Ok(removed)
     }
 
-    /// The names of all instances of this user in which a process lives.
+    /// The names of all instances of this user with a running process.
     ///
     /// # Errors
-    /// The folder of all instances is not ours alone.
-    pub fn living() -> Result<Vec<String>, InstanceError> {
+    /// The folder of all instances is not private to this user.
+    pub fn running() -> Result<Vec<String>, InstanceError> {
         let base = directory::default_base()?;
         let mut names = directory::child_names(&base)?;
         names.retain(|name| {
-            Place::new(&base, name)
-                .is_ok_and(|place| matches!(lock::is_held(&place.root), Ok(true)))
+            Location::new(&base, name)
+                .is_ok_and(|location| matches!(lock::is_locked(&location.root), Ok(true)))
         });
         Ok(names)
     }
 
     /// The instance's name.
     pub fn name(&self) -> &str {
-        &self.membership.place.name
+        &self.membership.location.name
     }
 
     /// The instance's root folder.
     pub fn root(&self) -> &Path {
-        &self.membership.place.root
+        &self.membership.location.root
     }
 
     /// What every shared-memory segment's name of this instance begins with.
     pub fn segment_prefix(&self) -> &str {
-        &self.membership.place.prefix
+        &self.membership.location.prefix
     }
 
     /// Checks that shared memory has room for what a process of this instance puts there.
     ///
     /// # Errors
     /// It has not.
-    pub(crate) fn check_room(&self) -> Result<(), InstanceError> {
+    pub(crate) fn check_capacity(&self) -> Result<(), InstanceError> {
         room::check(self.root())?;
         room::check(Path::new(directory::SHARED_MEMORY))
     }
@@ -258,17 +258,17 @@ impl Instance {
 
     /// iceoryx2's configuration for this instance. Nothing is looked up in files.
     pub(crate) fn config(&self) -> Result<Config, InstanceError> {
-        let place = &self.membership.place;
-        let unusable = || InstanceError::Path { path: place.root.clone() };
-        let root = place.root.to_str().ok_or_else(unusable)?;
+        let location = &self.membership.location;
+        let unusable = || InstanceError::Path { path: location.root.clone() };
+        let root = location.root.to_str().ok_or_else(unusable)?;
         let mut config = Config::default();
         config.global.set_root_path(&IoxPath::new(root.as_bytes()).map_err(|_| unusable())?);
-        config.global.prefix = FileName::new(place.prefix.as_bytes()).map_err(|_| unusable())?;
+        config.global.prefix = FileName::new(location.prefix.as_bytes()).map_err(|_| unusable())?;
         Ok(config)
     }
 }
 
-impl Place {
+impl Location {
     fn new(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let fits = (1..=NAME_LEN_MAX).contains(&name.len());
         if !fits
@@ -289,8 +289,8 @@ impl Place {
         })
     }
 
-    /// Removes root and segments. `_alone` is the exclusive lock that makes it lawful.
-    fn remove(&self, _alone: &File) -> Result<(), InstanceError> {
+    /// Removes root and segments. `_exclusive` is the exclusive lock that makes it lawful.
+    fn remove(&self, _exclusive: &File) -> Result<(), InstanceError> {
         remove_segments(&self.prefix)?;
         directory::remove_root(&self.root)
     }
@@ -298,9 +298,9 @@ impl Place {
 
 impl Drop for Membership {
     fn drop(&mut self) {
-        if lock::become_alone(&self.lock) {
-            // A failure leaves files that the next start removes; there is nobody to tell.
-            let _ = self.place.remove(&self.lock);
+        if lock::upgrade(&self.lock) {
+            // A failure leaves files that the next start removes; it is not reported.
+            let _ = self.location.remove(&self.lock);
         }
     }
 }

@@ -1,25 +1,27 @@
-//! Listens to a pair without taking part: for monitors and loggers.
+//! Receives all messages of a planner and its controller: for monitors and loggers.
 //!
 //! An observer's mapping of the messages is read-only. One that reads too slowly misses messages;
-//! nobody waits for it.
+//! no process waits for it.
 
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 
 use super::Instance;
-use super::service::{CREDIT, ChannelError, Desk, Link, STATE_BUFFER, Service};
-use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, Sealed, State};
+use super::service::{
+    ChannelError, Participant, RequestServices, STATE_BUFFER, Service, WINDOW_CHUNKS,
+};
+use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, State, WithCrc};
 
-/// Hears everything that passes in an instance.
+/// Subscribers of all messages in an instance.
 #[derive(Debug)]
 pub struct Observer {
     chunks: Subscriber<ipc::Service, PlanChunk, ()>,
     feedback: Subscriber<ipc::Service, Feedback, ()>,
     status: Subscriber<ipc::Service, PlanStatus, ()>,
     state: Subscriber<ipc::Service, State, ()>,
-    _desk: Desk,
+    _services: RequestServices,
     _state_service: Service<State>,
-    link: Link,
+    participant: Participant,
 }
 
 impl Observer {
@@ -28,13 +30,18 @@ impl Observer {
     /// # Errors
     /// The transport fails, or the other processes lay their messages out differently.
     pub fn open(instance: &Instance) -> Result<Self, ChannelError> {
-        let link = Link::open(instance)?;
-        let (desk, state_service) = (link.open_desk()?, link.open_state()?);
+        let participant = Participant::open(instance)?;
+        let (services, state_service) =
+            (participant.open_request_services()?, participant.open_state()?);
         let failed = |error| ChannelError::transport("creating a subscriber", error);
-        let chunks =
-            link.chunks.subscriber_builder().buffer_size(CREDIT).create().map_err(failed)?;
-        let feedback = link.feedback.subscriber_builder().create().map_err(failed)?;
-        let status = desk.status.subscriber_builder().create().map_err(failed)?;
+        let chunks = participant
+            .chunks
+            .subscriber_builder()
+            .buffer_size(WINDOW_CHUNKS)
+            .create()
+            .map_err(failed)?;
+        let feedback = participant.feedback.subscriber_builder().create().map_err(failed)?;
+        let status = services.status.subscriber_builder().create().map_err(failed)?;
         let state = state_service
             .subscriber_builder()
             .buffer_size(STATE_BUFFER)
@@ -45,9 +52,9 @@ impl Observer {
             feedback,
             status,
             state,
-            _desk: desk,
+            _services: services,
             _state_service: state_service,
-            link,
+            participant,
         })
     }
 
@@ -56,10 +63,10 @@ impl Observer {
     /// # Errors
     /// The transport fails.
     pub fn chunk(&self) -> Result<Option<PlanChunk>, ChannelError> {
-        next(&self.chunks, PlanChunk::is_intact)
+        next(&self.chunks, PlanChunk::crc_matches)
     }
 
-    /// The controller's next word, if one came and is well-formed.
+    /// The controller's next feedback, if one came and is well-formed.
     ///
     /// # Errors
     /// The transport fails.
@@ -67,7 +74,7 @@ impl Observer {
         next(&self.feedback, Feedback::is_well_formed)
     }
 
-    /// The next word of a planner that stays up, if one came and is well-formed.
+    /// The next status of a planner that stays up, if one came and is well-formed.
     ///
     /// # Errors
     /// The transport fails.
@@ -83,14 +90,14 @@ impl Observer {
         next(&self.state, State::is_well_formed)
     }
 
-    /// Planners and controllers attached, killed ones included until somebody cleans up.
-    pub fn speakers(&self) -> usize {
-        self.link.chunks.dynamic_config().number_of_publishers()
-            + self.link.feedback.dynamic_config().number_of_publishers()
+    /// Planners and controllers attached, killed ones included until a process cleans up.
+    pub fn publisher_count(&self) -> usize {
+        self.participant.chunks.dynamic_config().number_of_publishers()
+            + self.participant.feedback.dynamic_config().number_of_publishers()
     }
 }
 
-/// The next message that `is_sound`; others are passed over.
+/// The next message that `is_sound`; others are skipped.
 fn next<M: Layout>(
     subscriber: &Subscriber<ipc::Service, M, ()>,
     is_sound: impl Fn(&M) -> bool,

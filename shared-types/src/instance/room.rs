@@ -13,7 +13,7 @@ use std::path::Path;
 use super::InstanceError;
 use super::directory::io_error;
 
-/// What one process puts into shared memory at the most: its pool of chunks, its words and
+/// What one process puts into shared memory at the most: its pool of chunks, its feedback and
 /// iceoryx2's own tables, KiB.
 const NEEDED_KIB: u64 = 8 * 1024;
 

@@ -1,8 +1,8 @@
 //! The instance's iceoryx2 node and its services.
 //!
 //! `chunks` and `requests` never overflow: what a reader's buffer cannot take is sent again until
-//! it is acknowledged. `feedback` and `status` hold the latest word only. `state` holds the last
-//! ticks, the oldest of which a slow reader loses. A bell of each side wakes the other one.
+//! it is acknowledged. `feedback` and `status` hold the latest message only. `state` holds the last
+//! ticks, the oldest of which a slow reader loses. A wake pipe for each side wakes it.
 
 use std::time::Duration;
 
@@ -16,33 +16,33 @@ use iceoryx2::service::builder::publish_subscribe::{
 };
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use super::bell::Bell;
+use super::bell::WakePipe;
 use super::{Instance, InstanceError};
 use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus, State};
 
 /// Most chunks sent and not yet acknowledged; also the size of a reader's buffer.
-pub const CREDIT: usize = 8;
+pub const WINDOW_CHUNKS: usize = 8;
 /// Most readers of a service: the other side, and monitors and loggers.
 pub const READERS_MAX: usize = 8;
 /// Most messages that a reader holds at a time.
 pub const BORROWED_MAX: usize = 2;
 /// Slots that a sender keeps loaned ahead.
-pub const STOCK: usize = 48;
+pub const LOANS_AHEAD: usize = 48;
 /// Most chunks of a sender that can be in use at a time: those in all readers' buffers and hands,
-/// and its stock.
-pub const CHUNK_POOL: usize = READERS_MAX * (CREDIT + BORROWED_MAX) + STOCK;
-/// Most words of a controller that can be in use at a time: likewise, with a buffer of one and a
-/// history of one.
-pub const WORD_POOL: usize = READERS_MAX * (1 + BORROWED_MAX) + 1 + STOCK;
+/// and its loan pool.
+pub const CHUNK_POOL: usize = READERS_MAX * (WINDOW_CHUNKS + BORROWED_MAX) + LOANS_AHEAD;
+/// Most feedback messages of a controller that can be in use at a time: likewise, with a buffer of
+/// one and a history of one.
+pub const FEEDBACK_POOL: usize = READERS_MAX * (1 + BORROWED_MAX) + 1 + LOANS_AHEAD;
 /// Ticks that a reader of the state may be behind before it loses the oldest.
 pub const STATE_BUFFER: usize = 256;
 /// Most states of a controller that can be in use at a time, likewise.
-pub const STATE_POOL: usize = READERS_MAX * (STATE_BUFFER + BORROWED_MAX) + 1 + STOCK;
+pub const STATE_POOL: usize = READERS_MAX * (STATE_BUFFER + BORROWED_MAX) + 1 + LOANS_AHEAD;
 /// Most writers of a service: one, and dead ones that are not cleaned yet.
 const WRITERS_MAX: usize = 8;
 /// Most processes in a service, dead ones included.
 const NODES_MAX: usize = 32;
-/// How often opening is tried while somebody else creates or removes the service.
+/// How often opening is tried while another process creates or removes the service.
 const OPEN_ATTEMPTS_MAX: usize = 20;
 /// Time between two attempts.
 const OPEN_PAUSE: Duration = Duration::from_millis(5);
@@ -71,11 +71,11 @@ pub enum ChannelError {
     Transport {
         /// What was being done.
         action: String,
-        /// iceoryx2's words.
+        /// The reason that iceoryx2 gives.
         reason: String,
     },
-    /// A process gave itself the id that means nobody.
-    #[error("0 is nobody's id; draw one with instance::draw_id")]
+    /// A process gave itself the reserved id 0.
+    #[error("the id 0 is reserved; use instance::random_id")]
     Id,
     /// The robot of this instance is moved by another controller.
     #[error(
@@ -93,39 +93,39 @@ pub enum ChannelError {
 }
 
 impl ChannelError {
-    /// An error of iceoryx2 met while doing `action`.
+    /// An error of iceoryx2 during `action`.
     pub fn transport(action: &str, reason: impl std::fmt::Debug) -> Self {
         Self::Transport { action: action.to_owned(), reason: format!("{reason:?}") }
     }
 }
 
-/// A process's end of an instance: its node and both services.
+/// A process's participant in an instance: its iceoryx2 node and its services.
 #[derive(Debug)]
-pub struct Link {
+pub struct Participant {
     /// Plan chunks, planner to controller.
     pub chunks: Service<PlanChunk>,
-    /// The controller's latest word.
+    /// The controller's latest feedback.
     pub feedback: Service<Feedback>,
-    /// Rung by the planner when it sent chunks to a controller that may sleep.
-    pub chunk_bell: Bell,
-    /// Rung by the controller when it answered a planner that may sleep.
-    pub feedback_bell: Bell,
-    /// The process in iceoryx2's eyes.
+    /// Notified by the planner when it has sent chunks and the controller may block.
+    pub chunk_wake_pipe: WakePipe,
+    /// Notified by the controller when it has sent feedback and the planner may block.
+    pub feedback_wake_pipe: WakePipe,
+    /// The iceoryx2 node of the process.
     pub node: Node<ipc::Service>,
-    /// The instance, kept until all else is gone.
+    /// The instance; dropped last.
     pub instance: Instance,
 }
 
-/// The services over which a planner that stays up is asked.
+/// The services of requests to a planner that stays up.
 #[derive(Debug)]
-pub struct Desk {
-    /// What clients ask.
+pub struct RequestServices {
+    /// Requests, client to planner.
     pub requests: Service<PlanRequest>,
-    /// The planner's latest word about it.
+    /// The planner's latest status.
     pub status: Service<PlanStatus>,
 }
 
-impl Link {
+impl Participant {
     /// Opens both services, creating what does not exist yet.
     ///
     /// # Errors
@@ -146,7 +146,7 @@ impl Link {
         feedback_hash: u64,
     ) -> Result<Self, ChannelError> {
         set_log_level(LogLevel::Fatal);
-        instance.check_room()?;
+        instance.check_capacity()?;
         let config = instance.config()?;
         let node = NodeBuilder::new()
             .config(&config)
@@ -156,14 +156,21 @@ impl Link {
             node.map_err(|error| ChannelError::transport("creating an iceoryx2 node", error))?;
         let chunks = open_service(&node, instance, "chunks", chunk_hash, &LOSSLESS)?;
         let feedback = open_service(&node, instance, "feedback", feedback_hash, &LATEST)?;
-        let chunk_bell = Bell::open(instance, "chunk-bell")?;
-        let feedback_bell = Bell::open(instance, "feedback-bell")?;
+        let chunk_wake_pipe = WakePipe::open(instance, "chunk-bell")?;
+        let feedback_wake_pipe = WakePipe::open(instance, "feedback-bell")?;
         instance.reserve_segments()?;
-        Ok(Self { chunks, feedback, chunk_bell, feedback_bell, node, instance: instance.clone() })
+        Ok(Self {
+            chunks,
+            feedback,
+            chunk_wake_pipe,
+            feedback_wake_pipe,
+            node,
+            instance: instance.clone(),
+        })
     }
 
-    /// Opens the service on which a controller says how the simulated robot is, creating it if it
-    /// does not exist yet.
+    /// Opens the service on which a controller publishes the simulated robot's state, creating it
+    /// if it does not exist yet.
     ///
     /// # Errors
     /// The service has another message layout, or the transport fails.
@@ -171,21 +178,20 @@ impl Link {
         open_service(&self.node, &self.instance, "state", State::HASH, &RECENT)
     }
 
-    /// Opens the services over which a planner that stays up is asked, creating what does not exist
-    /// yet.
+    /// Opens the request services, creating the ones that do not exist yet.
     ///
     /// # Errors
     /// A service has another message layout, or the transport fails.
-    pub fn open_desk(&self) -> Result<Desk, ChannelError> {
+    pub fn open_request_services(&self) -> Result<RequestServices, ChannelError> {
         let requests =
             open_service(&self.node, &self.instance, "requests", PlanRequest::HASH, &LOSSLESS)?;
         let status = open_service(&self.node, &self.instance, "status", PlanStatus::HASH, &LATEST)?;
-        Ok(Desk { requests, status })
+        Ok(RequestServices { requests, status })
     }
 }
 
 /// Nothing is overwritten: what finds no room is not delivered.
-const LOSSLESS: Qos = Qos { overflow: false, buffer: CREDIT, history: 0 };
+const LOSSLESS: Qos = Qos { overflow: false, buffer: WINDOW_CHUNKS, history: 0 };
 /// The newest message replaces the one before, and waits for late readers.
 const LATEST: Qos = Qos { overflow: true, buffer: 1, history: 1 };
 /// The newest messages replace the oldest; the last one waits for late readers.

@@ -13,15 +13,15 @@ use crate::message::Layout;
 /// A slot that was loaned and not written yet.
 pub type Slot<M> = SampleMutUninit<ipc::Service, MaybeUninit<M>, ()>;
 
-/// A publisher with a stock of slots.
-pub struct Stock<M: Layout> {
+/// A publisher with a pool of loaned slots.
+pub struct LoanPool<M: Layout> {
     slots: Vec<Slot<M>>,
     publisher: Publisher<ipc::Service, M, ()>,
 }
 
-impl<M: Layout> Stock<M> {
-    /// Touches `pool` slots, so that no page is met for the first time later, and keeps `len` of
-    /// them in stock. The publisher must be allowed to loan `pool` slots at a time.
+impl<M: Layout> LoanPool<M> {
+    /// Touches `pool` slots, so that no page is touched for the first time later, and keeps `len`
+    /// of them loaned. The publisher must be allowed to loan `pool` slots at a time.
     ///
     /// # Errors
     /// The publisher has not so many.
@@ -40,7 +40,7 @@ impl<M: Layout> Stock<M> {
         Ok(Self { slots, publisher })
     }
 
-    /// A slot out of the stock, or a new one where it is used up.
+    /// A slot of the pool, or a new loan if the pool is empty.
     ///
     /// # Errors
     /// The pool is used up.
@@ -51,7 +51,7 @@ impl<M: Layout> Stock<M> {
         }
     }
 
-    /// Fills the stock up to `len` slots again. To be called when there is nothing else to do.
+    /// Fills the pool up to `len` slots again. Call it while idle.
     ///
     /// # Errors
     /// The pool is used up.

@@ -1,60 +1,60 @@
-//! Who speaks now, and who has been replaced.
+//! Tracks which process id is current on a channel.
 //!
-//! A killed process leaves messages in flight that may arrive after its successor's. They are told
-//! apart by the id that every process draws at its start.
+//! A killed process leaves messages in flight that may arrive after its successor's. The random id
+//! that every process takes at its start tells them apart.
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 
-/// How many replaced ids are remembered.
+/// Stale ids that are kept.
 const REMEMBERED_MAX: usize = 32;
 
-/// An id for a process's session or instance: random, never 0. It has no influence on what is
-/// planned.
-pub fn draw_id() -> u64 {
+/// An id for a process's session or instance: random, never 0. It has no influence on a
+/// plan.
+pub fn random_id() -> u64 {
     RandomState::new().build_hasher().finish().max(1)
 }
 
-/// The current speaker of a channel and those before it.
+/// The current sender of a channel and the senders before it.
 #[derive(Debug, Clone, Default)]
-pub struct Succession {
+pub struct SenderTracker {
     current: Option<u64>,
-    replaced: [Option<u64>; REMEMBERED_MAX],
-    replacements: usize,
+    stale: [Option<u64>; REMEMBERED_MAX],
+    stale_count: usize,
 }
 
-/// What a message's sender is.
+/// Status of a message's sender.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rank {
-    /// The one who spoke last.
+pub enum SenderStatus {
+    /// The sender of the last accepted message.
     Current,
-    /// Somebody not heard before; still to be enthroned.
+    /// Not seen before; not adopted yet.
     New,
-    /// One that was replaced: its message is a leftover.
-    Replaced,
+    /// Superseded by a later sender: its message is left over.
+    Stale,
 }
 
-impl Succession {
-    /// The current speaker.
+impl SenderTracker {
+    /// The current sender.
     pub fn current(&self) -> Option<u64> {
         self.current
     }
 
-    /// What `id` is.
-    pub fn rank(&self, id: u64) -> Rank {
+    /// Status of `id`.
+    pub fn status(&self, id: u64) -> SenderStatus {
         if self.current == Some(id) {
-            Rank::Current
-        } else if self.replaced.contains(&Some(id)) {
-            Rank::Replaced
+            SenderStatus::Current
+        } else if self.stale.contains(&Some(id)) {
+            SenderStatus::Stale
         } else {
-            Rank::New
+            SenderStatus::New
         }
     }
 
-    /// Makes `id` the current speaker; the one before it is replaced.
-    pub fn enthrone(&mut self, id: u64) {
+    /// Makes `id` the current sender; the one before it becomes stale.
+    pub fn adopt(&mut self, id: u64) {
         if self.current.is_some() && self.current != Some(id) {
-            self.replaced[self.replacements % REMEMBERED_MAX] = self.current;
-            self.replacements += 1;
+            self.stale[self.stale_count % REMEMBERED_MAX] = self.current;
+            self.stale_count += 1;
         }
         self.current = Some(id);
     }
@@ -65,16 +65,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_replaced_one_stays_replaced() {
-        let mut succession = Succession::default();
-        assert_eq!(succession.rank(1), Rank::New);
-        succession.enthrone(1);
-        succession.enthrone(1);
-        assert_eq!(succession.rank(1), Rank::Current);
-        succession.enthrone(2);
+    fn a_stale_sender_stays_stale() {
+        let mut tracker = SenderTracker::default();
+        assert_eq!(tracker.status(1), SenderStatus::New);
+        tracker.adopt(1);
+        tracker.adopt(1);
+        assert_eq!(tracker.status(1), SenderStatus::Current);
+        tracker.adopt(2);
         assert_eq!(
-            (succession.rank(1), succession.rank(2), succession.rank(3)),
-            (Rank::Replaced, Rank::Current, Rank::New)
+            (tracker.status(1), tracker.status(2), tracker.status(3)),
+            (SenderStatus::Stale, SenderStatus::Current, SenderStatus::New)
         );
     }
 }

@@ -30,7 +30,7 @@ fn names_are_checked() {
     let longest_base =
         base.path().join("b".repeat(BASE_PATH_LEN_MAX - base.path().as_os_str().len() - 1));
     let instance = Instance::create_in(&longest_base, &"x".repeat(NAME_LEN_MAX)).unwrap();
-    assert!(Link::open(&instance).is_ok());
+    assert!(Participant::open(&instance).is_ok());
     assert!(matches!(
         Instance::create_in(&longest_base.join("c"), "a"),
         Err(InstanceError::Path { .. })
@@ -48,12 +48,12 @@ fn the_last_one_out_removes_everything() {
     let created = Instance::create_in(&inner, "walk").unwrap();
     assert_eq!(fs::metadata(created.root()).unwrap().permissions().mode() & 0o7777, 0o700);
     let attached = Instance::attach_in(&inner, "walk").unwrap();
-    let link = Link::open(&attached).unwrap();
+    let participant = Participant::open(&attached).unwrap();
     assert!(!segments_of(&attached).is_empty());
     drop(created);
     assert!(attached.root().exists(), "an attached one keeps it");
     let probe = Instance::attach_in(&inner, "walk").unwrap();
-    drop((link, attached));
+    drop((participant, attached));
     let (root, prefix) = (probe.root().to_owned(), probe.segment_prefix().to_owned());
     drop(probe);
     assert!(!root.exists() && !inner.exists());
@@ -77,12 +77,12 @@ fn an_instance_in_use_is_not_created_again_and_a_missing_one_is_not_attached() {
 }
 
 #[test]
-fn squatted_folders_are_refused() {
+fn folders_that_are_not_private_are_refused() {
     let base = base();
     let refused = |path: &Path, name: &str| {
         let error = Instance::create_in(path, name).unwrap_err();
-        assert!(matches!(error, InstanceError::Squatted { .. }), "{error}");
-        assert!(matches!(Instance::attach_in(path, name), Err(InstanceError::Squatted { .. })));
+        assert!(matches!(error, InstanceError::NotPrivate { .. }), "{error}");
+        assert!(matches!(Instance::attach_in(path, name), Err(InstanceError::NotPrivate { .. })));
     };
     for (name, mode) in [("open", 0o777), ("group", 0o750)] {
         let root = base.path().join(name);
@@ -94,11 +94,15 @@ fn squatted_folders_are_refused() {
     let private = base.path().join("private");
     fs::create_dir(&private).unwrap();
     fs::set_permissions(&private, fs::Permissions::from_mode(0o700)).unwrap();
-    symlink(&private, base.path().join("link")).unwrap();
-    refused(base.path(), "link");
+    symlink(&private, base.path().join("participant")).unwrap();
+    refused(base.path(), "participant");
     fs::write(base.path().join("file"), "").unwrap();
     refused(base.path(), "file");
-    assert_eq!(fs::read_dir(&private).unwrap().count(), 0, "nothing was written through the link");
+    assert_eq!(
+        fs::read_dir(&private).unwrap().count(),
+        0,
+        "nothing was written through the participant"
+    );
 }
 
 #[test]
@@ -115,7 +119,7 @@ fn a_lock_that_is_a_link_is_refused() {
 #[test]
 fn what_a_crash_left_is_removed() {
     let base = base();
-    let living = Instance::create_in(base.path(), "living").unwrap();
+    let running = Instance::create_in(base.path(), "running").unwrap();
     let dead = Instance::create_in(base.path(), "dead").unwrap();
     let (root, segment) =
         (dead.root().to_owned(), format!("/dev/shm/{}data", dead.segment_prefix()));
@@ -126,7 +130,7 @@ fn what_a_crash_left_is_removed() {
     }
     fs::write(&segment, "left").unwrap();
     assert_eq!(Instance::clean_dead_in(base.path()).unwrap(), 1);
-    assert!(!root.exists() && !Path::new(&segment).exists() && living.root().exists());
+    assert!(!root.exists() && !Path::new(&segment).exists() && running.root().exists());
 }
 
 #[test]
@@ -134,17 +138,17 @@ fn another_layout_is_refused() {
     use crate::message::{Feedback, Layout, PlanChunk};
     let base = base();
     let instance = Instance::create_in(base.path(), "layout").unwrap();
-    let link = Link::open(&instance).unwrap();
+    let participant = Participant::open(&instance).unwrap();
     for (chunk, feedback) in
         [(PlanChunk::HASH ^ 1, Feedback::HASH), (PlanChunk::HASH, Feedback::HASH ^ 1)]
     {
         assert!(matches!(
-            Link::open_with_layouts(&instance, chunk, feedback),
+            Participant::open_with_layouts(&instance, chunk, feedback),
             Err(ChannelError::Layout { .. })
         ));
     }
-    assert!(Link::open(&instance).is_ok());
-    drop(link);
+    assert!(Participant::open(&instance).is_ok());
+    drop(participant);
 }
 
 #[test]
@@ -153,17 +157,18 @@ fn all_who_leave_at_once_leave_nothing() {
     let inner = base.path().join("mine");
     for round in 0..60 {
         let created = Instance::create_in(&inner, "walk").unwrap();
-        let mut members = vec![Link::open(&created).unwrap()];
-        members.extend(
-            (0..3).map(|_| Link::open(&Instance::attach_in(&inner, "walk").unwrap()).unwrap()),
-        );
+        let mut members = vec![Participant::open(&created).unwrap()];
+        members
+            .extend((0..3).map(|_| {
+                Participant::open(&Instance::attach_in(&inner, "walk").unwrap()).unwrap()
+            }));
         let (root, prefix) = (created.root().to_owned(), created.segment_prefix().to_owned());
         drop(created);
         let gate = std::sync::Barrier::new(members.len());
         std::thread::scope(|scope| {
-            for link in members.drain(..) {
-                let instance = link.instance.clone();
-                drop(link);
+            for participant in members.drain(..) {
+                let instance = participant.instance.clone();
+                drop(participant);
                 let gate = &gate;
                 scope.spawn(move || {
                     gate.wait();
@@ -208,7 +213,7 @@ fn come_and_go(base: &Path, name: &str, rounds: usize) -> Vec<String> {
 }
 
 #[test]
-fn the_last_one_out_of_another_instance_is_in_nobodys_way() {
+fn the_last_process_of_another_instance_disturbs_no_other() {
     let base = base();
     let inner = base.path().join("mine");
     let over = std::sync::atomic::AtomicBool::new(false);
@@ -231,17 +236,17 @@ fn the_last_one_out_of_another_instance_is_in_nobodys_way() {
 }
 
 #[test]
-fn nobody_enters_what_is_not_ready() {
+fn no_process_enters_an_instance_that_is_not_ready() {
     let base = base();
     let root = base.path().join("a");
     directory::ensure_private(&root).unwrap();
-    assert!(lock::alone(&root).unwrap().is_some());
+    assert!(lock::lock_exclusive(&root).unwrap().is_some());
     let over = std::sync::atomic::AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| {
             for _ in 0..20_000 {
-                for mark in [lock::admit_others, lock::admit_nobody] {
-                    if let Some(file) = lock::alone(&root).unwrap() {
+                for mark in [lock::mark_ready, lock::mark_unready] {
+                    if let Some(file) = lock::lock_exclusive(&root).unwrap() {
                         mark(&file, &root).unwrap();
                     }
                 }
@@ -249,7 +254,7 @@ fn nobody_enters_what_is_not_ready() {
             over.store(true, std::sync::atomic::Ordering::Relaxed);
         });
         while !over.load(std::sync::atomic::Ordering::Relaxed) {
-            if let Some(file) = lock::among_others(&root).unwrap() {
+            if let Some(file) = lock::lock_shared(&root).unwrap() {
                 assert_ne!(file.metadata().unwrap().len(), 0, "entered before it was ready");
             }
         }

@@ -19,7 +19,7 @@ const SCENE_ELEMENTS_MAX: usize = 1_000_000;
 /// Most triangles of a scene; instances multiply those of the file. The largest STL file holds
 /// fewer.
 const TRIANGLES_MAX: usize = 1 << 25;
-/// Characters of the file that a complaint repeats at most.
+/// Characters of the file that an error message repeats at most.
 const QUOTED_MAX: usize = 24;
 
 /// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does
@@ -206,10 +206,11 @@ fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'inpu
 /// The numbers that stand in an element.
 fn numbers<T: FromStr>(element: Node) -> Result<Vec<T>, String> {
     let texts = element.children().filter(Node::is_text).filter_map(|text| text.text());
-    let complain = |word: &str| damaged(element, format!("holds '{}' for a number", quoted(word)));
+    let input_error =
+        |word: &str| damaged(element, format!("holds '{}' for a number", quoted(word)));
     texts
         .flat_map(str::split_ascii_whitespace)
-        .map(|word| word.parse().map_err(|_| complain(word)))
+        .map(|word| word.parse().map_err(|_| input_error(word)))
         .collect()
 }
 
@@ -219,8 +220,8 @@ fn exactly<const N: usize>(element: Node) -> Result<[f64; N], String> {
     })
 }
 
-fn damaged(element: Node, complaint: String) -> String {
-    format!("is damaged: a <{}> {complaint}; export it again", element.tag_name().name())
+fn damaged(element: Node, problem: String) -> String {
+    format!("is damaged: a <{}> {problem}; export it again", element.tag_name().name())
 }
 
 fn quoted(text: &str) -> String {

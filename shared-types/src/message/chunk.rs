@@ -5,7 +5,7 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::layout::layout;
 use super::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
-use super::seal::Sealed;
+use super::seal::WithCrc;
 use crate::Pose;
 use crate::digest::Digest;
 
@@ -82,8 +82,8 @@ impl SupportMode {
         [Self::Left, Self::Right, Self::Double].into_iter().find(|mode| *mode as u32 == value)
     }
 
-    /// The plan format's word for it.
-    pub fn word(self) -> &'static str {
+    /// Its name in the plan format.
+    pub fn name(self) -> &'static str {
         ["left", "right", "double"][self as usize]
     }
 
@@ -180,7 +180,7 @@ layout!(PlanChunk {
 // SAFETY: a transparent array of bytes without pointers.
 unsafe impl ZeroCopySend for Digest {}
 
-impl Sealed for PlanChunk {
+impl WithCrc for PlanChunk {
     const CRC_AT: usize = std::mem::offset_of!(Self, crc);
 
     fn crc_mut(&mut self) -> &mut u32 {
@@ -203,14 +203,14 @@ impl PlanChunk {
     }
 
     /// The digest of the stream after this chunk. Who sends it (session, target instance) does not
-    /// count: the same plan has the same digest whoever carries it.
+    /// count: the same plan has the same digest from every sender.
     pub fn stream_after(&self) -> Digest {
         let bytes = bytemuck::bytes_of(self);
         let (head, rest) = bytes.split_at(std::mem::offset_of!(Self, robot));
         let mut anonymous = [0; std::mem::offset_of!(Self, robot)];
         anonymous.copy_from_slice(head);
-        let carriers = [(Self::SESSION_AT, 8), (Self::TARGET_AT, 8), (Self::CRC_AT, 4)];
-        carriers.iter().for_each(|&(at, size)| anonymous[at..at + size].fill(0));
+        let sender_fields = [(Self::SESSION_AT, 8), (Self::TARGET_AT, 8), (Self::CRC_AT, 4)];
+        sender_fields.iter().for_each(|&(at, size)| anonymous[at..at + size].fill(0));
         self.stream.chain_pieces(&[&anonymous, rest])
     }
 }
@@ -233,18 +233,18 @@ mod tests {
 
     use super::*;
 
-    fn sealed() -> Box<PlanChunk> {
+    fn with_crc() -> Box<PlanChunk> {
         let mut chunk = Box::new(PlanChunk::zeroed());
         bytemuck::bytes_of_mut(&mut *chunk)
             .iter_mut()
             .enumerate()
             .for_each(|(at, byte)| *byte = (at % 251) as u8);
-        chunk.seal();
+        chunk.write_crc();
         chunk
     }
 
     #[test]
-    fn only_two_limbs_ever_carry() {
+    fn only_two_limbs_carry() {
         let carriers =
             |mode: SupportMode| (0..9).filter(|&limb| mode.carries(limb)).collect::<Vec<_>>();
         let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
@@ -252,33 +252,33 @@ mod tests {
     }
 
     #[test]
-    fn every_flipped_bit_of_the_header_breaks_the_seal() {
-        let mut chunk = sealed();
-        assert!(chunk.is_intact());
+    fn every_flipped_bit_of_the_header_breaks_the_crc() {
+        let mut chunk = with_crc();
+        assert!(chunk.crc_matches());
         for bit in 0..8 * std::mem::offset_of!(PlanChunk, contacts) {
             bytemuck::bytes_of_mut(&mut *chunk)[bit / 8] ^= 1 << (bit % 8);
-            assert!(!chunk.is_intact(), "header bit {bit}");
+            assert!(!chunk.crc_matches(), "header bit {bit}");
             bytemuck::bytes_of_mut(&mut *chunk)[bit / 8] ^= 1 << (bit % 8);
         }
-        assert!(chunk.is_intact());
+        assert!(chunk.crc_matches());
     }
 
     #[test]
-    fn every_flipped_byte_breaks_the_seal() {
-        let mut chunk = sealed();
+    fn every_flipped_byte_breaks_the_crc() {
+        let mut chunk = with_crc();
         for at in 0..size_of::<PlanChunk>() {
             bytemuck::bytes_of_mut(&mut *chunk)[at] ^= 0xff;
-            assert!(!chunk.is_intact(), "byte {at}");
+            assert!(!chunk.crc_matches(), "byte {at}");
             bytemuck::bytes_of_mut(&mut *chunk)[at] ^= 0xff;
         }
     }
 
     #[test]
-    fn the_stream_does_not_know_its_carrier() {
-        let chunk = sealed();
+    fn the_stream_digest_ignores_the_sender() {
+        let chunk = with_crc();
         let mut carried = chunk.clone();
         (carried.session, carried.target_instance) = (1, 2);
-        carried.seal();
+        carried.write_crc();
         assert_eq!(carried.stream_after(), chunk.stream_after());
         let anonymous = PlanChunk { session: 0, target_instance: 0, crc: 0, ..*chunk };
         assert_eq!(

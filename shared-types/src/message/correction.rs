@@ -1,4 +1,4 @@
-//! What a controller met that is not as the world file says.
+//! Differences between the actual world and the world file, as a controller encountered them.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -27,7 +27,7 @@ pub enum CorrectionKind {
     ContactMissing = 4,
 }
 
-/// One difference between the world and the planner's belief.
+/// One difference between the actual world and the planner's world.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.Correction.v1")]
@@ -57,7 +57,7 @@ impl CorrectionKind {
     }
 
     /// Its name in reports.
-    pub fn word(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Self::Moved => "moved",
             Self::Missing => "missing",
@@ -133,7 +133,7 @@ mod tests {
         ];
         for correction in good {
             assert!(correction.is_well_formed(), "{correction:?}");
-            assert!(!correction.known_kind().unwrap().word().is_empty());
+            assert!(!correction.known_kind().unwrap().name().is_empty());
             let bad = [
                 Correction { kind: 0, ..correction },
                 Correction { position: [0.0, f64::NAN, 0.0], ..correction },

@@ -1,4 +1,4 @@
-//! The controller's answer: how far it got, and what it refuses.
+//! The controller's feedback: the chunks that it accepted, and the one that it refused.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::correction::Correction;
 use super::layout::layout;
 use super::limits::CORRECTIONS_MAX;
-use super::seal::Sealed;
+use super::seal::WithCrc;
 use super::standing::Standing;
 use crate::digest::Digest;
 
@@ -23,9 +23,9 @@ pub enum Check {
     Contact = 1,
     /// No contact forces balance the robot, or its centre of mass leaves the support polygon.
     Balance = 2,
-    /// The robot meets the world.
+    /// The robot collides with the world.
     Collision = 3,
-    /// The robot meets itself.
+    /// The robot collides with itself.
     SelfCollision = 4,
     /// A joint torque or force over its limit.
     Torque = 5,
@@ -49,11 +49,11 @@ pub enum Check {
     /// Made for another scenario or configuration.
     Config = 14,
     /// Meant for another controller instance.
-    Instance = 15,
-    /// The world is not as the planner believes; [`Feedback::corrections`] says what was met.
+    Controller = 15,
+    /// The world differs from the planner's; [`Feedback::corrections`] holds the differences.
     WorldDiffers = 16,
-    /// The robot's feet stand elsewhere than the plan says, and it cannot go on so;
-    /// [`Feedback::standing`] says where it stands.
+    /// The robot's feet stand elsewhere than planned, and the plan cannot continue from there;
+    /// [`Feedback::standing`] holds its configuration.
     FootMisplaced = 17,
     /// A joint's speed changes faster than it may.
     Acceleration = 18,
@@ -77,7 +77,7 @@ impl Check {
         Self::Robot,
         Self::World,
         Self::Config,
-        Self::Instance,
+        Self::Controller,
         Self::WorldDiffers,
         Self::FootMisplaced,
         Self::Acceleration,
@@ -89,7 +89,7 @@ impl Check {
     }
 
     /// Its name in reports.
-    pub fn word(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         [
             "limits",
             "contact",
@@ -114,11 +114,11 @@ impl Check {
     }
 }
 
-/// What the controller thinks of the newest chunk it judged.
+/// Decision on the newest chunk that the controller checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Verdict {
-    /// Nothing judged yet.
+    /// No chunk checked yet.
     Waiting = 0,
     /// Walked and accepted.
     Accepted = 1,
@@ -170,7 +170,7 @@ impl Margins {
     }
 }
 
-/// The controller's latest word. Cumulative: every chunk below `next_sequence` is accepted. Sent
+/// The controller's feedback. Cumulative: every chunk below `next_sequence` is accepted. Sent
 /// again as a heartbeat.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
@@ -197,7 +197,7 @@ pub struct Feedback {
     pub check: u32,
     /// The sequence number of the refused chunk, when refused.
     pub refused_sequence: u64,
-    /// Waypoint of the refused chunk where the violation was met.
+    /// Waypoint of the refused chunk of the violation.
     pub refused_waypoint: u32,
     /// 1 once the last chunk of the plan is accepted.
     pub finished: u32,
@@ -210,7 +210,7 @@ pub struct Feedback {
     /// Chunks that the robot walked since it was set on its start, whichever controller instances
     /// moved it. A chunk walked twice makes it exceed the chunks accepted.
     pub walked: u64,
-    /// 1 while a chunk is being judged: such a heartbeat says only that the controller lives.
+    /// 1 while a chunk is being checked: such a heartbeat says only that the controller is running.
     pub busy: u32,
     /// Corrections used.
     pub corrections_len: u32,
@@ -222,10 +222,10 @@ pub struct Feedback {
     pub stream: Digest,
     /// Worst margins of the accepted chunks.
     pub margins: Margins,
-    /// Where the robot stands and may stand forever.
+    /// The robot's rest state.
     pub standing: Standing,
-    /// All that was met so far and is not as the world file says, oldest first. Cumulative: nothing
-    /// is ever taken back.
+    /// All differences from the world file that were encountered so far, oldest first. Cumulative:
+    /// none is taken back.
     pub corrections: [Correction; CORRECTIONS_MAX],
 }
 
@@ -244,7 +244,7 @@ impl Verdict {
     }
 }
 
-impl Sealed for Feedback {
+impl WithCrc for Feedback {
     const CRC_AT: usize = std::mem::offset_of!(Self, crc);
 
     fn crc_mut(&mut self) -> &mut u32 {
@@ -253,12 +253,12 @@ impl Sealed for Feedback {
 }
 
 impl Feedback {
-    /// What the controller met that is not as the world file says.
+    /// Differences from the world file that the controller encountered.
     pub fn corrections(&self) -> &[Correction] {
         &self.corrections[..(self.corrections_len as usize).min(CORRECTIONS_MAX)]
     }
 
-    /// Whether the message is undamaged and its numbers can be what a controller says.
+    /// Whether the message is undamaged and its numbers can be those of a controller.
     pub fn is_well_formed(&self) -> bool {
         let verdict = Verdict::from_wire(self.verdict);
         let refusal_is_named =
@@ -270,7 +270,7 @@ impl Feedback {
             && self.finished <= 1
             && self.busy <= 1
             && self.corrections_len as usize <= CORRECTIONS_MAX
-            && self.is_intact()
+            && self.crc_matches()
             && self.corrections().iter().all(Correction::is_well_formed)
             && self.standing.is_well_formed()
     }
@@ -313,7 +313,7 @@ mod tests {
     fn wire_values_come_back() {
         for check in Check::ALL {
             assert_eq!(Check::from_wire(check as u32), Some(check));
-            assert!(!check.word().is_empty());
+            assert!(!check.name().is_empty());
         }
         assert_eq!(Check::from_wire(Check::ALL.len() as u32), None);
         assert_eq!(Verdict::from_wire(2), Some(Verdict::Refused));
@@ -321,11 +321,11 @@ mod tests {
     }
 
     #[test]
-    fn malformed_feedback_is_told_apart() {
-        let sealed = |feedback: &Feedback| {
-            let mut sealed = *feedback;
-            sealed.seal();
-            sealed
+    fn malformed_feedback_is_recognized() {
+        let with_crc = |feedback: &Feedback| {
+            let mut with_crc = *feedback;
+            with_crc.write_crc();
+            with_crc
         };
         let good = Feedback {
             schema: FEEDBACK_SCHEMA,
@@ -334,8 +334,8 @@ mod tests {
             check: 9,
             ..Feedback::zeroed()
         };
-        assert!(!good.is_well_formed(), "without a seal");
-        assert!(sealed(&good).is_well_formed());
+        assert!(!good.is_well_formed(), "without a CRC");
+        assert!(with_crc(&good).is_well_formed());
         let bad = [
             Feedback { schema: 1, ..good },
             Feedback { instance: 0, ..good },
@@ -351,6 +351,6 @@ mod tests {
             },
             Feedback { standing: Standing { contacts_len: 9, ..good.standing }, ..good },
         ];
-        assert!(bad.iter().all(|feedback| !sealed(feedback).is_well_formed()));
+        assert!(bad.iter().all(|feedback| !with_crc(feedback).is_well_formed()));
     }
 }

@@ -2,8 +2,8 @@
 //! over all of them.
 //!
 //! Two programs may only share a service when their hashes agree: a type name and a size can stay
-//! the same while the fields change places. The table also serves whoever mirrors a message in
-//! another language.
+//! the same while the fields change places. The mirrors of the messages in
+//! other languages are generated from the table.
 
 use bytemuck::Pod;
 use iceoryx2::prelude::ZeroCopySend;
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wire_offsets_stand() {
+    fn the_wire_offsets_are_fixed() {
         let offset = |fields: &[Field], name: &str| {
             fields.iter().find(|field| field.name == name).unwrap().offset
         };
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hash_sees_names_types_places_and_parts() {
+    fn the_hash_covers_names_types_offsets_and_parts() {
         let field = Field { name: "a", type_name: "u64", offset: 0, size: 8 };
         let base = hash_of(16, &[field], &[1]);
         let others = [

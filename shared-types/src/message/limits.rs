@@ -8,5 +8,5 @@ pub const CHUNK_WAYPOINTS_MAX: usize = 32;
 pub const CONTACTS_MAX: usize = 4;
 /// Most vertices of a sole or support polygon.
 pub const POLYGON_VERTICES_MAX: usize = 16;
-/// Most differences between the world and the planner's belief that a controller can report.
+/// Most differences between the actual world and the planner's world that a controller can report.
 pub const CORRECTIONS_MAX: usize = 32;

@@ -18,6 +18,6 @@ pub use feedback::{Check, Feedback, Margins, Verdict};
 pub use layout::Layout;
 pub use record::RobotRecord;
 pub use request::{PlanRequest, PlanStatus, RequestKind, RequestState};
-pub use seal::Sealed;
+pub use seal::WithCrc;
 pub use standing::Standing;
 pub use state::State;

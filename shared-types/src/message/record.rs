@@ -5,11 +5,11 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::feedback::Feedback;
 use super::layout::{Layout, layout};
-use super::seal::Sealed;
+use super::seal::WithCrc;
 use crate::digest::Digest;
 
-/// A controller's last word and what else its successor needs. Kept in the instance's folder, never
-/// sent.
+/// A controller's last feedback and what else its successor needs. Kept in the instance's folder,
+/// never sent.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.RobotRecord.v1")]
@@ -20,7 +20,7 @@ pub struct RobotRecord {
     pub generation: u64,
     /// Digest of the stream after its first chunk, by which a successor of the planner is known.
     pub stream_after_first: Digest,
-    /// The controller's last word.
+    /// The controller's last feedback.
     pub word: Feedback,
     /// Always 0.
     pub reserved: u32,
@@ -39,7 +39,7 @@ layout!(RobotRecord {
 
 const _: () = assert!(size_of::<RobotRecord>() == 56 + size_of::<Feedback>());
 
-impl Sealed for RobotRecord {
+impl WithCrc for RobotRecord {
     const CRC_AT: usize = std::mem::offset_of!(Self, crc);
 
     fn crc_mut(&mut self) -> &mut u32 {
@@ -52,7 +52,7 @@ impl RobotRecord {
     pub fn is_well_formed(&self) -> bool {
         self.layout == Self::HASH
             && self.generation > 0
-            && self.is_intact()
+            && self.crc_matches()
             && self.word.is_well_formed()
     }
 }

@@ -1,23 +1,23 @@
-//! What a client asks of a planner that stays up, and what becomes of it.
+//! Requests to a planner that stays up, and their status.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::layout::layout;
-use super::seal::Sealed;
-use crate::config::Mark;
+use super::seal::WithCrc;
+use crate::config::StancePose;
 use crate::digest::Digest;
 
 /// The layout version that a request carries in [`PlanRequest::schema`].
 pub const REQUEST_SCHEMA: u64 = 1;
 /// The layout version that a status carries in [`PlanStatus::schema`].
 pub const STATUS_SCHEMA: u64 = 1;
-/// No coordinate of a mark is larger than this, m; also the largest angle, rad.
+/// Largest coordinate of a stance, m; also the largest angle, rad.
 const COORDINATE_MAX: f64 = 1e4;
-/// The feet of a mark stand at most this far apart, m.
+/// The feet of a stance stand at most this far apart, m.
 const FEET_APART_MAX: f64 = 10.0;
 
-/// What is asked.
+/// Kinds of requests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum RequestKind {
@@ -26,14 +26,14 @@ pub enum RequestKind {
     /// Walk from `start` to `goal`. Only a robot that stands nowhere yet, or stands there, will
     /// accept the plan.
     StartAndGoal = 2,
-    /// Give up whatever is planned or delivered now; the robot stays at the end of the last chunk
+    /// Cancel the current planning or delivery; the robot stays at the end of the last chunk
     /// it walked.
     Cancel = 3,
     /// Plan again from where the robot stands to the goal that was asked for last, with `seed`.
     Replan = 4,
 }
 
-/// A pair of foot prints; see [`Mark`].
+/// A [`StancePose`] as it crosses shared memory.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.MarkData.v1")]
@@ -46,8 +46,8 @@ pub struct MarkData {
     pub feet_apart: f64,
 }
 
-/// A client's wish. Sent again until a [`PlanStatus`] names it, so a planner may see it more than
-/// once.
+/// A client's request. Sent again until a [`PlanStatus`] names it, so a planner may see it more
+/// than once.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.PlanRequest.v1")]
@@ -67,13 +67,13 @@ pub struct PlanRequest {
     pub kind: u32,
     /// CRC-32 (IEEE) of all bytes of the message with this field zero.
     pub crc: u32,
-    /// Where to walk from, where the kind says so.
+    /// Start stance, of kinds that have one.
     pub start: MarkData,
-    /// Where to walk to, where the kind says so.
+    /// Goal stance, of kinds that have one.
     pub goal: MarkData,
 }
 
-/// What becomes of a request.
+/// States of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum RequestState {
@@ -89,19 +89,19 @@ pub enum RequestState {
     NoPlan = 4,
     /// The controller refused a chunk, and planning again did not help.
     Refused = 5,
-    /// Given up because a client asked for it.
+    /// Cancelled by a client.
     Cancelled = 6,
-    /// The request makes no sense, or it is not known where the robot stands.
+    /// The request is malformed, or the robot's rest state is unknown.
     Invalid = 7,
     /// No controller answers.
     ControllerLost = 8,
-    /// The robot cannot stand at the start; the planner process says why.
+    /// The robot cannot stand at the start; the planner process reports why.
     StartInvalid = 9,
-    /// The robot cannot stand at the goal; the planner process says why.
+    /// The robot cannot stand at the goal; the planner process reports why.
     GoalInvalid = 10,
 }
 
-/// The planner's latest word about requests.
+/// The planner's status of requests.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.PlanStatus.v1")]
@@ -191,7 +191,7 @@ impl RequestState {
         Self::GoalInvalid,
     ];
     /// Their names in reports, in wire order.
-    const WORDS: [&'static str; 11] = [
+    const NAMES: [&'static str; 11] = [
         "idle",
         "planning",
         "delivering",
@@ -211,8 +211,8 @@ impl RequestState {
     }
 
     /// Its name in reports.
-    pub fn word(self) -> &'static str {
-        Self::WORDS[self as usize]
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
     }
 
     /// Whether nothing more becomes of the request.
@@ -221,19 +221,23 @@ impl RequestState {
     }
 }
 
-impl From<Mark> for MarkData {
-    fn from(mark: Mark) -> Self {
-        Self { position: mark.position.to_array(), yaw: mark.yaw, feet_apart: mark.feet_apart }
+impl From<StancePose> for MarkData {
+    fn from(stance: StancePose) -> Self {
+        Self {
+            position: stance.position.to_array(),
+            yaw: stance.yaw,
+            feet_apart: stance.feet_apart,
+        }
     }
 }
 
 impl MarkData {
-    /// The mark, if its numbers can be those of one.
-    pub fn mark(&self) -> Option<Mark> {
+    /// The stance, if its numbers can be those of one.
+    pub fn stance_pose(&self) -> Option<StancePose> {
         let bounded =
             self.position.iter().chain([&self.yaw]).all(|number| number.abs() <= COORDINATE_MAX);
         let apart = self.feet_apart > 0.0 && self.feet_apart <= FEET_APART_MAX;
-        (bounded && apart).then(|| Mark {
+        (bounded && apart).then(|| StancePose {
             position: self.position.into(),
             yaw: self.yaw,
             feet_apart: self.feet_apart,
@@ -241,7 +245,7 @@ impl MarkData {
     }
 }
 
-impl Sealed for PlanRequest {
+impl WithCrc for PlanRequest {
     const CRC_AT: usize = std::mem::offset_of!(Self, crc);
 
     fn crc_mut(&mut self) -> &mut u32 {
@@ -249,7 +253,7 @@ impl Sealed for PlanRequest {
     }
 }
 
-impl Sealed for PlanStatus {
+impl WithCrc for PlanStatus {
     const CRC_AT: usize = std::mem::offset_of!(Self, crc);
 
     fn crc_mut(&mut self) -> &mut u32 {
@@ -261,18 +265,18 @@ impl PlanRequest {
     /// The kind of a request that is undamaged and whose numbers make sense; nothing otherwise.
     pub fn known_kind(&self) -> Option<RequestKind> {
         let kind = RequestKind::from_wire(self.kind)?;
-        let start = kind != RequestKind::StartAndGoal || self.start.mark().is_some();
+        let start = kind != RequestKind::StartAndGoal || self.start.stance_pose().is_some();
         let goal = !matches!(kind, RequestKind::Goal | RequestKind::StartAndGoal)
-            || self.goal.mark().is_some();
+            || self.goal.stance_pose().is_some();
         let named = self.schema == REQUEST_SCHEMA && self.client != 0 && self.number != 0;
-        (named && start && goal && self.is_intact()).then_some(kind)
+        (named && start && goal && self.crc_matches()).then_some(kind)
     }
 }
 
 impl PlanStatus {
-    /// The state that an undamaged status tells; nothing otherwise.
+    /// The state of an undamaged status; nothing otherwise.
     pub fn known_state(&self) -> Option<RequestState> {
-        let sound = self.schema == STATUS_SCHEMA && self.session != 0 && self.is_intact();
+        let sound = self.schema == STATUS_SCHEMA && self.session != 0 && self.crc_matches();
         RequestState::from_wire(self.state).filter(|_| sound)
     }
 }
@@ -281,27 +285,27 @@ impl PlanStatus {
 mod tests {
     use super::*;
 
-    fn sealed<M: Sealed>(mut message: M) -> M {
-        message.seal();
+    fn with_crc<M: WithCrc>(mut message: M) -> M {
+        message.write_crc();
         message
     }
 
     #[test]
     fn requests_that_make_no_sense_have_no_kind() {
-        let mark = MarkData { position: [1.0, 2.0, 0.0], yaw: 0.5, feet_apart: 0.2 };
+        let stance = MarkData { position: [1.0, 2.0, 0.0], yaw: 0.5, feet_apart: 0.2 };
         let request = PlanRequest {
             schema: REQUEST_SCHEMA,
             client: 3,
             number: 1,
             kind: 2,
-            start: mark,
-            goal: mark,
+            start: stance,
+            goal: stance,
             ..PlanRequest::zeroed()
         };
-        assert_eq!(request.known_kind(), None, "without a seal");
-        assert_eq!(sealed(request).known_kind(), Some(RequestKind::StartAndGoal));
-        assert_eq!(MarkData::from(mark.mark().unwrap()), mark);
-        let odd = MarkData { yaw: f64::NAN, ..mark };
+        assert_eq!(request.known_kind(), None, "without a CRC");
+        assert_eq!(with_crc(request).known_kind(), Some(RequestKind::StartAndGoal));
+        assert_eq!(MarkData::from(stance.stance_pose().unwrap()), stance);
+        let odd = MarkData { yaw: f64::NAN, ..stance };
         let bad = [
             PlanRequest { schema: 2, ..request },
             PlanRequest { client: 0, ..request },
@@ -310,12 +314,12 @@ mod tests {
             PlanRequest { kind: 0, ..request },
             PlanRequest { start: odd, ..request },
             PlanRequest { goal: odd, ..request },
-            PlanRequest { goal: MarkData { feet_apart: 0.0, ..mark }, ..request },
-            PlanRequest { goal: MarkData { position: [1e9, 0.0, 0.0], ..mark }, ..request },
+            PlanRequest { goal: MarkData { feet_apart: 0.0, ..stance }, ..request },
+            PlanRequest { goal: MarkData { position: [1e9, 0.0, 0.0], ..stance }, ..request },
         ];
-        assert!(bad.iter().all(|request| sealed(*request).known_kind().is_none()));
+        assert!(bad.iter().all(|request| with_crc(*request).known_kind().is_none()));
         assert_eq!(
-            sealed(PlanRequest { kind: 3, goal: odd, ..request }).known_kind(),
+            with_crc(PlanRequest { kind: 3, goal: odd, ..request }).known_kind(),
             Some(RequestKind::Cancel)
         );
     }
@@ -329,8 +333,8 @@ mod tests {
                 state: state as u32,
                 ..PlanStatus::zeroed()
             };
-            assert_eq!((status.known_state(), sealed(status).known_state()), (None, Some(state)));
-            assert!(!state.word().is_empty());
+            assert_eq!((status.known_state(), with_crc(status).known_state()), (None, Some(state)));
+            assert!(!state.name().is_empty());
         }
         let last = RequestState::ALL.iter().map(|state| *state as u32).max();
         assert_eq!(last.and_then(|last| RequestState::from_wire(last + 1)), None);

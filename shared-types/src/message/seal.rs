@@ -3,7 +3,7 @@
 use super::layout::Layout;
 
 /// A message with a CRC-32 (IEEE) over all its bytes, the field of the CRC counted as zero.
-pub trait Sealed: Layout {
+pub trait WithCrc: Layout {
     /// Where the CRC lies, bytes from the message's start.
     const CRC_AT: usize;
 
@@ -22,13 +22,13 @@ pub trait Sealed: Layout {
 
     /// Writes the CRC that belongs to the message's bytes. The last thing done to a message before
     /// it is sent.
-    fn seal(&mut self) {
+    fn write_crc(&mut self) {
         *self.crc_mut() = self.computed_crc();
     }
 
-    /// Whether the message carries the CRC of its bytes. Until this is known, no field may be
-    /// believed.
-    fn is_intact(&self) -> bool {
+    /// Whether the message carries the CRC of its bytes. No field is valid before
+    /// this is checked.
+    fn crc_matches(&self) -> bool {
         let carried = bytemuck::pod_read_unaligned::<u32>(
             &bytemuck::bytes_of(self)[Self::CRC_AT..Self::CRC_AT + 4],
         );

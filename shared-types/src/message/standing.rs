@@ -6,7 +6,7 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::chunk::{Contact, SupportMode, Waypoint, is_rotation};
 use super::layout::layout;
 use super::limits::{CONTACTS_MAX, POLYGON_VERTICES_MAX};
-use crate::config::Mark;
+use crate::config::StancePose;
 use crate::spatial::{wrap_angle, yaw_of};
 
 /// A configuration in which the robot may stop forever, and where its feet are.
@@ -46,15 +46,15 @@ impl Standing {
         self.contacts().iter().find(|contact| contact.limb == limb)
     }
 
-    /// The mark between both feet, each where it stands or stood last: of a biped whose two limbs
+    /// The stance of both feet, each where it stands or stood last: of a biped whose two limbs
     /// are known.
-    pub fn mark(&self) -> Option<Mark> {
+    pub fn stance_pose(&self) -> Option<StancePose> {
         let [left, right] = [0, 1].map(|limb| self.contact_of(limb).map(Contact::world_from_sole));
         let (left, right) = (left?, right?);
         let yaw = yaw_of(left.rotation);
         let turn = wrap_angle(yaw_of(right.rotation) - yaw);
         let feet_apart = left.translation.distance(right.translation);
-        Some(Mark {
+        Some(StancePose {
             position: left.translation.midpoint(right.translation),
             yaw: wrap_angle(yaw + 0.5 * turn),
             feet_apart,
@@ -67,10 +67,10 @@ impl Standing {
         let mut next = Self { mode, waypoint: *waypoint, ..*self };
         for contact in contacts {
             let known = next.contacts().iter().position(|old| old.limb == contact.limb);
-            let place = known.unwrap_or(next.contacts_len as usize);
-            if place < CONTACTS_MAX {
-                next.contacts[place] = *contact;
-                next.contacts_len = next.contacts_len.max(place as u32 + 1);
+            let index = known.unwrap_or(next.contacts_len as usize);
+            if index < CONTACTS_MAX {
+                next.contacts[index] = *contact;
+                next.contacts_len = next.contacts_len.max(index as u32 + 1);
             }
         }
         next
@@ -93,9 +93,9 @@ impl Standing {
     }
 
     fn is_well_formed_contact(&self, contact: &Contact) -> bool {
-        let namesakes = self.contacts().iter().filter(|other| other.limb == contact.limb).count();
+        let same_limb = self.contacts().iter().filter(|other| other.limb == contact.limb).count();
         SupportMode::Double.carries(contact.limb as usize)
-            && namesakes == 1
+            && same_limb == 1
             && contact.polygon_len as usize <= POLYGON_VERTICES_MAX
             && is_rotation(contact.rotation)
             && contact.position.iter().chain(contact.polygon.as_flattened()).all(|x| x.is_finite())
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lifted_foot_is_remembered_where_it_stood_last() {
+    fn a_lifted_foot_keeps_its_last_contact() {
         let standing = Standing::zeroed();
         assert!(!standing.is_known());
         let both = standing.after(
@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn limbs_that_no_biped_has_and_rotations_that_are_none_are_told_apart() {
+    fn unknown_limbs_and_invalid_rotations_are_malformed() {
         let good = Standing::zeroed().after(
             SupportMode::Double as u32,
             &[contact(0, 0.1), contact(1, 0.2)],

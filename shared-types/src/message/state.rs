@@ -1,4 +1,4 @@
-//! The simulated robot at an instant: what a controller says at every tick while it walks.
+//! The simulated robot's state, which a controller publishes at every tick.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -91,7 +91,7 @@ impl State {
         &self.feet[..(self.feet_len as usize).min(CONTACTS_MAX)]
     }
 
-    /// Whether its numbers can be what a controller says.
+    /// Whether its numbers are in range.
     pub fn is_well_formed(&self) -> bool {
         let Self { waypoint, centre_of_mass, balance_margin, friction_use, torque_use, .. } = self;
         let pose =

@@ -9,10 +9,10 @@ use crate::source::{check_numbers, check_positive};
 use super::{EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, WaypointBlock};
 
 /// An element of the file and what is wrong with it.
-type Complaint = (String, String);
+type ElementError = (String, String);
 
-/// Complains about the first thing in a plan that is out of order.
-pub(super) fn check_plan(plan: &PlanFile) -> Result<(), Complaint> {
+/// Names the first element of a plan that breaks a rule of the format.
+pub(super) fn check_plan(plan: &PlanFile) -> Result<(), ElementError> {
     if plan.schema != SCHEMA {
         return Err((
             "schema".into(),
@@ -63,7 +63,7 @@ fn check_names(names: &[String]) -> Result<(), String> {
     }
 }
 
-fn check_waypoints(plan: &PlanFile) -> Result<(), Complaint> {
+fn check_waypoints(plan: &PlanFile) -> Result<(), ElementError> {
     let mut before = f64::NEG_INFINITY;
     for (at, waypoint) in plan.waypoints.iter().enumerate() {
         check_waypoint(waypoint, before, plan.joint_names.len())
@@ -94,7 +94,7 @@ fn check_configuration(
     check_numbers("q", q)
 }
 
-fn check_phases(plan: &PlanFile) -> Result<(), Complaint> {
+fn check_phases(plan: &PlanFile) -> Result<(), ElementError> {
     let waypoints = plan.waypoints.len();
     let mut expected = 0;
     for (at, phase) in plan.phases.iter().enumerate() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::InputError;
 use crate::robot::RobotModel;
-use crate::source::Source;
+use crate::source::TextFile;
 
 use super::PlanFile;
 use super::check::check_plan;
@@ -20,7 +20,7 @@ const PLAN_BYTES_MAX: u64 = 1 << 30;
 /// 1e6, a quaternion that is not unit within 1e-4, waypoints whose time does not increase, or
 /// phases that do not tile them.
 pub fn load_plan(path: &Path) -> Result<PlanFile, InputError> {
-    let source = Source::read(path, PLAN_BYTES_MAX)?;
+    let source = TextFile::read(path, PLAN_BYTES_MAX)?;
     let plan: PlanFile = serde_json::from_str(&source.text)
         .map_err(|error| InputError::file(path, error.to_string()).at_line(error.line()))?;
     check_plan(&plan).map_err(|(element, message)| InputError::element(path, element, message))?;
@@ -37,11 +37,11 @@ pub fn joint_order(
     robot: &RobotModel,
     plan_path: &Path,
 ) -> Result<Vec<usize>, InputError> {
-    let complain = |message: String| Err(InputError::element(plan_path, "joint_names", message));
+    let input_error = |message: String| Err(InputError::element(plan_path, "joint_names", message));
     if let Some(unknown) =
         plan.joint_names.iter().find(|name| !robot.joints.iter().any(|joint| joint.name == **name))
     {
-        return complain(format!("'{unknown}' is not a moving joint of robot '{}'", robot.name));
+        return input_error(format!("'{unknown}' is not a moving joint of robot '{}'", robot.name));
     }
     let place_of = |name: &str| plan.joint_names.iter().position(|other| other == name);
     match robot
@@ -51,9 +51,9 @@ pub fn joint_order(
         .collect::<Result<Vec<_>, _>>()
     {
         Ok(order) if order.len() == plan.joint_names.len() => Ok(order),
-        Ok(_) => complain("names a joint twice".into()),
+        Ok(_) => input_error("names a joint twice".into()),
         Err(missing) => {
-            complain(format!("lacks '{missing}'; list it here or under robot.locked_joints"))
+            input_error(format!("lacks '{missing}'; list it here or under robot.locked_joints"))
         }
     }
 }

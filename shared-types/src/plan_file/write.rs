@@ -7,7 +7,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::config::{Mark, Scenario};
+use crate::config::{Scenario, StancePose};
 use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
 use crate::robot::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
 use crate::scene::{World, WorldShape};
@@ -21,7 +21,7 @@ use super::{
     SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
 };
 
-/// How far the first configuration's soles may be from the start mark, m.
+/// How far the first configuration's soles may be from the start stance, m.
 const START_TOLERANCE: f64 = 2e-3;
 /// How far it may be from the configuration in which a walk was broken off, m and rad.
 const CONFIGURATION_TOLERANCE: f64 = 1e-3;
@@ -98,7 +98,7 @@ fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<
                 .map(|waypoint| waypoint_block(waypoint, robot.joints.len())),
         );
         let last = waypoints.len().saturating_sub(1);
-        let mode = SupportMode::from_wire(chunk.mode).map_or("unknown", SupportMode::word);
+        let mode = SupportMode::from_wire(chunk.mode).map_or("unknown", SupportMode::name);
         let contacts: Vec<_> =
             chunk.contacts().iter().map(|contact| contact_block(contact, robot)).collect();
         match phases.last_mut() {
@@ -198,7 +198,7 @@ fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
 }
 
 /// Where the plan's first chunk has the robot stand: on a slope the soles are not level, as the
-/// mark's are, and on one foot, where a plan goes on from a walk that was broken off, the whole
+/// stance's are, and on one foot, where a plan goes on from a walk that was broken off, the whole
 /// configuration counts.
 fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> EndBlock {
     let contacts = chunks.first().map_or(&[][..], PlanChunk::contacts);
@@ -225,11 +225,11 @@ fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) ->
     block
 }
 
-fn end_block(robot: &RobotModel, mark: &Mark, tol: f64) -> EndBlock {
+fn end_block(robot: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {
     let soles: BTreeMap<_, _> = robot
         .feet
         .iter()
-        .zip(mark.world_from_soles())
+        .zip(stance.world_from_soles())
         .map(|(foot, pose)| (foot.name.clone(), pose_block(&pose)))
         .collect();
     EndBlock::Feet { soles, tol }

@@ -19,7 +19,7 @@ const TRIANGLES_MAX: usize = 3_000;
 const SLACK: f64 = 1e-6;
 
 /// A collision shape at its place.
-struct Placed {
+struct PlacedShape {
     world_from_shape: Pose,
     shape: SharedShape,
     bounds: Aabb,
@@ -42,17 +42,17 @@ pub(super) fn misleading_hulls(
         if apart.is_empty() {
             break;
         }
-        let mut survey = Survey::new(robot, q, &mut exact);
+        let mut test = OverlapTest::new(robot, q, &mut exact);
         let mut chosen = vec![];
         apart.retain(|&pair| {
-            let overlap = survey.overlap(pair, &[]);
+            let overlap = test.overlap(pair, &[]);
             if overlap {
-                chosen.extend(survey.parting(pair, links));
+                chosen.extend(test.separating_links(pair, links));
             }
             !overlap
         });
         misleading.extend(
-            chosen.into_iter().filter_map(|at| Some((at, survey.surfaces[at].take()?.parts))),
+            chosen.into_iter().filter_map(|at| Some((at, test.surfaces[at].take()?.parts))),
         );
     }
     misleading
@@ -71,9 +71,9 @@ fn pairs_with_hulls(links: &[Link]) -> impl Iterator<Item = [LinkIndex; 2]> {
 }
 
 /// All links where they are in a posture: as hulls, and as they are once that was asked for.
-struct Survey<F> {
+struct OverlapTest<F> {
     poses: Vec<Pose>,
-    hulls: Vec<Vec<Placed>>,
+    hulls: Vec<Vec<PlacedShape>>,
     surfaces: Vec<Option<Surface>>,
     exact: F,
 }
@@ -83,13 +83,14 @@ struct Survey<F> {
 struct Surface {
     triangles: usize,
     parts: Vec<LinkShape>,
-    shapes: Vec<Placed>,
+    shapes: Vec<PlacedShape>,
 }
 
-impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
+impl<F: FnMut(LinkIndex) -> Option<Link>> OverlapTest<F> {
     fn new(robot: &RobotModel, q: &[f64], exact: F) -> Self {
         let poses = robot.root_from_links(q);
-        let hulls = robot.links.iter().zip(&poses).map(|(link, pose)| placed(link, pose)).collect();
+        let hulls =
+            robot.links.iter().zip(&poses).map(|(link, pose)| placed_shapes(link, pose)).collect();
         Self { poses, hulls, surfaces: robot.links.iter().map(|_| None).collect(), exact }
     }
 
@@ -102,12 +103,12 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
                 .map_or(&self.hulls[at], |surface| &surface.shapes)
         };
         let [first, second] = pair.map(shapes);
-        first.iter().any(|a| second.iter().any(|b| a.meets(b)))
+        first.iter().any(|a| second.iter().any(|b| a.overlaps(b)))
     }
 
     /// The fewest of two links' hulls that have to give way for the two not to overlap; none where
     /// that does not help.
-    fn parting(&mut self, pair: [LinkIndex; 2], links: &[Link]) -> Vec<LinkIndex> {
+    fn separating_links(&mut self, pair: [LinkIndex; 2], links: &[Link]) -> Vec<LinkIndex> {
         let mut hulls = pair.to_vec();
         hulls.retain(|&at| has_hull(&links[at]) && !self.surface(at).shapes.is_empty());
         hulls.sort_by_key(|&at| self.surface(at).triangles);
@@ -124,7 +125,7 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> Survey<F> {
                 .map(|link| (triangles_of(&link), link))
                 .filter(|(triangles, _)| *triangles <= TRIANGLES_MAX);
             light.map_or_else(Surface::default, |(triangles, link)| {
-                let shapes = placed(&link, &poses[at]);
+                let shapes = placed_shapes(&link, &poses[at]);
                 Surface { triangles, parts: link.shapes, shapes }
             })
         })
@@ -138,18 +139,18 @@ fn triangles_of(link: &Link) -> usize {
     link.shapes.iter().map(triangles).sum()
 }
 
-fn placed(link: &Link, world_from_link: &Pose) -> Vec<Placed> {
+fn placed_shapes(link: &Link, world_from_link: &Pose) -> Vec<PlacedShape> {
     let place = |part: &LinkShape| {
         let (world_from_shape, shape) =
             (*world_from_link * part.link_from_shape, solid(&part.shape)?);
         let bounds = shape.compute_aabb(&world_from_shape).loosened(SLACK);
-        Some(Placed { world_from_shape, shape, bounds })
+        Some(PlacedShape { world_from_shape, shape, bounds })
     };
     link.shapes.iter().filter_map(place).collect()
 }
 
-impl Placed {
-    fn meets(&self, other: &Self) -> bool {
+impl PlacedShape {
+    fn overlaps(&self, other: &Self) -> bool {
         let test = || {
             intersection_test(
                 &self.world_from_shape,
@@ -293,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fixed_link_adds_no_joint_to_the_way() {
+    fn a_fixed_link_adds_no_joint_to_the_chain() {
         let mut links =
             [link(None, None), link(Some(0), None), link(Some(1), None), link(Some(0), None)];
         assert_eq!(

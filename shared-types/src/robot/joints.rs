@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::source::Place;
+use crate::source::FileLocation;
 use crate::spatial::rotation_from_rpy;
 use crate::{InputError, Pose};
 
@@ -44,17 +44,17 @@ pub(super) fn joint_role(
         urdf_rs::JointType::Revolute | urdf_rs::JointType::Continuous => JointKind::Revolute,
         urdf_rs::JointType::Prismatic => JointKind::Prismatic,
         _ => {
-            return Err(complain(
+            return Err(input_error(
                 urdf,
                 index,
                 "moves in more than one direction; only revolute, continuous, prismatic and fixed joints are supported",
             ));
         }
     };
-    let axis = unit_axis(joint).map_err(|message| complain(urdf, index, message))?;
+    let axis = unit_axis(joint).map_err(|message| input_error(urdf, index, message))?;
     let position = match spec.locked.get(&joint.name) {
-        Some((position, place)) => {
-            check_locked_position(urdf, index, *position, place)?;
+        Some((position, location)) => {
+            check_locked_position(urdf, index, *position, location)?;
             Some(*position)
         }
         None => followed_position(urdf, index, spec)?,
@@ -80,7 +80,7 @@ fn followed_position(
             "mimics '{}', which moves; lock that one in the robot file, and this one is held with it",
             mimic.joint
         );
-        return Err(complain(urdf, index, message));
+        return Err(input_error(urdf, index, message));
     };
     let position = mimic.multiplier.unwrap_or(1.0) * leader + mimic.offset.unwrap_or(0.0);
     match locked_limits(urdf, index) {
@@ -90,23 +90,23 @@ fn followed_position(
                 "mimics '{}' to {position}, outside its limits {lower}..{upper}; lock it, too",
                 mimic.joint
             );
-            Err(complain(urdf, index, message))
+            Err(input_error(urdf, index, message))
         }
     }
 }
 
-/// Complains about names in a table that are not moving joints of the URDF.
+/// Refuses names in a table that are not moving joints of the URDF.
 pub(super) fn check_names(
     urdf: &Urdf,
     table: &str,
     values: &JointValues,
 ) -> Result<(), InputError> {
-    for (name, (_, place)) in values {
-        let complain = |message: &str| Err(place.error(format!("{table} '{name}'"), message));
+    for (name, (_, location)) in values {
+        let input_error = |message: &str| Err(location.error(format!("{table} '{name}'"), message));
         match urdf.robot.joints.iter().find(|joint| joint.name == *name) {
-            None => return complain("the URDF has no joint of this name"),
+            None => return input_error("the URDF has no joint of this name"),
             Some(joint) if joint.joint_type == urdf_rs::JointType::Fixed => {
-                return complain("this joint is fixed; remove the entry");
+                return input_error("this joint is fixed; remove the entry");
             }
             Some(_) => {}
         }
@@ -123,7 +123,7 @@ fn moving_joint(
 ) -> Result<JointRole, InputError> {
     let joint = &urdf.robot.joints[index];
     let facts = &urdf.joint_facts[index];
-    let refuse = |message: String| Err(complain(urdf, index, message));
+    let refuse = |message: String| Err(input_error(urdf, index, message));
     if !facts.has_limit {
         return refuse(
             "has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file"
@@ -215,10 +215,10 @@ fn tightened_effort(
     let limit = match spec.effort_limits.get(&joint.name) {
         None => stated,
         Some((effort, _)) if *effort > 0.0 && *effort <= stated => *effort,
-        Some((effort, place)) => {
+        Some((effort, location)) => {
             let message =
                 format!("is {effort}; it must be positive and at most the URDF's {stated}");
-            return Err(place.error(format!("[effort_limits] '{}'", joint.name), message));
+            return Err(location.error(format!("[effort_limits] '{}'", joint.name), message));
         }
     };
     Ok(limit * spec.effort_scale)
@@ -228,7 +228,7 @@ fn acceleration(joint: &urdf_rs::Joint, spec: &RobotSpec) -> Result<f64, InputEr
     match spec.accelerations.get(&joint.name) {
         None => Ok(ACCELERATION_DEFAULT),
         Some((limit, _)) if *limit > 0.0 => Ok(*limit),
-        Some((limit, place)) => Err(place.error(
+        Some((limit, location)) => Err(location.error(
             format!("[accelerations] '{}'", joint.name),
             format!("is {limit}; it must be positive"),
         )),
@@ -239,11 +239,11 @@ fn check_locked_position(
     urdf: &Urdf,
     index: usize,
     position: f64,
-    place: &Place,
+    location: &FileLocation,
 ) -> Result<(), InputError> {
     let (name, (lower, upper)) = (&urdf.robot.joints[index].name, locked_limits(urdf, index));
     if !(lower..=upper).contains(&position) {
-        return Err(place.error(
+        return Err(location.error(
             format!("[locked] '{name}'"),
             format!("is {position}, outside its limits {lower}..{upper}"),
         ));
@@ -259,8 +259,8 @@ fn unit_axis(joint: &urdf_rs::Joint) -> Result<DVec3, String> {
     }
 }
 
-fn complain(urdf: &Urdf, index: usize, message: impl Into<String>) -> InputError {
+fn input_error(urdf: &Urdf, index: usize, message: impl Into<String>) -> InputError {
     urdf.joint_facts[index]
-        .place
+        .location
         .error(format!("joint '{}'", urdf.robot.joints[index].name), message)
 }

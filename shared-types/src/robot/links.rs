@@ -25,9 +25,9 @@ pub(super) fn build_link(
     meshes: &mut MeshStore,
 ) -> Result<Link, InputError> {
     let raw = &urdf.robot.links[index];
-    let complain =
-        |message: String| urdf.link_places[index].error(format!("link '{}'", raw.name), message);
-    let inertia = inertia_about_com(&raw.inertial).map_err(complain)?;
+    let input_error =
+        |message: String| urdf.link_locations[index].error(format!("link '{}'", raw.name), message);
+    let inertia = inertia_about_com(&raw.inertial).map_err(input_error)?;
     let folder = urdf.source.path.parent().unwrap_or(Path::new(""));
     let shapes = raw
         .collision
@@ -37,7 +37,7 @@ pub(super) fn build_link(
             Ok(LinkShape { link_from_shape: pose_from_origin(&collision.origin), shape })
         })
         .collect::<Result<_, String>>()
-        .map_err(complain)?;
+        .map_err(input_error)?;
     let com = DVec3::from_array(*raw.inertial.origin.xyz);
     Ok(Link {
         name: raw.name.clone(),
@@ -49,7 +49,7 @@ pub(super) fn build_link(
     })
 }
 
-/// Complains about a moving link that has no mass, counting what is rigidly fixed to it, or that is
+/// Refuses a moving link that has no mass, counting what is rigidly fixed to it, or that is
 /// a mere point mass. Point masses occur as sensor frames; fixed to a body they do no harm.
 pub(super) fn check_moving_masses(
     urdf: &Urdf,
@@ -67,17 +67,17 @@ pub(super) fn check_moving_masses(
     let moves =
         |at: usize| links[at].parent.as_ref().is_some_and(|attachment| attachment.joint.is_some());
     for at in (0..links.len()).filter(|at| moves(*at)) {
-        let complain = |message: &str| {
-            Err(urdf.link_places[tree[at].urdf_link]
+        let input_error = |message: &str| {
+            Err(urdf.link_locations[tree[at].urdf_link]
                 .error(format!("link '{}'", links[at].name), message))
         };
         if mass[at] <= 0.0 {
-            return complain(
+            return input_error(
                 "moves but has no mass, nor has anything fixed to it; give it an <inertial> or lock its joint",
             );
         }
         if links[at].mass > 0.0 && links[at].inertia == DMat3::ZERO {
-            return complain(
+            return input_error(
                 "moves but its inertia is zero, not positive definite; correct <inertia>",
             );
         }

@@ -43,7 +43,7 @@ pub fn load_robot(robot_toml: &Path) -> Result<RobotModel, InputError> {
     Ok(robot)
 }
 
-/// Complains about a foot that does not point where the root does.
+/// Refuses a foot that does not point where the root does.
 fn check_forward(robot: &RobotModel, spec: &RobotSpec) -> Result<(), InputError> {
     let root_from_links = robot.root_from_links(&robot.standing_q);
     for (foot, foot_spec) in robot.feet.iter().zip(&spec.feet) {
@@ -55,7 +55,7 @@ fn check_forward(robot: &RobotModel, spec: &RobotSpec) -> Result<(), InputError>
                  turn the sole, or hang the root on a new root link by a fixed joint that turns it",
                 toes.to_degrees()
             );
-            return Err(foot_spec.place.error(format!("foot '{}'", foot.name), message));
+            return Err(foot_spec.location.error(format!("foot '{}'", foot.name), message));
         }
     }
     Ok(())
@@ -115,8 +115,9 @@ fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes:
 fn check_root(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec) -> Result<(), InputError> {
     let root = &urdf.robot.links[tree[0].urdf_link].name;
     match &spec.root {
-        Some((stated, place)) if stated != root => {
-            Err(place.error("root", format!("is '{stated}', but the URDF's root link is '{root}'")))
+        Some((stated, location)) if stated != root => {
+            Err(location
+                .error("root", format!("is '{stated}', but the URDF's root link is '{root}'")))
         }
         _ => Ok(()),
     }
@@ -128,9 +129,9 @@ fn build_bodies(
     spec: &RobotSpec,
     meshes: &mut MeshStore,
 ) -> Result<(Vec<Link>, Joints), InputError> {
-    for (name, place) in &spec.exact_meshes {
+    for (name, location) in &spec.exact_meshes {
         if !urdf.robot.links.iter().any(|link| link.name == *name) {
-            return Err(place.error("exact_meshes", format!("the URDF has no link '{name}'")));
+            return Err(location.error("exact_meshes", format!("the URDF has no link '{name}'")));
         }
     }
     let mut links = Vec::with_capacity(tree.len());
@@ -194,7 +195,7 @@ fn build_feet(spec: &RobotSpec, links: &[Link]) -> Result<Vec<Foot>, InputError>
             let element = format!("foot '{}'", foot_spec.name);
             let Some(link) = links.iter().position(|link| link.name == foot_spec.link) else {
                 return Err(foot_spec
-                    .place
+                    .location
                     .error(element, format!("the URDF has no link '{}'", foot_spec.link)));
             };
             let (link, link_from_named) = shaped_ancestor(links, link);
@@ -226,9 +227,9 @@ fn shaped_ancestor(links: &[Link], link: usize) -> (usize, Pose) {
 
 fn standing_posture(spec: &RobotSpec, joints: &Joints) -> Result<Vec<f64>, InputError> {
     let is_locked = |name: &String| joints.locked.iter().any(|locked| locked.joint.name == *name);
-    if let Some((name, (_, place))) = spec.standing.iter().find(|(name, _)| is_locked(name)) {
+    if let Some((name, (_, location))) = spec.standing.iter().find(|(name, _)| is_locked(name)) {
         let message = "this joint is locked, or mimics one that is; remove one of the two entries";
-        return Err(place.error(format!("[standing] '{name}'"), message));
+        return Err(location.error(format!("[standing] '{name}'"), message));
     }
     joints
         .moving
@@ -236,7 +237,7 @@ fn standing_posture(spec: &RobotSpec, joints: &Joints) -> Result<Vec<f64>, Input
         .map(|joint| match spec.standing.get(&joint.name) {
             None => Ok(0.0_f64.clamp(joint.lower, joint.upper)),
             Some((position, _)) if (joint.lower..=joint.upper).contains(position) => Ok(*position),
-            Some((position, place)) => Err(place.error(
+            Some((position, location)) => Err(location.error(
                 format!("[standing] '{}'", joint.name),
                 format!(
                     "is {position}, outside the joint's limits {}..{}",

@@ -8,7 +8,7 @@ use toml::Spanned;
 
 use crate::plan_file::RobotBlock;
 use crate::scene::shape_block::{pose_from_arrays, pose_from_block};
-use crate::source::{Place, Source, TEXT_BYTES_MAX, check_numbers, check_positive};
+use crate::source::{FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
 use crate::spatial::rotation_from_rpy;
 use crate::{InputError, Pose};
 
@@ -46,17 +46,17 @@ struct RawFoot {
 
 /// Reads a robot file.
 pub(super) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
-    let source = Source::read(path, TEXT_BYTES_MAX)?;
+    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
     let raw: RawRobot = source.parse_toml()?;
     let named = |name: Spanned<String>| {
-        let place = source.place(name.span().start);
-        (name.into_inner(), place)
+        let location = source.location(name.span().start);
+        (name.into_inner(), location)
     };
-    let place = Place::file(path);
+    let location = FileLocation::file(path);
     let feet =
         raw.feet.into_iter().map(|foot| foot_from_file(foot, &source)).collect::<Result<_, _>>()?;
     Ok(RobotSpec {
-        feet: left_and_right(feet, &place)?,
+        feet: left_and_right(feet, &location)?,
         urdf_path: path.parent().unwrap_or(Path::new("")).join(raw.urdf),
         root: raw.root.map(named),
         exact_meshes: raw.exact_meshes.into_iter().map(named).collect(),
@@ -75,48 +75,52 @@ pub(super) fn spec_from_block(
     base_dir: &Path,
     plan_path: &Path,
 ) -> Result<RobotSpec, InputError> {
-    let place = Place::file(plan_path);
+    let location = FileLocation::file(plan_path);
     let feet = block
         .feet
         .iter()
         .map(|(name, foot)| {
             let link_from_sole = pose_from_block(&foot.sole_pose)
-                .map_err(|message| place.error(format!("foot '{name}'"), message))?;
+                .map_err(|message| location.error(format!("foot '{name}'"), message))?;
             FootSpec::new(
                 name.clone(),
                 foot.link.clone(),
                 link_from_sole,
                 &foot.polygon,
-                place.clone(),
+                location.clone(),
             )
         })
         .collect::<Result<_, _>>()?;
     let effort_scale = block.effort_scale.unwrap_or(1.0);
     check_positive("it", &[effort_scale])
-        .map_err(|message| place.error("effort_scale", message))?;
+        .map_err(|message| location.error("effort_scale", message))?;
     let anonymous = RobotBlock { urdf: String::new(), ..block.clone() };
-    let bytes =
-        serde_json::to_vec(&anonymous).map_err(|error| place.error("robot", error.to_string()))?;
+    let bytes = serde_json::to_vec(&anonymous)
+        .map_err(|error| location.error("robot", error.to_string()))?;
     Ok(RobotSpec {
-        feet: left_and_right(feet, &place)?,
+        feet: left_and_right(feet, &location)?,
         urdf_path: base_dir.join(&block.urdf),
         root: None,
-        exact_meshes: block.exact_meshes.iter().map(|link| (link.clone(), place.clone())).collect(),
+        exact_meshes: block
+            .exact_meshes
+            .iter()
+            .map(|link| (link.clone(), location.clone()))
+            .collect(),
         standing: JointValues::new(),
-        locked: block_values("locked_joints", &block.locked_joints, &place)?,
-        effort_limits: block_values("effort_limits", &block.effort_limits, &place)?,
-        accelerations: block_values("acceleration_limits", &block.acceleration_limits, &place)?,
+        locked: block_values("locked_joints", &block.locked_joints, &location)?,
+        effort_limits: block_values("effort_limits", &block.effort_limits, &location)?,
+        accelerations: block_values("acceleration_limits", &block.acceleration_limits, &location)?,
         effort_scale: effort_scale.min(1.0),
         bytes,
     })
 }
 
-fn foot_from_file(foot: Spanned<RawFoot>, source: &Source) -> Result<FootSpec, InputError> {
-    let place = source.place(foot.span().start);
+fn foot_from_file(foot: Spanned<RawFoot>, source: &TextFile) -> Result<FootSpec, InputError> {
+    let location = source.location(foot.span().start);
     let RawFoot { name, link, sole_xyz, sole_rpy, polygon } = foot.into_inner();
     let link_from_sole = sole_pose(sole_xyz, sole_rpy)
-        .map_err(|message| place.error(format!("foot '{name}'"), message))?;
-    FootSpec::new(name, link, link_from_sole, &polygon, place)
+        .map_err(|message| location.error(format!("foot '{name}'"), message))?;
+    FootSpec::new(name, link, link_from_sole, &polygon, location)
 }
 
 fn sole_pose(xyz: [f64; 3], rpy: [f64; 3]) -> Result<Pose, String> {
@@ -124,14 +128,17 @@ fn sole_pose(xyz: [f64; 3], rpy: [f64; 3]) -> Result<Pose, String> {
     pose_from_arrays(xyz, rotation_from_rpy(rpy[0], rpy[1], rpy[2]).to_array())
 }
 
-fn left_and_right(feet: Vec<FootSpec>, place: &Place) -> Result<Vec<FootSpec>, InputError> {
+fn left_and_right(
+    feet: Vec<FootSpec>,
+    location: &FileLocation,
+) -> Result<Vec<FootSpec>, InputError> {
     let mut feet = feet;
     feet.sort_by_key(|foot| FOOT_NAMES.iter().position(|name| *name == foot.name));
     if feet.iter().map(|foot| foot.name.as_str()).eq(FOOT_NAMES) {
         return Ok(feet);
     }
     let names: Vec<_> = feet.iter().map(|foot| foot.name.as_str()).collect();
-    Err(place.error(
+    Err(location.error(
         "feet",
         format!("are {names:?}; a biped needs exactly one named \"left\" and one named \"right\""),
     ))
@@ -140,11 +147,11 @@ fn left_and_right(feet: Vec<FootSpec>, place: &Place) -> Result<Vec<FootSpec>, I
 fn joint_values(
     table: &str,
     raw: BTreeMap<String, Spanned<f64>>,
-    source: &Source,
+    source: &TextFile,
 ) -> Result<JointValues, InputError> {
     raw.into_iter()
         .map(|(name, value)| {
-            checked_value(table, name, *value.get_ref(), source.place(value.span().start))
+            checked_value(table, name, *value.get_ref(), source.location(value.span().start))
         })
         .collect()
 }
@@ -152,10 +159,10 @@ fn joint_values(
 fn block_values(
     table: &str,
     raw: &BTreeMap<String, f64>,
-    place: &Place,
+    location: &FileLocation,
 ) -> Result<JointValues, InputError> {
     raw.iter()
-        .map(|(name, value)| checked_value(table, name.clone(), *value, place.clone()))
+        .map(|(name, value)| checked_value(table, name.clone(), *value, location.clone()))
         .collect()
 }
 
@@ -163,10 +170,10 @@ fn checked_value(
     table: &str,
     name: String,
     value: f64,
-    place: Place,
-) -> Result<(String, (f64, Place)), InputError> {
+    location: FileLocation,
+) -> Result<(String, (f64, FileLocation)), InputError> {
     match check_numbers("entry", &[value]) {
-        Ok(()) => Ok((name, (value, place))),
-        Err(message) => Err(place.error(format!("{table} '{name}'"), message)),
+        Ok(()) => Ok((name, (value, location))),
+        Err(message) => Err(location.error(format!("{table} '{name}'"), message)),
     }
 }

@@ -14,22 +14,23 @@ use super::{Foot, Link};
 /// How far a sole's corner may be from the surface of the foot's collision shapes, m.
 const SOLE_GAP_MAX: f64 = 3e-3;
 
-/// Complains unless every corner of the sole lies on the surface of its link's own shapes.
+/// An error unless every corner of the sole lies on the surface of its link's own shapes.
 pub(super) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<(), InputError> {
-    let complain = |message: String| spec.place.error(format!("foot '{}'", foot.name), message);
+    let input_error =
+        |message: String| spec.location.error(format!("foot '{}'", foot.name), message);
     if link.shapes.is_empty() {
-        return Err(complain(format!("its link '{}' has no collision shape", link.name)));
+        return Err(input_error(format!("its link '{}' has no collision shape", link.name)));
     }
     for corner in &foot.polygon {
         let point = foot.link_from_sole * corner.extend(0.0);
         let mut nearest = f64::INFINITY;
         for shape in &link.shapes {
             let local = shape.link_from_shape.inverse() * point;
-            nearest = nearest.min(signed_distance(&shape.shape, local).map_err(complain)?);
+            nearest = nearest.min(signed_distance(&shape.shape, local).map_err(input_error)?);
         }
         if nearest.abs() > SOLE_GAP_MAX {
             let side = if nearest > 0.0 { "off" } else { "inside" };
-            return Err(complain(format!(
+            return Err(input_error(format!(
                 "sole corner [{}, {}] lies {:.1} mm {side} the collision shapes of link '{}'; at most {:.0} mm is allowed",
                 corner.x,
                 corner.y,

@@ -7,7 +7,7 @@ use glam::DVec2;
 
 use crate::hull::{convex_polygon, polygon_area};
 use crate::message::limits::POLYGON_VERTICES_MAX;
-use crate::source::{Place, check_numbers};
+use crate::source::{FileLocation, check_numbers};
 use crate::{InputError, Pose};
 
 /// The smallest area of a sole, m2.
@@ -22,9 +22,9 @@ pub(super) struct RobotSpec {
     /// Path of the URDF.
     pub(super) urdf_path: PathBuf,
     /// The URDF's root link, if the file states it.
-    pub(super) root: Option<(String, Place)>,
+    pub(super) root: Option<(String, FileLocation)>,
     /// Links whose meshes stay meshes.
-    pub(super) exact_meshes: Vec<(String, Place)>,
+    pub(super) exact_meshes: Vec<(String, FileLocation)>,
     /// The feet, in the order of [`FOOT_NAMES`].
     pub(super) feet: Vec<FootSpec>,
     /// Joint positions of the standing posture.
@@ -41,7 +41,7 @@ pub(super) struct RobotSpec {
 }
 
 /// Numbers by joint name, and where each stands.
-pub(super) type JointValues = BTreeMap<String, (f64, Place)>;
+pub(super) type JointValues = BTreeMap<String, (f64, FileLocation)>;
 
 /// A foot as a file describes it.
 pub(super) struct FootSpec {
@@ -49,22 +49,22 @@ pub(super) struct FootSpec {
     pub(super) link: String,
     pub(super) link_from_sole: Pose,
     pub(super) polygon: Vec<DVec2>,
-    pub(super) place: Place,
+    pub(super) location: FileLocation,
 }
 
 impl FootSpec {
-    /// A foot with the convex hull of `outline` as its sole; the message says what is wrong with
+    /// A foot with the convex hull of `outline` as its sole; the message names the problem of
     /// it.
     pub(super) fn new(
         name: String,
         link: String,
         link_from_sole: Pose,
         outline: &[[f64; 2]],
-        place: Place,
+        location: FileLocation,
     ) -> Result<Self, InputError> {
         match sole_polygon(outline) {
-            Ok(polygon) => Ok(Self { name, link, link_from_sole, polygon, place }),
-            Err(message) => Err(place.error(format!("foot '{name}'"), message)),
+            Ok(polygon) => Ok(Self { name, link, link_from_sole, polygon, location }),
+            Err(message) => Err(location.error(format!("foot '{name}'"), message)),
         }
     }
 }

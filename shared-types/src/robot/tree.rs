@@ -24,17 +24,23 @@ pub(super) fn sort_links(urdf: &Urdf) -> Result<Vec<TreeLink>, InputError> {
     let mut parent_joint: Vec<Option<usize>> = vec![None; urdf.robot.links.len()];
     let mut children: Vec<Vec<(usize, usize)>> = vec![Vec::new(); urdf.robot.links.len()];
     for (j, joint) in urdf.robot.joints.iter().enumerate() {
-        let complain = |message: String| {
-            Err(urdf.joint_facts[j].place.error(format!("joint '{}'", joint.name), message))
+        let input_error = |message: String| {
+            Err(urdf.joint_facts[j].location.error(format!("joint '{}'", joint.name), message))
         };
         let Some(&parent) = index.get(joint.parent.link.as_str()) else {
-            return complain(format!("its parent link '{}' is not in the file", joint.parent.link));
+            return input_error(format!(
+                "its parent link '{}' is not in the file",
+                joint.parent.link
+            ));
         };
         let Some(&child) = index.get(joint.child.link.as_str()) else {
-            return complain(format!("its child link '{}' is not in the file", joint.child.link));
+            return input_error(format!(
+                "its child link '{}' is not in the file",
+                joint.child.link
+            ));
         };
         if let Some(other) = parent_joint[child] {
-            return complain(format!(
+            return input_error(format!(
                 "its child link '{}' already hangs on joint '{}'",
                 joint.child.link, urdf.robot.joints[other].name
             ));
@@ -53,11 +59,11 @@ fn only_root(urdf: &Urdf, parent_joint: &[Option<usize>]) -> Result<usize, Input
     let name = |link: usize| &urdf.robot.links[link].name;
     match (roots.next(), roots.next()) {
         (Some(root), None) => Ok(root),
-        (Some(first), Some(second)) => Err(urdf.link_places[second].error(
+        (Some(first), Some(second)) => Err(urdf.link_locations[second].error(
             format!("link '{}'", name(second)),
             format!("is a second root beside '{}'; connect them with a joint", name(first)),
         )),
-        (None, _) => Err(urdf.joint_facts[0].place.error(
+        (None, _) => Err(urdf.joint_facts[0].location.error(
             format!("joint '{}'", urdf.robot.joints[0].name),
             "the joints form a cycle; no link is the root",
         )),
@@ -87,7 +93,7 @@ fn check_all_reached(urdf: &Urdf, sorted: &[TreeLink]) -> Result<(), InputError>
         None => Ok(()),
         Some(link) => {
             let name = &urdf.robot.links[link].name;
-            Err(urdf.link_places[link]
+            Err(urdf.link_locations[link]
                 .error(format!("link '{name}'"), "hangs on a cycle of joints, not on the root"))
         }
     }

@@ -1,16 +1,16 @@
 //! Reads URDF files: `urdf-rs` supplies the types, this module the strictness and the line numbers
 //! that it lacks.
 //!
-//! `urdf-rs` drops what it cannot read as a number, turns a missing `<limit>` into 0..0 and knows
-//! no lines. So the raw XML is walked first, and every number of every link and joint is checked
-//! where it stands.
+//! `urdf-rs` drops what it cannot read as a number, converts a missing `<limit>` into 0..0 and
+//! knows no lines. So the raw XML is walked first, and every number of every link and joint is
+//! checked where it stands.
 
 use std::path::Path;
 
 use roxmltree::{Document, Node};
 
 use crate::InputError;
-use crate::source::{Place, Source, TEXT_BYTES_MAX, check_numbers, check_xml_depth};
+use crate::source::{FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_xml_depth};
 
 /// Most links of a robot.
 const LINKS_MAX: usize = 4096;
@@ -38,51 +38,51 @@ const NUMERIC: [(&str, &[(&str, usize)]); 12] = [
 /// A parsed URDF, with what `urdf-rs` does not keep.
 pub(super) struct Urdf {
     /// The file.
-    pub(super) source: Source,
+    pub(super) source: TextFile,
     /// All links and joints in document order.
     pub(super) robot: urdf_rs::Robot,
     /// Where each of `robot.links` stands.
-    pub(super) link_places: Vec<Place>,
+    pub(super) link_locations: Vec<FileLocation>,
     /// Where each of `robot.joints` stands, and what its `<limit>` says.
     pub(super) joint_facts: Vec<JointFacts>,
 }
 
 /// What the raw XML of a joint says.
 pub(super) struct JointFacts {
-    pub(super) place: Place,
+    pub(super) location: FileLocation,
     /// Whether it has a `<limit>`.
     pub(super) has_limit: bool,
 }
 
 /// Reads a URDF and checks everything that can be checked element by element.
 pub(super) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
-    let source = Source::read(path, TEXT_BYTES_MAX)?;
+    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
     check_xml_depth(&source.text)
-        .map_err(|(offset, message)| source.place(offset).error("<robot>", message))?;
+        .map_err(|(offset, message)| source.location(offset).error("<robot>", message))?;
     let document = Document::parse(&source.text).map_err(|error| {
         InputError::file(path, error.to_string()).at_line(error.pos().row as usize)
     })?;
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
-        return Err(element_place(&source, root).error(
+        return Err(element_location(&source, root).error(
             format!("<{}>", root.tag_name().name()),
             "is not a URDF; its root must be <robot>",
         ));
     }
-    let link_places = named_elements(&source, root, "link")?;
-    let joint_places = named_elements(&source, root, "joint")?;
-    if link_places.is_empty() {
+    let link_locations = named_elements(&source, root, "link")?;
+    let joint_locations = named_elements(&source, root, "joint")?;
+    if link_locations.is_empty() {
         return Err(InputError::file(path, "holds no links"));
     }
-    if link_places.len() > LINKS_MAX {
+    if link_locations.len() > LINKS_MAX {
         return Err(InputError::file(
             path,
-            format!("has {} links; at most {LINKS_MAX} are supported", link_places.len()),
+            format!("has {} links; at most {LINKS_MAX} are supported", link_locations.len()),
         ));
     }
     let joint_facts: Vec<JointFacts> = children(root, "joint")
-        .zip(joint_places)
-        .map(|(joint, place)| joint_facts(joint, place))
+        .zip(joint_locations)
+        .map(|(joint, location)| joint_facts(joint, location))
         .collect::<Result<_, _>>()?;
     for element in children(root, "link").chain(children(root, "joint")) {
         element
@@ -91,11 +91,11 @@ pub(super) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
             .try_for_each(|node| check_element_numbers(&source, element, node))?;
     }
     let robot = urdf_rs::read_from_string(&essence(&source.text, root))
-        .map_err(|error| Place::file(path).error("<robot>", error.to_string()))?;
-    if robot.links.len() != link_places.len() || robot.joints.len() != joint_facts.len() {
+        .map_err(|error| FileLocation::file(path).error("<robot>", error.to_string()))?;
+    if robot.links.len() != link_locations.len() || robot.joints.len() != joint_facts.len() {
         return Err(InputError::file(path, "links and joints must stand directly below <robot>"));
     }
-    Ok(Urdf { link_places, joint_facts, robot, source })
+    Ok(Urdf { link_locations, joint_facts, robot, source })
 }
 
 /// The text without what planning does not read, in which real files hold much that `urdf-rs` does
@@ -134,53 +134,55 @@ fn children<'a, 'input>(
     root.children().filter(move |node| node.has_tag_name(tag) && !is_foreign(root, *node))
 }
 
-fn element_place(source: &Source, node: Node) -> Place {
-    source.place(node.range().start)
+fn element_location(source: &TextFile, node: Node) -> FileLocation {
+    source.location(node.range().start)
 }
 
 /// The places of all elements with this tag, whose names must be there and unique.
 fn named_elements(
-    source: &Source,
+    source: &TextFile,
     root: Node,
     tag: &'static str,
-) -> Result<Vec<Place>, InputError> {
+) -> Result<Vec<FileLocation>, InputError> {
     let mut names = std::collections::BTreeSet::new();
     children(root, tag)
         .map(|node| {
-            let place = element_place(source, node);
+            let location = element_location(source, node);
             match node.attribute("name") {
-                None | Some("") => Err(place.error(format!("<{tag}>"), "has no name")),
-                Some(name) if !names.insert(name) => Err(place
+                None | Some("") => Err(location.error(format!("<{tag}>"), "has no name")),
+                Some(name) if !names.insert(name) => Err(location
                     .error(format!("{tag} '{name}'"), format!("another {tag} has the same name"))),
-                Some(_) => Ok(place),
+                Some(_) => Ok(location),
             }
         })
         .collect()
 }
 
-fn joint_facts(joint: Node, place: Place) -> Result<JointFacts, InputError> {
+fn joint_facts(joint: Node, location: FileLocation) -> Result<JointFacts, InputError> {
     let name = joint.attribute("name").unwrap_or_default();
-    let complain = |message: String| Err(place.error(format!("joint '{name}'"), message));
+    let input_error = |message: String| Err(location.error(format!("joint '{name}'"), message));
     match joint.attribute("type") {
-        None => return complain("has no type".into()),
+        None => return input_error("has no type".into()),
         Some(kind) if !JOINT_TYPES.contains(&kind) => {
-            return complain(format!("has the unknown type '{kind}'; use one of {JOINT_TYPES:?}"));
+            return input_error(format!(
+                "has the unknown type '{kind}'; use one of {JOINT_TYPES:?}"
+            ));
         }
         Some(_) => {}
     }
     for end in ["parent", "child"] {
         if !joint.children().any(|node| node.has_tag_name(end) && node.has_attribute("link")) {
-            return complain(format!("has no <{end} link=\"...\">"));
+            return input_error(format!("has no <{end} link=\"...\">"));
         }
     }
     let limit = joint.children().find(|node| node.has_tag_name("limit"));
     if limit.is_some_and(|limit| !limit.has_attribute("velocity")) {
-        return complain("its <limit> has no velocity; state it".into());
+        return input_error("its <limit> has no velocity; state it".into());
     }
-    Ok(JointFacts { has_limit: limit.is_some(), place })
+    Ok(JointFacts { has_limit: limit.is_some(), location })
 }
 
-fn check_element_numbers(source: &Source, owner: Node, node: Node) -> Result<(), InputError> {
+fn check_element_numbers(source: &TextFile, owner: Node, node: Node) -> Result<(), InputError> {
     let tag = node.tag_name().name();
     let attributes = NUMERIC
         .iter()
@@ -194,7 +196,7 @@ fn check_element_numbers(source: &Source, owner: Node, node: Node) -> Result<(),
                 owner.tag_name().name(),
                 owner.attribute("name").unwrap_or_default()
             );
-            return Err(element_place(source, node)
+            return Err(element_location(source, node)
                 .error(owner_name, format!("<{tag} {attribute}=\"{text}\"> {message}")));
         }
     }

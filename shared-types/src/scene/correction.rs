@@ -27,7 +27,7 @@ pub enum CorrectionError {
 impl World {
     /// The world as it is after corrections, oldest first. They name shapes by their place in this
     /// world; a missing shape's place stays counted. A contact that is missing changes no shape:
-    /// whoever plans must shun its place. The digest is [`corrected_digest`]; without corrections
+    /// the planner keeps out of its place. The digest is [`corrected_digest`]; without corrections
     /// the world is the same.
     ///
     /// # Errors

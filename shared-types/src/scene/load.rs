@@ -7,7 +7,7 @@ use crate::InputError;
 use crate::digest::Digest;
 use crate::mesh::MeshStore;
 use crate::plan_file::{SceneBlock, SceneShapeBlock};
-use crate::source::{Place, Source, TEXT_BYTES_MAX};
+use crate::source::{FileLocation, TEXT_BYTES_MAX, TextFile};
 
 use super::shape_block::{pose_from_block, shape_from_block};
 use super::world_file::RawWorld;
@@ -29,18 +29,18 @@ const MU_MAX: f64 = 10.0;
 /// When the file cannot be read or anything in it is out of order: the first such thing, with its
 /// line.
 pub fn load_world(path: &Path) -> Result<World, InputError> {
-    let source = Source::read(path, TEXT_BYTES_MAX)?;
+    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
     let raw: RawWorld = source.parse_toml()?;
-    let mu_place = source.place(raw.mu.span().start);
+    let mu_location = source.location(raw.mu.span().start);
     let mut builder = WorldBuilder::new(path.parent().unwrap_or(Path::new("")));
     for shape in raw.shapes {
-        let place = source.place(shape.span().start);
+        let location = source.location(shape.span().start);
         let shape = shape.into_inner();
         let element = format!("shape '{}'", shape.name);
-        let block = shape.into_block().map_err(|message| place.error(element, message))?;
-        builder.push(&block, &place)?;
+        let block = shape.into_block().map_err(|message| location.error(element, message))?;
+        builder.push(&block, &location)?;
     }
-    builder.finish(raw.mu.into_inner(), &mu_place, source.text.as_bytes())
+    builder.finish(raw.mu.into_inner(), &mu_location, source.text.as_bytes())
 }
 
 /// Builds the world that a plan file carries. Mesh paths are relative to `base_dir`; errors name
@@ -53,14 +53,14 @@ pub fn world_from_block(
     base_dir: &Path,
     plan_path: &Path,
 ) -> Result<World, InputError> {
-    let place = Place::file(plan_path);
+    let location = FileLocation::file(plan_path);
     let bytes = serde_json::to_vec(block)
         .map_err(|error| InputError::element(plan_path, "scene", error.to_string()))?;
     let mut builder = WorldBuilder::new(base_dir);
     for shape in &block.shapes {
-        builder.push(shape, &place)?;
+        builder.push(shape, &location)?;
     }
-    builder.finish(block.mu, &place, &bytes)
+    builder.finish(block.mu, &location, &bytes)
 }
 
 struct WorldBuilder<'a> {
@@ -75,10 +75,10 @@ impl<'a> WorldBuilder<'a> {
         Self { base_dir, meshes: MeshStore::default(), names: BTreeSet::new(), shapes: Vec::new() }
     }
 
-    fn push(&mut self, block: &SceneShapeBlock, place: &Place) -> Result<(), InputError> {
+    fn push(&mut self, block: &SceneShapeBlock, location: &FileLocation) -> Result<(), InputError> {
         let shape = self
             .shape(block)
-            .map_err(|message| place.error(format!("shape '{}'", block.name), message))?;
+            .map_err(|message| location.error(format!("shape '{}'", block.name), message))?;
         self.shapes.push(shape);
         Ok(())
     }
@@ -95,15 +95,20 @@ impl<'a> WorldBuilder<'a> {
         Ok(WorldShape { name: block.name.clone(), world_from_shape, shape })
     }
 
-    fn finish(self, mu: f64, mu_place: &Place, bytes: &[u8]) -> Result<World, InputError> {
+    fn finish(
+        self,
+        mu: f64,
+        mu_location: &FileLocation,
+        bytes: &[u8],
+    ) -> Result<World, InputError> {
         if !(0.0..=MU_MAX).contains(&mu) {
-            return Err(mu_place.error(
+            return Err(mu_location.error(
                 "mu",
                 format!("is {mu}; a coefficient of friction lies between 0 and {MU_MAX}"),
             ));
         }
         if self.shapes.is_empty() {
-            return Err(mu_place.error("shapes", "a world needs at least one shape to stand on"));
+            return Err(mu_location.error("shapes", "a world needs at least one shape to stand on"));
         }
         let digest = Digest::of(&[bytes, &self.meshes.digest().0]);
         Ok(World { mu, shapes: self.shapes, digest })

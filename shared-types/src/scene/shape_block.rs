@@ -1,5 +1,5 @@
-//! Turns the plan format's pose and shape words into validated values. World files use the same
-//! words.
+//! Turns the plan format's pose and shape blocks into validated values. World files use the same
+//! blocks.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::{Pose, Shape};
 /// How far a quaternion's length may be from 1.
 const QUATERNION_TOLERANCE: f64 = 1e-4;
 
-/// The pose in a block; the message says what is wrong with it.
+/// The pose in a block; the message names the problem of it.
 pub(crate) fn pose_from_block(block: &PoseBlock) -> Result<Pose, String> {
     pose_from_arrays(block.xyz, block.quat_xyzw)
 }
@@ -33,7 +33,7 @@ pub(crate) fn pose_from_arrays(xyz: [f64; 3], quat_xyzw: [f64; 4]) -> Result<Pos
     Ok(Pose::from_parts(xyz.into(), rotation.normalize()))
 }
 
-/// The shape in a block, mesh paths relative to `base_dir`; the message says what is wrong with it.
+/// The shape in a block, mesh paths relative to `base_dir`; the message names the problem of it.
 pub(crate) fn shape_from_block(
     block: &ShapeBlock,
     base_dir: &Path,

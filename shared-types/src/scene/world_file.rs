@@ -1,4 +1,4 @@
-//! The words of a world file, as TOML spells them.
+//! The fields of a world file.
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -66,7 +66,7 @@ struct RawMesh {
 }
 
 impl RawShape {
-    /// The same shape in the plan format's words; the message says what is wrong with it.
+    /// The same shape as a block of the plan format; the message names the problem of it.
     pub(super) fn into_block(self) -> Result<SceneShapeBlock, String> {
         let pose = PoseBlock { xyz: self.xyz, quat_xyzw: self.quaternion()? };
         let geometries = [

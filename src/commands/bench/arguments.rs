@@ -24,7 +24,7 @@ pub enum BenchCommand {
     /// Tables 4.1 and 4.2 of the thesis beside our own times
     Thesis(ThesisArguments),
     /// Planning time against the time of checking the plan once
-    Limit(LimitArguments),
+    Limit(LowerBoundArguments),
     /// How long planning again takes after the controller refused a chunk
     Replan(ReplanArguments),
     /// How long the planner's steps take when a control loop gives it little work at a time
@@ -45,7 +45,7 @@ pub struct ThesisArguments {
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
-    pub courses: CourseArguments,
+    pub scenarios: ScenarioArguments,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub threads: ThreadArguments,
@@ -65,13 +65,13 @@ pub struct ThesisArguments {
 
 /// `surefoot bench limit`.
 #[derive(Debug, Args)]
-pub struct LimitArguments {
+pub struct LowerBoundArguments {
     /// Searches per scenario, with the seeds 1, 2, 3 and so on
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
-    pub courses: CourseArguments,
+    pub scenarios: ScenarioArguments,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub threads: ThreadArguments,
@@ -91,7 +91,7 @@ pub struct ReplanArguments {
     pub refusals: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
-    pub courses: CourseArguments,
+    pub scenarios: ScenarioArguments,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub threads: ThreadArguments,
@@ -105,7 +105,7 @@ pub struct ReplanArguments {
 pub struct StepsArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
-    pub courses: CourseArguments,
+    pub scenarios: ScenarioArguments,
     /// Run on this core [default: the last]
     #[arg(long, value_name = "N")]
     pub core: Option<usize>,
@@ -157,7 +157,7 @@ pub enum ScalePart {
 
 /// Which scenarios to run.
 #[derive(Debug, Clone, Args)]
-pub struct CourseArguments {
+pub struct ScenarioArguments {
     /// Only this scenario, by its name or its file; may be given several times
     /// [default: all that belong to the bench]
     #[arg(long = "scenario", value_name = "NAME")]

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use surefoot_shared_types::InputError;
 
-use super::arguments::CourseArguments;
+use super::arguments::ScenarioArguments;
 use crate::inputs::Inputs;
 
 /// Loads the scenarios asked for, or those of these names.
 ///
 /// # Errors
 /// When one of their files cannot be used.
-pub fn load(arguments: &CourseArguments, all: &[&str]) -> Result<Vec<Inputs>, InputError> {
+pub fn load(arguments: &ScenarioArguments, all: &[&str]) -> Result<Vec<Inputs>, InputError> {
     let asked = &arguments.scenarios;
     let names: Vec<&str> =
         if asked.is_empty() { all.into() } else { asked.iter().map(String::as_str).collect() };

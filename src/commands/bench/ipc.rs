@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::machine::Machine;
 use super::statistics::Summary;
 use crate::affinity;
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::terminal;
 
 use drive::Measured;
@@ -69,10 +69,10 @@ struct Row {
 ///
 /// # Errors
 /// When shared memory cannot be used.
-pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
+pub(super) fn run(arguments: &IpcArguments) -> Result<CommandOutcome, CommandError> {
     let rounds = arguments.rounds as usize;
     if affinity::cores() < 2 {
-        terminal::remark(
+        terminal::print_note(
             "one core only: both sides share it, so these figures are those of the scheduler",
         );
     }
@@ -89,7 +89,7 @@ pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
     let rows: Vec<Row> =
         measured.iter().map(|(transport, measured)| row(transport, measured, base)).collect();
     if arguments.json {
-        terminal::say(
+        terminal::print_result(
             &serde_json::to_string_pretty(&IpcReport {
                 schema: "surefoot-bench-ipc/1",
                 machine,
@@ -98,9 +98,9 @@ pub(super) fn run(arguments: &IpcArguments) -> Result<Ending, Failure> {
             .unwrap_or_default(),
         );
     } else {
-        cells(&rows).iter().for_each(|line| terminal::say(line));
+        cells(&rows).iter().for_each(|line| terminal::print_result(line));
     }
-    Ok(Ending::Done)
+    Ok(CommandOutcome::Done)
 }
 
 fn row(transport: &'static str, measured: &Measured, base: f64) -> Row {

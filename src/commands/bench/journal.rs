@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use surefoot_shared_types::InputError;
 
 use super::trial::Trial;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 
 /// The results so far.
 #[derive(Debug, Default)]
@@ -24,7 +24,7 @@ impl Journal {
     ///
     /// # Errors
     /// When the file cannot be opened, another process writes to it, or a line in it is no result.
-    pub fn open(folder: Option<&Path>, name: &str, fresh: bool) -> Result<Self, Failure> {
+    pub fn open(folder: Option<&Path>, name: &str, fresh: bool) -> Result<Self, CommandError> {
         let Some(folder) = folder else { return Ok(Self::default()) };
         let path = folder.join(name);
         let mut file = open_locked(folder, &path).map_err(|reason| unwritable(&path, reason))?;
@@ -42,17 +42,17 @@ impl Journal {
     }
 
     /// The result of this key, with a verdict if one is needed.
-    pub fn find(&self, key: &str, needs_verdict: bool) -> Option<&Trial> {
+    pub fn find(&self, key: &str, needs_check_result: bool) -> Option<&Trial> {
         self.known
             .get(key)
-            .filter(|trial| !needs_verdict || !trial.is_found() || trial.verdict.is_some())
+            .filter(|trial| !needs_check_result || !trial.is_found() || trial.verdict.is_some())
     }
 
     /// Keeps a result.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn keep(&mut self, trial: &Trial) -> Result<(), Failure> {
+    pub fn keep(&mut self, trial: &Trial) -> Result<(), CommandError> {
         if let Some((path, file)) = &mut self.file {
             let line = serde_json::to_string(trial).map_err(std::io::Error::from);
             let written = line.and_then(|line| file.write_all(format!("{line}\n").as_bytes()));
@@ -95,8 +95,8 @@ fn parse(text: &str, path: &Path) -> Result<BTreeMap<String, Trial>, InputError>
     text.lines().enumerate().map(trial).collect()
 }
 
-fn unwritable(path: &Path, reason: String) -> Failure {
-    Failure::Output { path: path.to_owned(), reason }
+fn unwritable(path: &Path, reason: String) -> CommandError {
+    CommandError::Output { path: path.to_owned(), reason }
 }
 
 #[cfg(test)]
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn half_a_line_is_forgotten_and_a_broken_one_is_named() {
+    fn half_a_line_is_dropped_and_a_broken_one_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.jsonl");
         let open = || Journal::open(Some(folder.path()), "a.jsonl", false);
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_folder_results_are_only_remembered() {
+    fn without_a_folder_results_stay_in_memory() {
         let mut journal = Journal::open(None, "a.jsonl", false).unwrap();
         journal.keep(&trial("one", None)).unwrap();
         assert!(journal.find("one", false).is_some());

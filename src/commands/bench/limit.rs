@@ -4,17 +4,17 @@
 
 use serde::Serialize;
 use surefoot_planner::Planner;
-use surefoot_planner::recheck::{Fault, Recheck, recheck};
+use surefoot_planner::recheck::{SelfCheckError, SelfCheckStats, self_check};
 
-use super::arguments::LimitArguments;
+use super::arguments::LowerBoundArguments;
 use super::courses;
 use super::machine::Machine;
 use super::row::Row;
 use super::statistics::{mean, quantile};
 use super::table::{aligned, count, seconds};
-use super::trial::{Question, Trial};
+use super::trial::{Trial, TrialSetup};
 use crate::clock::processor_seconds;
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
 use crate::terminal;
 
@@ -45,15 +45,15 @@ const REPEATS: usize = 5;
 
 /// Everything that is reported.
 #[derive(Debug, Serialize)]
-struct LimitReport {
+struct LowerBoundReport {
     schema: &'static str,
     machine: Machine,
-    rows: Vec<LimitRow>,
+    rows: Vec<LowerBoundRow>,
 }
 
 /// One scenario.
 #[derive(Debug, Serialize)]
-struct LimitRow {
+struct LowerBoundRow {
     #[serde(flatten)]
     search: Row,
     /// Mean processor time of checking the plan once, s.
@@ -70,44 +70,48 @@ struct LimitRow {
 /// A plan's check, measured.
 struct Check {
     seconds: f64,
-    outcome: Result<Recheck, Fault>,
+    outcome: Result<SelfCheckStats, SelfCheckError>,
 }
 
 /// Runs the command.
 ///
 /// # Errors
 /// When a scenario cannot be used, or a signal comes.
-pub fn run(arguments: &LimitArguments) -> Result<Ending, Failure> {
-    let courses = courses::load(&arguments.courses, &SCENARIOS)?;
+pub fn run(arguments: &LowerBoundArguments) -> Result<CommandOutcome, CommandError> {
+    let scenarios = courses::load(&arguments.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
-    let rows = courses
+    let rows = scenarios
         .iter()
         .map(|inputs| row(arguments, inputs, &machine.program))
         .collect::<Result<Vec<_>, _>>()?;
-    let report = LimitReport { schema: "surefoot-bench-limit/1", machine, rows };
+    let report = LowerBoundReport { schema: "surefoot-bench-limit/1", machine, rows };
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::say(&if arguments.json { json() } else { text(&report) });
+    terminal::print_result(&if arguments.json { json() } else { text(&report) });
     let (faulty, lacking) = (
         report.rows.iter().any(|row| !row.faults.is_empty()),
         report.rows.iter().any(|row| row.search.found < row.search.trials),
     );
     Ok(match (faulty, lacking) {
-        (true, _) => Ending::Refused,
-        (false, true) => Ending::NoPlan,
-        (false, false) => Ending::Done,
+        (true, _) => CommandOutcome::Refused,
+        (false, true) => CommandOutcome::NoPlan,
+        (false, false) => CommandOutcome::Done,
     })
 }
 
-fn row(arguments: &LimitArguments, inputs: &Inputs, program: &str) -> Result<LimitRow, Failure> {
+fn row(
+    arguments: &LowerBoundArguments,
+    inputs: &Inputs,
+    program: &str,
+) -> Result<LowerBoundRow, CommandError> {
     let mut trials: Vec<Trial> = vec![];
     let mut checks: Vec<Check> = vec![];
     for seed in 1..=arguments.trials {
-        let question = Question { inputs, seed, threads: arguments.threads.count(), check: false };
-        let (trial, planner) = question.search(program)?;
+        let setup = TrialSetup { inputs, seed, threads: arguments.threads.count(), check: false };
+        let (trial, planner) = setup.search(program)?;
         if trial.is_found() {
             checks.push(check(&planner));
         }
-        trials.push(Trial { seconds_by_stage: Some(question.stages()?), ..trial });
+        trials.push(Trial { seconds_by_stage: Some(setup.stages()?), ..trial });
     }
     let search = Row::of(&trials);
     let check_mean_seconds = mean(&checks.iter().map(|check| check.seconds).collect::<Vec<_>>());
@@ -119,7 +123,7 @@ fn row(arguments: &LimitArguments, inputs: &Inputs, program: &str) -> Result<Lim
     let fault = |(index, check): (usize, &Check)| {
         check.outcome.err().map(|fault| format!("plan {}: {fault:?}", index + 1))
     };
-    Ok(LimitRow {
+    Ok(LowerBoundRow {
         check_mean_seconds,
         check_mean_configurations: mean(&configurations),
         ratio: search
@@ -133,17 +137,17 @@ fn row(arguments: &LimitArguments, inputs: &Inputs, program: &str) -> Result<Lim
 
 fn check(planner: &Planner) -> Check {
     let mut times = [0.0; REPEATS];
-    let mut outcome = Ok(Recheck::default());
+    let mut outcome = Ok(SelfCheckStats::default());
     for time in &mut times {
         let begin = processor_seconds();
-        outcome = recheck(planner.constraints(), planner.chunks());
+        outcome = self_check(planner.constraints(), planner.chunks());
         *time = processor_seconds() - begin;
     }
     times.sort_by(f64::total_cmp);
     Check { seconds: quantile(&times, 0.5).unwrap_or(0.0), outcome }
 }
 
-fn text(report: &LimitReport) -> String {
+fn text(report: &LowerBoundReport) -> String {
     let head = [
         "scenario",
         "threads",

@@ -6,7 +6,7 @@ use serde::Serialize;
 use surefoot_shared_types::digest::Digest;
 
 use crate::affinity;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 
 /// The machine and the program.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -35,9 +35,9 @@ impl Machine {
     ///
     /// # Errors
     /// When the program's own file cannot be read.
-    pub fn this() -> Result<Self, Failure> {
+    pub fn this() -> Result<Self, CommandError> {
         let file = std::env::current_exe().unwrap_or_default();
-        let program = std::fs::read(&file).map_err(|error| Failure::Output {
+        let program = std::fs::read(&file).map_err(|error| CommandError::Output {
             path: file,
             reason: format!("not even read: {error}"),
         })?;

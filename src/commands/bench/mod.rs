@@ -18,14 +18,14 @@ mod table;
 mod thesis;
 mod trial;
 
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use arguments::{BenchArguments, BenchCommand};
 
 /// Runs the command.
 ///
 /// # Errors
 /// When an input cannot be used, an output cannot be written, or a signal comes.
-pub fn run(arguments: &BenchArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
     crate::signals::install();
     match &arguments.bench {
         BenchCommand::Thesis(arguments) => thesis::run(arguments),

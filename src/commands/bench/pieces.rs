@@ -4,13 +4,13 @@ use surefoot_planner::stage::Stage;
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::clock::Stopwatch;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::signals;
 
 /// A piece of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// The stage that most of its work belongs to, as an index into [`Stage::WORDS`]: a stage that
+    /// The stage that most of its work belongs to, as an index into [`Stage::NAMES`]: a stage that
     /// ends without any work passes on to the next in the same piece.
     pub stage: usize,
     /// Work units.
@@ -26,8 +26,8 @@ pub struct Piece {
 pub fn search(
     planner: &mut Planner,
     advance: fn(&mut Planner) -> Status,
-    tell: &mut dyn FnMut(Piece),
-) -> Result<Outcome, Failure> {
+    emit: &mut dyn FnMut(Piece),
+) -> Result<Outcome, CommandError> {
     loop {
         let before = planner.tally();
         let watch = Stopwatch::start();
@@ -35,12 +35,12 @@ pub fn search(
         let seconds = watch.seconds();
         let after = planner.tally();
         let stage = busiest(&before.work_by_stage, &after.work_by_stage);
-        tell(Piece { stage, work: after.work - before.work, seconds });
+        emit(Piece { stage, work: after.work - before.work, seconds });
         if let Status::Done(outcome) = status {
             return Ok(outcome);
         }
         if let Some(signal) = signals::raised() {
-            return Err(Failure::Interrupted(signal));
+            return Err(CommandError::Interrupted(signal));
         }
     }
 }

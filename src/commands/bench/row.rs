@@ -116,7 +116,7 @@ impl Row {
 
 /// A table of the rows' stages: mean time, and share of the work.
 pub fn stages<'a>(rows: impl Iterator<Item = &'a Row>) -> String {
-    let head = std::iter::once("scenario").chain(Stage::WORDS).map(str::to_owned).collect();
+    let head = std::iter::once("scenario").chain(Stage::NAMES).map(str::to_owned).collect();
     let cells = rows.filter(|row| row.found > 0).map(|row| {
         let total: f64 = row.mean_work_by_stage.values().sum();
         let stage = |stage: &str| {
@@ -124,7 +124,7 @@ pub fn stages<'a>(rows: impl Iterator<Item = &'a Row>) -> String {
                 row.mean_work_by_stage.get(stage).map_or(0.0, |work| 100.0 * work / total.max(1.0));
             format!("{} {share:.0} %", seconds(row.mean_seconds_by_stage.get(stage).copied()))
         };
-        std::iter::once(row.scenario.clone()).chain(Stage::WORDS.map(stage)).collect()
+        std::iter::once(row.scenario.clone()).chain(Stage::NAMES.map(stage)).collect()
     });
     aligned(&std::iter::once(head).chain(cells).collect::<Vec<Vec<String>>>())
 }
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn the_digest_tells_plans_apart_but_not_times() {
+    fn the_digest_depends_on_plans_but_not_on_times() {
         let base = [trial(1, "found", 1.0), trial(2, "found", 3.0)];
         let slower = [trial(1, "found", 5.0), trial(2, "found", 9.0)];
         let other = [trial(1, "found", 1.0), trial(2, "arena_full", 3.0)];

@@ -13,7 +13,7 @@ use super::pieces;
 use super::statistics::{Summary, mean};
 use super::table::{aligned, seconds};
 use crate::clock::Stopwatch;
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
 use crate::{affinity, memory, signals, terminal};
 
@@ -84,12 +84,12 @@ struct StageRow {
 ///
 /// # Errors
 /// When a scenario cannot be used, or a signal comes.
-pub fn run(arguments: &StepsArguments) -> Result<Ending, Failure> {
-    let courses = courses::load(&arguments.courses, &SCENARIOS)?;
+pub fn run(arguments: &StepsArguments) -> Result<CommandOutcome, CommandError> {
+    let scenarios = courses::load(&arguments.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
     let core = arguments.core.unwrap_or_else(|| affinity::cores() - 1);
     if core >= affinity::cores() {
-        return Err(Failure::Usage(format!(
+        return Err(CommandError::Usage(format!(
             "--core {core}: this process may use the cores 0 to {}",
             affinity::cores() - 1
         )));
@@ -99,19 +99,19 @@ pub fn run(arguments: &StepsArguments) -> Result<Ending, Failure> {
     let memory = memory::lock()
         .map_or_else(|reason| format!("not locked: {reason}"), |()| "locked".to_owned());
     let rows =
-        courses.iter().map(|inputs| row(inputs, step_seconds)).collect::<Result<Vec<_>, _>>()?;
+        scenarios.iter().map(|inputs| row(inputs, step_seconds)).collect::<Result<Vec<_>, _>>()?;
     let report =
         StepsReport { schema: "surefoot-bench-steps/1", machine, core, memory, step_seconds, rows };
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::say(&if arguments.json { json() } else { text(&report) });
-    Ok(if report.rows.iter().all(|row| row.outcome == Outcome::Found.word()) {
-        Ending::Done
+    terminal::print_result(&if arguments.json { json() } else { text(&report) });
+    Ok(if report.rows.iter().all(|row| row.outcome == Outcome::Found.name()) {
+        CommandOutcome::Done
     } else {
-        Ending::NoPlan
+        CommandOutcome::NoPlan
     })
 }
 
-fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, Failure> {
+fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, CommandError> {
     let (seconds, stages) = pieces(inputs)?;
     let work: u64 = stages.iter().map(|stage| stage.work).sum();
     let step_work = (step_seconds * work as f64 / seconds).max(1.0) as u64;
@@ -131,7 +131,7 @@ fn row(inputs: &Inputs, step_seconds: f64) -> Result<StepsRow, Failure> {
         scenario: inputs.scenario.name.clone(),
         trials: 1,
         found: usize::from(steps.digest.is_some()),
-        outcome: steps.outcome.word(),
+        outcome: steps.outcome.name(),
         step_work,
         steps: times.len(),
         mean_seconds: summary.mean,
@@ -156,7 +156,7 @@ struct Steps {
     digest: Option<String>,
 }
 
-fn new_planner(inputs: &Inputs) -> Result<Planner, Failure> {
+fn new_planner(inputs: &Inputs) -> Result<Planner, CommandError> {
     Ok(Planner::new(
         &inputs.model,
         &inputs.world,
@@ -167,7 +167,7 @@ fn new_planner(inputs: &Inputs) -> Result<Planner, Failure> {
 }
 
 /// A search in steps of `step_work` units.
-fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, Failure> {
+fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, CommandError> {
     let mut planner = new_planner(inputs)?;
     let mut taken = vec![];
     loop {
@@ -180,15 +180,15 @@ fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, Failure> {
             return Ok(Steps { taken, outcome, digest });
         }
         if let Some(signal) = signals::raised() {
-            return Err(Failure::Interrupted(signal));
+            return Err(CommandError::Interrupted(signal));
         }
     }
 }
 
 /// A search in the smallest pieces: how long it took, and what each stage took of it.
-fn pieces(inputs: &Inputs) -> Result<(f64, Vec<StageRow>), Failure> {
+fn pieces(inputs: &Inputs) -> Result<(f64, Vec<StageRow>), CommandError> {
     let mut planner = new_planner(inputs)?;
-    let mut rows = Stage::WORDS.map(|stage| StageRow { stage, ..StageRow::default() });
+    let mut rows = Stage::NAMES.map(|stage| StageRow { stage, ..StageRow::default() });
     pieces::search(&mut planner, |planner| planner.step(1), &mut |piece| {
         let row = &mut rows[piece.stage];
         row.pieces += 1;

@@ -51,7 +51,7 @@ mod tests {
 
     #[test]
     fn times_have_their_units() {
-        let told = [None, Some(2e-7), Some(2e-5), Some(0.02), Some(2.0)].map(seconds);
-        assert_eq!(told, ["-", "200 ns", "20.0 us", "20.0 ms", "2.00 s"]);
+        let texts = [None, Some(2e-7), Some(2e-5), Some(0.02), Some(2.0)].map(seconds);
+        assert_eq!(texts, ["-", "200 ns", "20.0 us", "20.0 ms", "2.00 s"]);
     }
 }

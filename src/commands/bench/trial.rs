@@ -14,7 +14,7 @@ use surefoot_shared_types::plan_file::write::plan_from_chunks;
 
 use super::pieces;
 use crate::clock::{Stopwatch, processor_seconds};
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::inputs::Inputs;
 use crate::search;
 
@@ -27,7 +27,7 @@ const STAGED_SEEDS_MAX: u64 = 5;
 /// What was measured in one search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
-    /// Names all that the result depends on, see [`Question::key`].
+    /// Names all that the result depends on, see [`TrialSetup::key`].
     pub key: String,
     /// The scenario's name.
     pub scenario: String,
@@ -62,7 +62,7 @@ pub struct Trial {
 
 /// What a trial is asked to find out.
 #[derive(Debug)]
-pub struct Question<'a> {
+pub struct TrialSetup<'a> {
     /// Scenario, robot and world.
     pub inputs: &'a Inputs,
     /// The seed, in place of the scenario's.
@@ -85,7 +85,7 @@ impl Trial {
     }
 }
 
-impl Question<'_> {
+impl TrialSetup<'_> {
     /// Names all that the answer depends on: robot, world, scenario, seed, threads and the
     /// `program`.
     pub fn key(&self, program: &str) -> String {
@@ -100,7 +100,7 @@ impl Question<'_> {
     ///
     /// # Errors
     /// When the planner cannot be made, the plan cannot be checked, or a signal comes.
-    pub fn answer(&self, program: &str) -> Result<Trial, Failure> {
+    pub fn run(&self, program: &str) -> Result<Trial, CommandError> {
         let (trial, planner) = self.search(program)?;
         let verdict =
             if trial.is_found() && self.check { Some(self.verdict(&planner)?) } else { None };
@@ -114,7 +114,7 @@ impl Question<'_> {
     ///
     /// # Errors
     /// When the planner cannot be made, or a signal comes.
-    pub fn search(&self, program: &str) -> Result<(Trial, Planner), Failure> {
+    pub fn search(&self, program: &str) -> Result<(Trial, Planner), CommandError> {
         self.inputs.preparation(false)?;
         self.search_with(program, &|| self.new_planner(&self.scenario()))
     }
@@ -126,8 +126,8 @@ impl Question<'_> {
     pub fn search_with(
         &self,
         program: &str,
-        make: &dyn Fn() -> Result<Planner, Failure>,
-    ) -> Result<(Trial, Planner), Failure> {
+        make: &dyn Fn() -> Result<Planner, CommandError>,
+    ) -> Result<(Trial, Planner), CommandError> {
         let scenario = self.scenario();
         let watch = Stopwatch::start();
         let mut planner = make()?;
@@ -159,7 +159,7 @@ impl Question<'_> {
     ///
     /// # Errors
     /// When the planner cannot be made, or a signal comes.
-    pub fn stages(&self) -> Result<BTreeMap<String, f64>, Failure> {
+    pub fn stages(&self) -> Result<BTreeMap<String, f64>, CommandError> {
         let mut planner = self.new_planner(&self.scenario())?;
         let mut seconds = [0.0; Stage::COUNT];
         pieces::search(&mut planner, |planner| planner.step_stage(STAGE_WORK), &mut |piece| {
@@ -172,7 +172,7 @@ impl Question<'_> {
         self.inputs.scenario.clone().with_seed(self.seed)
     }
 
-    fn new_planner(&self, scenario: &Scenario) -> Result<Planner, Failure> {
+    fn new_planner(&self, scenario: &Scenario) -> Result<Planner, CommandError> {
         Ok(Planner::new(
             &self.inputs.model,
             &self.inputs.world,
@@ -182,7 +182,7 @@ impl Question<'_> {
         )?)
     }
 
-    fn verdict(&self, planner: &Planner) -> Result<String, Failure> {
+    fn verdict(&self, planner: &Planner) -> Result<String, CommandError> {
         let folder = Path::new(".");
         let plan = plan_from_chunks(
             &self.inputs.model,
@@ -204,5 +204,5 @@ impl Question<'_> {
 }
 
 fn named<T>(by_stage: [T; Stage::COUNT]) -> BTreeMap<String, T> {
-    Stage::WORDS.into_iter().map(str::to_owned).zip(by_stage).collect()
+    Stage::NAMES.into_iter().map(str::to_owned).zip(by_stage).collect()
 }

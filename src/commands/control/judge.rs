@@ -1,55 +1,55 @@
-//! What the controller does with a chunk: judges it, walks it, and meets the world.
+//! What the controller does with a chunk: checks it and executes it in the actual world.
 
-use surefoot_controller_sim::channel::{ChannelError, Judgement};
-use surefoot_controller_sim::disturbance::Walked;
-use surefoot_controller_sim::truth::nothing_carries;
-use surefoot_controller_sim::{Disturbance, Truth, Violation, Walker};
+use surefoot_controller_sim::channel::{ChannelError, ChunkDecision};
+use surefoot_controller_sim::disturbance::DisturbedExecution;
+use surefoot_controller_sim::truth::missing_contact;
+use surefoot_controller_sim::{ChunkExecutor, Disturbance, GroundTruth, Violation};
 use surefoot_shared_types::message::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::message::{Check, Correction, Margins, PlanChunk};
 
 use super::simulated::Simulated;
 use crate::clock::Stopwatch;
-use crate::line::{Judged, Refusal};
+use crate::line::{CheckSummary, Refusal};
 use crate::margins::WorstMargins;
 
-/// Judges chunks and remembers what it took.
-pub(super) struct Judge {
-    walker: Walker,
-    truth: Option<Truth>,
+/// Checks and executes chunks, and adds up the checking time.
+pub(super) struct ChunkHandler {
+    executor: ChunkExecutor,
+    ground_truth: Option<GroundTruth>,
     disturbance: Option<Disturbance>,
     simulated: Option<Simulated>,
-    /// Why the simulation can tell nothing more.
-    failed: Result<(), ChannelError>,
+    /// The error of the simulation, if one occurred.
+    simulated_result: Result<(), ChannelError>,
     corrections: usize,
     seconds: f64,
     detail: String,
 }
 
-impl Judge {
-    /// A judge that has judged nothing yet.
+impl ChunkHandler {
+    /// A handler that has checked nothing yet.
     pub(super) fn new(
-        walker: Walker,
-        truth: Option<Truth>,
+        executor: ChunkExecutor,
+        ground_truth: Option<GroundTruth>,
         disturbance: Option<Disturbance>,
         simulated: Option<Simulated>,
     ) -> Self {
         Self {
-            walker,
-            truth,
+            executor,
+            ground_truth,
             disturbance,
             simulated,
-            failed: Ok(()),
+            simulated_result: Ok(()),
             corrections: 0,
             seconds: 0.0,
             detail: String::new(),
         }
     }
 
-    /// Leaves out what an earlier controller told already.
-    pub(super) fn pass_over(&mut self, told: &[Correction]) {
-        self.corrections = told.len();
-        if let Some(truth) = &mut self.truth {
-            truth.pass_over(told);
+    /// Leaves out corrections that an earlier controller has reported.
+    pub(super) fn mark_reported(&mut self, reported: &[Correction]) {
+        self.corrections = reported.len();
+        if let Some(ground_truth) = &mut self.ground_truth {
+            ground_truth.mark_reported(reported);
         }
     }
 
@@ -58,52 +58,64 @@ impl Judge {
         &self.detail
     }
 
-    /// Why the simulation could not tell all, if so.
-    pub(super) fn failure(&mut self) -> Result<(), ChannelError> {
-        std::mem::replace(&mut self.failed, Ok(()))
+    /// The error of the simulation, if one occurred.
+    pub(super) fn error(&mut self) -> Result<(), ChannelError> {
+        std::mem::replace(&mut self.simulated_result, Ok(()))
     }
 
-    /// Judges a chunk, and walks it if it may be walked. `alive` is called now and then meanwhile.
-    pub(super) fn judge(&mut self, chunk: &PlanChunk, alive: &mut dyn FnMut()) -> Judgement {
+    /// Checks a chunk and executes it if it is accepted. `heartbeat` is called now and then
+    /// meanwhile.
+    pub(super) fn handle(
+        &mut self,
+        chunk: &PlanChunk,
+        heartbeat: &mut dyn FnMut(),
+    ) -> ChunkDecision {
         let watch = Stopwatch::start();
-        let judgement = match self.walker.admit(chunk, alive) {
-            Ok(margins) => self.walk(chunk, margins, alive),
+        let decision = match self.executor.check_chunk(chunk, heartbeat) {
+            Ok(margins) => self.walk(chunk, margins, heartbeat),
             Err(violation) => self.refuse(chunk, violation),
         };
         self.seconds += watch.seconds();
-        let walked = match &judgement {
-            Judgement::Accepted(..) => chunk,
-            Judgement::AcceptedAs(_, _, walked) => walked,
-            Judgement::Refused { .. } => return judgement,
+        let walked = match &decision {
+            ChunkDecision::Accepted(..) => chunk,
+            ChunkDecision::AcceptedAs(_, _, walked) => walked,
+            ChunkDecision::Refused { .. } => return decision,
         };
-        if let (Some(simulated), Ok(())) = (&mut self.simulated, &self.failed) {
-            self.failed = simulated.walk(&mut self.walker, walked, alive);
+        if let (Some(simulated), Ok(())) = (&mut self.simulated, &self.simulated_result) {
+            self.simulated_result = simulated.walk(&mut self.executor, walked, heartbeat);
         }
-        judgement
+        decision
     }
 
-    /// What is to be said at the end of a plan.
-    pub(super) fn conclude(&self, duplicated: u64, refusal: Option<Refusal>) -> Judged {
-        let margins = WorstMargins::from(&self.walker.margins());
-        Judged {
+    /// Summary at the end of a plan.
+    pub(super) fn summary(&self, duplicated: u64, refusal: Option<Refusal>) -> CheckSummary {
+        let margins = WorstMargins::from(&self.executor.margins());
+        CheckSummary {
             check_seconds: self.seconds,
-            accepted: self.walker.next_sequence(),
+            accepted: self.executor.next_sequence(),
             duplicated,
             margins,
             refusal,
         }
     }
 
-    fn walk(&mut self, chunk: &PlanChunk, margins: Margins, alive: &mut dyn FnMut()) -> Judgement {
+    fn walk(
+        &mut self,
+        chunk: &PlanChunk,
+        margins: Margins,
+        heartbeat: &mut dyn FnMut(),
+    ) -> ChunkDecision {
         let Some(disturbance) = &mut self.disturbance else {
-            self.walker.walk(chunk, &margins);
-            return Judgement::Accepted(margins, self.walker.stream());
+            self.executor.execute(chunk, &margins);
+            return ChunkDecision::Accepted(margins, self.executor.stream());
         };
-        match disturbance.walk(&mut self.walker, chunk, alive) {
-            Walked::As(real, margins) => Judgement::AcceptedAs(margins, self.walker.stream(), real),
-            Walked::DoesNotFit(why) => self.hold(Check::FootMisplaced, 0, None, why),
-            Walked::NothingCarries(contact) => {
-                let correction = nothing_carries(self.walker.checker().model(), &contact);
+        match disturbance.execute(&mut self.executor, chunk, heartbeat) {
+            DisturbedExecution::Executed(actual, margins) => {
+                ChunkDecision::AcceptedAs(margins, self.executor.stream(), actual)
+            }
+            DisturbedExecution::Infeasible(why) => self.hold(Check::FootMisplaced, 0, None, why),
+            DisturbedExecution::Unsupported(contact) => {
+                let correction = missing_contact(self.executor.checker().model(), &contact);
                 self.hold(
                     Check::WorldDiffers,
                     0,
@@ -114,10 +126,12 @@ impl Judge {
         }
     }
 
-    /// A refusal, for its own reason or because the world is another.
-    fn refuse(&mut self, chunk: &PlanChunk, violation: Violation) -> Judgement {
-        let correction =
-            self.truth.as_mut().and_then(|truth| truth.met(&self.walker, chunk, &violation));
+    /// A refusal, for its own reason or because the world differs.
+    fn refuse(&mut self, chunk: &PlanChunk, violation: Violation) -> ChunkDecision {
+        let correction = self
+            .ground_truth
+            .as_mut()
+            .and_then(|ground_truth| ground_truth.encountered(&self.executor, chunk, &violation));
         let check = match violation.check {
             _ if correction.is_some() => Check::WorldDiffers,
             // The controller before this one knew how far the feet are off, and this one does not.
@@ -127,22 +141,22 @@ impl Judge {
         self.hold(check, violation.waypoint as u32, correction, violation.detail)
     }
 
-    /// The robot stays where it really stands. What was met is part of the world from now on, as
-    /// long as a word can hold it.
+    /// The robot stays at its actual pose. The encountered difference becomes part of the world, as
+    /// long as a feedback message has a slot for it.
     fn hold(
         &mut self,
         check: Check,
         waypoint: u32,
         correction: Option<Correction>,
         detail: String,
-    ) -> Judgement {
+    ) -> ChunkDecision {
         self.detail = detail;
-        self.walker.hold();
+        self.executor.hold_position();
         let correction = correction.filter(|_| self.corrections < CORRECTIONS_MAX);
         if let Some(correction) = &correction {
             self.corrections += 1;
-            self.walker.correct(correction);
+            self.executor.correct(correction);
         }
-        Judgement::Refused { check, waypoint, correction }
+        ChunkDecision::Refused { check, waypoint, correction }
     }
 }

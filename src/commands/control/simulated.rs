@@ -1,9 +1,9 @@
-//! Walks accepted chunks in simulated time and says at every tick how the robot is.
+//! Executes accepted chunks in simulated time and publishes the robot's state at every tick.
 
 use std::time::Duration;
 
-use surefoot_controller_sim::Walker;
-use surefoot_controller_sim::channel::{ChannelError, ChunkReceiver, StatePublisher};
+use surefoot_controller_sim::ChunkExecutor;
+use surefoot_controller_sim::channel::{ChannelError, PlanSubscriber, StatePublisher};
 use surefoot_controller_sim::simulation::Simulation;
 use surefoot_shared_types::message::PlanChunk;
 
@@ -13,7 +13,7 @@ use crate::signals;
 /// Simulated time between two ticks, s.
 const TICK_SECONDS: f64 = 0.01;
 /// The longest sleep while real time catches up.
-const NAP: Duration = Duration::from_millis(1);
+const SLEEP: Duration = Duration::from_millis(1);
 /// What a chunk that came so late is behind is made up for; a robot that waited longer has stood
 /// still, s.
 const LATE_SECONDS_MAX: f64 = 0.1;
@@ -30,41 +30,45 @@ impl Simulated {
     ///
     /// # Errors
     /// When the state service cannot be opened.
-    pub fn new(receiver: &ChunkReceiver, instance: u64, rate: f64) -> Result<Self, ChannelError> {
+    pub fn new(
+        subscriber: &PlanSubscriber,
+        controller_id: u64,
+        rate: f64,
+    ) -> Result<Self, ChannelError> {
         let pace = Pace { watch: Stopwatch::start(), rate, over_at: 0.0 };
         Ok(Self {
-            simulation: Simulation::new(instance, TICK_SECONDS),
-            publisher: receiver.open_state()?,
+            simulation: Simulation::new(controller_id, TICK_SECONDS),
+            publisher: subscriber.open_state()?,
             pace,
         })
     }
 
-    /// Walks an accepted chunk; `alive` is called while real time catches up. A signal ends the
+    /// Walks an accepted chunk; `heartbeat` is called while real time catches up. A signal ends the
     /// waiting.
     ///
     /// # Errors
     /// When a state cannot be sent.
     pub fn walk(
         &mut self,
-        walker: &mut Walker,
+        executor: &mut ChunkExecutor,
         chunk: &PlanChunk,
-        alive: &mut dyn FnMut(),
+        heartbeat: &mut dyn FnMut(),
     ) -> Result<(), ChannelError> {
         let waypoints = chunk.waypoints();
         let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
         let (publisher, pace) = (&mut self.publisher, &mut self.pace);
         pace.begin();
-        let mut said = Ok(());
-        walker.simulate(&mut self.simulation, chunk, &mut |state| {
-            pace.wait(state.waypoint.time - begin, alive);
-            if said.is_ok() {
-                said = publisher.say(state);
+        let mut result = Ok(());
+        executor.simulate(&mut self.simulation, chunk, &mut |state| {
+            pace.wait(state.waypoint.time - begin, heartbeat);
+            if result.is_ok() {
+                result = publisher.publish(state);
             }
         });
-        pace.wait(end - begin, alive);
+        pace.wait(end - begin, heartbeat);
         pace.end(end - begin);
         publisher.refill()?;
-        said
+        result
     }
 }
 
@@ -86,14 +90,14 @@ impl Pace {
     }
 
     /// Waits until the robot is `seconds` of simulated time within the chunk.
-    fn wait(&self, seconds: f64, alive: &mut dyn FnMut()) {
-        alive();
+    fn wait(&self, seconds: f64, heartbeat: &mut dyn FnMut()) {
+        heartbeat();
         while self.rate > 0.0
             && self.watch.seconds() < self.over_at + seconds / self.rate
             && signals::raised().is_none()
         {
-            std::thread::sleep(NAP);
-            alive();
+            std::thread::sleep(SLEEP);
+            heartbeat();
         }
     }
 

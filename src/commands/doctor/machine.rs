@@ -51,7 +51,7 @@ pub(super) fn limits() -> Vec<Finding> {
         Some(files) if files < OPEN_FILES_MIN => Finding::missing(format!(
             "open files: {files}, {OPEN_FILES_MIN} are needed; run 'ulimit -n 1024'"
         )),
-        files => Finding::good(format!("open files: {}", in_words(files, ""))),
+        files => Finding::good(format!("open files: {}", describe_limit(files, ""))),
     };
     let locked = match soft_limit(libc::RLIMIT_MEMLOCK) {
         Some(bytes) if bytes / 1024 < LOCKED_KIB_MIN => Finding::advice(format!(
@@ -60,13 +60,13 @@ pub(super) fn limits() -> Vec<Finding> {
         )),
         bytes => Finding::good(format!(
             "locked memory: {}",
-            in_words(bytes.map(|bytes| bytes / 1024), " KiB")
+            describe_limit(bytes.map(|bytes| bytes / 1024), " KiB")
         )),
     };
     vec![open_files, locked]
 }
 
-fn in_words(limit: Option<u64>, unit: &str) -> String {
+fn describe_limit(limit: Option<u64>, unit: &str) -> String {
     limit.map_or("unlimited".to_owned(), |limit| format!("{limit}{unit}"))
 }
 

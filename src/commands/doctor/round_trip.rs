@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use surefoot_controller_sim::channel::{ChunkReceiver, Judgement};
-use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_controller_sim::channel::{ChunkDecision, PlanSubscriber};
+use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::{ChannelError, Instance, draw_id};
+use surefoot_shared_types::instance::{ChannelError, Instance, random_id};
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Margins, PlanChunk};
 
@@ -16,23 +16,23 @@ use crate::clock::Stopwatch;
 /// Chunks that make the trip.
 const CHUNKS: u64 = 64;
 /// How long to wait for the receiving end.
-const PATIENCE: Duration = Duration::from_secs(5);
+const WAIT_MAX: Duration = Duration::from_secs(5);
 
-/// Sends chunks through the instance; says how it went, or why it did not.
+/// Sends chunks through the instance; returns a description, or why it failed.
 pub(super) fn run(instance: &Instance) -> Result<String, String> {
     let watch = Stopwatch::start();
     let over = AtomicBool::new(false);
     let outcome = std::thread::scope(|scope| {
-        let receiver = scope.spawn(|| receive(instance, &over));
+        let subscriber = scope.spawn(|| receive(instance, &over));
         let delivered = deliver(instance);
         over.store(true, Ordering::Relaxed);
-        let received = receiver.join().map_err(|_| "the receiving thread panicked".to_owned())?;
+        let received = subscriber.join().map_err(|_| "the receiving thread panicked".to_owned())?;
         received
             .map_err(|error| error.to_string())
             .and(delivered.map_err(|error| error.to_string()))
     })?;
     match outcome {
-        Outcome::Accepted => Ok(format!(
+        DeliveryOutcome::Accepted => Ok(format!(
             "{CHUNKS} chunks delivered and acknowledged in {:.1} ms",
             1000.0 * watch.seconds()
         )),
@@ -42,20 +42,20 @@ pub(super) fn run(instance: &Instance) -> Result<String, String> {
     }
 }
 
-fn deliver(instance: &Instance) -> Result<Outcome, ChannelError> {
-    let mut sender = ChunkSender::open(instance, draw_id())?;
-    sender.set_lost_after(PATIENCE);
+fn deliver(instance: &Instance) -> Result<DeliveryOutcome, ChannelError> {
+    let mut sender = PlanPublisher::open(instance, random_id())?;
+    sender.set_lost_after(WAIT_MAX);
     Ok(sender.deliver(&stream(), &mut |_| {}, &|| true)?.outcome)
 }
 
 fn receive(instance: &Instance, over: &AtomicBool) -> Result<(), ChannelError> {
-    let mut receiver = ChunkReceiver::open(instance, draw_id())?;
+    let mut subscriber = PlanSubscriber::open(instance, random_id())?;
     let keep_going = || !over.load(Ordering::Relaxed);
     let accept = &mut |chunk: &PlanChunk, _: &mut dyn FnMut()| {
-        Judgement::Accepted(Margins::UNMEASURED, chunk.stream_after())
+        ChunkDecision::Accepted(Margins::UNMEASURED, chunk.stream_after())
     };
-    receiver.run(accept, &keep_going)?;
-    receiver.linger(accept, Some(PATIENCE), &keep_going).map(|_| ())
+    subscriber.run(accept, &keep_going)?;
+    subscriber.linger(accept, Some(WAIT_MAX), &keep_going).map(|_| ())
 }
 
 /// A stream of empty chunks.

@@ -1,12 +1,12 @@
-//! What a monitor makes of the simulated robot's states.
+//! A monitor's statistics of the simulated robot's states.
 
 use serde::Serialize;
 use surefoot_shared_types::message::State;
 
-/// What the ticks of a period said.
+/// Statistics of the ticks of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct MotionSummary {
-    /// Ticks heard per second.
+pub(super) struct StateSummary {
+    /// Ticks received per second.
     ticks_per_second: f64,
     /// Ticks missed so far.
     missed: u64,
@@ -20,18 +20,18 @@ pub(super) struct MotionSummary {
     torque_use: f64,
 }
 
-/// The states heard so far.
+/// Statistics of the states received so far.
 #[derive(Debug, Default)]
-pub(super) struct Motion {
+pub(super) struct StateStats {
     last: Option<State>,
     missed: u64,
     ticks: u64,
     worst: Option<[f64; 3]>,
 }
 
-impl Motion {
+impl StateStats {
     /// Takes in a state.
-    pub(super) fn note(&mut self, state: &State) {
+    pub(super) fn record(&mut self, state: &State) {
         let before = self.last.filter(|before| before.instance == state.instance);
         self.missed += before.map_or(0, |before| state.tick.saturating_sub(before.tick + 1));
         self.last = Some(*state);
@@ -44,11 +44,11 @@ impl Motion {
         ]);
     }
 
-    /// What was heard in the last `period` (s), if anything was; starts a new one.
-    pub(super) fn summary(&mut self, period: f64) -> Option<MotionSummary> {
+    /// Statistics of the last `period` (s), if a state was received; starts a new one.
+    pub(super) fn summary(&mut self, period: f64) -> Option<StateSummary> {
         let [balance_margin, friction_use, torque_use] = self.worst.take()?;
         let ticks = std::mem::take(&mut self.ticks);
-        Some(MotionSummary {
+        Some(StateSummary {
             ticks_per_second: if period > 0.0 { ticks as f64 / period } else { 0.0 },
             missed: self.missed,
             plan_seconds: self.last?.waypoint.time,
@@ -59,7 +59,7 @@ impl Motion {
     }
 }
 
-impl MotionSummary {
+impl StateSummary {
     /// A part of a line for a person.
     pub(super) fn describe(&self) -> String {
         let Self { ticks_per_second, missed, plan_seconds, .. } = self;
@@ -79,9 +79,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_worst_of_a_period_is_told_and_missed_ticks_are_counted() {
-        let mut motion = Motion::default();
-        assert_eq!(motion.summary(1.0), None);
+    fn the_worst_of_a_period_is_reported_and_missed_ticks_are_counted() {
+        let mut stats = StateStats::default();
+        assert_eq!(stats.summary(1.0), None);
         let state = |tick, balance_margin, torque_use| State {
             instance: 7,
             tick,
@@ -90,15 +90,15 @@ mod tests {
             ..State::zeroed()
         };
         for state in [state(1, 0.02, 0.3), state(2, 0.01, 0.2), state(6, 0.03, 0.5)] {
-            motion.note(&state);
+            stats.record(&state);
         }
-        let summary = motion.summary(1.5).unwrap();
+        let summary = stats.summary(1.5).unwrap();
         assert_eq!(
             (summary.ticks_per_second, summary.missed, summary.balance_margin, summary.torque_use),
             (2.0, 3, 0.01, 0.5)
         );
-        assert_eq!(motion.summary(1.0), None);
-        motion.note(&State { instance: 8, ..state(20, 0.1, 0.1) });
-        assert_eq!(motion.summary(1.0).unwrap().missed, 3, "another controller counts anew");
+        assert_eq!(stats.summary(1.0), None);
+        stats.record(&State { instance: 8, ..state(20, 0.1, 0.1) });
+        assert_eq!(stats.summary(1.0).unwrap().missed, 3, "another controller counts anew");
     }
 }

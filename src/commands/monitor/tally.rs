@@ -1,4 +1,4 @@
-//! What a monitor makes of what it hears: events, rates, latencies.
+//! Statistics of a monitor: events, rates, latencies.
 
 use std::collections::BTreeMap;
 
@@ -7,19 +7,19 @@ use surefoot_shared_types::message::{
     Check, Feedback, PlanChunk, PlanStatus, RequestState, State, Verdict,
 };
 
-use super::motion::{Motion, MotionSummary};
+use super::motion::{StateStats, StateSummary};
 use crate::margins::WorstMargins;
 
 /// Latencies that are remembered for the quantiles.
 const LATENCIES_MAX: usize = 4096;
 
-/// Something worth a line.
+/// An event that the monitor prints.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
-pub(super) enum News {
-    /// A planner process speaks that did not before.
+pub(super) enum MonitorEvent {
+    /// The first message of a planner process.
     Planner { seconds: f64, session: String },
-    /// A controller process speaks that did not before.
+    /// The first message of a controller process.
     Controller { seconds: f64, instance: String, next_sequence: u64 },
     /// Another plan, or the same planned again.
     Plan { seconds: f64, plan_id: u64, epoch: u64 },
@@ -42,20 +42,20 @@ pub(super) struct Summary {
     accepted: u64,
     /// Chunks seen per second.
     chunks_per_second: f64,
-    /// The controller's words heard per second.
+    /// Feedback messages received per second.
     words_per_second: f64,
     /// Time from a chunk's publication to its verdict as the monitor saw it, s: median, 95 of 100,
     /// longest.
     verdict_latency: Option<[f64; 3]>,
     /// The worst margins so far.
     margins: WorstMargins,
-    /// How the simulated robot was, where the controller tells.
-    motion: Option<MotionSummary>,
+    /// Statistics of the simulated robot, where the controller publishes its state.
+    motion: Option<StateSummary>,
 }
 
-/// What was heard so far.
+/// Statistics of the messages received so far.
 #[derive(Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct MonitorStats {
     session: Option<u64>,
     instance: Option<u64>,
     plan: Option<(u64, u64)>,
@@ -64,115 +64,126 @@ pub(super) struct Tally {
     finished: Option<(u64, u64)>,
     accepted: u64,
     chunks: u64,
-    words: u64,
+    feedback_count: u64,
     published: BTreeMap<u64, f64>,
     latencies: Vec<f64>,
     margins: WorstMargins,
-    motion: Motion,
+    motion: StateStats,
 }
 
-impl Tally {
-    /// Whether anybody was heard.
-    pub(super) fn has_heard(&self) -> bool {
+impl MonitorStats {
+    /// Whether any message was received.
+    pub(super) fn has_received(&self) -> bool {
         self.session.is_some() || self.instance.is_some() || self.request.is_some()
     }
 
     /// Takes in a chunk seen at `seconds`.
-    pub(super) fn note_chunk(&mut self, chunk: &PlanChunk, seconds: f64) -> Vec<News> {
-        let mut news = vec![];
+    pub(super) fn record_chunk(&mut self, chunk: &PlanChunk, seconds: f64) -> Vec<MonitorEvent> {
+        let mut events = vec![];
         self.chunks += 1;
         if self.session.replace(chunk.session) != Some(chunk.session) {
-            news.push(News::Planner { seconds, session: format!("{:016x}", chunk.session) });
+            events.push(MonitorEvent::Planner {
+                seconds,
+                session: format!("{:016x}", chunk.session),
+            });
         }
-        news.extend(self.turn_to((chunk.plan_id, chunk.epoch), seconds));
+        events.extend(self.switch_plan((chunk.plan_id, chunk.epoch), seconds));
         if chunk.sequence >= self.accepted {
             self.published.entry(chunk.sequence).or_insert(seconds);
         }
-        news
+        events
     }
 
-    /// Takes in a controller's word heard at `seconds`.
-    pub(super) fn note_word(&mut self, word: &Feedback, seconds: f64) -> Vec<News> {
-        let mut news = vec![];
-        self.words += 1;
-        if self.instance.replace(word.instance) != Some(word.instance) {
-            news.push(News::Controller {
+    /// Takes in feedback received at `seconds`.
+    pub(super) fn record_feedback(
+        &mut self,
+        feedback: &Feedback,
+        seconds: f64,
+    ) -> Vec<MonitorEvent> {
+        let mut events = vec![];
+        self.feedback_count += 1;
+        if self.instance.replace(feedback.instance) != Some(feedback.instance) {
+            events.push(MonitorEvent::Controller {
                 seconds,
-                instance: format!("{:016x}", word.instance),
-                next_sequence: word.next_sequence,
+                instance: format!("{:016x}", feedback.instance),
+                next_sequence: feedback.next_sequence,
             });
         }
-        if word.session == 0 {
-            return news;
+        if feedback.session == 0 {
+            return events;
         }
-        let plan = (word.plan_id, word.epoch);
-        news.extend(self.turn_to(plan, seconds));
-        self.note_progress(word, seconds);
-        if word.verdict == Verdict::Refused as u32 && self.refused.replace(plan) != Some(plan) {
-            let check = Check::from_wire(word.check).map_or("unknown", Check::word).to_owned();
+        let plan = (feedback.plan_id, feedback.epoch);
+        events.extend(self.switch_plan(plan, seconds));
+        self.record_progress(feedback, seconds);
+        if feedback.verdict == Verdict::Refused as u32 && self.refused.replace(plan) != Some(plan) {
+            let check = Check::from_wire(feedback.check).map_or("unknown", Check::name).to_owned();
             let (sequence, waypoint, corrections) =
-                (word.refused_sequence, word.refused_waypoint, word.corrections_len);
-            news.push(News::Refused { seconds, sequence, check, waypoint, corrections });
+                (feedback.refused_sequence, feedback.refused_waypoint, feedback.corrections_len);
+            events.push(MonitorEvent::Refused { seconds, sequence, check, waypoint, corrections });
         }
-        if word.finished == 1 && self.finished.replace(plan) != Some(plan) {
-            news.push(News::Finished {
+        if feedback.finished == 1 && self.finished.replace(plan) != Some(plan) {
+            events.push(MonitorEvent::Finished {
                 seconds,
-                chunks: word.next_sequence,
+                chunks: feedback.next_sequence,
                 margins: self.margins,
             });
         }
-        news
+        events
     }
 
-    /// Takes in a word of a planner that stays up.
-    pub(super) fn note_status(&mut self, status: &PlanStatus, seconds: f64) -> Option<News> {
+    /// Takes in a status of a planner that stays up.
+    pub(super) fn record_status(
+        &mut self,
+        status: &PlanStatus,
+        seconds: f64,
+    ) -> Option<MonitorEvent> {
         let state = RequestState::from_wire(status.state)?;
         let request = (status.client, status.number, status.state);
-        let is_news = status.client != 0 && self.request.replace(request) != Some(request);
-        is_news.then(|| News::Request {
+        let is_new = status.client != 0 && self.request.replace(request) != Some(request);
+        is_new.then(|| MonitorEvent::Request {
             seconds,
             client: format!("{:016x}", status.client),
             number: status.number,
-            state: state.word().into(),
+            state: state.name().into(),
         })
     }
 
     /// Takes in a tick of the simulated robot.
-    pub(super) fn note_state(&mut self, state: &State) {
-        self.motion.note(state);
+    pub(super) fn record_state(&mut self, state: &State) {
+        self.motion.record(state);
     }
 
     /// What passed in the last `period` (s); starts a new one.
-    pub(super) fn summary(&mut self, seconds: f64, period: f64) -> News {
+    pub(super) fn summary(&mut self, seconds: f64, period: f64) -> MonitorEvent {
         let rate = |count: u64| if period > 0.0 { count as f64 / period } else { 0.0 };
         let summary = Summary {
             seconds,
             accepted: self.accepted,
             chunks_per_second: rate(self.chunks),
-            words_per_second: rate(self.words),
+            words_per_second: rate(self.feedback_count),
             verdict_latency: quantiles(&mut self.latencies),
             margins: self.margins,
             motion: self.motion.summary(period),
         };
-        (self.chunks, self.words) = (0, 0);
-        News::Summary(summary)
+        (self.chunks, self.feedback_count) = (0, 0);
+        MonitorEvent::Summary(summary)
     }
 
-    fn turn_to(&mut self, plan: (u64, u64), seconds: f64) -> Option<News> {
+    fn switch_plan(&mut self, plan: (u64, u64), seconds: f64) -> Option<MonitorEvent> {
         if self.plan >= Some(plan) {
             return None;
         }
         self.plan = Some(plan);
         self.accepted = 0;
         self.published.clear();
-        Some(News::Plan { seconds, plan_id: plan.0, epoch: plan.1 })
+        Some(MonitorEvent::Plan { seconds, plan_id: plan.0, epoch: plan.1 })
     }
 
-    fn note_progress(&mut self, word: &Feedback, seconds: f64) {
+    fn record_progress(&mut self, feedback: &Feedback, seconds: f64) {
         while self
             .published
             .first_key_value()
-            .is_some_and(|(sequence, _)| *sequence < word.next_sequence)
+            .is_some_and(|(sequence, _)| *sequence < feedback.next_sequence)
         {
             if let Some((_, published)) = self.published.pop_first()
                 && self.latencies.len() < LATENCIES_MAX
@@ -180,8 +191,8 @@ impl Tally {
                 self.latencies.push(seconds - published);
             }
         }
-        self.accepted = word.next_sequence;
-        self.margins = WorstMargins::from(&word.margins);
+        self.accepted = feedback.next_sequence;
+        self.margins = WorstMargins::from(&feedback.margins);
     }
 }
 
@@ -191,16 +202,16 @@ fn quantiles(latencies: &mut [f64]) -> Option<[f64; 3]> {
     Some([last / 2, last * 95 / 100, last].map(|index| latencies[index]))
 }
 
-impl News {
+impl MonitorEvent {
     /// One line for a person.
     pub(super) fn line(&self) -> String {
         match self {
             Self::Planner { seconds, session } => {
-                format!("{seconds:9.3} s  planner {session} speaks")
+                format!("{seconds:9.3} s  planner {session} connected")
             }
             Self::Controller { seconds, instance, next_sequence } => {
                 format!(
-                    "{seconds:9.3} s  controller {instance} speaks, {next_sequence} chunks behind it"
+                    "{seconds:9.3} s  controller {instance} connected, {next_sequence} chunks accepted"
                 )
             }
             Self::Plan { seconds, plan_id, epoch } => {
@@ -232,8 +243,10 @@ impl News {
 
 impl Summary {
     fn line(&self) -> String {
-        let rates =
-            format!("{:.1} chunks/s, {:.0} words/s", self.chunks_per_second, self.words_per_second);
+        let rates = format!(
+            "{:.1} chunks/s, {:.0} feedback/s",
+            self.chunks_per_second, self.words_per_second
+        );
         let latency = self.verdict_latency.map_or(String::new(), |[p50, p95, max]| {
             format!(
                 ", verdict after {:.2} ms (p95 {:.2}, max {:.2})",
@@ -260,22 +273,22 @@ mod tests {
 
     #[test]
     fn latencies_run_from_a_chunks_first_sight_to_its_verdict() {
-        let mut tally = Tally::default();
+        let mut stats = MonitorStats::default();
         let chunk =
             |sequence| PlanChunk { session: 5, plan_id: 1, sequence, ..PlanChunk::zeroed() };
-        let word = |next_sequence| Feedback {
+        let feedback = |next_sequence| Feedback {
             instance: 6,
             session: 5,
             plan_id: 1,
             next_sequence,
             ..Feedback::zeroed()
         };
-        assert_eq!(tally.note_chunk(&chunk(0), 1.0).len(), 2, "a planner and a plan");
-        assert_eq!(tally.note_chunk(&chunk(1), 1.1).len(), 0);
-        tally.note_chunk(&chunk(0), 1.2);
-        assert_eq!(tally.note_word(&word(0), 1.25).len(), 1, "a controller");
-        tally.note_word(&word(2), 1.5);
-        let News::Summary(summary) = tally.summary(2.0, 1.0) else { panic!("no summary") };
+        assert_eq!(stats.record_chunk(&chunk(0), 1.0).len(), 2, "a planner and a plan");
+        assert_eq!(stats.record_chunk(&chunk(1), 1.1).len(), 0);
+        stats.record_chunk(&chunk(0), 1.2);
+        assert_eq!(stats.record_feedback(&feedback(0), 1.25).len(), 1, "a controller");
+        stats.record_feedback(&feedback(2), 1.5);
+        let MonitorEvent::Summary(summary) = stats.summary(2.0, 1.0) else { panic!("no summary") };
         let [p50, _, max] = summary.verdict_latency.unwrap();
         assert!((p50 - 0.4).abs() < 1e-9 && (max - 0.5).abs() < 1e-9, "{summary:?}");
         assert_eq!(
@@ -285,8 +298,8 @@ mod tests {
     }
 
     #[test]
-    fn ends_are_told_once_in_each_epoch() {
-        let mut tally = Tally::default();
+    fn results_are_reported_once_in_each_epoch() {
+        let mut stats = MonitorStats::default();
         let refused = Feedback {
             instance: 6,
             session: 5,
@@ -295,17 +308,19 @@ mod tests {
             check: 16,
             ..Feedback::zeroed()
         };
-        let told = |tally: &mut Tally, word: &Feedback| {
-            tally
-                .note_word(word, 1.0)
+        let ends = |stats: &mut MonitorStats, feedback: &Feedback| {
+            stats
+                .record_feedback(feedback, 1.0)
                 .into_iter()
-                .filter(|news| matches!(news, News::Refused { .. } | News::Finished { .. }))
+                .filter(|event| {
+                    matches!(event, MonitorEvent::Refused { .. } | MonitorEvent::Finished { .. })
+                })
                 .count()
         };
-        assert_eq!((told(&mut tally, &refused), told(&mut tally, &refused)), (1, 0));
+        assert_eq!((ends(&mut stats, &refused), ends(&mut stats, &refused)), (1, 0));
         let again = Feedback { epoch: 1, ..refused };
-        assert_eq!(told(&mut tally, &again), 1);
+        assert_eq!(ends(&mut stats, &again), 1);
         let finished = Feedback { verdict: 1, finished: 1, ..again };
-        assert_eq!((told(&mut tally, &finished), told(&mut tally, &finished)), (1, 0));
+        assert_eq!((ends(&mut stats, &finished), ends(&mut stats, &finished)), (1, 0));
     }
 }

@@ -1,6 +1,6 @@
 //! `surefoot plan --serve`: stays up, and plans and delivers what clients ask for.
 //!
-//! The newest request counts: it takes the place of whatever is planned or delivered. Robot and
+//! The newest request counts: it replaces the current planning or delivery. Robot and
 //! world stay loaded.
 
 use std::cell::RefCell;
@@ -9,29 +9,29 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use surefoot_planner::Planner;
-use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
 use surefoot_planner::prepare::Preparation;
-use surefoot_shared_types::instance::desk::Clerk;
-use surefoot_shared_types::instance::draw_id;
+use surefoot_shared_types::instance::desk::RequestServer;
+use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
-use super::super::enter;
-use super::may_go_on;
-use super::task::Task;
+use super::super::enter_instance;
+use super::may_replan;
+use super::task::PlanningTask;
 use crate::arguments::PlanArguments;
-use crate::audience::Audience;
-use crate::failure::{Ending, Failure};
+use crate::audience::Reporter;
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
-use crate::line::{Line, PlanEnd, Planned};
+use crate::line::{PlanResult, Planned, RoleEvent};
 use crate::{search, signals, verdict};
 
-/// Time between two looks at the desk while there is nothing to do.
-const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// How long a controller may take to say where its robot stands.
-const SETTLE_WITHIN: Duration = Duration::from_millis(300);
+/// Time between two polls of the request server.
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
+/// Longest time until a controller publishes its rest state.
+const REST_STATE_WAIT_MAX: Duration = Duration::from_millis(300);
 
 /// A request with its kind.
-type Asked = (PlanRequest, RequestKind);
+type IncomingRequest = (PlanRequest, RequestKind);
 
 /// Serves until a signal comes.
 ///
@@ -41,55 +41,55 @@ pub(super) fn run(
     arguments: &PlanArguments,
     inputs: &Inputs,
     preparation: Preparation<'static>,
-    audience: Audience,
-) -> Result<Ending, Failure> {
+    reporter: Reporter,
+) -> Result<CommandOutcome, CommandError> {
     let Some(name) = &arguments.instance else {
-        return Err(Failure::Usage("--serve needs --instance NAME".into()));
+        return Err(CommandError::Usage("--serve needs --instance NAME".into()));
     };
-    let session = draw_id();
-    let sender = ChunkSender::open(&enter(name)?, session)?;
-    let clerk = Clerk::open(sender.link(), session)?;
-    let desk = RefCell::new(Desk { clerk, status: PlanStatus::zeroed(), next: None });
+    let session = random_id();
+    let sender = PlanPublisher::open(&enter_instance(name)?, session)?;
+    let server = RequestServer::open(sender.participant(), session)?;
+    let queue = RefCell::new(RequestQueue { server, status: PlanStatus::zeroed(), next: None });
     let mut server = Server {
         arguments,
         inputs,
         preparation,
-        audience,
+        reporter,
         sender,
-        desk: &desk,
-        last: Task::first(inputs),
+        queue: &queue,
+        last: PlanningTask::first(inputs),
     };
-    server.audience.tell(&Line::PlannerServes)?;
+    server.reporter.emit(&RoleEvent::PlannerServes)?;
     loop {
-        let asked = server.wait()?;
-        server.serve(asked)?;
+        let request = server.wait()?;
+        server.serve(request)?;
     }
 }
 
-/// The desk, and the request that came while another one was served.
-struct Desk {
-    clerk: Clerk,
+/// The request server, and the request that came while another one was served.
+struct RequestQueue {
+    server: RequestServer,
     status: PlanStatus,
-    next: Option<Asked>,
+    next: Option<IncomingRequest>,
 }
 
-impl Desk {
+impl RequestQueue {
     /// Looks for a request; answers whether there is one now, or a signal.
     fn is_interrupted(&mut self) -> bool {
         if self.next.is_none() {
-            // A desk that fails now fails again when it is waited at.
-            self.next = self.clerk.take().unwrap_or(None);
+            // A server that fails now fails again on the next wait.
+            self.next = self.server.take().unwrap_or(None);
         }
         self.next.is_some() || signals::raised().is_some()
     }
 
-    fn tell(&mut self) -> Result<(), Failure> {
-        Ok(self.clerk.tell(&self.status)?)
+    fn publish(&mut self) -> Result<(), CommandError> {
+        Ok(self.server.publish(&self.status)?)
     }
 
-    fn enter(&mut self, state: RequestState) -> Result<(), Failure> {
+    fn set_state(&mut self, state: RequestState) -> Result<(), CommandError> {
         self.status.state = state as u32;
-        self.tell()
+        self.publish()
     }
 }
 
@@ -97,70 +97,77 @@ struct Server<'a> {
     arguments: &'a PlanArguments,
     inputs: &'a Inputs,
     preparation: Preparation<'static>,
-    audience: Audience,
-    sender: ChunkSender,
-    desk: &'a RefCell<Desk>,
-    /// What was asked for last.
-    last: Task,
+    reporter: Reporter,
+    sender: PlanPublisher,
+    queue: &'a RefCell<RequestQueue>,
+    /// What was request for last.
+    last: PlanningTask,
 }
 
 impl Server<'_> {
-    /// Waits for a request, telling how things stand.
-    fn wait(&mut self) -> Result<Asked, Failure> {
+    /// Waits for a request, publishing the status meanwhile.
+    fn wait(&mut self) -> Result<IncomingRequest, CommandError> {
         loop {
-            let mut desk = self.desk.borrow_mut();
+            let mut queue = self.queue.borrow_mut();
             if let Some(signal) = signals::raised() {
-                return Err(Failure::Interrupted(signal));
+                return Err(CommandError::Interrupted(signal));
             }
-            let asked = match desk.next.take() {
-                Some(asked) => Some(asked),
-                None => desk.clerk.take()?,
+            let request = match queue.next.take() {
+                Some(request) => Some(request),
+                None => queue.server.take()?,
             };
-            if let Some(asked) = asked {
-                return Ok(asked);
+            if let Some(request) = request {
+                return Ok(request);
             }
-            desk.tell()?;
-            drop(desk);
-            std::thread::sleep(LOOK_EVERY);
+            queue.publish()?;
+            drop(queue);
+            std::thread::sleep(POLL_INTERVAL);
         }
     }
 
     /// Does what a request asks, unless another one comes.
-    fn serve(&mut self, (request, kind): Asked) -> Result<(), Failure> {
-        self.desk.borrow_mut().status =
+    fn serve(&mut self, (request, kind): IncomingRequest) -> Result<(), CommandError> {
+        self.queue.borrow_mut().status =
             PlanStatus { client: request.client, number: request.number, ..PlanStatus::zeroed() };
         let state = match self.task(&request, kind)? {
             Some(task) => self.plan_and_deliver(task)?,
             None if kind == RequestKind::Cancel => RequestState::Cancelled,
             None => RequestState::Invalid,
         };
-        let PlanStatus { plan_id, epoch, .. } = self.desk.borrow().status;
-        self.audience.say(|| format!("plan {plan_id}.{epoch}: {}", state.word()));
-        self.desk.borrow_mut().enter(state)
+        let PlanStatus { plan_id, epoch, .. } = self.queue.borrow().status;
+        self.reporter.print(|| format!("plan {plan_id}.{epoch}: {}", state.name()));
+        self.queue.borrow_mut().set_state(state)
     }
 
     /// What is to be planned, if anything.
-    fn task(&mut self, request: &PlanRequest, kind: RequestKind) -> Result<Option<Task>, Failure> {
+    fn task(
+        &mut self,
+        request: &PlanRequest,
+        kind: RequestKind,
+    ) -> Result<Option<PlanningTask>, CommandError> {
         if kind == RequestKind::Cancel {
             return Ok(None);
         }
-        let word = self.sender.settle(SETTLE_WITHIN, &|| signals::raised().is_none())?;
-        let Ok(here) = Task::anew(self.inputs, word.as_ref()) else { return Ok(None) };
+        let feedback =
+            self.sender.wait_until_idle(REST_STATE_WAIT_MAX, &|| signals::raised().is_none())?;
+        let Ok(here) = PlanningTask::fresh(self.inputs, feedback.as_ref()) else { return Ok(None) };
         let goal = if kind == RequestKind::Replan {
             Some(self.last.scenario.goal)
         } else {
-            request.goal.mark()
+            request.goal.stance_pose()
         };
         let Some(goal) = goal else { return Ok(None) };
         let task = here.towards(goal, request.seed, request.work_max);
         Ok(match kind {
-            RequestKind::StartAndGoal => request.start.mark().map(|start| task.starting_on(start)),
+            RequestKind::StartAndGoal => {
+                request.start.stance_pose().map(|start| task.starting_at(start))
+            }
             _ => Some(task),
         })
     }
 
     /// Plans and delivers a task, again where the world turns out to be another.
-    fn plan_and_deliver(&mut self, task: Task) -> Result<RequestState, Failure> {
+    fn plan_and_deliver(&mut self, task: PlanningTask) -> Result<RequestState, CommandError> {
         let mut task = task;
         self.last = task.clone();
         for _ in 0..=self.arguments.search.replans_max {
@@ -168,30 +175,30 @@ impl Server<'_> {
                 Ok(planner) => planner,
                 Err(state) => return Ok(state),
             };
-            self.desk.borrow_mut().enter(RequestState::Delivering)?;
-            let desk = self.desk;
+            self.queue.borrow_mut().set_state(RequestState::Delivering)?;
+            let queue = self.queue;
             let mut accepted = 0;
             let delivery = self.sender.deliver(
                 planner.chunks(),
-                &mut |word| {
-                    if word.next_sequence != accepted {
-                        accepted = word.next_sequence;
-                        let mut desk = desk.borrow_mut();
-                        desk.status.accepted = accepted;
-                        // Whoever does not hear this hears the end.
-                        let _ = desk.tell();
+                &mut |feedback| {
+                    if feedback.next_sequence != accepted {
+                        accepted = feedback.next_sequence;
+                        let mut queue = queue.borrow_mut();
+                        queue.status.accepted = accepted;
+                        // A lost status is repaired by the final one.
+                        let _ = queue.publish();
                     }
                 },
-                &|| !desk.borrow_mut().is_interrupted(),
+                &|| !queue.borrow_mut().is_interrupted(),
             )?;
             match (delivery.outcome, delivery.feedback) {
-                (Outcome::Accepted, _) => return Ok(RequestState::Accepted),
-                (Outcome::Stopped, _) => return Ok(RequestState::Cancelled),
-                (Outcome::ControllerLost, _) => return Ok(RequestState::ControllerLost),
-                (_, Some(word)) if may_go_on(&delivery, task.standing.is_some()) => {
+                (DeliveryOutcome::Accepted, _) => return Ok(RequestState::Accepted),
+                (DeliveryOutcome::Stopped, _) => return Ok(RequestState::Cancelled),
+                (DeliveryOutcome::ControllerLost, _) => return Ok(RequestState::ControllerLost),
+                (_, Some(feedback)) if may_replan(&delivery, task.rest_state.is_some()) => {
                     match task.after(
                         self.inputs,
-                        &word,
+                        &feedback,
                         planner.chunks(),
                         planner.way_back().chunks,
                     ) {
@@ -207,12 +214,15 @@ impl Server<'_> {
 
     /// Searches, from farther back where nothing leads on; a planner with a plan, or the state in
     /// which the request ends.
-    fn plan(&mut self, task: &mut Task) -> Result<Result<Planner, RequestState>, Failure> {
+    fn plan(
+        &mut self,
+        task: &mut PlanningTask,
+    ) -> Result<Result<Planner, RequestState>, CommandError> {
         {
-            let mut desk = self.desk.borrow_mut();
-            (desk.status.plan_id, desk.status.epoch, desk.status.accepted) =
+            let mut queue = self.queue.borrow_mut();
+            (queue.status.plan_id, queue.status.epoch, queue.status.accepted) =
                 (task.plan_id, task.epoch, 0);
-            desk.enter(RequestState::Planning)?;
+            queue.set_state(RequestState::Planning)?;
         }
         let threads =
             NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
@@ -221,47 +231,52 @@ impl Server<'_> {
             let Some(planned) = self.search(&mut planner, task)? else {
                 return Ok(Err(RequestState::Cancelled));
             };
-            if planned.end != PlanEnd::NoPlan || !task.may_go_back(&planner) {
-                return Ok(self.conclude(planner, &planned, task));
+            if planned.end != PlanResult::NoPlan || !task.may_retrace_further(&planner) {
+                return Ok(self.publish_result(planner, &planned, task));
             }
-            task.go_back(&planner);
+            task.retrace_further(&planner);
         }
     }
 
     /// Searches until it is over, or interrupted: nothing then.
-    fn search(&mut self, planner: &mut Planner, task: &Task) -> Result<Option<Planned>, Failure> {
-        let (desk, audience) = (self.desk, &mut self.audience);
-        let mut tell = |line: &Line| {
-            if let Line::Planning(searching) = line {
-                let mut desk = desk.borrow_mut();
-                desk.status.work = searching.work;
-                desk.tell()?;
+    fn search(
+        &mut self,
+        planner: &mut Planner,
+        task: &PlanningTask,
+    ) -> Result<Option<Planned>, CommandError> {
+        let (queue, reporter) = (self.queue, &mut self.reporter);
+        let mut emit = |event: &RoleEvent| {
+            if let RoleEvent::Planning(progress) = event {
+                let mut queue = queue.borrow_mut();
+                queue.status.work = progress.work;
+                queue.publish()?;
             }
-            audience.tell(line)
+            reporter.emit(event)
         };
-        search::run_until(planner, task.scenario.planner.work_max, &mut tell, &mut || {
-            desk.borrow_mut().is_interrupted()
+        search::run_until(planner, task.scenario.planner.work_max, &mut emit, &mut || {
+            queue.borrow_mut().is_interrupted()
         })
     }
 
-    fn conclude(
+    fn publish_result(
         &mut self,
         planner: Planner,
         planned: &Planned,
-        task: &Task,
+        task: &PlanningTask,
     ) -> Result<Planner, RequestState> {
-        self.audience
-            .say(|| verdict::of_search(&format!("plan {}.{}", task.plan_id, task.epoch), planned));
-        let mut desk = self.desk.borrow_mut();
-        desk.status.work = planned.work;
+        self.reporter.print(|| {
+            verdict::search_summary(&format!("plan {}.{}", task.plan_id, task.epoch), planned)
+        });
+        let mut queue = self.queue.borrow_mut();
+        queue.status.work = planned.work;
         match planned.end {
-            PlanEnd::Found => {
-                (desk.status.chunks, desk.status.digest) = (planned.chunks, planner.digest());
+            PlanResult::Found => {
+                (queue.status.chunks, queue.status.digest) = (planned.chunks, planner.digest());
                 Ok(planner)
             }
-            PlanEnd::NoPlan => Err(RequestState::NoPlan),
-            PlanEnd::StartInvalid => Err(RequestState::StartInvalid),
-            PlanEnd::GoalInvalid => Err(RequestState::GoalInvalid),
+            PlanResult::NoPlan => Err(RequestState::NoPlan),
+            PlanResult::StartInvalid => Err(RequestState::StartInvalid),
+            PlanResult::GoalInvalid => Err(RequestState::GoalInvalid),
         }
     }
 }

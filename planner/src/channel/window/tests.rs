@@ -1,7 +1,7 @@
 use bytemuck::Zeroable;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 
-use surefoot_shared_types::message::Sealed;
+use surefoot_shared_types::message::WithCrc;
 
 use super::*;
 
@@ -16,13 +16,13 @@ fn stream(len: u64) -> Vec<PlanChunk> {
     chunks
 }
 
-fn word(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
+fn feedback(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
     let stream = if accepted == 0 {
         Digest::default()
     } else {
         chunks[accepted as usize - 1].stream_after()
     };
-    sealed(Feedback {
+    with_crc(Feedback {
         schema: FEEDBACK_SCHEMA,
         instance,
         count,
@@ -34,45 +34,45 @@ fn word(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedb
     })
 }
 
-fn sealed(mut feedback: Feedback) -> Feedback {
-    feedback.seal();
+fn with_crc(mut feedback: Feedback) -> Feedback {
+    feedback.write_crc();
     feedback
 }
 
-fn send_all(window: &mut Window<'_>) -> Vec<u64> {
+fn send_all(window: &mut SendWindow<'_>) -> Vec<u64> {
     let mut sent = Vec::new();
-    while let Some((place, _)) = window.to_send() {
-        sent.push(window.chunk(place).sequence);
+    while let Some((index, _)) = window.to_send() {
+        sent.push(window.chunk(index).sequence);
         window.note_sent();
     }
     sent
 }
 
 #[test]
-fn the_window_waits_for_a_controller_and_never_exceeds_its_credit() {
+fn the_window_waits_for_a_controller_and_never_exceeds_its_size() {
     let chunks = stream(20);
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
     assert!(window.to_send().is_none());
-    assert!(window.hear(&word(5, 1, 0, &chunks)));
+    assert!(window.receive(&feedback(5, 1, 0, &chunks)));
     assert_eq!(window.to_send().unwrap().1, 5);
     assert_eq!(send_all(&mut window), (0..8).collect::<Vec<_>>());
-    window.hear(&word(5, 2, 3, &chunks));
+    window.receive(&feedback(5, 2, 3, &chunks));
     assert_eq!(send_all(&mut window), [8, 9, 10]);
-    window.hear(&word(5, 3, 20, &chunks));
-    assert_eq!(window.outcome(), Some(Outcome::Accepted));
+    window.receive(&feedback(5, 3, 20, &chunks));
+    assert_eq!(window.outcome(), Some(DeliveryOutcome::Accepted));
 }
 
 #[test]
-fn only_an_idle_controller_is_sent_chunks_again() {
+fn chunks_are_resent_to_an_idle_controller_only() {
     let chunks = stream(4);
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    window.hear(&word(5, 1, 0, &chunks));
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     assert!(!window.go_back(), "a silent controller may be walking");
-    window.hear(&word(5, 2, 1, &chunks));
+    window.receive(&feedback(5, 2, 1, &chunks));
     for count in 3..3 + IDLE_HEARTBEATS {
         assert!(!window.go_back());
-        window.hear(&word(5, count, 1, &chunks));
+        window.receive(&feedback(5, count, 1, &chunks));
     }
     assert!(window.go_back());
     assert_eq!(send_all(&mut window), [1, 2, 3]);
@@ -80,15 +80,15 @@ fn only_an_idle_controller_is_sent_chunks_again() {
 }
 
 #[test]
-fn a_new_controller_starts_at_its_own_place_and_the_old_one_is_not_heard_again() {
+fn a_new_controller_starts_at_its_own_index_and_the_old_one_is_ignored() {
     let chunks = stream(6);
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    window.hear(&word(5, 1, 0, &chunks));
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 0, &chunks));
     send_all(&mut window);
-    window.hear(&word(5, 2, 4, &chunks));
-    window.hear(&word(6, 1, 0, &chunks));
+    window.receive(&feedback(5, 2, 4, &chunks));
+    window.receive(&feedback(6, 1, 0, &chunks));
     assert_eq!(window.acknowledged(), 0);
-    assert!(!window.hear(&word(5, 3, 6, &chunks)));
+    assert!(!window.receive(&feedback(5, 3, 6, &chunks)));
     assert_eq!(window.outcome(), None);
     assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
 }
@@ -101,11 +101,11 @@ fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
     for index in 3..6 {
         foreign[index].stream = foreign[index - 1].stream_after();
     }
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    window.hear(&sealed(Feedback { session: 1, ..word(5, 1, 4, &chunks) }));
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&with_crc(Feedback { session: 1, ..feedback(5, 1, 4, &chunks) }));
     assert_eq!(send_all(&mut window), [4, 5]);
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    window.hear(&sealed(Feedback { session: 1, finished: 1, ..word(5, 1, 6, &foreign) }));
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&with_crc(Feedback { session: 1, finished: 1, ..feedback(5, 1, 6, &foreign) }));
     assert_eq!((window.outcome(), window.acknowledged()), (None, 0));
     assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
 }
@@ -114,52 +114,52 @@ fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
 fn refusals_end_it_unless_they_are_of_another_session() {
     let chunks = stream(6);
     let refused = |session| {
-        sealed(Feedback {
+        with_crc(Feedback {
             verdict: 2,
             check: 3,
             refused_waypoint: 9,
             session,
-            ..word(5, 1, 0, &chunks)
+            ..feedback(5, 1, 0, &chunks)
         })
     };
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    window.hear(&refused(1));
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&refused(1));
     assert_eq!(window.outcome(), None);
-    window.hear(&refused(SESSION));
+    window.receive(&refused(SESSION));
     assert_eq!(
         window.outcome(),
-        Some(Outcome::Refused { sequence: 0, check: Check::Collision, waypoint: 9 })
+        Some(DeliveryOutcome::Refused { sequence: 0, check: Check::Collision, waypoint: 9 })
     );
     assert!(window.to_send().is_none());
 }
 
 #[test]
-fn lies_do_not_move_the_window() {
+fn forged_feedback_does_not_move_the_window() {
     let chunks = stream(6);
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    window.hear(&word(5, 1, 2, &chunks));
-    let good = word(5, 2, 4, &chunks);
-    let lies = [
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 2, &chunks));
+    let good = feedback(5, 2, 4, &chunks);
+    let forgeries = [
         Feedback { next_sequence: 7, ..good },
         Feedback { next_sequence: u64::MAX, ..good },
         Feedback { next_sequence: 3, ..good },
         Feedback { plan_id: 2, ..good },
         Feedback { stream: Digest([9; 32]), ..good },
         Feedback { schema: 0, ..good },
-        word(5, 2, 1, &chunks),
+        feedback(5, 2, 1, &chunks),
     ];
-    for lie in &lies {
-        window.hear(&sealed(*lie));
+    for forgery in &forgeries {
+        window.receive(&with_crc(*forgery));
         assert_eq!(window.acknowledged(), 2);
     }
-    assert!(!window.hear(&Feedback { next_sequence: 5, ..good }), "a damaged word");
-    window.hear(&good);
+    assert!(!window.receive(&Feedback { next_sequence: 5, ..good }), "a damaged feedback");
+    window.receive(&good);
     assert_eq!(window.acknowledged(), 4);
 }
 
 #[test]
 fn a_broken_stream_is_not_sent() {
-    let index_of = |chunks: &[PlanChunk]| match Window::new(chunks, SESSION, 8) {
+    let index_of = |chunks: &[PlanChunk]| match SendWindow::new(chunks, SESSION, 8) {
         Err(ChannelError::Stream { index }) => Some(index),
         _ => None,
     };
@@ -177,29 +177,29 @@ fn a_broken_stream_is_not_sent() {
 }
 
 #[test]
-fn a_controller_that_never_takes_anything_is_given_up() {
+fn a_controller_that_never_accepts_counts_as_lost() {
     let chunks = stream(2);
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    let mut rounds = 0;
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut go_backs = 0;
     for count in 1.. {
-        window.hear(&word(5, count, 0, &chunks));
+        window.receive(&feedback(5, count, 0, &chunks));
         if window.outcome().is_some() {
             break;
         }
         send_all(&mut window);
-        rounds += u32::from(window.go_back());
+        go_backs += u32::from(window.go_back());
     }
-    assert_eq!((window.outcome(), rounds), (Some(Outcome::ControllerLost), GO_BACKS_MAX));
+    assert_eq!((window.outcome(), go_backs), (Some(DeliveryOutcome::ControllerLost), GO_BACKS_MAX));
 }
 
 #[test]
-fn a_controller_that_judges_is_not_idle() {
+fn a_busy_controller_is_not_idle() {
     let chunks = stream(4);
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    window.hear(&word(5, 1, 0, &chunks));
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 0, &chunks));
     send_all(&mut window);
     for count in 2..20 {
-        window.hear(&sealed(Feedback { busy: 1, ..word(5, count, 0, &chunks) }));
+        window.receive(&with_crc(Feedback { busy: 1, ..feedback(5, count, 0, &chunks) }));
         assert!(!window.go_back());
     }
 }
@@ -207,8 +207,8 @@ fn a_controller_that_judges_is_not_idle() {
 #[test]
 fn a_plan_that_was_made_again_meanwhile_is_out_of_date() {
     let chunks = stream(4);
-    let mut window = Window::new(&chunks, SESSION, 8).unwrap();
-    window.hear(&sealed(Feedback { epoch: 2, session: 1, ..word(5, 1, 3, &chunks) }));
-    assert_eq!(window.outcome(), Some(Outcome::Superseded));
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }));
+    assert_eq!(window.outcome(), Some(DeliveryOutcome::Superseded));
     assert!(window.to_send().is_none());
 }

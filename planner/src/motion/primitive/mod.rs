@@ -2,43 +2,43 @@
 //!
 //! A [`Preparation`](crate::prepare::Preparation) knows the [`Gait`] of a robot and the range R_S
 //! of placement pairs over which its primitives were swept. Where [`crate::prepare::sufficient`]
-//! says that C_S holds, [`Emission`] gives motions that meet every constraint; [`print_of`] is how
-//! a placement is shown to it. They join without a seam, since a primitive configuration depends on
-//! nothing but its two placements.
+//! says that C_S holds, [`PrimitiveTrajectory`] gives motions that meet every constraint;
+//! [`placement_of`] is how a placement is shown to it. They join without a seam, since a primitive
+//! configuration depends on nothing but its two placements.
 
 pub mod emission;
 pub mod gait;
 pub mod path;
 pub mod stand;
 
-pub use emission::Emission;
+pub use emission::PrimitiveTrajectory;
 pub use gait::Gait;
-pub use path::{Place, configuration};
+pub use path::{HalfSwing, configuration};
 
-use crate::body::Body;
-use crate::collision::FootState;
+use crate::body::Mechanism;
+use crate::collision::FootPhase;
 use crate::constraint::Rejection;
 use crate::motion::foothold::Foothold;
-use crate::motion::track::State;
-use crate::prepare::{Print, is_whole};
+use crate::motion::track::ModeState;
+use crate::prepare::{FootPlacement, is_whole};
 use path::LANDING;
 
 /// A placement as C_S sees it.
-pub fn print_of(body: &Body, foothold: &Foothold) -> Print {
-    let is_whole = is_whole(body, foothold.limb, &foothold.support);
-    Print { limb: foothold.limb, world_from_sole: foothold.world_from_sole, is_whole }
+pub fn placement_of(robot: &Mechanism, foothold: &Foothold) -> FootPlacement {
+    let is_whole = is_whole(robot, foothold.limb, &foothold.support);
+    FootPlacement { limb: foothold.limb, world_from_sole: foothold.world_from_sole, is_whole }
 }
 
-/// What the swing foot does in a stretch.
-pub fn foot_state(stretch: usize) -> FootState {
-    if stretch == LANDING { FootState::Leaving } else { FootState::Free }
+/// What the swing foot does in a section.
+pub fn foot_phase(section: usize) -> FootPhase {
+    if section == LANDING { FootPhase::LiftOff } else { FootPhase::Swing }
 }
 
 /// The state with its legs brought to its soles.
 ///
 /// # Errors
 /// A leg does not reach.
-pub fn with_legs(body: &Body, mut state: State) -> Result<State, Rejection> {
-    let reached = body.place_soles(&mut state.configuration, &state.world_from_soles);
+pub fn with_legs(robot: &Mechanism, mut state: ModeState) -> Result<ModeState, Rejection> {
+    let reached = robot.place_soles(&mut state.configuration, &state.world_from_soles);
     reached.then_some(state).ok_or(Rejection::Unreachable)
 }

@@ -13,84 +13,84 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::spatial::{interpolate, rotation_about, yaw_of};
 
 use super::gait::Gait;
-use super::stand::{Stand, side_of};
-use crate::body::{Body, Configuration};
+use super::stand::{LevelSole, side_of};
+use crate::body::{Configuration, Mechanism};
 use crate::constraint::Rejection;
 use crate::motion::foothold::Foothold;
-use crate::motion::track::State;
+use crate::motion::track::ModeState;
 use crate::motion::transition::mean_yaw;
-use crate::posture::{Posture, settle};
+use crate::posture::{Posture, solve_posture};
 
 /// Stretches of a place.
-pub const STRETCHES: usize = 4;
-/// The stretch in which the root moves and the foot goes across.
+pub const SECTIONS: usize = 4;
+/// The section in which the root moves and the foot goes across.
 pub const ACROSS: usize = 1;
-/// The stretch that ends on the placement.
+/// The section that ends on the placement.
 pub const LANDING: usize = 3;
 
 /// The half of a swing that ends on a placement.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct HalfSwing {
     /// The foot that swings.
     pub limb: usize,
     /// The robot on its stance foot alone, the other beside it.
-    pub neutral: State,
+    pub neutral: ModeState,
     /// The robot with its foot on the placement, all weight still on the stance foot.
-    pub placed: State,
-    /// The swing sole at the ends of the stretches.
-    knots: [Pose; STRETCHES + 1],
+    pub placed: ModeState,
+    /// The swing sole at the ends of the sections.
+    knots: [Pose; SECTIONS + 1],
 }
 
-impl Place {
+impl HalfSwing {
     /// The place over `stance` onto `other`.
     ///
     /// # Errors
     /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
     pub fn new(
-        body: &Body,
+        robot: &Mechanism,
         gait: &Gait,
         stance: &Foothold,
         other: &Foothold,
     ) -> Result<Self, Rejection> {
-        let stance_stand = Stand::of(&body.legs[stance.limb], &stance.world_from_sole);
-        let neutral_sole = neutral_sole(gait, &stance_stand, other.limb);
-        let neutral = settled(body, gait, stance, &neutral_sole, stance_stand.yaw)?;
-        Self::beside(neutral, body, gait, stance, other)
+        let stance_level_sole = LevelSole::of(&robot.legs[stance.limb], &stance.world_from_sole);
+        let neutral_sole = neutral_sole(gait, &stance_level_sole, other.limb);
+        let neutral = solved_state(robot, gait, stance, &neutral_sole, stance_level_sole.yaw)?;
+        Self::beside(neutral, robot, gait, stance, other)
     }
 
     /// The place over the same stance foot onto another placement.
     ///
     /// # Errors
-    /// As [`Place::new`].
+    /// As [`HalfSwing::new`].
     pub fn onto(
         &self,
-        body: &Body,
+        robot: &Mechanism,
         gait: &Gait,
         stance: &Foothold,
         other: &Foothold,
     ) -> Result<Self, Rejection> {
-        Self::beside(self.neutral, body, gait, stance, other)
+        Self::beside(self.neutral, robot, gait, stance, other)
     }
 
     fn beside(
-        neutral: State,
-        body: &Body,
+        neutral: ModeState,
+        robot: &Mechanism,
         gait: &Gait,
         stance: &Foothold,
         other: &Foothold,
     ) -> Result<Self, Rejection> {
         let limb = other.limb;
-        let leg = &body.legs[limb];
-        let stance_stand = Stand::of(&body.legs[stance.limb], &stance.world_from_sole);
-        let stand = Stand::of(leg, &other.world_from_sole);
-        let rise = (stand.origin.z - stance_stand.origin.z).max(0.0);
-        let neutral_sole = neutral_sole(gait, &stance_stand, limb);
+        let leg = &robot.legs[limb];
+        let stance_level_sole = LevelSole::of(&robot.legs[stance.limb], &stance.world_from_sole);
+        let level_sole = LevelSole::of(leg, &other.world_from_sole);
+        let rise = (level_sole.origin.z - stance_level_sole.origin.z).max(0.0);
+        let neutral_sole = neutral_sole(gait, &stance_level_sole, limb);
         let lifted = shifted(
             &other.world_from_sole,
-            other.world_from_sole.rotation * (DVec3::Z * gait.lift),
+            other.world_from_sole.rotation * (DVec3::Z * gait.lift_height),
         );
-        let top = stance_stand.origin.z + gait.lift + rise;
-        let lifted_height = Stand::of(leg, &lifted).origin.z;
+        let top = stance_level_sole.origin.z + gait.lift_height + rise;
+        let lifted_height = LevelSole::of(leg, &lifted).origin.z;
         let knots = [
             neutral_sole,
             shifted(&neutral_sole, DVec3::Z * rise),
@@ -98,20 +98,20 @@ impl Place {
             lifted,
             other.world_from_sole,
         ];
-        let placed = configuration(body, gait, stance, other)?;
+        let placed = configuration(robot, gait, stance, other)?;
         Ok(Self { limb, neutral, placed, knots })
     }
 
-    /// How far the swing sole travels in a stretch, m.
-    pub fn length(&self, stretch: usize) -> f64 {
-        self.knots[stretch].translation.distance(self.knots[stretch + 1].translation)
+    /// How far the swing sole travels in a section, m.
+    pub fn length(&self, section: usize) -> f64 {
+        self.knots[section].translation.distance(self.knots[section + 1].translation)
     }
 
-    /// The state a share `t` of the way along a stretch, legs not yet brought to their soles;
+    /// The state a share `t` of the way along a section, legs not yet brought to their soles;
     /// `seed` gives their branch.
-    pub fn at(&self, stretch: usize, t: f64, seed: &State) -> State {
+    pub fn at(&self, section: usize, t: f64, seed: &ModeState) -> ModeState {
         let mut state = *seed;
-        let moved = match stretch {
+        let moved = match section {
             0 => 0.0,
             ACROSS => t,
             _ => 1.0,
@@ -120,14 +120,15 @@ impl Place {
             [&self.neutral, &self.placed].map(|end| &end.configuration.world_from_root);
         state.configuration.world_from_root = interpolate(from, to, moved);
         state.world_from_soles[self.limb] =
-            interpolate(&self.knots[stretch], &self.knots[stretch + 1], t);
+            interpolate(&self.knots[section], &self.knots[section + 1], t);
         state
     }
 }
 
 /// Where the swing sole is beside the stance foot.
-fn neutral_sole(gait: &Gait, stance: &Stand, limb: usize) -> Pose {
-    let beside = stance.world_from_stand() * DVec3::new(0.0, side_of(limb) * gait.width, gait.lift);
+fn neutral_sole(gait: &Gait, stance: &LevelSole, limb: usize) -> Pose {
+    let beside = stance.world_from_level_sole()
+        * DVec3::new(0.0, side_of(limb) * gait.width, gait.lift_height);
     Pose::from_parts(beside, rotation_about(DVec3::Z, stance.yaw))
 }
 
@@ -137,22 +138,22 @@ fn neutral_sole(gait: &Gait, stance: &Stand, limb: usize) -> Pose {
 /// # Errors
 /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
 pub fn configuration(
-    body: &Body,
+    robot: &Mechanism,
     gait: &Gait,
     stance: &Foothold,
     other: &Foothold,
-) -> Result<State, Rejection> {
+) -> Result<ModeState, Rejection> {
     let yaw = mean_yaw(stance.world_from_sole.rotation, other.world_from_sole.rotation);
-    settled(body, gait, stance, &other.world_from_sole, yaw)
+    solved_state(robot, gait, stance, &other.world_from_sole, yaw)
 }
 
-fn settled(
-    body: &Body,
+fn solved_state(
+    robot: &Mechanism,
     gait: &Gait,
     stance: &Foothold,
     other_sole: &Pose,
     yaw: f64,
-) -> Result<State, Rejection> {
+) -> Result<ModeState, Rejection> {
     let mut world_from_soles = [*other_sole; 2];
     world_from_soles[stance.limb] = stance.world_from_sole;
     let side = side_of(stance.limb);
@@ -162,16 +163,16 @@ fn settled(
         * (-side * gait.lean * DVec3::Y);
     let posture = Posture {
         world_from_root,
-        reach_share: gait.reach_share,
+        leg_extension: gait.leg_extension,
         com: stance.region.centroid() + inward.truncate(),
     };
-    let (configuration, _) = settle(body, &world_from_soles, &posture, body.standing_q)?;
-    Ok(State { configuration, world_from_soles })
+    let (configuration, _) = solve_posture(robot, &world_from_soles, &posture, robot.standing_q)?;
+    Ok(ModeState { configuration, world_from_soles })
 }
 
 /// The state a share `t` of the way from one primitive configuration to its twin, legs not yet
 /// brought to their soles.
-pub fn shift_at(from: &Configuration, to: &Configuration, t: f64, seed: &State) -> State {
+pub fn shift_at(from: &Configuration, to: &Configuration, t: f64, seed: &ModeState) -> ModeState {
     let mut state = *seed;
     state.configuration.world_from_root =
         interpolate(&from.world_from_root, &to.world_from_root, t);

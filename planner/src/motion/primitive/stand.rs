@@ -9,7 +9,7 @@ use crate::kinematics::Leg;
 
 /// Where a sole would be if its foot were level, with the ankle and the heading that it has.
 #[derive(Debug, Clone, Copy)]
-pub struct Stand {
+pub struct LevelSole {
     /// The level sole's origin in the world, m.
     pub origin: DVec3,
     /// Its heading, rad.
@@ -18,7 +18,7 @@ pub struct Stand {
     pub tilt: f64,
 }
 
-/// Where one foot stands, seen from the other one's [`Stand`].
+/// Where one foot stands, seen from the other one's [`LevelSole`].
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PairOffset {
@@ -32,8 +32,8 @@ pub struct PairOffset {
     pub turn: f64,
 }
 
-impl Stand {
-    /// The stand of a leg's sole.
+impl LevelSole {
+    /// The level sole of a leg's sole.
     pub fn of(leg: &Leg, world_from_sole: &Pose) -> Self {
         let yaw = yaw_of(world_from_sole.rotation);
         let ankle = *world_from_sole * leg.sole_from_ankle();
@@ -42,20 +42,20 @@ impl Stand {
         Self { origin: ankle - rotation_about(DVec3::Z, yaw) * leg.sole_from_ankle(), yaw, tilt }
     }
 
-    /// The stand's frame in the world.
-    pub fn world_from_stand(&self) -> Pose {
+    /// The level sole's frame in the world.
+    pub fn world_from_level_sole(&self) -> Pose {
         Pose::from_parts(self.origin, rotation_about(DVec3::Z, self.yaw))
     }
 
-    /// The sole turned to `world_from_sole` below the stand's ankle.
+    /// The sole turned to `world_from_sole` below the level sole's ankle.
     pub fn sole(&self, leg: &Leg, world_from_sole: DQuat) -> Pose {
-        let ankle = self.world_from_stand() * leg.sole_from_ankle();
+        let ankle = self.world_from_level_sole() * leg.sole_from_ankle();
         Pose::from_parts(ankle - world_from_sole * leg.sole_from_ankle(), world_from_sole)
     }
 
     /// Where the foot `limb` stands, seen from this one.
     pub fn offset_to(&self, other: &Self, limb: usize) -> PairOffset {
-        let offset = self.world_from_stand().inverse() * other.origin;
+        let offset = self.world_from_level_sole().inverse() * other.origin;
         let side = side_of(limb);
         PairOffset {
             ahead: offset.x,
@@ -65,11 +65,11 @@ impl Stand {
         }
     }
 
-    /// The level stand of the foot `limb` at an offset from this one.
+    /// The level sole of the foot `limb` at an offset from this one.
     pub fn at_offset(&self, offset: &PairOffset, limb: usize) -> Self {
         let side = side_of(limb);
-        let origin =
-            self.world_from_stand() * DVec3::new(offset.ahead, side * offset.aside, offset.above);
+        let origin = self.world_from_level_sole()
+            * DVec3::new(offset.ahead, side * offset.aside, offset.above);
         Self { origin, yaw: self.yaw + side * offset.turn, tilt: 0.0 }
     }
 }

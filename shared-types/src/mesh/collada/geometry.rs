@@ -162,7 +162,7 @@ fn whole_number(element: Node, attribute: &str, default: usize) -> Result<usize,
         .map_err(|_| damaged(element, format!("has {attribute}=\"{}\"", quoted(text))))
 }
 
-/// Complains unless as much was found in an element as its `count` says.
+/// An error unless as much was found in an element as its `count` says.
 fn check_count(element: Node, found: usize) -> Result<(), String> {
     match whole_number(element, "count", found)? {
         said if said != found => {

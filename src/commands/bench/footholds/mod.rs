@@ -18,9 +18,9 @@ use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::scene::load::load_world;
 
 use super::machine::Machine;
-use crate::failure::{Ending, Failure};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::{outputs, signals, terminal};
-use queries::{Answers, Sampler, ask};
+use queries::{QueryResults, Sampler, run_queries};
 
 /// Outer spans of the parallel bars, in percent of the sole's length.
 const SPANS: [u32; 15] = [60, 65, 70, 75, 80, 85, 90, 95, 100, 105, 110, 115, 120, 125, 130];
@@ -72,7 +72,7 @@ struct Row {
     /// Of parallel bars: their outer span in percent of the sole's length.
     span_percent: Option<u32>,
     queries: u32,
-    samplers: Vec<Answers>,
+    samplers: Vec<QueryResults>,
 }
 
 #[derive(Debug, Serialize)]
@@ -89,7 +89,7 @@ struct Report<'a> {
 ///
 /// # Errors
 /// When the robot or a world cannot be used, an output cannot be written, or a signal comes.
-pub fn run(arguments: &FootholdsArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &FootholdsArguments) -> Result<CommandOutcome, CommandError> {
     if let Some(folder) = &arguments.out {
         outputs::check_folder(folder)?;
     }
@@ -106,10 +106,10 @@ pub fn run(arguments: &FootholdsArguments) -> Result<Ending, Failure> {
         let mut samplers = Vec::new();
         for sampler in Sampler::ALL {
             bar.set_message(name.clone());
-            samplers.push(ask(&world, sole, sampler, arguments.queries, arguments.seed)?);
+            samplers.push(run_queries(&world, sole, sampler, arguments.queries, arguments.seed)?);
             bar.inc(1);
             if let Some(signal) = signals::raised() {
-                return Err(Failure::Interrupted(signal));
+                return Err(CommandError::Interrupted(signal));
             }
         }
         rows.push(Row { world: name, span_percent, queries: arguments.queries, samplers });
@@ -127,15 +127,15 @@ pub fn run(arguments: &FootholdsArguments) -> Result<Ending, Failure> {
             thesis: THESIS,
             rows: &rows,
         };
-        let text = serde_json::to_string_pretty(&report).map_err(|error| Failure::Output {
+        let text = serde_json::to_string_pretty(&report).map_err(|error| CommandError::Output {
             path: "stdout".into(),
             reason: error.to_string(),
         })?;
-        terminal::say(&text);
+        terminal::print_result(&text);
     } else {
-        terminal::say(&table(&rows));
+        terminal::print_result(&table(&rows));
     }
-    Ok(Ending::Done)
+    Ok(CommandOutcome::Done)
 }
 
 fn progress_bar(length: u64) -> ProgressBar {
@@ -167,13 +167,13 @@ fn table(rows: &[Row]) -> String {
     text
 }
 
-fn write_files(folder: &Path, rows: &[Row]) -> Result<(), Failure> {
+fn write_files(folder: &Path, rows: &[Row]) -> Result<(), CommandError> {
     let mut csv =
         "world,span_percent,sampler,queries,found,examined_mean,seconds_mean\n".to_owned();
     for row in rows {
         let span = row.span_percent.map(|span| span.to_string()).unwrap_or_default();
         for answers in &row.samplers {
-            let Answers { sampler, found, examined_mean, seconds_mean } = answers;
+            let QueryResults { sampler, found, examined_mean, seconds_mean } = answers;
             let _ = writeln!(
                 csv,
                 "{},{span},{sampler},{},{found},{examined_mean:.3},{seconds_mean:.9}",

@@ -3,7 +3,9 @@
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 use surefoot_planner::PlannerError;
-use surefoot_planner::foot_placement::{Effort, FootPlacementConfig, Request, Scratch, Surfaces};
+use surefoot_planner::foot_placement::{
+    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, Surfaces,
+};
 use surefoot_planner::random::{Random, Stream};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::scene::World;
@@ -63,19 +65,21 @@ impl Sampler {
         }
     }
 
-    fn effort(self) -> Effort {
-        let alone = Effort { geometric_max: 0, varied_max: 0, sampled_max: UNLIMITED };
+    fn limits(self) -> SampleLimits {
+        let alone = SampleLimits { geometric_max: 0, perturbed_max: 0, sampled_max: UNLIMITED };
         match self {
             Self::Printed | Self::Seeded => alone,
-            Self::Geometry => Effort { sampled_max: 0, varied_max: 0, ..Effort::default() },
-            Self::Whole => Effort { sampled_max: UNLIMITED, ..Effort::default() },
+            Self::Geometry => {
+                SampleLimits { sampled_max: 0, perturbed_max: 0, ..SampleLimits::default() }
+            }
+            Self::Whole => SampleLimits { sampled_max: UNLIMITED, ..SampleLimits::default() },
         }
     }
 }
 
 /// What one sampler answered.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Answers {
+pub struct QueryResults {
     /// Who.
     pub sampler: &'static str,
     /// Queries with a placement.
@@ -86,7 +90,7 @@ pub struct Answers {
     pub seconds_mean: f64,
 }
 
-impl Answers {
+impl QueryResults {
     /// The share of queries with a placement.
     pub fn share(&self, queries: u32) -> f64 {
         f64::from(self.found) / f64::from(queries)
@@ -97,29 +101,29 @@ impl Answers {
 ///
 /// # Errors
 /// When the world cannot be compiled into surfaces.
-pub fn ask(
+pub fn run_queries(
     world: &World,
     sole: &[DVec2],
     sampler: Sampler,
     queries: u32,
     seed: u64,
-) -> Result<Answers, PlannerError> {
+) -> Result<QueryResults, PlannerError> {
     let surfaces = Surfaces::new(world, sampler.config())?;
     let mut scratch = Scratch::new(surfaces.config());
     let (mut found, mut examined) = (0, 0_u64);
     let stopwatch = Stopwatch::start();
     for query in 0..u64::from(queries) {
-        let request = Request { effort: sampler.effort(), ..request(sole, seed, query) };
-        let mut tally = surfaces.propose(&mut scratch, &request, &mut |_| false);
-        examined += tally.examined.iter().map(|&count| u64::from(count)).sum::<u64>();
-        if !tally.stopped && sampler == Sampler::Whole {
-            tally = surfaces.propose_nests(&mut scratch, &request, &mut |_| false);
-            examined += tally.examined.iter().map(|&count| u64::from(count)).sum::<u64>();
+        let request = PlacementQuery { limits: sampler.limits(), ..request(sole, seed, query) };
+        let mut stats = surfaces.propose(&mut scratch, &request, &mut |_| false);
+        examined += stats.examined.iter().map(|&count| u64::from(count)).sum::<u64>();
+        if !stats.stopped && sampler == Sampler::Whole {
+            stats = surfaces.propose_nests(&mut scratch, &request, &mut |_| false);
+            examined += stats.examined.iter().map(|&count| u64::from(count)).sum::<u64>();
         }
-        found += u32::from(tally.stopped);
+        found += u32::from(stats.stopped);
     }
     let each = 1.0 / f64::from(queries);
-    Ok(Answers {
+    Ok(QueryResults {
         sampler: sampler.key(),
         found,
         examined_mean: examined as f64 * each,
@@ -128,12 +132,12 @@ pub fn ask(
 }
 
 /// A query, the same for every sampler and world.
-fn request(sole: &[DVec2], seed: u64, query: u64) -> Request<'_> {
+fn request(sole: &[DVec2], seed: u64, query: u64) -> PlacementQuery<'_> {
     let mut random = Random::new(seed, Stream::Preparation, query, 0);
     let mut within = |reach: f64| random.uniform(-reach, reach);
     let position = DVec3::new(within(IDEALS.x), within(IDEALS.y), within(IDEALS.z));
     let heading = within(std::f64::consts::PI);
-    Request {
+    PlacementQuery {
         sole_polygon: sole,
         ideal: Pose::from_parts(position, rotation_about(DVec3::Z, heading)),
         reach_xy: REACH,
@@ -142,7 +146,7 @@ fn request(sole: &[DVec2], seed: u64, query: u64) -> Request<'_> {
         seed,
         object: query,
         attempt: 0,
-        effort: Effort::default(),
+        limits: SampleLimits::default(),
         is_free: &|_| true,
     }
 }
@@ -174,13 +178,21 @@ mod tests {
     #[test]
     fn every_query_succeeds_on_a_floor_and_none_on_a_steep_one() {
         for sampler in Sampler::ALL {
-            assert_eq!(ask(&floor(0.0), &SOLE, sampler, 20, 1).unwrap().found, 20, "{sampler:?}");
-            assert_eq!(ask(&floor(0.7), &SOLE, sampler, 20, 1).unwrap().found, 0, "{sampler:?}");
+            assert_eq!(
+                run_queries(&floor(0.0), &SOLE, sampler, 20, 1).unwrap().found,
+                20,
+                "{sampler:?}"
+            );
+            assert_eq!(
+                run_queries(&floor(0.7), &SOLE, sampler, 20, 1).unwrap().found,
+                0,
+                "{sampler:?}"
+            );
         }
     }
 
     #[test]
-    fn the_same_seed_asks_the_same() {
+    fn the_same_seed_gives_the_same_queries() {
         let bar = |x: f64| WorldShape {
             name: format!("bar at {x}"),
             world_from_shape: Pose::from_translation(DVec3::new(x, 0.0, -0.1)),
@@ -188,8 +200,9 @@ mod tests {
         };
         let bars =
             World { mu: 0.6, shapes: vec![bar(-0.128), bar(0.128)], digest: Default::default() };
-        let [one, again, other] = [1, 1, 2]
-            .map(|seed| ask(&bars, &SOLE, Sampler::Printed, 20, seed).unwrap().examined_mean);
+        let [one, again, other] = [1, 1, 2].map(|seed| {
+            run_queries(&bars, &SOLE, Sampler::Printed, 20, seed).unwrap().examined_mean
+        });
         assert_eq!(one, again);
         assert_ne!(one, other);
     }

@@ -8,21 +8,21 @@ use surefoot_shared_types::message::{Feedback, PlanChunk};
 use crate::allocations;
 use crate::clock::Stopwatch;
 use crate::commands::bench::statistics::Summary;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::{affinity, signals};
 
 /// The end that sends chunks.
 pub(super) trait Near {
     /// Sends chunk number `number`, counted from 1.
-    fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), Failure>;
+    fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), CommandError>;
     /// The number of the newest chunk that was answered.
-    fn answered(&mut self) -> Result<u64, Failure>;
+    fn answered(&mut self) -> Result<u64, CommandError>;
 }
 
 /// The end that answers.
 pub(super) trait Far {
     /// Takes the next chunk out, if one came, and answers it.
-    fn serve(&mut self) -> Result<(), Failure>;
+    fn serve(&mut self) -> Result<(), CommandError>;
 }
 
 /// What was measured.
@@ -51,8 +51,8 @@ impl Measured {
     }
 }
 
-/// A word as a controller would answer.
-pub(super) fn word(number: u64) -> Feedback {
+/// Feedback as a controller would answer.
+pub(super) fn feedback(number: u64) -> Feedback {
     Feedback {
         schema: FEEDBACK_SCHEMA,
         instance: 1,
@@ -76,9 +76,9 @@ pub(super) fn chunk() -> PlanChunk {
 pub(super) fn measure<N: Near, F: Far>(
     rounds: usize,
     window: u64,
-    near: impl FnOnce() -> Result<N, Failure> + Send,
-    far: impl FnOnce() -> Result<F, Failure> + Send,
-) -> Result<Measured, Failure> {
+    near: impl FnOnce() -> Result<N, CommandError> + Send,
+    far: impl FnOnce() -> Result<F, CommandError> + Send,
+) -> Result<Measured, CommandError> {
     let over = AtomicBool::new(false);
     let (near_core, far_core) = affinity::cores_of_roles(1);
     std::thread::scope(|scope| {
@@ -106,8 +106,8 @@ fn served_ended(over: &AtomicBool) -> bool {
     over.load(Ordering::Relaxed) || signals::raised().is_some()
 }
 
-fn broken() -> Failure {
-    Failure::Usage("a thread of the bench panicked".into())
+fn broken() -> CommandError {
+    CommandError::Usage("a thread of the bench panicked".into())
 }
 
 fn both(
@@ -115,7 +115,7 @@ fn both(
     rounds: usize,
     window: u64,
     is_over: &dyn Fn() -> bool,
-) -> Result<Measured, Failure> {
+) -> Result<Measured, CommandError> {
     let chunk = chunk();
     let mut trips = vec![0.0; rounds];
     let warm = rounds / 4 + 64;
@@ -152,7 +152,7 @@ fn run(
     window: u64,
     note: &mut dyn FnMut(u64, f64),
     is_over: &dyn Fn() -> bool,
-) -> Result<(), Failure> {
+) -> Result<(), CommandError> {
     let end = *number + count;
     let mut answered = *number;
     let mut watch = Stopwatch::start();

@@ -1,24 +1,25 @@
 //! What both ends do to trust the bytes: the same work as our transport does, for raw memory.
 
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::message::{Feedback, PlanChunk, Sealed};
+use surefoot_shared_types::message::{Feedback, PlanChunk, WithCrc};
 
-/// The near end's part before it sends: the seal.
-pub(super) fn seal(chunk: &mut PlanChunk) {
-    chunk.seal();
+/// The near end's part before it sends: the CRC.
+pub(super) fn write_crc(chunk: &mut PlanChunk) {
+    chunk.write_crc();
 }
 
-/// The far end's part: checks the seal, chains the digest, seals its record and its word.
-pub(super) fn check(chunk: &PlanChunk, word: &mut Feedback) {
-    if chunk.is_intact() {
-        word.stream = chunk.stream_after();
+/// The far end's part: checks the CRC, chains the digest, writes the CRCs of its record and
+/// feedback.
+pub(super) fn check(chunk: &PlanChunk, feedback: &mut Feedback) {
+    if chunk.crc_matches() {
+        feedback.stream = chunk.stream_after();
     }
-    word.seal();
-    // Our record holds the word once more, under a seal of its own.
-    std::hint::black_box(word.computed_crc());
+    feedback.write_crc();
+    // The journal record holds the feedback once more, with a CRC of its own.
+    std::hint::black_box(feedback.computed_crc());
 }
 
-/// The near end's part when it hears the word.
-pub(super) fn believe(word: &Feedback) -> Digest {
-    if word.is_intact() { word.stream } else { Digest::default() }
+/// The near end's part when it receives the feedback.
+pub(super) fn verified_digest(feedback: &Feedback) -> Digest {
+    if feedback.crc_matches() { feedback.stream } else { Digest::default() }
 }

@@ -13,14 +13,14 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use surefoot_shared_types::instance::{ChannelError, remove_segments};
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
-use super::drive::{self, Far, Measured, Near, word};
-use crate::failure::Failure;
+use super::drive::{self, Far, Measured, Near, feedback};
+use crate::failure::CommandError;
 
 /// The default buffer of a reader: with more chunks on their way the oldest vanish.
 const WINDOW: u64 = 2;
 
 /// Measures it.
-pub(super) fn measure(rounds: usize) -> Result<Measured, Failure> {
+pub(super) fn measure(rounds: usize) -> Result<Measured, CommandError> {
     let folder = tempfile::Builder::new()
         .prefix("sfbench")
         .permissions(Permissions::from_mode(0o700))
@@ -41,19 +41,19 @@ fn prefix() -> String {
     format!("sfbench-{}-", std::process::id())
 }
 
-fn failed(error: impl std::fmt::Debug) -> Failure {
+fn failed(error: impl std::fmt::Debug) -> CommandError {
     ChannelError::transport("measuring iceoryx2", error).into()
 }
 
 /// Services with everything as the library's defaults have it, in a folder of their own.
 struct Plain {
     chunks: PortFactory<ipc::Service, PlanChunk, ()>,
-    words: PortFactory<ipc::Service, Feedback, ()>,
+    feedback: PortFactory<ipc::Service, Feedback, ()>,
     _node: Node<ipc::Service>,
 }
 
 impl Plain {
-    fn open(folder: &Path) -> Result<Self, Failure> {
+    fn open(folder: &Path) -> Result<Self, CommandError> {
         let mut config = Config::default();
         let root = folder.to_str().unwrap_or_default().as_bytes();
         config.global.set_root_path(&iceoryx2::prelude::Path::new(root).map_err(failed)?);
@@ -69,33 +69,33 @@ impl Plain {
             .publish_subscribe::<PlanChunk>()
             .open_or_create()
             .map_err(failed)?;
-        let words = node
-            .service_builder(&open("words")?)
+        let feedback = node
+            .service_builder(&open("feedback")?)
             .publish_subscribe::<Feedback>()
             .open_or_create()
             .map_err(failed)?;
-        Ok(Self { chunks, words, _node: node })
+        Ok(Self { chunks, feedback, _node: node })
     }
 }
 
 struct IoxNear {
     chunks: Publisher<ipc::Service, PlanChunk, ()>,
-    words: Subscriber<ipc::Service, Feedback, ()>,
+    feedback: Subscriber<ipc::Service, Feedback, ()>,
     _plain: Plain,
     answered: u64,
 }
 
 impl IoxNear {
-    fn open(folder: &Path) -> Result<Self, Failure> {
+    fn open(folder: &Path) -> Result<Self, CommandError> {
         let plain = Plain::open(folder)?;
         let chunks = plain.chunks.publisher_builder().create().map_err(failed)?;
-        let words = plain.words.subscriber_builder().create().map_err(failed)?;
-        Ok(Self { chunks, words, _plain: plain, answered: 0 })
+        let feedback = plain.feedback.subscriber_builder().create().map_err(failed)?;
+        Ok(Self { chunks, feedback, _plain: plain, answered: 0 })
     }
 }
 
 impl Near for IoxNear {
-    fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), Failure> {
+    fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), CommandError> {
         // The first chunks vanish until the far end has arrived.
         loop {
             let mut sample = self.chunks.loan_uninit().map_err(failed)?;
@@ -107,8 +107,8 @@ impl Near for IoxNear {
         }
     }
 
-    fn answered(&mut self) -> Result<u64, Failure> {
-        while let Some(sample) = self.words.receive().map_err(failed)? {
+    fn answered(&mut self) -> Result<u64, CommandError> {
+        while let Some(sample) = self.feedback.receive().map_err(failed)? {
             self.answered = std::hint::black_box(*sample).next_sequence;
         }
         Ok(self.answered)
@@ -117,23 +117,23 @@ impl Near for IoxNear {
 
 struct IoxFar {
     chunks: Subscriber<ipc::Service, PlanChunk, ()>,
-    words: Publisher<ipc::Service, Feedback, ()>,
+    feedback: Publisher<ipc::Service, Feedback, ()>,
     _plain: Plain,
 }
 
 impl IoxFar {
-    fn open(folder: &Path) -> Result<Self, Failure> {
+    fn open(folder: &Path) -> Result<Self, CommandError> {
         let plain = Plain::open(folder)?;
-        let words = plain.words.publisher_builder().create().map_err(failed)?;
+        let feedback = plain.feedback.publisher_builder().create().map_err(failed)?;
         let chunks = plain.chunks.subscriber_builder().create().map_err(failed)?;
-        Ok(Self { chunks, words, _plain: plain })
+        Ok(Self { chunks, feedback, _plain: plain })
     }
 }
 
 impl Far for IoxFar {
-    fn serve(&mut self) -> Result<(), Failure> {
+    fn serve(&mut self) -> Result<(), CommandError> {
         let Some(sample) = self.chunks.receive().map_err(failed)? else { return Ok(()) };
         let chunk = std::hint::black_box(*sample);
-        self.words.send_copy(word(chunk.sequence)).map(drop).map_err(failed)
+        self.feedback.send_copy(feedback(chunk.sequence)).map(drop).map_err(failed)
     }
 }

@@ -5,17 +5,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use surefoot_controller_sim::channel::{ChunkReceiver, Ended, Judgement};
-use surefoot_planner::channel::{ChunkSender, Outcome};
+use surefoot_controller_sim::channel::{ChunkDecision, PlanSubscriber, StreamEnd};
+use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
 use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::service::CREDIT;
-use surefoot_shared_types::instance::{Instance, draw_id};
+use surefoot_shared_types::instance::service::WINDOW_CHUNKS;
+use surefoot_shared_types::instance::{Instance, random_id};
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Margins, PlanChunk};
 
 use super::drive::{Measured, chunk};
 use crate::clock::Stopwatch;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 use crate::{affinity, allocations};
 
 /// Chunks of one plan: as many as both ends have loaned ahead.
@@ -23,7 +23,7 @@ const PLAN: usize = 48;
 /// Plans that warm everything up.
 const WARM_PLANS: u64 = 4;
 /// How long a controller may take to arrive.
-const PATIENCE: Duration = Duration::from_secs(10);
+const WAIT_MAX: Duration = Duration::from_secs(10);
 
 /// Where the judge has the digest of the stream from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,7 @@ pub(super) enum Digests {
 type KnownDigests = Mutex<Vec<Digest>>;
 
 /// Measures it.
-pub(super) fn measure(rounds: usize, digests: Digests) -> Result<Measured, Failure> {
+pub(super) fn measure(rounds: usize, digests: Digests) -> Result<Measured, CommandError> {
     let known = KnownDigests::default();
     let instance = Instance::create(&format!("bench-{}", std::process::id()))?;
     let over = AtomicBool::new(false);
@@ -46,7 +46,7 @@ pub(super) fn measure(rounds: usize, digests: Digests) -> Result<Measured, Failu
     std::thread::scope(|scope| {
         let far = scope.spawn(|| {
             affinity::pin(far_core);
-            judge_all(&instance, &over, (digests == Digests::Known).then_some(&known))
+            accept_all(&instance, &over, (digests == Digests::Known).then_some(&known))
         });
         let near = scope.spawn(|| {
             affinity::pin(near_core);
@@ -54,52 +54,56 @@ pub(super) fn measure(rounds: usize, digests: Digests) -> Result<Measured, Failu
             over.store(true, Ordering::Relaxed);
             driven
         });
-        let panicked = |_| Failure::Usage("a thread of the bench panicked".into());
+        let panicked = |_| CommandError::Usage("a thread of the bench panicked".into());
         let driven = near.join().map_err(panicked)?;
         far.join().map_err(panicked)?.and(driven)
     })
 }
 
-fn judge_all(
+fn accept_all(
     instance: &Instance,
     over: &AtomicBool,
     known: Option<&KnownDigests>,
-) -> Result<(), Failure> {
-    let mut receiver = ChunkReceiver::open(instance, draw_id())?;
+) -> Result<(), CommandError> {
+    let mut subscriber = PlanSubscriber::open(instance, random_id())?;
     let known = |chunk: &PlanChunk| known?.lock().ok()?.get(chunk.sequence as usize).copied();
     let mut accept = |chunk: &PlanChunk, _: &mut dyn FnMut()| {
-        Judgement::Accepted(
+        ChunkDecision::Accepted(
             Margins::UNMEASURED,
             known(chunk).unwrap_or_else(|| chunk.stream_after()),
         )
     };
-    while receiver.run(&mut accept, &|| !over.load(Ordering::Relaxed))? != Ended::Stopped {}
+    while subscriber.run(&mut accept, &|| !over.load(Ordering::Relaxed))? != StreamEnd::Stopped {}
     Ok(())
 }
 
-fn drive(instance: &Instance, rounds: usize, known: &KnownDigests) -> Result<Measured, Failure> {
-    let mut sender = ChunkSender::open(instance, draw_id())?;
-    sender.set_lost_after(PATIENCE);
-    sender.set_credit(1);
+fn drive(
+    instance: &Instance,
+    rounds: usize,
+    known: &KnownDigests,
+) -> Result<Measured, CommandError> {
+    let mut sender = PlanPublisher::open(instance, random_id())?;
+    sender.set_lost_after(WAIT_MAX);
+    sender.set_window_chunks(1);
     let plans = rounds.div_ceil(PLAN);
     let mut trips = Vec::with_capacity(plans * PLAN);
     let mut allocated = 0;
     for plan_id in 0..plans as u64 + WARM_PLANS {
         let chunks = plan(plan_id + 1, known);
-        let mut heard = (0, Stopwatch::start());
+        let mut received = (0, Stopwatch::start());
         let mut before = 0;
         let delivery = sender.deliver(
             &chunks,
-            &mut |word| {
-                if word.plan_id != plan_id + 1 || word.next_sequence <= heard.0 {
+            &mut |feedback| {
+                if feedback.plan_id != plan_id + 1 || feedback.next_sequence <= received.0 {
                     return;
                 }
-                match heard.0 {
+                match received.0 {
                     0 => before = allocations::count(),
-                    _ if plan_id >= WARM_PLANS => trips.push(heard.1.seconds()),
+                    _ if plan_id >= WARM_PLANS => trips.push(received.1.seconds()),
                     _ => {}
                 }
-                heard = (word.next_sequence, Stopwatch::start());
+                received = (feedback.next_sequence, Stopwatch::start());
             },
             &|| true,
         )?;
@@ -109,7 +113,7 @@ fn drive(instance: &Instance, rounds: usize, known: &KnownDigests) -> Result<Mea
             allocated += after - before;
         }
     }
-    sender.set_credit(CREDIT);
+    sender.set_window_chunks(WINDOW_CHUNKS);
     let mut seconds = 0.0;
     for plan_id in plans as u64 + 5..2 * plans as u64 + 5 {
         let chunks = plan(plan_id, known);
@@ -124,10 +128,10 @@ fn drive(instance: &Instance, rounds: usize, known: &KnownDigests) -> Result<Mea
     })
 }
 
-fn check(outcome: Outcome) -> Result<(), Failure> {
+fn check(outcome: DeliveryOutcome) -> Result<(), CommandError> {
     match outcome {
-        Outcome::Accepted => Ok(()),
-        _ => Err(Failure::ControllerLost),
+        DeliveryOutcome::Accepted => Ok(()),
+        _ => Err(CommandError::ControllerLost),
     }
 }
 

@@ -4,12 +4,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use memmap2::{MmapMut, MmapRaw};
-use surefoot_shared_types::instance::service::CREDIT;
+use surefoot_shared_types::instance::service::WINDOW_CHUNKS;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
-use super::drive::{self, Far, Measured, Near, word};
+use super::drive::{self, Far, Measured, Near, feedback};
 use super::integrity;
-use crate::failure::Failure;
+use crate::failure::CommandError;
 
 /// A slot of one message and the number of the one that it holds.
 #[repr(C, align(64))]
@@ -21,21 +21,21 @@ struct Slot<M> {
 /// Both directions, in memory that was mapped for sharing.
 #[repr(C)]
 struct Board {
-    chunks: [Slot<PlanChunk>; CREDIT],
-    words: [Slot<Feedback>; CREDIT],
+    chunks: [Slot<PlanChunk>; WINDOW_CHUNKS],
+    feedback: [Slot<Feedback>; WINDOW_CHUNKS],
 }
 
 #[derive(Clone)]
 struct Shared(Arc<MmapRaw>);
 
-/// Measures it; `sealed` adds what our transport does to trust the bytes.
-pub(super) fn measure(rounds: usize, sealed: bool) -> Result<Measured, Failure> {
-    let map = MmapMut::map_anon(size_of::<Board>() + 64).map_err(Failure::Unheard)?;
+/// Measures it; `with_crc` adds what our transport does to trust the bytes.
+pub(super) fn measure(rounds: usize, with_crc: bool) -> Result<Measured, CommandError> {
+    let map = MmapMut::map_anon(size_of::<Board>() + 64).map_err(CommandError::ReportsClosed)?;
     let shared = Shared(Arc::new(MmapRaw::from(map)));
     let far = shared.clone();
-    let near = || Ok(RawNear { shared, answered: 0, sealed });
-    drive::measure(rounds, CREDIT as u64, near, move || {
-        Ok(RawFar { shared: far, taken: 0, sealed })
+    let near = || Ok(RawNear { shared, answered: 0, with_crc });
+    drive::measure(rounds, WINDOW_CHUNKS as u64, near, move || {
+        Ok(RawFar { shared: far, taken: 0, with_crc })
     })
 }
 
@@ -49,19 +49,19 @@ impl Shared {
     fn chunk(&self, number: u64) -> &Slot<PlanChunk> {
         // SAFETY: zeroed memory is a valid board, it is mapped as long as `self`, and all access is
         // through atomics and cells.
-        unsafe { &(*self.board()).chunks[number as usize % CREDIT] }
+        unsafe { &(*self.board()).chunks[number as usize % WINDOW_CHUNKS] }
     }
 
-    fn word(&self, number: u64) -> &Slot<Feedback> {
+    fn feedback(&self, number: u64) -> &Slot<Feedback> {
         // SAFETY: as for `chunk`.
-        unsafe { &(*self.board()).words[number as usize % CREDIT] }
+        unsafe { &(*self.board()).feedback[number as usize % WINDOW_CHUNKS] }
     }
 }
 
 impl<M: Copy> Slot<M> {
     fn put(&self, message: &M, number: u64) {
         // SAFETY: the other side reads a slot only after its number changed, and never more than
-        // `CREDIT` messages are on their way, so nobody reads this one now.
+        // `WINDOW_CHUNKS` messages are on their way, so nobody reads this one now.
         unsafe { *self.message.get() = *message };
         self.number.store(number, Ordering::Release);
     }
@@ -76,14 +76,14 @@ impl<M: Copy> Slot<M> {
 struct RawNear {
     shared: Shared,
     answered: u64,
-    sealed: bool,
+    with_crc: bool,
 }
 
 impl Near for RawNear {
-    fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), Failure> {
-        if self.sealed {
+    fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), CommandError> {
+        if self.with_crc {
             let mut chunk = *chunk;
-            integrity::seal(&mut chunk);
+            integrity::write_crc(&mut chunk);
             self.shared.chunk(number).put(&chunk, number);
         } else {
             self.shared.chunk(number).put(chunk, number);
@@ -91,12 +91,12 @@ impl Near for RawNear {
         Ok(())
     }
 
-    fn answered(&mut self) -> Result<u64, Failure> {
-        if let Some(word) = self.shared.word(self.answered + 1).take(self.answered + 1) {
-            if self.sealed {
-                std::hint::black_box(integrity::believe(&word));
+    fn answered(&mut self) -> Result<u64, CommandError> {
+        if let Some(feedback) = self.shared.feedback(self.answered + 1).take(self.answered + 1) {
+            if self.with_crc {
+                std::hint::black_box(integrity::verified_digest(&feedback));
             }
-            self.answered = std::hint::black_box(word).next_sequence;
+            self.answered = std::hint::black_box(feedback).next_sequence;
         }
         Ok(self.answered)
     }
@@ -105,19 +105,19 @@ impl Near for RawNear {
 struct RawFar {
     shared: Shared,
     taken: u64,
-    sealed: bool,
+    with_crc: bool,
 }
 
 impl Far for RawFar {
-    fn serve(&mut self) -> Result<(), Failure> {
+    fn serve(&mut self) -> Result<(), CommandError> {
         let number = self.taken + 1;
         let Some(chunk) = self.shared.chunk(number).take(number) else { return Ok(()) };
-        let mut word = word(number);
-        if self.sealed {
-            integrity::check(&chunk, &mut word);
+        let mut feedback = feedback(number);
+        if self.with_crc {
+            integrity::check(&chunk, &mut feedback);
         }
         std::hint::black_box(&chunk);
-        self.shared.word(number).put(&word, number);
+        self.shared.feedback(number).put(&feedback, number);
         self.taken = number;
         Ok(())
     }

@@ -4,22 +4,22 @@ use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-use surefoot_shared_types::instance::service::CREDIT;
+use surefoot_shared_types::instance::service::WINDOW_CHUNKS;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
-use super::drive::{self, Far, Measured, Near, word};
-use crate::failure::Failure;
+use super::drive::{self, Far, Measured, Near, feedback};
+use crate::failure::CommandError;
 
 /// How long the far end waits before it looks whether all is over.
-const PATIENCE: Duration = Duration::from_millis(100);
+const WAIT_MAX: Duration = Duration::from_millis(100);
 
 /// Measures it.
-pub(super) fn measure(rounds: usize) -> Result<Measured, Failure> {
-    let (near, far) = UnixStream::pair().map_err(Failure::Unheard)?;
-    far.set_read_timeout(Some(PATIENCE)).map_err(Failure::Unheard)?;
+pub(super) fn measure(rounds: usize) -> Result<Measured, CommandError> {
+    let (near, far) = UnixStream::pair().map_err(CommandError::ReportsClosed)?;
+    far.set_read_timeout(Some(WAIT_MAX)).map_err(CommandError::ReportsClosed)?;
     let chunk = Box::new(bytemuck::Zeroable::zeroed());
     let near = || Ok(SocketNear { stream: near });
-    drive::measure(rounds, CREDIT as u64, near, move || {
+    drive::measure(rounds, WINDOW_CHUNKS as u64, near, move || {
         Ok(SocketFar { stream: far, chunk, filled: 0, taken: 0 })
     })
 }
@@ -29,14 +29,16 @@ struct SocketNear {
 }
 
 impl Near for SocketNear {
-    fn send(&mut self, chunk: &PlanChunk, _: u64) -> Result<(), Failure> {
-        self.stream.write_all(bytemuck::bytes_of(chunk)).map_err(Failure::Unheard)
+    fn send(&mut self, chunk: &PlanChunk, _: u64) -> Result<(), CommandError> {
+        self.stream.write_all(bytemuck::bytes_of(chunk)).map_err(CommandError::ReportsClosed)
     }
 
-    fn answered(&mut self) -> Result<u64, Failure> {
-        let mut word: Feedback = bytemuck::Zeroable::zeroed();
-        self.stream.read_exact(bytemuck::bytes_of_mut(&mut word)).map_err(Failure::Unheard)?;
-        Ok(word.next_sequence)
+    fn answered(&mut self) -> Result<u64, CommandError> {
+        let mut feedback: Feedback = bytemuck::Zeroable::zeroed();
+        self.stream
+            .read_exact(bytemuck::bytes_of_mut(&mut feedback))
+            .map_err(CommandError::ReportsClosed)?;
+        Ok(feedback.next_sequence)
     }
 }
 
@@ -48,7 +50,7 @@ struct SocketFar {
 }
 
 impl Far for SocketFar {
-    fn serve(&mut self) -> Result<(), Failure> {
+    fn serve(&mut self) -> Result<(), CommandError> {
         let bytes = bytemuck::bytes_of_mut(&mut *self.chunk);
         match self.stream.read(&mut bytes[self.filled..]) {
             Ok(read) => self.filled += read,
@@ -60,13 +62,13 @@ impl Far for SocketFar {
             {
                 return Ok(());
             }
-            Err(error) => return Err(Failure::Unheard(error)),
+            Err(error) => return Err(CommandError::ReportsClosed(error)),
         }
         if self.filled == bytes.len() {
             (self.filled, self.taken) = (0, self.taken + 1);
-            let word = word(self.taken);
+            let feedback = feedback(self.taken);
             // A near end that has left needs no answer.
-            let _ = self.stream.write_all(bytemuck::bytes_of(&word));
+            let _ = self.stream.write_all(bytemuck::bytes_of(&feedback));
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! `surefoot bench replan`: how long it takes to plan again from where the robot stands, after the
-//! controller refused a chunk. From the controller's word on it is what the planner process does,
-//! without the transport.
+//! controller refused a chunk. From the controller's feedback on it is what the planner process
+//! does, without the transport.
 
 mod refusals;
 
@@ -12,9 +12,9 @@ use super::courses;
 use super::machine::Machine;
 use super::row::Row;
 use super::table::{aligned, count, seconds};
-use super::trial::{Question, Trial};
-use crate::commands::plan::task::Task;
-use crate::failure::{Ending, Failure};
+use super::trial::{Trial, TrialSetup};
+use crate::commands::plan::task::PlanningTask;
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
 use crate::terminal;
 
@@ -42,34 +42,42 @@ struct ReplanRow {
 ///
 /// # Errors
 /// When a scenario cannot be used, or a signal comes.
-pub fn run(arguments: &ReplanArguments) -> Result<Ending, Failure> {
-    let courses = courses::load(&arguments.courses, &SCENARIOS)?;
+pub fn run(arguments: &ReplanArguments) -> Result<CommandOutcome, CommandError> {
+    let scenarios = courses::load(&arguments.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
-    let rows = courses
+    let rows = scenarios
         .iter()
         .map(|inputs| row(arguments, inputs, &machine.program))
         .collect::<Result<Vec<_>, _>>()?;
     let report = ReplanReport { schema: "surefoot-bench-replan/1", machine, rows };
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::say(&if arguments.json { json() } else { text(&report) });
+    terminal::print_result(&if arguments.json { json() } else { text(&report) });
     let is_complete = |row: &ReplanRow| {
         row.plans as u64 == arguments.trials && row.search.found == row.search.trials
     };
-    Ok(if report.rows.iter().all(is_complete) { Ending::Done } else { Ending::NoPlan })
+    Ok(if report.rows.iter().all(is_complete) {
+        CommandOutcome::Done
+    } else {
+        CommandOutcome::NoPlan
+    })
 }
 
-fn row(arguments: &ReplanArguments, inputs: &Inputs, program: &str) -> Result<ReplanRow, Failure> {
+fn row(
+    arguments: &ReplanArguments,
+    inputs: &Inputs,
+    program: &str,
+) -> Result<ReplanRow, CommandError> {
     let (mut plans, mut trials) = (0, vec![]);
     for seed in 1..=arguments.trials {
         let inputs = Inputs { scenario: inputs.scenario.clone().with_seed(seed), ..inputs.clone() };
-        let question =
-            Question { inputs: &inputs, seed, threads: arguments.threads.count(), check: false };
-        let (first, planner) = question.search(program)?;
+        let setup =
+            TrialSetup { inputs: &inputs, seed, threads: arguments.threads.count(), check: false };
+        let (first, planner) = setup.search(program)?;
         let chunks = planner.chunks().to_vec();
         drop(planner);
         if first.is_found() {
             plans += 1;
-            trials.extend(again(arguments, &question, &chunks, program)?);
+            trials.extend(again(arguments, &setup, &chunks, program)?);
         }
     }
     let scenario = inputs.scenario.name.clone();
@@ -79,16 +87,15 @@ fn row(arguments: &ReplanArguments, inputs: &Inputs, program: &str) -> Result<Re
 /// The rest of the way, planned again after each of some refusals of a plan's chunks.
 fn again(
     arguments: &ReplanArguments,
-    question: &Question,
+    setup: &TrialSetup,
     chunks: &[PlanChunk],
     program: &str,
-) -> Result<Vec<Trial>, Failure> {
-    let inputs = question.inputs;
-    let replan = |word| {
-        let task = Task::first(inputs).after(inputs, &word, &[], 0)?;
-        let make =
-            || Ok(task.planner(&inputs.model, inputs.preparation(true)?, question.threads)?);
-        Ok(question.search_with(program, &make)?.0)
+) -> Result<Vec<Trial>, CommandError> {
+    let inputs = setup.inputs;
+    let replan = |feedback| {
+        let task = PlanningTask::first(inputs).after(inputs, &feedback, &[], 0)?;
+        let make = || Ok(task.planner(&inputs.model, inputs.preparation(true)?, setup.threads)?);
+        Ok(setup.search_with(program, &make)?.0)
     };
     refusals::spread(inputs, chunks, arguments.refusals as usize).into_iter().map(replan).collect()
 }
@@ -134,7 +141,7 @@ fn text(report: &ReplanReport) -> String {
     }));
     [
         format!("machine: {}", report.machine.describe()),
-        "From the controller's word to the first chunk of the new plan: mean, p50, p95, max; and the means of its parts".to_owned(),
+        "From the controller's feedback to the first chunk of the new plan: mean, p50, p95, max; and the means of its parts".to_owned(),
         String::new(),
         aligned(&cells),
     ]

@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use glam::DVec3;
-use surefoot_controller_sim::nothing_carries;
+use surefoot_controller_sim::missing_contact;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, Correction, Feedback, PlanChunk, Standing};
 use surefoot_shared_types::robot::RobotModel;
@@ -35,36 +35,37 @@ pub fn spread(inputs: &Inputs, chunks: &[PlanChunk], refusals: usize) -> Vec<Fee
     let chosen = (0..count).map(|index| &landings[(2 * index + 1) * landings.len() / (2 * count)]);
     chosen
         .enumerate()
-        .map(|(index, landing)| word(&inputs.model, landing, index % 2 == 0))
+        .map(|(index, landing)| refusal(&inputs.model, landing, index % 2 == 0))
         .collect()
 }
 
 fn landings(chunks: &[PlanChunk]) -> Vec<Landing> {
-    let (mut standing, mut before_swing) = (Standing::zeroed(), Standing::zeroed());
+    let (mut rest_state, mut before_swing) = (Standing::zeroed(), Standing::zeroed());
     let mut landings = vec![];
     for pair in chunks.windows(2) {
         let [here, next] = pair else { continue };
         let Some(last) = here.waypoints().last() else { continue };
-        standing = standing.after(here.mode, here.contacts(), last);
+        rest_state = rest_state.after(here.mode, here.contacts(), last);
         if next.contacts().len() < here.contacts().len() {
-            before_swing = standing;
+            before_swing = rest_state;
         }
         let stands = |limb| here.contacts().iter().any(|contact| contact.limb == limb);
         if let Some(&contact) = next.contacts().iter().find(|contact| !stands(contact.limb)) {
-            landings.push(Landing { contact, before_swing, before_landing: standing });
+            landings.push(Landing { contact, before_swing, before_landing: rest_state });
         }
     }
     landings
 }
 
-fn word(model: &RobotModel, landing: &Landing, is_void: bool) -> Feedback {
-    let (standing, correction) = match is_void {
-        true => (landing.before_landing, nothing_carries(model, &landing.contact)),
+fn refusal(model: &RobotModel, landing: &Landing, is_void: bool) -> Feedback {
+    let (rest_state, correction) = match is_void {
+        true => (landing.before_landing, missing_contact(model, &landing.contact)),
         false => (landing.before_swing, box_on(&landing.contact)),
     };
-    let mut word = Feedback { plan_id: 1, standing, corrections_len: 1, ..Feedback::zeroed() };
-    word.corrections[0] = correction;
-    word
+    let mut feedback =
+        Feedback { plan_id: 1, standing: rest_state, corrections_len: 1, ..Feedback::zeroed() };
+    feedback.corrections[0] = correction;
+    feedback
 }
 
 /// A box that stands where a sole should.

@@ -12,8 +12,8 @@ use super::courses;
 use super::machine::Machine;
 use super::row::Row;
 use super::table::{aligned, count, seconds};
-use super::trial::Question;
-use crate::failure::{Ending, Failure};
+use super::trial::TrialSetup;
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
 use crate::{memory, outputs, terminal, terrain};
 use plot::{Curve, log_log};
@@ -45,12 +45,12 @@ struct ScaleRow {
 ///
 /// # Errors
 /// When a scenario cannot be used, a file cannot be written, or a signal comes.
-pub fn run(arguments: &ScaleArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &ScaleArguments) -> Result<CommandOutcome, CommandError> {
     let wants = |part| arguments.part.is_none_or(|only| only == part);
     let gauntlets = if wants(ScalePart::Gauntlet) { load_gauntlets(arguments)? } else { vec![] };
     let flat = Inputs::load(&courses::path(&arguments.configs, "flat_walk"), None)?;
     if let Some(folder) = &arguments.out {
-        let unwritable = |error: std::io::Error| Failure::Output {
+        let unwritable = |error: std::io::Error| CommandError::Output {
             path: folder.clone(),
             reason: error.to_string(),
         };
@@ -77,16 +77,16 @@ pub fn run(arguments: &ScaleArguments) -> Result<Ending, Failure> {
         outputs::write_json(&report, &folder.join("scale.json"))?;
     }
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
-    terminal::say(&if arguments.json { json() } else { text(&report) });
+    terminal::print_result(&if arguments.json { json() } else { text(&report) });
     let complete = report
         .gauntlet
         .iter()
         .chain(&report.terrain)
         .all(|row| row.search.found == row.search.trials);
-    Ok(if complete { Ending::Done } else { Ending::NoPlan })
+    Ok(if complete { CommandOutcome::Done } else { CommandOutcome::NoPlan })
 }
 
-fn load_gauntlets(arguments: &ScaleArguments) -> Result<Vec<(u64, Inputs)>, Failure> {
+fn load_gauntlets(arguments: &ScaleArguments) -> Result<Vec<(u64, Inputs)>, CommandError> {
     let load = |size: &u64| {
         Ok((
             *size,
@@ -101,7 +101,7 @@ fn terrains(
     arguments: &ScaleArguments,
     flat: &Inputs,
     program: &str,
-) -> Result<Vec<ScaleRow>, Failure> {
+) -> Result<Vec<ScaleRow>, CommandError> {
     let row = |&triangles: &u64| {
         row(arguments, triangles, &on_terrain(flat, triangles as usize), program)
     };
@@ -110,7 +110,7 @@ fn terrains(
 
 /// A scenario's robot and parameters, walking over the middle of a terrain.
 fn on_terrain(flat: &Inputs, triangles: usize) -> Inputs {
-    let [start, goal] = terrain::MARKS;
+    let [start, goal] = terrain::STANCES;
     let mut scenario = flat.scenario.clone();
     scenario.name = format!("mesh_terrain_{triangles}");
     (scenario.start.position, scenario.start.yaw) = (start, 0.0);
@@ -123,11 +123,11 @@ fn row(
     size: u64,
     inputs: &Inputs,
     program: &str,
-) -> Result<ScaleRow, Failure> {
+) -> Result<ScaleRow, CommandError> {
     let (mut trials, mut resident_bytes) = (vec![], 0);
     for seed in 1..=arguments.trials {
-        let question = Question { inputs, seed, threads: arguments.threads.count(), check: false };
-        let (trial, planner) = question.search(program)?;
+        let setup = TrialSetup { inputs, seed, threads: arguments.threads.count(), check: false };
+        let (trial, planner) = setup.search(program)?;
         resident_bytes = memory::resident_bytes();
         drop(planner);
         trials.push(trial);
@@ -152,7 +152,7 @@ fn with_growth(mut rows: Vec<ScaleRow>, expected: fn(f64) -> f64) -> Vec<ScaleRo
     rows
 }
 
-fn write_plots(report: &ScaleReport, folder: &Path) -> Result<(), Failure> {
+fn write_plots(report: &ScaleReport, folder: &Path) -> Result<(), CommandError> {
     for (name, rows, title, x_name) in [
         ("scale_gauntlet.svg", &report.gauntlet, "Cost of longer courses", "copies of the course"),
         ("scale_terrain.svg", &report.terrain, "Cost of larger worlds", "triangles"),

@@ -14,8 +14,8 @@ use super::courses;
 use super::journal::Journal;
 use super::machine::Machine;
 use super::row::Row;
-use super::trial::{Question, Trial};
-use crate::failure::{Ending, Failure};
+use super::trial::{Trial, TrialSetup};
+use crate::failure::{CommandError, CommandOutcome};
 use crate::inputs::Inputs;
 use crate::{outputs, terminal};
 use published::PUBLISHED;
@@ -25,14 +25,14 @@ use report::ThesisReport;
 ///
 /// # Errors
 /// When a scenario or the journal cannot be used, a result cannot be written, or a signal comes.
-pub fn run(arguments: &ThesisArguments) -> Result<Ending, Failure> {
+pub fn run(arguments: &ThesisArguments) -> Result<CommandOutcome, CommandError> {
     let all = PUBLISHED.map(|row| row.scenario);
-    let courses = courses::load(&arguments.courses, &all)?;
+    let scenarios = courses::load(&arguments.scenarios, &all)?;
     let machine = Machine::this()?;
     let mut journal = Journal::open(arguments.out.as_deref(), "thesis.jsonl", arguments.fresh)?;
-    let bar = progress_bar(courses.len() as u64 * arguments.trials);
-    let mut rows = Vec::with_capacity(courses.len());
-    for inputs in &courses {
+    let bar = progress_bar(scenarios.len() as u64 * arguments.trials);
+    let mut rows = Vec::with_capacity(scenarios.len());
+    for inputs in &scenarios {
         rows.push(Row::of(&trials(arguments, inputs, &machine.program, &mut journal, &bar)?));
     }
     bar.finish_and_clear();
@@ -40,8 +40,8 @@ pub fn run(arguments: &ThesisArguments) -> Result<Ending, Failure> {
     if let Some(folder) = &arguments.out {
         outputs::write_json(&report, &folder.join("thesis.json"))?;
     }
-    terminal::say(&if arguments.json { report.json() } else { report.text() });
-    Ok(ending(&report.rows().collect::<Vec<_>>()))
+    terminal::print_result(&if arguments.json { report.json() } else { report.text() });
+    Ok(command_outcome(&report.rows().collect::<Vec<_>>()))
 }
 
 /// The trials of one scenario: from the journal where it holds them, made now where not.
@@ -51,16 +51,16 @@ fn trials(
     program: &str,
     journal: &mut Journal,
     bar: &ProgressBar,
-) -> Result<Vec<Trial>, Failure> {
+) -> Result<Vec<Trial>, CommandError> {
     let mut trials = Vec::with_capacity(arguments.trials as usize);
     for seed in 1..=arguments.trials {
-        let question =
-            Question { inputs, seed, threads: arguments.threads.count(), check: arguments.check };
+        let setup =
+            TrialSetup { inputs, seed, threads: arguments.threads.count(), check: arguments.check };
         bar.set_message(format!("{} seed {seed}", inputs.scenario.name));
-        let trial = match journal.find(&question.key(program), arguments.check) {
+        let trial = match journal.find(&setup.key(program), arguments.check) {
             Some(known) => known.clone(),
             None => {
-                let trial = question.answer(program)?;
+                let trial = setup.run(program)?;
                 journal.keep(&trial)?;
                 trial
             }
@@ -86,12 +86,12 @@ fn progress_bar(length: u64) -> ProgressBar {
 }
 
 /// The worst of what the rows came to.
-fn ending(rows: &[&Row]) -> Ending {
+fn command_outcome(rows: &[&Row]) -> CommandOutcome {
     if rows.iter().any(|row| row.refused > 0) {
-        Ending::Refused
+        CommandOutcome::Refused
     } else if rows.iter().any(|row| row.found < row.trials) {
-        Ending::NoPlan
+        CommandOutcome::NoPlan
     } else {
-        Ending::Done
+        CommandOutcome::Done
     }
 }
