@@ -23,22 +23,22 @@ use std::path::Path;
 
 use glam::DVec3;
 use scene::{SEED, Scene, crowded, shipped};
-use surefoot_planner::body::Configuration;
-use surefoot_planner::collision::FootPhase;
-use surefoot_planner::constraint::midway;
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::collision::model::FootPhase;
+use surefoot_planner::constraints::constraints::midway;
+use surefoot_planner::constraints::foothold::single_mode;
 use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits};
 use surefoot_planner::kinematics::Leg;
-use surefoot_planner::motion::foothold::single_mode;
+use surefoot_planner::motion::cbirrt::nearest;
 use surefoot_planner::motion::single_mode::{SingleModeProblem, solve};
-use surefoot_planner::motion::transition::{TransitionPair, sample};
-use surefoot_planner::motion::tree::nearest;
-use surefoot_planner::motion::trees::TreeNode;
+use surefoot_planner::motion::tree_pool::TreeNode;
 use surefoot_planner::motion::workspace::Workspace;
-use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::primitives::transition_configuration::{TransitionPair, sample};
+use surefoot_planner::robot::mechanism::Configuration;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::spatial::rotation_from_scaled_axis;
+use surefoot_shared_types::robot::model::RobotModel;
 use timing::{Kernel, time};
 
 /// The scenarios whose worlds are measured, where they are shipped.

@@ -6,7 +6,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use surefoot::arguments::Arguments;
+use surefoot::cli::arguments::Arguments;
 
 const SCENARIOS: [&str; 4] = ["flat_walk", "stepping_stones", "ibeam_hallway", "ibeam_gap"];
 
@@ -27,5 +27,5 @@ fn main() -> ExitCode {
     let scenarios = scenarios.into_iter().flat_map(|scenario| ["--scenario".to_owned(), scenario]);
     let arguments =
         Arguments::parse_from(bench.map(str::to_owned).into_iter().chain(json).chain(scenarios));
-    ExitCode::from(surefoot::commands::run(&arguments))
+    ExitCode::from(surefoot::commands::session::run(&arguments))
 }

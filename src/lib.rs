@@ -5,25 +5,10 @@
 //! [`line::RoleEvent`]s. A [`report::Report`] collects the lines, [`progress`] shows them while
 //! they come, and [`verdict`] prints the summary at the end.
 
-pub mod affinity;
-pub mod allocations;
-pub mod arguments;
-pub mod audience;
-pub mod clock;
+pub mod cli;
 pub mod commands;
-pub mod failure;
-pub mod inputs;
-pub mod line;
-pub mod margins;
-pub mod memory;
-pub mod outputs;
+pub mod input;
 pub mod picture;
-pub mod preparation;
-pub mod progress;
 pub mod report;
-pub mod search;
-pub mod signals;
 pub mod supervisor;
-pub mod terminal;
-pub mod terrain;
-pub mod verdict;
+pub mod system;

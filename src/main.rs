@@ -3,13 +3,13 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use surefoot::allocations::CountingAllocator;
-use surefoot::arguments::Arguments;
-use surefoot::commands;
+use surefoot::cli::arguments::Arguments;
+use surefoot::commands::session;
+use surefoot::system::allocations::CountingAllocator;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 fn main() -> ExitCode {
-    ExitCode::from(commands::run(&Arguments::parse()))
+    ExitCode::from(session::run(&Arguments::parse()))
 }

@@ -12,18 +12,19 @@ use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec2, DVec3};
-use surefoot_controller_sim::kinematics::{Configuration, Posture};
-use surefoot_planner::body::{self as planner, Mechanism};
-use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::snapshot::KinematicState;
-use surefoot_planner::statics::FootLoad;
+use surefoot_controller_sim::kinematics::forward::{Configuration, Posture};
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::robot::gravity_torques::FootLoad;
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism as planner;
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::message::limits::JOINTS_MAX;
-use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::GRAVITY;
-use surefoot_shared_types::spatial::rotation_distance;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::GRAVITY;
 
 /// Random configurations of each robot.
 const CONFIGURATIONS: u64 = 100_000;

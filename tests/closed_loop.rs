@@ -15,15 +15,15 @@ use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
 use surefoot_planner::outcome::EndpointError;
 use surefoot_planner::rpg::WayBack;
 use surefoot_planner::{Outcome, Planner, Status};
-use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{
     Check, Contact, Correction, Feedback, PlanChunk, Standing, SupportMode, WithCrc,
 };
-use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::load::load_world;
-use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::load::load_world;
+use surefoot_shared_types::world::world::{World, WorldShape};
 
 const CONTROLLER_ID: u64 = 3;
 

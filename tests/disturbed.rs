@@ -17,16 +17,16 @@ use bytemuck::Zeroable;
 use command::{assert_nothing_left, run, scenario};
 use preparation::preparation_for;
 use serde_json::Value;
-use surefoot_controller_sim::disturbance::DisturbedExecution;
+use surefoot_controller_sim::execution::disturbance::DisturbedExecution;
 use surefoot_controller_sim::{Checker, ChunkExecutor, Disturbance, Identity};
 use surefoot_planner::{Outcome, Planner, Status};
-use surefoot_shared_types::config::Scenario;
+use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, Standing, Waypoint, WithCrc};
-use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::load::load_world;
-use surefoot_shared_types::spatial::rotation_distance;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::load::load_world;
 
 const CONTROLLER_ID: u64 = 3;
 /// Most plans of one walk.

@@ -12,7 +12,7 @@ use std::process::{Child, Command};
 
 use command::{assert_nothing_left, finish, run, scenario, surefoot};
 use serde_json::Value;
-use surefoot_shared_types::instance::Instance;
+use surefoot_shared_types::instance::instance::Instance;
 
 /// An instance name of this test process.
 fn instance(name: &str) -> String {

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command};
 
 use command::{finish, scenario, surefoot};
-use surefoot_shared_types::instance::Instance;
+use surefoot_shared_types::instance::instance::Instance;
 
 /// `nobody`.
 const STRANGER: u32 = 65_534;

@@ -12,16 +12,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bytemuck::{Zeroable, bytes_of_mut};
-use surefoot_controller_sim::channel::{ChunkDecision, PlanSubscriber};
+use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber};
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
-use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
+use surefoot_planner::channel::plan_publisher::{DeliveryOutcome, PlanPublisher};
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::instance::desk::{RequestClient, RequestServer};
-use surefoot_shared_types::instance::{Instance, Participant, random_id};
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::requests::{RequestClient, RequestServer};
+use surefoot_shared_types::instance::{Participant, random_id};
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{Check, Feedback, Layout, PlanChunk, PlanRequest, WithCrc};
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::world::load::load_world;
 
 /// Messages of each kind in continuous integration.
 const MESSAGES: u64 = 60_000;

@@ -20,8 +20,8 @@ use std::time::Duration;
 
 use command::{assert_nothing_left, finish, run, scenario, surefoot};
 use serde_json::Value;
+use surefoot_shared_types::instance::instance::{Instance, InstanceError};
 use surefoot_shared_types::instance::observer::Observer;
-use surefoot_shared_types::instance::{Instance, InstanceError};
 use surefoot_shared_types::message::Feedback;
 
 const SCENARIO: &str = "stepping_stones";

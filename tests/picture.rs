@@ -6,18 +6,17 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
-use surefoot::picture::{
-    PictureError, PictureScene, check_extension, render, render_apng, render_png,
-};
-use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::plan_file::{
+use surefoot::picture::render::{check_extension, render, render_apng, render_png};
+use surefoot::picture::{PictureError, PictureScene};
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::plan_format::blocks::{
     ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, SceneBlock,
     WaypointBlock,
 };
-use surefoot_shared_types::robot::{
+use surefoot_shared_types::robot::model::{
     Attachment, Foot, Joint, JointKind, Link, LinkShape, RobotModel,
 };
-use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 const STEP: f64 = 0.4;

@@ -15,7 +15,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
 
 use command::{finish, scenario, surefoot};
-use surefoot_shared_types::instance::Instance;
+use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 
 /// Chunks that a listener may miss: who falls eight behind on a busy machine does, and nobody waits

@@ -10,7 +10,7 @@ use std::process::{Child, Command};
 
 use command::{CommandOutput, finish, run, scenario, surefoot};
 use serde_json::Value;
-use surefoot_shared_types::instance::Instance;
+use surefoot_shared_types::instance::instance::Instance;
 
 /// A pair that stays up.
 struct Pair {

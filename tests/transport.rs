@@ -11,12 +11,14 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use surefoot_controller_sim::channel::{
+use surefoot_controller_sim::channel::plan_subscriber::{
     ChunkDecision, PlanSubscriber, ReceiverStats, Refusal, StreamEnd,
 };
-use surefoot_planner::channel::{ChannelError, Delivery, DeliveryOutcome, PlanPublisher};
-use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::{Instance, Participant, random_id};
+use surefoot_planner::channel::plan_publisher::{Delivery, DeliveryOutcome, PlanPublisher};
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::{Participant, random_id};
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Check, Margins, PlanChunk, Waypoint, WithCrc};
 

@@ -20,16 +20,17 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use preparation::preparation_for;
-use surefoot::affinity;
-use surefoot_controller_sim::channel::{ChunkDecision, PlanSubscriber, StreamEnd};
+use surefoot::system::cores;
+use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
-use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
+use surefoot_planner::channel::plan_publisher::{DeliveryOutcome, PlanPublisher};
 use surefoot_planner::{Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::instance::{Instance, random_id};
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::message::PlanChunk;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::world::load::load_world;
 
 /// Faster than real time, so that a test is over soon: seconds of the walk in a second of the test.
 const HASTE: f64 = 4.0;
@@ -119,7 +120,7 @@ fn ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
     let (ping, pong) = (AtomicU64::new(0), AtomicU64::new(0));
     std::thread::scope(|scope| {
         scope.spawn(|| {
-            affinity::pin(cores.1);
+            cores::pin(cores.1);
             for number in 1..=PINGS {
                 while ping.load(Ordering::Acquire) < number {
                     relax(cores);
@@ -128,7 +129,7 @@ fn ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
             }
         });
         let driver = scope.spawn(|| {
-            affinity::pin(cores.0);
+            cores::pin(cores.0);
             let mut trips: Vec<f64> = Vec::new();
             for number in 1..=PINGS {
                 let sent = now();
@@ -150,14 +151,14 @@ fn sleepy_ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
     let (mut near, mut far) = UnixStream::pair().unwrap();
     std::thread::scope(|scope| {
         scope.spawn(move || {
-            affinity::pin(cores.1);
+            cores::pin(cores.1);
             let mut byte = [0];
             while far.read_exact(&mut byte).is_ok() {
                 far.write_all(&byte).unwrap();
             }
         });
         let driver = scope.spawn(move || {
-            affinity::pin(cores.0);
+            cores::pin(cores.0);
             let mut trips: Vec<f64> = Vec::new();
             for _ in 0..SLEEPY_PINGS {
                 std::thread::sleep(Duration::from_millis(2));
@@ -194,7 +195,7 @@ fn histogram(seconds: &[f64]) -> String {
 
 fn walk_at_pace(name: &str) {
     let scenario = format!("configs/scenarios/{name}.toml");
-    let cores = affinity::cores_of_roles(1);
+    let cores = cores::cores_of_roles(1);
     if cores.1.is_none() {
         println!("one core: nothing is pinned");
     }
@@ -208,11 +209,11 @@ fn walk_at_pace(name: &str) {
     let chunks = plan(&scenario);
     let (log, verdicts) = std::thread::scope(|scope| {
         let controller = scope.spawn(|| {
-            affinity::pin(cores.1);
+            cores::pin(cores.1);
             control(&instance, &scenario)
         });
         let planner = scope.spawn(|| {
-            affinity::pin(cores.0);
+            cores::pin(cores.0);
             let mut sender = PlanPublisher::open(&instance, random_id()).unwrap();
             // One on its way at a time: the time between two verdicts is then a publication, a
             // judgement and an answer.

@@ -13,8 +13,8 @@ use footing::{
 };
 use glam::{DVec3, dvec3};
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::scene::World;
-use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::world::load::load_world;
+use surefoot_shared_types::world::world::World;
 
 const EPSILON: f64 = 1e-9;
 
@@ -296,6 +296,6 @@ fn a_tilted_box_has_no_level_top() {
     let mut world = world("flat_walk");
     assert!(top_face(&world.shapes[0]).is_some());
     world.shapes[0].world_from_shape.rotation =
-        surefoot_shared_types::spatial::rotation_from_rpy(0.01, 0.0, 0.0);
+        surefoot_shared_types::base::spatial::rotation_from_rpy(0.01, 0.0, 0.0);
     assert!(top_face(&world.shapes[0]).is_none());
 }

@@ -13,8 +13,8 @@ use footing::{
 };
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use surefoot_shared_types::Shape;
-use surefoot_shared_types::scene::World;
-use surefoot_shared_types::spatial::wrap_angle;
+use surefoot_shared_types::base::spatial::wrap_angle;
+use surefoot_shared_types::world::world::World;
 
 const EPSILON: f64 = 1e-6;
 

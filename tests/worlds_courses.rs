@@ -13,8 +13,8 @@ use footing::{
     world,
 };
 use glam::{DVec3, dvec3};
-use surefoot_shared_types::scene::{World, WorldShape};
-use surefoot_shared_types::spatial::wrap_angle;
+use surefoot_shared_types::base::spatial::wrap_angle;
+use surefoot_shared_types::world::world::{World, WorldShape};
 
 const EPSILON: f64 = 2e-6;
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::{DMat3, DVec2, DVec3};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::robot::{Joint, RobotModel};
+use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
 const EPSILON: f64 = 1e-9;
 const LEG: [&str; 6] = ["hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll"];

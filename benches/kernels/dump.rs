@@ -2,7 +2,7 @@
 //! checked, and the weight shift.
 
 use serde_json::{Value, json};
-use surefoot_planner::body::Configuration;
+use surefoot_planner::robot::mechanism::Configuration;
 
 use crate::scene::Scene;
 

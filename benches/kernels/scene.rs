@@ -3,19 +3,21 @@
 
 use std::path::Path;
 
-use surefoot::inputs::Inputs;
-use surefoot_planner::body::{Configuration, Mechanism};
-use surefoot_planner::collision::CollisionModel;
-use surefoot_planner::constraint::{Constraints, Mode};
+use surefoot::input::inputs::Inputs;
+use surefoot_planner::collision::model::CollisionModel;
+use surefoot_planner::constraints::constraints::{Constraints, Mode};
+use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
 use surefoot_planner::ends::{End, foothold_at, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::motion::foothold::{Foothold, double_mode, single_mode};
+use surefoot_planner::motion::local_planner::ModeState;
 use surefoot_planner::motion::single_mode::SingleModeProblem;
-use surefoot_planner::motion::track::ModeState;
-use surefoot_planner::motion::transition::{TransitionPair, sample, world_from_soles};
-use surefoot_planner::snapshot::KinematicState;
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_planner::primitives::transition_configuration::{
+    TransitionPair, sample, world_from_soles,
+};
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 /// How long the step is, m.

@@ -6,23 +6,25 @@
 //! definitions (plain kinematics, statics, ray casts and separating directions) and shares no
 //! algorithm with the planner: only data, file loading and rigid motions.
 
-pub mod admission;
-mod bound;
+pub mod base;
 pub mod channel;
 pub mod check;
-pub mod continuity;
-pub mod disturbance;
-mod draw;
+pub mod chunk;
+pub mod execution;
 pub mod geometry;
 pub mod kinematics;
-mod leg;
 pub mod plan;
-pub mod simulation;
-pub mod truth;
-pub mod walk;
+pub mod statics;
 
-pub use check::{Checker, CheckerError, MotionSegment, SegmentReport, Violation};
-pub use disturbance::Disturbance;
-pub use plan::{PlanReport, check_plan};
-pub use truth::{GroundTruth, missing_contact};
-pub use walk::{ChunkExecutor, Identity};
+pub use check::checker::Checker;
+pub use check::checker::CheckerError;
+pub use check::checker::MotionSegment;
+pub use check::checker::SegmentReport;
+pub use check::checker::Violation;
+pub use chunk::message_check::Identity;
+pub use execution::disturbance::Disturbance;
+pub use execution::executor::ChunkExecutor;
+pub use execution::ground_truth::GroundTruth;
+pub use execution::ground_truth::missing_contact;
+pub use plan::plan_check::PlanReport;
+pub use plan::plan_check::check_plan;

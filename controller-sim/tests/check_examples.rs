@@ -11,7 +11,7 @@ use std::path::Path;
 
 use surefoot_controller_sim::{PlanReport, check_plan};
 use surefoot_shared_types::message::Check;
-use surefoot_shared_types::plan_file::load::load_plan;
+use surefoot_shared_types::plan_file::read::load_plan;
 
 /// Beside the repository.
 const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/judge/examples");

@@ -7,14 +7,14 @@ mod check_robot;
 
 use check_robot::*;
 use glam::DVec3;
-use surefoot_controller_sim::kinematics::{Configuration, Posture};
+use surefoot_controller_sim::kinematics::forward::{Configuration, Posture};
 use surefoot_controller_sim::{Checker, CheckerError, MotionSegment, Violation};
+use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::message::feedback::Margins;
+use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
-use surefoot_shared_types::robot::{Joint, LockedJoint, RobotModel};
-use surefoot_shared_types::scene::{GRAVITY, World};
-use surefoot_shared_types::spatial::rotation_about;
+use surefoot_shared_types::robot::model::{Joint, LockedJoint, RobotModel};
+use surefoot_shared_types::world::world::{GRAVITY, World};
 use surefoot_shared_types::{Pose, Shape};
 
 fn check_motion(
@@ -182,7 +182,7 @@ fn two_bars_support_a_sole_over_their_span() {
     };
     for (name, x) in [("rear", -0.06), ("front", 0.07)] {
         let bar = Shape::Cylinder { radius: 0.02, half_length: 1.0 };
-        bars.shapes.push(surefoot_shared_types::scene::WorldShape {
+        bars.shapes.push(surefoot_shared_types::world::world::WorldShape {
             name: name.into(),
             world_from_shape: lying(x),
             shape: bar,
@@ -388,8 +388,10 @@ fn a_robot_inside_a_closed_mesh_is_refused() {
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles =
         quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    let source =
-        surefoot_shared_types::shape::MeshSource { path: "room.stl".into(), scale: DVec3::ONE };
+    let source = surefoot_shared_types::geometry::shape::MeshSource {
+        path: "room.stl".into(),
+        scale: DVec3::ONE,
+    };
     let solid = Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source };
     let result = check_motion(
         robot(),

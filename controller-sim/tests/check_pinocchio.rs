@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use serde_json::Value;
-use surefoot_controller_sim::kinematics::{Configuration, Posture};
+use surefoot_controller_sim::kinematics::forward::{Configuration, Posture};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::spatial::rotation_distance;
+use surefoot_shared_types::robot::model::RobotModel;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")

@@ -7,8 +7,8 @@ mod check_robot;
 
 use check_robot::*;
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
+use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::CheckerConfig;
-use surefoot_shared_types::digest::Digest;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
 

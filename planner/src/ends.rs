@@ -4,22 +4,21 @@ use std::ops::ControlFlow;
 
 use glam::DVec2;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::config::StancePose;
+use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::{Contact, Standing, SupportMode};
-use surefoot_shared_types::scene::World;
+use surefoot_shared_types::world::world::World;
 
-use crate::body::{Configuration, Mechanism};
-use crate::collision::{FootPhase, Hit};
-use crate::constraint::{Constraints, Mode, Rejection, StartBalance};
-use crate::foot_placement::{
-    FootPlacementConfig, NoSupport, SampleLimits, Scratch, Surfaces, SurfacesError,
-};
-use crate::foot_query::{FootholdQuery, YAW_SPREAD_MAX};
-use crate::motion::foothold::{Foothold, double_mode, single_mode};
-use crate::motion::track::ModeState;
+use crate::collision::model::{FootPhase, Hit};
+use crate::constraints::constraints::{Constraints, Mode, Rejection, StartBalance};
+use crate::constraints::foothold::{Foothold, double_mode, single_mode};
+use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
+use crate::foot_placement::sole_support::{NoSupport, SurfacesError};
+use crate::foot_placement::{FootPlacementConfig, SampleLimits, Scratch, Surfaces};
+use crate::motion::local_planner::ModeState;
 use crate::outcome::EndpointError;
-use crate::posture::{Posture, solve_posture};
-use crate::snapshot::KinematicState;
+use crate::robot::kinematic_state::KinematicState;
+use crate::robot::mechanism::{Configuration, Mechanism};
+use crate::robot::posture_ik::{Posture, solve_posture};
 
 /// Shares of the standing posture's reach that are tried for standing.
 const REACH_SHARES: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
@@ -235,7 +234,7 @@ pub fn stand(
     let mode = double_mode(&footholds[0], &footholds[1]);
     let world_from_soles = [footholds[0].world_from_sole, footholds[1].world_from_sole];
     let middle: DVec2 = 0.5 * (footholds[0].region.centroid() + footholds[1].region.centroid());
-    let world_from_root = surefoot_shared_types::spatial::rotation_about(glam::DVec3::Z, yaw);
+    let world_from_root = surefoot_shared_types::base::spatial::rotation_about(glam::DVec3::Z, yaw);
     let mut fault = None;
     for share in REACH_SHARES {
         let posture = Posture {

@@ -3,39 +3,28 @@
 //!
 //! [`rpg`] shows the whole search; read it first.
 
-mod allowance;
-pub mod ankle;
-pub mod arena;
-pub mod body;
-pub mod carriage;
+pub mod base;
 pub mod channel;
-pub mod chunking;
 pub mod collision;
-pub mod constraint;
+pub mod constraints;
 pub mod ends;
 pub mod foot_placement;
-mod foot_query;
+pub mod geometry;
 pub mod kinematics;
 pub mod motion;
 pub mod outcome;
+pub mod plan;
 pub mod possibility;
-pub mod posture;
-pub mod prepare;
-pub mod projection;
-pub mod random;
-pub mod recheck;
-pub mod region;
+pub mod preparation;
+pub mod primitives;
+pub mod robot;
 pub mod rpg;
 pub mod seeding;
-pub mod shared;
-pub mod snapshot;
 pub mod stage;
-pub mod statics;
-pub mod stoop;
-pub mod threads;
-mod timing;
 pub mod trouble;
 pub mod way_back;
 
-pub use outcome::{Outcome, Status};
-pub use rpg::{Planner, PlannerError};
+pub use outcome::Outcome;
+pub use outcome::Status;
+pub use rpg::Planner;
+pub use rpg::PlannerError;

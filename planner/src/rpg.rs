@@ -45,47 +45,51 @@ mod start;
 use std::num::NonZeroUsize;
 
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::config::{PlannerConfig, Scenario};
-use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{PlanChunk, Standing};
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::scene::World;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::World;
 
-use crate::allowance::items_in;
-use crate::arena::reserve;
-use crate::body::{Mechanism, MechanismError};
-use crate::chunking::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX, Provenance};
-use crate::collision::{CollisionError, CollisionModel};
-use crate::constraint::Constraints;
-use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces, SurfacesError};
-use crate::motion::graph::{
+use crate::base::arena::reserve;
+use crate::base::threads::Threads;
+use crate::base::work_budget::items_in;
+use crate::collision::model::CollisionModel;
+use crate::constraints::constraints::Constraints;
+use crate::foot_placement::sole_support::SurfacesError;
+use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use crate::geometry::CollisionError;
+use crate::motion::mode_graph::{
     ArenaFull, GOAL, ModeGraph, START, TransitionId, boundary_node, boundary_of,
 };
 use crate::motion::roadmap::{Boundary, ModeEdge, Roadmap};
-use crate::motion::round::SearchBatch;
+use crate::motion::search_batch::SearchBatch;
 use crate::outcome::{Bound, Outcome, Status};
+use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX, Provenance};
+use crate::plan::time_parameterization::TimeParameterization;
 use crate::possibility::{
     CrouchContext, CrouchProfile, Progress, RouteSearch, StageContext, UpperBody,
 };
-use crate::prepare::{Preparation, PreparationError};
+use crate::preparation::PreparationError;
+use crate::preparation::build::Preparation;
+use crate::preparation::planning_context::Shared;
+use crate::robot::mechanism::{Mechanism, MechanismError};
+use crate::rpg::hindrances::Hindrances;
+use crate::rpg::judging::Judging;
+use crate::rpg::lanes::Lanes;
+use crate::rpg::phase::Phase;
+use crate::rpg::polish::Polish;
+use crate::rpg::primitive_stretches::Walker;
+use crate::rpg::seeking::Seeker;
+use crate::rpg::segments::Cuts;
 use crate::seeding::{Seeding, is_step};
-use crate::shared::Shared;
 use crate::stage::Stage;
-use crate::threads::Threads;
-use crate::timing::TimeParameterization;
 use crate::trouble::Focus;
-use hindrances::Hindrances;
-use judging::Judging;
-use lanes::Lanes;
-use phase::Phase;
-use polish::Polish;
-use primitive_stretches::Walker;
-use seeking::Seeker;
-use segments::Cuts;
 
-pub use hindrances::Hindrance;
-pub use phase::Tally;
-pub use start::WayBack;
+pub use crate::rpg::hindrances::Hindrance;
+pub use crate::rpg::phase::Tally;
+pub use crate::rpg::start::WayBack;
 
 /// Why a planner cannot be made for these inputs.
 #[derive(Debug, thiserror::Error)]

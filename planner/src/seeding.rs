@@ -5,25 +5,26 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
+use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle};
 
-use crate::collision::FootPhase;
-use crate::constraint::Constraints;
-use crate::foot_placement::polygon::area_and_centroid;
+use crate::base::random::{Random, Stream};
+use crate::collision::model::FootPhase;
+use crate::constraints::constraints::Constraints;
+use crate::constraints::foothold::{Foothold, left_and_right, single_mode};
+use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
-use crate::foot_query::{FootholdQuery, YAW_SPREAD_MAX};
-use crate::motion::foothold::{Foothold, left_and_right, single_mode};
-use crate::motion::graph::{ArenaFull, FootholdId, ModeGraph, TransitionId, TransitionPrior};
-use crate::motion::primitive::stand::side_of;
-use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::transition::{
+use crate::geometry::polygon::area_and_centroid;
+use crate::motion::mode_graph::{ArenaFull, FootholdId, ModeGraph, TransitionId, TransitionPrior};
+use crate::motion::transition_sampling::ATTEMPTS_MAX;
+use crate::possibility::GuideRoute;
+use crate::preparation::FootPlacement;
+use crate::preparation::planning_context::Shared;
+use crate::preparation::step_limits::StepLimits;
+use crate::primitives::level_sole::side_of;
+use crate::primitives::transition_configuration::{
     TransitionPair, are_crossed, first_valid_posture, has_valid_posture, is_reached,
     is_within_reach,
 };
-use crate::possibility::{FootPlacement, GuideRoute};
-use crate::prepare::steps::StepLimits;
-use crate::random::{Random, Stream};
-use crate::shared::Shared;
 
 /// Attempts that a primitive posture counts for that does not hold on both placements of a
 /// transition, where a later one does.

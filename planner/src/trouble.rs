@@ -7,9 +7,9 @@
 
 use glam::DVec3;
 
-use crate::arena::reserve;
-use crate::motion::graph::{ModeGraph, TransitionId};
+use crate::base::arena::reserve;
 use crate::motion::mode_costs::{ModeCosts, ModeId};
+use crate::motion::mode_graph::{ModeGraph, TransitionId};
 use crate::possibility::{GuideRoute, MidFeetPose};
 
 /// Failed sequences after which more placements are sampled, at first and at the most.
@@ -177,7 +177,7 @@ pub fn place_of(graph: &ModeGraph, id: TransitionId) -> MidFeetPose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::foothold::Foothold;
+    use crate::constraints::foothold::Foothold;
     use glam::DQuat;
     use surefoot_shared_types::Pose;
 

@@ -7,11 +7,11 @@
 //! search begins there.
 
 use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode, Waypoint};
-use surefoot_shared_types::scene::World;
+use surefoot_shared_types::world::world::World;
 
-use crate::constraint::Constraints;
+use crate::constraints::constraints::Constraints;
 use crate::ends::{StandingGround, stand_as};
-use crate::foot_placement::SurfacesError;
+use crate::foot_placement::sole_support::SurfacesError;
 
 /// Lift-offs that are looked at, the nearest first.
 const LIFT_OFFS_MAX: usize = 32;

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends where the system tells nothing of itself")]
 
-use surefoot_planner::arena::{filled, reserve};
+use surefoot_planner::base::arena::{filled, reserve};
 
 /// Pages that this process met for the first time.
 fn faults() -> u64 {

@@ -7,13 +7,13 @@ mod common;
 
 use common::{Case, WALKS, run};
 use glam::{DQuat, DVec2};
-use surefoot_planner::body::{Configuration, Mechanism};
-use surefoot_planner::region::ConvexRegion;
+use surefoot_planner::geometry::convex_region::ConvexRegion;
+use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
 use surefoot_planner::{Outcome, Planner};
-use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
-use surefoot_shared_types::spatial::rotation_distance;
 
 /// How far a stance sole may be from its contact, m and rad.
 const CONTACT_TOLERANCE: f64 = 1e-6;

@@ -3,11 +3,11 @@
 use glam::{DQuat, DVec3};
 use parry3d_f64::query::distance;
 use parry3d_f64::shape::{Ball, ConvexPolyhedron, Cuboid, Cylinder, Segment, SharedShape, TriMesh};
-use surefoot_planner::collision::narrow::is_within;
-use surefoot_planner::collision::solid::Solid;
-use surefoot_planner::random::{Random, Stream};
-use surefoot_shared_types::shape::MeshSource;
-use surefoot_shared_types::spatial::rotation_from_scaled_axis;
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::geometry::narrow_phase::is_within;
+use surefoot_planner::geometry::solid::Solid;
+use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
+use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::{Pose, Shape};
 
 const POSES: usize = 20_000;

@@ -6,14 +6,14 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::{DQuat, DVec3};
-use surefoot_planner::body::{Configuration, Mechanism};
-use surefoot_planner::collision::{CollisionModel, FootPhase, Hit};
-use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::snapshot::KinematicState;
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::collision::model::{CollisionModel, FootPhase, Hit};
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
 use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::scene::{World, WorldShape};
-use surefoot_shared_types::shape::MeshSource;
+use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 struct Counting;

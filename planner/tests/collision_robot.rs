@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use glam::{DQuat, DVec3};
-use surefoot_planner::body::Mechanism;
-use surefoot_planner::collision::{CollisionModel, FootPhase, Hit};
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::collision::model::{CollisionModel, FootPhase, Hit};
 use surefoot_planner::kinematics::KinematicTree;
-use surefoot_planner::kinematics::forward::Kinematics;
-use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::snapshot::KinematicState;
+use surefoot_planner::kinematics::Kinematics;
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::Mechanism;
+use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::robot::{LockedJoint, RobotModel};
-use surefoot_shared_types::scene::{World, WorldShape};
-use surefoot_shared_types::spatial::rotation_from_scaled_axis;
+use surefoot_shared_types::robot::model::{LockedJoint, RobotModel};
+use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 const CLEARANCE: f64 = 0.01;

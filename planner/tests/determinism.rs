@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use common::{Case, WALKS, repository, run};
 use surefoot_planner::Outcome;
 use surefoot_planner::rpg::Tally;
-use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::base::digest::Digest;
 
 const GOLDEN: &str = "tests/data/golden_digests.txt";
 /// Searched in every build.

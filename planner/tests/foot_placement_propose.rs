@@ -4,9 +4,9 @@ mod foot_placement_worlds;
 
 use foot_placement_worlds::*;
 use glam::DVec3;
+use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits, Scratch, Source, Surfaces};
-use surefoot_planner::random::{Random, Stream};
-use surefoot_shared_types::spatial::{rotation_from_rpy, yaw_of};
+use surefoot_shared_types::base::spatial::{rotation_from_rpy, yaw_of};
 use surefoot_shared_types::{Pose, Shape};
 
 const GEOMETRY_ONLY: SampleLimits =

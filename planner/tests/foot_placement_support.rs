@@ -6,10 +6,9 @@ mod foot_placement_worlds;
 
 use foot_placement_worlds::*;
 use glam::{DVec2, DVec3};
-use surefoot_planner::foot_placement::{
-    FootPlacementConfig, NoSupport, Scratch, Surfaces, SurfacesError,
-};
-use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy};
+use surefoot_planner::foot_placement::sole_support::{NoSupport, SurfacesError};
+use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use surefoot_shared_types::base::spatial::{rotation_about, rotation_from_rpy};
 use surefoot_shared_types::{Pose, Shape};
 
 fn area_at(surfaces: &Surfaces, pose: &Pose) -> f64 {

@@ -10,10 +10,10 @@
 mod common;
 
 use common::{hubo, random_positions, with_split_hip};
+use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::kinematics::Leg;
-use surefoot_planner::random::{Random, Stream};
-use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::robot::model::RobotModel;
 
 /// What joints stay from their limits, rad.
 const MARGIN: f64 = 0.005;

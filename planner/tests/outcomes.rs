@@ -6,18 +6,19 @@ mod common;
 
 use bytemuck::Zeroable;
 use common::{Case, chain_robot, hinge, run};
-use surefoot_planner::body::{LINKS_MAX, MechanismError};
-use surefoot_planner::collision::Hit;
-use surefoot_planner::constraint::Rejection;
-use surefoot_planner::foot_placement::{NoSupport, SurfacesError};
+use surefoot_planner::collision::model::Hit;
+use surefoot_planner::constraints::constraints::Rejection;
+use surefoot_planner::foot_placement::sole_support::{NoSupport, SurfacesError};
 use surefoot_planner::kinematics::leg::LegError;
-use surefoot_planner::motion::graph::ArenaFull;
+use surefoot_planner::motion::mode_graph::ArenaFull;
 use surefoot_planner::outcome::{Bound, EndpointError};
+use surefoot_planner::robot::mechanism::{LINKS_MAX, MechanismError};
 use surefoot_planner::{Outcome, PlannerError, Status};
 use surefoot_shared_types::Shape;
-use surefoot_shared_types::config::{PlannerConfig, StancePose};
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::{Contact, Standing, SupportMode, Waypoint};
-use surefoot_shared_types::robot::{Foot, Link};
+use surefoot_shared_types::robot::model::{Foot, Link};
 
 const STEP: u64 = 20_000;
 

@@ -8,20 +8,21 @@ mod common;
 use common::{Case, run};
 use glam::DVec3;
 use surefoot_planner::Outcome;
-use surefoot_planner::body::Configuration;
-use surefoot_planner::collision::FootPhase;
-use surefoot_planner::constraint::{Constraints, Mode};
-use surefoot_planner::motion::shortcut::{Pass, Shortcutting, distance, length};
-use surefoot_planner::motion::swing::MotionShape;
-use surefoot_planner::motion::track::{
+use surefoot_planner::Planner;
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::collision::model::FootPhase;
+use surefoot_planner::constraints::constraints::{Constraints, Mode};
+use surefoot_planner::motion::local_planner::{
     LocalPath, LocalPlanner, ModeState, Progress, feasible_state,
 };
+use surefoot_planner::motion::shortcut::{Pass, Shortcutting, distance, length};
+use surefoot_planner::motion::swing_shapes::MotionShape;
 use surefoot_planner::motion::workspace::Workspace;
-use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::recheck::{configuration_of, mode_of, self_check};
-use surefoot_planner::rpg::{Planner, Tally};
+use surefoot_planner::plan::self_check::{configuration_of, mode_of, self_check};
+use surefoot_planner::robot::mechanism::Configuration;
+use surefoot_planner::rpg::Tally;
 use surefoot_planner::stage::Stage;
-use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
 
 const POLISH: usize = Stage::Polish as usize;

@@ -9,19 +9,20 @@ use std::f64::consts::PI;
 
 use common::{Case, preparation_for};
 use glam::DVec3;
-use surefoot_planner::body::Mechanism;
-use surefoot_planner::collision::CollisionModel;
-use surefoot_planner::constraint::Constraints;
+use surefoot_planner::base::threads::Threads;
+use surefoot_planner::collision::model::CollisionModel;
+use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::motion::graph::ModeGraph;
+use surefoot_planner::motion::mode_graph::ModeGraph;
+use surefoot_planner::possibility;
 use surefoot_planner::possibility::{
-    self, CrouchProfile, Label, MidFeetPose, Progress, RouteSearch, StageContext, UpperBody,
+    CrouchProfile, Label, MidFeetPose, Progress, RouteSearch, StageContext, UpperBody,
 };
-use surefoot_planner::prepare::Preparation;
+use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::robot::crouch::Crouch;
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::seeding::Seeding;
-use surefoot_planner::stoop::Crouch;
-use surefoot_planner::threads::Threads;
-use surefoot_shared_types::spatial::{wrap_angle, yaw_of};
+use surefoot_shared_types::base::spatial::{wrap_angle, yaw_of};
 
 /// A case compiled for stage P.
 struct Fixture {

@@ -7,18 +7,19 @@ mod common;
 
 use common::{hubo, preparation_of, random_positions};
 use glam::DVec3;
+use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::kinematics::Leg;
-use surefoot_planner::prepare::{self, Preparation, PreparationError};
-use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::{PreparationError, build};
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::robot::RobotModel;
 use surefoot_shared_types::robot::load::load_robot;
+use surefoot_shared_types::robot::model::RobotModel;
 
 /// Puts both soles at random joint positions, anywhere within the limits and often at them, and
 /// asks for each.
 fn nothing_reachable_is_left_out(model: &RobotModel, samples: u64) {
     let words = preparation_of(model);
-    let key = prepare::key(model, &PlannerConfig::default());
+    let key = surefoot_planner::preparation::key(model, &PlannerConfig::default());
     let preparation = Preparation::from_bytes(bytemuck::cast_slice(&words), &key).unwrap();
     for limb in 0..2 {
         let leg = Leg::new(model, limb, 0.0).unwrap();
@@ -65,7 +66,7 @@ fn the_bound_is_near() {
     let words = preparation_of(&model);
     let preparation = Preparation::from_bytes(
         bytemuck::cast_slice(&words),
-        &prepare::key(&model, &PlannerConfig::default()),
+        &surefoot_planner::preparation::key(&model, &PlannerConfig::default()),
     )
     .unwrap();
     let leg = Leg::new(&model, 0, 0.0).unwrap();
@@ -87,17 +88,16 @@ fn the_bound_is_near() {
 #[test]
 fn the_same_robot_gives_the_same_bytes() {
     let model = hubo();
-    let again = prepare::build(&model, &PlannerConfig::default(), &|_| ()).unwrap();
+    let again = build::build(&model, &PlannerConfig::default(), &|_| ()).unwrap();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let alone =
-        pool.install(|| prepare::build(&model, &PlannerConfig::default(), &|_| ()).unwrap());
+    let alone = pool.install(|| build::build(&model, &PlannerConfig::default(), &|_| ()).unwrap());
     assert!(again == *preparation_of(&model) && again == alone);
 }
 
 #[test]
 fn a_damaged_file_is_rejected() {
     let model = hubo();
-    let key = prepare::key(&model, &PlannerConfig::default());
+    let key = surefoot_planner::preparation::key(&model, &PlannerConfig::default());
     let words = preparation_of(&model);
     let sound: &[u8] = bytemuck::cast_slice(&words);
     let error_of = |change: &dyn Fn(&mut Vec<u64>)| {
@@ -117,7 +117,9 @@ fn a_damaged_file_is_rejected() {
     }
     let other = PlannerConfig { clearance: 0.01, ..PlannerConfig::default() };
     assert_eq!(
-        Preparation::from_bytes(sound, &prepare::key(&model, &other)).map(drop).unwrap_err(),
+        Preparation::from_bytes(sound, &surefoot_planner::preparation::key(&model, &other))
+            .map(drop)
+            .unwrap_err(),
         PreparationError::OtherRobot
     );
     let shifted = [&[0], sound].concat();

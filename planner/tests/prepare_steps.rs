@@ -9,17 +9,17 @@ use std::f64::consts::PI;
 
 use common::{hubo, preparation_for};
 use glam::{DQuat, DVec3};
-use surefoot_planner::body::Mechanism;
-use surefoot_planner::collision::CollisionModel;
-use surefoot_planner::constraint::Constraints;
-use surefoot_planner::motion::foothold::{Foothold, single_mode};
-use surefoot_planner::motion::transition::{TransitionPair, sample};
-use surefoot_planner::random::{Random, Stream};
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::collision::model::CollisionModel;
+use surefoot_planner::constraints::constraints::Constraints;
+use surefoot_planner::constraints::foothold::{Foothold, single_mode};
+use surefoot_planner::primitives::transition_configuration::{TransitionPair, sample};
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::scene::World;
-use surefoot_shared_types::spatial::rotation_about;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::World;
 
 /// Attempts at each pair: primitive postures, their neighbourhood, then uniform samples.
 const ATTEMPTS: u64 = 60;

@@ -10,8 +10,8 @@
 mod common;
 
 use common::{Case, run};
-use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::recheck::self_check;
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::plan::self_check::self_check;
 use surefoot_planner::{Outcome, Planner};
 
 #[test]

@@ -7,16 +7,16 @@ mod common;
 
 use common::{hubo, with_split_hip};
 use glam::{DQuat, DVec2, DVec3};
-use surefoot_planner::body::{Configuration, Mechanism};
-use surefoot_planner::posture::{Posture, initial_guess, solve_posture};
-use surefoot_planner::projection::{ProjectionTarget, project};
-use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::region::ConvexRegion;
-use surefoot_planner::snapshot::KinematicState;
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::geometry::convex_region::ConvexRegion;
+use surefoot_planner::robot::constrained_projection::{ProjectionTarget, project};
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::posture_ik::{Posture, initial_guess, solve_posture};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::{rotation_about, rotation_distance, rotation_from_rpy};
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::spatial::{rotation_about, rotation_distance, rotation_from_rpy};
+use surefoot_shared_types::robot::model::RobotModel;
 
 const COM_MARGIN: f64 = 0.01;
 

@@ -7,17 +7,17 @@ mod common;
 
 use common::{Case, hubo, preparation_for};
 use glam::{DVec2, DVec3};
-use surefoot_planner::body::Mechanism;
-use surefoot_planner::collision::CollisionModel;
-use surefoot_planner::constraint::{Constraints, Rejection};
+use surefoot_planner::collision::model::CollisionModel;
+use surefoot_planner::constraints::constraints::{Constraints, Rejection};
+use surefoot_planner::constraints::foothold::{Foothold, single_mode};
 use surefoot_planner::ends::{End, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::motion::foothold::{Foothold, single_mode};
-use surefoot_planner::motion::graph::{ModeGraph, TransitionPrior};
-use surefoot_planner::motion::sampling::ATTEMPTS_MAX;
-use surefoot_planner::motion::transition::{
+use surefoot_planner::motion::mode_graph::{ModeGraph, TransitionPrior};
+use surefoot_planner::motion::transition_sampling::ATTEMPTS_MAX;
+use surefoot_planner::primitives::transition_configuration::{
     FAR_REACHING_POSTURES, TransitionPair, first_valid_posture, is_reached, sample,
 };
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::seeding::{Seeding, VARIATIONS_MAX, judge};
 use surefoot_shared_types::Pose;
 

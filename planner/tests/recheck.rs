@@ -6,8 +6,8 @@ mod common;
 
 use common::{Case, WALKS, run};
 use surefoot_planner::Outcome;
-use surefoot_planner::constraint::Rejection;
-use surefoot_planner::recheck::{SelfCheckError, self_check};
+use surefoot_planner::constraints::constraints::Rejection;
+use surefoot_planner::plan::self_check::{SelfCheckError, self_check};
 
 #[test]
 fn every_plan_passes_its_self_check() {

@@ -6,19 +6,19 @@ mod common;
 
 use common::Case;
 use glam::DVec2;
-use surefoot_planner::body::{Configuration, Mechanism};
-use surefoot_planner::collision::{CollisionModel, FootPhase};
-use surefoot_planner::constraint::{Constraints, Mode, Rejection, midway};
+use surefoot_planner::collision::model::{CollisionModel, FootPhase};
+use surefoot_planner::constraints::constraints::{Constraints, Mode, Rejection, midway};
+use surefoot_planner::constraints::foothold::{double_mode, single_mode};
 use surefoot_planner::ends::{End, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::motion::foothold::{double_mode, single_mode};
+use surefoot_planner::geometry::convex_region::ConvexRegion;
+use surefoot_planner::motion::local_planner::ModeState;
 use surefoot_planner::motion::single_mode::{SingleModeProblem, solve};
-use surefoot_planner::motion::track::ModeState;
 use surefoot_planner::motion::workspace::Workspace;
-use surefoot_planner::posture::{Posture, solve_posture};
-use surefoot_planner::region::ConvexRegion;
-use surefoot_planner::snapshot::KinematicState;
-use surefoot_shared_types::spatial::rotation_about;
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::posture_ik::{Posture, solve_posture};
+use surefoot_shared_types::base::spatial::rotation_about;
 
 const STANCE: [FootPhase; 2] = [FootPhase::Stance; 2];
 

@@ -8,12 +8,12 @@ mod common;
 use common::{Case, hubo, run};
 use glam::{DVec2, DVec3};
 use surefoot_planner::Outcome;
-use surefoot_planner::body::{Configuration, Mechanism};
-use surefoot_planner::statics::FootLoad;
+use surefoot_planner::robot::gravity_torques::FootLoad;
+use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::robot::{Attachment, Joint, Link, RobotModel};
+use surefoot_shared_types::robot::model::{Attachment, Joint, Link, RobotModel};
 
 fn robot(model: &RobotModel) -> Mechanism {
     Mechanism::new(model, &PlannerConfig::default()).unwrap()

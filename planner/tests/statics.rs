@@ -7,18 +7,18 @@ mod common;
 use common::{hubo, random_positions, repository};
 use glam::{DQuat, DVec2, DVec3};
 use serde_json::Value;
-use surefoot_planner::body::{Configuration, LINKS_MAX, Mechanism};
+use surefoot_planner::base::random::{Random, Stream};
+use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::kinematics::Kinematics;
-use surefoot_planner::random::{Random, Stream};
-use surefoot_planner::region::ConvexRegion;
-use surefoot_planner::snapshot::KinematicState;
-use surefoot_planner::statics::{FootLoad, Statics, balance_loads};
+use surefoot_planner::robot::gravity_torques::{FootLoad, Statics, balance_loads};
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::{Configuration, LINKS_MAX, Mechanism};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::base::spatial::rotation_from_rpy;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::message::limits::JOINTS_MAX;
-use surefoot_shared_types::robot::{JointKind, RobotModel};
-use surefoot_shared_types::scene::GRAVITY;
-use surefoot_shared_types::spatial::rotation_from_rpy;
+use surefoot_shared_types::robot::model::{JointKind, RobotModel};
+use surefoot_shared_types::world::world::GRAVITY;
 
 fn numbers(value: &Value) -> Vec<f64> {
     value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()

@@ -4,21 +4,18 @@
 //! and `config` each turn a raw file into a validated value; `plan_file` is the exported plan
 //! (`biped-plan/1`); `message` is what crosses shared memory.
 
+pub mod base;
 pub mod config;
-pub mod digest;
-pub mod error;
-mod hull;
+pub mod geometry;
 pub mod instance;
-mod mesh;
+pub mod mesh;
 pub mod message;
 pub mod plan_file;
+pub mod plan_format;
 pub mod robot;
-pub mod scene;
-pub mod shape;
-mod source;
-pub mod spatial;
+pub mod world;
 
-pub use error::InputError;
-pub use shape::Shape;
-pub use source::NUMBER_MAX;
-pub use spatial::Pose;
+pub use base::input_error::InputError;
+pub use base::spatial::Pose;
+pub use base::text_file::NUMBER_MAX;
+pub use geometry::shape::Shape;

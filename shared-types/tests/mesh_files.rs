@@ -8,8 +8,8 @@ use std::path::Path;
 
 use common::{Folder, check_no_panic};
 use glam::DVec3;
-use surefoot_shared_types::scene::World;
-use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::world::load::load_world;
+use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{InputError, Shape};
 
 const CORNERS: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

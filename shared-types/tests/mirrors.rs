@@ -13,12 +13,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use iceoryx2::prelude::ZeroCopySend;
-use surefoot_shared_types::message::layout::Field;
-use surefoot_shared_types::message::limits::{
+use surefoot_shared_types::base::limits::{
     CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX,
 };
+use surefoot_shared_types::message::layout::Field;
 use surefoot_shared_types::message::request::MarkData;
-use surefoot_shared_types::message::state::FootForce;
+use surefoot_shared_types::message::simulation_state::FootForce;
 use surefoot_shared_types::message::{
     Contact, Correction, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, Standing,
     State, Waypoint,

@@ -9,9 +9,9 @@
 
 use std::path::Path;
 
-use surefoot_shared_types::plan_file::RobotBlock;
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::plan_format::blocks::RobotBlock;
 use surefoot_shared_types::robot::load::robot_from_block;
+use surefoot_shared_types::robot::model::RobotModel;
 
 fn load(name: &str) -> Option<RobotModel> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/robots").join(name);

@@ -10,7 +10,7 @@ use std::path::Path;
 use common::{FOOT_OBJ, Folder, ROBOT, Spoiling, URDF, check_no_panic, check_spoilings};
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::robot::{JointKind, RobotModel};
+use surefoot_shared_types::robot::model::{JointKind, RobotModel};
 use surefoot_shared_types::{InputError, Shape};
 
 fn load(folder: &Path) -> Result<RobotModel, InputError> {

@@ -8,10 +8,10 @@ use std::path::Path;
 
 use common::{FOOT_OBJ, Folder, SCENARIO, Spoiling, WORLD, check_no_panic, check_spoilings};
 use glam::DVec3;
-use surefoot_shared_types::config::Scenario;
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::scene::World;
-use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::world::load::load_world;
+use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{InputError, Shape};
 
 fn world(folder: &Path) -> Result<World, InputError> {

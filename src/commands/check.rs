@@ -1,15 +1,17 @@
 //! `surefoot check`: the controller's checks on an exported plan.
 
 use serde::Serialize;
-use surefoot_controller_sim::check::Reserves;
+use surefoot_controller_sim::PlanReport;
+use surefoot_controller_sim::check::checker::Reserves;
 use surefoot_controller_sim::check_plan;
-use surefoot_controller_sim::plan::{CheckResult, EndpointReport, PlanReport};
-use surefoot_shared_types::plan_file::load::load_plan;
+use surefoot_controller_sim::plan::EndpointReport;
+use surefoot_controller_sim::plan::plan_check::CheckResult;
+use surefoot_shared_types::plan_file::read::load_plan;
 
-use crate::arguments::CheckArguments;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::margins::{WorstMargins, with_unit};
-use crate::terminal;
+use crate::cli::arguments::CheckArguments;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::report::margins::{WorstMargins, with_unit};
+use crate::system::terminal;
 
 /// Runs the command.
 ///
@@ -77,7 +79,7 @@ struct JsonReport {
     goal: JsonEnd,
 }
 
-/// See `surefoot_controller_sim::check::Reserves`.
+/// See `surefoot_controller_sim::check::checker::Reserves`.
 #[derive(Serialize)]
 struct JsonReserves {
     friction: Option<f64>,

@@ -1,29 +1,30 @@
 //! `surefoot control`: checks and walks the plan that arrives in an instance. Also the controller
 //! process of a walk.
 
-mod judge;
+pub mod chunk_handler;
+
 mod simulated;
 
 use std::time::Duration;
 
-use surefoot_controller_sim::channel::{PlanSubscriber, StreamEnd};
+use surefoot_controller_sim::channel::plan_subscriber::{PlanSubscriber, StreamEnd};
 use surefoot_controller_sim::{
     Checker, CheckerError, ChunkExecutor, Disturbance, GroundTruth, Identity,
 };
 use surefoot_shared_types::instance::random_id;
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::scene::World;
-use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::load::load_world;
+use surefoot_shared_types::world::world::World;
 
-use self::judge::ChunkHandler;
-use self::simulated::Simulated;
-use super::{enter_instance, prepare_process};
-use crate::arguments::ControlArguments;
-use crate::audience::Reporter;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::inputs::Inputs;
-use crate::line::{CheckSummary, Refusal, RoleEvent};
-use crate::signals;
+use crate::cli::arguments::ControlArguments;
+use crate::commands::control::chunk_handler::ChunkHandler;
+use crate::commands::control::simulated::Simulated;
+use crate::commands::session::{enter_instance, prepare_process};
+use crate::input::inputs::Inputs;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::report::event::{CheckSummary, Refusal, RoleEvent};
+use crate::report::reporter::Reporter;
+use crate::system::signals;
 
 /// How long the last feedback is repeated for a planner that stays connected, at most.
 const LINGER_TIME_MAX: Duration = Duration::from_secs(10);

@@ -7,13 +7,13 @@ use std::num::NonZeroUsize;
 use std::path::Path;
 
 use surefoot_planner::Planner;
-use surefoot_shared_types::instance::Instance;
+use surefoot_shared_types::instance::instance::Instance;
 
-use crate::affinity;
-use crate::arguments::DoctorArguments;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::inputs::Inputs;
-use crate::terminal;
+use crate::cli::arguments::DoctorArguments;
+use crate::input::inputs::Inputs;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::cores;
+use crate::system::terminal;
 
 /// Something found out.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -93,7 +93,7 @@ fn transport() -> Vec<Finding> {
 /// Whether the scenario can be searched, what memory that takes, and whether its robot can stand on
 /// one foot.
 fn scenario(path: &Path) -> Vec<Finding> {
-    let threads = NonZeroUsize::new(affinity::default_threads()).unwrap_or(NonZeroUsize::MIN);
+    let threads = NonZeroUsize::new(cores::default_threads()).unwrap_or(NonZeroUsize::MIN);
     let inputs = match Inputs::load(path, None) {
         Ok(inputs) => inputs,
         Err(error) => return vec![Finding::missing(format!("scenario: {error}"))],

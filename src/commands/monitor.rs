@@ -1,19 +1,20 @@
 //! `surefoot monitor`: subscribes to the messages of an instance and prints them.
 
+pub mod statistics;
+
 mod motion;
-mod tally;
 
 use std::time::Duration;
 
-use surefoot_shared_types::instance::Instance;
+use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 
-use crate::arguments::MonitorArguments;
-use crate::clock::Stopwatch;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::{signals, terminal};
+use crate::cli::arguments::MonitorArguments;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::clock::Stopwatch;
+use crate::system::{signals, terminal};
 
-use tally::{MonitorEvent, MonitorStats};
+use crate::commands::monitor::statistics::{MonitorEvent, MonitorStats};
 
 /// Time between two looks; short enough that no reader's buffer overflows at the rates of a walk.
 const POLL_INTERVAL: Duration = Duration::from_micros(500);

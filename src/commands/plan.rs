@@ -4,30 +4,34 @@
 //! Where the controller encounters another world than the plan was made for, the rest of the way is
 //! planned again from where the robot stands, in the world as it turned out to be.
 
+pub mod planning_task;
+
 mod serve;
-pub(super) mod task;
 
 use std::num::NonZeroUsize;
 
 use surefoot_planner::Planner;
-use surefoot_planner::channel::{Delivery, DeliveryOutcome, PlanPublisher};
-use surefoot_planner::prepare::Preparation;
+use surefoot_planner::channel::plan_publisher::{Delivery, DeliveryOutcome, PlanPublisher};
+use surefoot_planner::preparation::build::Preparation;
 use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::message::{Check, PlanChunk};
-use surefoot_shared_types::plan_file::PlanFile;
 use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
+use surefoot_shared_types::plan_format::blocks::PlanFile;
 
-use super::{enter_instance, prepare_process, write_report};
-use crate::arguments::PlanArguments;
-use crate::audience::Reporter;
-use crate::clock::Stopwatch;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::inputs::Inputs;
-use crate::line::{Delivered, PlanResult, RoleEvent};
-use crate::report::Report;
-use crate::{memory, outputs, search, signals, terminal, verdict};
+use crate::cli::arguments::PlanArguments;
+use crate::commands::search_loop;
+use crate::commands::session::{enter_instance, prepare_process, write_report};
+use crate::input::inputs::Inputs;
+use crate::input::output_files;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::report::event::{Delivered, PlanResult, RoleEvent};
+use crate::report::reporter::Reporter;
+use crate::report::run_report::Report;
+use crate::report::summary;
+use crate::system::clock::Stopwatch;
+use crate::system::{memory, signals, terminal};
 
-use task::PlanningTask;
+use crate::commands::plan::planning_task::PlanningTask;
 
 /// Runs the command.
 ///
@@ -40,7 +44,7 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
         lock_memory();
     }
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
-    outputs::check(&arguments.outputs)?;
+    output_files::check(&arguments.outputs)?;
     let preparation = inputs.preparation(arguments.outputs.quiet || arguments.role.report_lines)?;
     let report = Report::new(&inputs, arguments.search.threads());
     let reporter = Reporter::new(arguments.role.report_lines, arguments.outputs.quiet);
@@ -50,7 +54,7 @@ pub fn run(arguments: &PlanArguments) -> Result<CommandOutcome, CommandError> {
     let mut run = Run { arguments, inputs, preparation, report, reporter };
     run.plan_and_deliver()?;
     let outcome = write_report(&run.report, arguments.outputs.json.as_deref())?;
-    run.reporter.print(|| verdict::text(&run.report));
+    run.reporter.print(|| summary::text(&run.report));
     Ok(outcome)
 }
 
@@ -113,7 +117,7 @@ impl Run<'_> {
             let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
             self.emit(&RoleEvent::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
             let mut planned =
-                search::run(&mut planner, task.scenario.planner.work_max, &mut |event| {
+                search_loop::run(&mut planner, task.scenario.planner.work_max, &mut |event| {
                     self.emit(event)
                 })?;
             let found = planned.end == PlanResult::Found;
@@ -163,7 +167,9 @@ impl Run<'_> {
 
     fn draw(&self, task: &PlanningTask, chunks: &[PlanChunk]) -> Result<(), CommandError> {
         match &self.arguments.outputs.picture {
-            Some(path) => outputs::draw(&self.inputs, &self.plan_file(task, chunks, path), path),
+            Some(path) => {
+                output_files::draw(&self.inputs, &self.plan_file(task, chunks, path), path)
+            }
             None => Ok(()),
         }
     }
@@ -180,7 +186,7 @@ impl Run<'_> {
             &task.world,
             &task.scenario,
             chunks,
-            &outputs::folder_of(path),
+            &output_files::folder_of(path),
         )
     }
 

@@ -1,14 +1,14 @@
 //! `surefoot prepare`: makes what is made once per robot, so that no walk has to wait for it.
 
-use surefoot_planner::motion::primitive::Gait;
-use surefoot_planner::prepare::Preparation;
+use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::primitives::Gait;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
 
-use crate::arguments::PrepareArguments;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::preparation::{Origin, Prepared, obtain};
-use crate::terminal;
+use crate::cli::arguments::PrepareArguments;
+use crate::input::preparation_cache::{Origin, Prepared, obtain};
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::terminal;
 
 /// Runs the command.
 ///

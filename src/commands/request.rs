@@ -1,15 +1,16 @@
 //! `surefoot request`: sends a request to a planner that stays up, and reports its result.
 
 use bytemuck::Zeroable;
-use surefoot_shared_types::instance::desk::RequestClient;
-use surefoot_shared_types::instance::{Instance, Participant, random_id};
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::requests::RequestClient;
+use surefoot_shared_types::instance::{Participant, random_id};
 use surefoot_shared_types::message::request::MarkData;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
-use crate::arguments::{RequestArguments, StanceArgument};
-use crate::clock::Stopwatch;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::{signals, terminal};
+use crate::cli::arguments::{RequestArguments, StanceArgument};
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::clock::Stopwatch;
+use crate::system::{signals, terminal};
 
 /// Longest time until a planner acknowledges a request, s.
 const ACKNOWLEDGE_SECONDS_MAX: f64 = 10.0;

@@ -4,20 +4,22 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use surefoot_shared_types::instance::Instance;
-use surefoot_shared_types::plan_file::load::load_plan;
-use surefoot_shared_types::scene::load::load_world;
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::plan_file::read::load_plan;
+use surefoot_shared_types::world::load::load_world;
 
-use super::write_report;
-use crate::affinity::cores_of_roles;
-use crate::arguments::{SearchArguments, WalkArguments};
-use crate::failure::{CommandError, CommandOutcome};
-use crate::inputs::Inputs;
-use crate::line::{DeliveryResult, PlanResult, RoleEvent};
-use crate::progress::Progress;
-use crate::report::Report;
-use crate::supervisor::{Role, Supervisor, SupervisorEvent};
-use crate::{outputs, signals, terminal, verdict};
+use crate::cli::arguments::{SearchArguments, WalkArguments};
+use crate::commands::session::write_report;
+use crate::input::inputs::Inputs;
+use crate::input::output_files;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::report::event::{DeliveryResult, PlanResult, RoleEvent};
+use crate::report::progress::Progress;
+use crate::report::run_report::Report;
+use crate::report::summary;
+use crate::supervisor::supervisor::{Role, Supervisor, SupervisorEvent};
+use crate::system::cores::cores_of_roles;
+use crate::system::{signals, terminal};
 
 /// Runs the command.
 ///
@@ -25,7 +27,7 @@ use crate::{outputs, signals, terminal, verdict};
 /// When an input cannot be used, an output cannot be written, a process fails, or a signal comes.
 pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
-    outputs::check(&arguments.outputs)?;
+    output_files::check(&arguments.outputs)?;
     if let Some(truth) = &arguments.truth {
         load_world(truth)?;
     }
@@ -37,17 +39,17 @@ pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
     if let Err(error) = walk(arguments, &inputs, export.path.as_deref(), &mut report) {
         report.record_error(&error);
         if let (Some(path), Some(_)) = (json, error.name()) {
-            outputs::write_json(&report, path)?;
+            output_files::write_json(&report, path)?;
         }
         return Err(error);
     }
     if let (Some(picture), Some(plan), true) =
         (&arguments.outputs.picture, &export.path, report.has_plan())
     {
-        outputs::draw(&inputs, &load_plan(plan)?, picture)?;
+        output_files::draw(&inputs, &load_plan(plan)?, picture)?;
     }
     let outcome = write_report(&report, json)?;
-    terminal::print_result(&verdict::text(&report));
+    terminal::print_result(&summary::text(&report));
     Ok(outcome)
 }
 

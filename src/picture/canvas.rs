@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::camera::{Camera, NEAR, Size};
-use super::colour::Colour;
-use super::raster::fill_triangle;
-use super::surface::{Corner, Surface};
+use crate::picture::camera::{Camera, NEAR, Size};
+use crate::picture::colour::Colour;
+use crate::picture::raster::fill_triangle;
+use crate::picture::surface::{Corner, Surface};
 
 /// The body number of a pixel that shows nothing.
 pub const NOTHING: u32 = u32::MAX;

@@ -43,7 +43,7 @@ pub enum PictureError {
 }
 
 impl PictureError {
-    pub(super) fn plan(reason: impl Into<String>) -> Self {
+    pub(crate) fn plan(reason: impl Into<String>) -> Self {
         Self::Plan { reason: reason.into() }
     }
 }

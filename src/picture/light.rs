@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::camera::Size;
-use super::raster::fill_triangle;
-use super::surface::Surface;
+use crate::picture::camera::Size;
+use crate::picture::raster::fill_triangle;
+use crate::picture::surface::Surface;
 
 /// Texels along the longer side of the shadow map.
 const TEXELS_MAX: usize = 2048;

@@ -1,81 +1,23 @@
-//! Pictures of a planned walk: a still with the robot at several instants (PNG) and the robot
-//! walking (APNG).
-//!
-//! The pictures are drawn by a small rasteriser of our own, so that they need neither a display nor
-//! a graphics card and are the same bytes everywhere. The way of a picture: a [`PictureScene`]
-//! holds what a plan, its robot and its world look like (`tessellate`, `surface`, `motion`,
-//! `marks`); `view` places the camera and finds out which walls hide the robot; `stage` draws the
-//! world once and the robot on it (`raster`, `canvas`), colours the pixels (`light`, `paint`,
-//! `stroke`); `output` writes the file.
+//! picture.
 
-mod camera;
-mod canvas;
-mod colour;
-mod error;
-mod light;
-mod marks;
-mod motion;
-mod output;
-mod paint;
-mod raster;
-mod scene;
-mod stage;
-mod stroke;
-mod surface;
-mod tessellate;
-mod view;
-mod walk;
-
-use std::path::Path;
+pub mod animation;
+pub mod camera;
+pub mod canvas;
+pub mod colour;
+pub mod error;
+pub mod ground_overlay;
+pub mod light;
+pub mod motion;
+pub mod output;
+pub mod paint;
+pub mod raster;
+pub mod render;
+pub mod renderer;
+pub mod scene;
+pub mod stroke;
+pub mod surface;
+pub mod tessellate;
+pub mod view;
 
 pub use error::PictureError;
 pub use scene::PictureScene;
-
-/// Draws a picture; the file's extension decides which: `.png` a still, `.apng` a moving one.
-///
-/// # Errors
-/// [`PictureError::Extension`] for any other extension, [`PictureError::Write`] if the file cannot
-/// be written.
-pub fn render(scene: &PictureScene, out: &Path) -> Result<(), PictureError> {
-    match kind_of(out)? {
-        Kind::Still => render_png(scene, out),
-        Kind::Moving => render_apng(scene, out),
-    }
-}
-
-/// Whether a path has one of the two extensions, so that a long run need not fail at its end.
-///
-/// # Errors
-/// [`PictureError::Extension`].
-pub fn check_extension(out: &Path) -> Result<(), PictureError> {
-    kind_of(out).map(drop)
-}
-
-/// Draws the robot at several instants of the walk, 1280 x 720 pixels.
-///
-/// # Errors
-/// [`PictureError::Write`] if the file cannot be written.
-pub fn render_png(scene: &PictureScene, out: &Path) -> Result<(), PictureError> {
-    output::write_png(&walk::still(scene), out)
-}
-
-/// Draws the robot walking from start to goal, 800 x 450 pixels, endlessly repeated.
-///
-/// # Errors
-/// [`PictureError::Write`] if the file cannot be written.
-pub fn render_apng(scene: &PictureScene, out: &Path) -> Result<(), PictureError> {
-    output::write_apng(&walk::frames(scene), out)
-}
-
-enum Kind {
-    Still,
-    Moving,
-}
-
-fn kind_of(out: &Path) -> Result<Kind, PictureError> {
-    match out.extension().map(|extension| extension.to_ascii_lowercase()) {
-        Some(extension) if extension == "png" => Ok(Kind::Still),
-        Some(extension) if extension == "apng" => Ok(Kind::Moving),
-        _ => Err(PictureError::Extension { path: out.to_owned() }),
-    }
-}

@@ -1,13 +1,13 @@
 //! The motion of a plan: where the robot is at each instant, and which instants are worth drawing.
 
 use glam::{DQuat, DVec3};
-use surefoot_planner::kinematics::forward::Kinematics;
+use surefoot_planner::kinematics::Kinematics;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::plan_file::{PlanFile, PoseBlock};
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::spatial::interpolate;
+use surefoot_shared_types::base::spatial::interpolate;
+use surefoot_shared_types::plan_format::blocks::{PlanFile, PoseBlock};
+use surefoot_shared_types::robot::model::RobotModel;
 
-use super::PictureError;
+use crate::picture::error::PictureError;
 
 /// Root motion up to this long counts as swaying in place, not as walking, m.
 const SWAY: f64 = 0.15;
@@ -31,31 +31,30 @@ impl PlanMotion {
     /// Takes the waypoints out of a plan.
     pub fn new(model: &RobotModel, plan: &PlanFile) -> Result<Self, PictureError> {
         let order = joint_order(model, plan)?;
-        let moment =
-            |(index, waypoint): (usize, &surefoot_shared_types::plan_file::WaypointBlock)| {
-                let finite = waypoint
-                    .q
-                    .iter()
-                    .chain(&waypoint.root_xyz)
-                    .chain(&waypoint.root_quat_xyzw)
-                    .all(|v| v.is_finite());
-                if waypoint.q.len() != plan.joint_names.len() || !finite || !waypoint.t.is_finite()
-                {
-                    return Err(PictureError::plan(format!(
-                        "waypoint {index} needs {} finite joint positions",
-                        plan.joint_names.len()
-                    )));
-                }
-                let world_from_root = pose_of(&PoseBlock {
-                    xyz: waypoint.root_xyz,
-                    quat_xyzw: waypoint.root_quat_xyzw,
-                });
-                Ok(Moment {
-                    time: waypoint.t,
-                    world_from_root,
-                    q: order.iter().map(|&from| waypoint.q[from]).collect(),
-                })
-            };
+        let moment = |(index, waypoint): (
+            usize,
+            &surefoot_shared_types::plan_format::blocks::WaypointBlock,
+        )| {
+            let finite = waypoint
+                .q
+                .iter()
+                .chain(&waypoint.root_xyz)
+                .chain(&waypoint.root_quat_xyzw)
+                .all(|v| v.is_finite());
+            if waypoint.q.len() != plan.joint_names.len() || !finite || !waypoint.t.is_finite() {
+                return Err(PictureError::plan(format!(
+                    "waypoint {index} needs {} finite joint positions",
+                    plan.joint_names.len()
+                )));
+            }
+            let world_from_root =
+                pose_of(&PoseBlock { xyz: waypoint.root_xyz, quat_xyzw: waypoint.root_quat_xyzw });
+            Ok(Moment {
+                time: waypoint.t,
+                world_from_root,
+                q: order.iter().map(|&from| waypoint.q[from]).collect(),
+            })
+        };
         let moments: Vec<Moment> =
             plan.waypoints.iter().enumerate().map(moment).collect::<Result<_, _>>()?;
         if moments.is_empty() {

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use png::{BitDepth, BlendOp, ColorType, Compression, DisposeOp, Encoder, EncodingError, Filter};
 
-use super::PictureError;
-use super::camera::Size;
+use crate::picture::camera::Size;
+use crate::picture::error::PictureError;
 
 /// A finished picture: sRGB, three bytes a pixel.
 #[derive(Debug, Clone, PartialEq, Eq)]

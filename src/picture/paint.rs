@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 
-use super::camera::{Camera, Size};
-use super::canvas::{Canvas, NOTHING};
-use super::colour::Colour;
-use super::light::Sun;
-use super::scene::WorldKind;
+use crate::picture::camera::{Camera, Size};
+use crate::picture::canvas::{Canvas, NOTHING};
+use crate::picture::colour::Colour;
+use crate::picture::light::Sun;
+use crate::picture::scene::WorldKind;
 
 /// The distance between grid lines, m; every second one is stronger.
 const GRID: f64 = 0.5;

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::camera::Size;
+use crate::picture::camera::Size;
 
 /// Calls `plot` with the pixel's index, the barycentric weights and the interpolated third
 /// coordinate, for each pixel whose centre a triangle covers. `corners` are column, row and any

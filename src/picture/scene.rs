@@ -2,15 +2,16 @@
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::plan_file::PlanFile;
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::scene::World;
+use surefoot_shared_types::plan_format::blocks::PlanFile;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::World;
 
-use super::PictureError;
-use super::marks::{self, EndpointMarker, Foothold, Stance};
-use super::motion::PlanMotion;
-use super::surface::Surface;
-use super::tessellate::triangles_of;
+use crate::picture::error::PictureError;
+use crate::picture::ground_overlay;
+use crate::picture::ground_overlay::{EndpointMarker, Foothold, Stance};
+use crate::picture::motion::PlanMotion;
+use crate::picture::surface::Surface;
+use crate::picture::tessellate::triangles_of;
 
 /// Instants at which the robot is measured to find out what the camera must see.
 const SWEEP_MOMENTS: usize = 24;
@@ -21,27 +22,27 @@ const CARRY_GAP: f64 = 0.01;
 #[derive(Debug, Clone)]
 pub struct PictureScene {
     /// The robot's bodies.
-    pub(super) robot: Vec<RobotBody>,
+    pub(crate) robot: Vec<RobotBody>,
     /// The world's bodies.
-    pub(super) world: Vec<WorldBody>,
+    pub(crate) world: Vec<WorldBody>,
     /// The plan's motion.
-    pub(super) motion: PlanMotion,
+    pub(crate) motion: PlanMotion,
     /// Where feet stand.
-    pub(super) footholds: Vec<Foothold>,
+    pub(crate) footholds: Vec<Foothold>,
     /// On which feet it stands when.
-    pub(super) stances: Vec<Stance>,
+    pub(crate) stances: Vec<Stance>,
     /// The centre of mass at every waypoint, world frame.
-    pub(super) com_path: Vec<DVec3>,
+    pub(crate) com_path: Vec<DVec3>,
     /// Start and goal.
-    pub(super) endpoints: [EndpointMarker; 2],
+    pub(crate) endpoints: [EndpointMarker; 2],
     /// Corners of boxes around the robot's links over the whole walk, world frame, in the order of
     /// time, and those of the footholds.
-    pub(super) sweep: Vec<DVec3>,
+    pub(crate) sweep: Vec<DVec3>,
 }
 
 /// A collision shape of the robot.
 #[derive(Debug, Clone)]
-pub(super) struct RobotBody {
+pub(crate) struct RobotBody {
     /// The link it belongs to.
     pub link: usize,
     /// The foot that it is, if it is one.
@@ -52,7 +53,7 @@ pub(super) struct RobotBody {
 
 /// A shape of the world.
 #[derive(Debug, Clone)]
-pub(super) struct WorldBody {
+pub(crate) struct WorldBody {
     /// Its surface, world frame.
     pub surface: Surface,
     /// What it looks like.
@@ -63,7 +64,7 @@ pub(super) struct WorldBody {
 
 /// How a shape of the world is coloured. A matter of looks only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum WorldKind {
+pub(crate) enum WorldKind {
     /// Wide: a floor or a platform.
     Floor,
     /// Higher than wide: a wall.
@@ -80,7 +81,7 @@ impl PictureScene {
     /// for a hull without volume.
     pub fn new(model: &RobotModel, world: &World, plan: &PlanFile) -> Result<Self, PictureError> {
         let motion = PlanMotion::new(model, plan)?;
-        let (footholds, stances) = marks::contacts(model, plan)?;
+        let (footholds, stances) = ground_overlay::contacts(model, plan)?;
         let robot = robot_bodies(model)?;
         let world = world.shapes.iter().map(|shape| {
             let surface = Surface::new(&triangles_of(&shape.shape, &shape.name)?)
@@ -89,7 +90,7 @@ impl PictureScene {
             Ok(WorldBody { kind: kind_of(&surface), carries, surface })
         });
         let world = world.collect::<Result<_, PictureError>>()?;
-        let endpoints = marks::endpoint_markers(plan, &motion, &footholds);
+        let endpoints = ground_overlay::endpoint_markers(plan, &motion, &footholds);
         let com_path = motion.center_of_mass_path();
         let mut scene = Self {
             robot,
@@ -106,13 +107,13 @@ impl PictureScene {
     }
 
     /// The robot's surfaces at a fractional waypoint, world frame, in the order of `robot`.
-    pub(super) fn robot_at(&self, at: f64) -> Vec<Surface> {
+    pub(crate) fn robot_at(&self, at: f64) -> Vec<Surface> {
         let links = self.motion.world_from_links(at);
         self.robot.iter().map(|body| body.surface.transformed(&links[body.link])).collect()
     }
 
     /// Fractional waypoints spread over the walk, at which it is measured.
-    pub(super) fn sweep_moments(&self) -> Vec<f64> {
+    pub(crate) fn sweep_moments(&self) -> Vec<f64> {
         self.motion.evenly_timed(SWEEP_MOMENTS)
     }
 

@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::camera::{Camera, NEAR, Size};
-use super::canvas::{Canvas, blend};
-use super::colour::Colour;
+use crate::picture::camera::{Camera, NEAR, Size};
+use crate::picture::canvas::{Canvas, blend};
+use crate::picture::colour::Colour;
 
 /// How much nearer than a surface a line on it counts, as a share of the distance.
 const BIAS: f32 = 1.004;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 
-use super::tessellate::Triangles;
+use crate::picture::tessellate::Triangles;
 
 /// Faces that meet at less than this angle's cosine look rounded (about 40 degrees).
 const CREASE_COS: f64 = 0.766;

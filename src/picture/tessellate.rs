@@ -4,7 +4,7 @@ use glam::DVec3;
 use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::Shape;
 
-use super::PictureError;
+use crate::picture::error::PictureError;
 
 /// Points around a body of revolution.
 const TURN_SEGMENTS: usize = 32;

@@ -1,11 +1,11 @@
 //! Where the camera stands, and what must not hide the robot from it.
 
 use glam::{DVec2, DVec3};
-use surefoot_shared_types::spatial::yaw_of;
+use surefoot_shared_types::base::spatial::yaw_of;
 
-use super::camera::{Camera, Size};
-use super::canvas::{Canvas, NOTHING};
-use super::scene::PictureScene;
+use crate::picture::camera::{Camera, Size};
+use crate::picture::canvas::{Canvas, NOTHING};
+use crate::picture::scene::PictureScene;
 
 /// The raster on which it is measured what hides what.
 const PROBE: Size = Size { width: 320, height: 180 };
@@ -79,7 +79,7 @@ fn hidden_shares(scene: &PictureScene, camera: &Camera) -> Vec<f64> {
     }
     scene.footholds.iter().for_each(|foothold| canvas.draw(camera, &foothold.plate, 0));
     let walk = canvas.body.iter().filter(|&&body| body != NOTHING).count().max(1);
-    let hidden = |body: &super::scene::WorldBody| {
+    let hidden = |body: &crate::picture::scene::WorldBody| {
         let mut pixels = 0;
         canvas.visit(camera, &body.surface, |index| {
             pixels += usize::from(canvas.body[index] != NOTHING)

@@ -6,11 +6,11 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-use crate::clock::Stopwatch;
-use crate::line::RoleEvent;
-use crate::signals;
+use crate::report::event::RoleEvent;
+use crate::system::clock::Stopwatch;
+use crate::system::signals;
 
-use super::Role;
+use crate::supervisor::supervisor::Role;
 
 /// Longest line of a role, bytes.
 const LINE_BYTES_MAX: u64 = 1 << 16;
@@ -21,7 +21,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
 /// Output of a role process.
 #[derive(Debug)]
-pub(super) enum ProcessOutput {
+pub(crate) enum ProcessOutput {
     /// A line.
     Event(RoleEvent),
     /// Something else.
@@ -32,14 +32,14 @@ pub(super) enum ProcessOutput {
 
 /// A running role process.
 #[derive(Debug)]
-pub(super) struct Process {
+pub(crate) struct Process {
     child: Child,
 }
 
 impl Process {
     /// Starts `command` in a process group of its own, so that a terminal's Ctrl-C reaches only the
     /// supervisor.
-    pub(super) fn start(
+    pub(crate) fn start(
         mut command: Command,
         role: Role,
         sender: Sender<(Role, ProcessOutput)>,
@@ -60,13 +60,13 @@ impl Process {
     }
 
     /// Asks it to end.
-    pub(super) fn ask_to_end(&self) {
+    pub(crate) fn ask_to_end(&self) {
         signals::ask_to_end(&self.child);
     }
 
     /// Waits for its end, which comes by force if it takes too long; answers its exit status in
     /// words.
-    pub(super) fn wait(mut self) -> String {
+    pub(crate) fn wait(mut self) -> String {
         let watch = Stopwatch::start();
         loop {
             match self.child.try_wait() {

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
-use surefoot_shared_types::plan_file::{
+use surefoot_shared_types::plan_format::blocks::{
     ContactBlock, PhaseBlock, PlanFile, PoseBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
 };
 

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use surefoot_shared_types::message::Check;
-use surefoot_shared_types::plan_file::{EndBlock, ShapeBlock};
+use surefoot_shared_types::plan_format::blocks::{EndBlock, ShapeBlock};
 
-use super::Reason::{self, File, Goal, Start, Violates};
+use super::Reason;
+use super::Reason::{File, Goal, Start, Violates};
 use super::damage::{DamagedPlan, cube_obj, push, turn};
 
 type Damage = (&'static str, Reason, fn(&mut DamagedPlan));

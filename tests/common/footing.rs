@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DVec2, DVec3, dvec2};
-use surefoot_shared_types::scene::load::load_world;
-use surefoot_shared_types::scene::{World, WorldShape};
-use surefoot_shared_types::spatial::{rotation_about, yaw_of};
+use surefoot_shared_types::base::spatial::{rotation_about, yaw_of};
+use surefoot_shared_types::world::load::load_world;
+use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 /// A sole point counts as supported within this height of a surface, m.

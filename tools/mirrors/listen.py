@@ -20,7 +20,7 @@ import surefoot_messages as messages
 
 MODES = ("left foot", "right foot", "both feet")
 POLL_SECONDS = 0.0005
-# What the services keep; see shared-types/src/instance/service.rs.
+# What the services keep; see shared-types/src/instance/participant.rs.
 CHUNKS_KEPT, STATES_KEPT = 8, 256
 
 

@@ -13,8 +13,9 @@ use std::os::unix::fs::OpenOptionsExt;
 use std::time::Duration;
 
 use memmap2::MmapMut;
-use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::{ChannelError, Instance};
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::message::{Feedback, Layout, RobotRecord, WithCrc};
 
 /// The file's name in the instance's folder.
@@ -28,7 +29,7 @@ const LOCK_PAUSE: Duration = Duration::from_millis(5);
 
 /// The record of one robot.
 #[derive(Debug)]
-pub(super) struct Journal {
+pub(crate) struct Journal {
     slots: MmapMut,
     generation: u64,
     /// Held as long as this controller moves the robot.
@@ -37,7 +38,7 @@ pub(super) struct Journal {
 
 impl Journal {
     /// Opens the journal of an instance and locks it; returns the last controller's record.
-    pub(super) fn open(instance: &Instance) -> Result<(Self, Option<RobotRecord>), ChannelError> {
+    pub(crate) fn open(instance: &Instance) -> Result<(Self, Option<RobotRecord>), ChannelError> {
         let path = instance.root().join(FILE);
         let failed =
             |error: std::io::Error| ChannelError::transport("keeping the robot's record", error);
@@ -69,7 +70,7 @@ impl Journal {
     }
 
     /// Writes where the robot stands, in place. The record is complete once this returns.
-    pub(super) fn write(&mut self, stream_after_first: Digest, feedback: &Feedback) {
+    pub(crate) fn write(&mut self, stream_after_first: Digest, feedback: &Feedback) {
         self.generation += 1;
         let slot = (self.generation % 2) as usize;
         let record: &mut RobotRecord =

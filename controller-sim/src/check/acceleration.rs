@@ -6,10 +6,10 @@
 //! segment arrives.
 
 use surefoot_shared_types::message::{Check, Waypoint};
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::model::RobotModel;
 
-use super::Violation;
-use crate::bound::is_at_most;
+use crate::base::comparison::is_at_most;
+use crate::check::checker::Violation;
 
 /// What rounding of the waypoints' times may add to an acceleration, as a share of its limit.
 const ROUNDING: f64 = 1e-6;

@@ -10,11 +10,11 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::{LinkIndex, RobotModel};
+use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::separation::separation;
-use crate::kinematics::{Configuration, Posture};
+use crate::kinematics::forward::{Configuration, Posture};
 
 /// Random configurations tried.
 const CONFIGURATIONS: u32 = 300;

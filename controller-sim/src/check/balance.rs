@@ -2,11 +2,11 @@
 
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::model::RobotModel;
 
-use super::equilibrium::{ALL_FRICTION, Equilibrium};
-use super::{Case, Violation};
-use crate::bound::is_at_most;
+use crate::base::comparison::is_at_most;
+use crate::check::checker::{Case, Violation};
+use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
 
 /// Steps in which the friction reserve is measured.
 const FRICTION_STEPS: u32 = 16;

@@ -1,14 +1,14 @@
 //! Stance feet: each stays at its declared pose, and the world supports it there.
 
+use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::{Check, Contact};
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::spatial::rotation_distance;
+use surefoot_shared_types::robot::model::RobotModel;
 
-use super::motion::Sample;
-use super::support::SoleSupport;
-use super::{Case, Violation};
-use crate::bound::is_at_most;
+use crate::base::comparison::is_at_most;
+use crate::check::checker::{Case, Violation};
+use crate::check::motion::Sample;
+use crate::statics::sole_support::SoleSupport;
 
 /// What remains of the position tolerance of the stance soles, m.
 pub fn check_contact(

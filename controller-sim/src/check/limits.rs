@@ -4,12 +4,12 @@
 
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
-use surefoot_shared_types::robot::{Joint, RobotModel};
+use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
-use super::motion::Change;
-use super::{Case, MotionSegment, Violation};
-use crate::bound::{is_at_most, is_below};
-use crate::kinematics::Configuration;
+use crate::base::comparison::{is_at_most, is_below};
+use crate::check::checker::{Case, MotionSegment, Violation};
+use crate::check::motion::Change;
+use crate::kinematics::forward::Configuration;
 
 /// Rounding allowed at a limit, rad or m.
 const ROUNDING: f64 = 1e-6;

@@ -1,12 +1,12 @@
 //! A segment's motion, sampled finely enough to check it between its waypoints.
 
 use glam::DVec3;
+use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::message::Waypoint;
-use surefoot_shared_types::robot::RobotModel;
-use surefoot_shared_types::spatial::rotation_distance;
+use surefoot_shared_types::robot::model::RobotModel;
 
-use super::limits::Spacing;
-use crate::kinematics::{Configuration, Posture};
+use crate::check::limits::Spacing;
+use crate::kinematics::forward::{Configuration, Posture};
 
 /// The largest joint (rad, m), root position (m) or root rotation (rad) change between two samples.
 const SUBSTEP_MAX: f64 = 0.01;

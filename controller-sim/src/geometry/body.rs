@@ -1,11 +1,11 @@
 //! A solid somewhere: on a link of the robot, or in the world.
 
-use surefoot_shared_types::robot::{LinkIndex, RobotModel};
-use surefoot_shared_types::scene::World;
+use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
+use surefoot_shared_types::world::world::World;
 use surefoot_shared_types::{Pose, Shape};
 
-use super::bounds::Bounds;
-use super::solid::Solid;
+use crate::geometry::bounds::Bounds;
+use crate::geometry::solid::Solid;
 
 /// A solid with its place in a frame: its link's, or the world's.
 #[derive(Debug, Clone)]

@@ -6,9 +6,9 @@ use parry3d_f64::shape::TriMesh;
 use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::{Pose, Shape};
 
-use super::bounds::Bounds;
-use super::separation::face_normal;
-use super::solid::{Solid, triangle_mesh};
+use crate::geometry::bounds::Bounds;
+use crate::geometry::separation::face_normal;
+use crate::geometry::solid::{Solid, triangle_mesh};
 
 /// The first intersection of a ray with a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -17,8 +17,8 @@ use parry3d_f64::query::{Ray, RayCast};
 use parry3d_f64::shape::{SupportMap, TriMesh};
 use surefoot_shared_types::Pose;
 
-use super::body::SolidPose;
-use super::solid::{Convex, Core, Solid};
+use crate::geometry::body::SolidPose;
+use crate::geometry::solid::{Convex, Core, Solid};
 
 /// A lower bound on the signed distance of two solids.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -127,8 +127,9 @@ fn mesh_separation(
                 worst.distance,
             ),
             Solid::Mesh(second) => {
-                let bounds = super::bounds::Bounds::of_points([corners.a, corners.b, corners.c])
-                    .transformed(mesh.1);
+                let bounds =
+                    crate::geometry::bounds::Bounds::of_points([corners.a, corners.b, corners.c])
+                        .transformed(mesh.1);
                 let placed = SolidPose { world_from_solid: *mesh.1, bounds };
                 let solid = Solid::Convex(triangle);
                 let turned = mesh_separation(
@@ -236,8 +237,8 @@ fn faces(core: &Core) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use surefoot_shared_types::Shape;
-    use surefoot_shared_types::shape::MeshSource;
-    use surefoot_shared_types::spatial::rotation_from_rpy;
+    use surefoot_shared_types::base::spatial::rotation_from_rpy;
+    use surefoot_shared_types::geometry::shape::MeshSource;
 
     use super::*;
 

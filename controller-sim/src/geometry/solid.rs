@@ -5,7 +5,7 @@ use parry3d_f64::shape::{SupportMap, TriMesh};
 use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::Shape;
 
-use super::bounds::Bounds;
+use crate::geometry::bounds::Bounds;
 
 /// The sharp part of a convex solid.
 #[derive(Debug, Clone)]

@@ -4,13 +4,13 @@
 #![allow(dead_code, reason = "each test uses a part")]
 
 use glam::{DMat3, DVec2, DVec3};
-use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::message::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
 use surefoot_shared_types::message::{Contact, Waypoint};
-use surefoot_shared_types::robot::{
+use surefoot_shared_types::robot::model::{
     Attachment, Foot, Joint, JointKind, Link, LinkShape, RobotModel,
 };
-use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 /// The arm's joints in `q`; joints 0 and 1 are the hips.

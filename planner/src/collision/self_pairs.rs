@@ -2,16 +2,16 @@
 
 use glam::DAffine3;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::{RobotModel, joints_between};
+use surefoot_shared_types::robot::model::{RobotModel, joints_between};
 
-use super::ball::{Centers, LANES};
-use super::body::{CollisionBody, Part};
-use super::gap::SeparatingDirection;
-use super::kernels::{exceeds, segment_segment_distance_squared};
-use super::narrow::{is_within, separating_direction};
-use crate::kinematics::forward::Kinematics;
+use crate::base::random::{Random, Stream};
+use crate::collision::robot_bodies::{CollisionBody, Part};
+use crate::collision::separating_direction::SeparatingDirection;
+use crate::geometry::distance::{exceeds, segment_segment_distance_squared};
+use crate::geometry::narrow_phase::{is_within, separating_direction};
+use crate::kinematics::Kinematics;
 use crate::kinematics::tree::{affine, pose};
-use crate::random::{Random, Stream};
+use crate::robot::bounding_spheres::{Centers, LANES};
 
 /// A pair of bodies that is checked.
 #[derive(Debug, Clone, Copy)]

@@ -6,15 +6,15 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
-use surefoot_shared_types::spatial::{rotation_about, wrap_angle};
+use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
+use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle};
 
-use super::planes::Plane;
-use super::polygon::area_and_centroid;
-use super::propose::PlacementQuery;
-use super::regions::{extent, shift_onto, shift_to_centre, shift_within};
-use super::scratch::Scratch;
-use super::surfaces::Surfaces;
+use crate::foot_placement::planes::Plane;
+use crate::foot_placement::propose::PlacementQuery;
+use crate::foot_placement::scratch::Scratch;
+use crate::foot_placement::sole_fit::{extent, shift_onto, shift_to_centre, shift_within};
+use crate::foot_placement::surfaces::Surfaces;
+use crate::geometry::polygon::area_and_centroid;
 
 /// Most features of one plane that are proposed on one by one.
 const SINGLES_MAX: usize = 12;
@@ -35,7 +35,7 @@ const PARTIAL_COST: f64 = 0.05;
 
 /// A placement to examine.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate {
+pub(crate) struct Candidate {
     /// Smaller is tried first, m.
     pub cost: f64,
     /// The placement.
@@ -88,7 +88,7 @@ impl TurnedSole {
 impl Surfaces {
     /// Begins to list candidates for a query whose features are gathered: the ideal on every
     /// plane.
-    pub(super) fn begin_candidates(&self, scratch: &mut Scratch, query: &PlacementQuery) {
+    pub(crate) fn begin_candidates(&self, scratch: &mut Scratch, query: &PlacementQuery) {
         scratch.candidates.clear();
         scratch.waiting.clear();
         self.list_planes(scratch, query);
@@ -103,7 +103,7 @@ impl Surfaces {
     /// Adds the next best candidate to `scratch.candidates`; returns whether there was one. What
     /// else lies in a plane than the ideal is listed only once it may be next: most requests are
     /// content with the first few.
-    pub(super) fn next_candidate(&self, scratch: &mut Scratch, query: &PlacementQuery) -> bool {
+    pub(crate) fn next_candidate(&self, scratch: &mut Scratch, query: &PlacementQuery) -> bool {
         while let Some(&plane) = scratch.planes.get(scratch.planes_listed)
             && !scratch.waiting.is_full()
             && scratch.waiting.peek().is_none_or(|next| plane.distance < next.cost)
@@ -295,17 +295,18 @@ fn shifts_over(face: [f64; 2], sole: [f64; 2]) -> heapless::Vec<f64, 3> {
 }
 
 /// The centre of a sole polygon in the sole frame.
-pub(super) fn centre_of(sole_polygon: &[DVec2]) -> DVec2 {
+pub(crate) fn centre_of(sole_polygon: &[DVec2]) -> DVec2 {
     area_and_centroid(sole_polygon).1
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foot_placement::{FootPlacementConfig, SampleLimits};
+    use crate::foot_placement::config::FootPlacementConfig;
+    use crate::foot_placement::propose::SampleLimits;
     use glam::DVec3;
     use surefoot_shared_types::Shape;
-    use surefoot_shared_types::scene::{World, WorldShape};
+    use surefoot_shared_types::world::world::{World, WorldShape};
 
     /// Five steps, each 0.12 m above the one before, and three bars beside them.
     fn steps_and_bars() -> Surfaces {

@@ -3,8 +3,8 @@
 use glam::DVec2;
 use surefoot_shared_types::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX};
 
-use super::SurfacesError;
-use super::polygon::{area_and_centroid, inner_distance};
+use crate::foot_placement::sole_support::SurfacesError;
+use crate::geometry::polygon::{area_and_centroid, inner_distance};
 
 /// What counts as support, and the bounds of the search for it. All lengths in metres, angles in
 /// radians.
@@ -137,7 +137,7 @@ impl FootPlacementConfig {
     }
 
     /// Rejects values outside their range, naming the field.
-    pub(super) fn validate(&self) -> Result<(), SurfacesError> {
+    pub(crate) fn validate(&self) -> Result<(), SurfacesError> {
         let reals = [
             ("support_area_min", self.support_area_min, 1e-6, 1.0),
             ("support_area_inflation", self.support_area_inflation, 1.0, 10.0),
@@ -190,9 +190,9 @@ impl FootPlacementConfig {
 }
 
 /// The largest `sample_attempts_near_ideal`.
-pub(super) const NEAR_TARGETS_MAX: usize = 5;
+pub(crate) const NEAR_TARGETS_MAX: usize = 5;
 /// The largest `neighbors`: they are kept on the stack.
-pub(super) const NEIGHBORS_MAX: usize = 64;
+pub(crate) const NEIGHBORS_MAX: usize = 64;
 
 #[cfg(test)]
 mod tests {

@@ -12,16 +12,16 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
 
-use super::candidates::Candidate;
-use super::polygon::{edges, inward_normal};
-use super::propose::{
+use crate::base::random::{Random, Stream};
+use crate::foot_placement::candidates::Candidate;
+use crate::foot_placement::propose::{
     PlacementQuery, PlacementStats, Proposal, Source, SupportedSole, keep_nearest,
 };
-use super::scratch::Scratch;
-use super::support::SupportRequirement;
-use super::surfaces::{Element, Face, Surfaces};
-use super::{NoSupport, Support};
-use crate::random::{Random, Stream};
+use crate::foot_placement::scratch::Scratch;
+use crate::foot_placement::sole_support::{NoSupport, Support};
+use crate::foot_placement::support::SupportRequirement;
+use crate::foot_placement::surfaces::{Element, Face, Surfaces};
+use crate::geometry::polygon::{edges, inward_normal};
 
 /// The steepest face that a sole is nested on or against, as its normal's z: 70 degrees.
 const NORMAL_Z_MIN: f64 = 0.342;

@@ -2,20 +2,20 @@
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::yaw_of;
+use surefoot_shared_types::base::spatial::yaw_of;
 
-use super::pose_on_plane;
-use super::propose::PlacementQuery;
-use super::regions::{extent, narrowest_direction};
-use super::scratch::Scratch;
-use super::surfaces::{CurvedSurface, Element, FACE_VERTICES_MAX, Surfaces};
+use crate::foot_placement::propose::PlacementQuery;
+use crate::foot_placement::scratch::Scratch;
+use crate::foot_placement::sole_fit::{extent, narrowest_direction};
+use crate::foot_placement::sole_support::pose_on_plane;
+use crate::foot_placement::surfaces::{CurvedSurface, Element, FACE_VERTICES_MAX, Surfaces};
 
 /// Most curved features whose common tangent planes are tried.
 const TANGENT_SURFACES_MAX: usize = 8;
 
 /// A plane that a sole may lie in.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Plane {
+pub(crate) struct Plane {
     /// Origin straight above or below the ideal position, z its normal, x the ideal heading.
     pub world_from_plane: Pose,
     /// The normal in the world.
@@ -26,7 +26,7 @@ pub(super) struct Plane {
 
 /// A feature seen in a plane.
 #[derive(Debug, Clone)]
-pub(super) struct Footprint {
+pub(crate) struct Footprint {
     /// A face's outline, a line's two ends, or a point; in the plane frame.
     pub outline: heapless::Vec<DVec2, FACE_VERTICES_MAX>,
     /// The unit direction across its narrow side.
@@ -43,7 +43,7 @@ impl Footprint {
 impl Surfaces {
     /// The planes of the gathered features, nearest first, then those tangent to two curved
     /// features.
-    pub(super) fn list_planes(&self, scratch: &mut Scratch, query: &PlacementQuery) {
+    pub(crate) fn list_planes(&self, scratch: &mut Scratch, query: &PlacementQuery) {
         scratch.planes.clear();
         let mut curved_surfaces: heapless::Vec<CurvedSurface, TANGENT_SURFACES_MAX> =
             heapless::Vec::new();
@@ -102,7 +102,7 @@ impl Surfaces {
     }
 
     /// The gathered features that lie in a plane, as seen in it, nearest first.
-    pub(super) fn list_footprints(&self, scratch: &mut Scratch, plane: &Plane) {
+    pub(crate) fn list_footprints(&self, scratch: &mut Scratch, plane: &Plane) {
         scratch.footprints.clear();
         let tolerance = self.config.plane_distance_max;
         let in_plane = |p: DVec3| plane.world_from_plane.inverse_transform_point(p);

@@ -6,14 +6,14 @@ use std::ops::ControlFlow;
 use glam::{DQuat, DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::spatial::rotation_about;
+use surefoot_shared_types::base::spatial::rotation_about;
 
-use super::polygon::area_and_centroid;
-use super::scratch::Scratch;
-use super::support::SupportRequirement;
-use super::surfaces::Surfaces;
-use super::{NoSupport, Support};
-use crate::random::{Random, Stream};
+use crate::base::random::{Random, Stream};
+use crate::foot_placement::scratch::Scratch;
+use crate::foot_placement::sole_support::{NoSupport, Support};
+use crate::foot_placement::support::SupportRequirement;
+use crate::foot_placement::surfaces::Surfaces;
+use crate::geometry::polygon::area_and_centroid;
 
 /// Candidates that are perturbed at random.
 const PERTURBED_MAX: usize = 8;
@@ -119,19 +119,19 @@ pub struct PlacementStats {
 
 impl PlacementQuery<'_> {
     /// Whether a pose of the sole is within reach of the ideal.
-    pub(super) fn reaches(&self, world_from_sole: &Pose) -> bool {
+    pub(crate) fn reaches(&self, world_from_sole: &Pose) -> bool {
         self.is_near(world_from_sole.translation) && self.heads(world_from_sole.rotation)
     }
 
     /// Whether a position of the sole is near enough to the ideal one.
-    pub(super) fn is_near(&self, position: DVec3) -> bool {
+    pub(crate) fn is_near(&self, position: DVec3) -> bool {
         let moved = position - self.ideal.translation;
         moved.truncate().length() <= self.reach_xy + 1e-9
             && (self.reach_z[0] - 1e-9..=self.reach_z[1] + 1e-9).contains(&moved.z)
     }
 
     /// Whether a rotation of the sole heads near enough to where the ideal one does.
-    pub(super) fn heads(&self, world_from_sole: DQuat) -> bool {
+    pub(crate) fn heads(&self, world_from_sole: DQuat) -> bool {
         let [heading, ideal] =
             [world_from_sole, self.ideal.rotation].map(|rotation| (rotation * DVec3::X).truncate());
         heading.dot(ideal)
@@ -141,18 +141,18 @@ impl PlacementQuery<'_> {
     }
 
     /// The sole's area, m2.
-    pub(super) fn sole_area(&self) -> f64 {
+    pub(crate) fn sole_area(&self) -> f64 {
         area_and_centroid(self.sole_polygon).0
     }
 
     /// The largest distance of the sole's outline from its frame's origin, m.
-    pub(super) fn sole_radius(&self) -> f64 {
+    pub(crate) fn sole_radius(&self) -> f64 {
         self.sole_polygon.iter().map(|p| p.length()).fold(0.0, f64::max)
     }
 
     /// The box in the world where surfaces may be for this query, its horizontal size scaled by
     /// `share`.
-    pub(super) fn region(&self, share: f64) -> Aabb {
+    pub(crate) fn region(&self, share: f64) -> Aabb {
         let side = self.reach_xy * share + self.sole_radius();
         let lower =
             self.ideal.translation + DVec3::new(-side, -side, self.reach_z[0] - self.sole_radius());
@@ -163,7 +163,7 @@ impl PlacementQuery<'_> {
 }
 
 /// A query in progress.
-pub(super) struct Proposal<'a, 'r> {
+pub(crate) struct Proposal<'a, 'r> {
     pub surfaces: &'a Surfaces,
     pub scratch: &'a mut Scratch,
     pub query: &'a PlacementQuery<'r>,
@@ -199,7 +199,7 @@ impl Surfaces {
     }
 
     /// Lists the nearest features within reach that may carry, nearest first.
-    pub(super) fn gather(&self, scratch: &mut Scratch, query: &PlacementQuery) {
+    pub(crate) fn gather(&self, scratch: &mut Scratch, query: &PlacementQuery) {
         for step in (0..GATHERING_STEPS).rev() {
             scratch.features.clear();
             self.gather_in(scratch, query, &query.region(1.0 / f64::from(1 << step)));
@@ -224,7 +224,7 @@ impl Surfaces {
     }
 
     /// Lists a feature by its distance from the ideal; of too many only the nearest stay.
-    pub(super) fn list_feature(&self, scratch: &mut Scratch, query: &PlacementQuery, id: u32) {
+    pub(crate) fn list_feature(&self, scratch: &mut Scratch, query: &PlacementQuery, id: u32) {
         if scratch.features.is_full() {
             keep_nearest(scratch, self.config.features_max);
         }
@@ -234,7 +234,7 @@ impl Surfaces {
     }
 }
 
-pub(super) fn keep_nearest(scratch: &mut Scratch, count: usize) {
+pub(crate) fn keep_nearest(scratch: &mut Scratch, count: usize) {
     scratch.features.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     scratch.features.truncate(count);
 }
@@ -289,7 +289,7 @@ impl Proposal<'_, '_> {
 
     /// The requirement with this share of the inflation of the area's bound, from 1 to 0
     /// [Grey 4.1.2].
-    pub(super) fn requirement(&self, share: f64) -> SupportRequirement {
+    pub(crate) fn requirement(&self, share: f64) -> SupportRequirement {
         let config = &self.surfaces.config;
         let area_min =
             config.support_area_min * (1.0 + (config.support_area_inflation - 1.0) * share);
@@ -332,7 +332,7 @@ impl Proposal<'_, '_> {
 
     /// Hands a placement out if the sole is supported and the foot free there. Returns whether it
     /// was, or breaks if the caller stops the query.
-    pub(super) fn examine(
+    pub(crate) fn examine(
         &mut self,
         world_from_sole: Pose,
         source: Source,
@@ -355,7 +355,7 @@ impl Proposal<'_, '_> {
     }
 
     /// Hands out a carried sole if the foot is free there.
-    pub(super) fn hand_out(
+    pub(crate) fn hand_out(
         &mut self,
         world_from_sole: Pose,
         support: Support,
@@ -376,7 +376,7 @@ impl Proposal<'_, '_> {
 
 /// What became of a placement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Examined {
+pub(crate) enum Examined {
     /// Handed out.
     Found,
     /// The foot collides there.

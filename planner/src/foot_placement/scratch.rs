@@ -4,18 +4,18 @@ use std::collections::BinaryHeap;
 
 use glam::{DVec2, DVec3};
 
-use super::FootPlacementConfig;
-use super::candidates::Candidate;
-use super::planes::{Footprint, Plane};
-use super::surfaces::FACE_VERTICES_MAX;
+use crate::foot_placement::candidates::Candidate;
+use crate::foot_placement::config::FootPlacementConfig;
+use crate::foot_placement::planes::{Footprint, Plane};
+use crate::foot_placement::surfaces::FACE_VERTICES_MAX;
 
 /// Most vertices of a face being clipped: its own plus one for every clip plane.
-pub(super) const CLIP_VERTICES_MAX: usize = FACE_VERTICES_MAX + 24;
+pub(crate) const CLIP_VERTICES_MAX: usize = FACE_VERTICES_MAX + 24;
 
 /// A polygon being clipped, and the spare it is clipped into; both hold up to [`CLIP_VERTICES_MAX`]
 /// without growing.
 #[derive(Debug)]
-pub(super) struct ClipBuffer {
+pub(crate) struct ClipBuffer {
     /// The polygon.
     pub polygon: Vec<DVec3>,
     /// Where the next clip goes.
@@ -32,29 +32,29 @@ impl ClipBuffer {
 }
 
 /// Memory of one caller's queries; no query allocates beyond it. One per thread, any number of
-/// [`super::Surfaces`].
+/// [`crate::foot_placement::surfaces::Surfaces`].
 #[derive(Debug)]
 pub struct Scratch {
-    pub(super) clip: ClipBuffer,
-    pub(super) contact_points: Bounded<DVec2>,
-    pub(super) hull: Vec<DVec2>,
+    pub(crate) clip: ClipBuffer,
+    pub(crate) contact_points: Bounded<DVec2>,
+    pub(crate) hull: Vec<DVec2>,
     /// The point of the last rejected support that stands furthest above the sole plane, in the
     /// world.
-    pub(super) intrusion: Option<DVec3>,
-    pub(super) features: Bounded<(f64, u32)>,
-    pub(super) planes: Bounded<Plane>,
+    pub(crate) intrusion: Option<DVec3>,
+    pub(crate) features: Bounded<(f64, u32)>,
+    pub(crate) planes: Bounded<Plane>,
     /// The planes of which the candidates are listed.
-    pub(super) planes_listed: usize,
-    pub(super) footprints: Bounded<Footprint>,
+    pub(crate) planes_listed: usize,
+    pub(crate) footprints: Bounded<Footprint>,
     /// Candidates, best first, as far as requested.
-    pub(super) candidates: Bounded<Candidate>,
+    pub(crate) candidates: Bounded<Candidate>,
     /// Those that are listed and come after.
-    pub(super) waiting: BoundedHeap<Candidate>,
+    pub(crate) waiting: BoundedHeap<Candidate>,
     /// Candidates with less area than required at first, by index.
-    pub(super) deferred: Bounded<u32>,
-    pub(super) intersection_points: Bounded<DVec3>,
+    pub(crate) deferred: Bounded<u32>,
+    pub(crate) intersection_points: Bounded<DVec3>,
     /// The ground under a sole that is set down, in the sole frame.
-    pub(super) ground: Bounded<DVec3>,
+    pub(crate) ground: Bounded<DVec3>,
 }
 
 impl Scratch {
@@ -110,7 +110,7 @@ const GATHERING_FACTOR: usize = 4;
 
 /// Capacity of a list, and the number of items dropped beyond it.
 #[derive(Debug)]
-pub(super) struct Capacity {
+pub(crate) struct Capacity {
     count_max: usize,
     /// How many items were dropped so far.
     pub dropped: u64,
@@ -131,7 +131,7 @@ impl Capacity {
 
 /// A list that never grows beyond its first capacity: what does not fit is counted and dropped.
 #[derive(Debug)]
-pub(super) struct Bounded<T> {
+pub(crate) struct Bounded<T> {
     items: Vec<T>,
     /// Its capacity.
     pub capacity: Capacity,
@@ -184,7 +184,7 @@ impl<T> std::ops::DerefMut for Bounded<T> {
 
 /// A heap that never grows beyond its first capacity, like [`Bounded`].
 #[derive(Debug)]
-pub(super) struct BoundedHeap<T> {
+pub(crate) struct BoundedHeap<T> {
     items: BinaryHeap<T>,
     capacity: Capacity,
 }

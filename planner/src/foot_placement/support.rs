@@ -3,16 +3,16 @@
 use glam::{DMat3, DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::message::limits::POLYGON_VERTICES_MAX;
+use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
-use super::polygon::{
+use crate::foot_placement::scratch::{Bounded, Scratch};
+use crate::foot_placement::sole_support::{NoSupport, Support};
+use crate::foot_placement::surfaces::{CurvedSurface, Element, Face, SurfaceEnds, Surfaces};
+use crate::geometry::bvh;
+use crate::geometry::polygon::{
     Sides, area_and_centroid, clip, clip_to_sides, convex_hull, cross, distance_to, edges,
     inner_distance, sides_of, simplify, width,
 };
-use super::scratch::{Bounded, Scratch};
-use super::surfaces::{CurvedSurface, Element, Face, SurfaceEnds, Surfaces};
-use super::{NoSupport, Support};
-use crate::collision::bvh;
 
 /// A surface that only touches the outline does not stand in it: how far inside it must be, m.
 const OUTLINE_INSET: f64 = 1e-4;
@@ -24,7 +24,7 @@ const AXIS_SEARCH_STEPS: usize = 48;
 
 /// Requirements on a support.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SupportRequirement {
+pub(crate) struct SupportRequirement {
     /// The smallest area, m2.
     pub area_min: f64,
     /// Whether surfaces steeper than friction holds carry too: something else keeps the foot from
@@ -36,10 +36,10 @@ pub(super) struct SupportRequirement {
 }
 
 /// A sole at a pose.
-pub(super) struct PosedSole<'a> {
+pub(crate) struct PosedSole<'a> {
     outline: &'a [DVec2],
     /// The outline's sides.
-    pub(super) sides: Sides,
+    pub(crate) sides: Sides,
     world_from_sole: &'a Pose,
     /// The rotation part of `sole_from_world`.
     sole_from_world: DMat3,
@@ -50,7 +50,7 @@ pub(super) struct PosedSole<'a> {
 
 impl<'a> PosedSole<'a> {
     /// A sole that only surfaces within the friction cone carry.
-    pub(super) fn new(outline: &'a [DVec2], world_from_sole: &'a Pose) -> Self {
+    pub(crate) fn new(outline: &'a [DVec2], world_from_sole: &'a Pose) -> Self {
         let rotation = DMat3::from_quat(world_from_sole.rotation);
         Self {
             outline,
@@ -63,12 +63,12 @@ impl<'a> PosedSole<'a> {
     }
 
     /// A point of the world in the sole frame.
-    pub(super) fn in_sole(&self, point: DVec3) -> DVec3 {
+    pub(crate) fn in_sole(&self, point: DVec3) -> DVec3 {
         self.sole_from_world * (point - self.world_from_sole.translation)
     }
 
     /// The box in the world around the outline between two heights above the sole plane.
-    pub(super) fn region(&self, lowest: f64, highest: f64) -> Aabb {
+    pub(crate) fn region(&self, lowest: f64, highest: f64) -> Aabb {
         let corner = |p: &DVec2, z: f64| *self.world_from_sole * p.extend(z);
         let corners = self.outline.iter().flat_map(|p| [corner(p, lowest), corner(p, highest)]);
         let around = bvh::Aabb::of_points(corners);
@@ -122,7 +122,7 @@ impl Surfaces {
     }
 
     /// The support of a sole at a pose if it meets the requirement.
-    pub(super) fn support_of(
+    pub(crate) fn support_of(
         &self,
         scratch: &mut Scratch,
         sole_polygon: &[DVec2],

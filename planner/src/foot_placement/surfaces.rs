@@ -3,16 +3,18 @@
 use glam::{DVec2, DVec3};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
-use surefoot_shared_types::scene::World;
+use surefoot_shared_types::world::world::World;
 
-use super::{FootPlacementConfig, SurfacesError, build};
+use crate::foot_placement::config::FootPlacementConfig;
+use crate::foot_placement::sole_support::SurfacesError;
+use crate::foot_placement::world_elements;
 
 /// Most vertices of a face; larger outlines are split or approximated from inside.
-pub(super) const FACE_VERTICES_MAX: usize = 64;
+pub(crate) const FACE_VERTICES_MAX: usize = 64;
 
 /// A planar convex piece of the boundary of a shape.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Face {
+pub(crate) struct Face {
     /// Outward unit normal.
     pub normal: DVec3,
     /// `normal . p` of its points, m.
@@ -27,7 +29,7 @@ pub(super) struct Face {
 
 /// How a curved shape ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum SurfaceEnds {
+pub(crate) enum SurfaceEnds {
     /// A cylinder: the flat caps and the side are also faces, for collision.
     Flat,
     /// A capsule or a ball.
@@ -36,7 +38,7 @@ pub(super) enum SurfaceEnds {
 
 /// The side of a cylinder, a capsule, or a ball (`a == b`).
 #[derive(Debug, Clone, Copy)]
-pub(super) struct CurvedSurface {
+pub(crate) struct CurvedSurface {
     /// One end of the axis.
     pub a: DVec3,
     /// The other end.
@@ -69,7 +71,7 @@ impl CurvedSurface {
 
 /// One element of the compiled world.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Element<'a> {
+pub(crate) enum Element<'a> {
     /// A face and its vertices, counter-clockwise seen from outside.
     Face(&'a Face, &'a [DVec3]),
     /// A curved surface.
@@ -79,17 +81,17 @@ pub(super) enum Element<'a> {
 /// Everything that a sole can rest on or bump into, compiled once from a world.
 #[derive(Debug, Clone)]
 pub struct Surfaces {
-    pub(super) config: FootPlacementConfig,
-    pub(super) faces: Vec<Face>,
-    pub(super) vertices: Vec<DVec3>,
-    pub(super) curved_surfaces: Vec<CurvedSurface>,
+    pub(crate) config: FootPlacementConfig,
+    pub(crate) faces: Vec<Face>,
+    pub(crate) vertices: Vec<DVec3>,
+    pub(crate) curved_surfaces: Vec<CurvedSurface>,
     bvh: Bvh,
     /// The cosine of the steepest tilt of a carrying surface.
-    pub(super) steepest_cos: f64,
+    pub(crate) steepest_cos: f64,
     /// The cosine of the largest angle between the normals of a sole and of what carries it.
-    pub(super) carrying_cos: f64,
+    pub(crate) carrying_cos: f64,
     /// The cosine of the largest angle between the normals of features of one plane.
-    pub(super) coplanar_cos: f64,
+    pub(crate) coplanar_cos: f64,
 }
 
 impl Surfaces {
@@ -99,7 +101,7 @@ impl Surfaces {
     /// A parameter out of range, or a shape without volume (named).
     pub fn new(world: &World, config: FootPlacementConfig) -> Result<Self, SurfacesError> {
         config.validate()?;
-        let elements = build::elements_of(world)?;
+        let elements = world_elements::elements_of(world)?;
         let steepest = (libm::atan(world.mu) - config.friction_margin).max(0.0);
         let [carrying_cos, coplanar_cos] =
             [config.normal_tilt_max, config.plane_tilt_max].map(libm::cos);
@@ -138,7 +140,7 @@ impl Surfaces {
     }
 
     /// The element with this number.
-    pub(super) fn element(&self, id: u32) -> Element<'_> {
+    pub(crate) fn element(&self, id: u32) -> Element<'_> {
         match self.faces.get(id as usize) {
             Some(face) => Element::Face(face, self.face_vertices(face)),
             None => Element::Curved(&self.curved_surfaces[id as usize - self.faces.len()]),
@@ -146,17 +148,17 @@ impl Surfaces {
     }
 
     /// The elements whose boxes overlap the box from `lower` to `upper`, in a fixed order.
-    pub(super) fn elements_in<'a>(&'a self, region: &'a Aabb) -> impl Iterator<Item = u32> + 'a {
+    pub(crate) fn elements_in<'a>(&'a self, region: &'a Aabb) -> impl Iterator<Item = u32> + 'a {
         self.bvh.intersect_aabb(region)
     }
 
     /// Whether a surface with this normal may carry.
-    pub(super) fn is_flat_enough(&self, normal: DVec3) -> bool {
+    pub(crate) fn is_flat_enough(&self, normal: DVec3) -> bool {
         normal.z >= self.steepest_cos
     }
 
     /// Whether some part of the element may carry a sole.
-    pub(super) fn may_carry(&self, id: u32) -> bool {
+    pub(crate) fn may_carry(&self, id: u32) -> bool {
         match self.element(id) {
             Element::Face(face, _) => self.is_flat_enough(face.normal),
             Element::Curved(curved) => {
@@ -167,7 +169,7 @@ impl Surfaces {
 
     /// The horizontal distance from a point to the outline of an element seen from above, and the
     /// height of the element there, m.
-    pub(super) fn distance_and_height(&self, id: u32, from: DVec2) -> (f64, f64) {
+    pub(crate) fn distance_and_height(&self, id: u32, from: DVec2) -> (f64, f64) {
         match self.element(id) {
             Element::Face(face, vertices) => {
                 let near = nearest_on_outline(vertices, from);
@@ -177,7 +179,7 @@ impl Surfaces {
             }
             Element::Curved(curved) => {
                 let (a, b) = (curved.a.truncate(), curved.b.truncate());
-                let near = super::polygon::closest_on_segment(a, b, from);
+                let near = crate::geometry::polygon::closest_on_segment(a, b, from);
                 let length = (b - a).length();
                 let share = if length < 1e-12 { 0.0 } else { (near - a).length() / length };
                 (
@@ -212,7 +214,7 @@ fn nearest_on_outline(vertices: &[DVec3], from: DVec2) -> DVec2 {
     if sides().all(|(a, b)| (b - a).perp_dot(from - a) >= 0.0) {
         return from;
     }
-    let near = sides().map(|(a, b)| super::polygon::closest_on_segment(a, b, from));
+    let near = sides().map(|(a, b)| crate::geometry::polygon::closest_on_segment(a, b, from));
     near.min_by(|p, q| p.distance_squared(from).total_cmp(&q.distance_squared(from)))
         .unwrap_or(from)
 }

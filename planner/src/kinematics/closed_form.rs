@@ -16,10 +16,10 @@
 
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::JointKind;
+use surefoot_shared_types::robot::model::JointKind;
 
-use super::arc::{AngleInterval, UnitRotation};
-use super::leg::{LegJoint, LegPositions};
+use crate::kinematics::angle_interval::{AngleInterval, UnitRotation};
+use crate::kinematics::leg::{LegJoint, LegPositions};
 
 /// How exactly axes must meet and be parallel, m and sine of the angle.
 const GEOMETRY_TOLERANCE: f64 = 1e-9;

@@ -2,8 +2,8 @@
 
 use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::{JointKind, RobotModel};
-use surefoot_shared_types::spatial::rotation_about;
+use surefoot_shared_types::base::spatial::rotation_about;
+use surefoot_shared_types::robot::model::{JointKind, RobotModel};
 
 /// The robot's tree, compiled for forward kinematics.
 #[derive(Debug, Clone)]

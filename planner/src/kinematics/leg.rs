@@ -5,10 +5,10 @@
 use glam::DVec3;
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::{Joint, JointIndex, JointKind, LimbIndex, RobotModel};
+use surefoot_shared_types::robot::model::{Joint, JointIndex, JointKind, LimbIndex, RobotModel};
 
-use super::closed_form::ClosedForm;
-use super::newton::Newton;
+use crate::kinematics::closed_form::ClosedForm;
+use crate::kinematics::newton::Newton;
 
 /// Most joints of a leg.
 pub const LEG_JOINTS_MAX: usize = 8;
@@ -178,7 +178,8 @@ impl LegJoint {
     pub fn motion(&self, position: f64) -> Pose {
         match self.kind {
             JointKind::Revolute => {
-                let rotation = surefoot_shared_types::spatial::rotation_about(self.axis, position);
+                let rotation =
+                    surefoot_shared_types::base::spatial::rotation_about(self.axis, position);
                 Pose::from_parts(self.point - rotation * self.point, rotation)
             }
             JointKind::Prismatic => Pose::from_translation(self.axis * position),
@@ -221,6 +222,6 @@ fn zero_poses(model: &RobotModel, leg: &[JointIndex]) -> Vec<Pose> {
         .enumerate()
         .map(|(joint, &standing)| if leg.contains(&joint) { 0.0 } else { standing })
         .collect();
-    super::Kinematics::new(model).forward(&Pose::IDENTITY, &q, &mut poses);
+    crate::kinematics::forward::Kinematics::new(model).forward(&Pose::IDENTITY, &q, &mut poses);
     poses
 }

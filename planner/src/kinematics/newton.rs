@@ -5,11 +5,11 @@
 use glam::{DMat3, DQuat, DVec3};
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::JointKind;
-use surefoot_shared_types::spatial::scaled_axis_from_rotation;
+use surefoot_shared_types::base::spatial::scaled_axis_from_rotation;
+use surefoot_shared_types::robot::model::JointKind;
 
-use super::leg::{LEG_JOINTS_MAX, LegJoint, LegPositions};
-use crate::random::{Random, Stream};
+use crate::base::random::{Random, Stream};
+use crate::kinematics::leg::{LEG_JOINTS_MAX, LegJoint, LegPositions};
 
 /// Newton steps from one start; from near the solution three or four suffice.
 const ITERATIONS_MAX: usize = 16;

@@ -4,8 +4,8 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::message::limits::JOINTS_MAX;
-use surefoot_shared_types::robot::{JointIndex, JointKind, RobotModel};
+use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::robot::model::{JointIndex, JointKind, RobotModel};
 
 /// The root and one node to each joint.
 pub const NODES_MAX: usize = JOINTS_MAX + 1;
@@ -178,7 +178,7 @@ impl KinematicNode {
                 DMat3::from_cols(c * r.x_axis + s * r.y_axis, c * r.y_axis - s * r.x_axis, r.z_axis)
             }
             JointMotion::Rotation(axis) => {
-                r * DMat3::from_quat(surefoot_shared_types::spatial::rotation_about(axis, q))
+                r * DMat3::from_quat(surefoot_shared_types::base::spatial::rotation_about(axis, q))
             }
             JointMotion::Translation(axis) => {
                 return DAffine3 { matrix3: r, translation: translation + r * (axis * q) };

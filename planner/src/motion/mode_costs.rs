@@ -5,8 +5,8 @@
 //! lead the search to the modes that may close the gap between what hangs together with the start
 //! and what with the goal, and away from those where it has laboured without success.
 
-use crate::arena::{LazilyFilled, filled, reserve};
-use crate::motion::graph::{ArenaFull, FootholdId, ModeGraph, TransitionId, boundary_of};
+use crate::base::arena::{LazilyFilled, filled, reserve};
+use crate::motion::mode_graph::{ArenaFull, FootholdId, ModeGraph, TransitionId, boundary_of};
 
 /// A mode: one placement carries the robot, or the two of a transition and its twin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -199,12 +199,12 @@ impl ModeCosts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Configuration;
-    use crate::motion::foothold::Foothold;
-    use crate::motion::graph::{GOAL, START, boundary_node};
+    use crate::constraints::foothold::Foothold;
+    use crate::motion::mode_graph::{GOAL, START, boundary_node};
+    use crate::robot::mechanism::Configuration;
     use glam::{DQuat, DVec3};
     use surefoot_shared_types::Pose;
-    use surefoot_shared_types::message::limits::JOINTS_MAX;
+    use surefoot_shared_types::base::limits::JOINTS_MAX;
 
     const ENDS: usize = 5;
 

@@ -6,16 +6,16 @@
 //! random, as long as that brings something. [`Pass::Corners`] goes along the whole path, cuts
 //! corners, and leaves out needless waypoints.
 
-use surefoot_shared_types::spatial::rotation_distance;
+use surefoot_shared_types::base::spatial::rotation_distance;
 
-use crate::body::Configuration;
-use crate::collision::FootPhase;
-use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::swing::MotionShape;
-use crate::motion::track::{LocalPath, ModeState, Progress};
-use crate::motion::tree::METRES_PER_RADIAN;
+use crate::base::random::Random;
+use crate::collision::model::FootPhase;
+use crate::constraints::constraints::{Constraints, Mode, Rejection};
+use crate::motion::cbirrt::METRES_PER_RADIAN;
+use crate::motion::local_planner::{LocalPath, ModeState, Progress};
+use crate::motion::swing_shapes::MotionShape;
 use crate::motion::workspace::{Workspace, push};
-use crate::random::Random;
+use crate::robot::mechanism::Configuration;
 
 /// A swing foot keeps its way this near to where the motion begins and ends, m: it leaves and
 /// reaches a placement along the sole's normal.

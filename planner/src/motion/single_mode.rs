@@ -7,12 +7,12 @@
 //! A search is advanced by one unit of work at a time, so that no step of the planner need wait for
 //! its end.
 
-use crate::collision::FootPhase;
-use crate::constraint::{Constraints, Mode, Rejection};
-use crate::motion::lift::LiftOff;
-use crate::motion::swing::{MotionShape, SHIFTS, SWINGS};
-use crate::motion::track::{LocalPath, LocalPlanner, ModeState, Progress};
-use crate::motion::tree::Cbirrt;
+use crate::collision::model::FootPhase;
+use crate::constraints::constraints::{Constraints, Mode, Rejection};
+use crate::motion::cbirrt::Cbirrt;
+use crate::motion::lift_off::LiftOff;
+use crate::motion::local_planner::{LocalPath, LocalPlanner, ModeState, Progress};
+use crate::motion::swing_shapes::{MotionShape, SHIFTS, SWINGS};
 use crate::motion::workspace::{Workspace, push};
 
 /// What is sought within one mode.

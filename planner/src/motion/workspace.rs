@@ -1,10 +1,10 @@
 //! The memory of one single-mode search, allocated once and used by one search at a time.
 
-use crate::arena::reserve;
-use crate::body::Configuration;
-use crate::constraint::Rejection;
-use crate::motion::track::LocalPlanner;
-use crate::motion::trees::{StateTree, TreeNode, new_tree};
+use crate::base::arena::reserve;
+use crate::constraints::constraints::Rejection;
+use crate::motion::local_planner::LocalPlanner;
+use crate::motion::tree_pool::{StateTree, TreeNode, new_tree};
+use crate::robot::mechanism::Configuration;
 
 /// Most waypoints that lift a foot off its placement or set it down.
 const LIFT_OFF_WAYPOINTS_MAX: usize = 128;

@@ -5,23 +5,24 @@
 //! parallel. At the same time the step to the previous vertex is tested. If that step does not
 //! exist, the branch continues from the vertex before and discards the new one.
 
-use super::extension::{Extend, Extension};
-use super::stance::{FootScratch, StageContext, VertexCandidate};
-use super::station::MidFeetPose;
-use super::tree::{Vertex, tip_at};
-use crate::allowance::{self, BudgetedTask, WorkBudget};
-use crate::arena::reserve;
+use crate::base::arena::reserve;
+use crate::base::work_budget;
+use crate::base::work_budget::{BudgetedTask, WorkBudget};
 use crate::foot_placement::{FootPlacementConfig, Scratch};
-use crate::prepare::FootPlacement;
+use crate::possibility::extension::{Extend, Extension};
+use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::tree::{Vertex, tip_at};
+use crate::possibility::vertex_candidates::{FootScratch, StageContext, VertexCandidate};
+use crate::preparation::FootPlacement;
 
 /// Most branches that grow in parallel.
-pub(super) const BRANCHES_MAX: usize = 8;
+pub(crate) const BRANCHES_MAX: usize = 8;
 /// Most vertices of one branch.
 const BRANCH_VERTICES_MAX: usize = 97;
 
 /// Kind of a branch.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum BranchKind {
+pub(crate) enum BranchKind {
     /// Leads toward a sample, from a vertex of a tree.
     Sample { tip: u32 },
     /// Connects a vertex of a tree to a vertex of the other tree.
@@ -32,7 +33,7 @@ pub(super) enum BranchKind {
 
 /// How a branch ended.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum BranchEnd {
+pub(crate) enum BranchEnd {
     /// On its target.
     Reached {
         /// Whether the upright robot fits between the tip and the target.
@@ -55,7 +56,7 @@ pub struct Tip<'a> {
 
 /// A branch that is to be grown.
 #[derive(Debug)]
-pub(super) struct BranchRequest {
+pub(crate) struct BranchRequest {
     pub kind: BranchKind,
     pub extension: Extension,
     pub from: Vertex,
@@ -65,7 +66,7 @@ pub(super) struct BranchRequest {
 
 /// A branch.
 #[derive(Debug)]
-pub(super) struct Branch {
+pub(crate) struct Branch {
     pub kind: BranchKind,
     pub extension: Extension,
     /// What has grown, from the vertex that it began at.
@@ -237,7 +238,7 @@ fn tip_of<'a>(
 
 /// Branches that grow in parallel, allocated once.
 #[derive(Debug)]
-pub(super) struct Branches {
+pub(crate) struct Branches {
     branches: Vec<Branch>,
     count: usize,
     /// For the second foot of a branch that grows alone.
@@ -305,7 +306,7 @@ impl Branches {
                 (Some(alone), None) if several > 1 => {
                     alone.grow_alone(inputs, &is_blocked, &mut self.second_scratch)
                 }
-                _ => allowance::advance_several(
+                _ => work_budget::advance_several(
                     branches,
                     several,
                     budget - spent,

@@ -2,10 +2,12 @@
 
 use std::f64::consts::PI;
 
-use super::sampling::SIDES;
-use super::stance::{FootScratch, StageContext, VertexCandidate, VertexQuery};
-use super::station::MidFeetPose;
-use super::torso::UpperBodyFit;
+use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::upper_body::UpperBodyFit;
+use crate::possibility::vertex_candidates::{
+    FootScratch, StageContext, VertexCandidate, VertexQuery,
+};
+use crate::possibility::vertex_sampling::SIDES;
 
 /// Strides that are tried, as multiples of the vertex spacing, each with its lateral offset, m.
 /// Longer strides lead across gaps.
@@ -153,7 +155,7 @@ impl Extension {
     fn fit_to_target(&self, context: &StageContext<'_>, tip: &MidFeetPose) -> Option<UpperBodyFit> {
         let near =
             tip.horizontal_offset_to(&self.target).length() <= JOINING_SPACINGS * self.spacing;
-        let turn = surefoot_shared_types::spatial::wrap_angle(self.target.yaw - tip.yaw);
+        let turn = surefoot_shared_types::base::spatial::wrap_angle(self.target.yaw - tip.yaw);
         let may_join =
             || turn.abs() <= JOINING_TURN_MAX && self.may_climb(context, tip, &self.target);
         match (near, self.joins) {

@@ -1,11 +1,11 @@
 //! The two trees of Gamma_P, from the start and from the goal, and the placements at their
 //! vertices.
 
-use super::label::Label;
-use super::stance::{PLACEMENTS_MAX, StageContext, VertexCandidate};
-use super::tree::{PossibilityTree, Vertex};
-use crate::arena::{ArenaSlice, reserve};
-use crate::prepare::FootPlacement;
+use crate::base::arena::{ArenaSlice, reserve};
+use crate::possibility::edge_labels::Label;
+use crate::possibility::tree::{PossibilityTree, Vertex};
+use crate::possibility::vertex_candidates::{PLACEMENTS_MAX, StageContext, VertexCandidate};
+use crate::preparation::FootPlacement;
 
 /// How many edges stage P has labelled.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub struct LabelStats {
 
 /// The trees, allocated once.
 #[derive(Debug)]
-pub(super) struct Forest {
+pub(crate) struct Forest {
     pub trees: [PossibilityTree; 2],
     pub placements: Vec<FootPlacement>,
     pub labelled: LabelStats,

@@ -11,25 +11,26 @@
 //! The root's pose is described by the ground under it: a point midway between both soles, and the
 //! heading. Crouch and lean are found by trying a list of them.
 
+pub mod crouch_profile;
+pub mod edge_labels;
+pub(crate) mod guide_route;
+pub mod mid_feet_pose;
+pub mod route_search;
+pub(crate) mod route_shortcuts;
+pub mod upper_body;
+pub mod vertex_candidates;
+pub(crate) mod vertex_sampling;
+
+pub use crouch_profile::{CrouchContext, CrouchProfile};
+pub use edge_labels::Label;
+pub use forest::LabelStats;
+pub use guide_route::GuideRoute;
+pub use mid_feet_pose::MidFeetPose;
+pub use route_search::{Progress, RouteSearch};
+pub use upper_body::UpperBody;
+pub use vertex_candidates::{FootPair, StageContext};
+
 mod branch;
 mod extension;
 mod forest;
-mod growth;
-mod label;
-mod route;
-mod sampling;
-mod stance;
-mod station;
-mod stooping;
-mod torso;
 mod tree;
-
-pub use crate::prepare::FootPlacement;
-pub use forest::LabelStats;
-pub use growth::{Progress, RouteSearch};
-pub use label::Label;
-pub use route::GuideRoute;
-pub use stance::{FootPair, StageContext};
-pub use station::MidFeetPose;
-pub use stooping::{CrouchContext, CrouchProfile};
-pub use torso::UpperBody;

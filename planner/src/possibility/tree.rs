@@ -2,18 +2,18 @@
 
 use std::ops::{Deref, DerefMut};
 
-use super::branch::Tip;
-use super::stance::FootPair;
-use super::station::MidFeetPose;
-use crate::arena::{ArenaSlice, reserve, slice_at};
-use crate::prepare::FootPlacement;
+use crate::base::arena::{ArenaSlice, reserve, slice_at};
+use crate::possibility::branch::Tip;
+use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::vertex_candidates::FootPair;
+use crate::preparation::FootPlacement;
 
 /// Vertices within this distance (metric of Gamma_P, m) count as neighbours.
 const NEIGHBOUR_RADIUS: f64 = 0.5;
 
 /// A vertex of a tree.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Vertex {
+pub(crate) struct Vertex {
     pub pose: MidFeetPose,
     /// The vertex it was reached from; the root's is itself.
     pub parent: u32,
@@ -34,7 +34,7 @@ pub(super) struct Vertex {
 }
 
 impl Vertex {
-    pub(super) fn root(pose: MidFeetPose, pair: Option<FootPair>) -> Self {
+    pub(crate) fn root(pose: MidFeetPose, pair: Option<FootPair>) -> Self {
         Self {
             pose,
             parent: 0,
@@ -51,7 +51,7 @@ impl Vertex {
 
 /// A tree, allocated once.
 #[derive(Debug)]
-pub(super) struct PossibilityTree {
+pub(crate) struct PossibilityTree {
     vertices: Vec<Vertex>,
     /// The vertices' poses in one array, for distance queries.
     poses: Vec<MidFeetPose>,
@@ -131,14 +131,14 @@ impl DerefMut for PossibilityTree {
 }
 
 /// A vertex as the end of a branch, with its placements, or at least those that it stands on.
-pub(super) fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [FootPlacement]) -> Tip<'a> {
+pub(crate) fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [FootPlacement]) -> Tip<'a> {
     let kept = slice_at(placements, vertex.placements);
     let known = if kept.is_empty() { vertex.pair.as_ref().map_or(kept, |pair| pair) } else { kept };
     Tip { pose: &vertex.pose, placements: known }
 }
 
 /// Appends a vertex and those it was reached from, the root last.
-pub(super) fn push_branch(tree: &[Vertex], tip: u32, out: &mut Vec<Vertex>) {
+pub(crate) fn push_branch(tree: &[Vertex], tip: u32, out: &mut Vec<Vertex>) {
     let mut at = tip as usize;
     while out.len() < out.capacity() {
         out.push(tree[at]);

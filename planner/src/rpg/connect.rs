@@ -1,10 +1,10 @@
 //! Transitions between the placements [Grey 4.4.2].
 
-use super::{Phase, Planner};
-use crate::allowance::items_in;
-use crate::motion::foothold::{Foothold, left_and_right};
-use crate::motion::graph::{ArenaFull, FootholdId};
+use crate::base::work_budget::items_in;
+use crate::constraints::foothold::{Foothold, left_and_right};
+use crate::motion::mode_graph::{ArenaFull, FootholdId};
 use crate::possibility::MidFeetPose;
+use crate::rpg::{Phase, Planner};
 use crate::seeding::{Neighbours, Seeding};
 use crate::trouble::nearest_station;
 
@@ -18,7 +18,7 @@ type Batch<T> = heapless::Vec<T, AT_ONCE>;
 impl Planner {
     /// Connects the next placements with their neighbours, as many as a budget allows, each one
     /// unit of work; once all are, counts each to the nearest station.
-    pub(super) fn connect(&mut self, next: FootholdId, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(crate) fn connect(&mut self, next: FootholdId, budget: u64) -> Result<Phase, ArenaFull> {
         let count = self.roadmap.graph.footholds().len();
         if next as usize == count {
             return if self.locate_next(budget) {
@@ -73,7 +73,7 @@ impl Planner {
 
     /// Connects placements, too, that are farther apart than primitive postures reach: they burden
     /// the search, so only where the others lead nowhere.
-    pub(super) fn stretch(&mut self) -> Phase {
+    pub(crate) fn stretch(&mut self) -> Phase {
         self.stretches = true;
         Phase::Connect { next: 0 }
     }

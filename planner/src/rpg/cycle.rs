@@ -15,15 +15,15 @@
 //! among all transitions that have a configuration, by what the modes have cost so far
 //! [Grey 4.4.3], and there the trees grow on.
 
-use super::lanes::{Lane, Turn};
-use super::{Phase, Planner};
-use crate::motion::graph::ArenaFull;
-use crate::motion::round::{BatchStats, SEGMENT_SEARCHES_MAX};
-use crate::motion::sequence::Objective;
+use crate::motion::mode_graph::ArenaFull;
+use crate::motion::search_batch::{BatchStats, SEGMENT_SEARCHES_MAX};
+use crate::motion::transition_sequence::Objective;
+use crate::rpg::lanes::{Lane, Turn};
+use crate::rpg::{Phase, Planner};
 
 impl Planner {
     /// Samples configurations for the transitions of all sequences that need some.
-    pub(super) fn sample(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(crate) fn sample(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             self.round.begin();
             for (index, lane) in self.lanes.going() {
@@ -66,7 +66,7 @@ impl Planner {
     }
 
     /// Plans the motions along all sequences whose transitions are found.
-    pub(super) fn plan_motions(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(crate) fn plan_motions(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             self.round.begin();
             for (index, lane) in self.lanes.going() {
@@ -110,7 +110,7 @@ impl Planner {
 
     /// Advances the round as far as a budget allows; answers what it did once all its searches have
     /// ended.
-    pub(super) fn advance_round(&mut self, budget: u64) -> Result<Option<BatchStats>, ArenaFull> {
+    pub(crate) fn advance_round(&mut self, budget: u64) -> Result<Option<BatchStats>, ArenaFull> {
         let spent = self.round.advance(&self.shared, &self.roadmap, budget);
         self.tally.work += spent;
         if spent == budget {

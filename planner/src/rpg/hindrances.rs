@@ -20,7 +20,7 @@ pub struct Hindrance {
 
 /// All such places of a search, or the first ones where they are very many.
 #[derive(Debug, Default)]
-pub(super) struct Hindrances {
+pub(crate) struct Hindrances {
     places: heapless::Vec<(MidFeetPose, u64), PLACES_MAX>,
 }
 

@@ -1,12 +1,12 @@
 //! Judging how likely transitions are [Grey 4.4.2], by itself or beside the search for another
 //! lane's sequence.
 
-use super::lanes::Turn;
-use super::{Phase, Planner};
-use crate::allowance::items_in;
-use crate::motion::graph::{ArenaFull, ModeGraph, TransitionId, TransitionPrior};
+use crate::base::work_budget::items_in;
+use crate::motion::mode_graph::{ArenaFull, ModeGraph, TransitionId, TransitionPrior};
+use crate::preparation::planning_context::Shared;
+use crate::rpg::lanes::Turn;
+use crate::rpg::{Phase, Planner};
 use crate::seeding::judge;
-use crate::shared::Shared;
 
 /// Transitions that are judged side by side, each with its twin.
 const AT_ONCE: usize = 64;
@@ -83,7 +83,7 @@ impl Planner {
     /// Judges what is to be judged before the next sequence is sought, beside another lane's
     /// search. What is not judged yet costs as little as it can, so the cheapest sequence is the
     /// cheapest of all once all that it holds is judged.
-    pub(super) fn judge(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(crate) fn judge(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         let may_be_scant = self.may_be_scant();
         let Self { judging, seeker, shared, roadmap, nearest_stations, .. } = self;
         let judge =
@@ -108,7 +108,7 @@ impl Planner {
     }
 
     /// Gathers the next transitions to judge of all lanes that have some.
-    pub(super) fn begin_judging(&mut self) {
+    pub(crate) fn begin_judging(&mut self) {
         let Self { judging, lanes, roadmap, .. } = self;
         for (_, lane) in lanes.going().filter(|(_, lane)| lane.turn == Turn::Judge) {
             for id in unjudged(&roadmap.graph, &lane.sequence) {

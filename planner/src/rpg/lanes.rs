@@ -6,11 +6,11 @@
 
 use surefoot_shared_types::config::PlannerConfig;
 
-use super::{Phase, Planner};
-use crate::arena::reserve;
-use crate::motion::graph::{ArenaFull, TransitionId};
-use crate::motion::round::SEGMENT_SEARCHES_MAX;
-use crate::motion::sequence::Objective;
+use crate::base::arena::reserve;
+use crate::motion::mode_graph::{ArenaFull, TransitionId};
+use crate::motion::search_batch::SEGMENT_SEARCHES_MAX;
+use crate::motion::transition_sequence::Objective;
+use crate::rpg::{Phase, Planner};
 use crate::trouble::Trouble;
 
 /// What a lane does next.
@@ -185,7 +185,7 @@ impl Planner {
     /// others whose sequences are judged, before those that sample, and these before those that
     /// move, so that a round serves as many lanes as it can; and all before another route is looked
     /// for, which keeps what they have crossed.
-    pub(super) fn next_turn(&mut self) -> Result<Phase, ArenaFull> {
+    pub(crate) fn next_turn(&mut self) -> Result<Phase, ArenaFull> {
         if let Some(lane) = self.lanes.find(|turn| turn == Turn::Fail) {
             self.lanes.go_to(lane);
             return self.after_failure();
@@ -217,19 +217,19 @@ impl Planner {
     }
 
     /// Gives the current lane its next turn.
-    pub(super) fn take_turn(&mut self, turn: Turn) {
+    pub(crate) fn take_turn(&mut self, turn: Turn) {
         self.lanes.current_mut().turn = turn;
     }
 
     /// Lets the current lane look for a sequence.
-    pub(super) fn seek(&mut self, objective: Objective) {
+    pub(crate) fn seek(&mut self, objective: Objective) {
         self.lanes.current_mut().objective = objective;
         self.take_turn(Turn::Seek);
     }
 
     /// Keeps the current lane's sequence as the walk of its segment, and goes on with another
     /// segment.
-    pub(super) fn complete_segment(&mut self) -> Result<(), ArenaFull> {
+    pub(crate) fn complete_segment(&mut self) -> Result<(), ArenaFull> {
         let Self { lanes, cuts, .. } = self;
         cuts.complete(lanes.current().segment, &lanes.current().sequence)?;
         lanes.next_segment(cuts.segments());

@@ -1,8 +1,8 @@
 //! The phases of a search, as the head of `rpg.rs` draws them, and the tally of what was done in
 //! them.
 
-use crate::constraint::Rejection;
-use crate::motion::graph::FootholdId;
+use crate::constraints::constraints::Rejection;
+use crate::motion::mode_graph::FootholdId;
 use crate::motion::shortcut::Pass;
 use crate::outcome::Outcome;
 use crate::possibility::LabelStats;
@@ -10,7 +10,7 @@ use crate::stage::Stage;
 
 /// What a search is about.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Phase {
+pub(crate) enum Phase {
     Ends,
     Route,
     Stoop,
@@ -34,7 +34,7 @@ pub(super) enum Phase {
 
 impl Phase {
     /// Whether the phase counts its own units of work; a piece of any other is one unit.
-    pub(super) fn counts(&self) -> bool {
+    pub(crate) fn counts(&self) -> bool {
         matches!(
             self,
             Self::Route
@@ -53,7 +53,7 @@ impl Phase {
     }
 
     /// The stage that its work counts for.
-    pub(super) fn stage(&self) -> Stage {
+    pub(crate) fn stage(&self) -> Stage {
         match self {
             Self::Ends => Stage::Ends,
             Self::Route | Self::Stoop | Self::Cut { .. } => Stage::Route,

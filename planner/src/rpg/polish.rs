@@ -5,13 +5,13 @@
 //! with what is left of the work, local optimisation of all motions in turn. What is found takes
 //! the place of the motion in Gamma_M.
 
-use surefoot_shared_types::message::limits::CHUNK_WAYPOINTS_MAX;
+use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
 
-use super::{Phase, Planner};
-use crate::motion::graph::{ArenaFull, TransitionId};
-use crate::motion::heap::IndexHeap;
+use crate::motion::indexed_heap::IndexHeap;
+use crate::motion::mode_graph::{ArenaFull, TransitionId};
 use crate::motion::roadmap::{ModeEdge, Roadmap};
 use crate::motion::shortcut::{Pass, distance, length};
+use crate::rpg::{Phase, Planner};
 
 /// A motion whose straight way is longer than this share of it gets no shortcuts.
 const STRAIGHT_MAX: f64 = 0.8;
@@ -42,7 +42,7 @@ impl Polish {
 impl Planner {
     /// After the last segment: post-processing, as far as enough work is left to put the plan
     /// together.
-    pub(super) fn polish_or_assemble(&mut self) -> Phase {
+    pub(crate) fn polish_or_assemble(&mut self) -> Phase {
         let config = &self.shared.constraints.config;
         let wanted = (config.polish_share * self.tally.work as f64) as u64;
         let until = self
@@ -66,7 +66,7 @@ impl Planner {
     }
 
     /// Compares one motion of the walk to the straight way.
-    pub(super) fn weigh(&mut self, next: usize) -> Phase {
+    pub(crate) fn weigh(&mut self, next: usize) -> Phase {
         let Some(edge) = edge_of(&self.walk, next) else { return Phase::Polish(Pass::Shortcuts) };
         if let Some(share) =
             straightness(&self.roadmap, edge).filter(|share| *share <= STRAIGHT_MAX)
@@ -77,7 +77,7 @@ impl Planner {
     }
 
     /// Makes motions of the walk shorter, round by round.
-    pub(super) fn polish(&mut self, goal: Pass, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(crate) fn polish(&mut self, goal: Pass, budget: u64) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             let work = self.polish.until.saturating_sub(self.tally.work + 1);
             let (Polish { crooked, next, .. }, walk) = (&mut self.polish, &self.walk);

@@ -6,15 +6,16 @@
 
 use surefoot_shared_types::message::SupportMode;
 
-use super::{Phase, Planner};
-use crate::body::Mechanism;
-use crate::constraint::Rejection;
+use crate::constraints::constraints::Rejection;
 use crate::ends::End;
-use crate::motion::graph::{ArenaFull, ModeGraph, TransitionId};
-use crate::motion::primitive::PrimitiveTrajectory;
+use crate::motion::mode_graph::{ArenaFull, ModeGraph, TransitionId};
 use crate::motion::roadmap::ModeEdge;
-use crate::possibility::{FootPair, FootPlacement, GuideRoute, Label};
-use crate::prepare::is_whole;
+use crate::possibility::{FootPair, GuideRoute, Label};
+use crate::preparation::FootPlacement;
+use crate::preparation::is_whole;
+use crate::primitives::PrimitiveTrajectory;
+use crate::robot::mechanism::Mechanism;
+use crate::rpg::{Phase, Planner};
 
 /// A transition on two placements: the foot that carries, the foot that touches.
 type Node = [FootPlacement; 2];
@@ -98,13 +99,13 @@ fn leads(route: &GuideRoute, station: usize) -> Option<[bool; 2]> {
 impl Planner {
     /// Where to go on once all placements are connected: to the primitives of a new route, else to
     /// the search.
-    pub(super) fn after_connecting(&mut self) -> Result<Phase, ArenaFull> {
+    pub(crate) fn after_connecting(&mut self) -> Result<Phase, ArenaFull> {
         if self.walker.is_some() { Ok(Phase::Primitive) } else { self.next_turn() }
     }
 
     /// Begins the next motion along the route's possible edges, unless Gamma_M has it. Once a round
     /// is full or there is no more, all that have begun are emitted side by side.
-    pub(super) fn begin_primitive(&mut self) -> Result<Phase, ArenaFull> {
+    pub(crate) fn begin_primitive(&mut self) -> Result<Phase, ArenaFull> {
         if !self.round.is_running() {
             self.round.begin();
         }
@@ -139,7 +140,7 @@ impl Planner {
 
     /// Emits the motions of a round. One that fails, which it never does where C_S holds, is left
     /// to pi_N.
-    pub(super) fn emit_primitives(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(crate) fn emit_primitives(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         let Some(round) = self.advance_round(budget)? else { return Ok(Phase::Emit) };
         self.tally.primitives += u64::from(round.found);
         self.tally.primitives_failed += u64::from(round.failures[0]);

@@ -2,18 +2,18 @@
 
 use std::ops::Range;
 
-use surefoot_shared_types::config::Scenario;
+use surefoot_shared_types::config::scenario::Scenario;
 
-use super::lanes::{Lane, Turn};
-use super::{Phase, Planner};
-use crate::allowance::items_in;
+use crate::base::work_budget::items_in;
+use crate::constraints::foothold::Foothold;
 use crate::foot_placement::Scratch;
-use crate::motion::foothold::Foothold;
-use crate::motion::graph::{ArenaFull, TransitionId};
 use crate::motion::mode_costs::ModeId;
-use crate::motion::sampling::ATTEMPTS_MAX;
-use crate::motion::sequence::Objective;
+use crate::motion::mode_graph::{ArenaFull, TransitionId};
+use crate::motion::transition_sampling::ATTEMPTS_MAX;
+use crate::motion::transition_sequence::Objective;
 use crate::possibility::{MidFeetPose, RouteSearch};
+use crate::rpg::lanes::{Lane, Turn};
+use crate::rpg::{Phase, Planner};
 use crate::seeding::{Seeding, VARIATIONS_MAX};
 use crate::trouble::{Remedy, detour_about, most_laboured, nearest_station, place_of};
 
@@ -32,7 +32,7 @@ const VARIED_AT: Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
 impl Planner {
     /// What to do after a sequence could not be completed: try the next one, or sample more
     /// placements near the trouble.
-    pub(super) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
+    pub(crate) fn after_failure(&mut self) -> Result<Phase, ArenaFull> {
         self.seek(Objective::Feasible);
         let lane = self.lanes.current_mut();
         let cost = |id: &TransitionId| self.roadmap.graph.transitions()[*id as usize].cost();
@@ -97,7 +97,7 @@ impl Planner {
 
     /// Where no sequence leads to the goal, notes how far walks lead from the start, and asks how
     /// far they lead from the goal.
-    pub(super) fn after_no_sequence(&mut self) {
+    pub(crate) fn after_no_sequence(&mut self) {
         let [first, _] = self.cuts.stations(self.lanes.current().segment);
         self.lanes.current_mut().frontier = self.entered_stations().max().unwrap_or(first);
         self.seek(Objective::FromGoal);
@@ -105,7 +105,7 @@ impl Planner {
 
     /// What to do between what the start reaches and what the goal reaches: sample more placements
     /// at both edges [Grey 4.4.4].
-    pub(super) fn between_frontiers(&mut self) -> Result<Phase, ArenaFull> {
+    pub(crate) fn between_frontiers(&mut self) -> Result<Phase, ArenaFull> {
         self.seek(Objective::Feasible);
         let Lane { segment, frontier, .. } = *self.lanes.current();
         let [_, last] = self.cuts.stations(segment);
@@ -155,7 +155,7 @@ impl Planner {
     }
 
     /// Sends stage P to look for another route.
-    pub(super) fn begin_another_route(&mut self) -> Phase {
+    pub(crate) fn begin_another_route(&mut self) -> Phase {
         self.seek(Objective::Feasible);
         self.growth.restart();
         self.stations_before = None;
@@ -166,7 +166,7 @@ impl Planner {
     /// no configuration yet or belongs to the mode at which the search has laboured most
     /// [Grey 4.4.4]. Both placements are moved and turned alike, so that the step stays about what
     /// it is.
-    pub(super) fn scatter(&mut self, index: usize) -> Result<Phase, ArenaFull> {
+    pub(crate) fn scatter(&mut self, index: usize) -> Result<Phase, ArenaFull> {
         let sequence = &self.lanes.current().sequence;
         let Some(&id) = sequence.get(index) else {
             return Ok(Phase::Vary { index: 0, tried: 0, end: sequence.len() });
@@ -192,7 +192,7 @@ impl Planner {
     /// Varies the transition at an index of the sequence, unless it has a configuration: both its
     /// placements at a time, since a step at the edge of the robot's reach is found where either of
     /// them would have to be just right for the other.
-    pub(super) fn vary(
+    pub(crate) fn vary(
         &mut self,
         index: usize,
         tried: usize,

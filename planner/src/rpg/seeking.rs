@@ -3,13 +3,13 @@
 
 use surefoot_shared_types::message::SupportMode;
 
-use super::lanes::{Lane, Turn};
-use super::segments::Cuts;
-use super::{Boundary, Phase, Planner, boundary_node};
-use crate::motion::graph::{ArenaFull, FootholdId, ModeGraph, TransitionId};
+use crate::base::threads::Threads;
+use crate::motion::mode_graph::{ArenaFull, FootholdId, ModeGraph, TransitionId};
 use crate::motion::roadmap::Roadmap;
-use crate::motion::sequence::{Objective, SequenceProblem, SequenceSearch};
-use crate::threads::Threads;
+use crate::motion::transition_sequence::{Objective, SequenceProblem, SequenceSearch};
+use crate::rpg::lanes::{Lane, Turn};
+use crate::rpg::segments::Cuts;
+use crate::rpg::{Boundary, Phase, Planner, boundary_node};
 
 /// Transitions that a start on one foot leads to at the most; the others are reached through these.
 const STARTS_MAX: usize = 256;
@@ -128,7 +128,7 @@ fn start_transitions(
 impl Planner {
     /// Begins to look for the cheapest sequence of the current lane, which has the turn until it
     /// has learnt what came of it.
-    pub(super) fn begin_search(&mut self) {
+    pub(crate) fn begin_search(&mut self) {
         let Self { seeker, roadmap, lanes, cuts, nearest_stations, .. } = self;
         let lane = lanes.current();
         let sought = Sought::by(lane, roadmap, cuts);
@@ -144,7 +144,7 @@ impl Planner {
     }
 
     /// Looks for the current lane's sequence, and does nothing besides.
-    pub(super) fn seek_alone(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
+    pub(crate) fn seek_alone(&mut self, budget: u64) -> Result<Phase, ArenaFull> {
         self.tally.work += self.seeker.advance(&self.roadmap, &self.nearest_stations, budget);
         if self.seeker.is_going {
             return Ok(Phase::Sequence);
@@ -154,7 +154,7 @@ impl Planner {
     }
 
     /// Gives the current lane its next turn, if a sequence was sought for it; then goes on.
-    pub(super) fn after_search(&mut self) -> Result<Phase, ArenaFull> {
+    pub(crate) fn after_search(&mut self) -> Result<Phase, ArenaFull> {
         let Some(Sought { objective, .. }) = self.seeker.sought.take() else {
             return self.next_turn();
         };
@@ -186,7 +186,7 @@ impl Planner {
 
     /// Makes the sequence that was found the one that the current lane completes, beginning with a
     /// turn.
-    pub(super) fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
+    pub(crate) fn take_sequence(&mut self, turn: Turn) -> Result<(), ArenaFull> {
         self.take_turn(turn);
         self.lanes.current_mut().take(self.seeker.search.sequence())
     }

@@ -6,13 +6,13 @@
 
 use surefoot_shared_types::message::SupportMode;
 
-use super::lanes::Lane;
-use super::{Boundary, GOAL, Phase, Planner, START, boundary_node};
-use crate::arena::reserve;
+use crate::base::arena::reserve;
 use crate::ends::{foothold_at, stand};
-use crate::motion::graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
+use crate::motion::mode_graph::{ArenaFull, BOUNDARIES_MAX, TransitionId};
 use crate::motion::roadmap::RouteSegment;
-use crate::possibility::FootPlacement;
+use crate::preparation::FootPlacement;
+use crate::rpg::lanes::Lane;
+use crate::rpg::{Boundary, GOAL, Phase, Planner, START, boundary_node};
 
 /// TreeVertices of a segment, more where the robot cannot stand there.
 const SEGMENT_STATIONS: usize = 36;
@@ -121,7 +121,7 @@ impl Cuts {
 
 impl Planner {
     /// After a new route: cuts it; after a detour within a segment the cuts stay.
-    pub(super) fn cut_anew_or_shift(&mut self) -> Phase {
+    pub(crate) fn cut_anew_or_shift(&mut self) -> Phase {
         match self.stations_before.take() {
             Some(before) => {
                 self.cuts.shift(
@@ -140,7 +140,7 @@ impl Planner {
     }
 
     /// Cuts the route at a station if the robot can stand there, and goes on to the next.
-    pub(super) fn cut(&mut self, station: usize) -> Result<Phase, ArenaFull> {
+    pub(crate) fn cut(&mut self, station: usize) -> Result<Phase, ArenaFull> {
         let stations = self.growth.route().vertex_count();
         if station + SEGMENT_STATIONS / 2 >= stations || self.roadmap.is_full_of_boundaries() {
             self.cuts.push(GOAL, stations - 1);
@@ -198,7 +198,7 @@ impl Planner {
     ///
     /// # Errors
     /// The walk is too long.
-    pub(super) fn join_segments(&mut self) -> Result<(), ArenaFull> {
+    pub(crate) fn join_segments(&mut self) -> Result<(), ArenaFull> {
         self.walk.clear();
         for cut in &self.cuts.cuts {
             let (first, count) = cut.walk.unwrap_or_default();

@@ -2,14 +2,14 @@
 //! the placements that it uses, this time for fewer and moderate steps [Grey 4.4.6]. What does not
 //! come together leaves the segment as it was.
 
-use super::Planner;
-use super::lanes::{Lane, Turn};
-use crate::motion::graph::ArenaFull;
-use crate::motion::sequence::Objective;
+use crate::motion::mode_graph::ArenaFull;
+use crate::motion::transition_sequence::Objective;
+use crate::rpg::Planner;
+use crate::rpg::lanes::{Lane, Turn};
 
 impl Planner {
     /// After a sequence has all its motions: looks for a shorter one, or completes the segment.
-    pub(super) fn shorten_or_complete(&mut self) -> Result<(), ArenaFull> {
+    pub(crate) fn shorten_or_complete(&mut self) -> Result<(), ArenaFull> {
         let Lane { sequence, best, .. } = self.lanes.current_mut();
         best.clear();
         best.extend_from_slice(sequence);
@@ -17,7 +17,7 @@ impl Planner {
     }
 
     /// Looks for the cheapest sequence over the placements in use, if attempts are left.
-    pub(super) fn shorten(&mut self) -> Result<(), ArenaFull> {
+    pub(crate) fn shorten(&mut self) -> Result<(), ArenaFull> {
         if self.lanes.current().shortenings < self.shared.constraints.config.shorten_rounds_max {
             self.seek(Objective::FewerSteps);
             return Ok(());
@@ -26,7 +26,7 @@ impl Planner {
     }
 
     /// Tries the sequence that was found if it is shorter than the best.
-    pub(super) fn take_shorter(&mut self) -> Result<(), ArenaFull> {
+    pub(crate) fn take_shorter(&mut self) -> Result<(), ArenaFull> {
         let lane = self.lanes.current_mut();
         if !self.seeker.search().has_found()
             || self.seeker.search().sequence().len() >= lane.best.len()

@@ -1,18 +1,18 @@
 //! Where a search begins and ends: on the scenario's marks, where the robot stands, or farther
 //! back.
 
-use surefoot_shared_types::config::{Scenario, StancePose};
+use surefoot_shared_types::base::spatial::wrap_angle;
+use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
-use surefoot_shared_types::scene::World;
-use surefoot_shared_types::spatial::wrap_angle;
+use surefoot_shared_types::world::world::World;
 
-use super::primitive_stretches::pair_on;
-use super::{Boundary, Phase, Planner};
-use crate::constraint::StartBalance;
+use crate::constraints::constraints::StartBalance;
 use crate::ends::{StandingGround, foothold_at, stand_as, stand_on};
-use crate::foot_placement::SurfacesError;
-use crate::motion::graph::ArenaFull;
+use crate::foot_placement::sole_support::SurfacesError;
+use crate::motion::mode_graph::ArenaFull;
 use crate::outcome::Outcome;
+use crate::rpg::primitive_stretches::pair_on;
+use crate::rpg::{Boundary, Phase, Planner};
 use crate::way_back::{is_double, lift_off_before};
 
 /// How far back a search begins.
@@ -85,7 +85,7 @@ impl Planner {
     }
 
     /// How often a foot is set down on the way back.
-    pub(super) fn steps_back(&self) -> usize {
+    pub(crate) fn steps_back(&self) -> usize {
         let chunks = self.chunks();
         let ends_a_step = |index: &usize| {
             !is_double(&chunks[*index]) && chunks.get(index + 1).is_none_or(is_double)
@@ -98,7 +98,7 @@ impl Planner {
         self.way_back
     }
 
-    pub(super) fn stand_on_ends(&mut self) -> Result<Phase, ArenaFull> {
+    pub(crate) fn stand_on_ends(&mut self) -> Result<Phase, ArenaFull> {
         let goal_is_start = self.standing.is_none() && self.start_is_goal();
         let (constraints, surfaces, scratch) =
             (&self.shared.constraints, &self.shared.surfaces, &mut self.scratch[0]);

@@ -15,15 +15,16 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DMat3, DVec2, DVec3};
 pub use preparation::{preparation_for, try_preparation_for};
-use surefoot_planner::prepare;
-use surefoot_planner::random::Random;
+use surefoot_planner::base::random::Random;
+use surefoot_planner::preparation::build;
 use surefoot_planner::{Outcome, Planner, PlannerError, Status};
+use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::load::load_scenario;
-use surefoot_shared_types::config::{PlannerConfig, Scenario};
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::robot::load::load_robot;
-use surefoot_shared_types::robot::{Attachment, Foot, Joint, JointKind, Link, RobotModel};
-use surefoot_shared_types::scene::load::load_world;
-use surefoot_shared_types::scene::{World, WorldShape};
+use surefoot_shared_types::robot::model::{Attachment, Foot, Joint, JointKind, Link, RobotModel};
+use surefoot_shared_types::world::load::load_world;
+use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 /// The walks that every build must find.
@@ -51,7 +52,7 @@ pub fn with_split_hip(model: &RobotModel) -> RobotModel {
 pub fn preparation_of(model: &RobotModel) -> Arc<Vec<u64>> {
     static HUBO: OnceLock<(RobotModel, Arc<Vec<u64>>)> = OnceLock::new();
     let build = |model: &RobotModel| {
-        Arc::new(prepare::build(model, &PlannerConfig::default(), &|_| ()).unwrap())
+        Arc::new(build::build(model, &PlannerConfig::default(), &|_| ()).unwrap())
     };
     let (known, words) = HUBO.get_or_init(|| {
         let model = hubo();

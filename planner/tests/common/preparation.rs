@@ -10,10 +10,11 @@
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use surefoot_planner::prepare::{self, BuildError, Preparation, PreparationError};
+use surefoot_planner::preparation::build::{BuildError, Preparation};
+use surefoot_planner::preparation::{PreparationError, build};
+use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::model::RobotModel;
 
 static KNOWN: Mutex<Vec<(Digest, Preparation<'static>)>> = Mutex::new(vec![]);
 
@@ -27,7 +28,7 @@ pub fn try_preparation_for(
     model: &RobotModel,
     config: &PlannerConfig,
 ) -> Result<Preparation<'static>, BuildError> {
-    let key = prepare::key(model, config);
+    let key = surefoot_planner::preparation::key(model, config);
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((_, preparation)) = known.iter().find(|(known, _)| *known == key) {
         return Ok(*preparation);
@@ -47,7 +48,7 @@ fn obtain(
     if let Some(Ok(kept)) = std::fs::read(&path).ok().map(|bytes| read(&bytes, key)) {
         return Ok(kept);
     }
-    let words = prepare::build(model, config, &|_| ())?;
+    let words = build::build(model, config, &|_| ())?;
     let bytes: &[u8] = bytemuck::cast_slice(&words);
     std::fs::create_dir_all(&folder).unwrap();
     let mut file = tempfile::NamedTempFile::new_in(folder).unwrap();

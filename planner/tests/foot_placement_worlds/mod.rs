@@ -4,13 +4,13 @@
 #![allow(dead_code, missing_docs, reason = "each test binary uses its own part")]
 
 use glam::{DVec2, DVec3};
+use surefoot_planner::foot_placement::sole_support::{NoSupport, Support};
 use surefoot_planner::foot_placement::{
-    FootPlacementConfig, NoSupport, PlacementQuery, SampleLimits, Scratch, Support, SupportedSole,
-    Surfaces,
+    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SupportedSole, Surfaces,
 };
-use surefoot_shared_types::scene::{World, WorldShape};
-use surefoot_shared_types::shape::MeshSource;
-use surefoot_shared_types::spatial::{rotation_about, rotation_from_rpy};
+use surefoot_shared_types::base::spatial::{rotation_about, rotation_from_rpy};
+use surefoot_shared_types::geometry::shape::MeshSource;
+use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 pub const MU: f64 = 0.6;

@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::InputError;
-use crate::digest::Digest;
-use crate::source::{TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
+use crate::base::digest::Digest;
+use crate::base::input_error::InputError;
+use crate::base::text_file::{TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
 
-use super::relations::check_relations;
-use super::{CheckerConfig, PlannerConfig, Scenario, StancePose};
+use crate::config::planner::{CheckerConfig, PlannerConfig};
+use crate::config::scenario::{Scenario, StancePose};
+use crate::config::validation::check_relations;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,19 +1,21 @@
 //! Private folders, and the segments that iceoryx2 puts into `/dev/shm`.
 
-use std::fs::{self, DirBuilder, DirEntry};
-use std::io::{self, ErrorKind};
+use std::fs;
+use std::fs::{DirBuilder, DirEntry};
+use std::io;
+use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-use super::InstanceError;
-use super::lock::LOCK_FILE;
+use crate::instance::instance::InstanceError;
+use crate::instance::lock::LOCK_FILE;
 
 /// Where Linux shows POSIX shared memory.
-pub(super) const SHARED_MEMORY: &str = "/dev/shm";
+pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The folder of all instances of this user: in `/dev/shm`, or in the folder for temporary files
 /// where that is unusable.
-pub(super) fn default_base() -> Result<PathBuf, InstanceError> {
+pub(crate) fn default_base() -> Result<PathBuf, InstanceError> {
     let folder = format!("surefoot-{}", effective_uid());
     let base = Path::new(SHARED_MEMORY).join(&folder);
     match ensure_private(&base) {
@@ -25,7 +27,7 @@ pub(super) fn default_base() -> Result<PathBuf, InstanceError> {
 
 /// Creates a folder with mode 0700, or checks that it is private to this user. False if it existed
 /// and another process removed it meanwhile.
-pub(super) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
+pub(crate) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
     match DirBuilder::new().mode(0o700).create(path) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == ErrorKind::AlreadyExists => is_ours(path),
@@ -35,12 +37,12 @@ pub(super) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
 
 /// As [`ensure_private`] for a folder in the base; false also if another process removed the base
 /// meanwhile.
-pub(super) fn ensure_private_root(root: &Path) -> Result<bool, InstanceError> {
+pub(crate) fn ensure_private_root(root: &Path) -> Result<bool, InstanceError> {
     unless_missing(ensure_private(root))
 }
 
 /// Whether `path` exists; an error if it is not a private folder of this user.
-pub(super) fn is_ours(path: &Path) -> Result<bool, InstanceError> {
+pub(crate) fn is_ours(path: &Path) -> Result<bool, InstanceError> {
     unless_missing(check_private(path).map(|()| true))
 }
 
@@ -80,7 +82,7 @@ fn check_private(path: &Path) -> Result<(), InstanceError> {
 }
 
 /// Refuses segments of our prefix that belong to another user.
-pub(super) fn refuse_foreign_segments(prefix: &str) -> Result<(), InstanceError> {
+pub(crate) fn refuse_foreign_segments(prefix: &str) -> Result<(), InstanceError> {
     for segment in segments(prefix)? {
         match segment.path().symlink_metadata() {
             Ok(metadata) if metadata.uid() != effective_uid() => {
@@ -105,7 +107,7 @@ pub fn remove_segments(prefix: &str) -> Result<(), InstanceError> {
 }
 
 /// Removes everything in the root but the lock.
-pub(super) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
+pub(crate) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
     for entry in entries(root)? {
         if entry.file_name() == LOCK_FILE {
             continue;
@@ -122,7 +124,7 @@ pub(super) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
 
 /// Removes the root, and the base folder if it was the last one in it. The lock goes last: a
 /// process that finds none creates its own, and then the root stays.
-pub(super) fn remove_root(root: &Path) -> Result<(), InstanceError> {
+pub(crate) fn remove_root(root: &Path) -> Result<(), InstanceError> {
     empty_except_lock(root)?;
     let lock = root.join(LOCK_FILE);
     unless_gone(fs::remove_file(&lock), &lock)?;
@@ -136,7 +138,7 @@ pub(super) fn remove_root(root: &Path) -> Result<(), InstanceError> {
 }
 
 /// The names of what stands in `folder`; none when it does not exist.
-pub(super) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
+pub(crate) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
     let mut names: Vec<String> =
         entries(folder)?.iter().filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort();
@@ -144,12 +146,12 @@ pub(super) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
 }
 
 /// The error `source` at `path`.
-pub(super) fn io_error(path: &Path, source: io::Error) -> InstanceError {
+pub(crate) fn io_error(path: &Path, source: io::Error) -> InstanceError {
     InstanceError::Io { path: path.to_owned(), source }
 }
 
 /// The segments whose names begin with `prefix`.
-pub(super) fn segments(prefix: &str) -> Result<Vec<DirEntry>, InstanceError> {
+pub(crate) fn segments(prefix: &str) -> Result<Vec<DirEntry>, InstanceError> {
     let mut found = entries(Path::new(SHARED_MEMORY))?;
     found.retain(|entry| entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix)));
     Ok(found)

@@ -6,20 +6,20 @@ use std::io::Write;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
-use super::InstanceError;
-use super::directory::io_error;
+use crate::instance::directory::io_error;
+use crate::instance::instance::InstanceError;
 
 /// The lock file's name in the root.
-pub(super) const LOCK_FILE: &str = "lock";
+pub(crate) const LOCK_FILE: &str = "lock";
 
 /// The lock, held exclusively, if no other process holds it.
-pub(super) fn lock_exclusive(root: &Path) -> Result<Option<File>, InstanceError> {
+pub(crate) fn lock_exclusive(root: &Path) -> Result<Option<File>, InstanceError> {
     let Some(file) = open(root, true)? else { return Ok(None) };
     Ok((granted(file.try_lock(), root)? && is_current_file(&file, root)).then_some(file))
 }
 
 /// Whether a process holds the lock.
-pub(super) fn is_locked(root: &Path) -> Result<bool, InstanceError> {
+pub(crate) fn is_locked(root: &Path) -> Result<bool, InstanceError> {
     let path = root.join(LOCK_FILE);
     match OpenOptions::new().read(true).custom_flags(libc::O_NOFOLLOW).open(&path) {
         Ok(file) => Ok(!granted(file.try_lock(), root)?),
@@ -29,7 +29,7 @@ pub(super) fn is_locked(root: &Path) -> Result<bool, InstanceError> {
 }
 
 /// The lock, held shared; none while `root` is not created completely or is being removed.
-pub(super) fn lock_shared(root: &Path) -> Result<Option<File>, InstanceError> {
+pub(crate) fn lock_shared(root: &Path) -> Result<Option<File>, InstanceError> {
     let Some(file) = open(root, false)? else { return Ok(None) };
     let is_ready = |file: &File| file.metadata().is_ok_and(|metadata| metadata.len() > 0);
     Ok((granted(file.try_lock_shared(), root)? && is_ready(&file) && is_current_file(&file, root))
@@ -37,27 +37,27 @@ pub(super) fn lock_shared(root: &Path) -> Result<Option<File>, InstanceError> {
 }
 
 /// Marks `root` as ready for other processes. `exclusive` is its lock.
-pub(super) fn mark_ready(mut exclusive: &File, root: &Path) -> Result<(), InstanceError> {
+pub(crate) fn mark_ready(mut exclusive: &File, root: &Path) -> Result<(), InstanceError> {
     exclusive.write_all(b"ready\n").map_err(|error| io_error(&root.join(LOCK_FILE), error))
 }
 
 /// Removes the mark of [`mark_ready`].
-pub(super) fn mark_unready(exclusive: &File, root: &Path) -> Result<(), InstanceError> {
+pub(crate) fn mark_unready(exclusive: &File, root: &Path) -> Result<(), InstanceError> {
     exclusive.set_len(0).map_err(|error| io_error(&root.join(LOCK_FILE), error))
 }
 
 /// Turns an exclusive lock into a shared one. False if another process removed the root in between.
-pub(super) fn downgrade(file: &File, root: &Path) -> Result<bool, InstanceError> {
+pub(crate) fn downgrade(file: &File, root: &Path) -> Result<bool, InstanceError> {
     Ok(granted(file.try_lock_shared(), root)? && is_current_file(file, root))
 }
 
 /// Turns a shared lock into an exclusive one if no other process holds it.
-pub(super) fn upgrade(file: &File) -> bool {
+pub(crate) fn upgrade(file: &File) -> bool {
     file.try_lock().is_ok()
 }
 
 /// Waits a moment for the holder of the lock.
-pub(super) fn pause() {
+pub(crate) fn pause() {
     std::thread::sleep(std::time::Duration::from_millis(5));
 }
 

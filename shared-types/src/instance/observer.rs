@@ -6,8 +6,8 @@
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 
-use super::Instance;
-use super::service::{
+use crate::instance::instance::Instance;
+use crate::instance::participant::{
     ChannelError, Participant, RequestServices, STATE_BUFFER, Service, WINDOW_CHUNKS,
 };
 use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, State, WithCrc};

@@ -1,17 +1,15 @@
 //! The triangles of COLLADA files: geometries, placed by the nodes of a scene.
 
-mod geometry;
-
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
 use glam::{DAffine3, DMat3, DVec3};
 use roxmltree::{Document, Node};
 
-use self::geometry::{Triangle, geometry_triangles};
-use super::Welder;
-use crate::source::{check_positive, check_xml_depth};
-use crate::spatial::rotation_about;
+use crate::base::spatial::rotation_about;
+use crate::base::text_file::{check_positive, check_xml_depth};
+use crate::mesh::collada_geometry::{Triangle, geometry_triangles};
+use crate::mesh::store::Welder;
 
 /// Most children of a scene's nodes, counted at each instance: nodes that instantiate each other
 /// would have no end.
@@ -24,7 +22,7 @@ const QUOTED_MAX: usize = 24;
 
 /// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does
 /// not count: ROS takes coordinates as they stand, and its robots rely on that.
-pub(super) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
+pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
     let text = std::str::from_utf8(bytes)
         .map_err(|_| "is not STL, OBJ or COLLADA by its name, nor text".to_owned())?;
     check_xml_depth(text).map_err(|(_, message)| message)?;
@@ -46,10 +44,10 @@ pub(super) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
 
 /// The elements below one that others refer to, by tag and id. Of several with the same id the
 /// first counts.
-struct Ids<'a, 'input>(BTreeMap<(&'a str, &'a str), Node<'a, 'input>>);
+pub(crate) struct Ids<'a, 'input>(BTreeMap<(&'a str, &'a str), Node<'a, 'input>>);
 
 impl<'a, 'input> Ids<'a, 'input> {
-    fn below(scope: Node<'a, 'input>) -> Self {
+    pub(crate) fn below(scope: Node<'a, 'input>) -> Self {
         let mut ids = BTreeMap::new();
         for node in scope.descendants() {
             if let Some(id) = node.attribute("id") {
@@ -60,7 +58,12 @@ impl<'a, 'input> Ids<'a, 'input> {
     }
 
     /// The `<tag>` that an attribute of `from` refers to.
-    fn find(&self, from: Node, attribute: &str, tag: &str) -> Result<Node<'a, 'input>, String> {
+    pub(crate) fn find(
+        &self,
+        from: Node,
+        attribute: &str,
+        tag: &str,
+    ) -> Result<Node<'a, 'input>, String> {
         let url = from.attribute(attribute).unwrap_or_default();
         let found = url.strip_prefix('#').and_then(|id| self.0.get(&(tag, id)));
         found.copied().ok_or_else(|| {
@@ -192,19 +195,19 @@ fn transform(element: Node) -> Result<DAffine3, String> {
     }
 }
 
-fn children<'a, 'input>(
+pub(crate) fn children<'a, 'input>(
     node: Node<'a, 'input>,
     tag: &str,
 ) -> impl Iterator<Item = Node<'a, 'input>> {
     node.children().filter(move |child| child.has_tag_name(tag))
 }
 
-fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
+pub(crate) fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
     children(node, tag).next()
 }
 
 /// The numbers that stand in an element.
-fn numbers<T: FromStr>(element: Node) -> Result<Vec<T>, String> {
+pub(crate) fn numbers<T: FromStr>(element: Node) -> Result<Vec<T>, String> {
     let texts = element.children().filter(Node::is_text).filter_map(|text| text.text());
     let input_error =
         |word: &str| damaged(element, format!("holds '{}' for a number", quoted(word)));
@@ -220,10 +223,10 @@ fn exactly<const N: usize>(element: Node) -> Result<[f64; N], String> {
     })
 }
 
-fn damaged(element: Node, problem: String) -> String {
+pub(crate) fn damaged(element: Node, problem: String) -> String {
     format!("is damaged: a <{}> {problem}; export it again", element.tag_name().name())
 }
 
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     text.chars().take(QUOTED_MAX).collect()
 }

@@ -3,11 +3,11 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::layout::layout;
-use super::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
-use super::seal::WithCrc;
-use crate::Pose;
-use crate::digest::Digest;
+use crate::base::digest::Digest;
+use crate::base::limits::{CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX};
+use crate::base::spatial::Pose;
+use crate::message::crc::WithCrc;
+use crate::message::layout::layout;
 
 /// The layout version that a chunk carries in [`PlanChunk::schema`].
 pub const CHUNK_SCHEMA: u64 = 1;
@@ -219,7 +219,7 @@ impl PlanChunk {
 const UNIT_ERROR_MAX: f64 = 1e-6;
 
 /// Whether a quaternion x, y, z, w is a rotation.
-pub(super) fn is_rotation(quaternion: [f64; 4]) -> bool {
+pub(crate) fn is_rotation(quaternion: [f64; 4]) -> bool {
     (glam::DQuat::from_array(quaternion).length() - 1.0).abs() <= UNIT_ERROR_MAX
 }
 

@@ -3,9 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::chunk::is_rotation;
-use super::layout::layout;
-use crate::Pose;
+use crate::base::spatial::Pose;
+use crate::message::chunk::is_rotation;
+use crate::message::layout::layout;
 
 /// [`Correction::shape`] where the correction concerns no shape of the world file.
 pub const NO_SHAPE: u32 = u32::MAX;

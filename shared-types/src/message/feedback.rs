@@ -3,12 +3,12 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::correction::Correction;
-use super::layout::layout;
-use super::limits::CORRECTIONS_MAX;
-use super::seal::WithCrc;
-use super::standing::Standing;
-use crate::digest::Digest;
+use crate::base::digest::Digest;
+use crate::base::limits::CORRECTIONS_MAX;
+use crate::message::correction::Correction;
+use crate::message::crc::WithCrc;
+use crate::message::layout::layout;
+use crate::message::rest_state::Standing;
 
 /// The layout version that feedback carries in [`Feedback::schema`].
 pub const FEEDBACK_SCHEMA: u64 = 3;

@@ -90,11 +90,13 @@ pub(crate) use layout;
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::message::chunk::{Contact, PlanChunk, Waypoint};
+    use crate::message::correction::Correction;
+    use crate::message::feedback::{Feedback, Margins};
+    use crate::message::journal_record::RobotRecord;
     use crate::message::request::MarkData;
-    use crate::message::{
-        Contact, Correction, Feedback, Margins, PlanChunk, PlanRequest, PlanStatus, RobotRecord,
-        Standing, Waypoint,
-    };
+    use crate::message::request::{PlanRequest, PlanStatus};
+    use crate::message::rest_state::Standing;
 
     fn assert_no_gaps<M: Layout>() {
         let mut end = 0;

@@ -3,10 +3,10 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::layout::layout;
-use super::seal::WithCrc;
-use crate::config::StancePose;
-use crate::digest::Digest;
+use crate::base::digest::Digest;
+use crate::config::scenario::StancePose;
+use crate::message::crc::WithCrc;
+use crate::message::layout::layout;
 
 /// The layout version that a request carries in [`PlanRequest::schema`].
 pub const REQUEST_SCHEMA: u64 = 1;

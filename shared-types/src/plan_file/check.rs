@@ -2,17 +2,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::base::text_file::{check_numbers, check_positive};
 use crate::robot::spec::FOOT_NAMES;
-use crate::scene::shape_block::{pose_from_arrays, pose_from_block};
-use crate::source::{check_numbers, check_positive};
+use crate::world::shape_block::{pose_from_arrays, pose_from_block};
 
-use super::{EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, WaypointBlock};
+use crate::plan_format::blocks::{
+    EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, WaypointBlock,
+};
 
 /// An element of the file and what is wrong with it.
 type ElementError = (String, String);
 
 /// Names the first element of a plan that breaks a rule of the format.
-pub(super) fn check_plan(plan: &PlanFile) -> Result<(), ElementError> {
+pub(crate) fn check_plan(plan: &PlanFile) -> Result<(), ElementError> {
     if plan.schema != SCHEMA {
         return Err((
             "schema".into(),

@@ -7,16 +7,18 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use crate::config::{Scenario, StancePose};
+use crate::base::input_error::InputError;
+use crate::base::spatial::Pose;
+use crate::base::text_file::relative_to;
+use crate::config::scenario::{Scenario, StancePose};
+use crate::geometry::shape::MeshSource;
+use crate::geometry::shape::Shape;
 use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
-use crate::robot::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
-use crate::scene::{World, WorldShape};
-use crate::shape::MeshSource;
-use crate::source::relative_to;
-use crate::{InputError, Pose, Shape};
+use crate::robot::model::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
+use crate::world::world::{World, WorldShape};
 
-use super::check::check_plan;
-use super::{
+use crate::plan_file::check::check_plan;
+use crate::plan_format::blocks::{
     ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA,
     SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
 };

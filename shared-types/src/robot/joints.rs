@@ -2,16 +2,17 @@
 
 use glam::DVec3;
 
-use crate::source::FileLocation;
-use crate::spatial::rotation_from_rpy;
-use crate::{InputError, Pose};
+use crate::base::input_error::InputError;
+use crate::base::spatial::Pose;
+use crate::base::spatial::rotation_from_rpy;
+use crate::base::text_file::FileLocation;
 
-use super::spec::{JointValues, RobotSpec};
-use super::urdf::Urdf;
-use super::{ACCELERATION_DEFAULT, Joint, JointKind, LockedJoint};
+use crate::robot::model::{ACCELERATION_DEFAULT, Joint, JointKind, LockedJoint};
+use crate::robot::spec::{JointValues, RobotSpec};
+use crate::robot::urdf::Urdf;
 
 /// What becomes of a URDF joint.
-pub(super) enum JointRole {
+pub(crate) enum JointRole {
     /// It moves; `child` is still to be filled in.
     Moving(Joint),
     /// It is fixed: `parent_from_child`.
@@ -22,18 +23,18 @@ pub(super) enum JointRole {
 }
 
 /// The joint frame in the parent link's frame.
-pub(super) fn parent_from_joint(joint: &urdf_rs::Joint) -> Pose {
+pub(crate) fn parent_from_joint(joint: &urdf_rs::Joint) -> Pose {
     pose_from_origin(&joint.origin)
 }
 
 /// The pose that a URDF `<origin>` states.
-pub(super) fn pose_from_origin(origin: &urdf_rs::Pose) -> Pose {
+pub(crate) fn pose_from_origin(origin: &urdf_rs::Pose) -> Pose {
     let [roll, pitch, yaw] = *origin.rpy;
     Pose::from_parts(DVec3::from_array(*origin.xyz), rotation_from_rpy(roll, pitch, yaw))
 }
 
 /// Decides what a URDF joint becomes under a robot file.
-pub(super) fn joint_role(
+pub(crate) fn joint_role(
     urdf: &Urdf,
     index: usize,
     spec: &RobotSpec,
@@ -96,7 +97,7 @@ fn followed_position(
 }
 
 /// Refuses names in a table that are not moving joints of the URDF.
-pub(super) fn check_names(
+pub(crate) fn check_names(
     urdf: &Urdf,
     table: &str,
     values: &JointValues,

@@ -4,21 +4,22 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 
-use crate::mesh::MeshStore;
-use crate::source::{check_not_negative, check_positive};
-use crate::{InputError, Shape};
+use crate::base::input_error::InputError;
+use crate::base::text_file::{check_not_negative, check_positive};
+use crate::geometry::shape::Shape;
+use crate::mesh::store::MeshStore;
 
-use super::joints::pose_from_origin;
-use super::tree::TreeLink;
-use super::urdf::Urdf;
-use super::{Link, LinkShape};
+use crate::robot::joints::pose_from_origin;
+use crate::robot::model::{Link, LinkShape};
+use crate::robot::tree::TreeLink;
+use crate::robot::urdf::Urdf;
 
 /// How many folders, from the URDF's upward, are searched for a mesh.
 const MESH_FOLDERS_MAX: usize = 4;
 
 /// Builds a link without its attachment. `exact` keeps its meshes; otherwise they become convex
 /// hulls.
-pub(super) fn build_link(
+pub(crate) fn build_link(
     urdf: &Urdf,
     index: usize,
     exact: bool,
@@ -51,7 +52,7 @@ pub(super) fn build_link(
 
 /// Refuses a moving link that has no mass, counting what is rigidly fixed to it, or that is
 /// a mere point mass. Point masses occur as sensor frames; fixed to a body they do no harm.
-pub(super) fn check_moving_masses(
+pub(crate) fn check_moving_masses(
     urdf: &Urdf,
     tree: &[TreeLink],
     links: &[Link],

@@ -2,23 +2,24 @@
 
 use std::path::Path;
 
-use crate::digest::Digest;
-use crate::mesh::MeshStore;
-use crate::message::limits::JOINTS_MAX;
-use crate::plan_file::RobotBlock;
-use crate::source::absolute;
-use crate::spatial::yaw_of;
-use crate::{InputError, Pose};
+use crate::base::digest::Digest;
+use crate::base::input_error::InputError;
+use crate::base::limits::JOINTS_MAX;
+use crate::base::spatial::Pose;
+use crate::base::spatial::yaw_of;
+use crate::base::text_file::absolute;
+use crate::mesh::store::MeshStore;
+use crate::plan_format::blocks::RobotBlock;
 
-use super::hulls::misleading_hulls;
-use super::joints::{JointRole, check_names, joint_role, parent_from_joint};
-use super::links::{build_link, check_moving_masses};
-use super::robot_file::{read_robot_file, spec_from_block};
-use super::sole::check_sole;
-use super::spec::{FootSpec, RobotSpec};
-use super::tree::{TreeLink, sort_links};
-use super::urdf::{Urdf, read_urdf};
-use super::{Attachment, Foot, Joint, Link, LockedJoint, RobotModel};
+use crate::robot::exact_meshes::misleading_hulls;
+use crate::robot::joints::{JointRole, check_names, joint_role, parent_from_joint};
+use crate::robot::links::{build_link, check_moving_masses};
+use crate::robot::model::{Attachment, Foot, Joint, Link, LockedJoint, RobotModel};
+use crate::robot::robot_file::{read_robot_file, spec_from_block};
+use crate::robot::sole::check_sole;
+use crate::robot::spec::{FootSpec, RobotSpec};
+use crate::robot::tree::{TreeLink, sort_links};
+use crate::robot::urdf::{Urdf, read_urdf};
 
 /// Feet turned farther out or in than this (rad) do not point ahead.
 const FORWARD_TURN_MAX: f64 = std::f64::consts::FRAC_PI_4;

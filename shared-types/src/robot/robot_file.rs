@@ -6,13 +6,16 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::plan_file::RobotBlock;
-use crate::scene::shape_block::{pose_from_arrays, pose_from_block};
-use crate::source::{FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
-use crate::spatial::rotation_from_rpy;
-use crate::{InputError, Pose};
+use crate::base::input_error::InputError;
+use crate::base::spatial::Pose;
+use crate::base::spatial::rotation_from_rpy;
+use crate::base::text_file::{
+    FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_positive,
+};
+use crate::plan_format::blocks::RobotBlock;
+use crate::world::shape_block::{pose_from_arrays, pose_from_block};
 
-use super::spec::{FOOT_NAMES, FootSpec, JointValues, RobotSpec};
+use crate::robot::spec::{FOOT_NAMES, FootSpec, JointValues, RobotSpec};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -45,7 +48,7 @@ struct RawFoot {
 }
 
 /// Reads a robot file.
-pub(super) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
+pub(crate) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
     let source = TextFile::read(path, TEXT_BYTES_MAX)?;
     let raw: RawRobot = source.parse_toml()?;
     let named = |name: Spanned<String>| {
@@ -70,7 +73,7 @@ pub(super) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
 }
 
 /// Takes a plan's robot block, its URDF relative to `base_dir`.
-pub(super) fn spec_from_block(
+pub(crate) fn spec_from_block(
     block: &RobotBlock,
     base_dir: &Path,
     plan_path: &Path,

@@ -5,17 +5,18 @@ use glam::DVec3;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::Triangle;
 
-use crate::hull::hull_triangles;
-use crate::{InputError, Shape};
+use crate::base::input_error::InputError;
+use crate::geometry::convex_hull::hull_triangles;
+use crate::geometry::shape::Shape;
 
-use super::spec::FootSpec;
-use super::{Foot, Link};
+use crate::robot::model::{Foot, Link};
+use crate::robot::spec::FootSpec;
 
 /// How far a sole's corner may be from the surface of the foot's collision shapes, m.
 const SOLE_GAP_MAX: f64 = 3e-3;
 
 /// An error unless every corner of the sole lies on the surface of its link's own shapes.
-pub(super) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<(), InputError> {
+pub(crate) fn check_sole(foot: &Foot, link: &Link, spec: &FootSpec) -> Result<(), InputError> {
     let input_error =
         |message: String| spec.location.error(format!("foot '{}'", foot.name), message);
     if link.shapes.is_empty() {

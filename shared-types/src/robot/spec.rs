@@ -5,57 +5,58 @@ use std::path::PathBuf;
 
 use glam::DVec2;
 
-use crate::hull::{convex_polygon, polygon_area};
-use crate::message::limits::POLYGON_VERTICES_MAX;
-use crate::source::{FileLocation, check_numbers};
-use crate::{InputError, Pose};
+use crate::base::input_error::InputError;
+use crate::base::limits::POLYGON_VERTICES_MAX;
+use crate::base::spatial::Pose;
+use crate::base::text_file::{FileLocation, check_numbers};
+use crate::geometry::convex_hull::{convex_polygon, polygon_area};
 
 /// The smallest area of a sole, m2.
 const SOLE_AREA_MIN: f64 = 1e-6;
 /// How far a sole may reach from its frame, m.
 const SOLE_REACH_MAX: f64 = 1.0;
-/// The names of a biped's feet, in the order of [`super::RobotModel::feet`].
+/// The names of a biped's feet, in the order of [`crate::robot::model::RobotModel::feet`].
 pub(crate) const FOOT_NAMES: [&str; 2] = ["left", "right"];
 
 /// All that is not in the URDF.
-pub(super) struct RobotSpec {
+pub(crate) struct RobotSpec {
     /// Path of the URDF.
-    pub(super) urdf_path: PathBuf,
+    pub(crate) urdf_path: PathBuf,
     /// The URDF's root link, if the file states it.
-    pub(super) root: Option<(String, FileLocation)>,
+    pub(crate) root: Option<(String, FileLocation)>,
     /// Links whose meshes stay meshes.
-    pub(super) exact_meshes: Vec<(String, FileLocation)>,
+    pub(crate) exact_meshes: Vec<(String, FileLocation)>,
     /// The feet, in the order of [`FOOT_NAMES`].
-    pub(super) feet: Vec<FootSpec>,
+    pub(crate) feet: Vec<FootSpec>,
     /// Joint positions of the standing posture.
-    pub(super) standing: JointValues,
+    pub(crate) standing: JointValues,
     /// Joints held still.
-    pub(super) locked: JointValues,
+    pub(crate) locked: JointValues,
     /// Tighter effort limits.
-    pub(super) effort_limits: JointValues,
-    pub(super) accelerations: JointValues,
+    pub(crate) effort_limits: JointValues,
+    pub(crate) accelerations: JointValues,
     /// A factor on all effort limits, at most 1.
-    pub(super) effort_scale: f64,
+    pub(crate) effort_scale: f64,
     /// What counts for the digest.
-    pub(super) bytes: Vec<u8>,
+    pub(crate) bytes: Vec<u8>,
 }
 
 /// Numbers by joint name, and where each stands.
-pub(super) type JointValues = BTreeMap<String, (f64, FileLocation)>;
+pub(crate) type JointValues = BTreeMap<String, (f64, FileLocation)>;
 
 /// A foot as a file describes it.
-pub(super) struct FootSpec {
-    pub(super) name: String,
-    pub(super) link: String,
-    pub(super) link_from_sole: Pose,
-    pub(super) polygon: Vec<DVec2>,
-    pub(super) location: FileLocation,
+pub(crate) struct FootSpec {
+    pub(crate) name: String,
+    pub(crate) link: String,
+    pub(crate) link_from_sole: Pose,
+    pub(crate) polygon: Vec<DVec2>,
+    pub(crate) location: FileLocation,
 }
 
 impl FootSpec {
     /// A foot with the convex hull of `outline` as its sole; the message names the problem of
     /// it.
-    pub(super) fn new(
+    pub(crate) fn new(
         name: String,
         link: String,
         link_from_sole: Pose,

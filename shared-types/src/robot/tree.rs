@@ -2,23 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use crate::InputError;
+use crate::base::input_error::InputError;
 
-use super::urdf::Urdf;
+use crate::robot::urdf::Urdf;
 
 /// A link in the order of the tree: depth first, children in document order.
-pub(super) struct TreeLink {
+pub(crate) struct TreeLink {
     /// Its index in the URDF.
-    pub(super) urdf_link: usize,
+    pub(crate) urdf_link: usize,
     /// Its parent's place in the tree order and the URDF joint between them; `None` for the root.
-    pub(super) parent: Option<(usize, usize)>,
+    pub(crate) parent: Option<(usize, usize)>,
 }
 
 /// All links of the URDF, each after its parent.
 ///
 /// # Errors
 /// When a joint names an unknown link, a link has two parents, or the joints do not form one tree.
-pub(super) fn sort_links(urdf: &Urdf) -> Result<Vec<TreeLink>, InputError> {
+pub(crate) fn sort_links(urdf: &Urdf) -> Result<Vec<TreeLink>, InputError> {
     let index: BTreeMap<&str, usize> =
         urdf.robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
     let mut parent_joint: Vec<Option<usize>> = vec![None; urdf.robot.links.len()];

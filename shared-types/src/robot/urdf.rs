@@ -9,8 +9,10 @@ use std::path::Path;
 
 use roxmltree::{Document, Node};
 
-use crate::InputError;
-use crate::source::{FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_xml_depth};
+use crate::base::input_error::InputError;
+use crate::base::text_file::{
+    FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_xml_depth,
+};
 
 /// Most links of a robot.
 const LINKS_MAX: usize = 4096;
@@ -36,26 +38,26 @@ const NUMERIC: [(&str, &[(&str, usize)]); 12] = [
 ];
 
 /// A parsed URDF, with what `urdf-rs` does not keep.
-pub(super) struct Urdf {
+pub(crate) struct Urdf {
     /// The file.
-    pub(super) source: TextFile,
+    pub(crate) source: TextFile,
     /// All links and joints in document order.
-    pub(super) robot: urdf_rs::Robot,
+    pub(crate) robot: urdf_rs::Robot,
     /// Where each of `robot.links` stands.
-    pub(super) link_locations: Vec<FileLocation>,
+    pub(crate) link_locations: Vec<FileLocation>,
     /// Where each of `robot.joints` stands, and what its `<limit>` says.
-    pub(super) joint_facts: Vec<JointFacts>,
+    pub(crate) joint_facts: Vec<JointFacts>,
 }
 
 /// What the raw XML of a joint says.
-pub(super) struct JointFacts {
-    pub(super) location: FileLocation,
+pub(crate) struct JointFacts {
+    pub(crate) location: FileLocation,
     /// Whether it has a `<limit>`.
-    pub(super) has_limit: bool,
+    pub(crate) has_limit: bool,
 }
 
 /// Reads a URDF and checks everything that can be checked element by element.
-pub(super) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
+pub(crate) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
     let source = TextFile::read(path, TEXT_BYTES_MAX)?;
     check_xml_depth(&source.text)
         .map_err(|(offset, message)| source.location(offset).error("<robot>", message))?;

@@ -16,13 +16,13 @@ mod socket;
 use clap::Args;
 use serde::Serialize;
 
-use super::machine::Machine;
-use super::statistics::Summary;
-use crate::affinity;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::terminal;
+use crate::commands::bench::machine::Machine;
+use crate::commands::bench::statistics::Summary;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::cores;
+use crate::system::terminal;
 
-use drive::Measured;
+use crate::commands::bench::ipc::drive::Measured;
 
 /// `surefoot bench ipc`.
 #[derive(Debug, Args)]
@@ -69,9 +69,9 @@ struct Row {
 ///
 /// # Errors
 /// When shared memory cannot be used.
-pub(super) fn run(arguments: &IpcArguments) -> Result<CommandOutcome, CommandError> {
+pub(crate) fn run(arguments: &IpcArguments) -> Result<CommandOutcome, CommandError> {
     let rounds = arguments.rounds as usize;
-    if affinity::cores() < 2 {
+    if cores::cores() < 2 {
         terminal::print_note(
             "one core only: both sides share it, so these figures are those of the scheduler",
         );

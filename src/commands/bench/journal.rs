@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use surefoot_shared_types::InputError;
 
-use super::trial::Trial;
-use crate::failure::CommandError;
+use crate::commands::bench::trial::Trial;
+use crate::report::command_error::CommandError;
 
 /// The results so far.
 #[derive(Debug, Default)]

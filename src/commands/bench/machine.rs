@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use serde::Serialize;
-use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::base::digest::Digest;
 
-use crate::affinity;
-use crate::failure::CommandError;
+use crate::report::command_error::CommandError;
+use crate::system::cores;
 
 /// The machine and the program.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -47,7 +47,7 @@ impl Machine {
         Ok(Self {
             processor: field("/proc/cpuinfo", "model name")
                 .unwrap_or_else(|| "unknown processor".to_owned()),
-            cores: affinity::cores(),
+            cores: cores::cores(),
             memory_mib: kib.unwrap_or(0) / 1024,
             kernel: read("/proc/sys/kernel/osrelease").trim().to_owned(),
             load: read("/proc/loadavg")

@@ -1,39 +1,19 @@
-//! `surefoot bench`: measures on this machine. Each bench has a file of its own; `docs/BENCHES.md`
-//! documents their JSON.
+//! bench.
 
-pub mod arguments;
-mod courses;
+pub mod command;
 pub mod footholds;
 pub mod ipc;
-mod journal;
-mod limit;
-mod machine;
-mod pieces;
-mod replan;
-mod row;
-mod scale;
+pub mod journal;
+pub mod lower_bound;
+pub mod machine;
+pub mod pieces;
+pub mod replan;
+pub mod row;
+pub mod scale;
+pub mod scenarios;
 pub mod statistics;
-mod steps;
-mod table;
-mod thesis;
-mod trial;
-
-use crate::failure::{CommandError, CommandOutcome};
-use arguments::{BenchArguments, BenchCommand};
-
-/// Runs the command.
-///
-/// # Errors
-/// When an input cannot be used, an output cannot be written, or a signal comes.
-pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
-    crate::signals::install();
-    match &arguments.bench {
-        BenchCommand::Thesis(arguments) => thesis::run(arguments),
-        BenchCommand::Limit(arguments) => limit::run(arguments),
-        BenchCommand::Replan(arguments) => replan::run(arguments),
-        BenchCommand::Steps(arguments) => steps::run(arguments),
-        BenchCommand::Scale(arguments) => scale::run(arguments),
-        BenchCommand::Ipc(arguments) => ipc::run(arguments),
-        BenchCommand::Footholds(arguments) => footholds::run(arguments),
-    }
-}
+pub mod steps;
+pub mod table;
+pub mod terrain;
+pub mod thesis;
+pub mod trial;

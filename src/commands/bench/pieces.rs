@@ -3,9 +3,9 @@
 use surefoot_planner::stage::Stage;
 use surefoot_planner::{Outcome, Planner, Status};
 
-use crate::clock::Stopwatch;
-use crate::failure::CommandError;
-use crate::signals;
+use crate::report::command_error::CommandError;
+use crate::system::clock::Stopwatch;
+use crate::system::signals;
 
 /// A piece of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]

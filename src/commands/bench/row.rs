@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use surefoot_planner::stage::Stage;
-use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::base::digest::Digest;
 
-use super::statistics::{Summary, mean};
-use super::table::{aligned, seconds};
-use super::trial::Trial;
+use crate::commands::bench::statistics::{Summary, mean};
+use crate::commands::bench::table::{aligned, seconds};
+use crate::commands::bench::trial::Trial;
 
 /// One row of a bench: the trials of one scenario. Times and work are of the searches that found a
 /// plan; null where none did.

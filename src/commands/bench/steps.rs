@@ -6,16 +6,16 @@ use serde::Serialize;
 use surefoot_planner::stage::Stage;
 use surefoot_planner::{Outcome, Planner, Status};
 
-use super::arguments::StepsArguments;
-use super::courses;
-use super::machine::Machine;
-use super::pieces;
-use super::statistics::{Summary, mean};
-use super::table::{aligned, seconds};
-use crate::clock::Stopwatch;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::inputs::Inputs;
-use crate::{affinity, memory, signals, terminal};
+use crate::cli::bench_arguments::StepsArguments;
+use crate::commands::bench::machine::Machine;
+use crate::commands::bench::pieces;
+use crate::commands::bench::scenarios;
+use crate::commands::bench::statistics::{Summary, mean};
+use crate::commands::bench::table::{aligned, seconds};
+use crate::input::inputs::Inputs;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::clock::Stopwatch;
+use crate::system::{cores, memory, signals, terminal};
 
 /// The scenarios measured unless told otherwise.
 const SCENARIOS: [&str; 4] = ["flat_walk", "ibeam_gap", "stepping_stones", "stairs"];
@@ -85,17 +85,17 @@ struct StageRow {
 /// # Errors
 /// When a scenario cannot be used, or a signal comes.
 pub fn run(arguments: &StepsArguments) -> Result<CommandOutcome, CommandError> {
-    let scenarios = courses::load(&arguments.scenarios, &SCENARIOS)?;
+    let scenarios = scenarios::load(&arguments.scenarios, &SCENARIOS)?;
     let machine = Machine::this()?;
-    let core = arguments.core.unwrap_or_else(|| affinity::cores() - 1);
-    if core >= affinity::cores() {
+    let core = arguments.core.unwrap_or_else(|| cores::cores() - 1);
+    if core >= cores::cores() {
         return Err(CommandError::Usage(format!(
             "--core {core}: this process may use the cores 0 to {}",
-            affinity::cores() - 1
+            cores::cores() - 1
         )));
     }
     let step_seconds = f64::from(arguments.step) * 1e-6;
-    affinity::pin(Some(core));
+    cores::pin(Some(core));
     let memory = memory::lock()
         .map_or_else(|reason| format!("not locked: {reason}"), |()| "locked".to_owned());
     let rows =

@@ -8,15 +8,15 @@ use serde::{Deserialize, Serialize};
 use surefoot_controller_sim::check_plan;
 use surefoot_planner::Planner;
 use surefoot_planner::stage::Stage;
-use surefoot_shared_types::config::Scenario;
-use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::plan_file::write::plan_from_chunks;
 
-use super::pieces;
-use crate::clock::{Stopwatch, processor_seconds};
-use crate::failure::CommandError;
-use crate::inputs::Inputs;
-use crate::search;
+use crate::commands::bench::pieces;
+use crate::commands::search_loop;
+use crate::input::inputs::Inputs;
+use crate::report::command_error::CommandError;
+use crate::system::clock::{Stopwatch, processor_seconds};
 
 /// Work units between two looks at whether a signal came, while stages are timed.
 const STAGE_WORK: u64 = 20_000;
@@ -133,7 +133,7 @@ impl TrialSetup<'_> {
         let mut planner = make()?;
         let ready_seconds = watch.seconds();
         let processor = processor_seconds();
-        let planned = search::run(&mut planner, scenario.planner.work_max, &mut |_| Ok(()))?;
+        let planned = search_loop::run(&mut planner, scenario.planner.work_max, &mut |_| Ok(()))?;
         let spent = processor_seconds() - processor;
         let trial = Trial {
             key: self.key(program),

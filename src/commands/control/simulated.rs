@@ -3,12 +3,14 @@
 use std::time::Duration;
 
 use surefoot_controller_sim::ChunkExecutor;
-use surefoot_controller_sim::channel::{ChannelError, PlanSubscriber, StatePublisher};
-use surefoot_controller_sim::simulation::Simulation;
+use surefoot_controller_sim::channel::StatePublisher;
+use surefoot_controller_sim::channel::plan_subscriber::PlanSubscriber;
+use surefoot_controller_sim::execution::simulation::Simulation;
+use surefoot_shared_types::instance::ChannelError;
 use surefoot_shared_types::message::PlanChunk;
 
-use crate::clock::Stopwatch;
-use crate::signals;
+use crate::system::clock::Stopwatch;
+use crate::system::signals;
 
 /// Simulated time between two ticks, s.
 const TICK_SECONDS: f64 = 0.01;

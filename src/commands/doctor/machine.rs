@@ -3,8 +3,8 @@
 use std::ffi::CString;
 use std::path::Path;
 
-use super::Finding;
-use crate::affinity;
+use crate::commands::doctor::Finding;
+use crate::system::cores;
 
 const SHARED_MEMORY: &str = "/dev/shm";
 /// Free shared memory that a walk needs, with room to spare, MiB.
@@ -15,7 +15,7 @@ const OPEN_FILES_MIN: u64 = 256;
 const LOCKED_KIB_MIN: u64 = 65_536;
 
 /// Whether shared memory can be written to, and how much of it there is.
-pub(super) fn shared_memory() -> Vec<Finding> {
+pub(crate) fn shared_memory() -> Vec<Finding> {
     let writable =
         match tempfile::Builder::new().prefix("surefoot-doctor-").tempfile_in(SHARED_MEMORY) {
             Ok(_) => Finding::good(format!("shared memory: {SHARED_MEMORY} can be written to")),
@@ -38,15 +38,15 @@ pub(super) fn shared_memory() -> Vec<Finding> {
 }
 
 /// Whether planner and controller can have a core each.
-pub(super) fn cores() -> Finding {
-    match affinity::cores() {
+pub(crate) fn cores() -> Finding {
+    match cores::cores() {
         1 => Finding::advice("cores: 1; planner and controller share it, give them two for speed"),
         cores => Finding::good(format!("cores: {cores}; planner and controller have one each")),
     }
 }
 
 /// The limits that the system sets this process.
-pub(super) fn limits() -> Vec<Finding> {
+pub(crate) fn limits() -> Vec<Finding> {
     let open_files = match soft_limit(libc::RLIMIT_NOFILE) {
         Some(files) if files < OPEN_FILES_MIN => Finding::missing(format!(
             "open files: {files}, {OPEN_FILES_MIN} are needed; run 'ulimit -n 1024'"

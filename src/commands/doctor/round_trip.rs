@@ -4,14 +4,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use surefoot_controller_sim::channel::{ChunkDecision, PlanSubscriber};
-use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
-use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::{ChannelError, Instance, random_id};
+use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber};
+use surefoot_planner::channel::plan_publisher::{DeliveryOutcome, PlanPublisher};
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::{ChannelError, random_id};
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Margins, PlanChunk};
 
-use crate::clock::Stopwatch;
+use crate::system::clock::Stopwatch;
 
 /// Chunks that make the trip.
 const CHUNKS: u64 = 64;
@@ -19,7 +20,7 @@ const CHUNKS: u64 = 64;
 const WAIT_MAX: Duration = Duration::from_secs(5);
 
 /// Sends chunks through the instance; returns a description, or why it failed.
-pub(super) fn run(instance: &Instance) -> Result<String, String> {
+pub(crate) fn run(instance: &Instance) -> Result<String, String> {
     let watch = Stopwatch::start();
     let over = AtomicBool::new(false);
     let outcome = std::thread::scope(|scope| {

@@ -5,7 +5,7 @@ use surefoot_shared_types::message::State;
 
 /// Statistics of the ticks of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(super) struct StateSummary {
+pub(crate) struct StateSummary {
     /// Ticks received per second.
     ticks_per_second: f64,
     /// Ticks missed so far.
@@ -22,7 +22,7 @@ pub(super) struct StateSummary {
 
 /// Statistics of the states received so far.
 #[derive(Debug, Default)]
-pub(super) struct StateStats {
+pub(crate) struct StateStats {
     last: Option<State>,
     missed: u64,
     ticks: u64,
@@ -31,7 +31,7 @@ pub(super) struct StateStats {
 
 impl StateStats {
     /// Takes in a state.
-    pub(super) fn record(&mut self, state: &State) {
+    pub(crate) fn record(&mut self, state: &State) {
         let before = self.last.filter(|before| before.instance == state.instance);
         self.missed += before.map_or(0, |before| state.tick.saturating_sub(before.tick + 1));
         self.last = Some(*state);
@@ -45,7 +45,7 @@ impl StateStats {
     }
 
     /// Statistics of the last `period` (s), if a state was received; starts a new one.
-    pub(super) fn summary(&mut self, period: f64) -> Option<StateSummary> {
+    pub(crate) fn summary(&mut self, period: f64) -> Option<StateSummary> {
         let [balance_margin, friction_use, torque_use] = self.worst.take()?;
         let ticks = std::mem::take(&mut self.ticks);
         Some(StateSummary {
@@ -61,7 +61,7 @@ impl StateStats {
 
 impl StateSummary {
     /// A part of a line for a person.
-    pub(super) fn describe(&self) -> String {
+    pub(crate) fn describe(&self) -> String {
         let Self { ticks_per_second, missed, plan_seconds, .. } = self;
         let margin = 1000.0 * self.balance_margin;
         let (friction, torque) = (100.0 * self.friction_use, 100.0 * self.torque_use);

@@ -9,21 +9,23 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use surefoot_planner::Planner;
-use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
-use surefoot_planner::prepare::Preparation;
-use surefoot_shared_types::instance::desk::RequestServer;
+use surefoot_planner::channel::plan_publisher::{DeliveryOutcome, PlanPublisher};
+use surefoot_planner::preparation::build::Preparation;
 use surefoot_shared_types::instance::random_id;
+use surefoot_shared_types::instance::requests::RequestServer;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
-use super::super::enter_instance;
-use super::may_replan;
-use super::task::PlanningTask;
-use crate::arguments::PlanArguments;
-use crate::audience::Reporter;
-use crate::failure::{CommandError, CommandOutcome};
-use crate::inputs::Inputs;
-use crate::line::{PlanResult, Planned, RoleEvent};
-use crate::{search, signals, verdict};
+use crate::cli::arguments::PlanArguments;
+use crate::commands::plan::may_replan;
+use crate::commands::plan::planning_task::PlanningTask;
+use crate::commands::search_loop;
+use crate::commands::session::enter_instance;
+use crate::input::inputs::Inputs;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::report::event::{PlanResult, Planned, RoleEvent};
+use crate::report::reporter::Reporter;
+use crate::report::summary;
+use crate::system::signals;
 
 /// Time between two polls of the request server.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
@@ -37,7 +39,7 @@ type IncomingRequest = (PlanRequest, RequestKind);
 ///
 /// # Errors
 /// When no instance is named, the transport fails, or a signal comes.
-pub(super) fn run(
+pub(crate) fn run(
     arguments: &PlanArguments,
     inputs: &Inputs,
     preparation: Preparation<'static>,
@@ -253,7 +255,7 @@ impl Server<'_> {
             }
             reporter.emit(event)
         };
-        search::run_until(planner, task.scenario.planner.work_max, &mut emit, &mut || {
+        search_loop::run_until(planner, task.scenario.planner.work_max, &mut emit, &mut || {
             queue.borrow_mut().is_interrupted()
         })
     }
@@ -265,7 +267,7 @@ impl Server<'_> {
         task: &PlanningTask,
     ) -> Result<Planner, RequestState> {
         self.reporter.print(|| {
-            verdict::search_summary(&format!("plan {}.{}", task.plan_id, task.epoch), planned)
+            summary::search_summary(&format!("plan {}.{}", task.plan_id, task.epoch), planned)
         });
         let mut queue = self.queue.borrow_mut();
         queue.status.work = planned.work;

@@ -3,15 +3,15 @@
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 use surefoot_planner::PlannerError;
+use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::foot_placement::{
     FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, Surfaces,
 };
-use surefoot_planner::random::{Random, Stream};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::scene::World;
-use surefoot_shared_types::spatial::rotation_about;
+use surefoot_shared_types::base::spatial::rotation_about;
+use surefoot_shared_types::world::world::World;
 
-use crate::clock::Stopwatch;
+use crate::system::clock::Stopwatch;
 
 /// How far from the origin the ideals lie at the most, m.
 const IDEALS: DVec3 = DVec3::new(0.1, 0.2, 0.05);
@@ -155,7 +155,7 @@ fn request(sole: &[DVec2], seed: u64, query: u64) -> PlacementQuery<'_> {
 mod tests {
     use super::*;
     use surefoot_shared_types::Shape;
-    use surefoot_shared_types::scene::WorldShape;
+    use surefoot_shared_types::world::world::WorldShape;
 
     const SOLE: [DVec2; 4] = [
         DVec2::new(-0.09, -0.07),

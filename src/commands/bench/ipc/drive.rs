@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
-use crate::allocations;
-use crate::clock::Stopwatch;
 use crate::commands::bench::statistics::Summary;
-use crate::failure::CommandError;
-use crate::{affinity, signals};
+use crate::report::command_error::CommandError;
+use crate::system::allocations;
+use crate::system::clock::Stopwatch;
+use crate::system::{cores, signals};
 
 /// The end that sends chunks.
-pub(super) trait Near {
+pub(crate) trait Near {
     /// Sends chunk number `number`, counted from 1.
     fn send(&mut self, chunk: &PlanChunk, number: u64) -> Result<(), CommandError>;
     /// The number of the newest chunk that was answered.
@@ -20,25 +20,25 @@ pub(super) trait Near {
 }
 
 /// The end that answers.
-pub(super) trait Far {
+pub(crate) trait Far {
     /// Takes the next chunk out, if one came, and answers it.
     fn serve(&mut self) -> Result<(), CommandError>;
 }
 
 /// What was measured.
 #[derive(Debug)]
-pub(super) struct Measured {
+pub(crate) struct Measured {
     /// Each round trip, s.
-    pub(super) round_trips: Vec<f64>,
+    pub(crate) round_trips: Vec<f64>,
     /// With many on their way.
-    pub(super) chunks_per_second: f64,
+    pub(crate) chunks_per_second: f64,
     /// During the round trips.
-    pub(super) allocations: u64,
+    pub(crate) allocations: u64,
 }
 
 impl Measured {
     /// The statistics of the round trips.
-    pub(super) fn round_trip(&self) -> Summary {
+    pub(crate) fn round_trip(&self) -> Summary {
         let none = Summary {
             mean: f64::NAN,
             std: f64::NAN,
@@ -52,7 +52,7 @@ impl Measured {
 }
 
 /// Feedback as a controller would answer.
-pub(super) fn feedback(number: u64) -> Feedback {
+pub(crate) fn feedback(number: u64) -> Feedback {
     Feedback {
         schema: FEEDBACK_SCHEMA,
         instance: 1,
@@ -62,7 +62,7 @@ pub(super) fn feedback(number: u64) -> Feedback {
 }
 
 /// A chunk with something in it.
-pub(super) fn chunk() -> PlanChunk {
+pub(crate) fn chunk() -> PlanChunk {
     let mut chunk: PlanChunk = bytemuck::Zeroable::zeroed();
     bytemuck::bytes_of_mut(&mut chunk)
         .iter_mut()
@@ -73,17 +73,17 @@ pub(super) fn chunk() -> PlanChunk {
 
 /// Measures a transport of which up to `window` chunks may be on their way. Each end is made on the
 /// core where it runs.
-pub(super) fn measure<N: Near, F: Far>(
+pub(crate) fn measure<N: Near, F: Far>(
     rounds: usize,
     window: u64,
     near: impl FnOnce() -> Result<N, CommandError> + Send,
     far: impl FnOnce() -> Result<F, CommandError> + Send,
 ) -> Result<Measured, CommandError> {
     let over = AtomicBool::new(false);
-    let (near_core, far_core) = affinity::cores_of_roles(1);
+    let (near_core, far_core) = cores::cores_of_roles(1);
     std::thread::scope(|scope| {
         let served = scope.spawn(|| {
-            affinity::pin(far_core);
+            cores::pin(far_core);
             let mut far = far()?;
             while !over.load(Ordering::Relaxed) {
                 far.serve()?;
@@ -91,7 +91,7 @@ pub(super) fn measure<N: Near, F: Far>(
             Ok(())
         });
         let driven = scope.spawn(|| {
-            affinity::pin(near_core);
+            cores::pin(near_core);
             let driven = near()
                 .and_then(|mut near| both(&mut near, rounds, window, &|| served_ended(&over)));
             over.store(true, Ordering::Relaxed);

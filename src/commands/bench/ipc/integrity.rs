@@ -1,16 +1,16 @@
 //! What both ends do to trust the bytes: the same work as our transport does, for raw memory.
 
-use surefoot_shared_types::digest::Digest;
+use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::{Feedback, PlanChunk, WithCrc};
 
 /// The near end's part before it sends: the CRC.
-pub(super) fn write_crc(chunk: &mut PlanChunk) {
+pub(crate) fn write_crc(chunk: &mut PlanChunk) {
     chunk.write_crc();
 }
 
 /// The far end's part: checks the CRC, chains the digest, writes the CRCs of its record and
 /// feedback.
-pub(super) fn check(chunk: &PlanChunk, feedback: &mut Feedback) {
+pub(crate) fn check(chunk: &PlanChunk, feedback: &mut Feedback) {
     if chunk.crc_matches() {
         feedback.stream = chunk.stream_after();
     }
@@ -20,6 +20,6 @@ pub(super) fn check(chunk: &PlanChunk, feedback: &mut Feedback) {
 }
 
 /// The near end's part when it receives the feedback.
-pub(super) fn verified_digest(feedback: &Feedback) -> Digest {
+pub(crate) fn verified_digest(feedback: &Feedback) -> Digest {
     if feedback.crc_matches() { feedback.stream } else { Digest::default() }
 }

@@ -13,14 +13,15 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use surefoot_shared_types::instance::{ChannelError, remove_segments};
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
-use super::drive::{self, Far, Measured, Near, feedback};
-use crate::failure::CommandError;
+use crate::commands::bench::ipc::drive;
+use crate::commands::bench::ipc::drive::{Far, Measured, Near, feedback};
+use crate::report::command_error::CommandError;
 
 /// The default buffer of a reader: with more chunks on their way the oldest vanish.
 const WINDOW: u64 = 2;
 
 /// Measures it.
-pub(super) fn measure(rounds: usize) -> Result<Measured, CommandError> {
+pub(crate) fn measure(rounds: usize) -> Result<Measured, CommandError> {
     let folder = tempfile::Builder::new()
         .prefix("sfbench")
         .permissions(Permissions::from_mode(0o700))

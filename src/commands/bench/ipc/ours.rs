@@ -5,18 +5,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use bytemuck::Zeroable;
-use surefoot_controller_sim::channel::{ChunkDecision, PlanSubscriber, StreamEnd};
-use surefoot_planner::channel::{DeliveryOutcome, PlanPublisher};
-use surefoot_shared_types::digest::Digest;
-use surefoot_shared_types::instance::service::WINDOW_CHUNKS;
-use surefoot_shared_types::instance::{Instance, random_id};
+use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
+use surefoot_planner::channel::plan_publisher::{DeliveryOutcome, PlanPublisher};
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::participant::WINDOW_CHUNKS;
+use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Margins, PlanChunk};
 
-use super::drive::{Measured, chunk};
-use crate::clock::Stopwatch;
-use crate::failure::CommandError;
-use crate::{affinity, allocations};
+use crate::commands::bench::ipc::drive::{Measured, chunk};
+use crate::report::command_error::CommandError;
+use crate::system::clock::Stopwatch;
+use crate::system::{allocations, cores};
 
 /// Chunks of one plan: as many as both ends have loaned ahead.
 const PLAN: usize = 48;
@@ -27,7 +28,7 @@ const WAIT_MAX: Duration = Duration::from_secs(10);
 
 /// Where the judge has the digest of the stream from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Digests {
+pub(crate) enum Digests {
     /// It knows it: the transport alone is measured.
     Known,
     /// It makes it.
@@ -38,18 +39,18 @@ pub(super) enum Digests {
 type KnownDigests = Mutex<Vec<Digest>>;
 
 /// Measures it.
-pub(super) fn measure(rounds: usize, digests: Digests) -> Result<Measured, CommandError> {
+pub(crate) fn measure(rounds: usize, digests: Digests) -> Result<Measured, CommandError> {
     let known = KnownDigests::default();
     let instance = Instance::create(&format!("bench-{}", std::process::id()))?;
     let over = AtomicBool::new(false);
-    let (near_core, far_core) = affinity::cores_of_roles(1);
+    let (near_core, far_core) = cores::cores_of_roles(1);
     std::thread::scope(|scope| {
         let far = scope.spawn(|| {
-            affinity::pin(far_core);
+            cores::pin(far_core);
             accept_all(&instance, &over, (digests == Digests::Known).then_some(&known))
         });
         let near = scope.spawn(|| {
-            affinity::pin(near_core);
+            cores::pin(near_core);
             let driven = drive(&instance, rounds, &known);
             over.store(true, Ordering::Relaxed);
             driven

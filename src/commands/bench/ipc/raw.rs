@@ -4,12 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use memmap2::{MmapMut, MmapRaw};
-use surefoot_shared_types::instance::service::WINDOW_CHUNKS;
+use surefoot_shared_types::instance::participant::WINDOW_CHUNKS;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
-use super::drive::{self, Far, Measured, Near, feedback};
-use super::integrity;
-use crate::failure::CommandError;
+use crate::commands::bench::ipc::drive;
+use crate::commands::bench::ipc::drive::{Far, Measured, Near, feedback};
+use crate::commands::bench::ipc::integrity;
+use crate::report::command_error::CommandError;
 
 /// A slot of one message and the number of the one that it holds.
 #[repr(C, align(64))]
@@ -29,7 +30,7 @@ struct Board {
 struct Shared(Arc<MmapRaw>);
 
 /// Measures it; `with_crc` adds what our transport does to trust the bytes.
-pub(super) fn measure(rounds: usize, with_crc: bool) -> Result<Measured, CommandError> {
+pub(crate) fn measure(rounds: usize, with_crc: bool) -> Result<Measured, CommandError> {
     let map = MmapMut::map_anon(size_of::<Board>() + 64).map_err(CommandError::ReportsClosed)?;
     let shared = Shared(Arc::new(MmapRaw::from(map)));
     let far = shared.clone();

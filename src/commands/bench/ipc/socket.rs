@@ -4,17 +4,18 @@ use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-use surefoot_shared_types::instance::service::WINDOW_CHUNKS;
+use surefoot_shared_types::instance::participant::WINDOW_CHUNKS;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
-use super::drive::{self, Far, Measured, Near, feedback};
-use crate::failure::CommandError;
+use crate::commands::bench::ipc::drive;
+use crate::commands::bench::ipc::drive::{Far, Measured, Near, feedback};
+use crate::report::command_error::CommandError;
 
 /// How long the far end waits before it looks whether all is over.
 const WAIT_MAX: Duration = Duration::from_millis(100);
 
 /// Measures it.
-pub(super) fn measure(rounds: usize) -> Result<Measured, CommandError> {
+pub(crate) fn measure(rounds: usize) -> Result<Measured, CommandError> {
     let (near, far) = UnixStream::pair().map_err(CommandError::ReportsClosed)?;
     far.set_read_timeout(Some(WAIT_MAX)).map_err(CommandError::ReportsClosed)?;
     let chunk = Box::new(bytemuck::Zeroable::zeroed());

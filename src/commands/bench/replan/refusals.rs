@@ -5,9 +5,9 @@ use glam::DVec3;
 use surefoot_controller_sim::missing_contact;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, Correction, Feedback, PlanChunk, Standing};
-use surefoot_shared_types::robot::RobotModel;
+use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::inputs::Inputs;
+use crate::input::inputs::Inputs;
 
 /// Half of each side of the box that stands in the way, m.
 const BOX_HALF_SIDE: f64 = 0.03;

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::published::{Published, of_scenario};
 use crate::commands::bench::machine::Machine;
 use crate::commands::bench::row::{Row, stages};
 use crate::commands::bench::table::{aligned, count, seconds};
+use crate::commands::bench::thesis::published::{Published, of_scenario};
 
 /// What nobody may forget who compares.
 const CAVEAT: &str = "The thesis prints no dimension of its worlds: the geometry is our reconstruction. Its times were taken on an Intel Xeon E3-1290 v2 \

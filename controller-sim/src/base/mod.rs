@@ -1,0 +1,4 @@
+//! base.
+
+pub(crate) mod comparison;
+pub(crate) mod random;

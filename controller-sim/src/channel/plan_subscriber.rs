@@ -1,0 +1,419 @@
+//! The controller's end of the transport: receives chunks in order, once each, and publishes its
+//! progress.
+//!
+//! A chunk is checked in shared memory, without a copy. `stream_state` decides which chunks are
+//! checked; this file adds shared memory and the clock. Feedback is cumulative and repeated, so
+//! that a planner that joins late, or missed a message, receives it. `journal` stores where the
+//! robot stands for the controller that takes over when this one is killed.
+
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::{PortFactory, ipc};
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::instance::Participant;
+use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::loan_pool::LoanPool;
+use surefoot_shared_types::instance::participant::{FEEDBACK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
+use surefoot_shared_types::instance::wake_pipe::{PEER_POLLING_TIME, WakePipe, keep_polling};
+use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk};
+
+pub use surefoot_shared_types::instance::ChannelError;
+
+use crate::channel::state_publisher::StatePublisher;
+
+use crate::channel::fault_injection::FaultInjection;
+use crate::channel::journal::Journal;
+use crate::channel::stream_state::{ChunkTriage, StreamState};
+
+/// Time between two heartbeats while there is nothing to read.
+const HEARTBEAT_INTERVAL: Duration = Duration::from_millis(1);
+/// Time between two cleanings of what dead processes hold, while there is nothing to read.
+const CLEANUP_INTERVAL: Duration = Duration::from_millis(500);
+
+/// Result of checking a chunk.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ChunkDecision {
+    /// Executed, with its worst margins and the digest of the stream with it
+    /// ([`PlanChunk::stream_after`]), which the feedback carries.
+    Accepted(Margins, Digest),
+    /// As before, but executed as this chunk says, because the robot's feet are misplaced.
+    AcceptedAs(Margins, Digest, Box<PlanChunk>),
+    /// Not executed.
+    Refused {
+        /// What it violates.
+        check: Check,
+        /// Where in the chunk.
+        waypoint: u32,
+        /// With [`Check::WorldDiffers`], the difference. From the next epoch on the chunks must
+        /// carry the digest of the world so corrected
+        /// (`surefoot_shared_types::world::correction::corrected_digest`).
+        correction: Option<Correction>,
+    },
+}
+
+/// Checks chunks, each once and in order. While it works it may call `heartbeat` now and then, so
+/// that the planner receives a heartbeat.
+pub type ChunkCheck<'a> = dyn FnMut(&PlanChunk, &mut dyn FnMut()) -> ChunkDecision + 'a;
+
+/// A refused chunk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refusal {
+    /// The place of the refused chunk: the one that was expected next.
+    pub sequence: u64,
+    /// What it violates.
+    pub check: Check,
+    /// Where in the chunk.
+    pub waypoint: u32,
+}
+
+/// How receiving ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StreamEnd {
+    /// The plan's last chunk is accepted.
+    Finished,
+    /// A chunk is refused; the robot stands at the end of the one before.
+    Refused(Refusal),
+    /// No planner is attached any more, and the plan is not finished; the robot stands at the end
+    /// of the last executed chunk. Reported once until another chunk arrives.
+    PlannerLeft,
+    /// The caller ended it.
+    Stopped,
+}
+
+/// Counters of the chunks received since the instance's start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ReceiverStats {
+    /// All of them.
+    pub received: u64,
+    /// Checked and accepted.
+    pub accepted: u64,
+    /// Accepted before, and not executed again.
+    pub duplicates: u64,
+    /// Ahead of a chunk that is still missing, and ignored: the planner sends them again.
+    pub gaps: u64,
+    /// Of a planner session or plan that is over.
+    pub stale: u64,
+    /// Meant for another controller.
+    pub foreign: u64,
+}
+
+/// Receives chunks and publishes feedback.
+pub struct PlanSubscriber {
+    subscriber: Subscriber<ipc::Service, PlanChunk, ()>,
+    feedback_publisher: FeedbackPublisher,
+    participant: Participant,
+    stream_state: StreamState,
+    journal: Journal,
+    taken_over: Option<Feedback>,
+    active_at: Instant,
+    cleaned_at: Instant,
+    reported_left: bool,
+    /// Whether it blocked since its last answer: the planner may have blocked too.
+    has_slept: bool,
+}
+
+/// Publishes feedback.
+struct FeedbackPublisher {
+    loan_pool: LoanPool<Feedback>,
+    count: u64,
+    published_at: Instant,
+    /// Time of the last answer to a chunk. Heartbeats do not wake the planner.
+    answered_at: Instant,
+    faults: Option<FaultInjection>,
+}
+
+impl PlanSubscriber {
+    /// Joins the instance as a controller, where the one before left the robot. `id` must not be 0
+    /// and must differ from that of every controller before (`instance::random_id`): chunks are
+    /// addressed to it.
+    ///
+    /// # Errors
+    /// `id` is 0, another controller moves the robot of this instance, the journal cannot be read
+    /// or written, a service has another message layout, or the transport fails.
+    pub fn open(instance: &Instance, id: u64) -> Result<Self, ChannelError> {
+        if id == 0 {
+            return Err(ChannelError::Id);
+        }
+        let participant = Participant::open(instance)?;
+        let (journal, record) = Journal::open(instance)?;
+        let subscriber =
+            participant.chunks.subscriber_builder().buffer_size(WINDOW_CHUNKS).create();
+        let subscriber = subscriber
+            .map_err(|error| ChannelError::transport("creating the chunk subscriber", error))?;
+        let feedback_publisher = FeedbackPublisher::open(&participant)?;
+        instance.reserve_segments()?;
+        let stream_state = record
+            .map_or_else(|| StreamState::new(id), |record| StreamState::take_over(id, &record));
+        let taken_over = record.map(|record| record.word);
+        let start = now();
+        let mut plan_subscriber = Self {
+            subscriber,
+            feedback_publisher,
+            participant,
+            stream_state,
+            journal,
+            taken_over,
+            active_at: start,
+            cleaned_at: start,
+            reported_left: false,
+            has_slept: true,
+        };
+        plan_subscriber.feedback_publisher.publish(&plan_subscriber.stream_state)?;
+        Ok(plan_subscriber)
+    }
+
+    /// The publisher of the simulated robot's state.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub fn open_state(&self) -> Result<StatePublisher, ChannelError> {
+        StatePublisher::open(&self.participant)
+    }
+
+    /// Loses and delays feedback messages, as the seed says. Any message may be lost, so the result
+    /// must not change.
+    pub fn inject_faults(&mut self, seed: u64) {
+        self.feedback_publisher.faults = Some(FaultInjection::new(seed));
+    }
+
+    /// The last feedback of the controller whose robot this one took over, if there was one.
+    pub fn taken_over(&self) -> Option<&Feedback> {
+        self.taken_over.as_ref()
+    }
+
+    /// Receives until the plan is finished, a chunk is refused, or `keep_going` returns false.
+    /// `check_chunk` is called once per chunk, in order, after its CRC and its stream digest are
+    /// checked. Call it again to wait for a new plan or epoch.
+    ///
+    /// # Errors
+    /// The transport or the journal fails.
+    pub fn run(
+        &mut self,
+        check_chunk: &mut ChunkCheck<'_>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<StreamEnd, ChannelError> {
+        while keep_going() {
+            match self.receive_one(check_chunk)? {
+                Received::Nothing => {
+                    self.idle()?;
+                    if self.has_planner_left() {
+                        return Ok(StreamEnd::PlannerLeft);
+                    }
+                }
+                Received::Ignored => self.active_at = now(),
+                Received::Checked => {
+                    self.active_at = now();
+                    self.reported_left = false;
+                    if let Some(ended) = self.stream_end() {
+                        return Ok(ended);
+                    }
+                }
+            }
+        }
+        Ok(StreamEnd::Stopped)
+    }
+
+    /// How the stream ended at which the robot stands, if it did. A controller that takes over need
+    /// not wait for a chunk then.
+    pub fn stream_end(&self) -> Option<StreamEnd> {
+        let refused = self.stream_state.refusal().map(StreamEnd::Refused);
+        refused.or(self.stream_state.is_finished().then_some(StreamEnd::Finished))
+    }
+
+    /// Keeps running after a plan ends: repeats the last feedback until the planner has read it,
+    /// and executes the next plan or epoch. Returns its end, or nothing once `keep_going` returns
+    /// false. With a `timeout`, also nothing when no planner is attached or no plan has begun for
+    /// that time.
+    ///
+    /// # Errors
+    /// The transport or the journal fails.
+    pub fn linger(
+        &mut self,
+        check_chunk: &mut ChunkCheck<'_>,
+        timeout: Option<Duration>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> Result<Option<StreamEnd>, ChannelError> {
+        let start = now();
+        while keep_going() {
+            let has_no_publisher =
+                || self.participant.chunks.dynamic_config().number_of_publishers() == 0;
+            if timeout.is_some_and(|timeout| start.elapsed() >= timeout || has_no_publisher()) {
+                return Ok(None);
+            }
+            match self.receive_one(check_chunk)? {
+                Received::Checked if self.stream_end().is_some() => return Ok(self.stream_end()),
+                Received::Checked => return self.run(check_chunk, keep_going).map(Some),
+                Received::Nothing | Received::Ignored => self.idle()?,
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether the planner left in the middle of its plan and this is not reported yet.
+    fn has_planner_left(&mut self) -> bool {
+        let mid_plan = self.stream_state.is_mid_plan() && !self.reported_left;
+        let left = mid_plan && self.participant.chunks.dynamic_config().number_of_publishers() == 0;
+        self.reported_left |= left;
+        left
+    }
+
+    /// Counters of the received chunks.
+    pub fn stats(&self) -> ReceiverStats {
+        self.stream_state.stats()
+    }
+
+    /// The current feedback.
+    pub fn feedback(&self) -> Feedback {
+        self.stream_state.feedback(self.feedback_publisher.count)
+    }
+
+    /// Receives a chunk and answers it.
+    fn receive_one(&mut self, check_chunk: &mut ChunkCheck<'_>) -> Result<Received, ChannelError> {
+        let received = self
+            .subscriber
+            .receive()
+            .map_err(|error| ChannelError::transport("receiving a chunk", error))?;
+        let Some(sample) = received else { return Ok(Received::Nothing) };
+        let chunk = sample.payload();
+        match self.stream_state.triage(chunk) {
+            ChunkTriage::Ignore => return Ok(Received::Ignored),
+            ChunkTriage::Refuse(check) => self.stream_state.refuse(check, 0, None),
+            ChunkTriage::Check => self.check_chunk(chunk, check_chunk)?,
+        }
+        let feedback = self.feedback_publisher.next_feedback(&self.stream_state);
+        self.journal.write(self.stream_state.stream_after_first(), &feedback);
+        let may_sleep = std::mem::take(&mut self.has_slept);
+        self.feedback_publisher.publish_and_notify(
+            feedback,
+            may_sleep,
+            &self.participant.feedback_wake_pipe,
+        )?;
+        Ok(Received::Checked)
+    }
+
+    /// Checks a chunk, with heartbeats when that takes long.
+    fn check_chunk(
+        &mut self,
+        chunk: &PlanChunk,
+        check_chunk: &mut ChunkCheck<'_>,
+    ) -> Result<(), ChannelError> {
+        let (feedback_publisher, stream_state) =
+            (&mut self.feedback_publisher, &mut self.stream_state);
+        stream_state.set_busy(true);
+        let mut published = Ok(());
+        let decision = check_chunk(chunk, &mut || {
+            if published.is_ok() && feedback_publisher.is_due() {
+                published = feedback_publisher.publish(stream_state);
+            }
+        });
+        stream_state.set_busy(false);
+        match decision {
+            ChunkDecision::Accepted(margins, stream) => {
+                stream_state.accept(chunk, stream, &margins, chunk)
+            }
+            ChunkDecision::AcceptedAs(margins, stream, executed) => {
+                stream_state.accept(chunk, stream, &margins, &executed)
+            }
+            ChunkDecision::Refused { check, waypoint, correction } => {
+                stream_state.refuse(check, waypoint, correction)
+            }
+        }
+        published
+    }
+
+    /// Without input: publishes a heartbeat when it is due, polls for a short time after the last
+    /// chunk, then blocks on the wake pipe.
+    fn idle(&mut self) -> Result<(), ChannelError> {
+        if self.feedback_publisher.is_due() {
+            self.feedback_publisher.publish(&self.stream_state)?;
+        }
+        if keep_polling(self.active_at.elapsed()) {
+            return Ok(());
+        }
+        if self.cleaned_at.elapsed() >= CLEANUP_INTERVAL {
+            self.participant.node.try_cleanup_dead_nodes();
+            self.cleaned_at = now();
+        }
+        self.feedback_publisher.loan_pool.refill(LOANS_AHEAD)?;
+        self.has_slept = true;
+        self.participant.chunk_wake_pipe.wait(HEARTBEAT_INTERVAL);
+        Ok(())
+    }
+}
+
+/// Result of one receive call.
+enum Received {
+    Nothing,
+    Ignored,
+    Checked,
+}
+
+impl FeedbackPublisher {
+    fn open(participant: &Participant) -> Result<Self, ChannelError> {
+        let publisher =
+            participant.feedback.publisher_builder().max_loaned_samples(FEEDBACK_POOL).create();
+        let publisher = publisher
+            .map_err(|error| ChannelError::transport("creating the feedback publisher", error))?;
+        participant.instance.reserve_segments()?;
+        Ok(Self {
+            loan_pool: LoanPool::new(publisher, FEEDBACK_POOL, LOANS_AHEAD)?,
+            count: 0,
+            published_at: now(),
+            answered_at: now(),
+            faults: None,
+        })
+    }
+
+    /// Whether it is time for a heartbeat.
+    fn is_due(&self) -> bool {
+        self.published_at.elapsed() >= HEARTBEAT_INTERVAL
+    }
+
+    /// Publishes feedback and wakes a planner that may be blocked.
+    fn publish_and_notify(
+        &mut self,
+        feedback: Feedback,
+        may_sleep: bool,
+        wake_pipe: &WakePipe,
+    ) -> Result<(), ChannelError> {
+        let may_sleep = may_sleep || self.answered_at.elapsed() >= PEER_POLLING_TIME;
+        self.send(feedback)?;
+        self.answered_at = self.published_at;
+        if may_sleep {
+            wake_pipe.notify();
+        }
+        Ok(())
+    }
+
+    /// Publishes the current feedback.
+    fn publish(&mut self, stream_state: &StreamState) -> Result<(), ChannelError> {
+        let feedback = self.next_feedback(stream_state);
+        self.send(feedback)
+    }
+
+    fn next_feedback(&mut self, stream_state: &StreamState) -> Feedback {
+        self.count += 1;
+        stream_state.feedback(self.count)
+    }
+
+    /// Sends feedback in a loaned sample.
+    fn send(&mut self, feedback: Feedback) -> Result<(), ChannelError> {
+        let delivered = match &mut self.faults {
+            Some(faults) => faults.delivered(feedback),
+            None => Some(feedback),
+        };
+        self.published_at = now();
+        let Some(feedback) = delivered else { return Ok(()) };
+        let sent = self.loan_pool.take()?.write_payload(feedback).send();
+        sent.map(drop).map_err(|error| ChannelError::transport("sending feedback", error))
+    }
+}
+
+#[allow(
+    clippy::disallowed_methods,
+    reason = "time decides only when feedback is repeated, never what is checked"
+)]
+fn now() -> Instant {
+    Instant::now()
+}

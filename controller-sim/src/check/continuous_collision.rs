@@ -1,0 +1,232 @@
+//! Distances over a continuous motion, by bounds on how far anything can move between two instants.
+//!
+//! The signed distance of two bodies changes no faster than they move. If it is `d0` and `d1` at
+//! the ends of an interval in which no point moves more than `w` relative to the other body, it
+//! never falls below `(d0 + d1 - w) / 2`. Where that does not clear a pair, the interval is halved
+//! for this pair, down to a motion of [`RESOLUTION`].
+
+use glam::DVec3;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::message::Check;
+use surefoot_shared_types::robot::model::RobotModel;
+
+use crate::base::comparison::{is_at_most, is_below};
+use crate::check::checker::Violation;
+use crate::check::collision::overlap_violation;
+use crate::check::motion::Change;
+use crate::check::motion_bounds::LeverArms;
+use crate::geometry::body::{CollisionBody, SolidPose};
+use crate::geometry::separation::{body_separation, separation};
+use crate::kinematics::forward::{Configuration, Posture};
+
+/// For motions up to this length (m) only their ends are checked.
+const RESOLUTION: f64 = 1e-3;
+
+/// The second body of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OtherBody {
+    /// A body of the robot.
+    Robot(usize),
+    /// A body of the world.
+    World(usize),
+}
+
+/// Two bodies that must stay apart.
+#[derive(Debug, Clone)]
+pub struct BodyPair {
+    /// The robot's body.
+    pub body: usize,
+    /// The body that it must not overlap.
+    pub other_body: OtherBody,
+    /// Whether its distance counts as a margin; that of a foot and the world, on which it comes to
+    /// stand, does not.
+    measured: bool,
+    /// The last separating direction.
+    hint: Option<DVec3>,
+}
+
+impl BodyPair {
+    /// A pair about which nothing is known.
+    pub fn new(body: usize, other_body: OtherBody, measured: bool) -> Self {
+        Self { body, other_body, measured, hint: None }
+    }
+}
+
+/// One check of one motion.
+pub struct ContinuousCollision<'a> {
+    /// The robot.
+    pub model: &'a RobotModel,
+    /// Its bodies.
+    pub robot: &'a [CollisionBody],
+    /// The world's bodies.
+    pub world: &'a [CollisionBody],
+    /// Where the world's bodies are.
+    pub world_poses: &'a [SolidPose],
+    /// Lever arms of the robot's bodies.
+    pub lever_arms: &'a [LeverArms],
+    /// The pairs to keep apart.
+    pub pairs: &'a mut [BodyPair],
+    /// What an overlap violates.
+    pub check: Check,
+    /// The deepest overlap allowed, m.
+    pub penetration_max: f64,
+    /// The smallest distance measured so far, m.
+    pub worst: f64,
+}
+
+/// Where everything is at an instant.
+struct BodyPoses {
+    robot: Vec<SolidPose>,
+}
+
+/// A part of the motion between two waypoints.
+struct Interval<'a> {
+    waypoint: usize,
+    start: &'a Configuration,
+    end: &'a Configuration,
+    /// Its ends, as fractions of the step between the waypoints.
+    from: f64,
+    to: f64,
+}
+
+impl ContinuousCollision<'_> {
+    /// Checks a whole motion. `heartbeat` is called at every waypoint.
+    pub fn run(
+        &mut self,
+        configurations: &[Configuration],
+        heartbeat: &mut dyn FnMut(),
+    ) -> Result<(), Violation> {
+        let mut before: Option<BodyPoses> = None;
+        for (waypoint, end) in configurations.iter().enumerate() {
+            heartbeat();
+            let poses = self.place(end);
+            // A single waypoint is an interval without motion.
+            let (previous, start) = match (&before, waypoint.checked_sub(1)) {
+                (Some(previous), Some(index)) => (previous, &configurations[index]),
+                _ => (&poses, end),
+            };
+            if before.is_some() || configurations.len() == 1 {
+                let interval = Interval {
+                    waypoint: waypoint.saturating_sub(1),
+                    start,
+                    end,
+                    from: 0.0,
+                    to: 1.0,
+                };
+                let displacements = self.displacements(&interval, &Change::between(start, end))?;
+                let all: Vec<usize> = (0..self.pairs.len()).collect();
+                self.clear(&interval, (previous, &poses), &displacements, &all)?;
+            }
+            before = Some(poses);
+        }
+        Ok(())
+    }
+
+    fn place(&self, configuration: &Configuration) -> BodyPoses {
+        let posture = Posture::new(self.model, configuration);
+        let placed = |body: &CollisionBody| {
+            SolidPose::new(
+                body,
+                &body.link.map_or(Pose::IDENTITY, |link| posture.world_from_link[link]),
+            )
+        };
+        BodyPoses { robot: self.robot.iter().map(placed).collect() }
+    }
+
+    /// The motion of each pair; each finite, so that halving it ends.
+    fn displacements(&self, interval: &Interval, change: &Change) -> Result<Vec<f64>, Violation> {
+        let displacements: Vec<f64> =
+            self.pairs.iter().map(|pair| self.displacement(pair, change)).collect();
+        match displacements.iter().find(|displacement| !is_below(**displacement, f64::INFINITY)) {
+            Some(displacement) => Err(Violation::new(
+                self.check,
+                interval.waypoint,
+                format!("a link moves by {displacement} m to the next waypoint"),
+            )),
+            None => Ok(displacements),
+        }
+    }
+
+    fn displacement(&self, pair: &BodyPair, change: &Change) -> f64 {
+        match pair.other_body {
+            OtherBody::World(_) => self.lever_arms[pair.body].displacement_max(change),
+            OtherBody::Robot(other) => self.lever_arms[pair.body]
+                .relative_displacement_max(&self.lever_arms[other], change),
+        }
+    }
+
+    /// Clears the given pairs over an interval. `displacements` holds their displacements over the
+    /// whole step between the waypoints.
+    fn clear(
+        &mut self,
+        interval: &Interval,
+        ends: (&BodyPoses, &BodyPoses),
+        displacements: &[f64],
+        pairs: &[usize],
+    ) -> Result<(), Violation> {
+        let mut in_doubt = Vec::new();
+        for &pair in pairs {
+            let displacement = displacements[pair] * (interval.to - interval.from);
+            let at_start = self.distance(interval.waypoint, ends.0, pair, displacement)?;
+            let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
+            let lowest = 0.5 * (at_start + at_end - displacement);
+            if !is_at_most(-self.penetration_max, lowest) && !is_at_most(displacement, RESOLUTION) {
+                in_doubt.push(pair);
+            }
+        }
+        if in_doubt.is_empty() {
+            return Ok(());
+        }
+        let middle = 0.5 * (interval.from + interval.to);
+        let poses = self.place(&interval.start.towards(interval.end, middle));
+        self.clear(
+            &Interval { to: middle, ..*interval },
+            (ends.0, &poses),
+            displacements,
+            &in_doubt,
+        )?;
+        self.clear(
+            &Interval { from: middle, ..*interval },
+            (&poses, ends.1),
+            displacements,
+            &in_doubt,
+        )
+    }
+
+    /// The distance of a pair, or a bound that is enough to clear a motion of length
+    /// `displacement`.
+    fn distance(
+        &mut self,
+        waypoint: usize,
+        poses: &BodyPoses,
+        index: usize,
+        displacement: f64,
+    ) -> Result<f64, Violation> {
+        let pair = &self.pairs[index];
+        let (body, placed) = (&self.robot[pair.body], &poses.robot[pair.body]);
+        let (other, there) = match pair.other_body {
+            OtherBody::Robot(other) => (&self.robot[other], &poses.robot[other]),
+            OtherBody::World(other) => (&self.world[other], &self.world_poses[other]),
+        };
+        let enough = if pair.measured { displacement.max(self.worst) } else { displacement };
+        let hint = pair.hint.unwrap_or_else(|| {
+            (there.bounds.centre() - placed.bounds.centre()).normalize_or(DVec3::X)
+        });
+        let separation = if pair.measured { body_separation } else { separation };
+        let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
+        if !is_at_most(-self.penetration_max, found.distance) {
+            return Err(overlap_violation(
+                self.check,
+                waypoint,
+                (body, other),
+                found.distance,
+                self.penetration_max,
+            ));
+        }
+        if pair.measured {
+            self.worst = self.worst.min(found.distance);
+        }
+        self.pairs[index].hint = Some(found.direction);
+        Ok(found.distance)
+    }
+}

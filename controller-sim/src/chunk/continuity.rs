@@ -1,0 +1,70 @@
+//! Which step from one mode to the next is legal: one foot at a time, and the foot that stays does
+//! not move.
+
+use surefoot_shared_types::base::spatial::rotation_distance;
+use surefoot_shared_types::message::{Contact, SupportMode};
+
+use crate::base::comparison::is_at_most;
+
+/// How far a kept foot's declared pose may differ between two modes, m (and rad, counted as a tenth
+/// of a metre).
+pub const KEPT_POSE_MAX: f64 = 1e-6;
+
+/// A mode with its contacts.
+#[derive(Debug, Clone, Copy)]
+pub struct Stance<'a> {
+    /// Which feet carry the robot.
+    pub mode: SupportMode,
+    /// Where they stand.
+    pub contacts: &'a [Contact],
+}
+
+/// The limbs that stand in a mode of a biped.
+pub fn stance_limbs(mode: SupportMode) -> &'static [u32] {
+    match mode {
+        SupportMode::Left => &[0],
+        SupportMode::Right => &[1],
+        SupportMode::Double => &[0, 1],
+    }
+}
+
+/// Whether the contacts are those of the mode, each once.
+pub fn contacts_match(stance: &Stance) -> bool {
+    let mut limbs: Vec<u32> = stance.contacts.iter().map(|contact| contact.limb).collect();
+    limbs.sort_unstable();
+    limbs == stance_limbs(stance.mode)
+}
+
+/// Whether a robot may go over from one stance to the next at an instant; why not, if not.
+///
+/// # Errors
+/// The reason, where the robot may not.
+pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
+    let both_single = before.mode != SupportMode::Double && after.mode != SupportMode::Double;
+    if both_single && before.mode != after.mode {
+        return Err(format!(
+            "from {} to {} support without both feet on the ground between",
+            before.mode.name(),
+            after.mode.name()
+        ));
+    }
+    for old in before.contacts {
+        for new in after.contacts.iter().filter(|new| new.limb == old.limb) {
+            let moved = pose_difference(old, new);
+            if !is_at_most(moved, KEPT_POSE_MAX) {
+                return Err(format!(
+                    "foot {} is declared {:.6} mm from where it stood before",
+                    old.limb,
+                    1e3 * moved
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn pose_difference(a: &Contact, b: &Contact) -> f64 {
+    let (a, b) = (a.world_from_sole(), b.world_from_sole());
+    a.translation.distance(b.translation)
+        + 0.1 * rotation_distance(a.rotation.normalize(), b.rotation.normalize())
+}

@@ -1,0 +1,139 @@
+//! Whether a received chunk is a valid message for this controller, before anything in it is used.
+//!
+//! Any process of the user can write to the shared memory, so all counts, indices and numbers are
+//! checked.
+
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::limits::{
+    CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, POLYGON_VERTICES_MAX,
+};
+use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
+
+use crate::check::checker::Violation;
+use crate::chunk::continuity::{Stance, contacts_match};
+
+/// No number of a message may be larger than this.
+const NUMBER_MAX: f64 = 1e6;
+/// How far a quaternion's length may be from 1.
+const UNIT_ERROR_MAX: f64 = 1e-6;
+
+/// A controller's id, and the digests of its robot, world and scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Identity {
+    /// The controller process's id.
+    pub controller_id: u64,
+    /// Digest of the robot.
+    pub robot: Digest,
+    /// Digest of the world.
+    pub world: Digest,
+    /// Digest of the scenario and its configuration.
+    pub config: Digest,
+}
+
+/// A sound message: its CRC is right, its form is right, and it is meant for this controller,
+/// robot, world and scenario. Returns its mode. Tested in the order CRC, form, instance, robot,
+/// world, configuration.
+///
+/// # Errors
+/// The first of these conditions that does not hold, as a [`Violation`].
+pub fn check_message(
+    chunk: &PlanChunk,
+    identity: &Identity,
+    joints: usize,
+) -> Result<SupportMode, Violation> {
+    let computed = chunk.computed_crc();
+    if chunk.crc != computed {
+        let detail = format!("the CRC is {:08x}, that of the bytes {computed:08x}", chunk.crc);
+        return Err(Violation::new(Check::Crc, 0, detail));
+    }
+    let mode = check_form(chunk, joints)?;
+    for (check, right, what) in [
+        (Check::Controller, chunk.target_instance == identity.controller_id, "controller"),
+        (Check::Robot, chunk.robot == identity.robot, "robot"),
+        (Check::World, chunk.world == identity.world, "world"),
+        (Check::Config, chunk.config == identity.config, "scenario or configuration"),
+    ] {
+        if !right {
+            return Err(Violation::new(check, 0, format!("made for another {what}")));
+        }
+    }
+    Ok(mode)
+}
+
+fn check_form(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Violation> {
+    let bad = |detail: String| Violation::new(Check::Malformed, 0, detail);
+    if chunk.schema != CHUNK_SCHEMA {
+        return Err(bad(format!("schema {}, known is {CHUNK_SCHEMA}", chunk.schema)));
+    }
+    if chunk.flags & !(FLAG_FIRST | FLAG_LAST) != 0 {
+        return Err(bad(format!("unknown flags {:#x}", chunk.flags)));
+    }
+    if (chunk.flags & FLAG_FIRST != 0) != (chunk.sequence == 0) {
+        return Err(bad(format!(
+            "the first-chunk flag does not fit sequence number {}",
+            chunk.sequence
+        )));
+    }
+    if chunk.joints_len as usize != joints {
+        return Err(bad(format!("{} joints, the robot has {joints}", chunk.joints_len)));
+    }
+    if !(1..=CHUNK_WAYPOINTS_MAX).contains(&(chunk.waypoints_len as usize)) {
+        return Err(bad(format!(
+            "{} waypoints, 1 to {CHUNK_WAYPOINTS_MAX} are possible",
+            chunk.waypoints_len
+        )));
+    }
+    if chunk.contacts_len as usize > CONTACTS_MAX {
+        return Err(bad(format!(
+            "{} contacts, at most {CONTACTS_MAX} are possible",
+            chunk.contacts_len
+        )));
+    }
+    let mode = SupportMode::from_wire(chunk.mode)
+        .ok_or_else(|| bad(format!("unknown mode {}", chunk.mode)))?;
+    chunk.contacts().iter().try_for_each(|contact| check_contact(contact).map_err(bad))?;
+    if !contacts_match(&Stance { mode, contacts: chunk.contacts() }) {
+        return Err(bad(format!("the contacts are not those of {} support", mode.name())));
+    }
+    for (index, waypoint) in chunk.waypoints().iter().enumerate() {
+        check_waypoint(waypoint)
+            .map_err(|detail| Violation::new(Check::Malformed, index, detail))?;
+    }
+    Ok(mode)
+}
+
+fn check_contact(contact: &Contact) -> Result<(), String> {
+    if contact.polygon_len as usize > POLYGON_VERTICES_MAX {
+        return Err(format!(
+            "a support polygon of {} vertices, at most {POLYGON_VERTICES_MAX} are possible",
+            contact.polygon_len
+        ));
+    }
+    check_numbers(contact.position.iter().chain(contact.polygon.as_flattened()), "contact")?;
+    check_unit(contact.rotation, "contact")
+}
+
+fn check_waypoint(waypoint: &Waypoint) -> Result<(), String> {
+    check_numbers(
+        waypoint.root_position.iter().chain(&waypoint.q).chain([&waypoint.time]),
+        "waypoint",
+    )?;
+    check_unit(waypoint.root_rotation, "waypoint")
+}
+
+fn check_numbers<'a>(mut numbers: impl Iterator<Item = &'a f64>, what: &str) -> Result<(), String> {
+    numbers.try_for_each(|number| {
+        if number.abs() <= NUMBER_MAX {
+            Ok(())
+        } else {
+            Err(format!("a {what} with a number of {number}"))
+        }
+    })
+}
+
+fn check_unit(quaternion: [f64; 4], what: &str) -> Result<(), String> {
+    let length = glam::DQuat::from_array(quaternion).length();
+    let unit = (length - 1.0).abs() <= UNIT_ERROR_MAX;
+    if unit { Ok(()) } else { Err(format!("a {what} with a quaternion of length {length}")) }
+}

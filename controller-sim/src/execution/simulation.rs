@@ -1,0 +1,117 @@
+//! Execution in simulated time: configuration, foot forces and joint torques at every tick.
+//!
+//! Quasi-static: the robot tracks the chunk exactly, and at every tick the contact forces are those
+//! of least squares within the friction pyramids.
+
+use bytemuck::Zeroable;
+use surefoot_shared_types::base::limits::CONTACTS_MAX;
+use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::simulation_state::{FootForce, STATE_SCHEMA};
+use surefoot_shared_types::message::{PlanChunk, State, Waypoint};
+
+use crate::check::checker::{Checker, SoleSupports};
+use crate::kinematics::forward::Configuration;
+use crate::statics::ContactLoad;
+
+/// Simulates accepted chunks, tick by tick.
+#[derive(Debug)]
+pub struct Simulation {
+    controller_id: u64,
+    tick_seconds: f64,
+    ticks: u64,
+}
+
+impl Simulation {
+    /// A controller's simulation with a tick every `tick_seconds`, which must be positive.
+    pub fn new(controller_id: u64, tick_seconds: f64) -> Self {
+        Self { controller_id, tick_seconds, ticks: 0 }
+    }
+
+    /// Executes a chunk that `checker` accepts. `publish` is called once for every instant of the
+    /// plan that is a multiple of the tick, over all its chunks, and for the plan's end.
+    pub fn execute(
+        &mut self,
+        checker: &mut Checker,
+        chunk: &PlanChunk,
+        publish: &mut dyn FnMut(&State),
+    ) {
+        let sole_supports = checker.sole_supports(chunk.contacts());
+        for time in self.instants(chunk) {
+            let waypoint = waypoint_at(chunk.waypoints(), time, checker.model().joints.len());
+            self.ticks += 1;
+            publish(&self.state(checker, chunk, &sole_supports, &waypoint));
+        }
+    }
+
+    fn instants(&self, chunk: &PlanChunk) -> impl Iterator<Item = f64> + use<> {
+        let waypoints = chunk.waypoints();
+        let (begin, end) = (waypoints[0].time, waypoints[waypoints.len() - 1].time);
+        let tick_seconds = self.tick_seconds;
+        let last_before = |time: f64| (time / tick_seconds).floor() as i64;
+        let is_first = chunk.flags & FLAG_FIRST != 0;
+        let (first, last) = (last_before(begin) + i64::from(!is_first), last_before(end));
+        let at_end =
+            (chunk.flags & FLAG_LAST != 0 && last as f64 * tick_seconds < end).then_some(end);
+        (first..=last)
+            .map(move |index| (index as f64 * tick_seconds).clamp(begin, end))
+            .chain(at_end)
+    }
+
+    fn state(
+        &self,
+        checker: &mut Checker,
+        chunk: &PlanChunk,
+        sole_supports: &SoleSupports,
+        waypoint: &Waypoint,
+    ) -> State {
+        let configuration = Configuration::of_waypoint(waypoint, checker.model().joints.len());
+        let load = checker.load(sole_supports, &configuration);
+        let mut state = State {
+            schema: STATE_SCHEMA,
+            instance: self.controller_id,
+            plan_id: chunk.plan_id,
+            epoch: chunk.epoch,
+            sequence: chunk.sequence,
+            tick: self.ticks,
+            mode: chunk.mode,
+            waypoint: *waypoint,
+            ..State::zeroed()
+        };
+        write_load(&mut state, &load, checker.model().joints.len());
+        state
+    }
+}
+
+fn write_load(state: &mut State, load: &ContactLoad, joints: usize) {
+    state.centre_of_mass = load.centre_of_mass.to_array();
+    (state.balance_margin, state.friction_use, state.torque_use) =
+        (load.balance_margin, load.friction_use, load.torque_use);
+    state
+        .torques
+        .iter_mut()
+        .zip(&load.torques[..joints])
+        .for_each(|(slot, torque)| *slot = *torque);
+    for (slot, foot) in state.feet.iter_mut().zip(&load.feet) {
+        *slot = FootForce {
+            limb: foot.limb as u64,
+            force: foot.force.to_array(),
+            centre: foot.centre.to_array(),
+        };
+    }
+    state.feet_len = load.feet.len().min(CONTACTS_MAX) as u32;
+}
+
+/// Where the robot is at a time within its waypoints.
+fn waypoint_at(waypoints: &[Waypoint], time: f64, joints: usize) -> Waypoint {
+    let after = waypoints.partition_point(|waypoint| waypoint.time < time).min(waypoints.len() - 1);
+    let (from, to) = (&waypoints[after.saturating_sub(1)], &waypoints[after]);
+    let seconds = to.time - from.time;
+    let share = if seconds > 0.0 { ((time - from.time) / seconds).clamp(0.0, 1.0) } else { 1.0 };
+    let [start, end] = [from, to].map(|waypoint| Configuration::of_waypoint(waypoint, joints));
+    let Configuration { world_from_root, q } = start.towards(&end, share);
+    let mut waypoint = Waypoint { time, ..*to };
+    waypoint.root_position = world_from_root.translation.to_array();
+    waypoint.root_rotation = world_from_root.rotation.to_array();
+    waypoint.q.iter_mut().zip(q).for_each(|(slot, position)| *slot = position);
+    waypoint
+}

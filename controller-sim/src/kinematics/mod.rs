@@ -1,0 +1,4 @@
+//! kinematics.
+
+pub mod forward;
+pub(crate) mod leg_ik;

@@ -1,0 +1,100 @@
+//! Whether a plan's first and last waypoint are at its declared start and goal.
+
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::{rotation_distance, wrap_angle, yaw_of};
+use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::plan_format::blocks::{EndBlock, PoseBlock};
+use surefoot_shared_types::robot::model::RobotModel;
+
+use crate::base::comparison::is_at_most;
+use crate::kinematics::forward::{Configuration, Posture};
+
+/// The yaw tolerance of a root region that names a yaw but no tolerance, rad.
+const YAW_TOLERANCE: f64 = 0.2;
+
+/// Distance of a plan's first or last waypoint from its start or goal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EndpointReport {
+    /// The largest error: m, or rad, or as the plan format mixes them.
+    pub error: f64,
+    /// The largest one allowed.
+    pub limit: f64,
+    /// The violation, if any, in one line.
+    pub violation: Option<String>,
+}
+
+impl EndpointReport {
+    fn new(error: f64, limit: f64, what: &str) -> Self {
+        let violation =
+            (!is_at_most(error, limit)).then(|| format!("{what} by {error:.6}, limit {limit}"));
+        Self { error, limit, violation }
+    }
+}
+
+/// Compares a waypoint with where it must be; `joint_order[j]` is the place of the robot's joint
+/// `j` in the plan's own `q`.
+pub fn check_endpoint(
+    model: &RobotModel,
+    endpoint: &EndBlock,
+    waypoint: &Waypoint,
+    joint_order: &[usize],
+) -> EndpointReport {
+    let configuration = Configuration::of_waypoint(waypoint, model.joints.len());
+    let root = configuration.world_from_root;
+    match endpoint {
+        EndBlock::Config { root_xyz, root_quat_xyzw, q, tol } => {
+            let target = pose(&PoseBlock { xyz: *root_xyz, quat_xyzw: *root_quat_xyzw });
+            let off = |(joint, &place): (usize, &usize)| {
+                q.get(place).map_or(f64::INFINITY, |want| (configuration.q[joint] - want).abs())
+            };
+            let joints = joint_order.iter().enumerate().map(off).fold(0.0, f64::max);
+            let error = joints
+                .max(root.translation.distance(target.translation))
+                .max(rotation_distance(root.rotation, target.rotation));
+            EndpointReport::new(error, *tol, "the configuration is off")
+        }
+        EndBlock::RootRegion { xy, radius, z_range, yaw, yaw_tol } => {
+            let distance = root.translation.truncate().distance((*xy).into());
+            let report =
+                EndpointReport::new(distance, *radius, "the root is off the region's middle");
+            let height_violation =
+                z_range.filter(|[low, high]| !(*low..=*high).contains(&root.translation.z));
+            let height_violation = height_violation.map(|[low, high]| {
+                format!("the root is at z {:.4}, not {low} to {high}", root.translation.z)
+            });
+            let turn = yaw.map_or(0.0, |yaw| wrap_angle(yaw_of(root.rotation) - yaw).abs());
+            let yaw_violation = EndpointReport::new(
+                turn,
+                yaw_tol.unwrap_or(YAW_TOLERANCE),
+                "the root's heading is off",
+            )
+            .violation;
+            EndpointReport {
+                violation: report.violation.or(height_violation).or(yaw_violation),
+                ..report
+            }
+        }
+        EndBlock::Feet { soles, tol } => {
+            let posture = Posture::new(model, &configuration);
+            let off = |(name, block): (&String, &PoseBlock)| {
+                let Some(limb) = model.feet.iter().position(|foot| foot.name == *name) else {
+                    return f64::INFINITY;
+                };
+                let (actual, target) = (posture.world_from_sole(model, limb), pose(block));
+                actual
+                    .translation
+                    .distance(target.translation)
+                    .max(0.5 * rotation_distance(actual.rotation, target.rotation))
+            };
+            EndpointReport::new(
+                soles.iter().map(off).fold(0.0, f64::max),
+                *tol,
+                "a sole is off its pose",
+            )
+        }
+    }
+}
+
+fn pose(block: &PoseBlock) -> Pose {
+    Pose::from_parts(block.xyz.into(), glam::DQuat::from_array(block.quat_xyzw).normalize())
+}

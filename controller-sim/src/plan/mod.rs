@@ -1,0 +1,6 @@
+//! plan.
+
+pub mod endpoints;
+pub mod plan_check;
+
+pub use endpoints::EndpointReport;

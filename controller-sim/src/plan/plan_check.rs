@@ -1,0 +1,259 @@
+//! The checks on an exported plan: what `surefoot check` runs.
+
+use crate::plan::endpoints;
+use std::ops::Range;
+use std::path::Path;
+
+use surefoot_shared_types::InputError;
+use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::message::Margins;
+use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
+use surefoot_shared_types::plan_file::read::joint_order;
+use surefoot_shared_types::plan_format::blocks::{
+    ContactBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
+};
+use surefoot_shared_types::robot::load::robot_from_block;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::load::world_from_block;
+
+use crate::plan::endpoints::EndpointReport;
+
+use crate::check::checker::{Checker, MotionSegment, PHYSICAL, Reserves, SegmentReport, Violation};
+use crate::chunk::continuity::{Stance, check_transition, contacts_match};
+
+/// Results of all checks of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanReport {
+    /// One result per check: the physical ones in their order, then continuity.
+    pub checks: Vec<CheckResult>,
+    /// Whether it begins at its declared start.
+    pub start: EndpointReport,
+    /// Whether it ends at its declared goal.
+    pub goal: EndpointReport,
+    /// The worst margins of the phases that pass.
+    pub margins: Margins,
+    /// The worst reserves.
+    pub reserves: Reserves,
+}
+
+/// Result of one check of a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckResult {
+    /// The check.
+    pub check: Check,
+    /// The worst margin among the phases that pass, and the phase; nothing for checks that measure
+    /// none.
+    pub worst: Option<WorstMargin>,
+    /// The first violation, and its phase; its waypoint counts from the plan's beginning.
+    pub violation: Option<PhaseViolation>,
+}
+
+/// A margin and the phase in which it occurs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WorstMargin {
+    /// As the field of [`Margins`], or as [`SegmentReport::acceleration`].
+    pub margin: f64,
+    /// The phase.
+    pub phase: usize,
+}
+
+/// A violation within a plan.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhaseViolation {
+    /// The phase.
+    pub phase: usize,
+    /// What and where.
+    pub violation: Violation,
+}
+
+impl PlanReport {
+    /// Whether nothing was found wrong.
+    pub fn is_valid(&self) -> bool {
+        self.violations().next().is_none()
+            && self.start.violation.is_none()
+            && self.goal.violation.is_none()
+    }
+
+    /// The first violation of each violated check.
+    pub fn violations(&self) -> impl Iterator<Item = &PhaseViolation> {
+        self.checks.iter().filter_map(|result| result.violation.as_ref())
+    }
+
+    fn add(&mut self, phase: usize, first_waypoint: usize, report: &SegmentReport) {
+        self.margins = self.margins.min(&report.margins);
+        self.reserves = self.reserves.min(&report.reserves);
+        for result in &mut self.checks {
+            if let Some(margin) = margin_of(report, result.check)
+                && margin.is_finite()
+                && result.worst.is_none_or(|worst| margin < worst.margin)
+            {
+                result.worst = Some(WorstMargin { margin, phase });
+            }
+            let found = report.violations.iter().find(|violation| violation.check == result.check);
+            if let (None, Some(violation)) = (&result.violation, found) {
+                let waypoint = first_waypoint + violation.waypoint;
+                result.violation = Some(PhaseViolation {
+                    phase,
+                    violation: Violation { waypoint, ..violation.clone() },
+                });
+            }
+        }
+    }
+}
+
+/// Checks a plan that was loaded from `plan_path`, with the checker's default tolerances.
+///
+/// # Errors
+/// When its robot or world cannot be loaded, or the plan does not fit them.
+pub fn check_plan(plan: &PlanFile, plan_path: &Path) -> Result<PlanReport, InputError> {
+    let base_dir = plan_path.parent().unwrap_or(Path::new(""));
+    let model = robot_from_block(&plan.robot, base_dir, plan_path)?;
+    let world = world_from_block(&plan.scene, base_dir, plan_path)?;
+    let parsed = ParsedPlan::new(plan, &model, plan_path)?;
+    let input_error = |error| InputError::element(plan_path, "robot", format!("{error}"));
+    let mut checker = Checker::new(model, world, CheckerConfig::default()).map_err(input_error)?;
+    let result = |check| CheckResult { check, worst: None, violation: None };
+    let mut report = PlanReport {
+        checks: PHYSICAL.into_iter().chain([Check::Continuity]).map(result).collect(),
+        start: endpoints::check_endpoint(
+            checker.model(),
+            &plan.start,
+            &parsed.waypoints[0],
+            &parsed.joint_order,
+        ),
+        goal: endpoints::check_endpoint(
+            checker.model(),
+            &plan.goal,
+            &parsed.waypoints[parsed.waypoints.len() - 1],
+            &parsed.joint_order,
+        ),
+        margins: Margins::UNMEASURED,
+        reserves: Reserves::UNMEASURED,
+    };
+    let mut before: Option<&Phase> = None;
+    for (index, phase) in parsed.phases.iter().enumerate() {
+        let segment = MotionSegment {
+            mode: phase.mode,
+            contacts: &phase.contacts,
+            waypoints: &parsed.waypoints[phase.range.clone()],
+        };
+        let mut found = checker.check_all(&segment);
+        found.violations.extend(before.and_then(|before| transition_violation(before, phase)));
+        report.add(index, phase.range.start, &found);
+        before = Some(phase);
+    }
+    Ok(report)
+}
+
+fn transition_violation(before: &Phase, after: &Phase) -> Option<Violation> {
+    let detail = check_transition(&before.stance(), &after.stance()).err()?;
+    Some(Violation::new(Check::Continuity, 0, detail))
+}
+
+fn margin_of(report: &SegmentReport, check: Check) -> Option<f64> {
+    let margins = &report.margins;
+    match check {
+        Check::Acceleration => Some(report.acceleration),
+        Check::Limits => Some(margins.limits),
+        Check::Contact => Some(margins.contact),
+        Check::Balance => Some(margins.balance),
+        Check::Collision => Some(margins.collision),
+        Check::SelfCollision => Some(margins.self_collision),
+        Check::Torque => Some(margins.torque),
+        _ => None,
+    }
+}
+
+/// A plan in the checker's own types.
+struct ParsedPlan {
+    waypoints: Vec<Waypoint>,
+    phases: Vec<Phase>,
+    joint_order: Vec<usize>,
+}
+
+struct Phase {
+    mode: SupportMode,
+    contacts: Vec<Contact>,
+    /// Its waypoints, both ends included.
+    range: Range<usize>,
+}
+
+impl Phase {
+    fn stance(&self) -> Stance<'_> {
+        Stance { mode: self.mode, contacts: &self.contacts }
+    }
+}
+
+impl ParsedPlan {
+    fn new(plan: &PlanFile, model: &RobotModel, plan_path: &Path) -> Result<Self, InputError> {
+        let joint_order = joint_order(plan, model, plan_path)?;
+        let input_error =
+            |element: String, message: &str| InputError::element(plan_path, element, message);
+        if plan.waypoints.is_empty() || plan.phases.is_empty() || joint_order.len() > JOINTS_MAX {
+            let message = format!("needs waypoints, phases and at most {JOINTS_MAX} joints");
+            return Err(InputError::file(plan_path, message));
+        }
+        if let Some(index) =
+            plan.waypoints.iter().position(|waypoint| waypoint.q.len() != joint_order.len())
+        {
+            return Err(input_error(
+                format!("waypoint {index}"),
+                "q has not one entry per joint name",
+            ));
+        }
+        let phase = |(index, block)| {
+            phase(model, block, plan.waypoints.len())
+                .map_err(|message| input_error(format!("phase {index}"), message))
+        };
+        Ok(Self {
+            waypoints: plan.waypoints.iter().map(|block| waypoint(block, &joint_order)).collect(),
+            phases: plan.phases.iter().enumerate().map(phase).collect::<Result<_, _>>()?,
+            joint_order,
+        })
+    }
+}
+
+fn waypoint(block: &WaypointBlock, joint_order: &[usize]) -> Waypoint {
+    let mut q = [0.0; JOINTS_MAX];
+    q.iter_mut().zip(joint_order).for_each(|(position, &place)| *position = block.q[place]);
+    let rotation = glam::DQuat::from_array(block.root_quat_xyzw).normalize();
+    Waypoint { time: block.t, root_position: block.root_xyz, root_rotation: rotation.to_array(), q }
+}
+
+fn phase(model: &RobotModel, block: &PhaseBlock, waypoints: usize) -> Result<Phase, &'static str> {
+    let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
+    let mode = modes
+        .into_iter()
+        .find(|mode| mode.name() == block.mode)
+        .ok_or("its mode is none of left, right, double")?;
+    if block.last < block.first || block.last >= waypoints {
+        return Err("it covers waypoints that are not there");
+    }
+    let contacts: Vec<Contact> = block
+        .contacts
+        .iter()
+        .map(|block| contact(model, block))
+        .collect::<Option<_>>()
+        .ok_or("a contact of an unknown foot")?;
+    if !contacts_match(&Stance { mode, contacts: &contacts }) {
+        return Err("its contacts are not those of its mode");
+    }
+    Ok(Phase { mode, contacts, range: block.first..block.last + 1 })
+}
+
+fn contact(model: &RobotModel, block: &ContactBlock) -> Option<Contact> {
+    let limb = model.feet.iter().position(|foot| foot.name == block.foot)?;
+    let sole = &model.feet[limb].polygon;
+    let mut polygon = [[0.0; 2]; POLYGON_VERTICES_MAX];
+    polygon.iter_mut().zip(sole).for_each(|(vertex, at)| *vertex = at.to_array());
+    let PoseBlock { xyz, quat_xyzw } = block.sole_pose;
+    let rotation = glam::DQuat::from_array(quat_xyzw).normalize().to_array();
+    Some(Contact {
+        limb: limb as u32,
+        polygon_len: sole.len().min(POLYGON_VERTICES_MAX) as u32,
+        position: xyz,
+        rotation,
+        polygon,
+    })
+}

@@ -1,0 +1,149 @@
+//! Foot forces and joint torques in one configuration by the contact forces of least squares.
+
+use glam::DVec3;
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::GRAVITY;
+
+use crate::kinematics::forward::Posture;
+use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Generator, PYRAMID_SIDES, balance};
+use crate::statics::joint_torques::Statics;
+use crate::statics::least_squares::least_squares_forces;
+use crate::statics::sole_support::{ContactPoint, SoleSupport};
+
+/// Foot forces and joint torques of a standing robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactLoad {
+    /// The centre of mass in the world, m.
+    pub centre_of_mass: DVec3,
+    /// How far it may still move before no contact forces hold the robot, m.
+    pub balance_margin: f64,
+    /// One per stance foot; none where no forces hold the robot.
+    pub feet: Vec<FootLoad>,
+    /// Joint torques, N m or N, locked joints after the moving ones.
+    pub torques: Vec<f64>,
+    /// The largest share of its friction that a foot uses against sliding.
+    pub friction_use: f64,
+    /// The largest share of its effort limit that a joint uses.
+    pub torque_use: f64,
+}
+
+/// The force of the ground on a foot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FootLoad {
+    /// The foot.
+    pub limb: usize,
+    /// The force in the world, N.
+    pub force: DVec3,
+    /// Where its pressure is centred, m.
+    pub centre: DVec3,
+}
+
+/// The force of the ground at one point.
+struct PointForce {
+    limb: usize,
+    at: ContactPoint,
+    force: DVec3,
+}
+
+impl PointForce {
+    /// The part of the force that is not friction, N.
+    fn pressure(&self) -> f64 {
+        self.force.dot(self.at.normal)
+    }
+}
+
+/// Sum of the ground's forces on one foot.
+struct FootPressure {
+    limb: usize,
+    /// N.
+    force: DVec3,
+    /// The part of the forces along their points' normals, N.
+    pressure: f64,
+    /// The points, weighed by their pressure, N m.
+    moment: DVec3,
+    /// The mean normal.
+    normal: DVec3,
+}
+
+impl FootPressure {
+    fn of_foot(limb: usize, point_forces: &[PointForce]) -> Self {
+        let mut foot = Self {
+            limb,
+            force: DVec3::ZERO,
+            pressure: 0.0,
+            moment: DVec3::ZERO,
+            normal: DVec3::ZERO,
+        };
+        for point in point_forces.iter().filter(|point| point.limb == limb) {
+            let pressure = point.pressure();
+            foot.force += point.force;
+            foot.pressure += pressure;
+            foot.moment += pressure * point.at.position;
+            foot.normal += pressure * point.at.normal;
+        }
+        Self { normal: foot.normal.normalize_or_zero(), ..foot }
+    }
+
+    /// How much of the friction cone about the mean normal the force uses.
+    fn friction_use(&self, mu: f64) -> f64 {
+        let along = self.force.dot(self.normal);
+        if along > 0.0 { (self.force - along * self.normal).length() / (mu * along) } else { 0.0 }
+    }
+
+    fn load(&self) -> Option<FootLoad> {
+        (self.pressure > 0.0).then(|| FootLoad {
+            limb: self.limb,
+            force: self.force,
+            centre: self.moment / self.pressure,
+        })
+    }
+}
+
+/// The load of least squares; without feet, and as if nothing but the root held the robot, where no
+/// forces hold it.
+pub fn least_squares_load(
+    model: &RobotModel,
+    equilibrium: &mut Equilibrium,
+    supports: &[SoleSupport],
+    posture: &Posture,
+) -> ContactLoad {
+    let centre_of_mass = posture.centre_of_mass(model);
+    let generators = equilibrium.generators(supports, ALL_FRICTION);
+    let forces = least_squares_forces(&balance(&generators, centre_of_mass)).unwrap_or_default();
+    let point_forces = point_forces(supports, &generators, &forces, model.mass() * GRAVITY);
+    let pressures: Vec<FootPressure> =
+        supports.iter().map(|support| FootPressure::of_foot(support.limb, &point_forces)).collect();
+    let stance = supports.iter().map(|support| support.limb).collect();
+    let torques = Statics::new(model, generators, stance).torques_under(posture, &forces);
+    let share =
+        model.joints.iter().zip(&torques).map(|(joint, torque)| torque.abs() / joint.effort);
+    ContactLoad {
+        centre_of_mass,
+        balance_margin: equilibrium.region(supports, ALL_FRICTION).margin(centre_of_mass),
+        feet: pressures.iter().filter_map(FootPressure::load).collect(),
+        torque_use: share.fold(0.0, f64::max),
+        torques,
+        friction_use: pressures
+            .iter()
+            .map(|foot| foot.friction_use(equilibrium.mu()))
+            .fold(0.0, f64::max),
+    }
+}
+
+fn point_forces(
+    supports: &[SoleSupport],
+    generators: &[Generator],
+    forces: &[f64],
+    weight: f64,
+) -> Vec<PointForce> {
+    let points =
+        supports.iter().flat_map(|support| support.points.iter().map(|&at| (support.limb, at)));
+    let edges = generators.chunks(PYRAMID_SIDES).zip(forces.chunks(PYRAMID_SIDES));
+    let force = |(edges, shares): (&[Generator], &[f64])| {
+        edges.iter().zip(shares).map(|(edge, share)| share * weight * edge.force).sum()
+    };
+    points
+        .zip(edges)
+        .map(|((limb, at), edges)| PointForce { limb, at, force: force(edges) })
+        .collect()
+}

@@ -1,0 +1,11 @@
+//! statics.
+
+pub(crate) mod contact_load;
+pub(crate) mod convex_program;
+pub(crate) mod equilibrium;
+pub(crate) mod joint_torques;
+pub(crate) mod least_squares;
+pub(crate) mod simplex;
+pub(crate) mod sole_support;
+
+pub use contact_load::{ContactLoad, FootLoad};

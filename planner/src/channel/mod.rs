@@ -1,0 +1,4 @@
+//! channel.
+
+pub mod plan_publisher;
+pub(crate) mod send_window;

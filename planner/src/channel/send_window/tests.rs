@@ -1,0 +1,214 @@
+use bytemuck::Zeroable;
+use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
+
+use surefoot_shared_types::message::WithCrc;
+
+use crate::channel::send_window::*;
+
+const SESSION: u64 = 77;
+
+fn stream(len: u64) -> Vec<PlanChunk> {
+    let mut chunks: Vec<PlanChunk> = Vec::new();
+    for sequence in 0..len {
+        let stream = chunks.last().map_or(Digest::default(), PlanChunk::stream_after);
+        chunks.push(PlanChunk { plan_id: 1, sequence, stream, ..PlanChunk::zeroed() });
+    }
+    chunks
+}
+
+fn feedback(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
+    let stream = if accepted == 0 {
+        Digest::default()
+    } else {
+        chunks[accepted as usize - 1].stream_after()
+    };
+    with_crc(Feedback {
+        schema: FEEDBACK_SCHEMA,
+        instance,
+        count,
+        session: SESSION,
+        plan_id: 1,
+        next_sequence: accepted,
+        stream,
+        ..Feedback::zeroed()
+    })
+}
+
+fn with_crc(mut feedback: Feedback) -> Feedback {
+    feedback.write_crc();
+    feedback
+}
+
+fn send_all(window: &mut SendWindow<'_>) -> Vec<u64> {
+    let mut sent = Vec::new();
+    while let Some((index, _)) = window.to_send() {
+        sent.push(window.chunk(index).sequence);
+        window.note_sent();
+    }
+    sent
+}
+
+#[test]
+fn the_window_waits_for_a_controller_and_never_exceeds_its_size() {
+    let chunks = stream(20);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    assert!(window.to_send().is_none());
+    assert!(window.receive(&feedback(5, 1, 0, &chunks)));
+    assert_eq!(window.to_send().unwrap().1, 5);
+    assert_eq!(send_all(&mut window), (0..8).collect::<Vec<_>>());
+    window.receive(&feedback(5, 2, 3, &chunks));
+    assert_eq!(send_all(&mut window), [8, 9, 10]);
+    window.receive(&feedback(5, 3, 20, &chunks));
+    assert_eq!(window.outcome(), Some(DeliveryOutcome::Accepted));
+}
+
+#[test]
+fn chunks_are_resent_to_an_idle_controller_only() {
+    let chunks = stream(4);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 0, &chunks));
+    send_all(&mut window);
+    assert!(!window.go_back(), "a silent controller may be walking");
+    window.receive(&feedback(5, 2, 1, &chunks));
+    for count in 3..3 + IDLE_HEARTBEATS {
+        assert!(!window.go_back());
+        window.receive(&feedback(5, count, 1, &chunks));
+    }
+    assert!(window.go_back());
+    assert_eq!(send_all(&mut window), [1, 2, 3]);
+    assert_eq!(window.counts(), (7, 3));
+}
+
+#[test]
+fn a_new_controller_starts_at_its_own_index_and_the_old_one_is_ignored() {
+    let chunks = stream(6);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 0, &chunks));
+    send_all(&mut window);
+    window.receive(&feedback(5, 2, 4, &chunks));
+    window.receive(&feedback(6, 1, 0, &chunks));
+    assert_eq!(window.acknowledged(), 0);
+    assert!(!window.receive(&feedback(5, 3, 6, &chunks)));
+    assert_eq!(window.outcome(), None);
+    assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
+    let chunks = stream(6);
+    let mut foreign = stream(6);
+    foreign[2].waypoints[0].time = 1.0;
+    for index in 3..6 {
+        foreign[index].stream = foreign[index - 1].stream_after();
+    }
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&with_crc(Feedback { session: 1, ..feedback(5, 1, 4, &chunks) }));
+    assert_eq!(send_all(&mut window), [4, 5]);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&with_crc(Feedback { session: 1, finished: 1, ..feedback(5, 1, 6, &foreign) }));
+    assert_eq!((window.outcome(), window.acknowledged()), (None, 0));
+    assert_eq!(send_all(&mut window), (0..6).collect::<Vec<_>>());
+}
+
+#[test]
+fn refusals_end_it_unless_they_are_of_another_session() {
+    let chunks = stream(6);
+    let refused = |session| {
+        with_crc(Feedback {
+            verdict: 2,
+            check: 3,
+            refused_waypoint: 9,
+            session,
+            ..feedback(5, 1, 0, &chunks)
+        })
+    };
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&refused(1));
+    assert_eq!(window.outcome(), None);
+    window.receive(&refused(SESSION));
+    assert_eq!(
+        window.outcome(),
+        Some(DeliveryOutcome::Refused { sequence: 0, check: Check::Collision, waypoint: 9 })
+    );
+    assert!(window.to_send().is_none());
+}
+
+#[test]
+fn forged_feedback_does_not_move_the_window() {
+    let chunks = stream(6);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 2, &chunks));
+    let good = feedback(5, 2, 4, &chunks);
+    let forgeries = [
+        Feedback { next_sequence: 7, ..good },
+        Feedback { next_sequence: u64::MAX, ..good },
+        Feedback { next_sequence: 3, ..good },
+        Feedback { plan_id: 2, ..good },
+        Feedback { stream: Digest([9; 32]), ..good },
+        Feedback { schema: 0, ..good },
+        feedback(5, 2, 1, &chunks),
+    ];
+    for forgery in &forgeries {
+        window.receive(&with_crc(*forgery));
+        assert_eq!(window.acknowledged(), 2);
+    }
+    assert!(!window.receive(&Feedback { next_sequence: 5, ..good }), "a damaged feedback");
+    window.receive(&good);
+    assert_eq!(window.acknowledged(), 4);
+}
+
+#[test]
+fn a_broken_stream_is_not_sent() {
+    let index_of = |chunks: &[PlanChunk]| match SendWindow::new(chunks, SESSION, 8) {
+        Err(ChannelError::Stream { index }) => Some(index),
+        _ => None,
+    };
+    assert_eq!(index_of(&[]), Some(0));
+    assert_eq!(index_of(&stream(3)[1..]), Some(0));
+    let mut chunks = stream(4);
+    chunks.swap(1, 2);
+    assert_eq!(index_of(&chunks), Some(1));
+    let mut chunks = stream(4);
+    chunks[2].waypoints[1].time = 3.0;
+    assert_eq!(index_of(&chunks), Some(3));
+    let mut chunks = stream(4);
+    chunks[3].epoch = 1;
+    assert_eq!(index_of(&chunks), Some(3));
+}
+
+#[test]
+fn a_controller_that_never_accepts_counts_as_lost() {
+    let chunks = stream(2);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    let mut go_backs = 0;
+    for count in 1.. {
+        window.receive(&feedback(5, count, 0, &chunks));
+        if window.outcome().is_some() {
+            break;
+        }
+        send_all(&mut window);
+        go_backs += u32::from(window.go_back());
+    }
+    assert_eq!((window.outcome(), go_backs), (Some(DeliveryOutcome::ControllerLost), GO_BACKS_MAX));
+}
+
+#[test]
+fn a_busy_controller_is_not_idle() {
+    let chunks = stream(4);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 0, &chunks));
+    send_all(&mut window);
+    for count in 2..20 {
+        window.receive(&with_crc(Feedback { busy: 1, ..feedback(5, count, 0, &chunks) }));
+        assert!(!window.go_back());
+    }
+}
+
+#[test]
+fn a_plan_that_was_made_again_meanwhile_is_out_of_date() {
+    let chunks = stream(4);
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }));
+    assert_eq!(window.outcome(), Some(DeliveryOutcome::Superseded));
+    assert!(window.to_send().is_none());
+}

@@ -1,0 +1,4 @@
+//! constraints.
+
+pub mod constraints;
+pub mod foothold;

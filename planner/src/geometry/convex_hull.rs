@@ -1,0 +1,187 @@
+//! Convex hulls with a fast support map: hill climbing over the hull's edges from a tabulated
+//! start.
+
+use glam::DVec3;
+use parry3d_f64::transformation::try_convex_hull;
+
+use crate::geometry::bvh::Aabb;
+
+/// A convex hull.
+#[derive(Debug, Clone)]
+pub struct Hull {
+    vertices: Vec<DVec3>,
+    aabb: Aabb,
+    /// Where each vertex's neighbours begin in `neighbors`, and the end; empty where vertices are
+    /// few and scanned.
+    starts: Vec<u32>,
+    neighbors: Vec<u32>,
+    /// The furthest vertex in the direction of each cell of a cube's faces.
+    cells: Vec<u32>,
+}
+
+/// Up to this many vertices a scan is faster than climbing.
+const SCAN_MAX: usize = 24;
+/// Cells along one side of a face of the direction cube.
+const CELLS: usize = 4;
+/// Largest relative error of the climb that construction accepts, of the hull's size.
+const CLIMB_TOLERANCE: f64 = 1e-12;
+/// A hull thinner than this share of its size spans no volume.
+const FLATNESS: f64 = 1e-9;
+
+impl Hull {
+    /// The hull of some points, or why there is none.
+    pub fn new(points: &[DVec3]) -> Result<Self, String> {
+        if points.len() < 4 || points.iter().any(|point| !point.is_finite()) {
+            return Err("fewer than four finite points".into());
+        }
+        let (vertices, triangles) = try_convex_hull(points).map_err(|error| error.to_string())?;
+        let aabb = Aabb::of_points(points.iter().copied());
+        let scan =
+            Self { vertices, aabb, starts: Vec::new(), neighbors: Vec::new(), cells: Vec::new() };
+        let size = scan.size();
+        if !is_solid(&scan.vertices, &triangles, size) {
+            return Err("all points lie in one plane".into());
+        }
+        if !scan.covers(points, &triangles, size) {
+            // The builder lost a corner to rounding: all the points have the hull that was asked
+            // for.
+            return Ok(Self { vertices: points.to_vec(), ..scan });
+        }
+        if scan.vertices.len() <= SCAN_MAX {
+            return Ok(scan);
+        }
+        let climb = scan.clone().with_neighbors(&triangles);
+        Ok(if climb.agrees_with_scan(&triangles, size) { climb } else { scan })
+    }
+
+    /// The hull's vertices.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// The box around it.
+    pub fn aabb(&self) -> Aabb {
+        self.aabb
+    }
+
+    /// The vertex furthest along `direction`.
+    pub fn support(&self, direction: DVec3) -> DVec3 {
+        if self.starts.is_empty() {
+            self.vertices[self.scan(direction)]
+        } else {
+            self.vertices[self.climb(direction)]
+        }
+    }
+
+    /// Heap bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.vertices.as_slice())
+            + 4 * (self.starts.len() + self.neighbors.len() + self.cells.len())
+    }
+
+    fn scan(&self, direction: DVec3) -> usize {
+        let mut best = (0, f64::NEG_INFINITY);
+        for (index, vertex) in self.vertices.iter().enumerate() {
+            let along = vertex.dot(direction);
+            if along > best.1 {
+                best = (index, along);
+            }
+        }
+        best.0
+    }
+
+    fn climb(&self, direction: DVec3) -> usize {
+        let mut at = self.cells[cell_of(direction)] as usize;
+        let mut height = self.vertices[at].dot(direction);
+        loop {
+            let from = at;
+            let range = self.starts[from] as usize..self.starts[from + 1] as usize;
+            for &neighbor in &self.neighbors[range] {
+                let along = self.vertices[neighbor as usize].dot(direction);
+                if along > height {
+                    (at, height) = (neighbor as usize, along);
+                }
+            }
+            if at == from {
+                return at;
+            }
+        }
+    }
+
+    fn size(&self) -> f64 {
+        self.vertices.iter().map(|vertex| (*vertex - self.vertices[0]).length()).fold(0.0, f64::max)
+    }
+
+    fn covers(&self, points: &[DVec3], triangles: &[[u32; 3]], size: f64) -> bool {
+        let corner = |index: u32| self.vertices[index as usize];
+        triangles.iter().all(|&[a, b, c]| {
+            let normal = (corner(b) - corner(a)).cross(corner(c) - corner(a)).normalize_or_zero();
+            points.iter().all(|point| normal.dot(*point - corner(a)) <= FLATNESS * size)
+        })
+    }
+
+    fn with_neighbors(mut self, triangles: &[[u32; 3]]) -> Self {
+        let mut edges: Vec<(u32, u32)> = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| [(a, b), (b, a), (b, c), (c, b), (c, a), (a, c)])
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        let start_of =
+            |vertex: usize| edges.partition_point(|&(from, _)| (from as usize) < vertex) as u32;
+        self.starts = (0..=self.vertices.len()).map(start_of).collect();
+        self.neighbors = edges.iter().map(|&(_, to)| to).collect();
+        self.cells =
+            (0..6 * CELLS * CELLS).map(|cell| self.scan(direction_of(cell)) as u32).collect();
+        self
+    }
+
+    /// Whether climbing finds what a scan finds, along all vertices, faces and cells.
+    fn agrees_with_scan(&self, triangles: &[[u32; 3]], size: f64) -> bool {
+        let corner = |index: u32| self.vertices[index as usize];
+        let normals = triangles.iter().map(|&[a, b, c]| {
+            (corner(b) - corner(a)).cross(corner(c) - corner(a)).normalize_or_zero()
+        });
+        let middle = self.vertices.iter().sum::<DVec3>() / self.vertices.len() as f64;
+        let outward = self.vertices.iter().map(|vertex| (*vertex - middle).normalize_or_zero());
+        let cells = (0..6 * CELLS * CELLS).map(direction_of);
+        normals.chain(outward).chain(cells).flat_map(|direction| [direction, -direction]).all(
+            |direction| {
+                let lost =
+                    self.vertices[self.scan(direction)] - self.vertices[self.climb(direction)];
+                lost.dot(direction) <= CLIMB_TOLERANCE * size * direction.length()
+            },
+        )
+    }
+}
+
+fn is_solid(vertices: &[DVec3], triangles: &[[u32; 3]], size: f64) -> bool {
+    let corner = |index: u32| vertices[index as usize] - vertices[0];
+    let volume: f64 =
+        triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c))) / 6.0).sum();
+    volume.is_finite() && volume > FLATNESS * size * size * size
+}
+
+/// Which cell of the direction cube a direction falls into.
+fn cell_of(direction: DVec3) -> usize {
+    let axis = direction.abs().max_position();
+    let length = direction[axis].abs();
+    if length == 0.0 {
+        return 0;
+    }
+    let cell = |value: f64| (((value / length + 1.0) * 0.5 * CELLS as f64) as usize).min(CELLS - 1);
+    let face = 2 * axis + usize::from(direction[axis] < 0.0);
+    (face * CELLS + cell(direction[(axis + 1) % 3])) * CELLS + cell(direction[(axis + 2) % 3])
+}
+
+/// The direction of a cell's middle.
+fn direction_of(cell: usize) -> DVec3 {
+    let (face, u, v) = (cell / (CELLS * CELLS), cell / CELLS % CELLS, cell % CELLS);
+    let axis = face / 2;
+    let middle = |index: usize| (2 * index + 1) as f64 / CELLS as f64 - 1.0;
+    let mut direction = DVec3::ZERO;
+    direction[axis] = if face % 2 == 0 { 1.0 } else { -1.0 };
+    direction[(axis + 1) % 3] = middle(u);
+    direction[(axis + 2) % 3] = middle(v);
+    direction
+}

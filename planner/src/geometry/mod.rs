@@ -1,0 +1,15 @@
+//! geometry.
+
+pub(crate) mod bvh;
+pub(crate) mod convex_hull;
+pub mod convex_region;
+pub(crate) mod coplanar_faces;
+pub(crate) mod distance;
+pub mod narrow_phase;
+pub(crate) mod polygon;
+pub(crate) mod shape_error;
+pub mod solid;
+pub(crate) mod triangle_mesh;
+pub(crate) mod voxel_grid;
+
+pub use shape_error::CollisionError;

@@ -1,0 +1,243 @@
+//! Convex polygons: clipping, hulls, areas. Counter-clockwise throughout.
+
+use glam::{DVec2, DVec3};
+use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
+
+use crate::foot_placement::scratch::{CLIP_VERTICES_MAX, ClipBuffer};
+
+/// Keeps the part of a planar convex polygon where `keep` (an affine function of the point) is not
+/// negative.
+pub(crate) fn clip(polygon: &mut Vec<DVec3>, spare: &mut Vec<DVec3>, keep: impl Fn(DVec3) -> f64) {
+    spare.clear();
+    let Some(&last) = polygon.last() else { return };
+    let (mut a, mut a_keep) = (last, keep(last));
+    for &b in polygon.iter() {
+        let b_keep = keep(b);
+        if (a_keep >= 0.0) != (b_keep >= 0.0) {
+            push(spare, a + (b - a) * (a_keep / (a_keep - b_keep)));
+        }
+        if b_keep >= 0.0 {
+            push(spare, b);
+        }
+        (a, a_keep) = (b, b_keep);
+    }
+    std::mem::swap(polygon, spare);
+}
+
+/// The buffers hold a face's vertices plus one for every clip plane, so this never drops; if it
+/// did, the piece shrinks.
+fn push(points: &mut Vec<DVec3>, point: DVec3) {
+    debug_assert!(points.len() < CLIP_VERTICES_MAX, "clip buffer too small");
+    if points.len() < CLIP_VERTICES_MAX {
+        points.push(point);
+    }
+}
+
+/// The points with `normal . p >= offset`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct HalfPlane {
+    pub normal: DVec2,
+    pub offset: f64,
+}
+
+/// The half-planes of which a convex polygon is the intersection.
+pub(crate) type Sides = heapless::Vec<HalfPlane, POLYGON_VERTICES_MAX>;
+
+/// The sides of a polygon of at most `POLYGON_VERTICES_MAX` vertices.
+pub(crate) fn sides_of(outline: &[DVec2]) -> Sides {
+    let side = |(a, b)| {
+        let normal = inward_normal(a, b);
+        HalfPlane { normal, offset: normal.dot(a) }
+    };
+    edges(outline).take(POLYGON_VERTICES_MAX).map(side).collect()
+}
+
+/// Clips a polygon given in the sole frame to the vertical prism over an outline, moved inwards by
+/// `inset`.
+pub(crate) fn clip_to_sides(buffer: &mut ClipBuffer, sides: &[HalfPlane], inset: f64) {
+    for HalfPlane { normal, offset } in sides {
+        let offset = offset + inset;
+        if buffer.polygon.iter().any(|p| normal.dot(p.truncate()) < offset) {
+            clip(&mut buffer.polygon, &mut buffer.spare, |p| normal.dot(p.truncate()) - offset);
+        }
+    }
+}
+
+/// The sides of a polygon, as pairs of vertices.
+pub(crate) fn edges(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
+    (0..polygon.len()).map(|i| (polygon[i], polygon[(i + 1) % polygon.len()]))
+}
+
+/// The unit normal of a side that points into a counter-clockwise polygon; zero for a side without
+/// length.
+pub(crate) fn inward_normal(a: DVec2, b: DVec2) -> DVec2 {
+    (b - a).perp().normalize_or_zero()
+}
+
+/// Twice the signed area of the triangle `a b c`.
+pub(crate) fn cross(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    (b - a).perp_dot(c - a)
+}
+
+/// The vector area of a flat convex polygon, twice: along its normal.
+pub(crate) fn spanned(corners: &[DVec3]) -> DVec3 {
+    corners.windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0])).sum()
+}
+
+/// Sorts `points` and writes their convex hull, counter-clockwise, to `hull`.
+/// `hull` does not grow if its capacity is `points.len() + 8`.
+pub(crate) fn convex_hull(points: &mut [DVec2], hull: &mut Vec<DVec2>) {
+    hull.clear();
+    points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+    let count = points.len();
+    let both_chains = (0..count).chain((0..count.saturating_sub(1)).rev());
+    let mut chain_start = 1;
+    for (step, i) in both_chains.enumerate() {
+        if step == count {
+            chain_start = hull.len();
+        }
+        while hull.len() > chain_start
+            && cross(hull[hull.len() - 2], hull[hull.len() - 1], points[i]) <= 0.0
+        {
+            hull.pop();
+        }
+        hull.push(points[i]);
+    }
+    if hull.len() > 1 {
+        hull.pop();
+    }
+}
+
+/// Twice the area for which a vertex is not worth keeping, m2.
+const CORNER_AREA_MIN: f64 = 1e-10;
+
+/// Removes the vertices that cost next to no area, and more until at most `vertices_max` are left,
+/// each time the one that costs least. The polygon only shrinks.
+pub(crate) fn simplify(hull: &mut Vec<DVec2>, vertices_max: usize) {
+    while hull.len() > 2 {
+        let n = hull.len();
+        let cost = |i: usize| cross(hull[(i + n - 1) % n], hull[i], hull[(i + 1) % n]);
+        let cheapest = (0..n).min_by(|&a, &b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
+        if n <= vertices_max && cost(cheapest) > CORNER_AREA_MIN {
+            break;
+        }
+        hull.remove(cheapest);
+    }
+}
+
+/// The area and the centroid of a convex polygon; `(0, first vertex or origin)` without an
+/// interior.
+pub(crate) fn area_and_centroid(polygon: &[DVec2]) -> (f64, DVec2) {
+    let Some(&origin) = polygon.first() else { return (0.0, DVec2::ZERO) };
+    let (mut doubled, mut moment) = (0.0, DVec2::ZERO);
+    for (a, b) in edges(polygon) {
+        let weight = (a - origin).perp_dot(b - origin);
+        doubled += weight;
+        moment += weight * ((a - origin) + (b - origin));
+    }
+    if doubled <= 0.0 { (0.0, origin) } else { (0.5 * doubled, origin + moment / (3.0 * doubled)) }
+}
+
+/// The distance from an inner point to the nearest side (negative outside).
+pub(crate) fn inner_distance(polygon: &[DVec2], point: DVec2) -> f64 {
+    edges(polygon).map(|(a, b)| inward_normal(a, b).dot(point - a)).fold(f64::INFINITY, f64::min)
+}
+
+/// The distance from a point to a convex polygon, 0 inside.
+pub(crate) fn distance_to(polygon: &[DVec2], point: DVec2) -> f64 {
+    if inner_distance(polygon, point) >= 0.0 {
+        return 0.0;
+    }
+    edges(polygon)
+        .map(|(a, b)| (closest_on_segment(a, b, point) - point).length())
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The point of the segment `a b` nearest to `point`.
+pub(crate) fn closest_on_segment(a: DVec2, b: DVec2, point: DVec2) -> DVec2 {
+    let along = b - a;
+    let length2 = along.length_squared();
+    if length2 < 1e-24 { a } else { a + along * ((point - a).dot(along) / length2).clamp(0.0, 1.0) }
+}
+
+/// The smallest width of a convex polygon seen along its plane's x and y, m: the least, over its
+/// edges, of the farthest vertex.
+pub(crate) fn width(polygon: &[DVec3]) -> f64 {
+    let flat = |i: usize| polygon[i % polygon.len()].truncate();
+    let height_over = |i: usize| {
+        let along = (flat(i + 1) - flat(i)).try_normalize()?;
+        Some(
+            polygon
+                .iter()
+                .map(|p| along.perp_dot(p.truncate() - flat(i)).abs())
+                .fold(0.0, f64::max),
+        )
+    };
+    let least = (0..polygon.len()).filter_map(height_over).fold(f64::INFINITY, f64::min);
+    if least.is_finite() { least } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Vec<DVec2> {
+        vec![DVec2::new(0.0, 0.0), DVec2::new(2.0, 0.0), DVec2::new(2.0, 1.0), DVec2::new(0.0, 1.0)]
+    }
+
+    #[test]
+    fn the_hull_of_a_filled_square_is_its_corners() {
+        let mut points = square();
+        points.extend([
+            DVec2::new(1.0, 0.0),
+            DVec2::new(1.0, 0.5),
+            DVec2::new(0.0, 0.0),
+            DVec2::new(2.0, 0.5),
+        ]);
+        let mut hull = Vec::new();
+        convex_hull(&mut points, &mut hull);
+        assert_eq!(hull, square());
+    }
+
+    #[test]
+    fn the_hull_of_little_has_no_area() {
+        for points in [
+            vec![],
+            vec![DVec2::ONE],
+            vec![DVec2::ONE; 3],
+            vec![DVec2::ZERO, DVec2::ONE, 0.5 * DVec2::ONE],
+        ] {
+            let mut hull = Vec::new();
+            convex_hull(&mut points.clone(), &mut hull);
+            assert!(area_and_centroid(&hull).0 == 0.0, "{points:?} gave {hull:?}");
+        }
+    }
+
+    #[test]
+    fn areas_centroids_and_distances() {
+        let (area, centroid) = area_and_centroid(&square());
+        assert_eq!((area, centroid), (2.0, DVec2::new(1.0, 0.5)));
+        assert_eq!(inner_distance(&square(), centroid), 0.5);
+        assert_eq!(distance_to(&square(), centroid), 0.0);
+        assert_eq!(distance_to(&square(), DVec2::new(5.0, 5.0)), 5.0);
+    }
+
+    #[test]
+    fn simplifying_drops_the_smallest_corner_first() {
+        let mut hull = square();
+        hull.insert(1, DVec2::new(1.0, -0.001));
+        simplify(&mut hull, 4);
+        assert_eq!(hull, square());
+    }
+
+    #[test]
+    fn noise_on_an_upright_side_costs_no_corner() {
+        let noisy =
+            [(0.0, 0.0), (1e-17, 1.0), (2e-17, 0.5), (2.0, 0.0), (2.0 + 4e-16, 0.7), (2.0, 1.0)];
+        let mut hull = Vec::new();
+        convex_hull(&mut noisy.map(DVec2::from), &mut hull);
+        simplify(&mut hull, 16);
+        assert_eq!(hull.len(), 4, "{hull:?}");
+        assert!((area_and_centroid(&hull).0 - 2.0).abs() < 1e-12);
+    }
+}

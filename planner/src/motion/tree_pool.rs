@@ -1,0 +1,162 @@
+//! The trees of single-mode planning: one per transition and mode, kept from one cycle of the
+//! planner to the next [Grey 4.4.3].
+
+use crate::base::arena::reserve_written;
+use crate::motion::local_planner::ModeState;
+use crate::motion::mode_graph::TransitionId;
+
+/// A node of a tree: a state and the node it was reached from.
+#[derive(Debug, Clone, Copy)]
+pub struct TreeNode {
+    /// The state.
+    pub state: ModeState,
+    /// The node before; the root's is itself.
+    pub parent: u32,
+}
+
+/// A tree; its first node is its root.
+pub type StateTree = Vec<TreeNode>;
+
+/// Which tree: that of a transition (or a boundary's node) within one of the two modes that it
+/// connects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TreeKey {
+    /// The transition, or the node of a boundary.
+    pub node: TransitionId,
+    /// Whether the mode is that of both feet.
+    pub is_double: bool,
+}
+
+#[derive(Debug)]
+struct PooledTree {
+    key: Option<TreeKey>,
+    nodes: StateTree,
+    /// When it was lent last.
+    lent_at: u64,
+}
+
+/// Trees that are kept, allocated once. Where there are more than it holds, the one that was not
+/// used for longest goes.
+#[derive(Debug)]
+pub struct TreePool {
+    slots: Vec<PooledTree>,
+    clock: u64,
+}
+
+/// Bytes of a tree that are written beforehand: most trees stay small, or are never used.
+const TREE_WRITTEN_MAX: usize = 16 << 10;
+
+/// An empty tree with room for so many nodes.
+pub fn new_tree(nodes_max: usize) -> StateTree {
+    reserve_written(nodes_max, TREE_WRITTEN_MAX)
+}
+
+impl TreePool {
+    /// Room for this many trees of this many nodes each.
+    pub fn new(trees_max: usize, nodes_max: usize) -> Self {
+        let slot = |_| PooledTree { key: None, nodes: new_tree(nodes_max), lent_at: 0 };
+        Self { slots: (0..trees_max).map(slot).collect(), clock: 0 }
+    }
+
+    /// Exchanges the tree of a key for an empty one of the caller's, which holds its place until
+    /// [`TreePool::return_tree`]. The answer is where that is; `None` where the pool has no room or
+    /// the tree is lent already.
+    pub fn lend(&mut self, key: TreeKey, tree: &mut StateTree) -> Option<usize> {
+        let known = self.slots.iter().position(|slot| slot.key == Some(key));
+        let index = known.or_else(|| self.oldest())?;
+        let clock = self.clock;
+        let slot = &mut self.slots[index];
+        if slot.lent_at > clock {
+            return None;
+        }
+        if known.is_none() {
+            slot.key = Some(key);
+            slot.nodes.clear();
+        }
+        slot.lent_at = clock + 1;
+        std::mem::swap(&mut slot.nodes, tree);
+        Some(index)
+    }
+
+    /// Takes a tree back from who borrowed it.
+    pub fn return_tree(&mut self, index: usize, tree: &mut StateTree) {
+        std::mem::swap(&mut self.slots[index].nodes, tree);
+    }
+
+    /// Ends a batch of lending: all trees are back.
+    pub fn end_batch(&mut self) {
+        self.clock += 1;
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.slots
+            .iter()
+            .map(|slot| size_of::<PooledTree>() + slot.nodes.capacity() * size_of::<TreeNode>())
+            .sum()
+    }
+
+    /// The slot that was not used for longest and is not lent; the first of several.
+    fn oldest(&self) -> Option<usize> {
+        let free = (0..self.slots.len()).filter(|&index| self.slots[index].lent_at <= self.clock);
+        free.min_by_key(|&index| self.slots[index].lent_at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::mechanism::Configuration;
+    use surefoot_shared_types::Pose;
+    use surefoot_shared_types::base::limits::JOINTS_MAX;
+
+    fn node() -> TreeNode {
+        let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
+        TreeNode {
+            state: ModeState { configuration, world_from_soles: [Pose::IDENTITY; 2] },
+            parent: 0,
+        }
+    }
+
+    fn key(node: TransitionId) -> TreeKey {
+        TreeKey { node, is_double: false }
+    }
+
+    /// Grows the tree of a key by one node; answers how many it had, or `None` where it is not to
+    /// be had.
+    fn grow(pool: &mut TreePool, node_key: TreeKey, tree: &mut StateTree) -> Option<usize> {
+        let index = pool.lend(node_key, tree)?;
+        let had = tree.len();
+        tree.push(node());
+        pool.return_tree(index, tree);
+        pool.end_batch();
+        Some(had)
+    }
+
+    #[test]
+    fn trees_persist_until_the_oldest_must_go() {
+        let (mut pool, mut mine) = (TreePool::new(2, 4), Vec::with_capacity(4));
+        assert_eq!(grow(&mut pool, key(7), &mut mine), Some(0));
+        assert_eq!(grow(&mut pool, key(8), &mut mine), Some(0));
+        assert_eq!(grow(&mut pool, key(7), &mut mine), Some(1));
+        assert_eq!(
+            grow(&mut pool, TreeKey { node: 7, is_double: true }, &mut mine),
+            Some(0),
+            "another mode, another tree"
+        );
+        assert_eq!(grow(&mut pool, key(7), &mut mine), Some(2));
+        assert_eq!(grow(&mut pool, key(8), &mut mine), Some(0), "the oldest had to go");
+    }
+
+    #[test]
+    fn a_tree_is_lent_once_at_a_time() {
+        let mut pool = TreePool::new(1, 4);
+        let (mut mine, mut yours) = (Vec::with_capacity(4), Vec::with_capacity(4));
+        let index = pool.lend(key(1), &mut mine).unwrap_or_default();
+        assert_eq!(pool.lend(key(1), &mut yours), None);
+        assert_eq!(pool.lend(key(2), &mut yours), None, "no room while the only slot is lent");
+        pool.return_tree(index, &mut mine);
+        pool.end_batch();
+        assert!(pool.lend(key(2), &mut yours).is_some());
+    }
+}

@@ -1,0 +1,289 @@
+//! Splits a walk into plan chunks at waypoints, all of which are statically stable, computes their
+//! times and finalizes them.
+
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
+use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
+use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
+
+use crate::base::arena::zeroed;
+use crate::base::threads::Threads;
+use crate::constraints::foothold::Foothold;
+use crate::motion::mode_graph::ArenaFull;
+use crate::plan::time_parameterization::{TimeParameterization, accumulate};
+use crate::robot::mechanism::Configuration;
+
+/// Waypoints of a chunk besides the one that it begins at.
+const STEPS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
+
+/// What a plan was made for: goes into every chunk.
+#[derive(Debug, Clone, Copy)]
+pub struct Provenance {
+    /// Digest of the robot.
+    pub robot: Digest,
+    /// Digest of the world.
+    pub world: Digest,
+    /// Digest of the scenario.
+    pub config: Digest,
+    /// Joints in use.
+    pub joints_len: usize,
+}
+
+/// Motions that are written in parallel.
+pub const PARALLEL_MOTIONS_MAX: usize = 32;
+
+/// A motion within one mode.
+#[derive(Debug, Clone)]
+pub struct ModeMotion<'a> {
+    /// The supporting feet.
+    pub support: SupportMode,
+    /// The placements of the feet that stand.
+    pub stance: heapless::Vec<&'a Foothold, 2>,
+    /// Where it begins.
+    pub first: Configuration,
+    /// Waypoints after that.
+    pub path: &'a [Configuration],
+}
+
+impl ModeMotion<'_> {
+    /// How many chunks it takes.
+    fn chunks(&self) -> usize {
+        self.path.len().div_ceil(STEPS_MAX)
+    }
+}
+
+/// Builds a plan's chunks into an arena allocated once.
+#[derive(Debug)]
+pub struct ChunkBuilder {
+    /// Those that are not written yet are zero.
+    chunks: Vec<PlanChunk>,
+    written: usize,
+    waypoints_max: u64,
+    provenance: Provenance,
+    timing: TimeParameterization,
+    waypoints: u64,
+    finalized: FinalizedStream,
+}
+
+/// State of the stream after the finalized chunks.
+#[derive(Debug)]
+struct FinalizedStream {
+    plan_id: u64,
+    epoch: u64,
+    /// Number of finalized chunks.
+    count: usize,
+    /// When they end, s.
+    time: f64,
+    /// Their digest.
+    stream: Digest,
+}
+
+/// Independent work on chunks.
+enum Task<'a> {
+    Finalize { chunks: &'a mut [PlanChunk], finalized: &'a mut FinalizedStream },
+    Write { chunks: &'a mut [PlanChunk], motion: &'a ModeMotion<'a> },
+}
+
+impl ChunkBuilder {
+    /// An arena for plans of `waypoints_max` waypoints.
+    pub fn new(waypoints_max: usize, provenance: Provenance, timing: TimeParameterization) -> Self {
+        let chunks_max = waypoints_max.div_ceil(STEPS_MAX) + waypoints_max / 16;
+        Self {
+            chunks: zeroed(chunks_max),
+            written: 0,
+            waypoints_max: waypoints_max as u64,
+            provenance,
+            timing,
+            waypoints: 0,
+            finalized: FinalizedStream {
+                plan_id: 1,
+                epoch: 0,
+                count: 0,
+                time: 0.0,
+                stream: Digest::default(),
+            },
+        }
+    }
+
+    /// Sets which plan of its session the chunks belong to, and how often it was planned again; at
+    /// first plan 1, epoch 0. To be called before any is finalized.
+    pub fn set_plan_id(&mut self, plan_id: u64, epoch: u64) {
+        (self.finalized.plan_id, self.finalized.epoch) = (plan_id, epoch);
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        self.chunks.len() * size_of::<PlanChunk>()
+    }
+
+    /// The chunks built so far.
+    pub fn chunks(&self) -> &[PlanChunk] {
+        &self.chunks[..self.written]
+    }
+
+    /// Waypoints of the plan, those shared by two chunks counted once.
+    pub fn waypoints(&self) -> u64 {
+        self.waypoints
+    }
+
+    /// Appends a chunk of an earlier plan in reverse.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn append_reversed(&mut self, walked: &PlanChunk) -> Result<(), ArenaFull> {
+        let at = self.written;
+        self.reserve(walked.waypoints().len() - 1, 1)?;
+        let waypoints = walked.waypoints().iter().rev().copied();
+        write(
+            &mut self.chunks[at],
+            (&self.provenance, &self.timing),
+            walked.mode,
+            walked.contacts().iter().copied(),
+            waypoints,
+        );
+        Ok(())
+    }
+
+    /// Appends motions, and finalizes at most `finalized_max` of the chunks before them: times,
+    /// plan id, sequence number, flags and digest. The last chunk is left for
+    /// [`ChunkBuilder::finalize_last`]. Returns the number of finalized chunks.
+    ///
+    /// # Errors
+    /// The arena is full.
+    pub fn append(
+        &mut self,
+        motions: &[ModeMotion<'_>],
+        finalized_max: usize,
+        threads: &Threads,
+    ) -> Result<usize, ArenaFull> {
+        let (finalized, before) = (self.finalized.count, self.written);
+        for motion in motions {
+            self.reserve(motion.path.len(), motion.chunks())?;
+        }
+        let finalized_max = finalized_max.min(before.saturating_sub(finalized + 1));
+        let (old, mut new) = self.chunks.split_at_mut(before);
+        let mut tasks = heapless::Vec::<Task<'_>, { PARALLEL_MOTIONS_MAX + 1 }>::new();
+        let _first = tasks.push(Task::Finalize {
+            chunks: &mut old[finalized..finalized + finalized_max],
+            finalized: &mut self.finalized,
+        });
+        for motion in motions {
+            let (chunks, rest) = new.split_at_mut(motion.chunks());
+            new = rest;
+            let _fits = tasks.push(Task::Write { chunks, motion });
+        }
+        let inputs = (&self.provenance, &self.timing);
+        threads.for_each(&mut tasks, |task| task.run(inputs));
+        Ok(finalized_max)
+    }
+
+    /// Finalizes the last chunk of a complete plan. Returns the digest of the plan.
+    pub fn finalize_last(&mut self) -> Digest {
+        if let Some(last) = self.chunks[self.finalized.count..self.written].last_mut() {
+            last.flags = FLAG_LAST;
+            self.finalized.finalize(last);
+        }
+        self.finalized.stream
+    }
+
+    /// Number of chunks that are not finalized.
+    pub fn unfinalized(&self) -> usize {
+        self.written - self.finalized.count
+    }
+
+    /// Reserves waypoints, not counting the one they begin at, and chunks.
+    fn reserve(&mut self, waypoints: usize, chunks: usize) -> Result<(), ArenaFull> {
+        self.waypoints = self.waypoints.max(1) + waypoints as u64;
+        self.written += chunks;
+        if self.waypoints > self.waypoints_max || self.written > self.chunks.len() {
+            self.written -= chunks;
+            return Err(ArenaFull::Waypoints);
+        }
+        Ok(())
+    }
+}
+
+impl FinalizedStream {
+    fn finalize(&mut self, chunk: &mut PlanChunk) {
+        let used = chunk.waypoints_len as usize;
+        self.time = accumulate(&mut chunk.waypoints[..used], self.time);
+        (chunk.plan_id, chunk.epoch, chunk.sequence) =
+            (self.plan_id, self.epoch, self.count as u64);
+        chunk.flags |= if self.count == 0 { FLAG_FIRST } else { 0 };
+        chunk.stream = self.stream;
+        self.stream = chunk.stream_after();
+        self.count += 1;
+    }
+}
+
+impl Task<'_> {
+    fn run(&mut self, inputs: (&Provenance, &TimeParameterization)) {
+        match self {
+            Self::Finalize { chunks, finalized } => {
+                chunks.iter_mut().for_each(|chunk| finalized.finalize(chunk))
+            }
+            Self::Write { chunks, motion } => {
+                let mut first = &motion.first;
+                for (chunk, piece) in chunks.iter_mut().zip(motion.path.chunks(STEPS_MAX)) {
+                    let contacts = motion.stance.iter().map(|foothold| contact_of(foothold));
+                    write(
+                        chunk,
+                        inputs,
+                        motion.support as u32,
+                        contacts,
+                        [first].into_iter().chain(piece).map(waypoint),
+                    );
+                    first = &piece[piece.len() - 1];
+                }
+            }
+        }
+    }
+}
+
+/// Writes a zeroed chunk without finalizing it; each waypoint's time is the interval since the one
+/// before.
+fn write(
+    chunk: &mut PlanChunk,
+    (provenance, timing): (&Provenance, &TimeParameterization),
+    mode: u32,
+    contacts: impl Iterator<Item = Contact>,
+    waypoints: impl Iterator<Item = Waypoint>,
+) {
+    (chunk.schema, chunk.mode, chunk.joints_len) =
+        (CHUNK_SCHEMA, mode, provenance.joints_len as u32);
+    (chunk.robot, chunk.world, chunk.config) =
+        (provenance.robot, provenance.world, provenance.config);
+    for (slot, contact) in chunk.contacts.iter_mut().zip(contacts) {
+        *slot = contact;
+        chunk.contacts_len += 1;
+    }
+    for (slot, waypoint) in chunk.waypoints.iter_mut().zip(waypoints) {
+        *slot = waypoint;
+        chunk.waypoints_len += 1;
+    }
+    let used = chunk.waypoints_len as usize;
+    timing.set_intervals(&mut chunk.waypoints[..used]);
+}
+
+/// Its time is set when the chunk is finalized.
+fn waypoint(configuration: &Configuration) -> Waypoint {
+    let pose = &configuration.world_from_root;
+    Waypoint {
+        time: 0.0,
+        root_position: pose.translation.to_array(),
+        root_rotation: pose.rotation.to_array(),
+        q: configuration.q,
+    }
+}
+
+fn contact_of(foothold: &Foothold) -> Contact {
+    let mut contact: Contact = bytemuck::Zeroable::zeroed();
+    contact.limb = foothold.limb as u32;
+    contact.polygon_len = foothold.support.len() as u32;
+    contact.position = foothold.world_from_sole.translation.to_array();
+    contact.rotation = foothold.world_from_sole.rotation.to_array();
+    for (slot, vertex) in contact.polygon.iter_mut().zip(&foothold.support) {
+        *slot = vertex.to_array();
+    }
+    contact
+}

@@ -1,0 +1,5 @@
+//! plan.
+
+pub(crate) mod chunk_builder;
+pub mod self_check;
+pub(crate) mod time_parameterization;

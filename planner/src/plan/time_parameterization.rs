@@ -1,0 +1,254 @@
+//! Time parameterization of a chunk: the shortest times that the limits of the joints' speeds and
+//! accelerations and of the root's speed allow.
+//!
+//! Between waypoints all moves linearly, so the speed changes at waypoints alone: by
+//! `|v[k] - v[k-1]|`, over half the time of both intervals beside the waypoint. A chunk begins and
+//! ends at rest, because the robot may have to stand there for good: the next chunk may never come.
+//!
+//! An interval of `sqrt(2 d / a)` for a displacement `d` may begin and end at rest by itself. Where
+//! every interval is that long, each change of speed is at most the sum of two stops, which both
+//! intervals have the time for. From there sweeps shorten one interval after the other as far as
+//! its neighbours allow, so every sweep leaves times that hold.
+
+use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
+use surefoot_shared_types::message::Waypoint;
+use surefoot_shared_types::robot::model::{Joint, RobotModel};
+
+/// The fastest joint of a plan, rad/s or m/s: slow enough to be quasi-static for every robot we
+/// tried in physical replay.
+const JOINT_SPEED_MAX: f64 = 0.4;
+/// The fastest root of a plan, m/s.
+const ROOT_SPEED_MAX: f64 = 0.12;
+/// The shortest time between two waypoints, s.
+const WAYPOINT_INTERVAL_MIN: f64 = 0.01;
+/// The share of the robot's own speed and acceleration limits that a plan uses.
+const LIMIT_SHARE: f64 = 0.95;
+/// Sweeps over the intervals, forward and backward in turn.
+const SWEEPS: usize = 4;
+/// Halvings in the search for an interval's shortest time.
+const HALVINGS: usize = 6;
+
+/// Most intervals of a chunk.
+pub const INTERVALS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
+
+/// Limits of the joints of a robot in a plan. Unused joints have none.
+#[derive(Debug, Clone)]
+pub struct TimeParameterization {
+    /// Largest speeds, rad/s or m/s.
+    speeds: [f64; JOINTS_MAX],
+    /// Largest accelerations, rad/s2 or m/s2.
+    accelerations: [f64; JOINTS_MAX],
+}
+
+/// Displacement of every joint within an interval over its largest acceleration, s2.
+type Displacements = [f64; JOINTS_MAX];
+
+/// Accumulates the intervals between a chunk's waypoints to times, beginning at `begin` (s).
+/// Returns the time of the last waypoint.
+pub fn accumulate(waypoints: &mut [Waypoint], begin: f64) -> f64 {
+    waypoints.iter_mut().fold(begin, |time, waypoint| {
+        waypoint.time += time;
+        waypoint.time
+    })
+}
+
+impl TimeParameterization {
+    /// For a robot.
+    pub fn new(model: &RobotModel) -> Self {
+        let limits = |limit: fn(&Joint) -> f64| {
+            let mut limits = [f64::INFINITY; JOINTS_MAX];
+            limits.iter_mut().zip(&model.joints).for_each(|(slot, joint)| *slot = limit(joint));
+            limits
+        };
+        Self {
+            speeds: limits(|joint| JOINT_SPEED_MAX.min(LIMIT_SHARE * joint.velocity)),
+            accelerations: limits(|joint| LIMIT_SHARE * joint.acceleration),
+        }
+    }
+
+    /// Sets the time of each of a chunk's waypoints to what passes since the one before it, s; 0 at
+    /// the first.
+    pub fn set_intervals(&self, waypoints: &mut [Waypoint]) {
+        let intervals = self.intervals(waypoints);
+        for (waypoint, interval) in waypoints.iter_mut().zip([0.0].iter().chain(&intervals)) {
+            waypoint.time = *interval;
+        }
+    }
+
+    /// The time from each waypoint to the next, s.
+    fn intervals(&self, waypoints: &[Waypoint]) -> [f64; INTERVALS_MAX] {
+        let mut displacements = [[0.0; JOINTS_MAX]; INTERVALS_MAX];
+        let (mut shortest, mut times) = ([0.0; INTERVALS_MAX], [0.0; INTERVALS_MAX]);
+        for (index, pair) in waypoints.windows(2).enumerate() {
+            displacements[index] = self.displacements(pair);
+            shortest[index] = self.shortest(pair);
+            times[index] = shortest[index].max(rest_to_rest(&displacements[index]));
+        }
+        let count = waypoints.len().saturating_sub(1);
+        for sweep in 0..SWEEPS {
+            for step in 0..count {
+                let index = if sweep % 2 == 0 { step } else { count - 1 - step };
+                times[index] =
+                    shortened(&displacements[..count], &times[..count], index, shortest[index]);
+            }
+        }
+        times
+    }
+
+    fn displacements(&self, pair: &[Waypoint]) -> Displacements {
+        std::array::from_fn(|joint| {
+            (pair[1].q[joint] - pair[0].q[joint]) / self.accelerations[joint]
+        })
+    }
+
+    /// The shortest time within the speed limits.
+    fn shortest(&self, pair: &[Waypoint]) -> f64 {
+        let joint = (0..JOINTS_MAX)
+            .map(|joint| (pair[1].q[joint] - pair[0].q[joint]).abs() / self.speeds[joint]);
+        let root =
+            pair[0].world_from_root().translation.distance(pair[1].world_from_root().translation);
+        joint.fold(root / ROOT_SPEED_MAX, f64::max).max(WAYPOINT_INTERVAL_MIN)
+    }
+}
+
+/// The shortest time of a displacement from rest to rest.
+fn rest_to_rest(displacements: &Displacements) -> f64 {
+    (2.0 * displacements
+        .iter()
+        .fold(0.0, |longest: f64, displacement| longest.max(displacement.abs())))
+    .sqrt()
+}
+
+/// The shortest time of an interval, not below `shortest`, with which the changes of speed at both
+/// its ends are allowed.
+fn shortened(displacements: &[Displacements], times: &[f64], index: usize, shortest: f64) -> f64 {
+    if times[index] <= shortest {
+        return times[index];
+    }
+    let fits = |time: f64| {
+        let this = Some((&displacements[index], time));
+        let other = |at: usize| displacements.get(at).map(|displacement| (displacement, times[at]));
+        change_fits(index.checked_sub(1).and_then(other), this)
+            && change_fits(this, other(index + 1))
+    };
+    if fits(shortest) {
+        return shortest;
+    }
+    let (mut below, mut time) = (shortest, times[index]);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (below + time);
+        if fits(middle) { time = middle } else { below = middle }
+    }
+    time
+}
+
+/// Whether no joint's speed changes too much at a waypoint between two intervals; none is rest.
+fn change_fits(
+    before: Option<(&Displacements, f64)>,
+    after: Option<(&Displacements, f64)>,
+) -> bool {
+    const REST: Displacements = [0.0; JOINTS_MAX];
+    let [(a, a_time), (b, b_time)] =
+        [before, after].map(|interval| interval.unwrap_or((&REST, 0.0)));
+    let [a_rate, b_rate] = [a_time, b_time].map(|time| if time > 0.0 { 1.0 / time } else { 0.0 });
+    let largest = a
+        .iter()
+        .zip(b)
+        .fold(0.0, |largest: f64, (a, b)| largest.max((b * b_rate - a * a_rate).abs()));
+    largest <= 0.5 * (a_time + b_time)
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    const LIMIT: f64 = 5.0;
+
+    fn timing() -> TimeParameterization {
+        TimeParameterization {
+            speeds: [JOINT_SPEED_MAX; JOINTS_MAX],
+            accelerations: [LIMIT; JOINTS_MAX],
+        }
+    }
+
+    /// Waypoints of one joint.
+    fn along(positions: &[f64]) -> Vec<Waypoint> {
+        let waypoint = |position: &f64| {
+            let mut waypoint = Waypoint::zeroed();
+            waypoint.q[3] = *position;
+            waypoint
+        };
+        positions.iter().map(waypoint).collect()
+    }
+
+    fn timed(positions: &[f64]) -> Vec<Waypoint> {
+        let mut waypoints = along(positions);
+        timing().set_intervals(&mut waypoints);
+        let end = accumulate(&mut waypoints, 2.0);
+        assert_eq!((waypoints[0].time, waypoints.last().unwrap().time), (2.0, end));
+        waypoints
+    }
+
+    /// The largest acceleration, with rest at both ends.
+    fn hardest(waypoints: &[Waypoint]) -> f64 {
+        let mut before = (0.0, 0.0);
+        let mut hardest: f64 = 0.0;
+        let intervals = waypoints
+            .windows(2)
+            .map(|pair| (pair[1].time - pair[0].time, pair[1].q[3] - pair[0].q[3]));
+        for (seconds, displacement) in intervals
+            .map(|(seconds, displacement)| (seconds, displacement / seconds))
+            .chain([(0.0, 0.0)])
+        {
+            hardest = hardest.max((displacement - before.1).abs() / (0.5 * (seconds + before.0)));
+            before = (seconds, displacement);
+        }
+        hardest
+    }
+
+    #[test]
+    fn a_single_displacement_takes_the_time_to_start_and_stop() {
+        let waypoints = timed(&[0.0, 0.01]);
+        assert!(
+            (waypoints[1].time - waypoints[0].time - (2.0 * 0.01 / LIMIT).sqrt()).abs() < 1e-12
+        );
+    }
+
+    #[test]
+    fn a_long_displacement_reaches_full_speed_and_brakes() {
+        let positions: Vec<f64> = (0..=INTERVALS_MAX).map(|index| 0.01 * index as f64).collect();
+        let waypoints = timed(&positions);
+        assert!(hardest(&waypoints) <= LIMIT * (1.0 + 1e-9));
+        let speed = |at: usize| 0.01 / (waypoints[at + 1].time - waypoints[at].time);
+        assert!((speed(INTERVALS_MAX / 2) - JOINT_SPEED_MAX).abs() < 1e-9);
+        assert!(
+            speed(0) < 0.5 * JOINT_SPEED_MAX && speed(INTERVALS_MAX - 1) < 0.5 * JOINT_SPEED_MAX
+        );
+        let at_full_speed = INTERVALS_MAX as f64 * 0.01 / JOINT_SPEED_MAX;
+        assert!(waypoints[INTERVALS_MAX].time - waypoints[0].time < 1.2 * at_full_speed);
+    }
+
+    #[test]
+    fn reversals_short_displacements_and_pauses_keep_the_limits() {
+        let mut positions = vec![0.0];
+        for step in
+            [0.03, -0.03, 0.0, 1e-5, 0.035, 1e-4, -0.02, 0.0, 0.0, 0.04, 0.04, 1e-9, 0.04, -0.001]
+        {
+            positions.push(positions.last().unwrap() + step);
+        }
+        let waypoints = timed(&positions);
+        assert!(hardest(&waypoints) <= LIMIT * (1.0 + 1e-9), "{}", hardest(&waypoints));
+        assert!(
+            waypoints
+                .windows(2)
+                .all(|pair| pair[1].time - pair[0].time >= WAYPOINT_INTERVAL_MIN - 1e-12)
+        );
+    }
+
+    #[test]
+    fn one_waypoint_takes_no_time() {
+        assert_eq!(timed(&[0.5])[0].time, 2.0);
+    }
+}

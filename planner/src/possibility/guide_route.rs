@@ -1,0 +1,114 @@
+//! A guide route: vertices from the start to the goal.
+
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::scenario::StancePose;
+
+use crate::base::arena::reserve;
+
+use crate::possibility::edge_labels::Label;
+use crate::possibility::forest::LabelStats;
+use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::tree::Vertex;
+use crate::possibility::vertex_candidates::FootPair;
+use crate::possibility::vertex_sampling::BACKWARD;
+use crate::preparation::FootPlacement;
+
+/// A foot within this distance of a vertex (metric of Gamma_P, m) has the heading of the robot
+/// there. A half turn counts 0.94 m.
+const ALIGNED_WITHIN: f64 = 0.6;
+
+/// Vertices from start to goal, both included. Their placements are kept by the route search.
+#[derive(Debug)]
+pub struct GuideRoute {
+    pub(crate) vertices: Vec<Vertex>,
+    /// The label of the edge that leads to each vertex from the one before it; the first has none.
+    pub(crate) labels: Vec<Label>,
+    stance_width: [f64; 2],
+}
+
+impl GuideRoute {
+    /// An empty route with reserved capacity.
+    pub(crate) fn new(start: &StancePose, goal: &StancePose, vertices_max: usize) -> Self {
+        Self {
+            vertices: reserve(2 * vertices_max),
+            labels: reserve(2 * vertices_max),
+            stance_width: [start.feet_apart, goal.feet_apart],
+        }
+    }
+
+    pub(crate) fn set_start(&mut self, start: &StancePose) {
+        self.stance_width[0] = start.feet_apart;
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.vertices.clear();
+        self.labels.clear();
+    }
+
+    /// The label of the edge from the previous vertex to this one.
+    pub fn label(&self, index: usize) -> Label {
+        self.labels[index]
+    }
+
+    /// How many edges it has, and how many of them are possible.
+    pub fn labelled(&self) -> LabelStats {
+        let edges = self.labels.len().saturating_sub(1) as u64;
+        LabelStats {
+            edges,
+            possible: self.labels.iter().filter(|label| label.is_possible()).count() as u64,
+        }
+    }
+
+    /// Whether primitives use a placement at a vertex.
+    pub fn is_used_by_primitives(&self, index: usize, placement: &FootPlacement) -> bool {
+        let leads = |label: Option<&Label>| matches!(label, Some(Label::Primitive { .. }));
+        let is_possible = leads(self.labels.get(index)) || leads(self.labels.get(index + 1));
+        is_possible && self.pair(index).is_some_and(|pair| pair.contains(placement))
+    }
+
+    /// The placements of a vertex, left and right.
+    pub fn pair(&self, index: usize) -> Option<&FootPair> {
+        self.vertices[index].pair.as_ref()
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Whether the upright robot fits along the whole route.
+    pub fn is_upright(&self) -> bool {
+        self.vertices.iter().all(|vertex| vertex.is_upright)
+    }
+
+    /// Whether the upright robot fits at a vertex and at `reach` vertices before and after it.
+    pub fn is_upright_about(&self, index: usize, reach: usize) -> bool {
+        let about = index.saturating_sub(reach)..self.vertices.len().min(index + reach + 1);
+        self.vertices[about].iter().all(|vertex| vertex.is_upright)
+    }
+
+    /// Whether it is walked backward, at least in part.
+    pub fn is_backward(&self) -> bool {
+        self.vertices.iter().any(|vertex| vertex.heading_offset == BACKWARD)
+    }
+
+    /// Whether a foot at `pose` has the heading of the robot on this route. On a route that is
+    /// fraction backward, feet that face ahead would lead the search back to earlier failures.
+    pub fn is_aligned_with(&self, pose: &MidFeetPose) -> bool {
+        !self.is_backward()
+            || self.vertices.iter().any(|vertex| vertex.pose.distance(pose) < ALIGNED_WITHIN)
+    }
+
+    /// The pose of a vertex.
+    pub fn pose(&self, index: usize) -> MidFeetPose {
+        self.vertices[index].pose
+    }
+
+    /// Ideal sole pose at a vertex: beside the route, with its heading. The stance width is
+    /// interpolated between start and goal and multiplied by `width_factor`.
+    pub fn world_from_ideal_sole(&self, index: usize, limb: usize, width_factor: f64) -> Pose {
+        let fraction = index as f64 / (self.vertex_count() - 1).max(1) as f64;
+        let [from, to] = self.stance_width;
+        self.pose(index).world_from_ideal_sole(limb, width_factor * (from + fraction * (to - from)))
+    }
+}

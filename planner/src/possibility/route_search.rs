@@ -1,0 +1,566 @@
+//! The search for a guide route in Gamma_P: two trees grow toward each other, vertex by vertex
+//! [Grey 3, 4.3].
+
+use surefoot_shared_types::config::scenario::StancePose;
+
+use crate::base::arena::{reserve, slice_at};
+use crate::base::random::{Random, Stream};
+use crate::foot_placement::FootPlacementConfig;
+use crate::geometry::bvh::Aabb;
+use crate::possibility::branch::{
+    BRANCHES_MAX, Branch, BranchEnd, BranchKind, BranchRequest, Branches,
+};
+use crate::possibility::edge_labels::Label;
+use crate::possibility::extension::Extension;
+use crate::possibility::forest::{Forest, LabelStats};
+use crate::possibility::guide_route::GuideRoute;
+use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::tree::{Vertex, push_branch};
+use crate::possibility::vertex_candidates::{FootPair, StageContext};
+use crate::possibility::vertex_sampling::{
+    BACKWARD, SIDES, SampleRequest, bounds_around, is_short, sample, samples_max,
+};
+use crate::preparation::FootPlacement;
+
+/// Branches that grow in parallel toward samples at first, one of each tree. No branch uses the
+/// results of the others, so a short search has few.
+const PARALLEL_BRANCHES_MIN: usize = 2;
+/// One more for each so many samples.
+const SAMPLES_PER_BRANCH: u32 = 32;
+/// Most regions excluded from sampling; beyond it the oldest is dropped.
+const BLOCKED_REGIONS_MAX: usize = 64;
+
+/// The first of every this many restarted routes is walked backward.
+const BACKWARD_EVERY: u64 = 3;
+
+/// The straight line ends this near to the goal, in the metric of Gamma_P, m.
+const STRAIGHT_END_DISTANCE: f64 = 0.02;
+
+/// A region excluded from sampling because stage M failed there.
+#[derive(Debug, Clone, Copy)]
+struct BlockedRegion {
+    pose: MidFeetPose,
+    radius: f64,
+}
+
+/// Result of an advance of the search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// There is more to do.
+    Growing,
+    /// There is a guide route.
+    Route,
+    /// All samples are spent without a route.
+    Exhausted,
+    /// The arena is full without a route.
+    Full,
+}
+
+/// Current activity of the search.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Activity {
+    /// Growing branches of the trees.
+    Growing,
+    /// Shortening the route; `tried` shortcuts were tried.
+    Shortcutting { tried: usize },
+    /// Labelling the edges of the route.
+    Labelling,
+    /// Nothing more to do.
+    Over(Progress),
+}
+
+/// A branch from vertex `tip` of a tree toward a vertex of the other one.
+#[derive(Debug, Clone, Copy)]
+struct Join {
+    tree: usize,
+    tip: u32,
+    other: u32,
+    /// Heading of the robot relative to the walking direction, rad.
+    pub(crate) heading_offset: f64,
+}
+
+/// The trees of stage P and the route found last, allocated once.
+#[derive(Debug)]
+pub struct RouteSearch {
+    pub(crate) forest: Forest,
+    pub(crate) branches: Branches,
+    /// Number of ended branches that are part of the trees, and the joins that follow them.
+    merged: usize,
+    joins: heapless::Vec<Join, BRANCHES_MAX>,
+    pub(crate) activity: Activity,
+    /// Where the trees begin: at start and goal, or at both ends of a detour.
+    ends: [Vertex; 2],
+    endpoints: [Vertex; 2],
+    /// The part of the route from the start that stage M has solved.
+    traversed: Vec<Vertex>,
+    spacing: f64,
+    world: Aabb,
+    /// Where samples are drawn.
+    bounds: Aabb,
+    pub(crate) route: GuideRoute,
+    pub(crate) spare: Vec<Vertex>,
+    /// The route of which a detour replaces the vertices between these two.
+    full_route: Vec<Vertex>,
+    detour: Option<[usize; 2]>,
+    blocked: heapless::Deque<BlockedRegion, BLOCKED_REGIONS_MAX>,
+    samples: u32,
+    relaxed: bool,
+    /// Heading offset of the robot unless it sidesteps, rad.
+    pub(crate) heading_offset: f64,
+    /// Number of restarted routes.
+    routes: u64,
+    /// Number of restarts; part of the random streams' names.
+    pub(crate) generation: u64,
+}
+
+impl RouteSearch {
+    /// Trees of at most `vertices_max` vertices from both `ends`, start and goal, at most `spacing`
+    /// metres apart, inside `world` (m).
+    pub fn new(
+        ends: [&StancePose; 2],
+        spacing: f64,
+        vertices_max: usize,
+        world: &Aabb,
+        placement: &FootPlacementConfig,
+    ) -> Self {
+        let [start, goal] = ends;
+        let mut search = Self {
+            forest: Forest::new(vertices_max),
+            branches: Branches::new(placement),
+            merged: 0,
+            joins: heapless::Vec::new(),
+            activity: Activity::Growing,
+            ends: [start, goal].map(|stance| Vertex::root(MidFeetPose::of_stance(stance), None)),
+            endpoints: [start, goal]
+                .map(|stance| Vertex::root(MidFeetPose::of_stance(stance), None)),
+            traversed: reserve(2 * vertices_max),
+            spacing,
+            world: *world,
+            bounds: *world,
+            route: GuideRoute::new(start, goal, vertices_max),
+            spare: reserve(2 * vertices_max),
+            full_route: reserve(2 * vertices_max),
+            detour: None,
+            blocked: heapless::Deque::new(),
+            samples: 0,
+            relaxed: false,
+            heading_offset: 0.0,
+            routes: 0,
+            generation: 0,
+        };
+        search.begin(search.endpoints);
+        search
+    }
+
+    /// Sets another start stance. To be called before the first advance.
+    pub fn set_start(&mut self, start: &StancePose) {
+        self.endpoints[0] = Vertex::root(MidFeetPose::of_stance(start), None);
+        self.route.set_start(start);
+        self.begin(self.endpoints);
+    }
+
+    /// Sets the placements of start and goal. To be called before the first advance.
+    pub fn set_end_pairs(&mut self, pairs: [Option<FootPair>; 2]) {
+        for (end, pair) in self.endpoints.iter_mut().zip(pairs) {
+            end.pair = pair;
+        }
+        self.begin(self.endpoints);
+    }
+
+    /// How many edges of the trees were labelled so far, and how many of these are possible.
+    pub fn labelled(&self) -> LabelStats {
+        self.forest.labelled
+    }
+
+    /// Marks the route from the start to a vertex as solved by stage M; its edges count as possible
+    /// from then on.
+    pub fn mark_traversed(&mut self, vertex: usize) {
+        for index in 1..=vertex {
+            self.route.vertices[index].is_traversed = true;
+            if self.route.labels[index] == Label::Indeterminate {
+                self.route.labels[index] = Label::Traversed;
+            }
+        }
+        self.traversed.clear();
+        self.traversed.extend_from_slice(&self.route.vertices[..=vertex]);
+        for (index, vertex) in self.traversed.iter_mut().enumerate() {
+            (vertex.parent, vertex.placements) = (index.saturating_sub(1) as u32, (0, 0));
+        }
+    }
+
+    /// The route found last.
+    pub fn route(&self) -> &GuideRoute {
+        &self.route
+    }
+
+    /// The placements found at vertex `index` of the route.
+    pub fn placements(&self, index: usize) -> &[FootPlacement] {
+        slice_at(&self.forest.placements, self.route.vertices[index].placements)
+    }
+
+    /// Makes the straight line the route, regardless of obstacles and gaps. The last resort if no
+    /// route was found.
+    pub fn use_straight_line(&mut self) {
+        self.route.clear();
+        let [mut at, goal] = self.ends.map(|end| end.pose);
+        let fits = self.route.vertices.capacity() - 1;
+        while self.route.vertices.len() < fits && at.distance(&goal) > STRAIGHT_END_DISTANCE {
+            self.route.vertices.push(Vertex { is_upright: false, ..Vertex::root(at, None) });
+            at = at.step_toward(&goal, self.spacing, 0.0);
+            at.position.z += (goal.position.z - at.position.z)
+                * (self.spacing / at.horizontal_offset_to(&goal).length().max(self.spacing));
+        }
+        self.route.vertices.push(Vertex::root(goal, None));
+        self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
+    }
+
+    /// Excludes the region around a pose where stage M failed from sampling; `radius` in the metric
+    /// of Gamma_P, m.
+    pub fn block(&mut self, pose: MidFeetPose, radius: f64) {
+        if self.blocked.is_full() {
+            self.blocked.pop_front();
+        }
+        let _full = self.blocked.push_back(BlockedRegion { pose, radius });
+    }
+
+    /// Removes all blocked regions.
+    pub fn unblock_all(&mut self) {
+        self.blocked.clear();
+    }
+
+    /// Restarts the search for another route from start to goal. The first of every
+    /// [`BACKWARD_EVERY`] is walked backward, which keeps the knees clear of risers.
+    pub fn restart(&mut self) {
+        self.detour = None;
+        self.generation += 1;
+        self.heading_offset =
+            if self.routes.is_multiple_of(BACKWARD_EVERY) { BACKWARD } else { 0.0 };
+        self.routes += 1;
+        self.begin(self.endpoints);
+    }
+
+    /// Restarts the search for a detour that replaces the vertices between two of the route.
+    pub fn begin_detour(&mut self, between: [usize; 2]) {
+        self.detour = Some(between);
+        self.generation += 1;
+        self.heading_offset = if self.route.is_backward() { BACKWARD } else { 0.0 };
+        self.full_route.clear();
+        let mut ends =
+            between.map(|index| Vertex { placements: (0, 0), ..self.route.vertices[index] });
+        ends[1].is_traversed = false;
+        self.begin(ends);
+        self.full_route.extend_from_slice(&self.route.vertices);
+    }
+
+    /// Bytes reserved.
+    pub fn bytes(&self) -> usize {
+        let lists = [&self.spare, &self.full_route, &self.traversed, &self.route.vertices];
+        let vertices = lists.map(Vec::capacity).iter().sum::<usize>();
+        vertices * size_of::<Vertex>()
+            + self.route.labels.capacity() * size_of::<Label>()
+            + self.forest.bytes()
+            + self.branches.bytes()
+    }
+
+    /// Spends at most `budget` work units, each one vertex that is tried. Returns the progress and
+    /// the work spent.
+    pub fn advance(&mut self, context: &StageContext<'_>, budget: u64) -> (Progress, u64) {
+        if matches!(self.activity, Activity::Labelling) {
+            return (self.label_next(context), 1);
+        }
+        let Self { forest, branches, blocked, .. } = self;
+        let is_blocked = |pose: &MidFeetPose| {
+            blocked.iter().any(|known| known.pose.distance(pose) < known.radius)
+        };
+        let spent = branches.advance(context, &forest.placements, is_blocked, budget);
+        if spent == budget {
+            return (Progress::Growing, spent);
+        }
+        (self.finish_batch(context), spent + 1)
+    }
+
+    /// All branches have ended: one after the other becomes part of the trees, or of the route, and
+    /// the next ones begin.
+    fn finish_batch(&mut self, context: &StageContext<'_>) -> Progress {
+        match self.activity {
+            Activity::Growing => self.merge(context),
+            Activity::Shortcutting { tried } => self.shortcut_route(context.seed, tried),
+            Activity::Labelling | Activity::Over(_) => {}
+        }
+        let Activity::Over(progress) = self.activity else { return Progress::Growing };
+        if progress != Progress::Route {
+            return progress;
+        }
+        if let Some([first, last]) = self.detour.take() {
+            self.insert_detour(first, last);
+        }
+        self.route.labels.clear();
+        self.activity = Activity::Labelling;
+        Progress::Growing
+    }
+
+    /// The straight line is tried first: from the start, or from the farthest vertex that stage M
+    /// has reached, to the goal.
+    fn begin(&mut self, ends: [Vertex; 2]) {
+        self.ends = ends;
+        self.bounds = bounds_around(ends.map(|end| end.pose.position), &self.world);
+        self.samples = 0;
+        self.relaxed = false;
+        self.reset_trees();
+        self.connect_directly();
+    }
+
+    /// Resets the trees to their roots and the traversed part of the route.
+    fn reset_trees(&mut self) {
+        self.forest.placements.clear();
+        self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
+        for (tree, &end) in self.forest.trees.iter_mut().zip(&self.ends) {
+            tree.set(&[Vertex { parent: 0, ..end }]);
+        }
+        self.reuse_traversed();
+    }
+
+    /// Straight to the goal, from the vertex that is nearest to it.
+    fn connect_directly(&mut self) {
+        self.activity = Activity::Growing;
+        self.clear_branches();
+        let goal = self.ends[1].pose;
+        let tip = self.forest.trees[0].nearest(|pose| pose.distance(&goal));
+        self.join(Join { tree: 0, tip, other: 0, heading_offset: self.heading_offset });
+    }
+
+    fn reuse_traversed(&mut self) {
+        if self.detour.is_none() && !self.traversed.is_empty() {
+            self.forest.trees[0].set(&self.traversed);
+        }
+    }
+
+    /// Begins to grow a tree from one of its vertices toward one of the other tree.
+    fn join(&mut self, Join { tree, tip, other, heading_offset }: Join) {
+        let target = self.forest.trees[1 - tree][other as usize].pose;
+        let extension = self.extension(tree, target, heading_offset, true);
+        self.grow(
+            BranchKind::Connect { tip, other },
+            extension,
+            self.forest.trees[tree][tip as usize],
+        );
+    }
+
+    fn grow(&mut self, kind: BranchKind, extension: Extension, from: Vertex) {
+        self.branches.begin(BranchRequest { kind, extension, from, vertices_max: usize::MAX });
+    }
+
+    pub(crate) fn extension(
+        &self,
+        tree: usize,
+        target: MidFeetPose,
+        heading_offset: f64,
+        joins: bool,
+    ) -> Extension {
+        Extension {
+            target,
+            backward: tree == 1,
+            heading_offset,
+            joins,
+            relaxed: self.relaxed,
+            spacing: self.spacing,
+        }
+    }
+
+    /// Whether the robot may sidestep: once half of the samples are spent. In a long region only
+    /// after stage M has rejected a route, because C_S is relaxed first: places where arms touch
+    /// are more frequent than slits.
+    fn may_sidestep(&self) -> bool {
+        let is_late = 2 * self.samples >= samples_max(&self.bounds);
+        is_late && (self.generation > 0 || is_short(&self.bounds))
+    }
+
+    /// Clears the branches that have ended; returns the joins that follow them.
+    fn clear_branches(&mut self) -> heapless::Vec<Join, BRANCHES_MAX> {
+        self.branches.clear();
+        self.merged = 0;
+        std::mem::take(&mut self.joins)
+    }
+
+    /// Begins the next branches: those that join, and others toward samples, the more the longer
+    /// they have been drawn. The first joins run alone, because a straight route needs no samples.
+    fn begin_branches(&mut self, seed: u64) {
+        let joins = self.clear_branches();
+        joins.iter().for_each(|&join| self.join(join));
+        let is_first = self.samples == 0 && !joins.is_empty();
+        let at_once = if is_first {
+            0
+        } else {
+            (PARALLEL_BRANCHES_MIN + (self.samples / SAMPLES_PER_BRANCH) as usize).min(BRANCHES_MAX)
+        };
+        while self.branches.len() < at_once && self.samples < samples_max(&self.bounds) {
+            self.sample(seed);
+        }
+        if self.branches.len() == 0 {
+            self.relax();
+        }
+    }
+
+    fn sample(&mut self, seed: u64) {
+        let mut random = Random::new(
+            seed,
+            Stream::Possibility,
+            u64::from(self.samples) << 1 | u64::from(self.relaxed),
+            self.generation,
+        );
+        let tree = (self.samples % 2) as usize;
+        let toward = self.forest.trees[1 - tree][0].pose.position;
+        let request = SampleRequest {
+            bounds: &self.bounds,
+            toward,
+            backward: tree == 1,
+            heading_offset: self.heading_offset,
+            may_sidestep: self.may_sidestep(),
+        };
+        let (tip, target, heading_offset) =
+            sample(&mut self.forest.trees[tree], &request, self.samples / 2, &mut random);
+        self.samples += 1;
+        let extension = self.extension(tree, target, heading_offset, false);
+        self.grow(BranchKind::Sample { tip }, extension, self.forest.trees[tree][tip as usize]);
+    }
+
+    /// No route meets C_S: C_N alone suffices from then on. The trees meet C_N.
+    fn relax(&mut self) {
+        if self.relaxed {
+            self.activity = Activity::Over(Progress::Exhausted);
+            return;
+        }
+        self.relaxed = true;
+        self.samples = 0;
+        self.connect_directly();
+    }
+
+    /// A tree is full: the search restarts under C_N alone, which may need fewer vertices; if it
+    /// already did, it is over.
+    fn overflow(&mut self) {
+        if self.relaxed {
+            self.activity = Activity::Over(Progress::Full);
+            return;
+        }
+        self.reset_trees();
+        self.relax();
+    }
+
+    /// Adds the next branch to its tree, and once all are added begins others; or makes a route of
+    /// the first that reaches the other tree.
+    fn merge(&mut self, context: &StageContext<'_>) {
+        let Some(&Branch { kind, extension, end, .. }) = self.branches.all().get(self.merged)
+        else {
+            return self.begin_branches(context.seed);
+        };
+        let tree = usize::from(extension.backward);
+        let (BranchKind::Sample { tip } | BranchKind::Connect { tip, .. }) = kind else { return };
+        let Some(tip) = self.add(self.merged, (tree, tip), context) else { return self.overflow() };
+        match (end, kind) {
+            (Some(BranchEnd::Reached { is_upright }), BranchKind::Connect { other, .. }) => {
+                self.forest.trees[tree][tip as usize].is_upright &= is_upright;
+                return self.connect(tree, tip, other);
+            }
+            (Some(BranchEnd::TooLong), _) => {}
+            _ => self.joins.extend(self.join_after(self.merged, (tree, tip))),
+        }
+        self.merged += 1;
+    }
+
+    /// Adds a branch to its tree; returns its tip, or `None` if an arena is full.
+    fn add(
+        &mut self,
+        branch: usize,
+        (tree, mut tip): (usize, u32),
+        context: &StageContext<'_>,
+    ) -> Option<u32> {
+        let branch = &self.branches.all()[branch];
+        for candidate in &branch.grown {
+            tip = self.forest.add((tree, tip), branch.extension.heading_offset, candidate)?;
+            self.forest.label_edge((tree, tip), context);
+        }
+        Some(tip)
+    }
+
+    /// What follows where a branch came to its end at a tip: if it grew toward a sample, or was the
+    /// first try, the other tree grows toward its tip. If it grew toward the other tree itself,
+    /// with the heading offset of the route, it tries once more sideways.
+    fn join_after(&self, branch: usize, (tree, tip): (usize, u32)) -> Option<Join> {
+        let Branch { kind, extension, ref grown, .. } = self.branches.all()[branch];
+        if let BranchKind::Connect { other, .. } = kind
+            && extension.heading_offset == self.heading_offset
+            && self.may_sidestep()
+        {
+            return Some(Join {
+                tree,
+                tip,
+                other,
+                heading_offset: SIDES[self.samples as usize / 2 % SIDES.len()],
+            });
+        }
+        let reaches_out = !grown.is_empty()
+            && (matches!(kind, BranchKind::Sample { .. }) || self.samples == 0 && tree == 0);
+        reaches_out.then(|| {
+            let Vertex { pose: at, heading_offset, .. } = self.forest.trees[tree][tip as usize];
+            let other_tree = &self.forest.trees[1 - tree];
+            let near = other_tree.nearest(|pose| pose.distance(&at));
+            let is_alike = other_tree[near as usize].heading_offset == heading_offset;
+            Join {
+                tree: 1 - tree,
+                tip: near,
+                other: tip,
+                heading_offset: if is_alike { heading_offset } else { self.heading_offset },
+            }
+        })
+    }
+
+    /// Labels the next edge of the route.
+    fn label_next(&mut self, context: &StageContext<'_>) -> Progress {
+        let GuideRoute { vertices, labels, .. } = &mut self.route;
+        let next = labels.len();
+        let before = next.checked_sub(1).and_then(|index| context.pair_of(&mut vertices[index]));
+        let pair = context.pair_of(&mut vertices[next]);
+        let label = before
+            .zip(pair)
+            .map_or(Label::Indeterminate, |(from, to)| context.label_between(&from, &to));
+        labels.push(if label == Label::Indeterminate && vertices[next].is_traversed {
+            Label::Traversed
+        } else {
+            label
+        });
+        if labels.len() < vertices.len() {
+            return Progress::Growing;
+        }
+        self.activity = Activity::Over(Progress::Route);
+        Progress::Route
+    }
+
+    /// The trees are connected: the route leads from the start over both vertices to the goal.
+    fn connect(&mut self, tree: usize, tip: u32, other: u32) {
+        let tips = if tree == 0 { [tip, other] } else { [other, tip] };
+        self.route.clear();
+        push_branch(&self.forest.trees[0], tips[0], &mut self.route.vertices);
+        self.route.vertices.reverse();
+        push_branch(&self.forest.trees[1], tips[1], &mut self.route.vertices);
+        let is_straight = self.samples == 0 && !self.relaxed;
+        self.clear_branches();
+        self.activity = if is_straight {
+            Activity::Over(Progress::Route)
+        } else {
+            Activity::Shortcutting { tried: 0 }
+        };
+    }
+
+    /// Replaces the vertices between two of the full route by the route just found, if that fits.
+    fn insert_detour(&mut self, first: usize, last: usize) {
+        if self.full_route.len() + self.route.vertices.len() > self.spare.capacity() {
+            std::mem::swap(&mut self.full_route, &mut self.route.vertices);
+            return;
+        }
+        self.spare.clear();
+        self.spare.extend_from_slice(&self.full_route[..first]);
+        self.spare.extend_from_slice(&self.route.vertices);
+        self.spare.extend_from_slice(&self.full_route[last + 1..]);
+        std::mem::swap(&mut self.spare, &mut self.route.vertices);
+    }
+}

@@ -1,0 +1,174 @@
+//! The upper body: all links that the root carries except the legs, and where they are free
+//! [Grey 4.1.1].
+
+use glam::{DQuat, DVec3};
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::{rotation_about, yaw_of};
+use surefoot_shared_types::robot::model::RobotModel;
+
+use crate::collision::model::CollisionModel;
+use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::preparation::build::Preparation;
+use crate::robot::mechanism::{Configuration, Mechanism};
+
+/// Crouches that are tried: fraction of the standing height and pitch, rad.
+const CROUCHES: [(f64, f64); 6] =
+    [(1.0, 0.0), (0.92, 0.1), (0.84, 0.2), (0.75, 0.3), (0.66, 0.35), (1.06, 0.0)];
+
+/// Height above the soles at which the test of the legs begins, m: clears rough ground.
+const SOLE_LIFT: f64 = 0.05;
+/// Half the thickness of the box from a hip to a sole, m.
+const LEG_HALF_WIDTH: f64 = 0.005;
+
+/// Postures in which the upper body is free at a pose (C_N).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum UpperBodyFit {
+    /// Not even the links rigid with the root are free: C_N fails.
+    None,
+    /// The links rigid with the root are free in some crouch, but not arms, waist and head.
+    Core,
+    /// The whole upper body is free in some crouch.
+    Crouched,
+    /// The whole upper body is free with the robot upright.
+    Upright,
+}
+
+/// The robot above its legs, in its standing posture.
+#[derive(Debug, Clone)]
+pub struct UpperBody {
+    root_from_links: Vec<Pose>,
+    is_core: Vec<bool>,
+    is_upper: Vec<bool>,
+    /// The root in the mid-feet frame, the robot upright.
+    mid_feet_from_root: Pose,
+    root_from_hips: [DVec3; 2],
+}
+
+impl UpperBody {
+    /// Compiles the upper body of a robot.
+    pub fn new(model: &RobotModel, robot: &Mechanism) -> Self {
+        let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
+        let standing = robot.kinematic_state(&at_origin);
+        let root_from_links: Vec<Pose> =
+            (0..model.links.len()).map(|link| robot.world_from_link(&standing, link)).collect();
+        let mut is_core = vec![true; model.links.len()];
+        let mut is_upper = vec![true; model.links.len()];
+        for (index, link) in model.links.iter().enumerate() {
+            let Some(attachment) = &link.parent else { continue };
+            let in_a_leg = |joint: usize| {
+                robot.legs.iter().any(|leg| leg.joints().iter().any(|known| known.index == joint))
+            };
+            is_core[index] = is_core[attachment.parent] && attachment.joint.is_none();
+            is_upper[index] =
+                is_upper[attachment.parent] && !attachment.joint.is_some_and(in_a_leg);
+        }
+        let soles = [0, 1]
+            .map(|limb| root_from_links[robot.foot_links[limb]] * robot.links_from_soles[limb]);
+        let middle = soles[0].translation.midpoint(soles[1].translation);
+        let upright = rotation_about(DVec3::Z, -yaw_of(soles[0].rotation));
+        let root_from_hips = [0, 1].map(|limb| robot.legs[limb].hip());
+        Self {
+            root_from_links,
+            is_core,
+            is_upper,
+            mid_feet_from_root: Pose::from_parts(upright * -middle, upright),
+            root_from_hips,
+        }
+    }
+
+    /// The root in the mid-feet frame, the robot upright.
+    pub fn mid_feet_from_root(&self) -> Pose {
+        self.mid_feet_from_root
+    }
+
+    /// Whether the upper body is free at a root pose.
+    pub fn is_free_above_legs(&self, collision: &CollisionModel, world_from_root: &Pose) -> bool {
+        self.are_links_free(collision, world_from_root, &self.is_upper)
+    }
+
+    /// The fit of the upper body at a pose.
+    pub fn fit(&self, collision: &CollisionModel, pose: &MidFeetPose) -> UpperBodyFit {
+        let world_from_mid_feet = pose.world_from_mid_feet();
+        let is_free = |crouch: (f64, f64), selected: &[bool]| {
+            self.are_links_free(collision, &(world_from_mid_feet * self.crouched(crouch)), selected)
+        };
+        if is_free(CROUCHES[0], &self.is_upper) {
+            UpperBodyFit::Upright
+        } else if CROUCHES[1..].iter().any(|&crouch| is_free(crouch, &self.is_upper)) {
+            UpperBodyFit::Crouched
+        } else if CROUCHES.iter().any(|&crouch| is_free(crouch, &self.is_core)) {
+            UpperBodyFit::Core
+        } else {
+            UpperBodyFit::None
+        }
+    }
+
+    /// Whether a leg can extend down to the soles: in some crouch with a free core, the line from a
+    /// hip to its sole or from the hips' middle to the soles' middle is free. If all three are
+    /// blocked there is a floor or a ceiling between them, through which no elevation is projected
+    /// [Grey 4.3].
+    pub fn are_legs_free(
+        &self,
+        collision: &CollisionModel,
+        pose: &MidFeetPose,
+        world_from_soles: [&Pose; 2],
+    ) -> bool {
+        let soles = world_from_soles.map(|pose| *pose * (DVec3::Z * SOLE_LIFT));
+        let is_blocked = |from: DVec3, to: DVec3| {
+            let offset = to - from;
+            let rotation = DQuat::from_rotation_arc(DVec3::Z, offset.normalize());
+            collision
+                .box_hit(
+                    &Pose::from_parts(from.midpoint(to), rotation),
+                    DVec3::new(LEG_HALF_WIDTH, LEG_HALF_WIDTH, 0.5 * offset.length()),
+                )
+                .is_some()
+        };
+        CROUCHES.iter().any(|&crouch| {
+            let world_from_root = pose.world_from_mid_feet() * self.crouched(crouch);
+            let hips = self.root_from_hips.map(|hip| world_from_root * hip);
+            let lines = [
+                (soles[0].midpoint(soles[1]), hips[0].midpoint(hips[1])),
+                (soles[0], hips[0]),
+                (soles[1], hips[1]),
+            ];
+            lines.iter().any(|&(sole, hip)| !is_blocked(sole, hip))
+                && self.are_links_free(collision, &world_from_root, &self.is_core)
+        })
+    }
+
+    /// Whether both soles may be in reach at once in some crouch, by the reachable spaces R
+    /// [Grey 4.2.1].
+    pub fn may_reach(
+        &self,
+        preparation: &Preparation<'_>,
+        pose: &MidFeetPose,
+        world_from_soles: [&Pose; 2],
+    ) -> bool {
+        let world_from_mid_feet = pose.world_from_mid_feet();
+        CROUCHES.iter().any(|&crouch| {
+            let root_from_world = (world_from_mid_feet * self.crouched(crouch)).inverse();
+            (0..2).all(|limb| {
+                preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation)
+            })
+        })
+    }
+
+    /// Whether the selected links are free.
+    fn are_links_free(
+        &self,
+        collision: &CollisionModel,
+        world_from_root: &Pose,
+        selected: &[bool],
+    ) -> bool {
+        collision.carried_hit(world_from_root, &self.root_from_links, selected).is_none()
+    }
+
+    /// The root in the mid-feet frame, in a crouch.
+    fn crouched(&self, (leg_extension, pitch): (f64, f64)) -> Pose {
+        let mut mid_feet_from_root = self.mid_feet_from_root;
+        mid_feet_from_root.translation.z *= leg_extension;
+        mid_feet_from_root.rotation *= rotation_about(DVec3::Y, pitch);
+        mid_feet_from_root
+    }
+}

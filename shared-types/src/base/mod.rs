@@ -1,0 +1,7 @@
+//! base.
+
+pub mod digest;
+pub mod input_error;
+pub mod limits;
+pub mod spatial;
+pub mod text_file;

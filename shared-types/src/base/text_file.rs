@@ -1,0 +1,183 @@
+//! Reads text files and keeps the location of each element, so that every error names a file and a
+//! line.
+
+use std::io::Read;
+use std::path::{Component, Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+
+use crate::base::input_error::InputError;
+
+/// Largest robot, world, scenario or URDF file, bytes.
+pub(crate) const TEXT_BYTES_MAX: u64 = 64 << 20;
+/// Largest magnitude of any number in a file, in its own unit.
+pub const NUMBER_MAX: f64 = 1e6;
+
+/// Deepest nesting of XML elements.
+const XML_DEPTH_MAX: usize = 64;
+
+/// A text file in memory.
+#[derive(Debug, Clone)]
+pub(crate) struct TextFile {
+    pub(crate) path: PathBuf,
+    pub(crate) text: String,
+}
+
+/// A file and a line: the location that an error names.
+#[derive(Debug, Clone)]
+pub(crate) struct FileLocation {
+    path: PathBuf,
+    line: Option<usize>,
+}
+
+impl FileLocation {
+    /// A file as a whole.
+    pub(crate) fn file(path: &Path) -> Self {
+        Self { path: path.to_owned(), line: None }
+    }
+
+    /// An error about `element` at this location.
+    pub(crate) fn error(
+        &self,
+        element: impl Into<String>,
+        message: impl Into<String>,
+    ) -> InputError {
+        InputError {
+            line: self.line,
+            ..InputError::element(&self.path, element, one_line(&message.into()))
+        }
+    }
+}
+
+impl TextFile {
+    /// Reads a whole UTF-8 file of at most `bytes_max` bytes.
+    pub(crate) fn read(path: &Path, bytes_max: u64) -> Result<Self, InputError> {
+        let bytes =
+            read_bytes(path, bytes_max).map_err(|message| InputError::file(path, message))?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
+            InputError::file(path, "is not UTF-8 text").at_line(line_at(valid, valid.len()))
+        })?;
+        Ok(Self { path: path.to_owned(), text })
+    }
+
+    /// The location of the byte at `offset`.
+    pub(crate) fn location(&self, offset: usize) -> FileLocation {
+        FileLocation { path: self.path.clone(), line: Some(line_at(self.text.as_bytes(), offset)) }
+    }
+
+    /// The whole text as a TOML document.
+    pub(crate) fn parse_toml<T: DeserializeOwned>(&self) -> Result<T, InputError> {
+        toml::from_str(&self.text).map_err(|error| {
+            let message = InputError::file(&self.path, one_line(error.message()));
+            match error.span() {
+                Some(span) => message.at_line(line_at(self.text.as_bytes(), span.start)),
+                None => message,
+            }
+        })
+    }
+}
+
+/// Reads a regular file of at most `bytes_max` bytes.
+pub(crate) fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String> {
+    let unreadable = |error: std::io::Error| format!("cannot be read: {error}");
+    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err("is not a regular file".into());
+    }
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(bytes_max + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > bytes_max {
+        return Err(format!("is larger than {} MiB", bytes_max >> 20));
+    }
+    Ok(bytes)
+}
+
+/// Refuses XML that is nested so deeply that a recursive reader would overflow its stack; the error
+/// holds the byte offset.
+pub(crate) fn check_xml_depth(text: &str) -> Result<(), (usize, String)> {
+    use quick_xml::events::Event;
+    let mut reader = quick_xml::Reader::from_str(text);
+    let mut depth = 0_usize;
+    loop {
+        match reader.read_event() {
+            Ok(Event::Start(_)) if depth == XML_DEPTH_MAX => {
+                return Err((
+                    reader.buffer_position() as usize,
+                    format!("its elements are nested deeper than {XML_DEPTH_MAX}"),
+                ));
+            }
+            Ok(Event::Start(_)) => depth += 1,
+            Ok(Event::End(_)) => depth = depth.saturating_sub(1),
+            Ok(Event::Eof) => return Ok(()),
+            Ok(_) => {}
+            Err(error) => {
+                return Err((
+                    reader.error_position() as usize,
+                    format!("is not well-formed XML: {error}"),
+                ));
+            }
+        }
+    }
+}
+
+/// The absolute path of a file, symbolic links in its folder resolved (the file itself may be one:
+/// what lies beside it counts).
+pub(crate) fn absolute(path: &Path) -> PathBuf {
+    let lexical = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    match (lexical.parent().and_then(|folder| folder.canonicalize().ok()), lexical.file_name()) {
+        (Some(folder), Some(name)) => folder.join(name),
+        _ => lexical,
+    }
+}
+
+/// The path of the absolute `target` as seen from the absolute `folder`, with forward slashes.
+pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
+    let target: Vec<Component> = target.components().collect();
+    let folder: Vec<Component> = folder.components().collect();
+    let common = target.iter().zip(&folder).take_while(|(a, b)| a == b).count();
+    let up = std::iter::repeat_n("..".to_owned(), folder.len() - common);
+    let down = target[common..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
+    up.chain(down).collect::<Vec<_>>().join("/")
+}
+
+/// An error unless all numbers are finite and at most [`NUMBER_MAX`] in magnitude.
+pub(crate) fn check_numbers(what: &str, numbers: &[f64]) -> Result<(), String> {
+    match numbers.iter().find(|number| number.is_nan() || number.abs() > NUMBER_MAX) {
+        Some(number) => Err(format!(
+            "{what} holds {number}; every number must be finite and at most {NUMBER_MAX:e} in magnitude"
+        )),
+        None => Ok(()),
+    }
+}
+
+/// An error unless all numbers are positive, finite and at most [`NUMBER_MAX`].
+pub(crate) fn check_positive(what: &str, numbers: &[f64]) -> Result<(), String> {
+    check_each(what, numbers, |number| number > 0.0, "be positive")
+}
+
+/// An error unless all numbers are zero or positive, finite and at most [`NUMBER_MAX`].
+pub(crate) fn check_not_negative(what: &str, numbers: &[f64]) -> Result<(), String> {
+    check_each(what, numbers, |number| number >= 0.0, "not be negative")
+}
+
+fn check_each(
+    what: &str,
+    numbers: &[f64],
+    is_good: fn(f64) -> bool,
+    must: &str,
+) -> Result<(), String> {
+    check_numbers(what, numbers)?;
+    match numbers.iter().find(|number| !is_good(**number)) {
+        Some(number) => Err(format!("{what} is {number}; it must {must}")),
+        None => Ok(()),
+    }
+}
+
+fn line_at(text: &[u8], offset: usize) -> usize {
+    1 + text[..offset.min(text.len())].iter().filter(|byte| **byte == b'\n').count()
+}
+
+fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,47 @@
+//! The digest of what in a scenario influences a plan and has no digest of its own.
+
+use serde::Serialize;
+
+use crate::base::digest::Digest;
+use crate::config::planner::{CheckerConfig, PlannerConfig};
+use crate::config::scenario::{Scenario, StancePose};
+
+#[derive(Serialize)]
+struct Content<'a> {
+    seed: u64,
+    start: StanceContent,
+    goal: StanceContent,
+    goal_position_tolerance: f64,
+    goal_yaw_tolerance: f64,
+    planner: &'a PlannerConfig,
+    checker: &'a CheckerConfig,
+}
+
+#[derive(Serialize)]
+struct StanceContent {
+    xyz: [f64; 3],
+    yaw: f64,
+    feet_apart: f64,
+}
+
+impl From<&StancePose> for StanceContent {
+    fn from(stance: &StancePose) -> Self {
+        Self { xyz: stance.position.to_array(), yaw: stance.yaw, feet_apart: stance.feet_apart }
+    }
+}
+
+/// The digest of a scenario's content; names and paths do not count.
+pub(crate) fn digest(scenario: &Scenario) -> Digest {
+    let content = Content {
+        seed: scenario.seed,
+        start: (&scenario.start).into(),
+        goal: (&scenario.goal).into(),
+        goal_position_tolerance: scenario.goal_position_tolerance,
+        goal_yaw_tolerance: scenario.goal_yaw_tolerance,
+        planner: &scenario.planner,
+        checker: &scenario.checker,
+    };
+    let bytes = serde_json::to_vec(&content)
+        .expect("structs of plain numbers can always be written as JSON");
+    Digest::of(&[&bytes])
+}

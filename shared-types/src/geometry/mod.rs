@@ -1,0 +1,4 @@
+//! geometry.
+
+pub(crate) mod convex_hull;
+pub mod shape;

@@ -1,0 +1,68 @@
+//! Whether shared memory has room. A touch of a page that cannot be had any more would end the
+//! process by SIGBUS, so room is looked for before anything is opened, and taken for good right
+//! after.
+
+use std::ffi::CString;
+use std::fs::{OpenOptions, Permissions};
+use std::io;
+use std::os::fd::AsRawFd;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::path::Path;
+
+use crate::instance::directory::io_error;
+use crate::instance::instance::InstanceError;
+
+/// What one process puts into shared memory at the most: its pool of chunks, its feedback and
+/// iceoryx2's own tables, KiB.
+const NEEDED_KIB: u64 = 8 * 1024;
+
+/// Checks that the file system of `path` has room for one more process.
+pub(crate) fn check(path: &Path) -> Result<(), InstanceError> {
+    match free_kib(path) {
+        Some(free_kib) if free_kib < NEEDED_KIB => {
+            Err(InstanceError::Full { free_kib, needed_kib: NEEDED_KIB })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Closes a segment to other users (iceoryx2 leaves one of its own open to all) and allocates every
+/// page of it. Its content stays; one that is gone meanwhile needs nothing.
+pub(crate) fn reserve(segment: &Path) -> Result<(), InstanceError> {
+    let opened =
+        OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(segment);
+    let file = match opened {
+        Ok(file) => file,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(io_error(segment, error)),
+    };
+    file.set_permissions(Permissions::from_mode(0o600))
+        .map_err(|error| io_error(segment, error))?;
+    let length = file.metadata().map_err(|error| io_error(segment, error))?.len();
+    let Ok(length) = libc::off_t::try_from(length) else { return Ok(()) };
+    if length == 0 {
+        return Ok(());
+    }
+    // SAFETY: the descriptor is open, and the call touches no memory of this process.
+    match unsafe { libc::posix_fallocate(file.as_raw_fd(), 0, length) } {
+        0 => Ok(()),
+        libc::ENOSPC => Err(InstanceError::Full {
+            free_kib: free_kib(segment).unwrap_or(0),
+            needed_kib: length.unsigned_abs() / 1024,
+        }),
+        libc::EOPNOTSUPP | libc::EINVAL => Ok(()),
+        code => Err(io_error(segment, io::Error::from_raw_os_error(code))),
+    }
+}
+
+/// Free space of the file system of `path`, KiB; nothing where it cannot be asked.
+fn free_kib(path: &Path) -> Option<u64> {
+    let path = CString::new(path.as_os_str().as_bytes()).ok()?;
+    // SAFETY: an all-zero statvfs is a valid one.
+    let mut stat: libc::statvfs = unsafe { std::mem::zeroed() };
+    // SAFETY: both pointers outlive the call.
+    let result = unsafe { libc::statvfs(path.as_ptr(), &mut stat) };
+    let kib = (u128::from(stat.f_bavail) * u128::from(stat.f_frsize)) >> 10;
+    (result == 0).then(|| u64::try_from(kib).unwrap_or(u64::MAX))
+}

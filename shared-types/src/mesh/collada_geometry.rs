@@ -1,0 +1,173 @@
+//! The geometries of COLLADA files: positions and the faces between them.
+
+use glam::DVec3;
+use roxmltree::Node;
+
+use crate::mesh::collada::{Ids, child, children, damaged, numbers, quoted};
+
+/// The corners of a triangle, in the geometry's frame and unit.
+pub(crate) type Triangle = [DVec3; 3];
+
+/// The triangles of a `<geometry>`.
+pub(crate) fn geometry_triangles(geometry: Node) -> Result<Vec<Triangle>, String> {
+    let Some(mesh) = child(geometry, "mesh") else {
+        let id = geometry.attribute("id").unwrap_or_default();
+        return Err(format!(
+            "has a <geometry> '{}' that is not a <mesh>; export it as triangles",
+            quoted(id)
+        ));
+    };
+    let vertices =
+        child(mesh, "vertices").ok_or_else(|| damaged(mesh, "has no <vertices>".into()))?;
+    let positions = positions(mesh, vertices)?;
+    let mut triangles = Vec::new();
+    for primitive in mesh.children() {
+        let position = |index: u32| {
+            let vertex = positions.get(index as usize);
+            vertex.copied().ok_or_else(|| {
+                damaged(primitive, format!("has a corner at vertex {index} of {}", positions.len()))
+            })
+        };
+        for [a, b, c] in faces(primitive, vertices)? {
+            triangles.push([position(a)?, position(b)?, position(c)?]);
+        }
+    }
+    Ok(triangles)
+}
+
+/// The positions of a mesh. Ids are looked up in the mesh alone: some exporters use the same ones
+/// in every geometry.
+fn positions(mesh: Node, vertices: Node) -> Result<Vec<DVec3>, String> {
+    let ids = Ids::below(mesh);
+    let source = ids.find(input(vertices, "POSITION")?, "source", "source")?;
+    let accessor =
+        child(source, "technique_common").and_then(|technique| child(technique, "accessor"));
+    let accessor = accessor.ok_or_else(|| damaged(source, "has no <accessor>".into()))?;
+    let array = ids.find(accessor, "source", "float_array")?;
+    let numbers: Vec<f64> = numbers(array)?;
+    check_count(array, numbers.len())?;
+    let (offset, stride) =
+        (whole_number(accessor, "offset", 0)?, whole_number(accessor, "stride", 1)?);
+    if stride < 3 {
+        return Err(damaged(
+            accessor,
+            format!("has positions of {stride} numbers each; 3 belong there"),
+        ));
+    }
+    let items = numbers
+        .get(offset..)
+        .unwrap_or_default()
+        .chunks(stride)
+        .filter_map(|item| item.first_chunk());
+    let count = whole_number(accessor, "count", usize::MAX)?;
+    let positions: Vec<DVec3> = items.take(count).map(|item| DVec3::from_array(*item)).collect();
+    check_count(accessor, positions.len())?;
+    Ok(positions)
+}
+
+/// The triangles of a primitive, by the indices of their vertices. What is not made of faces has
+/// none.
+fn faces(primitive: Node, vertices: Node) -> Result<Vec<[u32; 3]>, String> {
+    let tag = primitive.tag_name().name();
+    if !matches!(tag, "triangles" | "polylist" | "polygons" | "trifans" | "tristrips") {
+        return Ok(Vec::new());
+    }
+    if child(primitive, "ph").is_some() {
+        return Err("has polygons with holes (<ph>); export it as triangles".into());
+    }
+    let lists = corner_lists(primitive, vertices)?;
+    if matches!(tag, "triangles" | "polylist") {
+        let corners = lists.concat();
+        return Ok(polygons(primitive, &corners)?.into_iter().flat_map(fan).collect());
+    }
+    check_count(primitive, lists.len())?;
+    let lists = lists.iter().map(Vec::as_slice);
+    Ok(if tag == "tristrips" {
+        lists.flat_map(strip).collect()
+    } else {
+        lists.flat_map(fan).collect()
+    })
+}
+
+/// The vertices in each `<p>` of a primitive, without the indices of normals and the like between
+/// them.
+fn corner_lists(primitive: Node, vertices: Node) -> Result<Vec<Vec<u32>>, String> {
+    let vertex_input = input(primitive, "VERTEX")?;
+    if vertex_input.attribute("source").and_then(|url| url.strip_prefix('#'))
+        != vertices.attribute("id")
+    {
+        return Err(damaged(primitive, "does not refer to the <vertices> of its mesh".into()));
+    }
+    let vertex_offset = whole_number(vertex_input, "offset", 0)?;
+    let mut stride = 1;
+    for input in children(primitive, "input") {
+        stride = stride.max(whole_number(input, "offset", 0)?.saturating_add(1));
+    }
+    let corners = |p: Node| {
+        let indices: Vec<u32> = numbers(p)?;
+        if !indices.len().is_multiple_of(stride) {
+            return Err(damaged(
+                primitive,
+                format!("has {} indices, {stride} for each corner", indices.len()),
+            ));
+        }
+        Ok(indices.into_iter().skip(vertex_offset).step_by(stride).collect())
+    };
+    children(primitive, "p").map(corners).collect()
+}
+
+/// Cuts the corners of a `<triangles>` or `<polylist>` into its polygons.
+fn polygons<'c>(primitive: Node, mut corners: &'c [u32]) -> Result<Vec<&'c [u32]>, String> {
+    let sizes = match child(primitive, "vcount") {
+        Some(vcount) => numbers(vcount)?,
+        None => vec![3; corners.len().div_ceil(3)],
+    };
+    check_count(primitive, sizes.len())?;
+    let mut polygons = Vec::new();
+    for size in sizes {
+        let cut = corners.split_at_checked(size);
+        let (polygon, rest) = cut
+            .ok_or_else(|| damaged(primitive, "has fewer corners than its polygons need".into()))?;
+        polygons.push(polygon);
+        corners = rest;
+    }
+    match corners.len() {
+        0 => Ok(polygons),
+        left => Err(damaged(primitive, format!("has {left} corners that belong to no polygon"))),
+    }
+}
+
+fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]])
+}
+
+/// The triangles of a strip, every other one turned round so that all face the same way.
+fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    corners
+        .windows(3)
+        .enumerate()
+        .map(|(at, of)| if at % 2 == 0 { [of[0], of[1], of[2]] } else { [of[0], of[2], of[1]] })
+}
+
+fn input<'a, 'input>(node: Node<'a, 'input>, semantic: &str) -> Result<Node<'a, 'input>, String> {
+    let mut inputs = children(node, "input");
+    let found = inputs.find(|input| input.attribute("semantic") == Some(semantic));
+    found.ok_or_else(|| damaged(node, format!("has no <input semantic=\"{semantic}\">")))
+}
+
+fn whole_number(element: Node, attribute: &str, default: usize) -> Result<usize, String> {
+    let Some(text) = element.attribute(attribute) else { return Ok(default) };
+    text.trim()
+        .parse()
+        .map_err(|_| damaged(element, format!("has {attribute}=\"{}\"", quoted(text))))
+}
+
+/// An error unless as much was found in an element as its `count` says.
+fn check_count(element: Node, found: usize) -> Result<(), String> {
+    match whole_number(element, "count", found)? {
+        said if said != found => {
+            Err(damaged(element, format!("says count=\"{said}\" but holds {found}")))
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,5 @@
+//! mesh.
+
+pub(crate) mod collada;
+pub(crate) mod collada_geometry;
+pub(crate) mod store;

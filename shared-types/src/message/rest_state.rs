@@ -1,0 +1,164 @@
+//! Where a robot stands.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::base::limits::{CONTACTS_MAX, POLYGON_VERTICES_MAX};
+use crate::base::spatial::{wrap_angle, yaw_of};
+use crate::config::scenario::StancePose;
+use crate::message::chunk::{Contact, SupportMode, Waypoint, is_rotation};
+use crate::message::layout::layout;
+
+/// A configuration in which the robot may stop forever, and where its feet are.
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[repr(C)]
+#[type_name("surefoot.Standing.v1")]
+pub struct Standing {
+    /// A [`SupportMode`] as its wire value: which feet carry the robot.
+    pub mode: u32,
+    /// Contacts used: 0 while the robot stands nowhere yet, else one for each limb that ever stood.
+    pub contacts_len: u32,
+    /// The configuration, and the plan's time at which it was reached.
+    pub waypoint: Waypoint,
+    /// Where each limb stands; of a lifted one, where it stood last.
+    pub contacts: [Contact; CONTACTS_MAX],
+}
+
+const _: () = assert!(
+    size_of::<Standing>() == 8 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<Contact>()
+);
+
+layout!(Standing { mode: u32, contacts_len: u32, waypoint: Waypoint, contacts: [Contact; CONTACTS_MAX] } with [Waypoint, Contact]);
+
+impl Standing {
+    /// Whether the robot stands anywhere yet.
+    pub fn is_known(&self) -> bool {
+        self.contacts_len > 0
+    }
+
+    /// The contacts in use.
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts[..(self.contacts_len as usize).min(CONTACTS_MAX)]
+    }
+
+    /// The contact of a limb, if it ever stood.
+    pub fn contact_of(&self, limb: u32) -> Option<&Contact> {
+        self.contacts().iter().find(|contact| contact.limb == limb)
+    }
+
+    /// The stance of both feet, each where it stands or stood last: of a biped whose two limbs
+    /// are known.
+    pub fn stance_pose(&self) -> Option<StancePose> {
+        let [left, right] = [0, 1].map(|limb| self.contact_of(limb).map(Contact::world_from_sole));
+        let (left, right) = (left?, right?);
+        let yaw = yaw_of(left.rotation);
+        let turn = wrap_angle(yaw_of(right.rotation) - yaw);
+        let feet_apart = left.translation.distance(right.translation);
+        Some(StancePose {
+            position: left.translation.midpoint(right.translation),
+            yaw: wrap_angle(yaw + 0.5 * turn),
+            feet_apart,
+        })
+    }
+
+    /// The standing at the end of a chunk that was walked from this one: `mode` and `contacts` are
+    /// the chunk's, `waypoint` its last. Lifted limbs keep the contact they had.
+    pub fn after(&self, mode: u32, contacts: &[Contact], waypoint: &Waypoint) -> Self {
+        let mut next = Self { mode, waypoint: *waypoint, ..*self };
+        for contact in contacts {
+            let known = next.contacts().iter().position(|old| old.limb == contact.limb);
+            let index = known.unwrap_or(next.contacts_len as usize);
+            if index < CONTACTS_MAX {
+                next.contacts[index] = *contact;
+                next.contacts_len = next.contacts_len.max(index as u32 + 1);
+            }
+        }
+        next
+    }
+
+    /// Whether counts, modes, limbs and numbers can be those of a standing robot.
+    pub fn is_well_formed(&self) -> bool {
+        let numbers = self
+            .waypoint
+            .root_position
+            .iter()
+            .chain(&self.waypoint.root_rotation)
+            .chain(&self.waypoint.q);
+        self.contacts_len as usize <= CONTACTS_MAX
+            && SupportMode::from_wire(self.mode).is_some()
+            && self.waypoint.time.is_finite()
+            && numbers.into_iter().all(|x| x.is_finite())
+            && (!self.is_known() || is_rotation(self.waypoint.root_rotation))
+            && self.contacts().iter().all(|contact| self.is_well_formed_contact(contact))
+    }
+
+    fn is_well_formed_contact(&self, contact: &Contact) -> bool {
+        let same_limb = self.contacts().iter().filter(|other| other.limb == contact.limb).count();
+        SupportMode::Double.carries(contact.limb as usize)
+            && same_limb == 1
+            && contact.polygon_len as usize <= POLYGON_VERTICES_MAX
+            && is_rotation(contact.rotation)
+            && contact.position.iter().chain(contact.polygon.as_flattened()).all(|x| x.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UPRIGHT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+
+    fn contact(limb: u32, x: f64) -> Contact {
+        Contact { limb, position: [x, 0.0, 0.0], rotation: UPRIGHT, ..Contact::zeroed() }
+    }
+
+    fn at(time: f64) -> Waypoint {
+        Waypoint { time, root_rotation: UPRIGHT, ..Waypoint::zeroed() }
+    }
+
+    #[test]
+    fn a_lifted_foot_keeps_its_last_contact() {
+        let standing = Standing::zeroed();
+        assert!(!standing.is_known());
+        let both = standing.after(
+            SupportMode::Double as u32,
+            &[contact(0, 0.1), contact(1, 0.2)],
+            &at(0.0),
+        );
+        let lifted = both.after(SupportMode::Left as u32, &[contact(0, 0.1)], &at(2.0));
+        assert_eq!(
+            (lifted.mode, lifted.contacts_len, lifted.waypoint.time),
+            (SupportMode::Left as u32, 2, 2.0)
+        );
+        assert_eq!(lifted.contact_of(1).unwrap().position[0], 0.2);
+        let landed =
+            lifted.after(SupportMode::Double as u32, &[contact(0, 0.1), contact(1, 0.5)], &at(0.0));
+        assert_eq!((landed.contacts_len, landed.contact_of(1).unwrap().position[0]), (2, 0.5));
+        assert!(landed.is_well_formed() && landed.contact_of(2).is_none());
+    }
+
+    #[test]
+    fn unknown_limbs_and_invalid_rotations_are_malformed() {
+        let good = Standing::zeroed().after(
+            SupportMode::Double as u32,
+            &[contact(0, 0.1), contact(1, 0.2)],
+            &at(1.0),
+        );
+        assert!(good.is_well_formed() && Standing::zeroed().is_well_formed());
+        let with = |second: Contact| Standing {
+            contacts: [good.contacts[0], second, good.contacts[2], good.contacts[3]],
+            ..good
+        };
+        let bad = [
+            with(contact(2, 0.2)),
+            with(contact(u32::MAX, 0.2)),
+            with(contact(0, 0.2)),
+            with(Contact { rotation: [0.0; 4], ..contact(1, 0.2) }),
+            with(Contact { rotation: [0.0, 0.0, f64::NAN, 1.0], ..contact(1, 0.2) }),
+            with(Contact { rotation: [0.0, 0.1, 0.0, 1.0], ..contact(1, 0.2) }),
+            with(Contact { polygon_len: POLYGON_VERTICES_MAX as u32 + 1, ..contact(1, 0.2) }),
+            Standing { waypoint: Waypoint { root_rotation: [0.0; 4], ..good.waypoint }, ..good },
+        ];
+        assert!(bad.iter().all(|standing| !standing.is_well_formed()));
+    }
+}

@@ -1,0 +1,5 @@
+//! plan_file.
+
+pub(crate) mod check;
+pub mod read;
+pub mod write;

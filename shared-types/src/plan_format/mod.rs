@@ -1,0 +1,3 @@
+//! plan_format.
+
+pub mod blocks;

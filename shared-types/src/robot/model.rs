@@ -1,0 +1,227 @@
+//! A robot: what the URDF and the `robot.toml` beside it say, validated.
+//!
+//! The model is plain data. Each process compiles it into what its own algorithms need.
+
+use glam::{DMat3, DVec3};
+
+use crate::base::digest::Digest;
+use crate::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
+use crate::base::spatial::Pose;
+use crate::base::spatial::rotation_about;
+use crate::geometry::shape::Shape;
+
+/// Index into [`RobotModel::links`].
+pub type LinkIndex = usize;
+/// Index into [`RobotModel::joints`] and into every joint vector `q`.
+pub type JointIndex = usize;
+/// Index into [`RobotModel::feet`].
+pub type LimbIndex = usize;
+
+/// A validated robot. Links are sorted so that a parent stands before its children; link 0 is the
+/// root.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RobotModel {
+    /// The URDF's robot name.
+    pub name: String,
+    /// Absolute path of the URDF file.
+    pub urdf_path: std::path::PathBuf,
+    /// All links, parents first.
+    pub links: Vec<Link>,
+    /// The moving joints, in the order of every joint vector `q`. At most [`JOINTS_MAX`], unless
+    /// the robot is [`Self::unlocked`].
+    pub joints: Vec<Joint>,
+    /// The feet. A biped has two: 0 is left, 1 is right.
+    pub feet: Vec<Foot>,
+    /// Joint positions of the standing posture (rad or m), one per joint.
+    pub standing_q: Vec<f64>,
+    /// Joints that the robot file holds still; not part of `q`.
+    pub locked_joints: Vec<LockedJoint>,
+    /// Digest of the URDF, the robot file and all meshes.
+    pub digest: Digest,
+}
+
+/// One rigid body of the robot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Link {
+    /// URDF name.
+    pub name: String,
+    /// How it hangs on its parent; `None` for the root.
+    pub parent: Option<Attachment>,
+    /// Mass in kg; 0 for a massless frame.
+    pub mass: f64,
+    /// Centre of mass in the link frame.
+    pub com: DVec3,
+    /// Rotational inertia about the centre of mass, along the link frame's axes, kg m2.
+    pub inertia: DMat3,
+    /// Collision shapes.
+    pub shapes: Vec<LinkShape>,
+}
+
+/// How a link hangs on its parent.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Attachment {
+    /// The parent link; its index is smaller than the child's.
+    pub parent: LinkIndex,
+    /// The joint frame in the parent link's frame, which is also the child's frame at position 0.
+    pub parent_from_joint: Pose,
+    /// The moving joint, or `None` for a fixed one (also a locked one, whose position is folded
+    /// into the pose).
+    pub joint: Option<JointIndex>,
+}
+
+/// A collision shape of a link.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LinkShape {
+    /// The shape's frame in the link's.
+    pub link_from_shape: Pose,
+    /// The shape. A mesh arrives here as its convex hull, unless the robot file asks for the exact
+    /// surface or the hull would hide collisions.
+    pub shape: Shape,
+}
+
+/// What a moving joint moves along or about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// Rotation about the axis (rad).
+    Revolute,
+    /// Translation along the axis (m).
+    Prismatic,
+}
+
+/// A moving joint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Joint {
+    /// URDF name.
+    pub name: String,
+    /// Rotation or translation.
+    pub kind: JointKind,
+    /// Unit axis in the joint frame.
+    pub axis: DVec3,
+    /// The link that it moves.
+    pub child: LinkIndex,
+    /// Lower position limit (rad or m).
+    pub lower: f64,
+    /// Upper position limit (rad or m), above `lower`.
+    pub upper: f64,
+    /// Largest torque or force (N m or N), positive and finite.
+    pub effort: f64,
+    /// Largest speed (rad/s or m/s), positive and finite.
+    pub velocity: f64,
+    /// Largest acceleration (rad/s2 or m/s2), positive and finite: of the robot file, or
+    /// [`ACCELERATION_DEFAULT`].
+    pub acceleration: f64,
+}
+
+/// The largest acceleration of a joint of which the robot file says nothing (rad/s2 or m/s2): what
+/// geared joints of humanoids reach with little of their torque. URDF knows no such limit.
+pub const ACCELERATION_DEFAULT: f64 = 10.0;
+
+/// A joint that the robot file holds still. Links see it as fixed; its motor still has to hold it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LockedJoint {
+    /// The joint as it would be if it moved; what the URDF does not limit is infinite.
+    pub joint: Joint,
+    /// Where it stands, rad or m.
+    pub position: f64,
+    /// The joint frame in the parent link's frame, without the joint's own motion.
+    pub parent_from_joint: Pose,
+}
+
+/// A foot: a link with a flat sole.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Foot {
+    /// "left" or "right".
+    pub name: String,
+    /// The link that carries the sole.
+    pub link: LinkIndex,
+    /// The sole frame in the link's: z points out of the ground into the foot, x forward.
+    pub link_from_sole: Pose,
+    /// The sole's outline in the sole frame at z = 0: convex, counter-clockwise, at most
+    /// [`POLYGON_VERTICES_MAX`] vertices.
+    pub polygon: Vec<glam::DVec2>,
+}
+
+impl RobotModel {
+    /// Total mass in kg.
+    pub fn mass(&self) -> f64 {
+        self.links.iter().map(|link| link.mass).sum()
+    }
+
+    /// The same robot with its locked joints among the moving ones, after them.
+    pub fn unlocked(&self) -> Self {
+        let mut robot = Self { locked_joints: Vec::new(), ..self.clone() };
+        for locked in &self.locked_joints {
+            if let Some(attachment) = &mut robot.links[locked.joint.child].parent {
+                attachment.joint = Some(robot.joints.len());
+                attachment.parent_from_joint = locked.parent_from_joint;
+            }
+            robot.joints.push(locked.joint.clone());
+            robot.standing_q.push(locked.position);
+        }
+        robot
+    }
+
+    /// The pose of every link in the root's frame, the joints at `q`.
+    pub(crate) fn root_from_links(&self, q: &[f64]) -> Vec<Pose> {
+        let mut poses: Vec<Pose> = Vec::with_capacity(self.links.len());
+        for link in &self.links {
+            poses.push(link.parent.as_ref().map_or(Pose::IDENTITY, |at| {
+                let motion = at.joint.map_or(Pose::IDENTITY, |index| {
+                    let joint = &self.joints[index];
+                    joint.kind.motion(joint.axis, q[index])
+                });
+                poses[at.parent] * at.parent_from_joint * motion
+            }));
+        }
+        poses
+    }
+
+    /// The moving joints from the root to a link, root first.
+    pub fn chain(&self, link: LinkIndex) -> Vec<JointIndex> {
+        let mut joints = Vec::new();
+        let mut at = self.links[link].parent.as_ref();
+        while let Some(attachment) = at {
+            joints.extend(attachment.joint);
+            at = self.links[attachment.parent].parent.as_ref();
+        }
+        joints.reverse();
+        joints
+    }
+
+    /// The moving joints that carry one foot and no other, root first: those of its leg.
+    pub fn leg(&self, limb: LimbIndex) -> Vec<JointIndex> {
+        let mut joints = self.chain(self.feet[limb].link);
+        let others = self.feet.iter().enumerate().filter(|(other, _)| *other != limb);
+        let carry_others: Vec<JointIndex> =
+            others.flat_map(|(_, foot)| self.chain(foot.link)).collect();
+        joints.retain(|joint| !carry_others.contains(joint));
+        joints
+    }
+}
+
+impl JointKind {
+    /// How a child frame stands in its joint's frame, moved along or about `axis` (unit, joint
+    /// frame) to a position (rad or m).
+    pub(crate) fn motion(self, axis: DVec3, position: f64) -> Pose {
+        match self {
+            Self::Revolute => Pose::from_rotation(rotation_about(axis, position)),
+            Self::Prismatic => Pose::from_translation(axis * position),
+        }
+    }
+}
+
+/// The moving joints on the way from one link to another.
+pub fn joints_between(links: &[Link], pair: [LinkIndex; 2]) -> usize {
+    let (mut at, mut count) = (pair, 0);
+    while at[0] != at[1] {
+        // Parents stand before their children, so the later of two links is not an ancestor of the
+        // other.
+        let later = usize::from(at[1] > at[0]);
+        let Some(attachment) = &links[at[later]].parent else { break };
+        count += usize::from(attachment.joint.is_some());
+        at[later] = attachment.parent;
+    }
+    count
+}
+
+const _: () = assert!(JOINTS_MAX >= 32 && POLYGON_VERTICES_MAX >= 4);

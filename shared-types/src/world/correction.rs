@@ -1,0 +1,126 @@
+//! A world as it turned out to be.
+
+use crate::base::digest::Digest;
+use crate::geometry::shape::Shape;
+use crate::message::{Correction, CorrectionKind};
+use crate::world::world::{World, WorldShape};
+
+/// Why a correction cannot be applied.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum CorrectionError {
+    /// It names a shape that the world does not have.
+    #[error("a correction concerns shape {shape}, the world has {shapes}")]
+    UnknownShape {
+        /// The shape.
+        shape: u32,
+        /// How many there are.
+        shapes: usize,
+    },
+    /// Its numbers are none of a difference.
+    #[error("correction {index} is malformed")]
+    Malformed {
+        /// Its place in the list.
+        index: usize,
+    },
+}
+
+impl World {
+    /// The world as it is after corrections, oldest first. They name shapes by their place in this
+    /// world; a missing shape's place stays counted. A contact that is missing changes no shape:
+    /// the planner keeps out of its place. The digest is [`corrected_digest`]; without corrections
+    /// the world is the same.
+    ///
+    /// # Errors
+    /// A correction names no shape of this world, or is malformed.
+    pub fn corrected(&self, corrections: &[Correction]) -> Result<Self, CorrectionError> {
+        let mut shapes: Vec<Option<WorldShape>> = self.shapes.iter().cloned().map(Some).collect();
+        let mut added = vec![];
+        for (index, correction) in corrections.iter().enumerate() {
+            let malformed = CorrectionError::Malformed { index };
+            let kind =
+                correction.known_kind().filter(|_| correction.is_well_formed()).ok_or(malformed)?;
+            let unknown = CorrectionError::UnknownShape {
+                shape: correction.shape,
+                shapes: self.shapes.len(),
+            };
+            match kind {
+                CorrectionKind::Moved => {
+                    let slot = shapes.get_mut(correction.shape as usize).ok_or(unknown)?;
+                    let known = &self.shapes[correction.shape as usize];
+                    *slot =
+                        Some(WorldShape { world_from_shape: correction.pose(), ..known.clone() });
+                }
+                CorrectionKind::Missing => {
+                    *shapes.get_mut(correction.shape as usize).ok_or(unknown)? = None
+                }
+                CorrectionKind::Extra => added.push(extra_box(index, correction)),
+                CorrectionKind::ContactMissing => {}
+            }
+        }
+        let shapes = shapes.into_iter().flatten().chain(added).collect();
+        Ok(Self { mu: self.mu, shapes, digest: corrected_digest(&self.digest, corrections) })
+    }
+}
+
+/// The digest of a world after corrections: what the chunks of a plan made in the corrected world
+/// carry.
+pub fn corrected_digest(world: &Digest, corrections: &[Correction]) -> Digest {
+    corrections
+        .iter()
+        .fold(*world, |digest, correction| digest.chain(bytemuck::bytes_of(correction)))
+}
+
+fn extra_box(index: usize, correction: &Correction) -> WorldShape {
+    let shape = Shape::Box { half_extents: correction.half_extents.into() };
+    WorldShape { name: format!("correction_{index}"), world_from_shape: correction.pose(), shape }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::base::spatial::Pose;
+
+    fn world() -> World {
+        let cube = |name: &str, x: f64| WorldShape {
+            name: name.into(),
+            world_from_shape: Pose::from_parts(DVec3::new(x, 0.0, 0.0), glam::DQuat::IDENTITY),
+            shape: Shape::Box { half_extents: DVec3::splat(0.1) },
+        };
+        World { mu: 0.6, shapes: vec![cube("a", 0.0), cube("b", 1.0)], digest: Digest([7; 32]) }
+    }
+
+    #[test]
+    fn corrections_add_up_and_change_the_digest() {
+        let world = world();
+        assert_eq!(world.corrected(&[]).unwrap(), world);
+        let place = Pose::from_parts(DVec3::new(3.0, 0.0, 0.5), glam::DQuat::IDENTITY);
+        let list = [
+            Correction::moved(1, &place),
+            Correction::missing(0),
+            Correction::extra(&place, [0.1, 0.2, 0.3]),
+            Correction::contact_missing(&place, [0.1, 0.05]),
+        ];
+        let corrected = world.corrected(&list).unwrap();
+        let names: Vec<&str> = corrected.shapes.iter().map(|shape| shape.name.as_str()).collect();
+        assert_eq!(names, ["b", "correction_2"]);
+        assert_eq!(corrected.shapes[0].world_from_shape, place);
+        let digests: Vec<Digest> =
+            (0..=4).map(|count| world.corrected(&list[..count]).unwrap().digest).collect();
+        assert!((0..4).all(|index| !digests[index + 1..].contains(&digests[index])));
+        assert_eq!(digests[4], corrected_digest(&world.digest, &list));
+    }
+
+    #[test]
+    fn corrections_of_nothing_are_refused() {
+        let world = world();
+        let unknown = world.corrected(&[Correction::missing(2)]);
+        assert_eq!(unknown, Err(CorrectionError::UnknownShape { shape: 2, shapes: 2 }));
+        let malformed = Correction { rotation: [0.0; 4], ..Correction::missing(1) };
+        assert_eq!(
+            world.corrected(&[Correction::missing(0), malformed]),
+            Err(CorrectionError::Malformed { index: 1 })
+        );
+    }
+}

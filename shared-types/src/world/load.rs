@@ -1,0 +1,116 @@
+//! Reads and validates worlds: TOML world files and the scene of a plan file.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::base::digest::Digest;
+use crate::base::input_error::InputError;
+use crate::base::text_file::{FileLocation, TEXT_BYTES_MAX, TextFile};
+use crate::mesh::store::MeshStore;
+use crate::plan_format::blocks::{SceneBlock, SceneShapeBlock};
+
+use crate::world::shape_block::{pose_from_block, shape_from_block};
+use crate::world::world::{World, WorldShape};
+use crate::world::world_file::RawWorld;
+
+/// The largest coefficient of friction.
+const MU_MAX: f64 = 10.0;
+
+/// Loads a world file.
+///
+/// The file holds `mu` and a list of `[[shapes]]`, each with a unique `name`, a pose (`xyz`, and
+/// `rpy` or `quat_xyzw`; metres and radians, identity by default) and exactly one geometry:
+/// `box = { half_extents }`, `sphere = { radius }`, `cylinder = { radius, length }` (along z, full
+/// length), `capsule = { radius, length }` (length of the cylindrical part), `convex = { points }`
+/// or `convex = { path, scale }`, `mesh = { path, scale }`. Paths are relative to the file; STL,
+/// OBJ and COLLADA are understood; `<up_axis>` does not count.
+///
+/// # Errors
+/// When the file cannot be read or anything in it is out of order: the first such thing, with its
+/// line.
+pub fn load_world(path: &Path) -> Result<World, InputError> {
+    let source = TextFile::read(path, TEXT_BYTES_MAX)?;
+    let raw: RawWorld = source.parse_toml()?;
+    let mu_location = source.location(raw.mu.span().start);
+    let mut builder = WorldBuilder::new(path.parent().unwrap_or(Path::new("")));
+    for shape in raw.shapes {
+        let location = source.location(shape.span().start);
+        let shape = shape.into_inner();
+        let element = format!("shape '{}'", shape.name);
+        let block = shape.into_block().map_err(|message| location.error(element, message))?;
+        builder.push(&block, &location)?;
+    }
+    builder.finish(raw.mu.into_inner(), &mu_location, source.text.as_bytes())
+}
+
+/// Builds the world that a plan file carries. Mesh paths are relative to `base_dir`; errors name
+/// `plan_path`.
+///
+/// # Errors
+/// The first thing in the block that is out of order.
+pub fn world_from_block(
+    block: &SceneBlock,
+    base_dir: &Path,
+    plan_path: &Path,
+) -> Result<World, InputError> {
+    let location = FileLocation::file(plan_path);
+    let bytes = serde_json::to_vec(block)
+        .map_err(|error| InputError::element(plan_path, "scene", error.to_string()))?;
+    let mut builder = WorldBuilder::new(base_dir);
+    for shape in &block.shapes {
+        builder.push(shape, &location)?;
+    }
+    builder.finish(block.mu, &location, &bytes)
+}
+
+struct WorldBuilder<'a> {
+    base_dir: &'a Path,
+    meshes: MeshStore,
+    names: BTreeSet<String>,
+    shapes: Vec<WorldShape>,
+}
+
+impl<'a> WorldBuilder<'a> {
+    fn new(base_dir: &'a Path) -> Self {
+        Self { base_dir, meshes: MeshStore::default(), names: BTreeSet::new(), shapes: Vec::new() }
+    }
+
+    fn push(&mut self, block: &SceneShapeBlock, location: &FileLocation) -> Result<(), InputError> {
+        let shape = self
+            .shape(block)
+            .map_err(|message| location.error(format!("shape '{}'", block.name), message))?;
+        self.shapes.push(shape);
+        Ok(())
+    }
+
+    fn shape(&mut self, block: &SceneShapeBlock) -> Result<WorldShape, String> {
+        if block.name.trim().is_empty() {
+            return Err(format!("shape {} needs a name", self.shapes.len()));
+        }
+        if !self.names.insert(block.name.clone()) {
+            return Err("another shape has the same name".into());
+        }
+        let world_from_shape = pose_from_block(&block.pose)?;
+        let shape = shape_from_block(&block.shape, self.base_dir, &mut self.meshes)?;
+        Ok(WorldShape { name: block.name.clone(), world_from_shape, shape })
+    }
+
+    fn finish(
+        self,
+        mu: f64,
+        mu_location: &FileLocation,
+        bytes: &[u8],
+    ) -> Result<World, InputError> {
+        if !(0.0..=MU_MAX).contains(&mu) {
+            return Err(mu_location.error(
+                "mu",
+                format!("is {mu}; a coefficient of friction lies between 0 and {MU_MAX}"),
+            ));
+        }
+        if self.shapes.is_empty() {
+            return Err(mu_location.error("shapes", "a world needs at least one shape to stand on"));
+        }
+        let digest = Digest::of(&[bytes, &self.meshes.digest().0]);
+        Ok(World { mu, shapes: self.shapes, digest })
+    }
+}

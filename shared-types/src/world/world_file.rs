@@ -1,0 +1,104 @@
+//! The fields of a world file.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use crate::base::spatial::rotation_from_rpy;
+use crate::base::text_file::check_numbers;
+use crate::plan_format::blocks::{PoseBlock, SceneShapeBlock, ShapeBlock};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RawWorld {
+    pub(crate) mu: Spanned<f64>,
+    #[serde(default)]
+    pub(crate) shapes: Vec<Spanned<RawShape>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RawShape {
+    pub(crate) name: String,
+    #[serde(default)]
+    xyz: [f64; 3],
+    rpy: Option<[f64; 3]>,
+    quat_xyzw: Option<[f64; 4]>,
+    r#box: Option<RawBox>,
+    sphere: Option<RawSphere>,
+    cylinder: Option<RawRod>,
+    capsule: Option<RawRod>,
+    convex: Option<RawConvex>,
+    mesh: Option<RawMesh>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawBox {
+    half_extents: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSphere {
+    radius: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRod {
+    radius: f64,
+    length: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawConvex {
+    points: Option<Vec<[f64; 3]>>,
+    path: Option<String>,
+    scale: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawMesh {
+    path: String,
+    scale: Option<[f64; 3]>,
+}
+
+impl RawShape {
+    /// The same shape as a block of the plan format; the message names the problem of it.
+    pub(crate) fn into_block(self) -> Result<SceneShapeBlock, String> {
+        let pose = PoseBlock { xyz: self.xyz, quat_xyzw: self.quaternion()? };
+        let geometries = [
+            self.r#box.map(|raw| ShapeBlock::Box { half_extents: raw.half_extents }),
+            self.sphere.map(|raw| ShapeBlock::Sphere { radius: raw.radius }),
+            self.cylinder
+                .map(|raw| ShapeBlock::Cylinder { radius: raw.radius, length: raw.length }),
+            self.capsule.map(|raw| ShapeBlock::Capsule { radius: raw.radius, length: raw.length }),
+            self.convex.map(|raw| ShapeBlock::Convex {
+                points: raw.points,
+                path: raw.path,
+                scale: raw.scale,
+            }),
+            self.mesh.map(|raw| ShapeBlock::Mesh { path: raw.path, scale: raw.scale }),
+        ];
+        let mut present = geometries.into_iter().flatten();
+        match (present.next(), present.next()) {
+            (Some(shape), None) => Ok(SceneShapeBlock { name: self.name, pose, shape }),
+            (None, _) => Err("needs one of box, sphere, cylinder, capsule, convex, mesh".into()),
+            (Some(_), Some(_)) => Err("has more than one geometry; give each its own shape".into()),
+        }
+    }
+
+    fn quaternion(&self) -> Result<[f64; 4], String> {
+        match (self.rpy, self.quat_xyzw) {
+            (Some(_), Some(_)) => Err("has both rpy and quat_xyzw; keep one".into()),
+            (None, Some(quaternion)) => Ok(quaternion),
+            (Some([roll, pitch, yaw]), None) => {
+                check_numbers("rpy", &[roll, pitch, yaw])?;
+                Ok(rotation_from_rpy(roll, pitch, yaw).to_array())
+            }
+            (None, None) => Ok([0.0, 0.0, 0.0, 1.0]),
+        }
+    }
+}

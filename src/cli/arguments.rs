@@ -1,0 +1,311 @@
+//! What the command line offers.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use surefoot_shared_types::NUMBER_MAX;
+use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
+
+use crate::cli::bench_arguments::BenchArguments;
+use crate::system::cores::default_threads;
+
+/// The fastest simulated time, in real times.
+const RATE_MAX: f64 = 1e6;
+/// Most planner threads.
+pub const THREADS_MAX: i64 = 256;
+/// How often a plan is made again where the world turns out to be another, by default:
+/// for as many differences as a controller can report.
+const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
+/// How often a killed process is started again, by default.
+const RESTARTS_MAX: u32 = 8;
+/// The package's version and the commit that it is built from (`build.rs`).
+const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SUREFOOT_COMMIT"), ")");
+
+/// Plans whole-body, quasi-static walks and has them checked by a second process over shared
+/// memory.
+#[derive(Debug, Parser)]
+#[command(
+    name = "surefoot",
+    version = VERSION,
+    after_help = "Exit codes: 0 done; 2 bad input or environment; 3 no plan within the budget; 4 refused by the controller's checks; 128 and the signal's number when interrupted."
+)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Plan a walk in one process and have it checked and walked by another
+    Walk(WalkArguments),
+    /// Plan a walk; with an instance, also deliver it to the controller that listens there
+    Plan(PlanArguments),
+    /// Listen for a plan in an instance, check it and walk it
+    Control(ControlArguments),
+    /// Ask a planner that stays up for a walk, or for its end
+    Request(RequestArguments),
+    /// Listen to a planner and its controller, and print their messages
+    Monitor(MonitorArguments),
+    /// Make what is made once per robot, so that no walk has to wait for it
+    Prepare(PrepareArguments),
+    /// Make the controller's checks on an exported plan
+    Check(CheckArguments),
+    /// Measure on this machine
+    Bench(BenchArguments),
+    /// Report whether this machine can run a walk
+    Doctor(DoctorArguments),
+}
+
+/// `surefoot walk`.
+#[derive(Debug, Args)]
+pub struct WalkArguments {
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub outputs: OutputArguments,
+    /// How often a process that was killed is started again, both counted together
+    #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
+    pub restarts_max: u32,
+    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
+    /// by name
+    #[arg(long, value_name = "WORLD")]
+    pub truth: Option<PathBuf>,
+    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
+    /// publish the state of the robot
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    pub rate: Option<f64>,
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
+    /// this seed determines
+    #[arg(long, value_name = "SEED")]
+    pub disturb: Option<u64>,
+}
+
+/// `surefoot plan`.
+#[derive(Debug, Args)]
+pub struct PlanArguments {
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub search: SearchArguments,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub outputs: OutputArguments,
+    /// Deliver the plan to the controller in this instance
+    #[arg(long, value_name = "NAME")]
+    pub instance: Option<String>,
+    /// Stay up, and plan what `surefoot request` asks for
+    #[arg(long, requires = "instance")]
+    pub serve: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub role: RoleArguments,
+}
+
+/// `surefoot control`.
+#[derive(Debug, Args)]
+pub struct ControlArguments {
+    /// The scenario that the plan must be made for
+    pub scenario: PathBuf,
+    /// The seed that the plan must be made with, in place of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Where to listen
+    #[arg(long, value_name = "NAME")]
+    pub instance: String,
+    /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
+    /// by name
+    #[arg(long, value_name = "WORLD")]
+    pub truth: Option<PathBuf>,
+    /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
+    /// publish the state of the robot
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    pub rate: Option<f64>,
+    /// Set feet down up to 5 mm and 1 degree off, and lose and delay the controller's feedback, as
+    /// this seed determines
+    #[arg(long, value_name = "SEED")]
+    pub disturb: Option<u64>,
+    /// Stay up for further plans until a signal comes
+    #[arg(long)]
+    pub serve: bool,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "the field's type says it")]
+    pub role: RoleArguments,
+}
+
+/// `surefoot request`.
+#[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("request").required(true).args(["goal", "cancel", "replan"]))]
+pub struct RequestArguments {
+    /// Where the planner stays up
+    #[arg(long, value_name = "NAME")]
+    pub instance: String,
+    /// Walk there: the middle between both soles (m) and the heading (rad)
+    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = stance)]
+    pub goal: Option<StanceArgument>,
+    /// Walk from there, and not from where the robot stands
+    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = stance, requires = "goal")]
+    pub start: Option<StanceArgument>,
+    /// Lateral distance between the soles, m
+    #[arg(long, value_name = "M", default_value_t = 0.2, allow_hyphen_values = true, value_parser = positive)]
+    pub feet_apart: f64,
+    /// Cancel what is planned or walked now
+    #[arg(long)]
+    pub cancel: bool,
+    /// Plan again to the goal that was asked for last
+    #[arg(long)]
+    pub replan: bool,
+    /// The seed of the search
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Work units that the search may use; 0 means as many as the scenario allows
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub work_max: u64,
+}
+
+/// A stance as the command line names it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StanceArgument {
+    /// The middle between both, m.
+    pub position: [f64; 3],
+    /// The heading, rad.
+    pub yaw: f64,
+}
+
+fn stance(text: &str) -> Result<StanceArgument, String> {
+    let numbers: Vec<f64> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|number: &f64| number.abs() <= NUMBER_MAX))
+        .collect::<Option<_>>()
+        .ok_or_else(|| {
+            format!("four numbers of at most {NUMBER_MAX:e} with commas between them are needed")
+        })?;
+    let [x, y, z, yaw] = numbers[..] else {
+        return Err(format!("{} numbers, four are needed: x,y,z,yaw", numbers.len()));
+    };
+    Ok(StanceArgument { position: [x, y, z], yaw })
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| *number > 0.0 && *number <= NUMBER_MAX);
+    number.ok_or_else(|| format!("a positive number of at most {NUMBER_MAX:e} is needed"))
+}
+
+/// `surefoot monitor`.
+#[derive(Debug, Args)]
+pub struct MonitorArguments {
+    /// The instance to listen to [default: the only one that is running]
+    #[arg(long, value_name = "NAME")]
+    pub instance: Option<String>,
+    /// Print one JSON object a line
+    #[arg(long)]
+    pub json: bool,
+    /// Stop after so many seconds
+    #[arg(long, value_name = "S", value_parser = positive)]
+    pub seconds: Option<f64>,
+}
+
+/// `surefoot prepare`.
+#[derive(Debug, Args)]
+pub struct PrepareArguments {
+    /// The robot
+    #[arg(value_name = "ROBOT.toml")]
+    pub robot: PathBuf,
+    /// Show no progress, only the summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// `surefoot check`.
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// The exported plan
+    #[arg(value_name = "PLAN.json")]
+    pub plan: PathBuf,
+    /// Print the report as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot doctor`.
+#[derive(Debug, Args)]
+pub struct DoctorArguments {
+    /// Also load this scenario and report how much memory its planner needs
+    pub scenario: Option<PathBuf>,
+}
+
+/// What to search for, and how.
+#[derive(Debug, Args)]
+pub struct SearchArguments {
+    /// Robot, world, start, goal and budget
+    pub scenario: PathBuf,
+    /// The seed, in place of the scenario's
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Planner threads, without influence on the plan [default: 2, or the cores there are]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
+    pub threads: Option<u16>,
+    /// How often the rest of the way is planned again where the world turns out to be another
+    #[arg(long, value_name = "N", default_value_t = REPLANS_MAX)]
+    pub replans_max: u32,
+    /// Keep all of the planner's memory from being paged out; a warning where the system does not
+    /// permit it
+    #[arg(long)]
+    pub lock_memory: bool,
+}
+
+impl SearchArguments {
+    /// Planner threads.
+    pub fn threads(&self) -> usize {
+        self.threads.map_or_else(default_threads, usize::from)
+    }
+}
+
+/// What to leave behind.
+#[derive(Debug, Clone, Default, Args)]
+pub struct OutputArguments {
+    /// Write the plan as a biped-plan/1 file
+    #[arg(long, value_name = "PLAN.json")]
+    pub export: Option<PathBuf>,
+    /// Draw the walk: still (.png) or moving (.apng)
+    #[arg(long, value_name = "OUT.png|OUT.apng")]
+    pub picture: Option<PathBuf>,
+    /// Write a report
+    #[arg(long, value_name = "REPORT.json")]
+    pub json: Option<PathBuf>,
+    /// Show no progress, only the summary
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// How a supervisor runs a role.
+#[derive(Debug, Clone, Args)]
+pub struct RoleArguments {
+    /// Run on this core
+    #[arg(long, hide = true, value_name = "N")]
+    pub core: Option<usize>,
+    /// Report in JSON lines on stdout, and end with the process that reads them
+    #[arg(long, hide = true)]
+    pub report_lines: bool,
+}
+
+impl Arguments {
+    /// Whether a supervisor reads this process's stdout.
+    pub fn reports_lines(&self) -> bool {
+        match &self.command {
+            Command::Plan(arguments) => arguments.role.report_lines,
+            Command::Control(arguments) => arguments.role.report_lines,
+            _ => false,
+        }
+    }
+}
+
+/// A rate of simulated time.
+fn rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(rate) if (0.0..=RATE_MAX).contains(&rate) => Ok(rate),
+        _ => Err(format!("a rate lies between 0 and {RATE_MAX}")),
+    }
+}

@@ -1,0 +1,4 @@
+//! cli.
+
+pub mod arguments;
+pub mod bench_arguments;

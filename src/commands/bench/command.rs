@@ -1,0 +1,29 @@
+//! `surefoot bench`: measures on this machine. Each bench has a file of its own; `docs/BENCHES.md`
+//! documents their JSON.
+
+use crate::cli::bench_arguments::{BenchArguments, BenchCommand};
+use crate::commands::bench::footholds::footholds_bench;
+use crate::commands::bench::ipc;
+use crate::commands::bench::lower_bound;
+use crate::commands::bench::replan::replan_bench;
+use crate::commands::bench::scale::scale_bench;
+use crate::commands::bench::steps;
+use crate::commands::bench::thesis::thesis_bench;
+use crate::report::command_error::{CommandError, CommandOutcome};
+
+/// Runs the command.
+///
+/// # Errors
+/// When an input cannot be used, an output cannot be written, or a signal comes.
+pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
+    crate::system::signals::install();
+    match &arguments.bench {
+        BenchCommand::Thesis(arguments) => thesis_bench::run(arguments),
+        BenchCommand::Limit(arguments) => lower_bound::run(arguments),
+        BenchCommand::Replan(arguments) => replan_bench::run(arguments),
+        BenchCommand::Steps(arguments) => steps::run(arguments),
+        BenchCommand::Scale(arguments) => scale_bench::run(arguments),
+        BenchCommand::Ipc(arguments) => ipc::run(arguments),
+        BenchCommand::Footholds(arguments) => footholds_bench::run(arguments),
+    }
+}

@@ -1,0 +1,163 @@
+//! What the controller does with a chunk: checks it and executes it in the actual world.
+
+use surefoot_controller_sim::channel::plan_subscriber::ChunkDecision;
+use surefoot_controller_sim::execution::disturbance::DisturbedExecution;
+use surefoot_controller_sim::missing_contact;
+use surefoot_controller_sim::{ChunkExecutor, Disturbance, GroundTruth, Violation};
+use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
+use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::message::{Check, Correction, Margins, PlanChunk};
+
+use crate::commands::control::simulated::Simulated;
+use crate::report::event::{CheckSummary, Refusal};
+use crate::report::margins::WorstMargins;
+use crate::system::clock::Stopwatch;
+
+/// Checks and executes chunks, and adds up the checking time.
+pub(crate) struct ChunkHandler {
+    executor: ChunkExecutor,
+    ground_truth: Option<GroundTruth>,
+    disturbance: Option<Disturbance>,
+    simulated: Option<Simulated>,
+    /// The error of the simulation, if one occurred.
+    simulated_result: Result<(), ChannelError>,
+    corrections: usize,
+    seconds: f64,
+    detail: String,
+}
+
+impl ChunkHandler {
+    /// A handler that has checked nothing yet.
+    pub(crate) fn new(
+        executor: ChunkExecutor,
+        ground_truth: Option<GroundTruth>,
+        disturbance: Option<Disturbance>,
+        simulated: Option<Simulated>,
+    ) -> Self {
+        Self {
+            executor,
+            ground_truth,
+            disturbance,
+            simulated,
+            simulated_result: Ok(()),
+            corrections: 0,
+            seconds: 0.0,
+            detail: String::new(),
+        }
+    }
+
+    /// Leaves out corrections that an earlier controller has reported.
+    pub(crate) fn mark_reported(&mut self, reported: &[Correction]) {
+        self.corrections = reported.len();
+        if let Some(ground_truth) = &mut self.ground_truth {
+            ground_truth.mark_reported(reported);
+        }
+    }
+
+    /// Why the last chunk was refused.
+    pub(crate) fn detail(&self) -> &str {
+        &self.detail
+    }
+
+    /// The error of the simulation, if one occurred.
+    pub(crate) fn error(&mut self) -> Result<(), ChannelError> {
+        std::mem::replace(&mut self.simulated_result, Ok(()))
+    }
+
+    /// Checks a chunk and executes it if it is accepted. `heartbeat` is called now and then
+    /// meanwhile.
+    pub(crate) fn handle(
+        &mut self,
+        chunk: &PlanChunk,
+        heartbeat: &mut dyn FnMut(),
+    ) -> ChunkDecision {
+        let watch = Stopwatch::start();
+        let decision = match self.executor.check_chunk(chunk, heartbeat) {
+            Ok(margins) => self.walk(chunk, margins, heartbeat),
+            Err(violation) => self.refuse(chunk, violation),
+        };
+        self.seconds += watch.seconds();
+        let walked = match &decision {
+            ChunkDecision::Accepted(..) => chunk,
+            ChunkDecision::AcceptedAs(_, _, walked) => walked,
+            ChunkDecision::Refused { .. } => return decision,
+        };
+        if let (Some(simulated), Ok(())) = (&mut self.simulated, &self.simulated_result) {
+            self.simulated_result = simulated.walk(&mut self.executor, walked, heartbeat);
+        }
+        decision
+    }
+
+    /// Summary at the end of a plan.
+    pub(crate) fn summary(&self, duplicated: u64, refusal: Option<Refusal>) -> CheckSummary {
+        let margins = WorstMargins::from(&self.executor.margins());
+        CheckSummary {
+            check_seconds: self.seconds,
+            accepted: self.executor.next_sequence(),
+            duplicated,
+            margins,
+            refusal,
+        }
+    }
+
+    fn walk(
+        &mut self,
+        chunk: &PlanChunk,
+        margins: Margins,
+        heartbeat: &mut dyn FnMut(),
+    ) -> ChunkDecision {
+        let Some(disturbance) = &mut self.disturbance else {
+            self.executor.execute(chunk, &margins);
+            return ChunkDecision::Accepted(margins, self.executor.stream());
+        };
+        match disturbance.execute(&mut self.executor, chunk, heartbeat) {
+            DisturbedExecution::Executed(actual, margins) => {
+                ChunkDecision::AcceptedAs(margins, self.executor.stream(), actual)
+            }
+            DisturbedExecution::Infeasible(why) => self.hold(Check::FootMisplaced, 0, None, why),
+            DisturbedExecution::Unsupported(contact) => {
+                let correction = missing_contact(self.executor.checker().model(), &contact);
+                self.hold(
+                    Check::WorldDiffers,
+                    0,
+                    Some(correction),
+                    format!("nothing carries foot {} where it comes down", contact.limb),
+                )
+            }
+        }
+    }
+
+    /// A refusal, for its own reason or because the world differs.
+    fn refuse(&mut self, chunk: &PlanChunk, violation: Violation) -> ChunkDecision {
+        let correction = self
+            .ground_truth
+            .as_mut()
+            .and_then(|ground_truth| ground_truth.encountered(&self.executor, chunk, &violation));
+        let check = match violation.check {
+            _ if correction.is_some() => Check::WorldDiffers,
+            // The controller before this one knew how far the feet are off, and this one does not.
+            Check::Continuity if self.disturbance.is_some() => Check::FootMisplaced,
+            check => check,
+        };
+        self.hold(check, violation.waypoint as u32, correction, violation.detail)
+    }
+
+    /// The robot stays at its actual pose. The encountered difference becomes part of the world, as
+    /// long as a feedback message has a slot for it.
+    fn hold(
+        &mut self,
+        check: Check,
+        waypoint: u32,
+        correction: Option<Correction>,
+        detail: String,
+    ) -> ChunkDecision {
+        self.detail = detail;
+        self.executor.hold_position();
+        let correction = correction.filter(|_| self.corrections < CORRECTIONS_MAX);
+        if let Some(correction) = &correction {
+            self.corrections += 1;
+            self.executor.correct(correction);
+        }
+        ChunkDecision::Refused { check, waypoint, correction }
+    }
+}

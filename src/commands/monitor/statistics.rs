@@ -1,0 +1,326 @@
+//! Statistics of a monitor: events, rates, latencies.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use surefoot_shared_types::message::{
+    Check, Feedback, PlanChunk, PlanStatus, RequestState, State, Verdict,
+};
+
+use crate::commands::monitor::motion::{StateStats, StateSummary};
+use crate::report::margins::WorstMargins;
+
+/// Latencies that are remembered for the quantiles.
+const LATENCIES_MAX: usize = 4096;
+
+/// An event that the monitor prints.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub(crate) enum MonitorEvent {
+    /// The first message of a planner process.
+    Planner { seconds: f64, session: String },
+    /// The first message of a controller process.
+    Controller { seconds: f64, instance: String, next_sequence: u64 },
+    /// Another plan, or the same planned again.
+    Plan { seconds: f64, plan_id: u64, epoch: u64 },
+    /// A chunk is refused.
+    Refused { seconds: f64, sequence: u64, check: String, waypoint: u32, corrections: u32 },
+    /// The last chunk of the plan is accepted.
+    Finished { seconds: f64, chunks: u64, margins: WorstMargins },
+    /// The state of a request at a planner that stays up.
+    Request { seconds: f64, client: String, number: u64, state: String },
+    /// What passed since the summary before.
+    Summary(Summary),
+}
+
+/// A summary.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Summary {
+    /// Time since the monitor's start, s.
+    seconds: f64,
+    /// Chunks accepted so far.
+    accepted: u64,
+    /// Chunks seen per second.
+    chunks_per_second: f64,
+    /// Feedback messages received per second.
+    words_per_second: f64,
+    /// Time from a chunk's publication to its verdict as the monitor saw it, s: median, 95 of 100,
+    /// longest.
+    verdict_latency: Option<[f64; 3]>,
+    /// The worst margins so far.
+    margins: WorstMargins,
+    /// Statistics of the simulated robot, where the controller publishes its state.
+    motion: Option<StateSummary>,
+}
+
+/// Statistics of the messages received so far.
+#[derive(Debug, Default)]
+pub(crate) struct MonitorStats {
+    session: Option<u64>,
+    instance: Option<u64>,
+    plan: Option<(u64, u64)>,
+    request: Option<(u64, u64, u32)>,
+    refused: Option<(u64, u64)>,
+    finished: Option<(u64, u64)>,
+    accepted: u64,
+    chunks: u64,
+    feedback_count: u64,
+    published: BTreeMap<u64, f64>,
+    latencies: Vec<f64>,
+    margins: WorstMargins,
+    motion: StateStats,
+}
+
+impl MonitorStats {
+    /// Whether any message was received.
+    pub(crate) fn has_received(&self) -> bool {
+        self.session.is_some() || self.instance.is_some() || self.request.is_some()
+    }
+
+    /// Takes in a chunk seen at `seconds`.
+    pub(crate) fn record_chunk(&mut self, chunk: &PlanChunk, seconds: f64) -> Vec<MonitorEvent> {
+        let mut events = vec![];
+        self.chunks += 1;
+        if self.session.replace(chunk.session) != Some(chunk.session) {
+            events.push(MonitorEvent::Planner {
+                seconds,
+                session: format!("{:016x}", chunk.session),
+            });
+        }
+        events.extend(self.switch_plan((chunk.plan_id, chunk.epoch), seconds));
+        if chunk.sequence >= self.accepted {
+            self.published.entry(chunk.sequence).or_insert(seconds);
+        }
+        events
+    }
+
+    /// Takes in feedback received at `seconds`.
+    pub(crate) fn record_feedback(
+        &mut self,
+        feedback: &Feedback,
+        seconds: f64,
+    ) -> Vec<MonitorEvent> {
+        let mut events = vec![];
+        self.feedback_count += 1;
+        if self.instance.replace(feedback.instance) != Some(feedback.instance) {
+            events.push(MonitorEvent::Controller {
+                seconds,
+                instance: format!("{:016x}", feedback.instance),
+                next_sequence: feedback.next_sequence,
+            });
+        }
+        if feedback.session == 0 {
+            return events;
+        }
+        let plan = (feedback.plan_id, feedback.epoch);
+        events.extend(self.switch_plan(plan, seconds));
+        self.record_progress(feedback, seconds);
+        if feedback.verdict == Verdict::Refused as u32 && self.refused.replace(plan) != Some(plan) {
+            let check = Check::from_wire(feedback.check).map_or("unknown", Check::name).to_owned();
+            let (sequence, waypoint, corrections) =
+                (feedback.refused_sequence, feedback.refused_waypoint, feedback.corrections_len);
+            events.push(MonitorEvent::Refused { seconds, sequence, check, waypoint, corrections });
+        }
+        if feedback.finished == 1 && self.finished.replace(plan) != Some(plan) {
+            events.push(MonitorEvent::Finished {
+                seconds,
+                chunks: feedback.next_sequence,
+                margins: self.margins,
+            });
+        }
+        events
+    }
+
+    /// Takes in a status of a planner that stays up.
+    pub(crate) fn record_status(
+        &mut self,
+        status: &PlanStatus,
+        seconds: f64,
+    ) -> Option<MonitorEvent> {
+        let state = RequestState::from_wire(status.state)?;
+        let request = (status.client, status.number, status.state);
+        let is_new = status.client != 0 && self.request.replace(request) != Some(request);
+        is_new.then(|| MonitorEvent::Request {
+            seconds,
+            client: format!("{:016x}", status.client),
+            number: status.number,
+            state: state.name().into(),
+        })
+    }
+
+    /// Takes in a tick of the simulated robot.
+    pub(crate) fn record_state(&mut self, state: &State) {
+        self.motion.record(state);
+    }
+
+    /// What passed in the last `period` (s); starts a new one.
+    pub(crate) fn summary(&mut self, seconds: f64, period: f64) -> MonitorEvent {
+        let rate = |count: u64| if period > 0.0 { count as f64 / period } else { 0.0 };
+        let summary = Summary {
+            seconds,
+            accepted: self.accepted,
+            chunks_per_second: rate(self.chunks),
+            words_per_second: rate(self.feedback_count),
+            verdict_latency: quantiles(&mut self.latencies),
+            margins: self.margins,
+            motion: self.motion.summary(period),
+        };
+        (self.chunks, self.feedback_count) = (0, 0);
+        MonitorEvent::Summary(summary)
+    }
+
+    fn switch_plan(&mut self, plan: (u64, u64), seconds: f64) -> Option<MonitorEvent> {
+        if self.plan >= Some(plan) {
+            return None;
+        }
+        self.plan = Some(plan);
+        self.accepted = 0;
+        self.published.clear();
+        Some(MonitorEvent::Plan { seconds, plan_id: plan.0, epoch: plan.1 })
+    }
+
+    fn record_progress(&mut self, feedback: &Feedback, seconds: f64) {
+        while self
+            .published
+            .first_key_value()
+            .is_some_and(|(sequence, _)| *sequence < feedback.next_sequence)
+        {
+            if let Some((_, published)) = self.published.pop_first()
+                && self.latencies.len() < LATENCIES_MAX
+            {
+                self.latencies.push(seconds - published);
+            }
+        }
+        self.accepted = feedback.next_sequence;
+        self.margins = WorstMargins::from(&feedback.margins);
+    }
+}
+
+fn quantiles(latencies: &mut [f64]) -> Option<[f64; 3]> {
+    latencies.sort_by(f64::total_cmp);
+    let last = latencies.len().checked_sub(1)?;
+    Some([last / 2, last * 95 / 100, last].map(|index| latencies[index]))
+}
+
+impl MonitorEvent {
+    /// One line for a person.
+    pub(crate) fn line(&self) -> String {
+        match self {
+            Self::Planner { seconds, session } => {
+                format!("{seconds:9.3} s  planner {session} connected")
+            }
+            Self::Controller { seconds, instance, next_sequence } => {
+                format!(
+                    "{seconds:9.3} s  controller {instance} connected, {next_sequence} chunks accepted"
+                )
+            }
+            Self::Plan { seconds, plan_id, epoch } => {
+                format!("{seconds:9.3} s  plan {plan_id}, epoch {epoch}")
+            }
+            Self::Refused { seconds, sequence, check, waypoint, corrections } => {
+                format!(
+                    "{seconds:9.3} s  refused: {check} at waypoint {waypoint} of chunk {sequence}, {corrections} corrections so far"
+                )
+            }
+            Self::Finished { seconds, chunks, margins } => {
+                format!(
+                    "{seconds:9.3} s  finished: {chunks} chunks accepted; margins: {}",
+                    margins.describe()
+                )
+            }
+            Self::Request { seconds, client, number, state } => {
+                format!("{seconds:9.3} s  request {number} of client {client}: {state}")
+            }
+            Self::Summary(summary) => summary.line(),
+        }
+    }
+
+    /// One JSON object in a line.
+    pub(crate) fn json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+}
+
+impl Summary {
+    fn line(&self) -> String {
+        let rates = format!(
+            "{:.1} chunks/s, {:.0} feedback/s",
+            self.chunks_per_second, self.words_per_second
+        );
+        let latency = self.verdict_latency.map_or(String::new(), |[p50, p95, max]| {
+            format!(
+                ", verdict after {:.2} ms (p95 {:.2}, max {:.2})",
+                1000.0 * p50,
+                1000.0 * p95,
+                1000.0 * max
+            )
+        });
+        let margins = self.margins.describe();
+        let margins = if margins.is_empty() { margins } else { format!("; margins: {margins}") };
+        let motion = self.motion.map_or(String::new(), |motion| format!("; {}", motion.describe()));
+        format!(
+            "{:9.3} s  {} accepted, {rates}{latency}{margins}{motion}",
+            self.seconds, self.accepted
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    #[test]
+    fn latencies_run_from_a_chunks_first_sight_to_its_verdict() {
+        let mut stats = MonitorStats::default();
+        let chunk =
+            |sequence| PlanChunk { session: 5, plan_id: 1, sequence, ..PlanChunk::zeroed() };
+        let feedback = |next_sequence| Feedback {
+            instance: 6,
+            session: 5,
+            plan_id: 1,
+            next_sequence,
+            ..Feedback::zeroed()
+        };
+        assert_eq!(stats.record_chunk(&chunk(0), 1.0).len(), 2, "a planner and a plan");
+        assert_eq!(stats.record_chunk(&chunk(1), 1.1).len(), 0);
+        stats.record_chunk(&chunk(0), 1.2);
+        assert_eq!(stats.record_feedback(&feedback(0), 1.25).len(), 1, "a controller");
+        stats.record_feedback(&feedback(2), 1.5);
+        let MonitorEvent::Summary(summary) = stats.summary(2.0, 1.0) else { panic!("no summary") };
+        let [p50, _, max] = summary.verdict_latency.unwrap();
+        assert!((p50 - 0.4).abs() < 1e-9 && (max - 0.5).abs() < 1e-9, "{summary:?}");
+        assert_eq!(
+            (summary.accepted, summary.chunks_per_second, summary.words_per_second),
+            (2, 3.0, 2.0)
+        );
+    }
+
+    #[test]
+    fn results_are_reported_once_in_each_epoch() {
+        let mut stats = MonitorStats::default();
+        let refused = Feedback {
+            instance: 6,
+            session: 5,
+            plan_id: 1,
+            verdict: 2,
+            check: 16,
+            ..Feedback::zeroed()
+        };
+        let ends = |stats: &mut MonitorStats, feedback: &Feedback| {
+            stats
+                .record_feedback(feedback, 1.0)
+                .into_iter()
+                .filter(|event| {
+                    matches!(event, MonitorEvent::Refused { .. } | MonitorEvent::Finished { .. })
+                })
+                .count()
+        };
+        assert_eq!((ends(&mut stats, &refused), ends(&mut stats, &refused)), (1, 0));
+        let again = Feedback { epoch: 1, ..refused };
+        assert_eq!(ends(&mut stats, &again), 1);
+        let finished = Feedback { verdict: 1, finished: 1, ..again };
+        assert_eq!((ends(&mut stats, &finished), ends(&mut stats, &finished)), (1, 0));
+    }
+}

@@ -1,0 +1,260 @@
+//! What a planner plans next: start, goal, world, plan id and epoch.
+
+use std::num::NonZeroUsize;
+
+use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::{Planner, PlannerError};
+use surefoot_shared_types::config::scenario::{Scenario, StancePose};
+use surefoot_shared_types::message::{Correction, CorrectionKind, Feedback, PlanChunk, Standing};
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::correction::CorrectionError;
+use surefoot_shared_types::world::world::World;
+
+use crate::input::inputs::Inputs;
+use crate::report::command_error::CommandError;
+
+/// Chunks that are remembered of what was walked: more than four dozen steps.
+const WALKED_MAX: usize = 256;
+/// Most lift-offs that a plan retraces.
+const RETRACE_LIFT_OFFS_MAX: usize = 16;
+/// Units of work after which a search is given up for one from farther back: so many for each chunk
+/// of the plan before, which is several times of what these took.
+const WORK_PER_CHUNK: u64 = 300;
+/// The least of it.
+const WORK_MIN: u64 = 20_000;
+
+/// What a planner plans next.
+#[derive(Debug, Clone)]
+pub(crate) struct PlanningTask {
+    /// The scenario with this task's start, goal and seed. Its digest stays that of the file, which
+    /// is what both sides know.
+    pub(crate) scenario: Scenario,
+    /// The world as it is known now.
+    pub(crate) world: World,
+    /// Differences from the world file that the controller encountered so far.
+    pub(crate) corrections: Vec<Correction>,
+    /// Where the robot stands; nothing before it stands anywhere.
+    pub(crate) rest_state: Option<Standing>,
+    /// Chunks of the plan before.
+    chunks: u64,
+    /// The chunks that it walked last, the last one to there.
+    walked: Vec<PlanChunk>,
+    /// To how many places back it goes first, at which a foot was lifted.
+    retrace_depth: usize,
+    /// Which plan of the controller's it is.
+    pub(crate) plan_id: u64,
+    /// How often it was planned again.
+    pub(crate) epoch: u64,
+}
+
+impl PlanningTask {
+    /// The scenario's own.
+    pub(crate) fn first(inputs: &Inputs) -> Self {
+        Self {
+            scenario: inputs.scenario.clone(),
+            world: inputs.world.clone(),
+            corrections: vec![],
+            rest_state: None,
+            chunks: 0,
+            walked: vec![],
+            retrace_depth: 0,
+            plan_id: 1,
+            epoch: 0,
+        }
+    }
+
+    /// Whether a task that begins farther back than a `planner` of this one may find what that one
+    /// did not.
+    pub(crate) fn may_retrace_further(&self, planner: &Planner) -> bool {
+        let gone = planner.way_back().places;
+        let is_farthest =
+            gone < self.retrace_depth || gone >= RETRACE_LIFT_OFFS_MAX || self.walked.is_empty();
+        self.rest_state.is_some() && !is_farthest
+    }
+
+    /// Begins farther back than a `planner` of this task.
+    pub(crate) fn retrace_further(&mut self, planner: &Planner) {
+        self.retrace_depth = (2 * planner.way_back().places).max(1);
+    }
+
+    /// The rest of the plan from the rest state in the controller's `feedback`, in the world that
+    /// it describes, under a new epoch. `chunks` are this task's, the first `back` of which lead
+    /// back along what was walked before.
+    ///
+    /// # Errors
+    /// The feedback's corrections concern another world, or its epoch is the last one possible.
+    pub(crate) fn after(
+        self,
+        inputs: &Inputs,
+        feedback: &Feedback,
+        chunks: &[PlanChunk],
+        back: usize,
+    ) -> Result<Self, CommandError> {
+        let is_own = (feedback.plan_id, feedback.epoch) == (self.plan_id, self.epoch);
+        let epoch = next_id(
+            if feedback.plan_id == self.plan_id {
+                feedback.epoch.max(self.epoch)
+            } else {
+                feedback.epoch
+            },
+            feedback,
+        )?;
+        let accepted = usize::try_from(feedback.next_sequence)
+            .map_or(chunks, |count| &chunks[..count.min(chunks.len())]);
+        let walked = if is_own { walked_after(self.walked, accepted, back) } else { vec![] };
+        let (plan_id, chunks) = (feedback.plan_id, chunks.len() as u64);
+        Ok(Self { plan_id, epoch, chunks, walked, retrace_depth: 0, ..self }
+            .at_rest_state(inputs, feedback)?)
+    }
+
+    /// A new plan from the rest state in the controller's `feedback`, or from the scenario's start
+    /// where there is none yet.
+    ///
+    /// # Errors
+    /// The feedback's corrections concern another world, or its plan is the last one possible.
+    pub(crate) fn fresh(
+        inputs: &Inputs,
+        feedback: Option<&Feedback>,
+    ) -> Result<Self, CommandError> {
+        let first = Self::first(inputs);
+        match feedback {
+            Some(feedback) => Ok(Self { plan_id: next_id(feedback.plan_id, feedback)?, ..first }
+                .at_rest_state(inputs, feedback)?),
+            None => Ok(first),
+        }
+    }
+
+    /// The same task towards another goal, with another seed and at most this much work.
+    pub(crate) fn towards(mut self, goal: StancePose, seed: u64, work_max: u64) -> Self {
+        self.scenario.goal = goal;
+        self.scenario.seed = seed;
+        if work_max > 0 {
+            self.scenario.planner.work_max = work_max.min(self.scenario.planner.work_max);
+        }
+        self
+    }
+
+    /// The same task from a stance, wherever the robot stands.
+    pub(crate) fn starting_at(mut self, start: StancePose) -> Self {
+        self.scenario.start = start;
+        self.rest_state = None;
+        self
+    }
+
+    /// A planner that is ready for this task. Where the robot cannot stand as it does, its plan
+    /// leads back first.
+    ///
+    /// # Errors
+    /// The robot or the world is none that it can use.
+    pub(crate) fn planner(
+        &self,
+        model: &RobotModel,
+        preparation: Preparation<'static>,
+        threads: NonZeroUsize,
+    ) -> Result<Planner, PlannerError> {
+        let mut planner = Planner::new(model, &self.world, &self.scenario, preparation, threads)?;
+        if let Some(rest_state) = &self.rest_state {
+            planner.begin_at(&self.world, rest_state)?;
+            let places =
+                if planner.may_begin() { self.retrace_depth } else { self.retrace_depth.max(1) };
+            if places > 0 {
+                planner.walk_back(&self.world, &self.walked, places)?;
+            }
+            if self.may_retrace_further(&planner) {
+                planner.limit_work(WORK_MIN.max(WORK_PER_CHUNK * self.chunks));
+            }
+        }
+        for missing in self
+            .corrections
+            .iter()
+            .filter(|correction| correction.known_kind() == Some(CorrectionKind::ContactMissing))
+        {
+            let [half_length, half_width, _] = missing.half_extents;
+            planner.shun(&missing.pose(), [half_length, half_width]);
+        }
+        planner.name_plan(self.plan_id, self.epoch);
+        Ok(planner)
+    }
+
+    fn at_rest_state(
+        mut self,
+        inputs: &Inputs,
+        feedback: &Feedback,
+    ) -> Result<Self, CorrectionError> {
+        self.world = inputs.world.corrected(feedback.corrections())?;
+        self.corrections = feedback.corrections().to_vec();
+        self.rest_state = feedback.standing.is_known().then_some(feedback.standing);
+        Ok(self)
+    }
+}
+
+/// What the robot has walked, of which it remembers so much, after the `accepted` chunks: the first
+/// `back` of them lead back.
+fn walked_after(mut walked: Vec<PlanChunk>, accepted: &[PlanChunk], back: usize) -> Vec<PlanChunk> {
+    let (retraced, onward) = accepted.split_at(back.min(accepted.len()));
+    walked.truncate(walked.len().saturating_sub(retraced.len()));
+    walked.extend_from_slice(onward);
+    walked.drain(..walked.len().saturating_sub(WALKED_MAX));
+    walked
+}
+
+/// The number after one of the `feedback`'s, which may be any.
+fn next_id(number: u64, feedback: &Feedback) -> Result<u64, CommandError> {
+    number
+        .checked_add(1)
+        .ok_or(CommandError::IdsExhausted { plan_id: feedback.plan_id, epoch: feedback.epoch })
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    #[test]
+    fn retraced_chunks_are_removed_with_the_chunks_that_they_retrace() {
+        let chunk = |sequence| PlanChunk { sequence, ..PlanChunk::zeroed() };
+        let sequences =
+            |walked: Vec<PlanChunk>| walked.iter().map(|chunk| chunk.sequence).collect::<Vec<_>>();
+        let walked = [1, 2, 3].map(chunk).to_vec();
+        assert_eq!(
+            sequences(walked_after(walked.clone(), &[10, 11].map(chunk), 0)),
+            [1, 2, 3, 10, 11]
+        );
+        assert_eq!(sequences(walked_after(walked.clone(), &[10, 11, 12].map(chunk), 2)), [1, 12]);
+        assert_eq!(
+            sequences(walked_after(walked.clone(), &[10].map(chunk), 2)),
+            [1, 2],
+            "it was stopped on the way back"
+        );
+        let many: Vec<PlanChunk> = (0..WALKED_MAX as u64).map(chunk).collect();
+        assert_eq!(walked_after(walked, &many, 0), many, "the oldest are forgotten first");
+    }
+
+    #[test]
+    fn no_plan_follows_the_last_id() {
+        let inputs = Inputs::load("configs/scenarios/flat_walk.toml".as_ref(), None).unwrap();
+        let feedback = |plan_id, epoch| Feedback { plan_id, epoch, ..Feedback::zeroed() };
+        let first = PlanningTask::first(&inputs);
+        let name = |task: Result<PlanningTask, CommandError>| {
+            task.map(|task| (task.plan_id, task.epoch)).map_err(|failure| failure.to_string())
+        };
+        assert_eq!(name(PlanningTask::fresh(&inputs, Some(&feedback(4, u64::MAX)))), Ok((5, 0)));
+        assert_eq!(
+            name(first.clone().after(&inputs, &feedback(u64::MAX, 4), &[], 0)),
+            Ok((u64::MAX, 5))
+        );
+        let last = |feedback: Feedback| {
+            Err(CommandError::IdsExhausted { plan_id: feedback.plan_id, epoch: feedback.epoch }
+                .to_string())
+        };
+        assert_eq!(
+            name(PlanningTask::fresh(&inputs, Some(&feedback(u64::MAX, 0)))),
+            last(feedback(u64::MAX, 0))
+        );
+        assert_eq!(
+            name(first.after(&inputs, &feedback(4, u64::MAX), &[], 0)),
+            last(feedback(4, u64::MAX))
+        );
+    }
+}

@@ -1,0 +1,124 @@
+//! Advances a planner to the end of its search.
+
+use surefoot_planner::constraints::constraints::Rejection;
+use surefoot_planner::{Outcome, Planner, Status};
+
+use crate::report::command_error::CommandError;
+use crate::report::event::{Bottleneck, Diagnosis, Planned, RoleEvent, SearchProgress};
+use crate::system::allocations;
+use crate::system::clock::Stopwatch;
+use crate::system::signals;
+
+/// Fewest work units between two looks at the clock: a fraction of a second. How often it looks has
+/// no influence on the plan.
+const WORK_PER_STEP_MIN: u64 = 20_000;
+/// A long search looks again after this share of what it has spent: so seldom that entering the
+/// planner's thread pool does not make its queue grow.
+const SHARE_PER_STEP: u64 = 16;
+/// Time between two progress events, s.
+const EMIT_INTERVAL_SECONDS: f64 = 0.1;
+
+/// Advances `planner` until its search ends, reporting its progress now and then.
+///
+/// # Errors
+/// When a signal asks for the end, or reporting fails.
+pub fn run(
+    planner: &mut Planner,
+    work_max: u64,
+    emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
+) -> Result<Planned, CommandError> {
+    let ended = run_until(planner, work_max, emit, &mut || false)?;
+    ended.ok_or_else(|| CommandError::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)))
+}
+
+/// Like [`run`], but nothing once a signal asks for the end, or `is_over` says so between two
+/// steps.
+///
+/// # Errors
+/// When reporting fails.
+pub fn run_until(
+    planner: &mut Planner,
+    work_max: u64,
+    emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
+    is_over: &mut dyn FnMut() -> bool,
+) -> Result<Option<Planned>, CommandError> {
+    let watch = Stopwatch::start();
+    let mut allocations = 0;
+    let mut emitted_at = 0.0;
+    loop {
+        let before = allocations::count();
+        let work = (planner.tally().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN);
+        let status = planner.step_while(work, &|| signals::raised().is_none());
+        allocations += allocations::count() - before;
+        if let Status::Done(outcome) = status {
+            return Ok(Some(planned(planner, &outcome, watch.seconds(), allocations)));
+        }
+        if signals::raised().is_some() || is_over() {
+            return Ok(None);
+        }
+        if watch.seconds() - emitted_at > EMIT_INTERVAL_SECONDS {
+            emitted_at = watch.seconds();
+            emit(&RoleEvent::Planning(search_progress(planner, work_max)))?;
+        }
+    }
+}
+
+fn search_progress(planner: &Planner, work_max: u64) -> SearchProgress {
+    let stats = planner.tally();
+    SearchProgress {
+        work: stats.work,
+        work_max,
+        sequences: stats.sequences,
+        transitions: stats.transitions_found,
+        motions: stats.motions_found,
+    }
+}
+
+fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations: u64) -> Planned {
+    let stats = planner.tally();
+    let found = *outcome == Outcome::Found;
+    Planned {
+        end: outcome.into(),
+        outcome: outcome.name().to_owned(),
+        bound: outcome.bound().map(str::to_owned),
+        description: describe(planner, outcome),
+        digest: found.then(|| planner.digest().to_string()),
+        plan_seconds,
+        work: stats.work,
+        sequences: stats.sequences,
+        diagnosis: outcome.bound().map(|_| Box::new(diagnosis(planner))),
+        route_edges: stats.route_edges.edges,
+        route_edges_possible: stats.route_edges.possible,
+        primitives: stats.primitives,
+        allocations,
+        steps: planner.steps(),
+        waypoints: planner.waypoints(),
+        chunks: planner.chunks().len() as u64,
+    }
+}
+
+/// Description of an outcome, with the names of colliding bodies.
+fn describe(planner: &Planner, outcome: &Outcome) -> String {
+    let collision = &planner.constraints().collision;
+    outcome.hit().map_or_else(
+        || outcome.describe(),
+        |hit| format!("{}: {}", outcome.describe(), collision.describe(hit)),
+    )
+}
+
+fn diagnosis(planner: &Planner) -> Diagnosis {
+    let stats = planner.tally();
+    Diagnosis {
+        is_unguided: stats.is_unguided,
+        routes: stats.routes,
+        hindrance: planner
+            .hindrance()
+            .map(|place| Bottleneck { xyz: place.position.to_array(), failures: place.failures }),
+        rejections: Rejection::NAMES
+            .map(str::to_owned)
+            .into_iter()
+            .zip(stats.rejections)
+            .filter(|(_, count)| *count > 0)
+            .collect(),
+    }
+}

@@ -1,0 +1,164 @@
+//! Where the preparation of a robot comes from: a file of the user's cache, or made now and kept
+//! there. The cache is only ever a convenience: what is damaged in it is made again, and where
+//! nothing can be kept a line says so.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use memmap2::Mmap;
+use surefoot_planner::preparation::build;
+use surefoot_planner::preparation::build::Preparation;
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::robot::model::RobotModel;
+
+use crate::report::command_error::CommandError;
+use crate::system::clock::Stopwatch;
+use crate::system::terminal;
+
+/// Steps of the progress bar.
+const BAR_STEPS: f64 = 1000.0;
+
+/// A preparation, for as long as the program runs.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// What was prepared.
+    pub preparation: Preparation<'static>,
+    /// Where it comes from.
+    pub origin: Origin,
+    bytes: &'static [u8],
+}
+
+/// Where a preparation comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Origin {
+    /// A file of the cache.
+    Cached(PathBuf),
+    /// Made just now.
+    Built {
+        /// How long it took, s.
+        seconds: f64,
+        /// Where it is kept, if anywhere.
+        saved: Option<PathBuf>,
+    },
+}
+
+impl Prepared {
+    /// All of it as bytes.
+    pub fn bytes(&self) -> &'static [u8] {
+        self.bytes
+    }
+}
+
+/// What this process has obtained so far, by what it was made from.
+static OBTAINED: Mutex<BTreeMap<Digest, Prepared>> = Mutex::new(BTreeMap::new());
+
+/// The preparation of a robot, from the cache or else made now, once in a process. It stays in
+/// memory until the program ends: whoever plans needs it to the last. `quiet` shows no progress and
+/// no warning.
+///
+/// # Errors
+/// When the robot is none that the planner can move.
+pub fn obtain(
+    model: &RobotModel,
+    config: &PlannerConfig,
+    quiet: bool,
+) -> Result<Prepared, CommandError> {
+    let key = surefoot_planner::preparation::key(model, config);
+    let mut obtained = OBTAINED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = obtained.get(&key) {
+        return Ok(known.clone());
+    }
+    let prepared = find_or_make(model, config, quiet)?;
+    obtained.insert(key, prepared.clone());
+    Ok(prepared)
+}
+
+fn find_or_make(
+    model: &RobotModel,
+    config: &PlannerConfig,
+    quiet: bool,
+) -> Result<Prepared, CommandError> {
+    let key = surefoot_planner::preparation::key(model, config);
+    let path = cache_folder().map(|folder| folder.join(format!("{key}.prepared")));
+    if let Some(found) = path.as_deref().and_then(|path| from_cache(path, &key)) {
+        return Ok(found);
+    }
+    let watch = Stopwatch::start();
+    let words = build(model, config, quiet)?;
+    let seconds = watch.seconds();
+    let bytes: &'static [u8] = bytemuck::cast_slice(Vec::leak(words));
+    let saved = match &path {
+        Some(path) => save(bytes, path).map(|()| path.clone()),
+        None => Err("neither XDG_CACHE_HOME nor HOME names an absolute folder".to_owned()),
+    };
+    if let (Err(reason), false) = (&saved, quiet) {
+        warn(reason);
+    }
+    let saved = saved.ok();
+    let preparation = Preparation::from_bytes(bytes, &key)
+        .map_err(|error| CommandError::Preparation(error.to_string()))?;
+    Ok(Prepared { preparation, origin: Origin::Built { seconds, saved }, bytes })
+}
+
+fn warn(reason: &str) {
+    terminal::print_note(&format!(
+        "warning: the robot's preparation cannot be kept, so the next run makes it again: {reason}"
+    ));
+}
+
+/// What the cache holds for `key`, mapped for good. A file that is damaged counts as none; it will
+/// be replaced.
+fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
+    let file = File::open(path).ok()?;
+    // SAFETY: files of the cache are never changed in place, only replaced as a whole.
+    let map = unsafe { Mmap::map(&file) }.ok()?;
+    let bytes: &'static [u8] = Box::leak(Box::new(map));
+    let preparation = Preparation::from_bytes(bytes, key).ok()?;
+    Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()), bytes })
+}
+
+fn build(
+    model: &RobotModel,
+    config: &PlannerConfig,
+    quiet: bool,
+) -> Result<Vec<u64>, CommandError> {
+    let bar = if quiet || !terminal::is_watched() { ProgressBar::hidden() } else { new_bar() };
+    let built = build::build(model, config, &|share| bar.set_position((BAR_STEPS * share) as u64));
+    bar.finish_and_clear();
+    built.map_err(|source| CommandError::Robot { urdf: model.urdf_path.clone(), source })
+}
+
+fn new_bar() -> ProgressBar {
+    let style = ProgressStyle::with_template(
+        "preparing the robot {bar:20} {percent:>3}%  once for all its walks",
+    );
+    ProgressBar::new(BAR_STEPS as u64)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Writes a file of the cache as a whole or not at all.
+fn save(bytes: &[u8], path: &Path) -> Result<(), String> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    std::fs::create_dir_all(folder).map_err(failed)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
+    file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(failed)?;
+    file.persist(path).map(drop).map_err(|error| failed(error.error))
+}
+
+/// `surefoot` in the user's cache folder, as the XDG base directory specification names it; `None`
+/// where there is none.
+fn cache_folder() -> Option<PathBuf> {
+    let absolute = |path: PathBuf| path.is_absolute().then_some(path);
+    let named = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).and_then(absolute);
+    let home = std::env::var_os("HOME")
+        .map(PathBuf::from)
+        .and_then(absolute)
+        .map(|home| home.join(".cache"));
+    named.or(home).map(|folder| folder.join("surefoot"))
+}

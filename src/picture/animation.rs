@@ -1,0 +1,92 @@
+//! Which instants a picture shows, and from where.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::picture::camera::Size;
+use crate::picture::colour::Encoder;
+use crate::picture::output::Image;
+use crate::picture::renderer::{Figure, Ground, Renderer};
+use crate::picture::scene::PictureScene;
+use crate::picture::view::View;
+
+/// A still's size.
+const STILL: Size = Size { width: 1280, height: 720 };
+/// A moving picture's size.
+const MOVING: Size = Size { width: 800, height: 450 };
+/// Robots in a still, at most, and how far they stand apart at least, m.
+const FIGURES_MAX: usize = 8;
+const FIGURE_SPACING: f64 = 0.55;
+/// Frames of a moving picture, and about how many there are for each stance.
+const FRAMES_MIN: usize = 60;
+const FRAMES_MAX: usize = 120;
+const FRAMES_PER_STANCE: usize = 3;
+/// A longer walk is followed by the camera, m.
+const FIXED_VIEW_MAX: f64 = 7.0;
+/// The part of a followed walk that is in view, m.
+const FOLLOWED_VIEW: f64 = 4.0;
+
+/// The robot at several instants.
+pub fn still(scene: &PictureScene) -> Image {
+    let view = View::of(scene, &scene.sweep, STILL);
+    let sun = Renderer::sun(scene, &view);
+    let progress = scene.motion.progress();
+    let chosen = scene.motion.evenly_spaced(FIGURE_SPACING, FIGURES_MAX);
+    let figures: Vec<Figure> = chosen
+        .iter()
+        .map(|&waypoint| Figure { at: waypoint as f64, progress: progress[waypoint] })
+        .collect();
+    Renderer::new(scene, view, sun, STILL).picture(&figures, Ground::All, &Encoder::new())
+}
+
+/// The robot walking.
+pub fn frames(scene: &PictureScene) -> Vec<Image> {
+    let moments = scene
+        .motion
+        .evenly_timed((FRAMES_PER_STANCE * scene.stances.len()).clamp(FRAMES_MIN, FRAMES_MAX));
+    let roots: Vec<DVec3> =
+        moments.iter().map(|at| scene.motion.world_from_links(*at)[0].translation).collect();
+    let (low, high) = roots
+        .iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+    if (high - low).length() > FIXED_VIEW_MAX {
+        followed(scene, &moments, &roots)
+    } else {
+        fixed(scene, &moments)
+    }
+}
+
+fn fixed(scene: &PictureScene, moments: &[f64]) -> Vec<Image> {
+    let view = View::of(scene, &scene.sweep, MOVING);
+    let sun = Renderer::sun(scene, &view);
+    let renderer = Renderer::new(scene, view, sun, MOVING);
+    let (progress, encoder) = (scene.motion.progress(), Encoder::new());
+    moments.iter().map(|&at| frame(&renderer, &progress, at, &encoder)).collect()
+}
+
+/// As [`fixed`], but the camera sees a part of the walk and moves along.
+fn followed(scene: &PictureScene, moments: &[f64], roots: &[DVec3]) -> Vec<Image> {
+    let begin = roots[0];
+    let seen: Vec<DVec3> = scene
+        .sweep
+        .iter()
+        .copied()
+        .filter(|point| point.distance(begin) < 0.5 * FOLLOWED_VIEW + 1.0)
+        .collect();
+    let view = View::of(scene, &seen, MOVING);
+    let sun = Renderer::sun(scene, &view);
+    let (progress, encoder) = (scene.motion.progress(), Encoder::new());
+    let window = moments.len() / 8;
+    let draw = |index: usize| {
+        let near = &roots[index.saturating_sub(window)..(index + window + 1).min(roots.len())];
+        let target = near.iter().sum::<DVec3>() / near.len() as f64;
+        let view = View { camera: view.camera.moved(target - begin), glass: view.glass.clone() };
+        frame(&Renderer::new(scene, view, sun.clone(), MOVING), &progress, moments[index], &encoder)
+    };
+    (0..moments.len()).into_par_iter().map(draw).collect()
+}
+
+fn frame(renderer: &Renderer<'_>, progress: &[f32], at: f64, encoder: &Encoder) -> Image {
+    let waypoint = at as usize;
+    renderer.picture(&[Figure { at, progress: progress[waypoint] }], Ground::At(waypoint), encoder)
+}

@@ -1,0 +1,170 @@
+//! The outcomes and errors of commands, with their exit codes.
+
+use std::path::PathBuf;
+
+use surefoot_controller_sim::CheckerError;
+use surefoot_planner::PlannerError;
+use surefoot_planner::preparation::build::BuildError;
+use surefoot_shared_types::InputError;
+use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::instance::InstanceError;
+use surefoot_shared_types::world::correction::CorrectionError;
+
+use crate::picture::PictureError;
+use crate::supervisor::supervisor::Role;
+
+/// The outcome of a command that answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CommandOutcome {
+    /// Everything asked for was done: 0.
+    Done,
+    /// No plan within the budget: 3.
+    NoPlan,
+    /// The controller, or a check, refused: 4.
+    Refused,
+}
+
+impl CommandOutcome {
+    /// The exit code.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::NoPlan => 3,
+            Self::Refused => 4,
+        }
+    }
+}
+
+/// The error of a command that did not answer: bad input or environment.
+#[derive(Debug, thiserror::Error)]
+pub enum CommandError {
+    /// A file cannot be used.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// The robot cannot be prepared.
+    #[error("{}: {source}", urdf.display())]
+    Robot {
+        /// Its URDF.
+        urdf: PathBuf,
+        /// Why.
+        source: BuildError,
+    },
+    /// What was just prepared does not hold together.
+    #[error("the preparation {0}; please report this with the robot's files")]
+    Preparation(String),
+    /// The planner cannot use the robot or the world.
+    #[error(transparent)]
+    Planner(#[from] PlannerError),
+    /// The checker cannot use the robot or the world.
+    #[error(transparent)]
+    Checker(#[from] CheckerError),
+    /// No instance.
+    #[error(transparent)]
+    Instance(#[from] InstanceError),
+    /// No transport.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// The controller's corrections do not belong to this world.
+    #[error("{0}; use the same scenario for the planner and the controller")]
+    Correction(#[from] CorrectionError),
+    /// Standard output takes no more.
+    #[error("the result cannot be printed: standard output cannot be written to")]
+    ResultNotPrinted,
+    /// The controller walks the last plan or epoch that can be numbered.
+    #[error(
+        "the controller walks plan {plan_id}, epoch {epoch}, and no number is left for the next; start the controller anew"
+    )]
+    IdsExhausted {
+        /// Its plan.
+        plan_id: u64,
+        /// Its epoch.
+        epoch: u64,
+    },
+    /// What was asked for cannot be done.
+    #[error("{0}")]
+    Usage(String),
+    /// No planner serves requests.
+    #[error(
+        "no planner answers; start 'surefoot plan SCENARIO --serve' with the same instance name"
+    )]
+    NoPlanner,
+    /// The robot cannot stand where the scenario wants it to.
+    #[error("{0}; change the scenario's stance, its world or the robot's posture")]
+    Endpoint(String),
+    /// No picture.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// A file cannot be written.
+    #[error("{}: cannot be written: {reason}", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// A process cannot be started.
+    #[error("the {role} process cannot be started: {source}")]
+    Start {
+        /// Which.
+        role: Role,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A process reported why it cannot go on.
+    #[error("{role}: {message}")]
+    Role {
+        /// Which.
+        role: Role,
+        /// Its message.
+        message: String,
+    },
+    /// A process ended before its work was done.
+    #[error(
+        "the {role} process ended unexpectedly ({how}); run 'surefoot doctor', then walk again"
+    )]
+    EndedEarly {
+        /// Which.
+        role: Role,
+        /// Its exit status.
+        how: String,
+    },
+    /// No controller answers.
+    #[error(
+        "no controller answers: its process hangs or was never started; start 'surefoot control' with the same instance name"
+    )]
+    ControllerLost,
+    /// Something that every walk needs is missing.
+    #[error("this machine cannot run a walk: {missing} of the findings above must be seen to")]
+    MissingRequirements {
+        /// How many.
+        missing: usize,
+    },
+    /// The supervisor that reads this role's events is gone.
+    #[error("no process reads this role's events any more: {0}")]
+    ReportsClosed(std::io::Error),
+    /// A signal asked for the end.
+    #[error("ended by signal {0}")]
+    Interrupted(i32),
+}
+
+impl CommandError {
+    /// The exit code: 2, or 128 and the signal's number.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Interrupted(signal) => u8::try_from(128 + signal).unwrap_or(u8::MAX),
+            _ => 2,
+        }
+    }
+
+    /// The outcome's name in reports, if a run that had begun ended in this.
+    pub fn name(&self) -> Option<&'static str> {
+        match self {
+            Self::Role { role: Role::Planner, .. }
+            | Self::EndedEarly { role: Role::Planner, .. } => Some("planner_failed"),
+            Self::Role { role: Role::Controller, .. }
+            | Self::EndedEarly { role: Role::Controller, .. } => Some("controller_failed"),
+            Self::ControllerLost => Some("controller_lost"),
+            _ => None,
+        }
+    }
+}

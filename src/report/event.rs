@@ -1,0 +1,279 @@
+//! The events of the planner and the controller process: one JSON object a line on stdout.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use surefoot_controller_sim::channel::plan_subscriber::Refusal as RefusedChunk;
+use surefoot_planner::Outcome;
+use surefoot_planner::channel::plan_publisher::{Delivery, DeliveryOutcome};
+
+use crate::report::margins::WorstMargins;
+
+/// An event that a role process reports.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "line", rename_all = "snake_case")]
+pub enum RoleEvent {
+    /// The planner has all its memory.
+    PlannerReady {
+        /// Time it took, s.
+        ready_seconds: f64,
+        /// Size of all arenas.
+        arena_bytes: u64,
+    },
+    /// The planner searches.
+    Planning(SearchProgress),
+    /// The planner is done searching.
+    Planned(Planned),
+    /// The controller accepted further chunks.
+    Delivering {
+        /// Chunks accepted.
+        accepted: u64,
+        /// Chunks of the plan.
+        chunks: u64,
+    },
+    /// The planner is done delivering.
+    Delivered(Delivered),
+    /// The controller listens.
+    ControllerReady,
+    /// The controller has checked the plan.
+    Checked(CheckSummary),
+    /// The rest of the way is planned again from where the robot stands.
+    Replanning {
+        /// The new epoch.
+        epoch: u64,
+        /// Differences of the world that are known now.
+        corrections: u64,
+    },
+    /// No plan leads on from where the robot stands: the planner looks for one that retraces first.
+    WalkingBack,
+    /// The planner waits for requests.
+    PlannerServes,
+    /// No planner is connected; the robot holds its position at the end of the last executed chunk.
+    Holding {
+        /// Chunks accepted.
+        accepted: u64,
+    },
+    /// The supervisor started a process again.
+    Restarted {
+        /// Which.
+        role: String,
+        /// How the one before ended.
+        how: String,
+    },
+    /// The process cannot go on.
+    Failed {
+        /// Why and what to do, one line.
+        message: String,
+    },
+}
+
+/// How far a search is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SearchProgress {
+    /// Work units used.
+    pub work: u64,
+    /// Work units that may be used.
+    pub work_max: u64,
+    /// Sequences tried.
+    pub sequences: u64,
+    /// Transitions with a configuration.
+    pub transitions: u64,
+    /// Motions found.
+    pub motions: u64,
+}
+
+/// Result of a search.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Planned {
+    /// Kind of result.
+    pub end: PlanResult,
+    /// The outcome's name.
+    pub outcome: String,
+    /// The parameter that ended it, if one did.
+    pub bound: Option<String>,
+    /// The outcome in one line for a person.
+    pub description: String,
+    /// Digest of the chunk stream, if there is one.
+    pub digest: Option<String>,
+    /// Time it took, s.
+    pub plan_seconds: f64,
+    /// Work units used.
+    pub work: u64,
+    /// Sequences tried.
+    pub sequences: u64,
+    /// What is known of why there is no plan, where there is none.
+    pub diagnosis: Option<Box<Diagnosis>>,
+    /// Edges of the guide route.
+    pub route_edges: u64,
+    /// Edges of the guide route that are possible: primitives lead along.
+    pub route_edges_possible: u64,
+    /// Motions that were primitives.
+    pub primitives: u64,
+    /// Heap allocations during the search.
+    pub allocations: u64,
+    /// Steps of the plan.
+    pub steps: u64,
+    /// Waypoints of the plan.
+    pub waypoints: u64,
+    /// Chunks of the plan.
+    pub chunks: u64,
+}
+
+/// Why a search found no plan, as far as it knows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// Whether stage P found no guide route, so that a straight route was tried.
+    pub is_unguided: bool,
+    /// Guide routes tried.
+    pub routes: u64,
+    /// Where most sequences failed.
+    pub hindrance: Option<Bottleneck>,
+    /// Configurations and motions that were rejected, by reason.
+    pub rejections: BTreeMap<String, u64>,
+}
+
+/// Where most sequences of a search failed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Bottleneck {
+    /// Between the feet, in the world, m.
+    pub xyz: [f64; 3],
+    /// Sequences that failed there.
+    pub failures: u64,
+}
+
+/// Kinds of results of a search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlanResult {
+    /// A plan.
+    Found,
+    /// A bound.
+    NoPlan,
+    /// A start where the robot cannot stand.
+    StartInvalid,
+    /// A goal where the robot cannot stand.
+    GoalInvalid,
+}
+
+impl From<&Outcome> for PlanResult {
+    fn from(outcome: &Outcome) -> Self {
+        match outcome {
+            Outcome::Found => Self::Found,
+            Outcome::BudgetExhausted(_) | Outcome::ArenaFull(_) => Self::NoPlan,
+            Outcome::StartInvalid(_) => Self::StartInvalid,
+            Outcome::GoalInvalid(_) => Self::GoalInvalid,
+        }
+    }
+}
+
+/// Result of a delivery, as the planner saw it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Delivered {
+    /// Kind of result.
+    pub end: DeliveryResult,
+    /// Chunks put into shared memory, those sent again included.
+    pub sent: u64,
+    /// Chunks sent again.
+    pub resent: u64,
+    /// Chunks accepted.
+    pub accepted: u64,
+    /// Chunks on their way when their plan was replaced by another one.
+    pub withdrawn: u64,
+    /// Chunks that the controller received again after it had accepted them.
+    pub duplicated: u64,
+    /// The worst margins that the controller reported.
+    pub margins: WorstMargins,
+    /// The refusal, if there was one.
+    pub refusal: Option<Refusal>,
+}
+
+/// Kinds of results of a delivery.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DeliveryResult {
+    /// Every chunk is accepted.
+    Accepted,
+    /// A chunk is refused.
+    Refused,
+    /// The controller walks what another planner planned later.
+    Superseded,
+    /// The controller does not answer.
+    ControllerLost,
+    /// This process was asked to end.
+    Stopped,
+}
+
+/// A refused chunk.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refusal {
+    /// The violated check.
+    pub check: String,
+    /// The chunk.
+    pub sequence: u64,
+    /// Where in the chunk.
+    pub waypoint: u32,
+    /// What, how much, the limit; empty where the controller did not report it.
+    pub detail: String,
+}
+
+impl Refusal {
+    /// A refusal as the controller sees it.
+    pub fn of(chunk: RefusedChunk, detail: String) -> Self {
+        Self {
+            check: chunk.check.name().to_owned(),
+            sequence: chunk.sequence,
+            waypoint: chunk.waypoint,
+            detail,
+        }
+    }
+
+    /// One line for a person.
+    pub fn describe(&self) -> String {
+        let detail =
+            if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };
+        format!("{} at waypoint {} of chunk {}{detail}", self.check, self.waypoint, self.sequence)
+    }
+}
+
+/// Summary of the controller's checks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CheckSummary {
+    /// Time spent checking, s.
+    pub check_seconds: f64,
+    /// Chunks accepted.
+    pub accepted: u64,
+    /// Chunks received again after they had been accepted.
+    pub duplicated: u64,
+    /// The worst margins of the accepted chunks.
+    pub margins: WorstMargins,
+    /// The refusal, if there was one.
+    pub refusal: Option<Refusal>,
+}
+
+impl From<&Delivery> for Delivered {
+    fn from(delivery: &Delivery) -> Self {
+        let (end, refusal) = match delivery.outcome {
+            DeliveryOutcome::Accepted => (DeliveryResult::Accepted, None),
+            DeliveryOutcome::Refused { sequence, check, waypoint } => (
+                DeliveryResult::Refused,
+                Some(Refusal::of(RefusedChunk { sequence, check, waypoint }, String::new())),
+            ),
+            DeliveryOutcome::Superseded => (DeliveryResult::Superseded, None),
+            DeliveryOutcome::ControllerLost => (DeliveryResult::ControllerLost, None),
+            DeliveryOutcome::Stopped => (DeliveryResult::Stopped, None),
+        };
+        Self {
+            end,
+            sent: delivery.sent,
+            resent: delivery.resent,
+            accepted: delivery.accepted,
+            withdrawn: 0,
+            duplicated: delivery.feedback.map_or(0, |feedback| feedback.duplicated),
+            margins: delivery
+                .feedback
+                .map(|feedback| WorstMargins::from(&feedback.margins))
+                .unwrap_or_default(),
+            refusal,
+        }
+    }
+}

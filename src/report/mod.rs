@@ -1,0 +1,9 @@
+//! report.
+
+pub mod command_error;
+pub mod event;
+pub mod margins;
+pub mod progress;
+pub mod reporter;
+pub mod run_report;
+pub mod summary;

@@ -1,0 +1,355 @@
+//! What became of a run, collected event by event.
+
+use serde::Serialize;
+
+use crate::input::inputs::Inputs;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::report::event::{
+    CheckSummary, Delivered, DeliveryResult, Diagnosis, PlanResult, Planned, Refusal, RoleEvent,
+};
+use crate::report::margins::WorstMargins;
+use crate::system::signals;
+
+/// The report of a run; `--json` writes it. What a run did not come to is null or 0.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Report {
+    /// The planner's outcome, or once a plan was delivered `accepted`, `refused`, `stopped`,
+    /// `controller_lost`; `planner_failed` or `controller_failed` when a process ended before its
+    /// work was done.
+    pub outcome: String,
+    /// The parameter of the budget that ended the search.
+    pub bound: Option<String>,
+    /// The scenario's name.
+    pub scenario: String,
+    /// The robot's name.
+    pub robot: String,
+    /// The world's name.
+    pub world: String,
+    /// The seed.
+    pub seed: u64,
+    /// Planner threads.
+    pub threads: usize,
+    /// Digest of the chunk stream.
+    pub digest: Option<String>,
+    /// Time until the planner had all its memory, s.
+    pub ready_seconds: Option<f64>,
+    /// Time of the search, s.
+    pub plan_seconds: Option<f64>,
+    /// Time that the controller spent checking, s.
+    pub check_seconds: Option<f64>,
+    /// Work units used.
+    pub work: u64,
+    /// Sequences tried.
+    pub sequences: u64,
+    /// What is known of why there is no plan, where a bound ended the search.
+    pub diagnosis: Option<Box<Diagnosis>>,
+    /// Edges of the guide route.
+    pub route_edges: u64,
+    /// Edges of the guide route that are possible, so that primitives lead along.
+    pub route_edges_possible: u64,
+    /// Motions that were primitives, in the plan or not.
+    pub primitives: u64,
+    /// Steps of the plan.
+    pub steps: u64,
+    /// Waypoints of the plan.
+    pub waypoints: u64,
+    /// Size of the planner's arenas.
+    pub arena_bytes: u64,
+    /// Heap allocations of the planner process during the search.
+    pub allocations_after_ready: u64,
+    /// What became of the chunks.
+    pub chunks: Chunks,
+    /// The worst margin of each check.
+    pub margins: WorstMargins,
+    /// What was refused.
+    pub refusal: Option<Refusal>,
+    /// How often the rest of the way was planned again.
+    pub replans: u64,
+    /// How often a killed process was started again.
+    pub restarts: u64,
+    #[serde(skip)]
+    result: Option<PlanResult>,
+    #[serde(skip)]
+    delivery_result: Option<DeliveryResult>,
+    #[serde(skip)]
+    description: String,
+}
+
+/// What became of a plan's chunks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Chunks {
+    /// Chunks sent, each counted once.
+    pub sent: u64,
+    /// Chunks accepted.
+    pub accepted: u64,
+    /// Chunks refused; those behind a refused one are not checked.
+    pub refused: u64,
+    /// Chunks sent and, without any refusal, never accepted.
+    pub lost: u64,
+    /// Chunks that the controller received again after it had accepted them, and did not walk
+    /// again.
+    pub duplicated: u64,
+    /// How often a chunk was sent again.
+    pub resent: u64,
+}
+
+impl Report {
+    /// The report of a run that has not begun.
+    pub fn new(inputs: &Inputs, threads: usize) -> Self {
+        let scenario = &inputs.scenario;
+        Self {
+            scenario: scenario.name.clone(),
+            robot: inputs.model.name.clone(),
+            world: scenario
+                .world_path
+                .file_stem()
+                .map(|stem| stem.to_string_lossy().into_owned())
+                .unwrap_or_default(),
+            seed: scenario.seed,
+            threads,
+            ..Self::default()
+        }
+    }
+
+    /// Records an event of a role.
+    pub fn record(&mut self, event: &RoleEvent) {
+        match event {
+            RoleEvent::PlannerReady { ready_seconds, arena_bytes } => {
+                self.ready_seconds = Some(*ready_seconds);
+                self.arena_bytes = *arena_bytes;
+            }
+            RoleEvent::Planned(planned) => self.record_planned(planned),
+            RoleEvent::Delivered(delivered) => self.record_delivered(delivered),
+            RoleEvent::Checked(checked) => self.record_checked(checked),
+            RoleEvent::Restarted { .. } => self.restarts += 1,
+            RoleEvent::Replanning { .. } => self.replans += 1,
+            RoleEvent::PlannerServes
+            | RoleEvent::WalkingBack
+            | RoleEvent::Holding { .. }
+            | RoleEvent::Planning(_)
+            | RoleEvent::Delivering { .. }
+            | RoleEvent::ControllerReady
+            | RoleEvent::Failed { .. } => {}
+        }
+    }
+
+    /// Records the error that ended the run.
+    pub fn record_error(&mut self, error: &CommandError) {
+        if let Some(name) = error.name() {
+            self.outcome = name.to_owned();
+        }
+    }
+
+    /// Whether a plan was found.
+    pub fn has_plan(&self) -> bool {
+        self.result == Some(PlanResult::Found)
+    }
+
+    /// How the search ended, in one line for a person.
+    pub fn description(&self) -> &str {
+        &self.description
+    }
+
+    /// How the delivery ended, if there was one.
+    pub fn delivery_result(&self) -> Option<DeliveryResult> {
+        self.delivery_result
+    }
+
+    /// How the command ends.
+    ///
+    /// # Errors
+    /// When that is no answer: the robot cannot stand at an end, no controller answers, or a signal
+    /// came.
+    pub fn command_outcome(&self) -> Result<CommandOutcome, CommandError> {
+        match (self.result, self.delivery_result) {
+            (Some(PlanResult::NoPlan), _) => Ok(CommandOutcome::NoPlan),
+            (Some(PlanResult::Found), None | Some(DeliveryResult::Accepted)) => {
+                Ok(CommandOutcome::Done)
+            }
+            (Some(PlanResult::Found), Some(DeliveryResult::Refused)) => Ok(CommandOutcome::Refused),
+            (
+                Some(PlanResult::Found),
+                Some(DeliveryResult::Superseded | DeliveryResult::ControllerLost),
+            ) => Err(CommandError::ControllerLost),
+            (Some(PlanResult::StartInvalid | PlanResult::GoalInvalid), _) => {
+                Err(CommandError::Endpoint(self.description.clone()))
+            }
+            _ => Err(CommandError::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
+        }
+    }
+
+    fn record_planned(&mut self, planned: &Planned) {
+        self.result = Some(planned.end);
+        self.outcome = planned.outcome.clone();
+        self.description = planned.description.clone();
+        self.bound = planned.bound.clone();
+        self.digest = planned.digest.clone();
+        self.plan_seconds = Some(planned.plan_seconds);
+        self.work = planned.work;
+        self.sequences = planned.sequences;
+        self.diagnosis = planned.diagnosis.clone();
+        self.route_edges = planned.route_edges;
+        self.route_edges_possible = planned.route_edges_possible;
+        self.primitives = planned.primitives;
+        self.steps = planned.steps;
+        self.waypoints = planned.waypoints;
+        self.allocations_after_ready = planned.allocations;
+    }
+
+    fn record_delivered(&mut self, delivered: &Delivered) {
+        // A planner that was started again sent less than what was accepted: its predecessor sent
+        // the rest.
+        let sent = (delivered.sent - delivered.resent.min(delivered.sent)).max(delivered.accepted);
+        let refused = delivered.end == DeliveryResult::Refused;
+        self.delivery_result = Some(delivered.end);
+        self.outcome = match delivered.end {
+            DeliveryResult::Accepted => "accepted",
+            DeliveryResult::Refused => "refused",
+            DeliveryResult::Superseded => "superseded",
+            DeliveryResult::ControllerLost => "controller_lost",
+            DeliveryResult::Stopped => "stopped",
+        }
+        .to_owned();
+        self.chunks = Chunks {
+            sent,
+            accepted: delivered.accepted,
+            refused: u64::from(refused),
+            lost: if refused {
+                0
+            } else {
+                sent.saturating_sub(delivered.accepted + delivered.withdrawn)
+            },
+            duplicated: delivered.duplicated.max(self.chunks.duplicated),
+            resent: delivered.resent,
+        };
+        if self.check_seconds.is_none() {
+            self.margins = delivered.margins;
+            self.refusal = delivered.refusal.clone();
+        }
+    }
+
+    /// The controller's own event takes precedence over the planner's account of it.
+    fn record_checked(&mut self, checked: &CheckSummary) {
+        self.check_seconds = Some(checked.check_seconds);
+        self.chunks.duplicated = checked.duplicated.max(self.chunks.duplicated);
+        self.margins = checked.margins;
+        self.refusal = checked.refusal.clone();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(detail: &str) -> Refusal {
+        Refusal { check: "torque".into(), sequence: 3, waypoint: 1, detail: detail.into() }
+    }
+
+    fn planned(end: PlanResult) -> RoleEvent {
+        RoleEvent::Planned(Planned {
+            end,
+            outcome: "found".into(),
+            bound: None,
+            description: String::new(),
+            digest: None,
+            plan_seconds: 1.0,
+            work: 2,
+            sequences: 1,
+            diagnosis: None,
+            route_edges: 8,
+            route_edges_possible: 6,
+            primitives: 20,
+            allocations: 0,
+            steps: 3,
+            waypoints: 4,
+            chunks: 9,
+        })
+    }
+
+    fn delivered(end: DeliveryResult, accepted: u64) -> RoleEvent {
+        let refusal = (end == DeliveryResult::Refused).then(|| refusal(""));
+        RoleEvent::Delivered(Delivered {
+            end,
+            sent: 9,
+            resent: 2,
+            accepted,
+            withdrawn: 0,
+            duplicated: 1,
+            margins: WorstMargins::default(),
+            refusal,
+        })
+    }
+
+    fn checked() -> RoleEvent {
+        let margins = WorstMargins { torque: Some(0.25), ..WorstMargins::default() };
+        RoleEvent::Checked(CheckSummary {
+            check_seconds: 0.5,
+            accepted: 3,
+            duplicated: 2,
+            margins,
+            refusal: Some(refusal("left_knee 120 %")),
+        })
+    }
+
+    #[test]
+    fn a_refusal_keeps_the_controllers_detail_in_whatever_order_the_lines_come() {
+        for lines in [
+            [delivered(DeliveryResult::Refused, 3), checked()],
+            [checked(), delivered(DeliveryResult::Refused, 3)],
+        ] {
+            let mut report = Report::default();
+            report.record(&planned(PlanResult::Found));
+            lines.iter().for_each(|event| report.record(event));
+            assert_eq!(report.refusal.as_ref().unwrap().detail, "left_knee 120 %");
+            assert_eq!(
+                report.chunks,
+                Chunks { sent: 7, accepted: 3, refused: 1, lost: 0, duplicated: 2, resent: 2 }
+            );
+            assert_eq!(report.margins.torque, Some(0.25));
+            assert_eq!(report.command_outcome().unwrap(), CommandOutcome::Refused);
+        }
+    }
+
+    #[test]
+    fn every_end_has_its_exit_code() {
+        let cases = [
+            (PlanResult::Found, None, 0),
+            (PlanResult::Found, Some(DeliveryResult::Accepted), 0),
+            (PlanResult::Found, Some(DeliveryResult::Refused), 4),
+            (PlanResult::Found, Some(DeliveryResult::ControllerLost), 2),
+            (PlanResult::NoPlan, None, 3),
+            (PlanResult::StartInvalid, None, 2),
+            (PlanResult::GoalInvalid, None, 2),
+        ];
+        for (end, delivery, code) in cases {
+            let mut report = Report::default();
+            report.record(&planned(end));
+            delivery.iter().for_each(|delivery| report.record(&delivered(*delivery, 7)));
+            assert_eq!(
+                report.command_outcome().map_or_else(|error| error.code(), CommandOutcome::code),
+                code,
+                "{end:?} {delivery:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn chunks_that_were_not_accepted_are_lost() {
+        let mut report = Report::default();
+        report.record(&delivered(DeliveryResult::ControllerLost, 5));
+        assert_eq!(
+            (report.chunks.sent, report.chunks.lost, report.outcome.as_str()),
+            (7, 2, "controller_lost")
+        );
+    }
+
+    #[test]
+    fn chunks_of_a_replaced_plan_are_not_lost() {
+        let RoleEvent::Delivered(replanned) = delivered(DeliveryResult::Accepted, 5) else {
+            panic!("another event")
+        };
+        let mut report = Report::default();
+        report.record(&RoleEvent::Delivered(Delivered { withdrawn: 2, ..replanned }));
+        assert_eq!((report.chunks.sent, report.chunks.accepted, report.chunks.lost), (7, 5, 0));
+    }
+}

@@ -1,0 +1,8 @@
+//! system.
+
+pub mod allocations;
+pub mod clock;
+pub mod cores;
+pub mod memory;
+pub mod signals;
+pub mod terminal;
