@@ -94,7 +94,7 @@ fn thesis_reports_all_that_its_rows_promise() {
         .map(|work| work.as_f64().unwrap())
         .sum();
     assert_eq!(sum, row["mean_work"].as_f64().unwrap(), "the stages' work adds up");
-    assert!(row["mean_seconds_by_stage"]["move"].as_f64().unwrap() > 0.0);
+    assert!(row["mean_seconds_by_stage"]["motions"].as_f64().unwrap() > 0.0);
     assert_eq!(row["digest"].as_str().unwrap().len(), 64);
 }
 

@@ -18,7 +18,7 @@ use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::message::{
-    Check, Contact, Correction, Feedback, PlanChunk, Standing, SupportMode, WithCrc,
+    Check, Contact, Feedback, PlanChunk, RestState, SupportMode, WithCrc, WorldCorrection,
 };
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
@@ -59,11 +59,11 @@ impl Case {
     fn plan(
         &self,
         world: &World,
-        missing: Option<&Correction>,
-        rest_state: Option<&Standing>,
+        missing: Option<&WorldCorrection>,
+        rest_state: Option<&RestState>,
         epoch: u64,
     ) -> Result<Vec<PlanChunk>, Outcome> {
-        let start = rest_state.and_then(Standing::stance_pose).unwrap_or(self.scenario.start);
+        let start = rest_state.and_then(RestState::stance_pose).unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
         let mut planner = Planner::new(
             &self.model,
@@ -91,13 +91,13 @@ impl Case {
 }
 
 fn addressed(chunk: &PlanChunk) -> PlanChunk {
-    let mut chunk = PlanChunk { target_instance: CONTROLLER_ID, session: 1, ..*chunk };
+    let mut chunk = PlanChunk { target_controller: CONTROLLER_ID, session: 1, ..*chunk };
     chunk.write_crc();
     chunk
 }
 
 /// Walks chunks; where the robot stands then.
-fn walk(executor: &mut ChunkExecutor, chunks: &[PlanChunk], rest_state: Standing) -> Standing {
+fn walk(executor: &mut ChunkExecutor, chunks: &[PlanChunk], rest_state: RestState) -> RestState {
     chunks.iter().fold(rest_state, |rest_state, chunk| {
         executor
             .check_and_execute(&addressed(chunk))
@@ -115,14 +115,14 @@ fn landings(chunks: &[PlanChunk]) -> Vec<usize> {
 }
 
 /// Replans at a landing whose ground turns out to be missing; answers the rest of the way.
-fn replan_at_landing(case: &Case, landing: usize) -> (Vec<PlanChunk>, Correction) {
+fn replan_at_landing(case: &Case, landing: usize) -> (Vec<PlanChunk>, WorldCorrection) {
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let at = landings(&chunks)[landing];
     let mut executor = case.executor();
-    let rest_state = walk(&mut executor, &chunks[..at], Standing::zeroed());
+    let rest_state = walk(&mut executor, &chunks[..at], RestState::zeroed());
     let lifted = if rest_state.mode == SupportMode::Left as u32 { 1 } else { 0 };
     let landed = chunks[at].contacts().iter().find(|contact| contact.limb == lifted).unwrap();
-    let correction = Correction::contact_missing(&landed.world_from_sole(), [0.1, 0.05]);
+    let correction = WorldCorrection::contact_missing(&landed.world_from_sole(), [0.1, 0.05]);
     executor.correct(&correction);
     let stale = executor.check_and_execute(&addressed(&chunks[at])).unwrap_err();
     assert_eq!(stale.check, Check::World, "a plan for the uncorrected world is refused");
@@ -159,7 +159,7 @@ fn the_robot_continues_from_both_feet() {
         .nth(3)
         .unwrap();
     let mut executor = case.executor();
-    let rest_state = walk(&mut executor, &chunks[..=both], Standing::zeroed());
+    let rest_state = walk(&mut executor, &chunks[..=both], RestState::zeroed());
     let rest = case.plan(&case.world, None, Some(&rest_state), 1).unwrap();
     walk(&mut executor, &rest, rest_state);
     assert!(executor.finished());
@@ -182,7 +182,7 @@ fn across(contact: &Contact) -> [f64; 2] {
 
 /// Walks on the stones until the robot stands on both feet, one of them on a stone: where it
 /// stands, that foot, and the stone.
-fn rest_state_on_a_stone(case: &Case) -> (Standing, Contact, usize) {
+fn rest_state_on_a_stone(case: &Case) -> (RestState, Contact, usize) {
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let stone_under = |contact: &Contact| {
         let carries = |shape: &WorldShape| {
@@ -200,24 +200,29 @@ fn rest_state_on_a_stone(case: &Case) -> (Standing, Contact, usize) {
         .filter(is_double)
         .find_map(|chunk| Some((chunk.sequence, stands(chunk)?)))
         .unwrap();
-    (walk(&mut case.executor(), &chunks[..=at as usize], Standing::zeroed()), contact, stone)
+    (walk(&mut case.executor(), &chunks[..=at as usize], RestState::zeroed()), contact, stone)
 }
 
 /// A correction that moves the stone aside so far that `uncovered` (m) of the sole's low side is
 /// unsupported, and the stone's new edge.
-fn moved_aside(case: &Case, stone: usize, contact: &Contact, uncovered: f64) -> (Correction, f64) {
+fn moved_aside(
+    case: &Case,
+    stone: usize,
+    contact: &Contact,
+    uncovered: f64,
+) -> (WorldCorrection, f64) {
     let mut pose = case.world.shapes[stone].world_from_shape;
     let edge = across(contact)[0] + uncovered;
     pose.translation.y = edge + 0.1;
-    (Correction::moved(stone as u32, &pose), edge)
+    (WorldCorrection::moved(stone as u32, &pose), edge)
 }
 
 /// A controller that knows the corrected world, with the robot as it stands.
 fn successor(
     case: &Case,
     corrected: World,
-    correction: Correction,
-    rest_state: &Standing,
+    correction: WorldCorrection,
+    rest_state: &RestState,
 ) -> ChunkExecutor {
     let identity = Identity {
         controller_id: CONTROLLER_ID,
@@ -229,7 +234,7 @@ fn successor(
         session: 1,
         plan_id: 1,
         corrections_len: 1,
-        standing: *rest_state,
+        rest_state: *rest_state,
         ..Feedback::zeroed()
     };
     feedback.corrections[0] = correction;
@@ -274,7 +279,7 @@ fn an_unsupported_stance_foot_ends_the_walk_with_an_invalid_start() {
 /// A plan from where the robot stands once it has gone so many places back.
 fn plan_from_back(
     case: &Case,
-    rest_state: &Standing,
+    rest_state: &RestState,
     walked: &[PlanChunk],
     places: usize,
 ) -> (Vec<PlanChunk>, WayBack) {
@@ -295,7 +300,7 @@ fn the_robot_retraces_its_steps() {
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let at = landings(&chunks)[3];
     let mut executor = case.executor();
-    let rest_state = walk(&mut executor, &chunks[..at], Standing::zeroed());
+    let rest_state = walk(&mut executor, &chunks[..at], RestState::zeroed());
     let (rest, way_back) = plan_from_back(&case, &rest_state, &chunks[..at], 2);
     assert_eq!(way_back.places, 2);
     for (back, walked) in rest[..way_back.chunks].iter().zip(chunks[..at].iter().rev()) {
@@ -322,7 +327,7 @@ fn retracing_ends_with_the_recorded_chunks() {
     let case = Case::load("flat_walk");
     let chunks = case.plan(&case.world, None, None, 0).unwrap();
     let at = landings(&chunks)[3];
-    let rest_state = walk(&mut case.executor(), &chunks[..at], Standing::zeroed());
+    let rest_state = walk(&mut case.executor(), &chunks[..at], RestState::zeroed());
     let places =
         |walked: &[PlanChunk], places| plan_from_back(&case, &rest_state, walked, places).1.places;
     assert_eq!(places(&chunks[..at], 100), 4, "as many as it has lifted a foot");

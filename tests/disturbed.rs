@@ -23,7 +23,7 @@ use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
-use surefoot_shared_types::message::{PlanChunk, Standing, Waypoint, WithCrc};
+use surefoot_shared_types::message::{PlanChunk, RestState, Waypoint, WithCrc};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
@@ -80,11 +80,11 @@ fn walk_plan(
     executor: &mut ChunkExecutor,
     disturbance: &mut Disturbance,
     chunks: &[PlanChunk],
-    rest_state: &mut Standing,
+    rest_state: &mut RestState,
     stats: &mut WalkStats,
 ) {
     for chunk in chunks {
-        let mut chunk = PlanChunk { target_instance: CONTROLLER_ID, session: 1, ..*chunk };
+        let mut chunk = PlanChunk { target_controller: CONTROLLER_ID, session: 1, ..*chunk };
         chunk.write_crc();
         executor
             .check_chunk(&chunk, &mut || {})
@@ -140,7 +140,7 @@ fn walk(name: &str, seed: u64) -> WalkStats {
         identity,
     );
     let mut disturbance = Disturbance::new(seed);
-    let (mut rest_state, mut stats) = (Standing::zeroed(), WalkStats::default());
+    let (mut rest_state, mut stats) = (RestState::zeroed(), WalkStats::default());
     for epoch in 0..EPOCHS_MAX {
         let start = rest_state.stance_pose().unwrap_or(scenario.start);
         let scenario = Scenario { start, ..scenario.clone() };

@@ -133,9 +133,9 @@ fn no_way_ends_at_a_bound_that_is_named() {
             "{name}: '{bound}' is not in: {}",
             output.out
         );
-        let failures = report["diagnosis"]["hindrance"]["failures"].as_u64();
+        let failures = report["diagnosis"]["bottleneck"]["failures"].as_u64();
         assert!(
-            failures > Some(0) && output.out.contains("\n  stuck "),
+            failures > Some(0) && output.out.contains("\n  bottleneck "),
             "{name}: where it got stuck is not in {report}: {}",
             output.out
         );
@@ -155,7 +155,7 @@ fn a_wall_across_the_route_is_reported_as_the_bottleneck() {
     assert_eq!(output.code, 3, "{}{}", output.out, output.err);
     let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
     let diagnosis = &report["diagnosis"];
-    let x = diagnosis["hindrance"]["xyz"][0].as_f64().unwrap();
+    let x = diagnosis["bottleneck"]["xyz"][0].as_f64().unwrap();
     assert!((2.6..=3.4).contains(&x), "the wall stands at x = 3: {diagnosis}");
     let most = diagnosis["rejections"]
         .as_object()
@@ -165,7 +165,7 @@ fn a_wall_across_the_route_is_reported_as_the_bottleneck() {
         .unwrap();
     assert_eq!(most.0, "collision", "{diagnosis}");
     let found = run(&["plan", &scenario("flat_walk"), "--quiet", "--json", json.to_str().unwrap()]);
-    assert!(found.code == 0 && !found.out.contains("stuck"), "{}", found.out);
+    assert!(found.code == 0 && !found.out.contains("bottleneck"), "{}", found.out);
     let report: Value = serde_json::from_slice(&fs::read(&json).unwrap()).unwrap();
     assert!(report["diagnosis"].is_null(), "{report}");
 }

@@ -94,7 +94,7 @@ fn sound_chunk(id: u64) -> PlanChunk {
     with_crc(PlanChunk {
         schema: 1,
         session: 5,
-        target_instance: id,
+        target_controller: id,
         plan_id: 1,
         flags: 1,
         waypoints_len: 2,
@@ -128,7 +128,7 @@ fn forged_chunks_are_never_executed() {
             .chunks_mut(8)
             .for_each(|word| word.copy_from_slice(&dice.roll().to_le_bytes()[..word.len()]));
         // A forger who knows everything about the message but how a robot walks.
-        (chunk.schema, chunk.target_instance, chunk.sequence, chunk.flags) =
+        (chunk.schema, chunk.target_controller, chunk.sequence, chunk.flags) =
             (1, identity.controller_id, 0, 1);
         (chunk.mode, chunk.contacts_len, chunk.joints_len) =
             (dice.roll() as u32 % 4, dice.roll() as u32 % 4, joints_len);
@@ -196,7 +196,7 @@ fn spoiled_feedback_is_never_accepted() {
     let mut dice = Dice(2);
     let sound = with_crc(Feedback {
         schema: FEEDBACK_SCHEMA,
-        instance: 7,
+        controller_id: 7,
         session: 5,
         plan_id: 1,
         count: 3,
@@ -252,7 +252,7 @@ fn a_spoiled_record_is_never_taken_over() {
     let mut dice = Dice(4);
     let count = messages() / 500;
     for _ in 0..count {
-        let bytes: Vec<u8> = (0..2 * surefoot_shared_types::message::RobotRecord::FIELDS
+        let bytes: Vec<u8> = (0..2 * surefoot_shared_types::message::JournalRecord::FIELDS
             .iter()
             .map(|field| field.size)
             .sum::<usize>())

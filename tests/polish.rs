@@ -32,7 +32,7 @@ fn the_controller_accepts_what_was_made_shorter() {
         let path =
             Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("configs/scenarios/{name}.toml"));
         let mut scenario = load_scenario(&path).unwrap();
-        scenario.planner.polish_share = SHARE;
+        scenario.planner.shortcut_work_share = SHARE;
         let (model, world) =
             (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
         let preparation = preparation_for(&model, &scenario.planner);

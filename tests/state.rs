@@ -24,7 +24,7 @@ use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
-use surefoot_shared_types::message::{PlanChunk, State, SupportMode, WithCrc};
+use surefoot_shared_types::message::{PlanChunk, SimulationState, SupportMode, WithCrc};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
@@ -34,7 +34,7 @@ const CONTROLLER_ID: u64 = 3;
 const TICK: f64 = 0.01;
 
 /// Walks a scenario in simulated time; the states of all ticks.
-fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<State>) {
+fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<SimulationState>) {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
@@ -58,7 +58,7 @@ fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<State>) {
     let mut simulation = Simulation::new(CONTROLLER_ID, TICK);
     let mut states = vec![];
     for chunk in planner.chunks() {
-        let mut chunk = PlanChunk { target_instance: CONTROLLER_ID, session: 1, ..*chunk };
+        let mut chunk = PlanChunk { target_controller: CONTROLLER_ID, session: 1, ..*chunk };
         chunk.write_crc();
         executor.check_and_execute(&chunk).unwrap();
         executor.simulate(&mut simulation, &chunk, &mut |state| states.push(*state));
@@ -67,7 +67,7 @@ fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<State>) {
 }
 
 /// Every multiple of the tick within `seconds`, each once and in order, and the end.
-fn assert_every_instant(states: &[State], seconds: f64) {
+fn assert_every_instant(states: &[SimulationState], seconds: f64) {
     let instants = (seconds / TICK).floor() as usize + 1;
     assert!(
         (instants..=instants + 1).contains(&states.len()),

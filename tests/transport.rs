@@ -332,7 +332,7 @@ fn damaged_chunks_are_refused_over_shared_memory() {
         fs::remove_file(instance.root().join("robot")).unwrap_or_default();
         let mut subscriber = PlanSubscriber::open(&instance, id).unwrap();
         let mut chunk = plan(1)[0];
-        (chunk.session, chunk.target_instance) = (1, id);
+        (chunk.session, chunk.target_controller) = (1, id);
         chunk.write_crc();
         bytemuck::bytes_of_mut(&mut chunk)[bit / 8] ^= 1 << (bit % 8);
         publisher.send_copy(chunk).unwrap();

@@ -16,7 +16,9 @@ use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
-use surefoot_shared_types::message::{Correction, CorrectionKind, PlanChunk, Standing, WithCrc};
+use surefoot_shared_types::message::{
+    CorrectionKind, PlanChunk, RestState, WithCrc, WorldCorrection,
+};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
@@ -38,7 +40,7 @@ struct Case {
 /// How a walk ended.
 struct WalkResult {
     arrived: bool,
-    corrections: Vec<Correction>,
+    corrections: Vec<WorldCorrection>,
 }
 
 impl Case {
@@ -67,8 +69,8 @@ impl Case {
 
     fn plan(
         &self,
-        corrections: &[Correction],
-        rest_state: &Standing,
+        corrections: &[WorldCorrection],
+        rest_state: &RestState,
         epoch: u64,
     ) -> Option<Vec<PlanChunk>> {
         let world = self.planner_world.corrected(corrections).unwrap();
@@ -97,7 +99,7 @@ impl Case {
         let mut executor = self.executor();
         let mut ground_truth =
             GroundTruth::new(&self.model, &self.planner_world, &self.actual).unwrap();
-        let (mut corrections, mut rest_state) = (vec![], Standing::zeroed());
+        let (mut corrections, mut rest_state) = (vec![], RestState::zeroed());
         for epoch in 0..EPOCHS_MAX {
             let Some(chunks) = self.plan(&corrections, &rest_state, epoch) else { break };
             for chunk in &chunks {
@@ -128,7 +130,7 @@ impl Case {
 }
 
 fn addressed(chunk: &PlanChunk) -> PlanChunk {
-    let mut chunk = PlanChunk { target_instance: CONTROLLER_ID, session: 1, ..*chunk };
+    let mut chunk = PlanChunk { target_controller: CONTROLLER_ID, session: 1, ..*chunk };
     chunk.write_crc();
     chunk
 }
@@ -143,7 +145,7 @@ fn shift(world: &mut World, name: &str, by: [f64; 3]) {
 
 /// The box of this kind that carries the largest part of a sole in the planner's world.
 fn most_used(case: &Case, kind: &str) -> String {
-    let chunks = case.plan(&[], &Standing::zeroed(), 0).unwrap();
+    let chunks = case.plan(&[], &RestState::zeroed(), 0).unwrap();
     let soles = chunks
         .iter()
         .flat_map(PlanChunk::contacts)

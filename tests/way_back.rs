@@ -29,7 +29,7 @@ fn walk_in_actual_world(name: &str, seed: u32, changes: &[(&str, &str)]) -> (Val
         &scenario(name),
         "--seed",
         &seed.to_string(),
-        "--truth",
+        "--ground-truth",
         &ground_truth,
         "--json",
         &json,

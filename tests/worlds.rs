@@ -61,7 +61,7 @@ fn every_start_and_goal_has_both_soles_wholly_on_the_ground() {
         assert_near(scenario.goal_position_tolerance, 0.10, "position tolerance");
         assert_near(scenario.goal_yaw_tolerance, 0.35, "yaw tolerance");
         for stance in [scenario.start, scenario.goal] {
-            assert_near(stance.feet_apart, 0.2, "feet apart");
+            assert_near(stance.stance_width, 0.2, "feet apart");
             for sole in stance.world_from_soles() {
                 assert!(
                     rests_wholly(&world, &sole),

@@ -35,7 +35,7 @@ fn chunk(
 ) -> Box<PlanChunk> {
     let mut chunk: Box<PlanChunk> = Box::new(bytemuck::Zeroable::zeroed());
     chunk.schema = CHUNK_SCHEMA;
-    chunk.target_instance = 7;
+    chunk.target_controller = 7;
     chunk.sequence = sequence;
     chunk.flags = if sequence == 0 { FLAG_FIRST } else { 0 };
     chunk.mode = mode as u32;
@@ -149,7 +149,7 @@ fn malformed_messages_are_refused() {
 
 #[test]
 fn chunks_for_others_are_refused() {
-    assert_eq!(refusal(|chunk| chunk.target_instance = 8), Check::Controller);
+    assert_eq!(refusal(|chunk| chunk.target_controller = 8), Check::Controller);
     assert_eq!(refusal(|chunk| chunk.robot = Digest([9; 32])), Check::Robot);
     assert_eq!(refusal(|chunk| chunk.world = Digest([9; 32])), Check::World);
     assert_eq!(refusal(|chunk| chunk.config = Digest([9; 32])), Check::Config);

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use glam::DVec2;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::scenario::StancePose;
-use surefoot_shared_types::message::{Contact, Standing, SupportMode};
+use surefoot_shared_types::message::{Contact, RestState, SupportMode};
 use surefoot_shared_types::world::world::World;
 
 use crate::collision::model::{FootPhase, Hit};
@@ -90,7 +90,7 @@ impl StandingGround {
 
     /// Where the robot stands with the support that the world gives each foot that carries it. One
     /// that it gives none loses its polygon: [`stand_as`] refuses it then.
-    pub(crate) fn supported_anew(&mut self, robot: &Mechanism, standing: &Standing) -> Standing {
+    pub(crate) fn supported_anew(&mut self, robot: &Mechanism, standing: &RestState) -> RestState {
         let mut standing = *standing;
         let mode = SupportMode::from_wire(standing.mode);
         for contact in &mut standing.contacts[..standing.contacts_len as usize] {
@@ -120,7 +120,7 @@ fn set_polygon(contact: &mut Contact, polygon: &[DVec2]) {
 ///
 /// # Errors
 /// It is not known where both feet stood, or nothing carries one that the robot stands on.
-pub fn stand_as(constraints: &Constraints, standing: &Standing) -> Result<End, EndpointError> {
+pub fn stand_as(constraints: &Constraints, standing: &RestState) -> Result<End, EndpointError> {
     let support = SupportMode::from_wire(standing.mode).ok_or(EndpointError::UnknownStance)?;
     let [Some(left), Some(right)] = [0, 1].map(|limb| standing.contact_of(limb)) else {
         return Err(EndpointError::UnknownStance);

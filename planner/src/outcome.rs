@@ -68,7 +68,7 @@ impl Outcome {
         match self {
             Self::Found => "plan found".into(),
             Self::BudgetExhausted(Bound::Work) => {
-                "no plan within the budget: planner.work_max is used up; raise it in the scenario if you believe there is a way".into()
+                "no plan: the work limit planner.work_max was reached; raise it in the scenario file".into()
             }
             Self::ArenaFull(full) => format!("no plan: the arena planner.{} is full; raise it", full.parameter()),
             Self::StartInvalid(error) => format!("the start is invalid: {}", error.describe()),
@@ -113,8 +113,10 @@ impl EndpointError {
             Self::Unsupported { limb, reason } => {
                 format!("the {} sole is not supported there: {}", foot(limb), reason.describe())
             }
-            Self::UnknownStance => "it is not known where both feet stood last".into(),
-            Self::FootCollides { limb } => format!("the {} foot meets the world there", foot(limb)),
+            Self::UnknownStance => "the last position of both feet is unknown".into(),
+            Self::FootCollides { limb } => {
+                format!("the {} foot collides with the world there", foot(limb))
+            }
             Self::NoPosture { rejection, .. } => {
                 format!("no standing posture there ({})", Rejection::NAMES[*rejection as usize])
             }
@@ -128,7 +130,7 @@ impl ArenaFull {
         match self {
             Self::Footholds => "footholds_max",
             Self::Transitions => "transitions_max",
-            Self::TreeVertices => "stations_max",
+            Self::TreeVertices => "tree_vertices_max",
             Self::Configurations | Self::Edges => "configurations_max",
             Self::Waypoints => "waypoints_max",
         }

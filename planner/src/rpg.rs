@@ -48,7 +48,7 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::scenario::Scenario;
-use surefoot_shared_types::message::{PlanChunk, Standing};
+use surefoot_shared_types::message::{PlanChunk, RestState};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::World;
 
@@ -132,7 +132,7 @@ pub struct Planner {
     judging: Judging,
     chunks: ChunkBuilder,
     phase: Phase,
-    standing: Option<Standing>,
+    standing: Option<RestState>,
     way_back: WayBack,
     cuts: Cuts,
     lanes: Lanes,
@@ -188,14 +188,14 @@ impl Planner {
             reason: error.to_string(),
         })?;
         let torso = UpperBody::new(model, &robot);
-        let stations_max = config.stations_max as usize;
+        let tree_vertices_max = config.tree_vertices_max as usize;
         let reach = preparation.step_limits().reach();
-        let stooping = CrouchProfile::new(stations_max);
+        let stooping = CrouchProfile::new(tree_vertices_max);
         let ends = [&scenario.start, &scenario.goal];
         let growth = RouteSearch::new(
             ends,
-            config.station_spacing,
-            stations_max,
+            config.route_vertex_spacing,
+            tree_vertices_max,
             &collision.world_bounds(),
             &placement,
         );
@@ -233,7 +233,7 @@ impl Planner {
             tally: Tally::default(),
             hindrances: Hindrances::default(),
             digest: Digest::default(),
-            focus: Focus::new(2 * stations_max),
+            focus: Focus::new(2 * tree_vertices_max),
             stretches: false,
             walker: None,
         })
@@ -416,7 +416,7 @@ impl Planner {
             upper_body: &self.torso,
             preparation: &self.shared.preparation,
             seed: self.shared.seed,
-            stance_width: self.scenario.start.feet_apart,
+            stance_width: self.scenario.start.stance_width,
             threads: &self.shared.threads,
             is_step,
         };

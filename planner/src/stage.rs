@@ -30,6 +30,15 @@ impl Stage {
     /// How many stages do work.
     pub const COUNT: usize = 9;
     /// Their names in reports, by discriminant.
-    pub const NAMES: [&'static str; Self::COUNT] =
-        ["ends", "route", "seed", "connect", "sequence", "sample", "move", "polish", "assemble"];
+    pub const NAMES: [&'static str; Self::COUNT] = [
+        "endpoints",
+        "route",
+        "footholds",
+        "transitions",
+        "sequence",
+        "configurations",
+        "motions",
+        "shortcuts",
+        "chunks",
+    ];
 }

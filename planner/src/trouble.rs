@@ -106,8 +106,8 @@ pub struct Focus {
 
 impl Focus {
     /// Room for this many stations.
-    pub fn new(stations_max: usize) -> Self {
-        Self { is_wanted: reserve(stations_max) }
+    pub fn new(tree_vertices_max: usize) -> Self {
+        Self { is_wanted: reserve(tree_vertices_max) }
     }
 
     /// Wants the stations that `is_wanted` says.

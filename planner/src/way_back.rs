@@ -6,7 +6,7 @@
 //! there. So the lifted foot goes back to where it was lifted, farther back if need be, and the
 //! search begins there.
 
-use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode, Waypoint};
+use surefoot_shared_types::message::{PlanChunk, RestState, SupportMode, Waypoint};
 use surefoot_shared_types::world::world::World;
 
 use crate::constraints::constraints::Constraints;
@@ -20,7 +20,7 @@ const LIFT_OFFS_MAX: usize = 32;
 #[derive(Debug, Clone)]
 pub struct Earlier<'a> {
     /// How the robot stood there, with the support that the world gives it.
-    pub standing: Standing,
+    pub standing: RestState,
     /// The chunks that it walked since, the first one first.
     pub since: &'a [PlanChunk],
     /// How many such places lie between there and where it stands now, itself included.
@@ -37,7 +37,7 @@ pub struct Earlier<'a> {
 pub fn lift_off_before<'a>(
     (constraints, margin_min): (&Constraints, f64),
     world: &World,
-    standing: &Standing,
+    standing: &RestState,
     (walked, places): (&'a [PlanChunk], usize),
 ) -> Result<Option<Earlier<'a>>, SurfacesError> {
     let walked = &walked[connected_from(standing, walked)..];
@@ -63,7 +63,7 @@ pub fn lift_off_before<'a>(
 
 /// From which chunk on each begins where the one before it ends, and the last one ends where the
 /// robot stands; past the last one if it does not.
-fn connected_from(standing: &Standing, walked: &[PlanChunk]) -> usize {
+fn connected_from(standing: &RestState, walked: &[PlanChunk]) -> usize {
     let mut at = &standing.waypoint;
     let mut first = walked.len();
     for chunk in walked.iter().rev() {

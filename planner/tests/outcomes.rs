@@ -17,7 +17,7 @@ use surefoot_planner::{Outcome, PlannerError, Status};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::scenario::StancePose;
-use surefoot_shared_types::message::{Contact, Standing, SupportMode, Waypoint};
+use surefoot_shared_types::message::{Contact, RestState, SupportMode, Waypoint};
 use surefoot_shared_types::robot::model::{Foot, Link};
 
 const STEP: u64 = 20_000;
@@ -67,7 +67,7 @@ fn every_arena_that_is_full_is_named() {
         (|planner| planner.footholds_max = 20, ArenaFull::Footholds),
         (|planner| planner.transitions_max = 4, ArenaFull::Transitions),
         (|planner| planner.waypoints_max = 64, ArenaFull::Waypoints),
-        (|planner| planner.stations_max = 2, ArenaFull::TreeVertices),
+        (|planner| planner.tree_vertices_max = 2, ArenaFull::TreeVertices),
     ];
     let parameters = serde_json::to_value(PlannerConfig::default()).unwrap();
     for (shrink, full) in cases {
@@ -186,7 +186,7 @@ fn a_start_that_cannot_be_stood_on_says_why() {
 #[test]
 fn a_start_with_the_feet_too_far_apart_is_out_of_reach() {
     let mut case = flat_walk();
-    case.scenario.start.feet_apart = 1.7;
+    case.scenario.start.stance_width = 1.7;
     assert_eq!(
         outcome_of(&case),
         Outcome::StartInvalid(EndpointError::NoPosture {
@@ -199,7 +199,7 @@ fn a_start_with_the_feet_too_far_apart_is_out_of_reach() {
 #[test]
 fn a_start_with_one_foot_through_the_other_collides_with_itself() {
     let mut case = flat_walk();
-    case.scenario.start.feet_apart = 0.1;
+    case.scenario.start.stance_width = 0.1;
     let mut planner = case.planner(1);
     let outcome = run(&mut planner, STEP);
     let named = outcome.hit().map(|hit| planner.constraints().collision.describe(hit));
@@ -221,7 +221,7 @@ fn a_start_in_the_air_is_unsupported() {
 fn standing_on_a_limb_that_no_biped_has_is_no_stance() {
     let case = flat_walk();
     let contact = |limb| Contact { limb, rotation: [0.0, 0.0, 0.0, 1.0], ..Contact::zeroed() };
-    let standing = Standing::zeroed().after(
+    let standing = RestState::zeroed().after(
         SupportMode::Double as u32,
         &[contact(0), contact(7)],
         &Waypoint::zeroed(),

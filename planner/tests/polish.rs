@@ -28,7 +28,7 @@ use surefoot_shared_types::message::PlanChunk;
 const POLISH: usize = Stage::Polish as usize;
 
 fn case(name: &str, seed: u64, share: f64) -> Case {
-    Case::shipped(name).with_seed(seed).configured(|planner| planner.polish_share = share)
+    Case::shipped(name).with_seed(seed).configured(|planner| planner.shortcut_work_share = share)
 }
 
 fn found(case: &Case, threads: usize, step: u64) -> Planner {

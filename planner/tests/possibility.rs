@@ -42,7 +42,7 @@ impl Fixture {
             upper_body: &self.upper_body,
             preparation: &self.preparation,
             seed,
-            stance_width: self.case.scenario.start.feet_apart,
+            stance_width: self.case.scenario.start.stance_width,
             threads: &self.threads,
             is_step: surefoot_planner::seeding::is_step,
         }
@@ -70,7 +70,8 @@ impl Compiled {
         let placement = FootPlacementConfig::default();
         let (bounds, ends) =
             (collision.world_bounds(), [&case.scenario.start, &case.scenario.goal]);
-        let search = RouteSearch::new(ends, config.station_spacing, vertices, &bounds, &placement);
+        let search =
+            RouteSearch::new(ends, config.route_vertex_spacing, vertices, &bounds, &placement);
         let surfaces = Surfaces::new(&case.world, placement).unwrap();
         let constraints = Constraints { robot, collision, config: config.clone() };
         Self {
@@ -243,7 +244,7 @@ fn a_gap_that_no_step_bridges_is_not_on_a_route() {
             let [from, to] = [index, index + 1].map(|vertex| compiled.search.placements(vertex));
             long += usize::from(
                 pair[0].horizontal_offset_to(&pair[1]).length()
-                    > 1.5 * compiled.fixture.case.scenario.planner.station_spacing,
+                    > 1.5 * compiled.fixture.case.scenario.planner.route_vertex_spacing,
             );
             assert!(context.has_step_between(from, to), "seed {seed}, vertex {index}: {pair:?}");
         }

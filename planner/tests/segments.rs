@@ -10,7 +10,7 @@ use surefoot_planner::{Outcome, Planner};
 /// With stations so near to each other the route has more than two segments' worth of them, and
 /// each takes a search of its own.
 fn long_walk(threads: usize, step: u64) -> Planner {
-    let case = Case::shipped("flat_walk").configured(|planner| planner.station_spacing = 0.1);
+    let case = Case::shipped("flat_walk").configured(|planner| planner.route_vertex_spacing = 0.1);
     let mut planner = case.planner(threads);
     assert_eq!(run(&mut planner, step), Outcome::Found);
     planner

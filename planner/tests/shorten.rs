@@ -7,10 +7,10 @@ mod common;
 use common::{Case, run};
 use surefoot_planner::Outcome;
 
-fn steps(name: &str, seed: u64, shorten_rounds_max: u32) -> u64 {
+fn steps(name: &str, seed: u64, step_removal_rounds_max: u32) -> u64 {
     let case = Case::shipped(name)
         .with_seed(seed)
-        .configured(|planner| planner.shorten_rounds_max = shorten_rounds_max);
+        .configured(|planner| planner.step_removal_rounds_max = step_removal_rounds_max);
     let mut planner = case.planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found);
     planner.steps()

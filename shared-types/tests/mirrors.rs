@@ -17,11 +17,11 @@ use surefoot_shared_types::base::limits::{
     CHUNK_WAYPOINTS_MAX, CONTACTS_MAX, CORRECTIONS_MAX, JOINTS_MAX, POLYGON_VERTICES_MAX,
 };
 use surefoot_shared_types::message::layout::Field;
-use surefoot_shared_types::message::request::MarkData;
+use surefoot_shared_types::message::request::StancePoseData;
 use surefoot_shared_types::message::simulation_state::FootForce;
 use surefoot_shared_types::message::{
-    Contact, Correction, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, Standing,
-    State, Waypoint,
+    Contact, Feedback, Layout, Margins, PlanChunk, PlanRequest, PlanStatus, RestState,
+    SimulationState, Waypoint, WorldCorrection,
 };
 
 const LIMITS: [(&str, usize); 5] = [
@@ -54,14 +54,14 @@ fn messages() -> Vec<Message> {
         message::<Contact>("Contact"),
         message::<PlanChunk>("PlanChunk"),
         message::<Margins>("Margins"),
-        message::<Standing>("Standing"),
-        message::<Correction>("Correction"),
+        message::<RestState>("RestState"),
+        message::<WorldCorrection>("WorldCorrection"),
         message::<Feedback>("Feedback"),
-        message::<MarkData>("MarkData"),
+        message::<StancePoseData>("StancePoseData"),
         message::<PlanRequest>("PlanRequest"),
         message::<PlanStatus>("PlanStatus"),
         message::<FootForce>("FootForce"),
-        message::<State>("State"),
+        message::<SimulationState>("SimulationState"),
     ]
 }
 

@@ -175,8 +175,8 @@ fn a_good_scenario_loads_as_written() {
     assert_eq!((scenario.name.as_str(), scenario.seed), ("scenario", 7));
     assert_eq!(scenario.robot_path, folder.path("robot.toml"));
     assert_eq!(scenario.world_path, folder.path("world.toml"));
-    assert_eq!((scenario.start.yaw, scenario.start.feet_apart), (0.0, 0.2));
-    assert_eq!((scenario.goal.yaw, scenario.goal.feet_apart), (1.5, 0.3));
+    assert_eq!((scenario.start.yaw, scenario.start.stance_width), (0.0, 0.2));
+    assert_eq!((scenario.goal.yaw, scenario.goal.stance_width), (1.5, 0.3));
     assert_eq!((scenario.goal_position_tolerance, scenario.goal_yaw_tolerance), (0.10, 0.35));
     assert_eq!(
         (scenario.planner.work_max, scenario.planner.com_margin, scenario.checker.com_margin),
@@ -218,17 +218,17 @@ fn broken_scenarios_are_refused() {
             complaint: &["scenario.toml:5", "[start]", "inf"],
         },
         Spoiling {
-            from: "feet_apart = 0.3",
-            to: "feet_apart = 0",
-            complaint: &["scenario.toml:8", "[goal]", "feet_apart"],
+            from: "stance_width = 0.3",
+            to: "stance_width = 0",
+            complaint: &["scenario.toml:8", "[goal]", "stance_width"],
         },
         Spoiling {
-            from: "feet_apart = 0.3",
+            from: "stance_width = 0.3",
             to: "position_tolerance = 0",
             complaint: &["[goal]", "position_tolerance"],
         },
         Spoiling {
-            from: "feet_apart = 0.3",
+            from: "stance_width = 0.3",
             to: "yaw_tolerance = nan",
             complaint: &["[goal]", "yaw_tolerance"],
         },
@@ -250,8 +250,8 @@ fn broken_scenarios_are_refused() {
         Spoiling { from: work, to: "collision_step = nan", complaint: &["planner.collision_step"] },
         Spoiling {
             from: work,
-            to: "station_spacing = inf",
-            complaint: &["planner.station_spacing"],
+            to: "route_vertex_spacing = inf",
+            complaint: &["planner.route_vertex_spacing"],
         },
         Spoiling {
             from: work,
@@ -300,8 +300,8 @@ fn broken_scenarios_are_refused() {
         },
         Spoiling {
             from: work,
-            to: "station_spacing = 1e-9",
-            complaint: &["planner.station_spacing", "between"],
+            to: "route_vertex_spacing = 1e-9",
+            complaint: &["planner.route_vertex_spacing", "between"],
         },
         Spoiling {
             from: work,

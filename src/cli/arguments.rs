@@ -73,7 +73,7 @@ pub struct WalkArguments {
     /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
     /// by name
     #[arg(long, value_name = "WORLD")]
-    pub truth: Option<PathBuf>,
+    pub ground_truth: Option<PathBuf>,
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
     /// publish the state of the robot
     #[arg(long, value_name = "RATE", value_parser = rate)]
@@ -118,7 +118,7 @@ pub struct ControlArguments {
     /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
     /// by name
     #[arg(long, value_name = "WORLD")]
-    pub truth: Option<PathBuf>,
+    pub ground_truth: Option<PathBuf>,
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
     /// publish the state of the robot
     #[arg(long, value_name = "RATE", value_parser = rate)]
@@ -150,7 +150,7 @@ pub struct RequestArguments {
     pub start: Option<StanceArgument>,
     /// Lateral distance between the soles, m
     #[arg(long, value_name = "M", default_value_t = 0.2, allow_hyphen_values = true, value_parser = positive)]
-    pub feet_apart: f64,
+    pub stance_width: f64,
     /// Cancel what is planned or walked now
     #[arg(long)]
     pub cancel: bool,

@@ -24,7 +24,7 @@ pub enum BenchCommand {
     /// Tables 4.1 and 4.2 of the thesis beside our own times
     Thesis(ThesisArguments),
     /// Planning time against the time of checking the plan once
-    Limit(LowerBoundArguments),
+    LowerBound(LowerBoundArguments),
     /// How long planning again takes after the controller refused a chunk
     Replan(ReplanArguments),
     /// How long the planner's steps take when a control loop gives it little work at a time
@@ -63,7 +63,7 @@ pub struct ThesisArguments {
     pub json: bool,
 }
 
-/// `surefoot bench limit`.
+/// `surefoot bench lower-bound`.
 #[derive(Debug, Args)]
 pub struct LowerBoundArguments {
     /// Searches per scenario, with the seeds 1, 2, 3 and so on

@@ -36,7 +36,7 @@ fn table(report: &PlanReport) -> String {
         [("start", &report.start), ("goal", &report.goal)].map(|(name, end)| end_row(name, end)),
     );
     let Reserves { friction, least_squares_torque } = report.reserves;
-    let reserves = [("friction unused", friction), ("torque, even", least_squares_torque)];
+    let reserves = [("friction unused", friction), ("least-sq torque", least_squares_torque)];
     rows.extend(reserves.map(|(name, reserve)| reserve_row(name, reserve)));
     rows.push(if report.is_valid() { "accepted".to_owned() } else { "refused".to_owned() });
     rows.join("\n")
@@ -62,11 +62,11 @@ fn end_row(name: &str, end: &EndpointReport) -> String {
     format!("{name:<16}{margin:<14}{place}")
 }
 
-/// What is left where nothing is demanded.
+/// A margin that is reported and not enforced.
 fn reserve_row(name: &str, reserve: f64) -> String {
     let share =
         if reserve.is_finite() { format!("{:.1} %", 100.0 * reserve) } else { "-".to_owned() };
-    format!("{name:<16}{share:<14}reported, not demanded")
+    format!("{name:<16}{share:<14}reported, not enforced")
 }
 
 #[derive(Serialize)]
@@ -83,7 +83,7 @@ struct JsonReport {
 #[derive(Serialize)]
 struct JsonReserves {
     friction: Option<f64>,
-    even_torque: Option<f64>,
+    least_squares_torque: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -115,7 +115,7 @@ impl From<&PlanReport> for JsonReport {
             margins: (&report.margins).into(),
             reserves: JsonReserves {
                 friction: finite(report.reserves.friction),
-                even_torque: finite(report.reserves.least_squares_torque),
+                least_squares_torque: finite(report.reserves.least_squares_torque),
             },
             checks: report.checks.iter().map(JsonCheck::from).collect(),
             start: (&report.start).into(),

@@ -44,7 +44,7 @@ pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError>
         world: world.digest,
         config: scenario.digest,
     };
-    let (truth, world) = actual_world(arguments, &model, world)?;
+    let (ground_truth, world) = actual_world(arguments, &model, world)?;
     let checker = Checker::new(model, world, scenario.checker)?;
     let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
     let executor = match subscriber.taken_over() {
@@ -52,8 +52,12 @@ pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError>
         None => ChunkExecutor::new(checker, identity),
     };
     let simulated = arguments.rate.map(|rate| Simulated::new(&subscriber, id, rate)).transpose()?;
-    let mut handler =
-        ChunkHandler::new(executor, truth, arguments.disturb.map(Disturbance::new), simulated);
+    let mut handler = ChunkHandler::new(
+        executor,
+        ground_truth,
+        arguments.disturb.map(Disturbance::new),
+        simulated,
+    );
     if let Some(feedback) = subscriber.taken_over() {
         handler.mark_reported(feedback.corrections());
     }
@@ -112,10 +116,11 @@ fn actual_world(
     model: &RobotModel,
     known_world: World,
 ) -> Result<(Option<GroundTruth>, World), CommandError> {
-    let Some(path) = &arguments.truth else { return Ok((None, known_world)) };
+    let Some(path) = &arguments.ground_truth else { return Ok((None, known_world)) };
     let world = load_world(path)?;
-    let truth = GroundTruth::new(model, &known_world, &world).map_err(CheckerError::Shape)?;
-    Ok((Some(truth), world))
+    let ground_truth =
+        GroundTruth::new(model, &known_world, &world).map_err(CheckerError::Shape)?;
+    Ok((Some(ground_truth), world))
 }
 
 fn summary(checked: &CheckSummary) -> String {

@@ -120,17 +120,17 @@ impl Run<'_> {
                 search_loop::run(&mut planner, task.scenario.planner.work_max, &mut |event| {
                     self.emit(event)
                 })?;
-            let found = planned.end == PlanResult::Found;
+            let found = planned.result == PlanResult::Found;
             if !found && task.may_retrace_further(&planner) {
-                self.emit(&RoleEvent::WalkingBack)?;
+                self.emit(&RoleEvent::Retracing)?;
                 task.retrace_further(&planner);
                 continue;
             }
             if task.epoch > 0
-                && matches!(planned.end, PlanResult::StartInvalid | PlanResult::GoalInvalid)
+                && matches!(planned.result, PlanResult::StartInvalid | PlanResult::GoalInvalid)
             {
                 // The scenario's stances were valid for the first plan: no plan leads on from here.
-                planned.end = PlanResult::NoPlan;
+                planned.result = PlanResult::NoPlan;
             }
             self.emit(&RoleEvent::Planned(planned))?;
             return Ok(found.then_some(planner));
@@ -206,7 +206,7 @@ fn may_replan(delivery: &Delivery, was_executing: bool) -> bool {
     let corrected = differs && feedback.is_some_and(|feedback| feedback.corrections_len > 0);
     let misplaced =
         matches!(delivery.outcome, DeliveryOutcome::Refused { check: Check::FootMisplaced, .. });
-    let stands = feedback.is_some_and(|feedback| feedback.standing.is_known());
+    let stands = feedback.is_some_and(|feedback| feedback.rest_state.is_known());
     let is_out_of_date = matches!(
         delivery.outcome,
         DeliveryOutcome::Refused { check: Check::Continuity | Check::World, sequence: 0, .. }
@@ -250,19 +250,19 @@ impl Totals {
 #[cfg(test)]
 mod tests {
     use bytemuck::Zeroable;
-    use surefoot_shared_types::message::{Feedback, Standing};
+    use surefoot_shared_types::message::{Feedback, RestState};
 
     use super::*;
 
     #[test]
     fn a_plan_is_made_again_for_a_robot_that_walked_on_along_the_one_before() {
-        let rest_state = Standing { contacts_len: 2, ..Standing::zeroed() };
+        let rest_state = RestState { contacts_len: 2, ..RestState::zeroed() };
         let refused = |check, sequence, rest_state| Delivery {
             outcome: DeliveryOutcome::Refused { sequence, check, waypoint: 0 },
             sent: 8,
             resent: 0,
             accepted: 0,
-            feedback: Some(Feedback { standing: rest_state, ..Feedback::zeroed() }),
+            feedback: Some(Feedback { rest_state, ..Feedback::zeroed() }),
         };
         for check in [Check::Continuity, Check::World] {
             assert!(may_replan(&refused(check, 0, rest_state), true));
@@ -274,7 +274,7 @@ mod tests {
                 !may_replan(&refused(check, 3, rest_state), true),
                 "a chunk does not continue the one before it"
             );
-            assert!(!may_replan(&refused(check, 0, Standing::zeroed()), true));
+            assert!(!may_replan(&refused(check, 0, RestState::zeroed()), true));
         }
         assert!(!may_replan(&refused(Check::Torque, 0, rest_state), true));
     }

@@ -37,7 +37,7 @@ fn gait_lines(preparation: &Preparation<'_>) -> String {
     let gait = preparation.gait();
     let Gait { leg_extension, width, tilt, lift_height, roll, lean } = gait;
     let head = format!(
-        "  primitives   reach share {leg_extension:.3}, width {width:.3} m, lift {lift_height:.3} m, roll {roll:.2} rad, lean {lean:.3} m, \
+        "  primitives   leg extension {leg_extension:.3}, width {width:.3} m, lift {lift_height:.3} m, roll {roll:.2} rad, lean {lean:.3} m, \
          soles inclined up to {tilt:.2} rad"
     );
     let line = |limb: usize, name: &str| {

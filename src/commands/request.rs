@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::requests::RequestClient;
 use surefoot_shared_types::instance::{Participant, random_id};
-use surefoot_shared_types::message::request::MarkData;
+use surefoot_shared_types::message::request::StancePoseData;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
 use crate::cli::arguments::{RequestArguments, StanceArgument};
@@ -35,10 +35,10 @@ pub fn run(arguments: &RequestArguments) -> Result<CommandOutcome, CommandError>
 }
 
 fn request_of(arguments: &RequestArguments) -> PlanRequest {
-    let data = |stance: &StanceArgument| MarkData {
+    let data = |stance: &StanceArgument| StancePoseData {
         position: stance.position,
         yaw: stance.yaw,
-        feet_apart: arguments.feet_apart,
+        stance_width: arguments.stance_width,
     };
     let kind = match (arguments.cancel, &arguments.start, &arguments.goal) {
         (true, _, _) => RequestKind::Cancel,
@@ -50,8 +50,8 @@ fn request_of(arguments: &RequestArguments) -> PlanRequest {
         kind: kind as u32,
         seed: arguments.seed,
         work_max: arguments.work_max,
-        start: arguments.start.as_ref().map_or(MarkData::zeroed(), data),
-        goal: arguments.goal.as_ref().map_or(MarkData::zeroed(), data),
+        start: arguments.start.as_ref().map_or(StancePoseData::zeroed(), data),
+        goal: arguments.goal.as_ref().map_or(StancePoseData::zeroed(), data),
         ..PlanRequest::zeroed()
     }
 }

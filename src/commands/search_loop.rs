@@ -78,7 +78,7 @@ fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations:
     let stats = planner.tally();
     let found = *outcome == Outcome::Found;
     Planned {
-        end: outcome.into(),
+        result: outcome.into(),
         outcome: outcome.name().to_owned(),
         bound: outcome.bound().map(str::to_owned),
         description: describe(planner, outcome),
@@ -109,9 +109,9 @@ fn describe(planner: &Planner, outcome: &Outcome) -> String {
 fn diagnosis(planner: &Planner) -> Diagnosis {
     let stats = planner.tally();
     Diagnosis {
-        is_unguided: stats.is_unguided,
+        used_straight_line: stats.is_unguided,
         routes: stats.routes,
-        hindrance: planner
+        bottleneck: planner
             .hindrance()
             .map(|place| Bottleneck { xyz: place.position.to_array(), failures: place.failures }),
         rejections: Rejection::NAMES

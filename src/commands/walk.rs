@@ -28,8 +28,8 @@ use crate::system::{signals, terminal};
 pub fn run(arguments: &WalkArguments) -> Result<CommandOutcome, CommandError> {
     let inputs = Inputs::load(&arguments.search.scenario, arguments.search.seed)?;
     output_files::check(&arguments.outputs)?;
-    if let Some(truth) = &arguments.truth {
-        load_world(truth)?;
+    if let Some(ground_truth) = &arguments.ground_truth {
+        load_world(ground_truth)?;
     }
     inputs.preparation(arguments.outputs.quiet)?;
     signals::install();
@@ -89,7 +89,7 @@ fn walk(
         instance: instance.name(),
         search: &arguments.search,
         export,
-        truth: arguments.truth.as_deref(),
+        ground_truth: arguments.ground_truth.as_deref(),
         rate: arguments.rate,
         disturb: arguments.disturb,
     };
@@ -153,8 +153,8 @@ enum StreamDecision {
 impl WalkState {
     fn record(&mut self, event: &RoleEvent) {
         match event {
-            RoleEvent::Planned(planned) => self.planned = Some(planned.end),
-            RoleEvent::Delivered(delivered) => self.delivered = Some(delivered.end),
+            RoleEvent::Planned(planned) => self.planned = Some(planned.result),
+            RoleEvent::Delivered(delivered) => self.delivered = Some(delivered.result),
             RoleEvent::Checked(checked) => {
                 self.checked = Some(if checked.refusal.is_some() {
                     StreamDecision::Refused
@@ -195,7 +195,7 @@ struct Roles<'a> {
     instance: &'a str,
     search: &'a SearchArguments,
     export: Option<&'a Path>,
-    truth: Option<&'a Path>,
+    ground_truth: Option<&'a Path>,
     rate: Option<f64>,
     disturb: Option<u64>,
 }
@@ -207,10 +207,10 @@ impl Roles<'_> {
         match role {
             Role::Controller => {
                 let mut command = self.command("control", role, cores.1)?;
-                if let Some(truth) = self.truth {
-                    let truth = std::path::absolute(truth)
+                if let Some(ground_truth) = self.ground_truth {
+                    let ground_truth = std::path::absolute(ground_truth)
                         .map_err(|source| CommandError::Start { role, source })?;
-                    command.arg(option_with_path("--truth", &truth));
+                    command.arg(option_with_path("--ground_truth", &ground_truth));
                 }
                 if let Some(rate) = self.rate {
                     command.arg("--rate").arg(rate.to_string());

@@ -11,7 +11,7 @@ use crate::report::margins::WorstMargins;
 
 /// An event that a role process reports.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "line", rename_all = "snake_case")]
+#[serde(tag = "event", rename_all = "snake_case")]
 pub enum RoleEvent {
     /// The planner has all its memory.
     PlannerReady {
@@ -45,7 +45,7 @@ pub enum RoleEvent {
         corrections: u64,
     },
     /// No plan leads on from where the robot stands: the planner looks for one that retraces first.
-    WalkingBack,
+    Retracing,
     /// The planner waits for requests.
     PlannerServes,
     /// No planner is connected; the robot holds its position at the end of the last executed chunk.
@@ -86,7 +86,7 @@ pub struct SearchProgress {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Planned {
     /// Kind of result.
-    pub end: PlanResult,
+    pub result: PlanResult,
     /// The outcome's name.
     pub outcome: String,
     /// The parameter that ended it, if one did.
@@ -123,11 +123,11 @@ pub struct Planned {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// Whether stage P found no guide route, so that a straight route was tried.
-    pub is_unguided: bool,
+    pub used_straight_line: bool,
     /// Guide routes tried.
     pub routes: u64,
     /// Where most sequences failed.
-    pub hindrance: Option<Bottleneck>,
+    pub bottleneck: Option<Bottleneck>,
     /// Configurations and motions that were rejected, by reason.
     pub rejections: BTreeMap<String, u64>,
 }
@@ -170,7 +170,7 @@ impl From<&Outcome> for PlanResult {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Delivered {
     /// Kind of result.
-    pub end: DeliveryResult,
+    pub result: DeliveryResult,
     /// Chunks put into shared memory, those sent again included.
     pub sent: u64,
     /// Chunks sent again.
@@ -252,7 +252,7 @@ pub struct CheckSummary {
 
 impl From<&Delivery> for Delivered {
     fn from(delivery: &Delivery) -> Self {
-        let (end, refusal) = match delivery.outcome {
+        let (result, refusal) = match delivery.outcome {
             DeliveryOutcome::Accepted => (DeliveryResult::Accepted, None),
             DeliveryOutcome::Refused { sequence, check, waypoint } => (
                 DeliveryResult::Refused,
@@ -263,7 +263,7 @@ impl From<&Delivery> for Delivered {
             DeliveryOutcome::Stopped => (DeliveryResult::Stopped, None),
         };
         Self {
-            end,
+            result,
             sent: delivery.sent,
             resent: delivery.resent,
             accepted: delivery.accepted,

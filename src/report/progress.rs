@@ -64,7 +64,7 @@ fn milestone(event: &RoleEvent) -> Option<String> {
         RoleEvent::Replanning { epoch, corrections } => Some(format!(
             "the world differs in {corrections} places: planning again from here, epoch {epoch}"
         )),
-        RoleEvent::WalkingBack => {
+        RoleEvent::Retracing => {
             Some("no plan leads on from here: looking for one that retraces first".to_owned())
         }
         RoleEvent::PlannerServes => Some("waiting for requests".to_owned()),
@@ -99,7 +99,7 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, event: &RoleEvent) {
         | RoleEvent::Restarted { .. }
         | RoleEvent::Replanning { .. }
         | RoleEvent::Failed { .. } => clear(bar),
-        RoleEvent::WalkingBack
+        RoleEvent::Retracing
         | RoleEvent::PlannerServes
         | RoleEvent::Holding { .. }
         | RoleEvent::PlannerReady { .. }

@@ -124,7 +124,7 @@ impl Report {
             RoleEvent::Restarted { .. } => self.restarts += 1,
             RoleEvent::Replanning { .. } => self.replans += 1,
             RoleEvent::PlannerServes
-            | RoleEvent::WalkingBack
+            | RoleEvent::Retracing
             | RoleEvent::Holding { .. }
             | RoleEvent::Planning(_)
             | RoleEvent::Delivering { .. }
@@ -179,7 +179,7 @@ impl Report {
     }
 
     fn record_planned(&mut self, planned: &Planned) {
-        self.result = Some(planned.end);
+        self.result = Some(planned.result);
         self.outcome = planned.outcome.clone();
         self.description = planned.description.clone();
         self.bound = planned.bound.clone();
@@ -200,9 +200,9 @@ impl Report {
         // A planner that was started again sent less than what was accepted: its predecessor sent
         // the rest.
         let sent = (delivered.sent - delivered.resent.min(delivered.sent)).max(delivered.accepted);
-        let refused = delivered.end == DeliveryResult::Refused;
-        self.delivery_result = Some(delivered.end);
-        self.outcome = match delivered.end {
+        let refused = delivered.result == DeliveryResult::Refused;
+        self.delivery_result = Some(delivered.result);
+        self.outcome = match delivered.result {
             DeliveryResult::Accepted => "accepted",
             DeliveryResult::Refused => "refused",
             DeliveryResult::Superseded => "superseded",
@@ -247,7 +247,7 @@ mod tests {
 
     fn planned(end: PlanResult) -> RoleEvent {
         RoleEvent::Planned(Planned {
-            end,
+            result: end,
             outcome: "found".into(),
             bound: None,
             description: String::new(),
@@ -269,7 +269,7 @@ mod tests {
     fn delivered(end: DeliveryResult, accepted: u64) -> RoleEvent {
         let refusal = (end == DeliveryResult::Refused).then(|| refusal(""));
         RoleEvent::Delivered(Delivered {
-            end,
+            result: end,
             sent: 9,
             resent: 2,
             accepted,

@@ -58,7 +58,7 @@ pub fn text(report: &Report) -> String {
 /// The summary of one search, several lines without a line break at the end.
 pub fn search_summary(name: &str, planned: &Planned) -> String {
     let mut text = format!("{name}: {}", planned.description);
-    if planned.end == PlanResult::Found {
+    if planned.result == PlanResult::Found {
         add(
             &mut text,
             "plan",
@@ -78,15 +78,15 @@ pub fn search_summary(name: &str, planned: &Planned) -> String {
 }
 
 fn add(text: &mut String, name: &str, content: &str) {
-    let _ = write!(text, "\n  {name:<8} {content}");
+    let _ = write!(text, "\n  {name:<10} {content}");
 }
 
 /// The diagnosis of a search without a plan.
 fn explain(diagnosis: Option<&Diagnosis>, line: &mut dyn FnMut(&str, String)) {
     let Some(diagnosis) = diagnosis else { return };
     line("routes", routes(diagnosis));
-    if let Some(hindrance) = &diagnosis.hindrance {
-        line("stuck", bottleneck(hindrance));
+    if let Some(bottleneck_found) = &diagnosis.bottleneck {
+        line("bottleneck", bottleneck(bottleneck_found));
     }
     if !diagnosis.rejections.is_empty() {
         line("rejected", rejected(&diagnosis.rejections));
@@ -108,7 +108,7 @@ fn headline(report: &Report) -> String {
 }
 
 fn routes(diagnosis: &Diagnosis) -> String {
-    if diagnosis.is_unguided {
+    if diagnosis.used_straight_line {
         return "no guide route reaches the goal (missing clearance, foothold or step); a straight route was tried"
             .to_owned();
     }

@@ -82,7 +82,7 @@ def listen(name, states_every):
     node = iox.NodeBuilder.new().config(config_of(root)).signal_handling_mode(iox.SignalHandlingMode.Disabled).create(iox.ServiceType.Ipc)
     service, chunks = subscribe(node, root.name, "chunks", messages.PlanChunk, CHUNKS_KEPT)
     try:
-        _, states = subscribe(node, root.name, "state", messages.State, STATES_KEPT)
+        _, states = subscribe(node, root.name, "state", messages.SimulationState, STATES_KEPT)
     except iox.PublishSubscribeOpenError:
         states = None  # Nobody walks with --rate here.
     print(f"listening to {root.name}", flush=True)

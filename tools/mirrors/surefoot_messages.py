@@ -49,7 +49,7 @@ class PlanChunk(ctypes.Structure):
     _fields_ = [
         ("schema", ctypes.c_uint64),
         ("session", ctypes.c_uint64),
-        ("target_instance", ctypes.c_uint64),
+        ("target_controller", ctypes.c_uint64),
         ("plan_id", ctypes.c_uint64),
         ("epoch", ctypes.c_uint64),
         ("sequence", ctypes.c_uint64),
@@ -150,17 +150,17 @@ class Feedback(ctypes.Structure):
         return "surefoot.Feedback.v1"
 
 
-class MarkData(ctypes.Structure):
+class StancePoseData(ctypes.Structure):
     LAYOUT = "4a02cea3b49035ee"
     _fields_ = [
         ("position", ctypes.c_double * 3),
         ("yaw", ctypes.c_double),
-        ("feet_apart", ctypes.c_double),
+        ("stance_width", ctypes.c_double),
     ]
 
     @staticmethod
     def type_name() -> str:
-        return "surefoot.MarkData.v1"
+        return "surefoot.StancePoseData.v1"
 
 
 class PlanRequest(ctypes.Structure):
@@ -173,8 +173,8 @@ class PlanRequest(ctypes.Structure):
         ("work_max", ctypes.c_uint64),
         ("kind", ctypes.c_uint32),
         ("crc", ctypes.c_uint32),
-        ("start", MarkData),
-        ("goal", MarkData),
+        ("start", StancePoseData),
+        ("goal", StancePoseData),
     ]
 
     @staticmethod
@@ -244,7 +244,7 @@ class State(ctypes.Structure):
 
 
 if __name__ == "__main__":
-    for message in [Waypoint, Contact, PlanChunk, Margins, Standing, Correction, Feedback, MarkData, PlanRequest, PlanStatus, FootForce, State]:
+    for message in [Waypoint, Contact, PlanChunk, Margins, Standing, Correction, Feedback, StancePoseData, PlanRequest, PlanStatus, FootForce, State]:
         print(message.__name__, ctypes.sizeof(message))
         for field in message._fields_:
             place = getattr(message, field[0])

@@ -16,12 +16,12 @@ use memmap2::MmapMut;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
-use surefoot_shared_types::message::{Feedback, Layout, RobotRecord, WithCrc};
+use surefoot_shared_types::message::{Feedback, JournalRecord, Layout, WithCrc};
 
 /// The file's name in the instance's folder.
 const FILE: &str = "robot";
 /// Bytes of a record.
-const RECORD: usize = size_of::<RobotRecord>();
+const RECORD: usize = size_of::<JournalRecord>();
 /// Attempts to lock while a predecessor's process is being reaped.
 const LOCK_ATTEMPTS_MAX: usize = 40;
 /// Time between two attempts.
@@ -38,7 +38,7 @@ pub(crate) struct Journal {
 
 impl Journal {
     /// Opens the journal of an instance and locks it; returns the last controller's record.
-    pub(crate) fn open(instance: &Instance) -> Result<(Self, Option<RobotRecord>), ChannelError> {
+    pub(crate) fn open(instance: &Instance) -> Result<(Self, Option<JournalRecord>), ChannelError> {
         let path = instance.root().join(FILE);
         let failed =
             |error: std::io::Error| ChannelError::transport("keeping the robot's record", error);
@@ -59,11 +59,13 @@ impl Journal {
         // SAFETY: only the holder of the lock writes the file, and no process shortens it.
         let slots = unsafe { MmapMut::map_mut(&file) }.map_err(failed)?;
         let records = [0, 1].map(|slot| {
-            bytemuck::pod_read_unaligned::<RobotRecord>(&slots[slot * RECORD..(slot + 1) * RECORD])
+            bytemuck::pod_read_unaligned::<JournalRecord>(
+                &slots[slot * RECORD..(slot + 1) * RECORD],
+            )
         });
         let newest = records
             .into_iter()
-            .filter(RobotRecord::is_well_formed)
+            .filter(JournalRecord::is_well_formed)
             .max_by_key(|record| record.generation);
         let generation = newest.map_or(0, |record| record.generation);
         Ok((Self { slots, generation, _lock: file }, newest))
@@ -73,10 +75,10 @@ impl Journal {
     pub(crate) fn write(&mut self, stream_after_first: Digest, feedback: &Feedback) {
         self.generation += 1;
         let slot = (self.generation % 2) as usize;
-        let record: &mut RobotRecord =
+        let record: &mut JournalRecord =
             bytemuck::from_bytes_mut(&mut self.slots[slot * RECORD..(slot + 1) * RECORD]);
-        (record.layout, record.generation) = (RobotRecord::HASH, self.generation);
-        (record.stream_after_first, record.word) = (stream_after_first, *feedback);
+        (record.layout, record.generation) = (JournalRecord::HASH, self.generation);
+        (record.stream_after_first, record.feedback) = (stream_after_first, *feedback);
         record.write_crc();
     }
 }
@@ -106,7 +108,7 @@ mod tests {
 
     fn feedback(walked: u64) -> Feedback {
         let mut feedback =
-            Feedback { schema: FEEDBACK_SCHEMA, instance: 7, walked, ..Feedback::zeroed() };
+            Feedback { schema: FEEDBACK_SCHEMA, controller_id: 7, walked, ..Feedback::zeroed() };
         feedback.write_crc();
         feedback
     }
@@ -122,11 +124,11 @@ mod tests {
         }
         drop(journal);
         let found = Journal::open(&instance).unwrap().1.unwrap();
-        assert_eq!((found.word.walked, found.generation), (5, 5));
+        assert_eq!((found.feedback.walked, found.generation), (5, 5));
         let file = File::options().read(true).write(true).open(instance.root().join(FILE)).unwrap();
         file.write_at(&[0xff; 9], RECORD as u64 + 900).unwrap();
         assert_eq!(
-            Journal::open(&instance).unwrap().1.unwrap().word.walked,
+            Journal::open(&instance).unwrap().1.unwrap().feedback.walked,
             4,
             "the fifth is torn"
         );

@@ -16,7 +16,7 @@ use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::{FEEDBACK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
 use surefoot_shared_types::instance::wake_pipe::{PEER_POLLING_TIME, WakePipe, keep_polling};
-use surefoot_shared_types::message::{Check, Correction, Feedback, Margins, PlanChunk};
+use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, WorldCorrection};
 
 pub use surefoot_shared_types::instance::ChannelError;
 
@@ -48,7 +48,7 @@ pub enum ChunkDecision {
         /// With [`Check::WorldDiffers`], the difference. From the next epoch on the chunks must
         /// carry the digest of the world so corrected
         /// (`surefoot_shared_types::world::correction::corrected_digest`).
-        correction: Option<Correction>,
+        correction: Option<WorldCorrection>,
     },
 }
 
@@ -145,7 +145,7 @@ impl PlanSubscriber {
         instance.reserve_segments()?;
         let stream_state = record
             .map_or_else(|| StreamState::new(id), |record| StreamState::take_over(id, &record));
-        let taken_over = record.map(|record| record.word);
+        let taken_over = record.map(|record| record.feedback);
         let start = now();
         let mut plan_subscriber = Self {
             subscriber,

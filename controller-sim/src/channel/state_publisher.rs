@@ -4,12 +4,12 @@
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::{LOANS_AHEAD, STATE_POOL, Service};
 use surefoot_shared_types::instance::{ChannelError, Participant};
-use surefoot_shared_types::message::State;
+use surefoot_shared_types::message::SimulationState;
 
 /// The controller's end of the state service.
 pub struct StatePublisher {
-    loan_pool: LoanPool<State>,
-    _service: Service<State>,
+    loan_pool: LoanPool<SimulationState>,
+    _service: Service<SimulationState>,
 }
 
 impl StatePublisher {
@@ -30,7 +30,7 @@ impl StatePublisher {
     ///
     /// # Errors
     /// The transport fails.
-    pub fn publish(&mut self, state: &State) -> Result<(), ChannelError> {
+    pub fn publish(&mut self, state: &SimulationState) -> Result<(), ChannelError> {
         let sent = self.loan_pool.take()?.write_payload(*state).send();
         sent.map(drop).map_err(|error| ChannelError::transport("sending a state", error))
     }

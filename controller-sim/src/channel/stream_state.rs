@@ -11,7 +11,8 @@ use surefoot_shared_types::instance::{SenderStatus, SenderTracker};
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{
-    Check, Correction, Feedback, Margins, PlanChunk, RobotRecord, Standing, Verdict, WithCrc,
+    Check, Feedback, JournalRecord, Margins, PlanChunk, RestState, Verdict, WithCrc,
+    WorldCorrection,
 };
 
 use crate::channel::plan_subscriber::{ReceiverStats, Refusal};
@@ -39,9 +40,9 @@ pub(crate) struct StreamState {
     finished: bool,
     refusal: Option<Refusal>,
     margins: Margins,
-    rest_state: Standing,
+    rest_state: RestState,
     walked: u64,
-    corrections: heapless::Vec<Correction, CORRECTIONS_MAX>,
+    corrections: heapless::Vec<WorldCorrection, CORRECTIONS_MAX>,
     busy: bool,
     stats: ReceiverStats,
 }
@@ -68,8 +69,8 @@ impl StreamState {
     }
 
     /// Where the controller before this one left the robot.
-    pub(crate) fn take_over(controller_id: u64, record: &RobotRecord) -> Self {
-        let feedback = &record.word;
+    pub(crate) fn take_over(controller_id: u64, record: &JournalRecord) -> Self {
+        let feedback = &record.feedback;
         let mut sessions = SenderTracker::default();
         if feedback.session != 0 {
             sessions.adopt(feedback.session);
@@ -90,7 +91,7 @@ impl StreamState {
                 waypoint: feedback.refused_waypoint,
             }),
             margins: feedback.margins,
-            rest_state: feedback.standing,
+            rest_state: feedback.rest_state,
             walked: feedback.walked,
             corrections: feedback.corrections().iter().copied().collect(),
             busy: false,
@@ -120,7 +121,7 @@ impl StreamState {
                 ChunkTriage::Refuse(Check::Crc)
             };
         }
-        if chunk.target_instance != self.controller_id {
+        if chunk.target_controller != self.controller_id {
             self.stats.foreign += 1;
             return ChunkTriage::Ignore;
         }
@@ -164,7 +165,12 @@ impl StreamState {
 
     /// The chunk at the current sequence number is refused; no further chunk of this stream is
     /// checked. A correction beyond [`CORRECTIONS_MAX`] is not reported.
-    pub(crate) fn refuse(&mut self, check: Check, waypoint: u32, correction: Option<Correction>) {
+    pub(crate) fn refuse(
+        &mut self,
+        check: Check,
+        waypoint: u32,
+        correction: Option<WorldCorrection>,
+    ) {
         self.refusal = Some(Refusal { sequence: self.next, check, waypoint });
         if let Some(correction) = correction {
             let _ = self.corrections.push(correction);
@@ -208,7 +214,7 @@ impl StreamState {
         corrections[..self.corrections.len()].copy_from_slice(&self.corrections);
         let mut feedback = Feedback {
             schema: FEEDBACK_SCHEMA,
-            instance: self.controller_id,
+            controller_id: self.controller_id,
             session: self.sessions.current().unwrap_or(0),
             plan_id,
             epoch,
@@ -228,7 +234,7 @@ impl StreamState {
             crc: 0,
             stream: self.stream,
             margins: self.margins,
-            standing: self.rest_state,
+            rest_state: self.rest_state,
             corrections,
         };
         feedback.write_crc();

@@ -49,7 +49,7 @@ pub fn check_message(
     }
     let mode = check_form(chunk, joints)?;
     for (check, right, what) in [
-        (Check::Controller, chunk.target_instance == identity.controller_id, "controller"),
+        (Check::Controller, chunk.target_controller == identity.controller_id, "controller"),
         (Check::Robot, chunk.robot == identity.robot, "robot"),
         (Check::World, chunk.world == identity.world, "world"),
         (Check::Config, chunk.config == identity.config, "scenario or configuration"),

@@ -7,7 +7,7 @@ use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::{
-    Check, Contact, Correction, Feedback, PlanChunk, State, SupportMode, Waypoint,
+    Check, Contact, Feedback, PlanChunk, SimulationState, SupportMode, Waypoint, WorldCorrection,
 };
 use surefoot_shared_types::world::correction::corrected_digest;
 
@@ -75,7 +75,7 @@ impl ChunkExecutor {
 
     /// A robot that another controller moved before; `feedback` is the last one that it published.
     pub fn take_over(checker: Checker, identity: Identity, feedback: &Feedback) -> Self {
-        let rest_state = &feedback.standing;
+        let rest_state = &feedback.rest_state;
         let limbs = SupportMode::from_wire(rest_state.mode).map(|mode| (mode, stance_limbs(mode)));
         let contacts = |limbs: &[u32]| {
             limbs.iter().filter_map(|&limb| rest_state.contact_of(limb)).copied().collect()
@@ -100,7 +100,7 @@ impl ChunkExecutor {
 
     /// From now on expects chunks made for the world with `correction` applied. To be called with
     /// every correction that is reported to the planner.
-    pub fn correct(&mut self, correction: &Correction) {
+    pub fn correct(&mut self, correction: &WorldCorrection) {
         self.identity.world = corrected_digest(&self.identity.world, &[*correction]);
     }
 
@@ -182,7 +182,7 @@ impl ChunkExecutor {
         &mut self,
         simulation: &mut Simulation,
         chunk: &PlanChunk,
-        publish: &mut dyn FnMut(&State),
+        publish: &mut dyn FnMut(&SimulationState),
     ) {
         simulation.execute(&mut self.checker, chunk, publish);
     }

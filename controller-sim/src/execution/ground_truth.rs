@@ -9,7 +9,7 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::base::spatial::rotation_distance;
-use surefoot_shared_types::message::{Check, Contact, Correction, PlanChunk};
+use surefoot_shared_types::message::{Check, Contact, PlanChunk, WorldCorrection};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
 
@@ -35,7 +35,7 @@ pub struct GroundTruth {
 
 /// One difference and its geometry.
 struct Difference {
-    correction: Correction,
+    correction: WorldCorrection,
     /// The shape at its actual and at its assumed pose.
     geometry: Vec<(Solid, SolidPose)>,
 }
@@ -55,13 +55,16 @@ impl GroundTruth {
                     if !same_pose(&actual.world_from_shape, &assumed.world_from_shape) {
                         let geometry = vec![solid_pose(actual)?, solid_pose(assumed)?];
                         unreported.push(Difference {
-                            correction: Correction::moved(index as u32, &actual.world_from_shape),
+                            correction: WorldCorrection::moved(
+                                index as u32,
+                                &actual.world_from_shape,
+                            ),
                             geometry,
                         });
                     }
                 }
                 _ => unreported.push(Difference {
-                    correction: Correction::missing(index as u32),
+                    correction: WorldCorrection::missing(index as u32),
                     geometry: vec![solid_pose(assumed)?],
                 }),
             }
@@ -78,7 +81,7 @@ impl GroundTruth {
             let world_from_box = actual.world_from_shape * Pose::from_translation(bounds.centre());
             let half_extents = 0.5 * (bounds.high - bounds.low);
             unreported.push(Difference {
-                correction: Correction::extra(&world_from_box, half_extents.to_array()),
+                correction: WorldCorrection::extra(&world_from_box, half_extents.to_array()),
                 geometry,
             });
         }
@@ -86,7 +89,7 @@ impl GroundTruth {
     }
 
     /// Marks the corrections that an earlier controller reported.
-    pub fn mark_reported(&mut self, reported: &[Correction]) {
+    pub fn mark_reported(&mut self, reported: &[WorldCorrection]) {
         self.unreported.retain(|difference| !reported.contains(&difference.correction));
         self.reported += reported.len();
     }
@@ -100,7 +103,7 @@ impl GroundTruth {
         executor: &ChunkExecutor,
         chunk: &PlanChunk,
         violation: &Violation,
-    ) -> Option<Correction> {
+    ) -> Option<WorldCorrection> {
         let by_world =
             matches!(violation.check, Check::Contact | Check::Balance | Check::Collision);
         if !by_world || self.reported >= CORRECTIONS_MAX {
@@ -157,10 +160,10 @@ fn solid_pose(shape: &WorldShape) -> Result<(Solid, SolidPose), String> {
 }
 
 /// The correction that no surface supports the sole of a contact.
-pub fn missing_contact(model: &RobotModel, contact: &Contact) -> Correction {
+pub fn missing_contact(model: &RobotModel, contact: &Contact) -> WorldCorrection {
     let sole = &model.feet[contact.limb as usize].polygon;
     let corners = Bounds::of_points(sole.iter().map(|corner| corner.extend(0.0)));
     let half = 0.5 * (corners.high - corners.low);
     let world_from_middle = contact.world_from_sole() * Pose::from_translation(corners.centre());
-    Correction::contact_missing(&world_from_middle, [half.x, half.y])
+    WorldCorrection::contact_missing(&world_from_middle, [half.x, half.y])
 }

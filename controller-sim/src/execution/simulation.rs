@@ -7,7 +7,7 @@ use bytemuck::Zeroable;
 use surefoot_shared_types::base::limits::CONTACTS_MAX;
 use surefoot_shared_types::message::chunk::{FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::simulation_state::{FootForce, STATE_SCHEMA};
-use surefoot_shared_types::message::{PlanChunk, State, Waypoint};
+use surefoot_shared_types::message::{PlanChunk, SimulationState, Waypoint};
 
 use crate::check::checker::{Checker, SoleSupports};
 use crate::kinematics::forward::Configuration;
@@ -33,7 +33,7 @@ impl Simulation {
         &mut self,
         checker: &mut Checker,
         chunk: &PlanChunk,
-        publish: &mut dyn FnMut(&State),
+        publish: &mut dyn FnMut(&SimulationState),
     ) {
         let sole_supports = checker.sole_supports(chunk.contacts());
         for time in self.instants(chunk) {
@@ -63,26 +63,26 @@ impl Simulation {
         chunk: &PlanChunk,
         sole_supports: &SoleSupports,
         waypoint: &Waypoint,
-    ) -> State {
+    ) -> SimulationState {
         let configuration = Configuration::of_waypoint(waypoint, checker.model().joints.len());
         let load = checker.load(sole_supports, &configuration);
-        let mut state = State {
+        let mut state = SimulationState {
             schema: STATE_SCHEMA,
-            instance: self.controller_id,
+            controller_id: self.controller_id,
             plan_id: chunk.plan_id,
             epoch: chunk.epoch,
             sequence: chunk.sequence,
             tick: self.ticks,
             mode: chunk.mode,
             waypoint: *waypoint,
-            ..State::zeroed()
+            ..SimulationState::zeroed()
         };
         write_load(&mut state, &load, checker.model().joints.len());
         state
     }
 }
 
-fn write_load(state: &mut State, load: &ContactLoad, joints: usize) {
+fn write_load(state: &mut SimulationState, load: &ContactLoad, joints: usize) {
     state.centre_of_mass = load.centre_of_mass.to_array();
     (state.balance_margin, state.friction_use, state.torque_use) =
         (load.balance_margin, load.friction_use, load.torque_use);

@@ -334,7 +334,7 @@ impl PlanPublisher {
     ) -> Result<ReadyChunk, ChannelError> {
         let mut sample = self.loans.take()?;
         let chunk = sample.payload_mut().write(*chunk);
-        (chunk.session, chunk.target_instance) = (self.session, target.1);
+        (chunk.session, chunk.target_controller) = (self.session, target.1);
         chunk.write_crc();
         // SAFETY: `write` above initialised the payload.
         Ok(ReadyChunk { target, sample: unsafe { sample.assume_init() } })
@@ -404,7 +404,7 @@ fn send(ready: ReadyChunk) -> Result<usize, ChannelError> {
 fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
     let place = |feedback: &Feedback| {
         (
-            feedback.instance,
+            feedback.controller_id,
             feedback.plan_id,
             feedback.epoch,
             feedback.next_sequence,

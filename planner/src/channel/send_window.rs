@@ -69,7 +69,7 @@ impl<'a> SendWindow<'a> {
         if !feedback.is_well_formed() {
             return false;
         }
-        match self.controllers.status(feedback.instance) {
+        match self.controllers.status(feedback.controller_id) {
             SenderStatus::Stale => return false,
             SenderStatus::New => self.follow(feedback),
             SenderStatus::Current => {}
@@ -137,7 +137,7 @@ impl<'a> SendWindow<'a> {
     }
 
     fn follow(&mut self, feedback: &Feedback) {
-        self.controllers.adopt(feedback.instance);
+        self.controllers.adopt(feedback.controller_id);
         self.acknowledged = self.acknowledged_in(feedback);
         self.next = self.acknowledged;
         self.idle_heartbeats = 0;

@@ -41,7 +41,7 @@ pub fn boundary_of(node: TransitionId) -> Option<usize> {
 /// Which arena of the graph is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ArenaFull {
-    /// `stations_max`.
+    /// `tree_vertices_max`.
     TreeVertices,
     /// `footholds_max`.
     Footholds,

@@ -32,12 +32,12 @@ impl GuideRoute {
         Self {
             vertices: reserve(2 * vertices_max),
             labels: reserve(2 * vertices_max),
-            stance_width: [start.feet_apart, goal.feet_apart],
+            stance_width: [start.stance_width, goal.stance_width],
         }
     }
 
     pub(crate) fn set_start(&mut self, start: &StancePose) {
-        self.stance_width[0] = start.feet_apart;
+        self.stance_width[0] = start.stance_width;
     }
 
     pub(crate) fn clear(&mut self) {

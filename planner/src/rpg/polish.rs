@@ -44,7 +44,7 @@ impl Planner {
     /// together.
     pub(crate) fn polish_or_assemble(&mut self) -> Phase {
         let config = &self.shared.constraints.config;
-        let wanted = (config.polish_share * self.tally.work as f64) as u64;
+        let wanted = (config.shortcut_work_share * self.tally.work as f64) as u64;
         let until = self
             .tally
             .work

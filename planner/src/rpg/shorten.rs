@@ -18,7 +18,8 @@ impl Planner {
 
     /// Looks for the cheapest sequence over the placements in use, if attempts are left.
     pub(crate) fn shorten(&mut self) -> Result<(), ArenaFull> {
-        if self.lanes.current().shortenings < self.shared.constraints.config.shorten_rounds_max {
+        if self.lanes.current().shortenings < self.shared.constraints.config.step_removal_rounds_max
+        {
             self.seek(Objective::FewerSteps);
             return Ok(());
         }

@@ -3,7 +3,7 @@
 
 use surefoot_shared_types::base::spatial::wrap_angle;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
-use surefoot_shared_types::message::{PlanChunk, Standing, SupportMode};
+use surefoot_shared_types::message::{PlanChunk, RestState, SupportMode};
 use surefoot_shared_types::world::world::World;
 
 use crate::constraints::constraints::StartBalance;
@@ -31,7 +31,7 @@ impl Planner {
     ///
     /// # Errors
     /// The world has a shape that cannot be used.
-    pub fn begin_at(&mut self, world: &World, standing: &Standing) -> Result<(), SurfacesError> {
+    pub fn begin_at(&mut self, world: &World, standing: &RestState) -> Result<(), SurfacesError> {
         self.start_from(
             StandingGround::new(world)?.supported_anew(&self.shared.constraints.robot, standing),
         );
@@ -75,10 +75,11 @@ impl Planner {
         Ok(())
     }
 
-    fn start_from(&mut self, standing: Standing) {
+    fn start_from(&mut self, standing: RestState) {
         if let Some(mark) = standing.stance_pose() {
             // How far apart the feet happen to stand says nothing of how to walk on.
-            self.scenario.start = StancePose { feet_apart: self.scenario.goal.feet_apart, ..mark };
+            self.scenario.start =
+                StancePose { stance_width: self.scenario.goal.stance_width, ..mark };
             self.growth.set_start(&self.scenario.start);
         }
         self.standing = Some(standing);

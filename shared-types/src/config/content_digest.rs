@@ -21,12 +21,12 @@ struct Content<'a> {
 struct StanceContent {
     xyz: [f64; 3],
     yaw: f64,
-    feet_apart: f64,
+    stance_width: f64,
 }
 
 impl From<&StancePose> for StanceContent {
     fn from(stance: &StancePose) -> Self {
-        Self { xyz: stance.position.to_array(), yaw: stance.yaw, feet_apart: stance.feet_apart }
+        Self { xyz: stance.position.to_array(), yaw: stance.yaw, stance_width: stance.stance_width }
     }
 }
 

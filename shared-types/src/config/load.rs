@@ -32,8 +32,8 @@ struct RawStart {
     xyz: [f64; 3],
     #[serde(default)]
     yaw: f64,
-    #[serde(default = "default_feet_apart")]
-    feet_apart: f64,
+    #[serde(default = "default_stance_width")]
+    stance_width: f64,
 }
 
 #[derive(Deserialize)]
@@ -42,8 +42,8 @@ struct RawGoal {
     xyz: [f64; 3],
     #[serde(default)]
     yaw: f64,
-    #[serde(default = "default_feet_apart")]
-    feet_apart: f64,
+    #[serde(default = "default_stance_width")]
+    stance_width: f64,
     #[serde(default = "default_position_tolerance")]
     position_tolerance: f64,
     #[serde(default = "default_yaw_tolerance")]
@@ -53,7 +53,7 @@ struct RawGoal {
 /// Loads a scenario file.
 ///
 /// The file names `robot` and `world` (paths relative to it), `seed` (default 1), `[start]` and
-/// `[goal]` (`xyz` in m, `yaw` in rad, `feet_apart` in m; the goal also `position_tolerance` in m
+/// `[goal]` (`xyz` in m, `yaw` in rad, `stance_width` in m; the goal also `position_tolerance` in m
 /// and `yaw_tolerance` in rad), and optionally `[planner]` ([`PlannerConfig`]) and `[checker]`
 /// ([`CheckerConfig`]). The robot and the world themselves are not opened.
 ///
@@ -75,9 +75,9 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     let (start, goal) = (raw.start.into_inner(), raw.goal.into_inner());
     let planner = raw.planner.map(Spanned::into_inner).unwrap_or_default();
     let checker = raw.checker.map(Spanned::into_inner).unwrap_or_default();
-    let start_stance = stance_pose(start.xyz, start.yaw, start.feet_apart)
+    let start_stance = stance_pose(start.xyz, start.yaw, start.stance_width)
         .map_err(|message| start_location.error("[start]", message))?;
-    let goal_stance = stance_pose(goal.xyz, goal.yaw, goal.feet_apart)
+    let goal_stance = stance_pose(goal.xyz, goal.yaw, goal.stance_width)
         .and_then(|stance| {
             check_positive("position_tolerance", &[goal.position_tolerance]).map(|()| stance)
         })
@@ -103,18 +103,18 @@ pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     Ok(scenario.with_seed(raw.seed))
 }
 
-fn stance_pose(xyz: [f64; 3], yaw: f64, feet_apart: f64) -> Result<StancePose, String> {
+fn stance_pose(xyz: [f64; 3], yaw: f64, stance_width: f64) -> Result<StancePose, String> {
     check_numbers("xyz", &xyz)?;
     check_numbers("yaw", &[yaw])?;
-    check_positive("feet_apart", &[feet_apart])?;
-    Ok(StancePose { position: xyz.into(), yaw, feet_apart })
+    check_positive("stance_width", &[stance_width])?;
+    Ok(StancePose { position: xyz.into(), yaw, stance_width })
 }
 
 fn default_seed() -> u64 {
     1
 }
 
-fn default_feet_apart() -> f64 {
+fn default_stance_width() -> f64 {
     0.2
 }
 

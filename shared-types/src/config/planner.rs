@@ -18,8 +18,8 @@ pub struct PlannerConfig {
     /// Work units the whole plan may use; a unit is the least that the search advances by, some ten
     /// microseconds on the average (`surefoot bench steps` measures each kind).
     pub work_max: u64,
-    /// Most stations in each tree of stage P.
-    pub stations_max: u32,
+    /// Most vertices in each tree of stage P.
+    pub tree_vertices_max: u32,
     /// Most foot placements in the graph.
     pub footholds_max: u32,
     /// Most transitions in the graph.
@@ -29,11 +29,10 @@ pub struct PlannerConfig {
     pub configurations_max: u32,
     /// Most waypoints of a plan, those shared by two chunks counted once.
     pub waypoints_max: u32,
-    /// Sequences tried to shorten a segment once it is complete; 0 leaves walks as they were found.
-    pub shorten_rounds_max: u32,
-    /// Work that may go into shortening the motions of a plan, as a share of what finding it took;
-    /// 0 leaves them as they were found.
-    pub polish_share: f64,
+    /// Sequences tried to remove steps from a complete segment; 0 removes none.
+    pub step_removal_rounds_max: u32,
+    /// Work of path shortcutting, as a share of the work that finding the plan took; 0 disables it.
+    pub shortcut_work_share: f64,
     /// Clearance between the robot and the world, and between its own links, at every sampled
     /// configuration, m.
     pub clearance: f64,
@@ -52,21 +51,21 @@ pub struct PlannerConfig {
     /// is what the default asks of the reference robot's, but in any case a fifth more than the
     /// checker asks for.
     pub support_area_min: f64,
-    /// Distance between guide-route stations that seed foot placements, m.
-    pub station_spacing: f64,
+    /// Distance between the guide-route vertices at which footholds are sampled, m.
+    pub route_vertex_spacing: f64,
 }
 
 impl Default for PlannerConfig {
     fn default() -> Self {
         Self {
             work_max: 4_000_000,
-            stations_max: 8_192,
+            tree_vertices_max: 8_192,
             footholds_max: 32_768,
             transitions_max: 1_048_576,
             configurations_max: 32_768,
             waypoints_max: 65_536,
-            shorten_rounds_max: 6,
-            polish_share: 0.08,
+            step_removal_rounds_max: 6,
+            shortcut_work_share: 0.08,
             clearance: 0.006,
             com_margin: 0.02,
             effort_share: 0.8,
@@ -74,7 +73,7 @@ impl Default for PlannerConfig {
             waypoint_joint_step: 0.04,
             collision_step: 0.01,
             support_area_min: 0.008,
-            station_spacing: 0.25,
+            route_vertex_spacing: 0.25,
         }
     }
 }

@@ -56,7 +56,7 @@ pub struct StancePose {
     /// The heading, rad.
     pub yaw: f64,
     /// The distance between the two sole frames, m.
-    pub feet_apart: f64,
+    pub stance_width: f64,
 }
 
 impl StancePose {
@@ -65,7 +65,7 @@ impl StancePose {
         let rotation = crate::base::spatial::rotation_about(DVec3::Z, self.yaw);
         [0.5, -0.5].map(|side| {
             Pose::from_parts(
-                self.position + rotation * (DVec3::Y * side * self.feet_apart),
+                self.position + rotation * (DVec3::Y * side * self.stance_width),
                 rotation,
             )
         })

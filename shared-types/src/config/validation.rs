@@ -10,7 +10,7 @@ use crate::config::planner::{CheckerConfig, PlannerConfig};
 const STEP_MIN: f64 = 1e-3;
 /// The smallest support area that a scenario may ask for, m2.
 const AREA_MIN: f64 = 1e-6;
-/// The smallest distance between stations that a scenario may ask for, m.
+/// The smallest distance between route vertices that a scenario may ask for, m.
 const SPACING_MIN: f64 = 0.02;
 /// The widest margin of joints that a scenario may ask for, rad or m.
 const JOINT_MARGIN_MAX: f64 = 0.5;
@@ -36,7 +36,7 @@ fn check_planner(planner: &PlannerConfig) -> Result<(), FieldError> {
     }
     // Each arena fits into a few GiB.
     for (field, count, most) in [
-        ("planner.stations_max", planner.stations_max, 1 << 18),
+        ("planner.tree_vertices_max", planner.tree_vertices_max, 1 << 18),
         ("planner.footholds_max", planner.footholds_max, 1 << 20),
         ("planner.transitions_max", planner.transitions_max, 1 << 24),
         ("planner.configurations_max", planner.configurations_max, 1 << 20),
@@ -46,7 +46,7 @@ fn check_planner(planner: &PlannerConfig) -> Result<(), FieldError> {
             return field_error(field, format!("is {count}; it must lie between 2 and {most}"));
         }
     }
-    not_negative("planner.polish_share", planner.polish_share)?;
+    not_negative("planner.shortcut_work_share", planner.shortcut_work_share)?;
     positive("planner.clearance", planner.clearance)?;
     fraction("planner.effort_share", planner.effort_share)?;
     between("planner.joint_margin", planner.joint_margin, 0.0, JOINT_MARGIN_MAX)?;
@@ -54,7 +54,7 @@ fn check_planner(planner: &PlannerConfig) -> Result<(), FieldError> {
     between("planner.waypoint_joint_step", planner.waypoint_joint_step, STEP_MIN, NUMBER_MAX)?;
     between("planner.collision_step", planner.collision_step, STEP_MIN, NUMBER_MAX)?;
     between("planner.support_area_min", planner.support_area_min, AREA_MIN, NUMBER_MAX)?;
-    between("planner.station_spacing", planner.station_spacing, SPACING_MIN, NUMBER_MAX)
+    between("planner.route_vertex_spacing", planner.route_vertex_spacing, SPACING_MIN, NUMBER_MAX)
 }
 
 fn check_checker(checker: &CheckerConfig) -> Result<(), FieldError> {

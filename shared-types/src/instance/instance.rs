@@ -17,8 +17,6 @@ use std::sync::Arc;
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
 use crate::instance::directory::remove_segments;
-use crate::instance::participant::ChannelError;
-use crate::instance::participant::Participant;
 
 use crate::base::digest::Digest;
 

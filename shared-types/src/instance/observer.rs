@@ -10,7 +10,7 @@ use crate::instance::instance::Instance;
 use crate::instance::participant::{
     ChannelError, Participant, RequestServices, STATE_BUFFER, Service, WINDOW_CHUNKS,
 };
-use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, State, WithCrc};
+use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, SimulationState, WithCrc};
 
 /// Subscribers of all messages in an instance.
 #[derive(Debug)]
@@ -18,9 +18,9 @@ pub struct Observer {
     chunks: Subscriber<ipc::Service, PlanChunk, ()>,
     feedback: Subscriber<ipc::Service, Feedback, ()>,
     status: Subscriber<ipc::Service, PlanStatus, ()>,
-    state: Subscriber<ipc::Service, State, ()>,
+    state: Subscriber<ipc::Service, SimulationState, ()>,
     _services: RequestServices,
-    _state_service: Service<State>,
+    _state_service: Service<SimulationState>,
     participant: Participant,
 }
 
@@ -86,8 +86,8 @@ impl Observer {
     ///
     /// # Errors
     /// The transport fails.
-    pub fn state(&self) -> Result<Option<State>, ChannelError> {
-        next(&self.state, State::is_well_formed)
+    pub fn state(&self) -> Result<Option<SimulationState>, ChannelError> {
+        next(&self.state, SimulationState::is_well_formed)
     }
 
     /// Planners and controllers attached, killed ones included until a process cleans up.

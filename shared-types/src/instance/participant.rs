@@ -18,7 +18,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use crate::instance::instance::{Instance, InstanceError};
 use crate::instance::wake_pipe::WakePipe;
-use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus, State};
+use crate::message::{Feedback, Layout, PlanChunk, PlanRequest, PlanStatus, SimulationState};
 
 /// Most chunks sent and not yet acknowledged; also the size of a reader's buffer.
 pub const WINDOW_CHUNKS: usize = 8;
@@ -156,8 +156,8 @@ impl Participant {
             node.map_err(|error| ChannelError::transport("creating an iceoryx2 node", error))?;
         let chunks = open_service(&node, instance, "chunks", chunk_hash, &LOSSLESS)?;
         let feedback = open_service(&node, instance, "feedback", feedback_hash, &LATEST)?;
-        let chunk_wake_pipe = WakePipe::open(instance, "chunk-bell")?;
-        let feedback_wake_pipe = WakePipe::open(instance, "feedback-bell")?;
+        let chunk_wake_pipe = WakePipe::open(instance, "chunk-wake-pipe")?;
+        let feedback_wake_pipe = WakePipe::open(instance, "feedback-wake-pipe")?;
         instance.reserve_segments()?;
         Ok(Self {
             chunks,
@@ -174,8 +174,8 @@ impl Participant {
     ///
     /// # Errors
     /// The service has another message layout, or the transport fails.
-    pub fn open_state(&self) -> Result<Service<State>, ChannelError> {
-        open_service(&self.node, &self.instance, "state", State::HASH, &RECENT)
+    pub fn open_state(&self) -> Result<Service<SimulationState>, ChannelError> {
+        open_service(&self.node, &self.instance, "state", SimulationState::HASH, &RECENT)
     }
 
     /// Opens the request services, creating the ones that do not exist yet.

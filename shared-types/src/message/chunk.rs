@@ -108,7 +108,7 @@ pub struct PlanChunk {
     /// The planner process's session, drawn at its start.
     pub session: u64,
     /// The controller instance this chunk is meant for.
-    pub target_instance: u64,
+    pub target_controller: u64,
     /// Counts plans within a session.
     pub plan_id: u64,
     /// Counts replans within a plan.
@@ -159,7 +159,7 @@ layout!(Contact {
 layout!(PlanChunk {
     schema: u64,
     session: u64,
-    target_instance: u64,
+    target_controller: u64,
     plan_id: u64,
     epoch: u64,
     sequence: u64,
@@ -190,7 +190,7 @@ impl WithCrc for PlanChunk {
 
 impl PlanChunk {
     const SESSION_AT: usize = std::mem::offset_of!(Self, session);
-    const TARGET_AT: usize = std::mem::offset_of!(Self, target_instance);
+    const TARGET_AT: usize = std::mem::offset_of!(Self, target_controller);
 
     /// The waypoints in use.
     pub fn waypoints(&self) -> &[Waypoint] {
@@ -277,10 +277,10 @@ mod tests {
     fn the_stream_digest_ignores_the_sender() {
         let chunk = with_crc();
         let mut carried = chunk.clone();
-        (carried.session, carried.target_instance) = (1, 2);
+        (carried.session, carried.target_controller) = (1, 2);
         carried.write_crc();
         assert_eq!(carried.stream_after(), chunk.stream_after());
-        let anonymous = PlanChunk { session: 0, target_instance: 0, crc: 0, ..*chunk };
+        let anonymous = PlanChunk { session: 0, target_controller: 0, crc: 0, ..*chunk };
         assert_eq!(
             chunk.stream_after(),
             Digest::of(&[&chunk.stream.0, bytemuck::bytes_of(&anonymous)])

@@ -7,7 +7,7 @@ use crate::base::spatial::Pose;
 use crate::message::chunk::is_rotation;
 use crate::message::layout::layout;
 
-/// [`Correction::shape`] where the correction concerns no shape of the world file.
+/// [`WorldCorrection::shape`] where the correction concerns no shape of the world file.
 pub const NO_SHAPE: u32 = u32::MAX;
 /// No coordinate of a correction is larger than this, m.
 const COORDINATE_MAX: f64 = 1e4;
@@ -30,8 +30,8 @@ pub enum CorrectionKind {
 /// One difference between the actual world and the planner's world.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.Correction.v1")]
-pub struct Correction {
+#[type_name("surefoot.WorldCorrection.v1")]
+pub struct WorldCorrection {
     /// A [`CorrectionKind`] as its wire value.
     pub kind: u32,
     /// Index in `World::shapes` of the shape that moved or is missing, else [`NO_SHAPE`].
@@ -44,9 +44,9 @@ pub struct Correction {
     pub half_extents: [f64; 3],
 }
 
-const _: () = assert!(size_of::<Correction>() == 88);
+const _: () = assert!(size_of::<WorldCorrection>() == 88);
 
-layout!(Correction { kind: u32, shape: u32, position: [f64; 3], rotation: [f64; 4], half_extents: [f64; 3] } with []);
+layout!(WorldCorrection { kind: u32, shape: u32, position: [f64; 3], rotation: [f64; 4], half_extents: [f64; 3] } with []);
 
 impl CorrectionKind {
     /// The kind with this wire value, if there is one.
@@ -67,7 +67,7 @@ impl CorrectionKind {
     }
 }
 
-impl Correction {
+impl WorldCorrection {
     /// Shape number `shape` of the world stands at `world_from_shape`.
     pub fn moved(shape: u32, world_from_shape: &Pose) -> Self {
         Self::new(CorrectionKind::Moved, shape, world_from_shape, [0.0; 3])
@@ -126,24 +126,24 @@ mod tests {
     fn every_kind_is_well_formed_until_a_number_is_not() {
         let pose = Pose::from_parts(glam::DVec3::new(1.0, 2.0, 3.0), glam::DQuat::IDENTITY);
         let good = [
-            Correction::moved(3, &pose),
-            Correction::missing(0),
-            Correction::extra(&pose, [0.1; 3]),
-            Correction::contact_missing(&pose, [0.1; 2]),
+            WorldCorrection::moved(3, &pose),
+            WorldCorrection::missing(0),
+            WorldCorrection::extra(&pose, [0.1; 3]),
+            WorldCorrection::contact_missing(&pose, [0.1; 2]),
         ];
         for correction in good {
             assert!(correction.is_well_formed(), "{correction:?}");
             assert!(!correction.known_kind().unwrap().name().is_empty());
             let bad = [
-                Correction { kind: 0, ..correction },
-                Correction { position: [0.0, f64::NAN, 0.0], ..correction },
-                Correction { position: [0.0, 1e5, 0.0], ..correction },
-                Correction { rotation: [0.0; 4], ..correction },
-                Correction { half_extents: [f64::NAN; 3], ..correction },
+                WorldCorrection { kind: 0, ..correction },
+                WorldCorrection { position: [0.0, f64::NAN, 0.0], ..correction },
+                WorldCorrection { position: [0.0, 1e5, 0.0], ..correction },
+                WorldCorrection { rotation: [0.0; 4], ..correction },
+                WorldCorrection { half_extents: [f64::NAN; 3], ..correction },
             ];
             assert!(bad.iter().all(|correction| !correction.is_well_formed()));
         }
-        assert!(!Correction { shape: NO_SHAPE, ..good[0] }.is_well_formed());
-        assert!(!Correction { half_extents: [0.1, 0.0, 0.1], ..good[2] }.is_well_formed());
+        assert!(!WorldCorrection { shape: NO_SHAPE, ..good[0] }.is_well_formed());
+        assert!(!WorldCorrection { half_extents: [0.1, 0.0, 0.1], ..good[2] }.is_well_formed());
     }
 }

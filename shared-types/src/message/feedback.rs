@@ -5,10 +5,10 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use crate::base::digest::Digest;
 use crate::base::limits::CORRECTIONS_MAX;
-use crate::message::correction::Correction;
+use crate::message::correction::WorldCorrection;
 use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
-use crate::message::rest_state::Standing;
+use crate::message::rest_state::RestState;
 
 /// The layout version that feedback carries in [`Feedback::schema`].
 pub const FEEDBACK_SCHEMA: u64 = 3;
@@ -53,7 +53,7 @@ pub enum Check {
     /// The world differs from the planner's; [`Feedback::corrections`] holds the differences.
     WorldDiffers = 16,
     /// The robot's feet stand elsewhere than planned, and the plan cannot continue from there;
-    /// [`Feedback::standing`] holds its configuration.
+    /// [`Feedback::rest_state`] holds its configuration.
     FootMisplaced = 17,
     /// A joint's speed changes faster than it may.
     Acceleration = 18,
@@ -106,7 +106,7 @@ impl Check {
             "robot",
             "world",
             "config",
-            "instance",
+            "controller",
             "world_differs",
             "foot_misplaced",
             "acceleration",
@@ -179,7 +179,7 @@ pub struct Feedback {
     /// [`FEEDBACK_SCHEMA`].
     pub schema: u64,
     /// The controller process's instance, drawn at its start; never 0.
-    pub instance: u64,
+    pub controller_id: u64,
     /// The planner session it listens to; 0 before the first chunk.
     pub session: u64,
     /// The plan it walks.
@@ -223,16 +223,16 @@ pub struct Feedback {
     /// Worst margins of the accepted chunks.
     pub margins: Margins,
     /// The robot's rest state.
-    pub standing: Standing,
+    pub rest_state: RestState,
     /// All differences from the world file that were encountered so far, oldest first. Cumulative:
     /// none is taken back.
-    pub corrections: [Correction; CORRECTIONS_MAX],
+    pub corrections: [WorldCorrection; CORRECTIONS_MAX],
 }
 
 const _: () = assert!(size_of::<Margins>() == 48);
 const _: () = assert!(
     size_of::<Feedback>()
-        == 200 + size_of::<Standing>() + CORRECTIONS_MAX * size_of::<Correction>()
+        == 200 + size_of::<RestState>() + CORRECTIONS_MAX * size_of::<WorldCorrection>()
 );
 
 impl Verdict {
@@ -254,7 +254,7 @@ impl WithCrc for Feedback {
 
 impl Feedback {
     /// Differences from the world file that the controller encountered.
-    pub fn corrections(&self) -> &[Correction] {
+    pub fn corrections(&self) -> &[WorldCorrection] {
         &self.corrections[..(self.corrections_len as usize).min(CORRECTIONS_MAX)]
     }
 
@@ -264,22 +264,22 @@ impl Feedback {
         let refusal_is_named =
             verdict != Some(Verdict::Refused) || Check::from_wire(self.check).is_some();
         self.schema == FEEDBACK_SCHEMA
-            && self.instance != 0
+            && self.controller_id != 0
             && verdict.is_some()
             && refusal_is_named
             && self.finished <= 1
             && self.busy <= 1
             && self.corrections_len as usize <= CORRECTIONS_MAX
             && self.crc_matches()
-            && self.corrections().iter().all(Correction::is_well_formed)
-            && self.standing.is_well_formed()
+            && self.corrections().iter().all(WorldCorrection::is_well_formed)
+            && self.rest_state.is_well_formed()
     }
 }
 
 layout!(Margins { limits: f64, contact: f64, balance: f64, collision: f64, self_collision: f64, torque: f64 } with []);
 layout!(Feedback {
     schema: u64,
-    instance: u64,
+    controller_id: u64,
     session: u64,
     plan_id: u64,
     epoch: u64,
@@ -299,9 +299,9 @@ layout!(Feedback {
     crc: u32,
     stream: Digest,
     margins: Margins,
-    standing: Standing,
-    corrections: [Correction; CORRECTIONS_MAX],
-} with [Margins, Standing, Correction]);
+    rest_state: RestState,
+    corrections: [WorldCorrection; CORRECTIONS_MAX],
+} with [Margins, RestState, WorldCorrection]);
 
 #[cfg(test)]
 mod tests {
@@ -329,7 +329,7 @@ mod tests {
         };
         let good = Feedback {
             schema: FEEDBACK_SCHEMA,
-            instance: 7,
+            controller_id: 7,
             verdict: 2,
             check: 9,
             ..Feedback::zeroed()
@@ -338,7 +338,7 @@ mod tests {
         assert!(with_crc(&good).is_well_formed());
         let bad = [
             Feedback { schema: 1, ..good },
-            Feedback { instance: 0, ..good },
+            Feedback { controller_id: 0, ..good },
             Feedback { verdict: 3, ..good },
             Feedback { check: Check::ALL.len() as u32, ..good },
             Feedback { finished: 2, ..good },
@@ -346,10 +346,10 @@ mod tests {
             Feedback { corrections_len: CORRECTIONS_MAX as u32 + 1, ..good },
             Feedback {
                 corrections_len: 1,
-                corrections: [Correction { kind: 9, ..good.corrections[0] }; CORRECTIONS_MAX],
+                corrections: [WorldCorrection { kind: 9, ..good.corrections[0] }; CORRECTIONS_MAX],
                 ..good
             },
-            Feedback { standing: Standing { contacts_len: 9, ..good.standing }, ..good },
+            Feedback { rest_state: RestState { contacts_len: 9, ..good.rest_state }, ..good },
         ];
         assert!(bad.iter().all(|feedback| !with_crc(feedback).is_well_formed()));
     }

@@ -12,34 +12,34 @@ use crate::message::layout::{Layout, layout};
 /// never sent.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.RobotRecord.v1")]
-pub struct RobotRecord {
-    /// [`RobotRecord::HASH`].
+#[type_name("surefoot.JournalRecord.v1")]
+pub struct JournalRecord {
+    /// [`JournalRecord::HASH`].
     pub layout: u64,
     /// Counts the records of an instance, from 1.
     pub generation: u64,
     /// Digest of the stream after its first chunk, by which a successor of the planner is known.
     pub stream_after_first: Digest,
     /// The controller's last feedback.
-    pub word: Feedback,
+    pub feedback: Feedback,
     /// Always 0.
     pub reserved: u32,
     /// CRC-32 (IEEE) of all bytes of the record with this field zero.
     pub crc: u32,
 }
 
-layout!(RobotRecord {
+layout!(JournalRecord {
     layout: u64,
     generation: u64,
     stream_after_first: Digest,
-    word: Feedback,
+    feedback: Feedback,
     reserved: u32,
     crc: u32,
 } with [Feedback]);
 
-const _: () = assert!(size_of::<RobotRecord>() == 56 + size_of::<Feedback>());
+const _: () = assert!(size_of::<JournalRecord>() == 56 + size_of::<Feedback>());
 
-impl WithCrc for RobotRecord {
+impl WithCrc for JournalRecord {
     const CRC_AT: usize = std::mem::offset_of!(Self, crc);
 
     fn crc_mut(&mut self) -> &mut u32 {
@@ -47,12 +47,12 @@ impl WithCrc for RobotRecord {
     }
 }
 
-impl RobotRecord {
+impl JournalRecord {
     /// Whether the record is undamaged and can be what a controller left.
     pub fn is_well_formed(&self) -> bool {
         self.layout == Self::HASH
             && self.generation > 0
             && self.crc_matches()
-            && self.word.is_well_formed()
+            && self.feedback.is_well_formed()
     }
 }

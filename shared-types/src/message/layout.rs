@@ -91,12 +91,12 @@ pub(crate) use layout;
 mod tests {
     use super::*;
     use crate::message::chunk::{Contact, PlanChunk, Waypoint};
-    use crate::message::correction::Correction;
+    use crate::message::correction::WorldCorrection;
     use crate::message::feedback::{Feedback, Margins};
-    use crate::message::journal_record::RobotRecord;
-    use crate::message::request::MarkData;
+    use crate::message::journal_record::JournalRecord;
+    use crate::message::request::StancePoseData;
     use crate::message::request::{PlanRequest, PlanStatus};
-    use crate::message::rest_state::Standing;
+    use crate::message::rest_state::RestState;
 
     fn assert_no_gaps<M: Layout>() {
         let mut end = 0;
@@ -115,12 +115,12 @@ mod tests {
         assert_no_gaps::<PlanChunk>();
         assert_no_gaps::<Margins>();
         assert_no_gaps::<Feedback>();
-        assert_no_gaps::<Standing>();
-        assert_no_gaps::<Correction>();
-        assert_no_gaps::<MarkData>();
+        assert_no_gaps::<RestState>();
+        assert_no_gaps::<WorldCorrection>();
+        assert_no_gaps::<StancePoseData>();
         assert_no_gaps::<PlanRequest>();
         assert_no_gaps::<PlanStatus>();
-        assert_no_gaps::<RobotRecord>();
+        assert_no_gaps::<JournalRecord>();
     }
 
     #[test]
@@ -132,7 +132,7 @@ mod tests {
         let expected = [
             ("schema", 0),
             ("session", 8),
-            ("target_instance", 16),
+            ("target_controller", 16),
             ("sequence", 40),
             ("flags", 48),
             ("crc", 68),
@@ -146,7 +146,7 @@ mod tests {
         }
         let expected = [
             ("schema", 0),
-            ("instance", 8),
+            ("controller_id", 8),
             ("next_sequence", 40),
             ("verdict", 56),
             ("finished", 76),
@@ -157,7 +157,7 @@ mod tests {
             ("crc", 116),
             ("stream", 120),
             ("margins", 152),
-            ("standing", 200),
+            ("rest_state", 200),
             ("corrections", 1936),
         ];
         for (name, at) in expected {

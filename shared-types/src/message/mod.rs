@@ -7,14 +7,14 @@ pub mod rest_state;
 pub mod simulation_state;
 
 pub use chunk::{Contact, PlanChunk, SupportMode, Waypoint};
-pub use correction::{Correction, CorrectionKind};
+pub use correction::{CorrectionKind, WorldCorrection};
 pub use crc::WithCrc;
 pub use feedback::{Check, Feedback, Margins, Verdict};
-pub use journal_record::RobotRecord;
+pub use journal_record::JournalRecord;
 pub use layout::Layout;
 pub use request::{PlanRequest, PlanStatus, RequestKind, RequestState};
-pub use rest_state::Standing;
-pub use simulation_state::State;
+pub use rest_state::RestState;
+pub use simulation_state::SimulationState;
 
 pub mod chunk;
 pub mod correction;

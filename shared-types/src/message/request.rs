@@ -14,8 +14,8 @@ pub const REQUEST_SCHEMA: u64 = 1;
 pub const STATUS_SCHEMA: u64 = 1;
 /// Largest coordinate of a stance, m; also the largest angle, rad.
 const COORDINATE_MAX: f64 = 1e4;
-/// The feet of a stance stand at most this far apart, m.
-const FEET_APART_MAX: f64 = 10.0;
+/// Largest lateral distance between the soles of a stance, m.
+const STANCE_WIDTH_MAX: f64 = 10.0;
 
 /// Kinds of requests.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,14 +36,14 @@ pub enum RequestKind {
 /// A [`StancePose`] as it crosses shared memory.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.MarkData.v1")]
-pub struct MarkData {
+#[type_name("surefoot.StancePoseData.v1")]
+pub struct StancePoseData {
     /// The middle between the two sole frames, on the ground, m.
     pub position: [f64; 3],
     /// The heading, rad.
     pub yaw: f64,
     /// The distance between the two sole frames, m.
-    pub feet_apart: f64,
+    pub stance_width: f64,
 }
 
 /// A client's request. Sent again until a [`PlanStatus`] names it, so a planner may see it more
@@ -68,9 +68,9 @@ pub struct PlanRequest {
     /// CRC-32 (IEEE) of all bytes of the message with this field zero.
     pub crc: u32,
     /// Start stance, of kinds that have one.
-    pub start: MarkData,
+    pub start: StancePoseData,
     /// Goal stance, of kinds that have one.
-    pub goal: MarkData,
+    pub goal: StancePoseData,
 }
 
 /// States of a request.
@@ -134,11 +134,11 @@ pub struct PlanStatus {
     pub crc: u32,
 }
 
-const _: () = assert!(size_of::<MarkData>() == 40);
-const _: () = assert!(size_of::<PlanRequest>() == 48 + 2 * size_of::<MarkData>());
+const _: () = assert!(size_of::<StancePoseData>() == 40);
+const _: () = assert!(size_of::<PlanRequest>() == 48 + 2 * size_of::<StancePoseData>());
 const _: () = assert!(size_of::<PlanStatus>() == 120);
 
-layout!(MarkData { position: [f64; 3], yaw: f64, feet_apart: f64 } with []);
+layout!(StancePoseData { position: [f64; 3], yaw: f64, stance_width: f64 } with []);
 layout!(PlanRequest {
     schema: u64,
     client: u64,
@@ -147,9 +147,9 @@ layout!(PlanRequest {
     work_max: u64,
     kind: u32,
     crc: u32,
-    start: MarkData,
-    goal: MarkData,
-} with [MarkData]);
+    start: StancePoseData,
+    goal: StancePoseData,
+} with [StancePoseData]);
 layout!(PlanStatus {
     schema: u64,
     session: u64,
@@ -221,26 +221,26 @@ impl RequestState {
     }
 }
 
-impl From<StancePose> for MarkData {
+impl From<StancePose> for StancePoseData {
     fn from(stance: StancePose) -> Self {
         Self {
             position: stance.position.to_array(),
             yaw: stance.yaw,
-            feet_apart: stance.feet_apart,
+            stance_width: stance.stance_width,
         }
     }
 }
 
-impl MarkData {
+impl StancePoseData {
     /// The stance, if its numbers can be those of one.
     pub fn stance_pose(&self) -> Option<StancePose> {
         let bounded =
             self.position.iter().chain([&self.yaw]).all(|number| number.abs() <= COORDINATE_MAX);
-        let apart = self.feet_apart > 0.0 && self.feet_apart <= FEET_APART_MAX;
-        (bounded && apart).then(|| StancePose {
+        let has_width = self.stance_width > 0.0 && self.stance_width <= STANCE_WIDTH_MAX;
+        (bounded && has_width).then(|| StancePose {
             position: self.position.into(),
             yaw: self.yaw,
-            feet_apart: self.feet_apart,
+            stance_width: self.stance_width,
         })
     }
 }
@@ -292,7 +292,7 @@ mod tests {
 
     #[test]
     fn requests_that_make_no_sense_have_no_kind() {
-        let stance = MarkData { position: [1.0, 2.0, 0.0], yaw: 0.5, feet_apart: 0.2 };
+        let stance = StancePoseData { position: [1.0, 2.0, 0.0], yaw: 0.5, stance_width: 0.2 };
         let request = PlanRequest {
             schema: REQUEST_SCHEMA,
             client: 3,
@@ -304,8 +304,8 @@ mod tests {
         };
         assert_eq!(request.known_kind(), None, "without a CRC");
         assert_eq!(with_crc(request).known_kind(), Some(RequestKind::StartAndGoal));
-        assert_eq!(MarkData::from(stance.stance_pose().unwrap()), stance);
-        let odd = MarkData { yaw: f64::NAN, ..stance };
+        assert_eq!(StancePoseData::from(stance.stance_pose().unwrap()), stance);
+        let odd = StancePoseData { yaw: f64::NAN, ..stance };
         let bad = [
             PlanRequest { schema: 2, ..request },
             PlanRequest { client: 0, ..request },
@@ -314,8 +314,8 @@ mod tests {
             PlanRequest { kind: 0, ..request },
             PlanRequest { start: odd, ..request },
             PlanRequest { goal: odd, ..request },
-            PlanRequest { goal: MarkData { feet_apart: 0.0, ..stance }, ..request },
-            PlanRequest { goal: MarkData { position: [1e9, 0.0, 0.0], ..stance }, ..request },
+            PlanRequest { goal: StancePoseData { stance_width: 0.0, ..stance }, ..request },
+            PlanRequest { goal: StancePoseData { position: [1e9, 0.0, 0.0], ..stance }, ..request },
         ];
         assert!(bad.iter().all(|request| with_crc(*request).known_kind().is_none()));
         assert_eq!(

@@ -1,4 +1,4 @@
-//! Where a robot stands.
+//! The rest state of a robot.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -9,11 +9,11 @@ use crate::config::scenario::StancePose;
 use crate::message::chunk::{Contact, SupportMode, Waypoint, is_rotation};
 use crate::message::layout::layout;
 
-/// A configuration in which the robot may stop forever, and where its feet are.
+/// A statically stable configuration with its contacts, in which the robot may stop.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.Standing.v1")]
-pub struct Standing {
+#[type_name("surefoot.RestState.v1")]
+pub struct RestState {
     /// A [`SupportMode`] as its wire value: which feet carry the robot.
     pub mode: u32,
     /// Contacts used: 0 while the robot stands nowhere yet, else one for each limb that ever stood.
@@ -25,13 +25,13 @@ pub struct Standing {
 }
 
 const _: () = assert!(
-    size_of::<Standing>() == 8 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<Contact>()
+    size_of::<RestState>() == 8 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<Contact>()
 );
 
-layout!(Standing { mode: u32, contacts_len: u32, waypoint: Waypoint, contacts: [Contact; CONTACTS_MAX] } with [Waypoint, Contact]);
+layout!(RestState { mode: u32, contacts_len: u32, waypoint: Waypoint, contacts: [Contact; CONTACTS_MAX] } with [Waypoint, Contact]);
 
-impl Standing {
-    /// Whether the robot stands anywhere yet.
+impl RestState {
+    /// Whether the rest state is known.
     pub fn is_known(&self) -> bool {
         self.contacts_len > 0
     }
@@ -53,15 +53,15 @@ impl Standing {
         let (left, right) = (left?, right?);
         let yaw = yaw_of(left.rotation);
         let turn = wrap_angle(yaw_of(right.rotation) - yaw);
-        let feet_apart = left.translation.distance(right.translation);
+        let stance_width = left.translation.distance(right.translation);
         Some(StancePose {
             position: left.translation.midpoint(right.translation),
             yaw: wrap_angle(yaw + 0.5 * turn),
-            feet_apart,
+            stance_width,
         })
     }
 
-    /// The standing at the end of a chunk that was walked from this one: `mode` and `contacts` are
+    /// The rest state at the end of a chunk that was walked from this one: `mode` and `contacts` are
     /// the chunk's, `waypoint` its last. Lifted limbs keep the contact they had.
     pub fn after(&self, mode: u32, contacts: &[Contact], waypoint: &Waypoint) -> Self {
         let mut next = Self { mode, waypoint: *waypoint, ..*self };
@@ -118,9 +118,9 @@ mod tests {
 
     #[test]
     fn a_lifted_foot_keeps_its_last_contact() {
-        let standing = Standing::zeroed();
-        assert!(!standing.is_known());
-        let both = standing.after(
+        let rest_state = RestState::zeroed();
+        assert!(!rest_state.is_known());
+        let both = rest_state.after(
             SupportMode::Double as u32,
             &[contact(0, 0.1), contact(1, 0.2)],
             &at(0.0),
@@ -139,13 +139,13 @@ mod tests {
 
     #[test]
     fn unknown_limbs_and_invalid_rotations_are_malformed() {
-        let good = Standing::zeroed().after(
+        let good = RestState::zeroed().after(
             SupportMode::Double as u32,
             &[contact(0, 0.1), contact(1, 0.2)],
             &at(1.0),
         );
-        assert!(good.is_well_formed() && Standing::zeroed().is_well_formed());
-        let with = |second: Contact| Standing {
+        assert!(good.is_well_formed() && RestState::zeroed().is_well_formed());
+        let with = |second: Contact| RestState {
             contacts: [good.contacts[0], second, good.contacts[2], good.contacts[3]],
             ..good
         };
@@ -157,8 +157,8 @@ mod tests {
             with(Contact { rotation: [0.0, 0.0, f64::NAN, 1.0], ..contact(1, 0.2) }),
             with(Contact { rotation: [0.0, 0.1, 0.0, 1.0], ..contact(1, 0.2) }),
             with(Contact { polygon_len: POLYGON_VERTICES_MAX as u32 + 1, ..contact(1, 0.2) }),
-            Standing { waypoint: Waypoint { root_rotation: [0.0; 4], ..good.waypoint }, ..good },
+            RestState { waypoint: Waypoint { root_rotation: [0.0; 4], ..good.waypoint }, ..good },
         ];
-        assert!(bad.iter().all(|standing| !standing.is_well_formed()));
+        assert!(bad.iter().all(|rest_state| !rest_state.is_well_formed()));
     }
 }

@@ -7,7 +7,7 @@ use crate::base::limits::{CONTACTS_MAX, JOINTS_MAX};
 use crate::message::chunk::{SupportMode, Waypoint};
 use crate::message::layout::layout;
 
-/// The schema of [`State`].
+/// The schema of [`SimulationState`].
 pub const STATE_SCHEMA: u64 = 1;
 
 /// The force of the ground on a foot.
@@ -26,12 +26,12 @@ pub struct FootForce {
 /// The simulated robot at an instant.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
-#[type_name("surefoot.State.v1")]
-pub struct State {
+#[type_name("surefoot.SimulationState.v1")]
+pub struct SimulationState {
     /// [`STATE_SCHEMA`].
     pub schema: u64,
     /// The controller's instance.
-    pub instance: u64,
+    pub controller_id: u64,
     /// The plan it walks.
     pub plan_id: u64,
     /// The epoch it walks.
@@ -62,14 +62,14 @@ pub struct State {
 
 const _: () = assert!(size_of::<FootForce>() == 56);
 const _: () = assert!(
-    size_of::<State>()
+    size_of::<SimulationState>()
         == 104 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<FootForce>() + 8 * JOINTS_MAX
 );
 
 layout!(FootForce { limb: u64, force: [f64; 3], centre: [f64; 3] } with []);
-layout!(State {
+layout!(SimulationState {
     schema: u64,
-    instance: u64,
+    controller_id: u64,
     plan_id: u64,
     epoch: u64,
     sequence: u64,
@@ -85,7 +85,7 @@ layout!(State {
     torques: [f64; JOINTS_MAX],
 } with [Waypoint, FootForce]);
 
-impl State {
+impl SimulationState {
     /// The feet in use.
     pub fn feet(&self) -> &[FootForce] {
         &self.feet[..(self.feet_len as usize).min(CONTACTS_MAX)]
@@ -103,7 +103,7 @@ impl State {
         ]);
         let forces = self.feet.iter().flat_map(|foot| foot.force.into_iter().chain(foot.centre));
         self.schema == STATE_SCHEMA
-            && self.instance != 0
+            && self.controller_id != 0
             && SupportMode::from_wire(self.mode).is_some()
             && self.feet_len as usize <= CONTACTS_MAX
             && body.chain(forces).chain(self.torques).all(f64::is_finite)

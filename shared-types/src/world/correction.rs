@@ -2,7 +2,7 @@
 
 use crate::base::digest::Digest;
 use crate::geometry::shape::Shape;
-use crate::message::{Correction, CorrectionKind};
+use crate::message::{CorrectionKind, WorldCorrection};
 use crate::world::world::{World, WorldShape};
 
 /// Why a correction cannot be applied.
@@ -32,7 +32,7 @@ impl World {
     ///
     /// # Errors
     /// A correction names no shape of this world, or is malformed.
-    pub fn corrected(&self, corrections: &[Correction]) -> Result<Self, CorrectionError> {
+    pub fn corrected(&self, corrections: &[WorldCorrection]) -> Result<Self, CorrectionError> {
         let mut shapes: Vec<Option<WorldShape>> = self.shapes.iter().cloned().map(Some).collect();
         let mut added = vec![];
         for (index, correction) in corrections.iter().enumerate() {
@@ -64,13 +64,13 @@ impl World {
 
 /// The digest of a world after corrections: what the chunks of a plan made in the corrected world
 /// carry.
-pub fn corrected_digest(world: &Digest, corrections: &[Correction]) -> Digest {
+pub fn corrected_digest(world: &Digest, corrections: &[WorldCorrection]) -> Digest {
     corrections
         .iter()
         .fold(*world, |digest, correction| digest.chain(bytemuck::bytes_of(correction)))
 }
 
-fn extra_box(index: usize, correction: &Correction) -> WorldShape {
+fn extra_box(index: usize, correction: &WorldCorrection) -> WorldShape {
     let shape = Shape::Box { half_extents: correction.half_extents.into() };
     WorldShape { name: format!("correction_{index}"), world_from_shape: correction.pose(), shape }
 }
@@ -97,10 +97,10 @@ mod tests {
         assert_eq!(world.corrected(&[]).unwrap(), world);
         let place = Pose::from_parts(DVec3::new(3.0, 0.0, 0.5), glam::DQuat::IDENTITY);
         let list = [
-            Correction::moved(1, &place),
-            Correction::missing(0),
-            Correction::extra(&place, [0.1, 0.2, 0.3]),
-            Correction::contact_missing(&place, [0.1, 0.05]),
+            WorldCorrection::moved(1, &place),
+            WorldCorrection::missing(0),
+            WorldCorrection::extra(&place, [0.1, 0.2, 0.3]),
+            WorldCorrection::contact_missing(&place, [0.1, 0.05]),
         ];
         let corrected = world.corrected(&list).unwrap();
         let names: Vec<&str> = corrected.shapes.iter().map(|shape| shape.name.as_str()).collect();
@@ -115,11 +115,11 @@ mod tests {
     #[test]
     fn corrections_of_nothing_are_refused() {
         let world = world();
-        let unknown = world.corrected(&[Correction::missing(2)]);
+        let unknown = world.corrected(&[WorldCorrection::missing(2)]);
         assert_eq!(unknown, Err(CorrectionError::UnknownShape { shape: 2, shapes: 2 }));
-        let malformed = Correction { rotation: [0.0; 4], ..Correction::missing(1) };
+        let malformed = WorldCorrection { rotation: [0.0; 4], ..WorldCorrection::missing(1) };
         assert_eq!(
-            world.corrected(&[Correction::missing(0), malformed]),
+            world.corrected(&[WorldCorrection::missing(0), malformed]),
             Err(CorrectionError::Malformed { index: 1 })
         );
     }

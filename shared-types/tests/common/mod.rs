@@ -103,7 +103,7 @@ xyz = [0, 0, 0]
 [goal]
 xyz = [3, 0, 0]
 yaw = 1.5
-feet_apart = 0.3
+stance_width = 0.3
 
 [planner]
 work_max = 1000

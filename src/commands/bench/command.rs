@@ -19,7 +19,7 @@ pub fn run(arguments: &BenchArguments) -> Result<CommandOutcome, CommandError> {
     crate::system::signals::install();
     match &arguments.bench {
         BenchCommand::Thesis(arguments) => thesis_bench::run(arguments),
-        BenchCommand::Limit(arguments) => lower_bound::run(arguments),
+        BenchCommand::LowerBound(arguments) => lower_bound::run(arguments),
         BenchCommand::Replan(arguments) => replan_bench::run(arguments),
         BenchCommand::Steps(arguments) => steps::run(arguments),
         BenchCommand::Scale(arguments) => scale_bench::run(arguments),

@@ -50,7 +50,7 @@ struct Row {
     transport: &'static str,
     /// Round trips.
     trials: usize,
-    /// Times from publication to verdict, s.
+    /// Times from publication to check_result, s.
     mean_seconds: f64,
     std_seconds: f64,
     p50_seconds: f64,
@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &IpcArguments) -> Result<CommandOutcome, CommandErr
     let machine = Machine::this()?;
     let measured = [
         ("raw memory", raw::measure(rounds, false)?),
-        ("raw memory, sealed and chained", raw::measure(rounds, true)?),
+        ("raw memory, CRC and digest chain", raw::measure(rounds, true)?),
         ("surefoot", ours::measure(rounds, ours::Digests::Known)?),
         ("surefoot, digests made", ours::measure(rounds, ours::Digests::Made)?),
         ("iceoryx2, its defaults", iox::measure(rounds)?),

@@ -41,11 +41,11 @@ impl Journal {
         Ok(Self { known, file: Some((path, file)) })
     }
 
-    /// The result of this key, with a verdict if one is needed.
+    /// The result of this key, with a check_result if one is needed.
     pub fn find(&self, key: &str, needs_check_result: bool) -> Option<&Trial> {
-        self.known
-            .get(key)
-            .filter(|trial| !needs_check_result || !trial.is_found() || trial.verdict.is_some())
+        self.known.get(key).filter(|trial| {
+            !needs_check_result || !trial.is_found() || trial.check_result.is_some()
+        })
     }
 
     /// Keeps a result.
@@ -103,7 +103,7 @@ fn unwritable(path: &Path, reason: String) -> CommandError {
 mod tests {
     use super::*;
 
-    fn trial(key: &str, verdict: Option<&str>) -> Trial {
+    fn trial(key: &str, check_result: Option<&str>) -> Trial {
         Trial {
             key: key.into(),
             scenario: "flat".into(),
@@ -114,12 +114,12 @@ mod tests {
             seconds: 0.25,
             processor_seconds: 0.5,
             work: 9,
-            work_by_stage: [("seed".to_owned(), 9)].into(),
+            work_by_stage: [("footholds".to_owned(), 9)].into(),
             seconds_by_stage: None,
             waypoints: 3,
             arena_bytes: 4,
             digest: Some("d".into()),
-            verdict: verdict.map(str::to_owned),
+            check_result: check_result.map(str::to_owned),
         }
     }
 
@@ -135,7 +135,7 @@ mod tests {
         let journal = open(false).unwrap();
         assert_eq!(journal.find("two", true), Some(&trial("two", Some("accepted"))));
         assert_eq!(journal.find("one", false), Some(&trial("one", None)));
-        assert_eq!(journal.find("one", true), None, "no verdict yet");
+        assert_eq!(journal.find("one", true), None, "no check_result yet");
         drop(journal);
         assert_eq!(open(true).unwrap().find("two", false), None);
     }

@@ -1,4 +1,4 @@
-//! `surefoot bench limit`: how near planning comes to its floor, the time of checking the plan
+//! `surefoot bench lower-bound`: how near planning comes to its floor, the time of checking the plan
 //! once. The check is the planner's own, of every waypoint and every motion between two, in the
 //! planner's resolution, on one thread.
 
@@ -84,7 +84,7 @@ pub fn run(arguments: &LowerBoundArguments) -> Result<CommandOutcome, CommandErr
         .iter()
         .map(|inputs| row(arguments, inputs, &machine.program))
         .collect::<Result<Vec<_>, _>>()?;
-    let report = LowerBoundReport { schema: "surefoot-bench-limit/1", machine, rows };
+    let report = LowerBoundReport { schema: "surefoot-bench-lower-bound/1", machine, rows };
     let json = || serde_json::to_string_pretty(&report).unwrap_or_else(|error| error.to_string());
     terminal::print_result(&if arguments.json { json() } else { text(&report) });
     let (faulty, lacking) = (

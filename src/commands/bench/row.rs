@@ -107,7 +107,7 @@ impl Row {
             ),
             mean_waypoints: mean(&of_found(|trial| trial.waypoints as f64)),
             arena_bytes: trials.iter().map(|trial| trial.arena_bytes).max().unwrap_or(0),
-            checked: trials.iter().filter(|trial| trial.verdict.is_some()).count(),
+            checked: trials.iter().filter(|trial| trial.check_result.is_some()).count(),
             refused: trials.iter().filter(|trial| trial.is_refused()).count(),
             digest: Digest::of(&names).to_string(),
         }
@@ -154,12 +154,12 @@ mod tests {
             seconds,
             processor_seconds: 2.0 * seconds,
             work: 10 * seed,
-            work_by_stage: [("seed".to_owned(), 10 * seed)].into(),
-            seconds_by_stage: (seed == 1).then(|| [("seed".to_owned(), 0.125)].into()),
+            work_by_stage: [("footholds".to_owned(), 10 * seed)].into(),
+            seconds_by_stage: (seed == 1).then(|| [("footholds".to_owned(), 0.125)].into()),
             waypoints: 3,
             arena_bytes: seed,
             digest: (outcome == "found").then(|| format!("digest {seed}")),
-            verdict: (seed == 2).then(|| "torque".into()),
+            check_result: (seed == 2).then(|| "torque".into()),
         }
     }
 
@@ -178,8 +178,8 @@ mod tests {
             (row.first_chunk_mean_seconds, row.first_chunk_max_seconds),
             (Some(2.5), Some(3.5))
         );
-        assert_eq!(row.mean_work_by_stage["seed"], 15.0);
-        assert_eq!(row.mean_seconds_by_stage["seed"], 0.125);
+        assert_eq!(row.mean_work_by_stage["footholds"], 15.0);
+        assert_eq!(row.mean_seconds_by_stage["footholds"], 0.125);
         assert_eq!(row.outcomes["budget_exhausted"], 1);
     }
 

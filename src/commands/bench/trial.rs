@@ -57,7 +57,7 @@ pub struct Trial {
     pub digest: Option<String>,
     /// What the controller's checks say of the plan, where they were asked: `accepted` or the first
     /// violation.
-    pub verdict: Option<String>,
+    pub check_result: Option<String>,
 }
 
 /// What a trial is asked to find out.
@@ -81,7 +81,7 @@ impl Trial {
 
     /// Whether the controller's checks refused the plan.
     pub fn is_refused(&self) -> bool {
-        self.verdict.as_ref().is_some_and(|verdict| verdict != "accepted")
+        self.check_result.as_ref().is_some_and(|check_result| check_result != "accepted")
     }
 }
 
@@ -102,12 +102,12 @@ impl TrialSetup<'_> {
     /// When the planner cannot be made, the plan cannot be checked, or a signal comes.
     pub fn run(&self, program: &str) -> Result<Trial, CommandError> {
         let (trial, planner) = self.search(program)?;
-        let verdict =
-            if trial.is_found() && self.check { Some(self.verdict(&planner)?) } else { None };
+        let check_result =
+            if trial.is_found() && self.check { Some(self.check_result(&planner)?) } else { None };
         drop(planner);
         let seconds_by_stage =
             if self.seed <= STAGED_SEEDS_MAX { Some(self.stages()?) } else { None };
-        Ok(Trial { verdict, seconds_by_stage, ..trial })
+        Ok(Trial { check_result, seconds_by_stage, ..trial })
     }
 
     /// Searches and measures; answers the planner too.
@@ -150,7 +150,7 @@ impl TrialSetup<'_> {
             waypoints: planned.waypoints,
             arena_bytes: planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum(),
             digest: planned.digest,
-            verdict: None,
+            check_result: None,
         };
         Ok((trial, planner))
     }
@@ -182,7 +182,7 @@ impl TrialSetup<'_> {
         )?)
     }
 
-    fn verdict(&self, planner: &Planner) -> Result<String, CommandError> {
+    fn check_result(&self, planner: &Planner) -> Result<String, CommandError> {
         let folder = Path::new(".");
         let plan = plan_from_chunks(
             &self.inputs.model,

@@ -6,7 +6,7 @@ use surefoot_controller_sim::missing_contact;
 use surefoot_controller_sim::{ChunkExecutor, Disturbance, GroundTruth, Violation};
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::instance::ChannelError;
-use surefoot_shared_types::message::{Check, Correction, Margins, PlanChunk};
+use surefoot_shared_types::message::{Check, Margins, PlanChunk, WorldCorrection};
 
 use crate::commands::control::simulated::Simulated;
 use crate::report::event::{CheckSummary, Refusal};
@@ -47,7 +47,7 @@ impl ChunkHandler {
     }
 
     /// Leaves out corrections that an earlier controller has reported.
-    pub(crate) fn mark_reported(&mut self, reported: &[Correction]) {
+    pub(crate) fn mark_reported(&mut self, reported: &[WorldCorrection]) {
         self.corrections = reported.len();
         if let Some(ground_truth) = &mut self.ground_truth {
             ground_truth.mark_reported(reported);
@@ -148,7 +148,7 @@ impl ChunkHandler {
         &mut self,
         check: Check,
         waypoint: u32,
-        correction: Option<Correction>,
+        correction: Option<WorldCorrection>,
         detail: String,
     ) -> ChunkDecision {
         self.detail = detail;

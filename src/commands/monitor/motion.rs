@@ -1,7 +1,7 @@
 //! A monitor's statistics of the simulated robot's states.
 
 use serde::Serialize;
-use surefoot_shared_types::message::State;
+use surefoot_shared_types::message::SimulationState;
 
 /// Statistics of the ticks of a period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -23,7 +23,7 @@ pub(crate) struct StateSummary {
 /// Statistics of the states received so far.
 #[derive(Debug, Default)]
 pub(crate) struct StateStats {
-    last: Option<State>,
+    last: Option<SimulationState>,
     missed: u64,
     ticks: u64,
     worst: Option<[f64; 3]>,
@@ -31,8 +31,8 @@ pub(crate) struct StateStats {
 
 impl StateStats {
     /// Takes in a state.
-    pub(crate) fn record(&mut self, state: &State) {
-        let before = self.last.filter(|before| before.instance == state.instance);
+    pub(crate) fn record(&mut self, state: &SimulationState) {
+        let before = self.last.filter(|before| before.controller_id == state.controller_id);
         self.missed += before.map_or(0, |before| state.tick.saturating_sub(before.tick + 1));
         self.last = Some(*state);
         self.ticks += 1;
@@ -82,12 +82,12 @@ mod tests {
     fn the_worst_of_a_period_is_reported_and_missed_ticks_are_counted() {
         let mut stats = StateStats::default();
         assert_eq!(stats.summary(1.0), None);
-        let state = |tick, balance_margin, torque_use| State {
-            instance: 7,
+        let state = |tick, balance_margin, torque_use| SimulationState {
+            controller_id: 7,
             tick,
             balance_margin,
             torque_use,
-            ..State::zeroed()
+            ..SimulationState::zeroed()
         };
         for state in [state(1, 0.02, 0.3), state(2, 0.01, 0.2), state(6, 0.03, 0.5)] {
             stats.record(&state);
@@ -98,7 +98,7 @@ mod tests {
             (2.0, 3, 0.01, 0.5)
         );
         assert_eq!(stats.summary(1.0), None);
-        stats.record(&State { instance: 8, ..state(20, 0.1, 0.1) });
+        stats.record(&SimulationState { controller_id: 8, ..state(20, 0.1, 0.1) });
         assert_eq!(stats.summary(1.0).unwrap().missed, 3, "another controller counts anew");
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use surefoot_shared_types::message::{
-    Check, Feedback, PlanChunk, PlanStatus, RequestState, State, Verdict,
+    Check, Feedback, PlanChunk, PlanStatus, RequestState, SimulationState, Verdict,
 };
 
 use crate::commands::monitor::motion::{StateStats, StateSummary};
@@ -20,7 +20,7 @@ pub(crate) enum MonitorEvent {
     /// The first message of a planner process.
     Planner { seconds: f64, session: String },
     /// The first message of a controller process.
-    Controller { seconds: f64, instance: String, next_sequence: u64 },
+    Controller { seconds: f64, controller_id: String, next_sequence: u64 },
     /// Another plan, or the same planned again.
     Plan { seconds: f64, plan_id: u64, epoch: u64 },
     /// A chunk is refused.
@@ -43,21 +43,21 @@ pub(crate) struct Summary {
     /// Chunks seen per second.
     chunks_per_second: f64,
     /// Feedback messages received per second.
-    words_per_second: f64,
+    feedback_per_second: f64,
     /// Time from a chunk's publication to its verdict as the monitor saw it, s: median, 95 of 100,
     /// longest.
     verdict_latency: Option<[f64; 3]>,
     /// The worst margins so far.
     margins: WorstMargins,
     /// Statistics of the simulated robot, where the controller publishes its state.
-    motion: Option<StateSummary>,
+    state: Option<StateSummary>,
 }
 
 /// Statistics of the messages received so far.
 #[derive(Debug, Default)]
 pub(crate) struct MonitorStats {
     session: Option<u64>,
-    instance: Option<u64>,
+    controller_id: Option<u64>,
     plan: Option<(u64, u64)>,
     request: Option<(u64, u64, u32)>,
     refused: Option<(u64, u64)>,
@@ -68,13 +68,13 @@ pub(crate) struct MonitorStats {
     published: BTreeMap<u64, f64>,
     latencies: Vec<f64>,
     margins: WorstMargins,
-    motion: StateStats,
+    state_stats: StateStats,
 }
 
 impl MonitorStats {
     /// Whether any message was received.
     pub(crate) fn has_received(&self) -> bool {
-        self.session.is_some() || self.instance.is_some() || self.request.is_some()
+        self.session.is_some() || self.controller_id.is_some() || self.request.is_some()
     }
 
     /// Takes in a chunk seen at `seconds`.
@@ -102,10 +102,10 @@ impl MonitorStats {
     ) -> Vec<MonitorEvent> {
         let mut events = vec![];
         self.feedback_count += 1;
-        if self.instance.replace(feedback.instance) != Some(feedback.instance) {
+        if self.controller_id.replace(feedback.controller_id) != Some(feedback.controller_id) {
             events.push(MonitorEvent::Controller {
                 seconds,
-                instance: format!("{:016x}", feedback.instance),
+                controller_id: format!("{:016x}", feedback.controller_id),
                 next_sequence: feedback.next_sequence,
             });
         }
@@ -149,8 +149,8 @@ impl MonitorStats {
     }
 
     /// Takes in a tick of the simulated robot.
-    pub(crate) fn record_state(&mut self, state: &State) {
-        self.motion.record(state);
+    pub(crate) fn record_state(&mut self, state: &SimulationState) {
+        self.state_stats.record(state);
     }
 
     /// What passed in the last `period` (s); starts a new one.
@@ -160,10 +160,10 @@ impl MonitorStats {
             seconds,
             accepted: self.accepted,
             chunks_per_second: rate(self.chunks),
-            words_per_second: rate(self.feedback_count),
+            feedback_per_second: rate(self.feedback_count),
             verdict_latency: quantiles(&mut self.latencies),
             margins: self.margins,
-            motion: self.motion.summary(period),
+            state: self.state_stats.summary(period),
         };
         (self.chunks, self.feedback_count) = (0, 0);
         MonitorEvent::Summary(summary)
@@ -209,9 +209,9 @@ impl MonitorEvent {
             Self::Planner { seconds, session } => {
                 format!("{seconds:9.3} s  planner {session} connected")
             }
-            Self::Controller { seconds, instance, next_sequence } => {
+            Self::Controller { seconds, controller_id, next_sequence } => {
                 format!(
-                    "{seconds:9.3} s  controller {instance} connected, {next_sequence} chunks accepted"
+                    "{seconds:9.3} s  controller {controller_id} connected, {next_sequence} chunks accepted"
                 )
             }
             Self::Plan { seconds, plan_id, epoch } => {
@@ -245,7 +245,7 @@ impl Summary {
     fn line(&self) -> String {
         let rates = format!(
             "{:.1} chunks/s, {:.0} feedback/s",
-            self.chunks_per_second, self.words_per_second
+            self.chunks_per_second, self.feedback_per_second
         );
         let latency = self.verdict_latency.map_or(String::new(), |[p50, p95, max]| {
             format!(
@@ -257,9 +257,9 @@ impl Summary {
         });
         let margins = self.margins.describe();
         let margins = if margins.is_empty() { margins } else { format!("; margins: {margins}") };
-        let motion = self.motion.map_or(String::new(), |motion| format!("; {}", motion.describe()));
+        let state = self.state.map_or(String::new(), |state| format!("; {}", state.describe()));
         format!(
-            "{:9.3} s  {} accepted, {rates}{latency}{margins}{motion}",
+            "{:9.3} s  {} accepted, {rates}{latency}{margins}{state}",
             self.seconds, self.accepted
         )
     }
@@ -277,7 +277,7 @@ mod tests {
         let chunk =
             |sequence| PlanChunk { session: 5, plan_id: 1, sequence, ..PlanChunk::zeroed() };
         let feedback = |next_sequence| Feedback {
-            instance: 6,
+            controller_id: 6,
             session: 5,
             plan_id: 1,
             next_sequence,
@@ -292,7 +292,7 @@ mod tests {
         let [p50, _, max] = summary.verdict_latency.unwrap();
         assert!((p50 - 0.4).abs() < 1e-9 && (max - 0.5).abs() < 1e-9, "{summary:?}");
         assert_eq!(
-            (summary.accepted, summary.chunks_per_second, summary.words_per_second),
+            (summary.accepted, summary.chunks_per_second, summary.feedback_per_second),
             (2, 3.0, 2.0)
         );
     }
@@ -301,7 +301,7 @@ mod tests {
     fn results_are_reported_once_in_each_epoch() {
         let mut stats = MonitorStats::default();
         let refused = Feedback {
-            instance: 6,
+            controller_id: 6,
             session: 5,
             plan_id: 1,
             verdict: 2,

@@ -5,7 +5,9 @@ use std::num::NonZeroUsize;
 use surefoot_planner::preparation::build::Preparation;
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
-use surefoot_shared_types::message::{Correction, CorrectionKind, Feedback, PlanChunk, Standing};
+use surefoot_shared_types::message::{
+    CorrectionKind, Feedback, PlanChunk, RestState, WorldCorrection,
+};
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::correction::CorrectionError;
 use surefoot_shared_types::world::world::World;
@@ -32,9 +34,9 @@ pub(crate) struct PlanningTask {
     /// The world as it is known now.
     pub(crate) world: World,
     /// Differences from the world file that the controller encountered so far.
-    pub(crate) corrections: Vec<Correction>,
+    pub(crate) corrections: Vec<WorldCorrection>,
     /// Where the robot stands; nothing before it stands anywhere.
-    pub(crate) rest_state: Option<Standing>,
+    pub(crate) rest_state: Option<RestState>,
     /// Chunks of the plan before.
     chunks: u64,
     /// The chunks that it walked last, the last one to there.
@@ -183,7 +185,7 @@ impl PlanningTask {
     ) -> Result<Self, CorrectionError> {
         self.world = inputs.world.corrected(feedback.corrections())?;
         self.corrections = feedback.corrections().to_vec();
-        self.rest_state = feedback.standing.is_known().then_some(feedback.standing);
+        self.rest_state = feedback.rest_state.is_known().then_some(feedback.rest_state);
         Ok(self)
     }
 }

@@ -233,7 +233,7 @@ impl Server<'_> {
             let Some(planned) = self.search(&mut planner, task)? else {
                 return Ok(Err(RequestState::Cancelled));
             };
-            if planned.end != PlanResult::NoPlan || !task.may_retrace_further(&planner) {
+            if planned.result != PlanResult::NoPlan || !task.may_retrace_further(&planner) {
                 return Ok(self.publish_result(planner, &planned, task));
             }
             task.retrace_further(&planner);
@@ -271,7 +271,7 @@ impl Server<'_> {
         });
         let mut queue = self.queue.borrow_mut();
         queue.status.work = planned.work;
-        match planned.end {
+        match planned.result {
             PlanResult::Found => {
                 (queue.status.chunks, queue.status.digest) = (planned.chunks, planner.digest());
                 Ok(planner)

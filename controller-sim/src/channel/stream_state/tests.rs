@@ -11,7 +11,7 @@ fn stream(session: u64, plan_id: u64, len: u64, time: f64) -> Vec<PlanChunk> {
         let flags = if sequence + 1 == len { FLAG_LAST } else { 0 };
         let mut chunk = PlanChunk {
             session,
-            target_instance: ME,
+            target_controller: ME,
             plan_id,
             sequence,
             stream,
@@ -42,7 +42,7 @@ fn duplicates_gaps_and_foreign_chunks_are_counted_and_not_checked() {
     let chunks = stream(1, 1, 4, 0.0);
     let mut state = StreamState::new(ME);
     let mut foreign = chunks[1];
-    foreign.target_instance = 8;
+    foreign.target_controller = 8;
     foreign.write_crc();
     let given = [
         &chunks[1], &chunks[0], &chunks[0], &foreign, &chunks[3], &chunks[1], &chunks[2],
@@ -159,16 +159,16 @@ fn a_successor_starts_from_the_last_rest_state() {
     let mut state = StreamState::new(ME);
     walk(&mut state, &chunks[0]);
     walk(&mut state, &chunks[1]);
-    state.refuse(Check::WorldDiffers, 2, Some(Correction::missing(3)));
-    let record = RobotRecord {
+    state.refuse(Check::WorldDiffers, 2, Some(WorldCorrection::missing(3)));
+    let record = JournalRecord {
         stream_after_first: state.stream_after_first(),
-        word: state.feedback(5),
-        ..RobotRecord::zeroed()
+        feedback: state.feedback(5),
+        ..JournalRecord::zeroed()
     };
     let mut next = StreamState::take_over(10, &record);
     let (before, after) = (state.feedback(6), next.feedback(1));
     assert_eq!(
-        (after.instance, after.next_sequence, after.walked, after.stream),
+        (after.controller_id, after.next_sequence, after.walked, after.stream),
         (10, 2, 2, before.stream)
     );
     assert_eq!(
@@ -176,7 +176,7 @@ fn a_successor_starts_from_the_last_rest_state() {
         (before.verdict, before.check, before.corrections())
     );
     assert_eq!(walk(&mut next, &chunks[2]), ChunkTriage::Ignore, "meant for the one before");
-    let mut chunk = PlanChunk { target_instance: 10, session: 2, epoch: 1, ..chunks[0] };
+    let mut chunk = PlanChunk { target_controller: 10, session: 2, epoch: 1, ..chunks[0] };
     chunk.write_crc();
     assert_eq!(walk(&mut next, &chunk), ChunkTriage::Check, "a new epoch goes on");
     assert_eq!((next.feedback(2).walked, next.feedback(2).corrections().len()), (3, 1));
@@ -186,7 +186,7 @@ fn a_successor_starts_from_the_last_rest_state() {
 fn corrections_accumulate_up_to_the_limit() {
     let mut state = StreamState::new(ME);
     for shape in 0..CORRECTIONS_MAX as u32 + 8 {
-        state.refuse(Check::WorldDiffers, 0, Some(Correction::missing(shape)));
+        state.refuse(Check::WorldDiffers, 0, Some(WorldCorrection::missing(shape)));
         assert!(state.feedback(1).is_well_formed());
     }
     assert_eq!(state.feedback(1).corrections().len(), CORRECTIONS_MAX);

@@ -24,7 +24,7 @@ fn feedback(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> F
     };
     with_crc(Feedback {
         schema: FEEDBACK_SCHEMA,
-        instance,
+        controller_id: instance,
         count,
         session: SESSION,
         plan_id: 1,

@@ -55,7 +55,7 @@ impl Measured {
 pub(crate) fn feedback(number: u64) -> Feedback {
     Feedback {
         schema: FEEDBACK_SCHEMA,
-        instance: 1,
+        controller_id: 1,
         next_sequence: number,
         ..bytemuck::Zeroable::zeroed()
     }

@@ -4,7 +4,7 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use surefoot_controller_sim::missing_contact;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::message::{Contact, Correction, Feedback, PlanChunk, Standing};
+use surefoot_shared_types::message::{Contact, Feedback, PlanChunk, RestState, WorldCorrection};
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::input::inputs::Inputs;
@@ -17,8 +17,8 @@ const GOAL_CLEARANCE: f64 = 0.35;
 /// A foot that is set down, and the standings before it is lifted and before it lands.
 struct Landing {
     contact: Contact,
-    before_swing: Standing,
-    before_landing: Standing,
+    before_swing: RestState,
+    before_landing: RestState,
 }
 
 /// Words that refuse landings spread over a plan, by turns because nothing carries the sole, which
@@ -40,7 +40,7 @@ pub fn spread(inputs: &Inputs, chunks: &[PlanChunk], refusals: usize) -> Vec<Fee
 }
 
 fn landings(chunks: &[PlanChunk]) -> Vec<Landing> {
-    let (mut rest_state, mut before_swing) = (Standing::zeroed(), Standing::zeroed());
+    let (mut rest_state, mut before_swing) = (RestState::zeroed(), RestState::zeroed());
     let mut landings = vec![];
     for pair in chunks.windows(2) {
         let [here, next] = pair else { continue };
@@ -63,14 +63,14 @@ fn refusal(model: &RobotModel, landing: &Landing, is_void: bool) -> Feedback {
         false => (landing.before_swing, box_on(&landing.contact)),
     };
     let mut feedback =
-        Feedback { plan_id: 1, standing: rest_state, corrections_len: 1, ..Feedback::zeroed() };
+        Feedback { plan_id: 1, rest_state, corrections_len: 1, ..Feedback::zeroed() };
     feedback.corrections[0] = correction;
     feedback
 }
 
 /// A box that stands where a sole should.
-fn box_on(contact: &Contact) -> Correction {
+fn box_on(contact: &Contact) -> WorldCorrection {
     let world_from_box =
         contact.world_from_sole() * Pose::from_translation(DVec3::Z * BOX_HALF_SIDE);
-    Correction::extra(&world_from_box, [BOX_HALF_SIDE; 3])
+    WorldCorrection::extra(&world_from_box, [BOX_HALF_SIDE; 3])
 }
