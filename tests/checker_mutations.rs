@@ -10,7 +10,6 @@ mod damages;
 #[path = "../planner/tests/common/preparation.rs"]
 mod preparation;
 
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use damage::DamagedPlan;
@@ -43,14 +42,10 @@ fn planned(scenario: &str, folder: &Path) -> DamagedPlan {
     let scenario = load_scenario(&path).unwrap();
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(
-        &model,
-        &world,
-        &scenario,
-        preparation_for(&model, &scenario.planner),
-        NonZeroUsize::MIN,
-    )
-    .unwrap();
+    let mut planner =
+        Planner::builder(&model, &world, &scenario, preparation_for(&model, &scenario.planner))
+            .build()
+            .unwrap();
     assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
     DamagedPlan {
         plan: plan_from_chunks(&model, &world, &scenario, planner.chunks(), folder),

@@ -6,14 +6,12 @@
 #[path = "../planner/tests/common/preparation.rs"]
 mod preparation;
 
-use std::num::NonZeroUsize;
-
 use bytemuck::Zeroable;
 use glam::DVec3;
 use preparation::preparation_for;
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
 use surefoot_planner::outcome::EndpointError;
-use surefoot_planner::rpg::WayBack;
+use surefoot_planner::pipeline::Retrace;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
@@ -65,21 +63,17 @@ impl Case {
     ) -> Result<Vec<PlanChunk>, Outcome> {
         let start = rest_state.and_then(RestState::stance_pose).unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
-        let mut planner = Planner::new(
-            &self.model,
-            world,
-            &scenario,
-            preparation_for(&self.model, &scenario.planner),
-            NonZeroUsize::MIN,
-        )
-        .unwrap();
+        let preparation = preparation_for(&self.model, &scenario.planner);
+        let mut builder =
+            Planner::builder(&self.model, world, &scenario, preparation).plan_name(1, epoch);
         if let Some(rest_state) = rest_state {
-            planner.begin_at(world, rest_state).unwrap();
+            builder = builder.start_in(rest_state);
         }
         if let Some(missing) = missing {
-            planner.shun(&missing.pose(), [missing.half_extents[0], missing.half_extents[1]]);
+            let [half_length, half_width, _] = missing.half_extents;
+            builder = builder.keep_out(missing.pose(), [half_length, half_width]);
         }
-        planner.name_plan(1, epoch);
+        let mut planner = builder.build().unwrap();
         loop {
             match planner.step(1_000_000) {
                 Status::Working => {}
@@ -281,17 +275,17 @@ fn plan_from_back(
     case: &Case,
     rest_state: &RestState,
     walked: &[PlanChunk],
-    places: usize,
-) -> (Vec<PlanChunk>, WayBack) {
+    depth: usize,
+) -> (Vec<PlanChunk>, Retrace) {
     let preparation = preparation_for(&case.model, &case.scenario.planner);
-    let mut planner =
-        Planner::new(&case.model, &case.world, &case.scenario, preparation, NonZeroUsize::MIN)
-            .unwrap();
-    planner.begin_at(&case.world, rest_state).unwrap();
-    planner.walk_back(&case.world, walked, places).unwrap();
-    planner.name_plan(1, 1);
+    let mut planner = Planner::builder(&case.model, &case.world, &case.scenario, preparation)
+        .plan_name(1, 1)
+        .start_in(rest_state)
+        .retrace(walked, depth)
+        .build()
+        .unwrap();
     assert_eq!(planner.step(1_000_000), Status::Done(Outcome::Found));
-    (planner.chunks().to_vec(), planner.way_back())
+    (planner.chunks().to_vec(), planner.retrace())
 }
 
 #[test]
@@ -302,7 +296,7 @@ fn the_robot_retraces_its_steps() {
     let mut executor = case.executor();
     let rest_state = walk(&mut executor, &chunks[..at], RestState::zeroed());
     let (rest, way_back) = plan_from_back(&case, &rest_state, &chunks[..at], 2);
-    assert_eq!(way_back.places, 2);
+    assert_eq!(way_back.depth, 2);
     for (back, walked) in rest[..way_back.chunks].iter().zip(chunks[..at].iter().rev()) {
         let configurations = |chunk: &PlanChunk| {
             chunk.waypoints().iter().map(|at| (at.root_position, at.q)).collect::<Vec<_>>()
@@ -329,7 +323,7 @@ fn retracing_ends_with_the_recorded_chunks() {
     let at = landings(&chunks)[3];
     let rest_state = walk(&mut case.executor(), &chunks[..at], RestState::zeroed());
     let places =
-        |walked: &[PlanChunk], places| plan_from_back(&case, &rest_state, walked, places).1.places;
+        |walked: &[PlanChunk], places| plan_from_back(&case, &rest_state, walked, places).1.depth;
     assert_eq!(places(&chunks[..at], 100), 4, "as many as it has lifted a foot");
     assert_eq!(
         (places(&chunks[..at - 1], 1), places(&[], 1)),

@@ -11,8 +11,6 @@ mod command;
 #[path = "../planner/tests/common/preparation.rs"]
 mod preparation;
 
-use std::num::NonZeroUsize;
-
 use bytemuck::Zeroable;
 use command::{assert_nothing_left, run, scenario};
 use preparation::preparation_for;
@@ -144,18 +142,13 @@ fn walk(name: &str, seed: u64) -> WalkStats {
     for epoch in 0..EPOCHS_MAX {
         let start = rest_state.stance_pose().unwrap_or(scenario.start);
         let scenario = Scenario { start, ..scenario.clone() };
-        let mut planner = Planner::new(
-            &model,
-            &world,
-            &scenario,
-            preparation_for(&model, &scenario.planner),
-            NonZeroUsize::MIN,
-        )
-        .unwrap();
+        let preparation = preparation_for(&model, &scenario.planner);
+        let mut builder =
+            Planner::builder(&model, &world, &scenario, preparation).plan_name(1, epoch);
         if rest_state.is_known() {
-            planner.begin_at(&world, &rest_state).unwrap();
+            builder = builder.start_in(&rest_state);
         }
-        planner.name_plan(1, epoch);
+        let mut planner = builder.build().unwrap();
         if planner.step(u64::MAX) != Status::Done(Outcome::Found) {
             return stats;
         }

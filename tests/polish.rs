@@ -6,12 +6,11 @@
 #[path = "../planner/tests/common/preparation.rs"]
 mod preparation;
 
-use std::num::NonZeroUsize;
 use std::path::Path;
 
 use preparation::preparation_for;
 use surefoot_controller_sim::check_plan;
-use surefoot_planner::stage::Stage;
+use surefoot_planner::pipeline::WorkCategory;
 use surefoot_planner::{Outcome, Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::plan_file::read::load_plan;
@@ -36,11 +35,10 @@ fn the_controller_accepts_what_was_made_shorter() {
         let (model, world) =
             (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
         let preparation = preparation_for(&model, &scenario.planner);
-        let mut planner =
-            Planner::new(&model, &world, &scenario, preparation, NonZeroUsize::MIN).unwrap();
+        let mut planner = Planner::builder(&model, &world, &scenario, preparation).build().unwrap();
         assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found), "{name}");
         assert!(
-            planner.tally().work_by_stage[Stage::Polish as usize] > 100,
+            planner.stats().work_by_category[WorkCategory::Shortcuts as usize] > 100,
             "{name}: nothing was tried"
         );
         let plan = plan_from_chunks(&model, &world, &scenario, planner.chunks(), folder.path());

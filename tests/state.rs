@@ -11,7 +11,6 @@ mod command;
 mod preparation;
 
 use std::fs;
-use std::num::NonZeroUsize;
 use std::path::Path;
 use std::time::Duration;
 
@@ -38,14 +37,10 @@ fn simulate(name: &str) -> (RobotModel, Vec<PlanChunk>, Vec<SimulationState>) {
     let scenario = load_scenario(format!("configs/scenarios/{name}.toml").as_ref()).unwrap();
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(
-        &model,
-        &world,
-        &scenario,
-        preparation_for(&model, &scenario.planner),
-        NonZeroUsize::MIN,
-    )
-    .unwrap();
+    let mut planner =
+        Planner::builder(&model, &world, &scenario, preparation_for(&model, &scenario.planner))
+            .build()
+            .unwrap();
     assert_eq!(planner.step(u64::MAX), Status::Done(Outcome::Found));
     let identity = Identity {
         controller_id: CONTROLLER_ID,

@@ -6,8 +6,6 @@
 #[path = "../planner/tests/common/preparation.rs"]
 mod preparation;
 
-use std::num::NonZeroUsize;
-
 use bytemuck::Zeroable;
 use glam::DVec3;
 use preparation::preparation_for;
@@ -76,18 +74,13 @@ impl Case {
         let world = self.planner_world.corrected(corrections).unwrap();
         let start = rest_state.stance_pose().unwrap_or(self.scenario.start);
         let scenario = Scenario { start, ..self.scenario.clone() };
-        let mut planner = Planner::new(
-            &self.model,
-            &world,
-            &scenario,
-            preparation_for(&self.model, &scenario.planner),
-            NonZeroUsize::MIN,
-        )
-        .unwrap();
+        let preparation = preparation_for(&self.model, &scenario.planner);
+        let mut builder =
+            Planner::builder(&self.model, &world, &scenario, preparation).plan_name(1, epoch);
         if rest_state.is_known() {
-            planner.begin_at(&world, rest_state).unwrap();
+            builder = builder.start_in(rest_state);
         }
-        planner.name_plan(1, epoch);
+        let mut planner = builder.build().unwrap();
         match planner.step(u64::MAX) {
             Status::Done(Outcome::Found) => Some(planner.chunks().to_vec()),
             _ => None,

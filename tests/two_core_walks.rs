@@ -13,7 +13,6 @@ mod preparation;
 
 use std::fs;
 use std::io::{Read, Write};
-use std::num::NonZeroUsize;
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -102,14 +101,10 @@ fn plan(scenario: &str) -> Vec<PlanChunk> {
     let scenario = load_scenario(scenario.as_ref()).unwrap();
     let (model, world) =
         (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
-    let mut planner = Planner::new(
-        &model,
-        &world,
-        &scenario,
-        preparation_for(&model, &scenario.planner),
-        NonZeroUsize::MIN,
-    )
-    .unwrap();
+    let mut planner =
+        Planner::builder(&model, &world, &scenario, preparation_for(&model, &scenario.planner))
+            .build()
+            .unwrap();
     while planner.step(100_000) == Status::Working {}
     assert!(!planner.chunks().is_empty());
     planner.chunks().to_vec()

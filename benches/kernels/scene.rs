@@ -7,10 +7,10 @@ use surefoot::input::inputs::Inputs;
 use surefoot_planner::collision::model::CollisionModel;
 use surefoot_planner::constraints::constraints::{Constraints, Mode};
 use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
-use surefoot_planner::ends::{End, foothold_at, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::local_planner::ModeState;
 use surefoot_planner::motion::single_mode::SingleModeProblem;
+use surefoot_planner::pipeline::{Endpoint, foothold_at, stand_on};
 use surefoot_planner::primitives::transition_configuration::{
     TransitionPair, sample, world_from_soles,
 };
@@ -61,7 +61,7 @@ pub struct Scene {
     pub constraints: Constraints,
     pub surfaces: Surfaces,
     pub scratch: Scratch,
-    pub end: End,
+    pub end: Endpoint,
     pub kinematic_state: KinematicState,
 }
 

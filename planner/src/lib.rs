@@ -1,30 +1,26 @@
 //! A bounded, deterministic planner of whole-body, quasi-static walks (Randomized Possibility
 //! Graph).
 //!
-//! [`rpg`] shows the whole search; read it first.
+//! [`Planner`] shows the whole search; read `pipeline/planner.rs` first.
 
 pub mod base;
 pub mod channel;
 pub mod collision;
 pub mod constraints;
-pub mod ends;
 pub mod foot_placement;
 pub mod geometry;
 pub mod kinematics;
 pub mod motion;
 pub mod outcome;
+pub mod pipeline;
 pub mod plan;
 pub mod possibility;
 pub mod preparation;
 pub mod primitives;
 pub mod robot;
-pub mod rpg;
-pub mod seeding;
-pub mod stage;
-pub mod trouble;
-pub mod way_back;
 
 pub use outcome::Outcome;
 pub use outcome::Status;
-pub use rpg::Planner;
-pub use rpg::PlannerError;
+pub use pipeline::planner::Planner;
+pub use pipeline::planner_builder::PlannerBuilder;
+pub use pipeline::planner_builder::PlannerError;

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 use common::{Case, WALKS, repository, run};
 use surefoot_planner::Outcome;
-use surefoot_planner::rpg::Tally;
+use surefoot_planner::pipeline::SearchStats;
 use surefoot_shared_types::base::digest::Digest;
 
 const GOLDEN: &str = "tests/data/golden_digests.txt";
@@ -56,10 +56,10 @@ fn searched() -> Vec<&'static str> {
     if cfg!(debug_assertions) { QUICK.into() } else { [&QUICK[..], &LONG].concat() }
 }
 
-fn plan(case: &Case, threads: usize, step: u64) -> (Digest, Tally) {
+fn plan(case: &Case, threads: usize, step: u64) -> (Digest, SearchStats) {
     let mut planner = case.planner(threads);
     assert_eq!(run(&mut planner, step), Outcome::Found, "{}", case.scenario.name);
-    (planner.digest(), planner.tally())
+    (planner.digest(), planner.stats())
 }
 
 /// How a search ends, in one line: its outcome, and the digest of the plan or, where there is none,
@@ -68,25 +68,25 @@ fn ending(name: &str, threads: usize) -> String {
     let mut planner = Case::shipped(name).planner(threads);
     let outcome = run(&mut planner, STEP);
     let digest =
-        if outcome == Outcome::Found { planner.digest() } else { digest_of(&planner.tally()) };
+        if outcome == Outcome::Found { planner.digest() } else { digest_of(&planner.stats()) };
     format!("{} {digest}", outcome.name())
 }
 
-fn digest_of(tally: &Tally) -> Digest {
-    let Tally {
+fn digest_of(stats: &SearchStats) -> Digest {
+    let SearchStats {
         work,
-        work_by_stage,
+        work_by_category,
         sequences,
         routes,
         sweeps,
         transitions_found,
         motions_found,
         ..
-    } = tally;
+    } = stats;
     let counts = [
         &[*work, *sequences, *routes, *sweeps, *transitions_found, *motions_found][..],
-        work_by_stage,
-        &tally.rejections,
+        work_by_category,
+        &stats.rejections,
     ]
     .concat();
     Digest::of(&[bytemuck::cast_slice(&counts)])
@@ -127,7 +127,7 @@ fn an_unsuccessful_search_can_be_made_again() {
     let case = Case::shipped("no_way_wall").configured(|planner| planner.work_max = 20_000);
     let search = |threads, step| {
         let mut planner = case.planner(threads);
-        (run(&mut planner, step), planner.tally())
+        (run(&mut planner, step), planner.stats())
     };
     let alone = search(1, u64::MAX);
     assert_eq!(search(4, 1), alone);

@@ -5,7 +5,7 @@
 mod common;
 
 use bytemuck::Zeroable;
-use common::{Case, chain_robot, hinge, run};
+use common::{Case, chain_robot, hinge, preparation_for, run};
 use surefoot_planner::collision::model::Hit;
 use surefoot_planner::constraints::constraints::Rejection;
 use surefoot_planner::foot_placement::sole_support::{NoSupport, SurfacesError};
@@ -13,7 +13,7 @@ use surefoot_planner::kinematics::leg::LegError;
 use surefoot_planner::motion::mode_graph::ArenaFull;
 use surefoot_planner::outcome::{Bound, EndpointError};
 use surefoot_planner::robot::mechanism::{LINKS_MAX, MechanismError};
-use surefoot_planner::{Outcome, PlannerError, Status};
+use surefoot_planner::{Outcome, Planner, PlannerError, Status};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::config::scenario::StancePose;
@@ -53,10 +53,10 @@ fn the_budget_ends_a_search_with_the_first_step_that_uses_it_up() {
     let mut planner = flat_walk().configured(|planner| planner.work_max = WORK_MAX).planner(1);
     let mut before = 0;
     while planner.step(1) == Status::Working {
-        before = planner.tally().work;
+        before = planner.stats().work;
     }
     assert_eq!(planner.step(1), Status::Done(Outcome::BudgetExhausted(Bound::Work)));
-    assert!(before < WORK_MAX && planner.tally().work >= WORK_MAX && planner.chunks().is_empty());
+    assert!(before < WORK_MAX && planner.stats().work >= WORK_MAX && planner.chunks().is_empty());
 }
 
 #[test]
@@ -226,8 +226,11 @@ fn standing_on_a_limb_that_no_biped_has_is_no_stance() {
         &[contact(0), contact(7)],
         &Waypoint::zeroed(),
     );
-    let mut planner = case.planner(1);
-    planner.begin_at(&case.world, &standing).unwrap();
+    let preparation = preparation_for(&case.model, &case.scenario.planner);
+    let mut planner = Planner::builder(&case.model, &case.world, &case.scenario, preparation)
+        .start_in(&standing)
+        .build()
+        .unwrap();
     assert_eq!(run(&mut planner, STEP), Outcome::StartInvalid(EndpointError::UnknownStance));
 }
 

@@ -18,14 +18,13 @@ use surefoot_planner::motion::local_planner::{
 use surefoot_planner::motion::shortcut::{Pass, Shortcutting, distance, length};
 use surefoot_planner::motion::swing_shapes::MotionShape;
 use surefoot_planner::motion::workspace::Workspace;
+use surefoot_planner::pipeline::{SearchStats, WorkCategory};
 use surefoot_planner::plan::self_check::{configuration_of, mode_of, self_check};
 use surefoot_planner::robot::mechanism::Configuration;
-use surefoot_planner::rpg::Tally;
-use surefoot_planner::stage::Stage;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
 
-const POLISH: usize = Stage::Polish as usize;
+const POLISH: usize = WorkCategory::Shortcuts as usize;
 
 fn case(name: &str, seed: u64, share: f64) -> Case {
     Case::shipped(name).with_seed(seed).configured(|planner| planner.shortcut_work_share = share)
@@ -80,24 +79,24 @@ fn motions_become_shorter_and_none_longer() {
 
 #[test]
 fn without_a_share_nothing_is_spent_and_with_one_no_more_than_that() {
-    let off = found(&case("ibeam_gap", 1, 0.0), 1, u64::MAX).tally();
-    assert_eq!(off.work_by_stage[POLISH], 0);
-    let search = off.work - off.work_by_stage[Stage::Assemble as usize];
+    let off = found(&case("ibeam_gap", 1, 0.0), 1, u64::MAX).stats();
+    assert_eq!(off.work_by_category[POLISH], 0);
+    let search = off.work - off.work_by_category[WorkCategory::Chunks as usize];
     for share in [0.02, 0.1, 0.5] {
-        let on = found(&case("ibeam_gap", 1, share), 1, u64::MAX).tally();
-        let spent = on.work_by_stage[POLISH];
+        let on = found(&case("ibeam_gap", 1, share), 1, u64::MAX).stats();
+        let spent = on.work_by_category[POLISH];
         assert!(
             spent > 0 && spent <= (share * search as f64) as u64 + 2,
             "{spent} units of {search}"
         );
-        assert_eq!(on.work, search + spent + on.work_by_stage[Stage::Assemble as usize]);
+        assert_eq!(on.work, search + spent + on.work_by_category[WorkCategory::Chunks as usize]);
     }
 }
 
 /// Whatever the bound on the work, a plan that is found without post-processing is found with it.
 #[test]
 fn no_plan_is_lost_for_lack_of_work() {
-    let needed = found(&case("stepping_stones", 1, 0.0), 1, u64::MAX).tally().work;
+    let needed = found(&case("stepping_stones", 1, 0.0), 1, u64::MAX).stats().work;
     for more in [0, 1, 2, 50, 100, 101, 102, 103, 200, 300] {
         let mut planner = case("stepping_stones", 1, 1.0)
             .configured(|planner| planner.work_max = needed + more)
@@ -108,12 +107,12 @@ fn no_plan_is_lost_for_lack_of_work() {
 
 #[test]
 fn neither_threads_nor_steps_change_anything() {
-    let plan = |threads, step| -> (Digest, Tally) {
+    let plan = |threads, step| -> (Digest, SearchStats) {
         let planner = found(&case("ibeam_gap", 1, 1.0), threads, step);
-        (planner.digest(), planner.tally())
+        (planner.digest(), planner.stats())
     };
     let alone = plan(1, u64::MAX);
-    assert!(alone.1.work_by_stage[POLISH] > 0);
+    assert!(alone.1.work_by_category[POLISH] > 0);
     for (threads, step) in [(2, u64::MAX), (3, 1_000), (4, 7), (1, 1)] {
         assert_eq!(plan(threads, step), alone, "{threads} threads, steps of {step}");
     }
@@ -123,15 +122,15 @@ fn neither_threads_nor_steps_change_anything() {
 fn a_step_never_exceeds_its_work() {
     let mut planner = case("ibeam_gap", 1, 1.0).planner(1);
     for work in [1, 2, 3, 100].into_iter().cycle() {
-        let before = planner.tally();
+        let before = planner.stats();
         planner.step(work);
-        let after = planner.tally();
+        let after = planner.stats();
         assert!(after.work - before.work <= work);
-        if after.work_by_stage[Stage::Assemble as usize] > 0 {
+        if after.work_by_category[WorkCategory::Chunks as usize] > 0 {
             break;
         }
     }
-    assert!(planner.tally().work_by_stage[POLISH] > 0);
+    assert!(planner.stats().work_by_category[POLISH] > 0);
 }
 
 /// The robot on both feet at the start of a walk, and the mode it is in.

@@ -14,6 +14,7 @@ use surefoot_planner::collision::model::CollisionModel;
 use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::mode_graph::ModeGraph;
+use surefoot_planner::pipeline::FootholdSampler;
 use surefoot_planner::possibility;
 use surefoot_planner::possibility::{
     CrouchProfile, Label, MidFeetPose, Progress, RouteSearch, StageContext, UpperBody,
@@ -21,7 +22,6 @@ use surefoot_planner::possibility::{
 use surefoot_planner::preparation::build::Preparation;
 use surefoot_planner::robot::crouch::Crouch;
 use surefoot_planner::robot::mechanism::Mechanism;
-use surefoot_planner::seeding::Seeding;
 use surefoot_shared_types::base::spatial::{wrap_angle, yaw_of};
 
 /// A case compiled for stage P.
@@ -44,7 +44,6 @@ impl Fixture {
             seed,
             stance_width: self.case.scenario.start.stance_width,
             threads: &self.threads,
-            is_step: surefoot_planner::seeding::is_step,
         }
     }
 }
@@ -413,12 +412,16 @@ fn toe_out_placements(name: &str) -> ModeGraph {
     assert_eq!(compiled.grow(1).0, Progress::Route);
     let Compiled { fixture, search } = &compiled;
     let steps = fixture.preparation.step_limits();
-    let seeding =
-        Seeding { constraints: &fixture.constraints, surfaces: &fixture.surfaces, steps, seed: 1 };
+    let sampler = FootholdSampler {
+        constraints: &fixture.constraints,
+        surfaces: &fixture.surfaces,
+        steps,
+        seed: 1,
+    };
     let (mut graph, mut scratch) =
         (ModeGraph::new(4096, 1, 1, 1.0), Scratch::new(&FootPlacementConfig::default()));
     for place in (0..search.route().vertex_count()).flat_map(|vertex| [(vertex, 0), (vertex, 1)]) {
-        seeding.turn_out(search.route(), place, 0, &mut graph, &mut scratch).unwrap();
+        sampler.toe_out(search.route(), place, 0, &mut graph, &mut scratch).unwrap();
     }
     graph
 }

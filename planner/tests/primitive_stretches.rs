@@ -18,7 +18,7 @@ use surefoot_planner::{Outcome, Planner};
 fn an_open_floor_is_walked_by_primitives_alone() {
     let mut planner = Case::shipped("flat_walk").planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found);
-    let tally = planner.tally();
+    let tally = planner.stats();
     assert!(
         tally.route_edges.edges > 30 && tally.route_edges.possible == tally.route_edges.edges,
         "{tally:?}"
@@ -36,7 +36,7 @@ fn an_edge_beside_an_obstacle_is_left_to_the_search() {
     let open = Case::shipped("flat_walk");
     let mut planner = open.with_box([4.0, 0.0, 0.03], [0.03, 1.0, 0.03]).planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found);
-    let tally = planner.tally();
+    let tally = planner.stats();
     assert!(
         tally.route_edges.possible < tally.route_edges.edges && tally.route_edges.possible > 10,
         "{tally:?}"
@@ -72,7 +72,7 @@ fn primitives_hold(seeds: std::ops::Range<u64>) -> u64 {
     for seed in seeds {
         let mut planner = littered(seed);
         let outcome = run(&mut planner, u64::MAX);
-        let tally = planner.tally();
+        let tally = planner.stats();
         assert_eq!(tally.primitives_failed, 0, "seed {seed}");
         if outcome == Outcome::Found {
             let checked = self_check(planner.constraints(), planner.chunks());

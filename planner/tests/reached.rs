@@ -10,22 +10,22 @@ use glam::{DVec2, DVec3};
 use surefoot_planner::collision::model::CollisionModel;
 use surefoot_planner::constraints::constraints::{Constraints, Rejection};
 use surefoot_planner::constraints::foothold::{Foothold, single_mode};
-use surefoot_planner::ends::{End, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::mode_graph::{ModeGraph, TransitionPrior};
+use surefoot_planner::motion::transition_prior::transition_prior;
 use surefoot_planner::motion::transition_sampling::ATTEMPTS_MAX;
+use surefoot_planner::pipeline::{Endpoint, FootholdSampler, PERTURBATIONS_MAX, stand_on};
 use surefoot_planner::primitives::transition_configuration::{
     FAR_REACHING_POSTURES, TransitionPair, first_valid_posture, is_reached, sample,
 };
 use surefoot_planner::robot::mechanism::Mechanism;
-use surefoot_planner::seeding::{Seeding, VARIATIONS_MAX, judge};
 use surefoot_shared_types::Pose;
 
 struct Stand {
     constraints: Constraints,
     surfaces: Surfaces,
     scratch: Scratch,
-    end: End,
+    end: Endpoint,
 }
 
 fn stand() -> Stand {
@@ -69,7 +69,12 @@ impl Stand {
         let [left, right] = [&self.end.footholds[0], other]
             .map(|foothold| graph.add_foothold(foothold.clone()).unwrap());
         graph.connect(left, right).unwrap();
-        judge(&self.constraints, graph.find(left, right).unwrap(), &graph, may_be_partial)
+        transition_prior(
+            &self.constraints,
+            graph.find(left, right).unwrap(),
+            &graph,
+            may_be_partial,
+        )
     }
 }
 
@@ -120,10 +125,14 @@ fn a_step_too_long_is_perturbed_until_it_is_reached() {
     let [a, b] = [left, far].map(|foothold| graph.add_foothold(foothold).unwrap());
     graph.connect(a, b).unwrap();
     let steps = preparation_for(&hubo(), &stand.constraints.config).step_limits();
-    let seeding =
-        Seeding { constraints: &stand.constraints, surfaces: &stand.surfaces, steps, seed: 1 };
-    let mut vary = |tried| seeding.variation(0, (tried as u64, 0), &graph, &mut stand.scratch);
-    let [stance, other] = &(0..VARIATIONS_MAX).find_map(&mut vary).unwrap();
+    let sampler = FootholdSampler {
+        constraints: &stand.constraints,
+        surfaces: &stand.surfaces,
+        steps,
+        seed: 1,
+    };
+    let mut vary = |tried| sampler.perturbation(0, (tried as u64, 0), &graph, &mut stand.scratch);
+    let [stance, other] = &(0..PERTURBATIONS_MAX).find_map(&mut vary).unwrap();
     assert!(is_reached(&stand.constraints, &single_mode(stance), TransitionPair { stance, other }));
     assert!(
         stance.distance(&graph.footholds()[0]) < 0.3 && other.distance(&graph.footholds()[1]) < 0.3,

@@ -9,12 +9,12 @@ use glam::DVec2;
 use surefoot_planner::collision::model::{CollisionModel, FootPhase};
 use surefoot_planner::constraints::constraints::{Constraints, Mode, Rejection, midway};
 use surefoot_planner::constraints::foothold::{double_mode, single_mode};
-use surefoot_planner::ends::{End, stand_on};
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::motion::local_planner::ModeState;
 use surefoot_planner::motion::single_mode::{SingleModeProblem, solve};
 use surefoot_planner::motion::workspace::Workspace;
+use surefoot_planner::pipeline::{Endpoint, stand_on};
 use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
 use surefoot_planner::robot::posture_ik::{Posture, solve_posture};
@@ -26,7 +26,7 @@ const STANCE: [FootPhase; 2] = [FootPhase::Stance; 2];
 struct Stand {
     case: Case,
     constraints: Constraints,
-    end: End,
+    end: Endpoint,
     mode: Mode,
 }
 

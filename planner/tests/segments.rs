@@ -19,7 +19,7 @@ fn long_walk(threads: usize, step: u64) -> Planner {
 #[test]
 fn a_long_walk_stands_between_its_segments() {
     let planner = long_walk(1, u64::MAX);
-    assert!(planner.tally().sequences >= 2, "the route was not cut");
+    assert!(planner.stats().sequences >= 2, "the route was not cut");
     let mut at = planner.chunks()[0].waypoints[0].world_from_root().translation;
     for chunk in planner.chunks() {
         let first = chunk.waypoints[0].world_from_root().translation;
@@ -33,11 +33,11 @@ fn a_long_walk_stands_between_its_segments() {
 
 #[test]
 fn segments_are_planned_side_by_side() {
-    assert!(long_walk(1, u64::MAX).tally().segments_at_once > 1);
+    assert!(long_walk(1, u64::MAX).stats().segments_at_once > 1);
     let short = Case::shipped("ibeam_gap");
     let mut planner = short.planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found);
-    assert_eq!(planner.tally().segments_at_once, 1, "a short route is one segment");
+    assert_eq!(planner.stats().segments_at_once, 1, "a short route is one segment");
 }
 
 #[test]
@@ -46,8 +46,8 @@ fn neither_threads_nor_steps_change_a_walk_of_segments() {
     for (threads, step) in [(2, 1), (3, 777), (4, 20_000)] {
         let planner = long_walk(threads, step);
         assert_eq!(
-            (planner.digest(), planner.tally()),
-            (alone.digest(), alone.tally()),
+            (planner.digest(), planner.stats()),
+            (alone.digest(), alone.stats()),
             "{threads} threads, steps of {step}"
         );
     }
@@ -61,7 +61,7 @@ fn neither_threads_nor_steps_change_a_walk_on_another_route() {
     let walk = |threads, step| {
         let mut planner = case.planner(threads);
         assert_eq!(run(&mut planner, step), Outcome::Found);
-        (planner.digest(), planner.tally())
+        (planner.digest(), planner.stats())
     };
     let alone = walk(1, u64::MAX);
     assert!(alone.1.routes > 1 && alone.1.segments_at_once > 1, "{:?}", alone.1);

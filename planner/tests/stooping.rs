@@ -54,7 +54,7 @@ fn threads_do_not_change_the_crouch_profile() {
     let digests = [1, 2].map(|threads| {
         let mut planner = lowered().planner(threads);
         run(&mut planner, 1 + 4095 * (threads as u64 - 1));
-        (planner.digest(), planner.tally().work)
+        (planner.digest(), planner.stats().work)
     });
     assert_eq!(digests[0], digests[1]);
 }

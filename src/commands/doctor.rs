@@ -99,7 +99,9 @@ fn scenario(path: &Path) -> Vec<Finding> {
         Err(error) => return vec![Finding::missing(format!("scenario: {error}"))],
     };
     let planner = inputs.preparation(false).and_then(|preparation| {
-        Ok(Planner::new(&inputs.model, &inputs.world, &inputs.scenario, preparation, threads)?)
+        Ok(Planner::builder(&inputs.model, &inputs.world, &inputs.scenario, preparation)
+            .threads(threads)
+            .build()?)
     });
     match planner {
         Ok(planner) => vec![arenas(&inputs, &planner), on_one_foot(&inputs, &planner)],

@@ -99,7 +99,7 @@ impl Run<'_> {
             };
             totals.withdraw(&delivery);
             task =
-                task.after(&self.inputs, &feedback, planner.chunks(), planner.way_back().chunks)?;
+                task.after(&self.inputs, &feedback, planner.chunks(), planner.retrace().chunks)?;
             self.emit(&RoleEvent::Replanning {
                 epoch: task.epoch,
                 corrections: feedback.corrections().len() as u64,

@@ -47,7 +47,7 @@ pub fn run_until(
     let mut emitted_at = 0.0;
     loop {
         let before = allocations::count();
-        let work = (planner.tally().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN);
+        let work = (planner.stats().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN);
         let status = planner.step_while(work, &|| signals::raised().is_none());
         allocations += allocations::count() - before;
         if let Status::Done(outcome) = status {
@@ -64,7 +64,7 @@ pub fn run_until(
 }
 
 fn search_progress(planner: &Planner, work_max: u64) -> SearchProgress {
-    let stats = planner.tally();
+    let stats = planner.stats();
     SearchProgress {
         work: stats.work,
         work_max,
@@ -75,7 +75,7 @@ fn search_progress(planner: &Planner, work_max: u64) -> SearchProgress {
 }
 
 fn planned(planner: &Planner, outcome: &Outcome, plan_seconds: f64, allocations: u64) -> Planned {
-    let stats = planner.tally();
+    let stats = planner.stats();
     let found = *outcome == Outcome::Found;
     Planned {
         result: outcome.into(),
@@ -107,12 +107,12 @@ fn describe(planner: &Planner, outcome: &Outcome) -> String {
 }
 
 fn diagnosis(planner: &Planner) -> Diagnosis {
-    let stats = planner.tally();
+    let stats = planner.stats();
     Diagnosis {
-        used_straight_line: stats.is_unguided,
+        used_straight_line: stats.used_straight_line,
         routes: stats.routes,
         bottleneck: planner
-            .hindrance()
+            .bottleneck()
             .map(|place| Bottleneck { xyz: place.position.to_array(), failures: place.failures }),
         rejections: Rejection::NAMES
             .map(str::to_owned)

@@ -64,7 +64,7 @@ pub(crate) struct WorldBody {
 
 /// How a shape of the world is coloured. A matter of looks only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum WorldKind {
+pub enum WorldKind {
     /// Wide: a floor or a platform.
     Floor,
     /// Higher than wide: a wall.

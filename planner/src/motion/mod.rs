@@ -18,4 +18,5 @@ pub mod mode_costs;
 pub mod roadmap;
 pub mod shortcut;
 pub mod single_mode;
+pub mod transition_prior;
 pub mod workspace;

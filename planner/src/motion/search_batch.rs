@@ -18,7 +18,7 @@ use crate::motion::shortcut::{Pass, Shortcutting};
 use crate::motion::single_mode::{SingleModeProblem, SingleModeSearch};
 use crate::motion::transition_sampling::TransitionSampling;
 use crate::motion::workspace::{Workspace, push};
-use crate::preparation::planning_context::Shared;
+use crate::preparation::planning_context::PlanningContext;
 use crate::primitives::PrimitiveTrajectory;
 use crate::robot::mechanism::Configuration;
 
@@ -135,7 +135,7 @@ impl SearchBatch {
     pub fn add_motions(
         &mut self,
         segment_search: usize,
-        shared: &Shared,
+        context: &PlanningContext,
         roadmap: &mut Roadmap,
         segment: RouteSegment<'_>,
         next: usize,
@@ -156,7 +156,7 @@ impl SearchBatch {
                 mode: roadmap.mode(edge),
                 from: roadmap.state(edge.from),
                 to: roadmap.state(edge.to),
-                random: (shared.seed, u64::from(edge.from) << 32 | u64::from(edge.to)),
+                random: (context.seed, u64::from(edge.from) << 32 | u64::from(edge.to)),
                 failures: record.failures,
             };
             let lifted = roadmap.lifted(edge);
@@ -182,7 +182,7 @@ impl SearchBatch {
     /// Begins to shorten the next motions, which may spend `work_max` units together.
     pub fn begin_shortcuts(
         &mut self,
-        shared: &Shared,
+        context: &PlanningContext,
         roadmap: &Roadmap,
         edges: impl Iterator<Item = ModeEdge>,
         (pass, work_max): (Pass, u64),
@@ -196,7 +196,7 @@ impl SearchBatch {
             };
             let work = left.min(SHORTCUT_WORK * path.len() as u64);
             let random = Random::new(
-                shared.seed,
+                context.seed,
                 Stream::Shortcut,
                 u64::from(edge.from) << 32 | u64::from(edge.to),
                 0,
@@ -224,9 +224,9 @@ impl SearchBatch {
 
     /// Spends at most so many units of work; answers how many it spent. Less than allowed means
     /// that all searches have ended.
-    pub fn advance(&mut self, shared: &Shared, roadmap: &Roadmap, budget: u64) -> u64 {
-        work_budget::advance(&mut self.entries[..self.count], budget, &shared.threads, |entry| {
-            entry.advance(shared, &roadmap.graph)
+    pub fn advance(&mut self, context: &PlanningContext, roadmap: &Roadmap, budget: u64) -> u64 {
+        work_budget::advance(&mut self.entries[..self.count], budget, &context.threads, |entry| {
+            entry.advance(context, &roadmap.graph)
         })
     }
 
@@ -318,22 +318,22 @@ impl BudgetedTask for BatchEntry {
 
 impl BatchEntry {
     /// One unit of its search.
-    fn advance(&mut self, shared: &Shared, graph: &ModeGraph) {
+    fn advance(&mut self, context: &PlanningContext, graph: &ModeGraph) {
         match &mut self.task {
             BatchTask::Idle => {}
             BatchTask::Sample(sampling) => {
-                sampling.advance(&shared.constraints, shared.seed, graph, &mut self.workspace)
+                sampling.advance(&context.constraints, context.seed, graph, &mut self.workspace)
             }
             BatchTask::Move { search, found, .. } => {
                 *found = search
-                    .advance(&shared.constraints, &mut self.workspace)
+                    .advance(&context.constraints, &mut self.workspace)
                     .map(|ended| ended.is_ok());
             }
             BatchTask::Shorten { shortcutting, .. } => {
-                shortcutting.advance(&shared.constraints, &mut self.workspace)
+                shortcutting.advance(&context.constraints, &mut self.workspace)
             }
             BatchTask::Primitive { trajectory, has_failed, .. } => {
-                *has_failed = match trajectory.advance(&shared.constraints) {
+                *has_failed = match trajectory.advance(&context.constraints) {
                     Ok(None) => false,
                     Ok(Some((state, _))) => {
                         push(&mut self.workspace.path, state.configuration).is_err()

@@ -1,5 +1,6 @@
 //! A guide route: vertices from the start to the goal.
 
+use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::scenario::StancePose;
 
@@ -24,6 +25,7 @@ pub struct GuideRoute {
     /// The label of the edge that leads to each vertex from the one before it; the first has none.
     pub(crate) labels: Vec<Label>,
     stance_width: [f64; 2],
+    spare: Vec<Vertex>,
 }
 
 impl GuideRoute {
@@ -33,6 +35,7 @@ impl GuideRoute {
             vertices: reserve(2 * vertices_max),
             labels: reserve(2 * vertices_max),
             stance_width: [start.stance_width, goal.stance_width],
+            spare: reserve(2 * vertices_max),
         }
     }
 
@@ -43,6 +46,39 @@ impl GuideRoute {
     pub(crate) fn clear(&mut self) {
         self.vertices.clear();
         self.labels.clear();
+    }
+
+    /// Replaces the vertices between two of the route. `is_upright`: whether the upright robot has
+    /// room on the edge to the second.
+    pub(crate) fn splice(&mut self, [from, to]: [usize; 2], between: &[Vertex], is_upright: bool) {
+        self.spare.clear();
+        self.spare.extend_from_slice(&self.vertices[..=from]);
+        self.spare.extend_from_slice(between);
+        let joined = self.spare.len();
+        self.spare.extend_from_slice(&self.vertices[to..]);
+        self.spare[joined].is_traversed = false;
+        self.spare[joined].is_upright &= is_upright;
+        std::mem::swap(&mut self.spare, &mut self.vertices);
+    }
+
+    /// Replaces the vertices of a full route from `first` to `last` by this route, and becomes the
+    /// result; becomes the full route if the result does not fit.
+    pub(crate) fn insert_into(&mut self, full_route: &mut Vec<Vertex>, [first, last]: [usize; 2]) {
+        if full_route.len() + self.vertices.len() > self.spare.capacity() {
+            std::mem::swap(full_route, &mut self.vertices);
+            return;
+        }
+        self.spare.clear();
+        self.spare.extend_from_slice(&full_route[..first]);
+        self.spare.extend_from_slice(&self.vertices);
+        self.spare.extend_from_slice(&full_route[last + 1..]);
+        std::mem::swap(&mut self.spare, &mut self.vertices);
+    }
+
+    /// Bytes reserved.
+    pub(crate) fn bytes(&self) -> usize {
+        (self.vertices.capacity() + self.spare.capacity()) * size_of::<Vertex>()
+            + self.labels.capacity() * size_of::<Label>()
     }
 
     /// The label of the edge from the previous vertex to this one.
@@ -102,6 +138,14 @@ impl GuideRoute {
     /// The pose of a vertex.
     pub fn pose(&self, index: usize) -> MidFeetPose {
         self.vertices[index].pose
+    }
+
+    /// The index of the vertex that is nearest to a position (world, m).
+    pub fn nearest_vertex(&self, position: DVec3) -> usize {
+        let distance = |index: usize| self.pose(index).position_distance_squared(position);
+        let nearer =
+            |best: usize, index: usize| if distance(index) < distance(best) { index } else { best };
+        (1..self.vertex_count()).fold(0, nearer)
     }
 
     /// Ideal sole pose at a vertex: beside the route, with its heading. The stance width is

@@ -13,6 +13,7 @@
 
 pub mod crouch_profile;
 pub mod edge_labels;
+pub(crate) mod growth;
 pub(crate) mod guide_route;
 pub mod mid_feet_pose;
 pub mod route_search;

@@ -13,8 +13,10 @@ use crate::possibility::branch::{
 use crate::possibility::edge_labels::Label;
 use crate::possibility::extension::Extension;
 use crate::possibility::forest::{Forest, LabelStats};
+use crate::possibility::growth::blocked::BlockedRegions;
 use crate::possibility::guide_route::GuideRoute;
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::route_shortcuts::RouteShortcuts;
 use crate::possibility::tree::{Vertex, push_branch};
 use crate::possibility::vertex_candidates::{FootPair, StageContext};
 use crate::possibility::vertex_sampling::{
@@ -27,21 +29,12 @@ use crate::preparation::FootPlacement;
 const PARALLEL_BRANCHES_MIN: usize = 2;
 /// One more for each so many samples.
 const SAMPLES_PER_BRANCH: u32 = 32;
-/// Most regions excluded from sampling; beyond it the oldest is dropped.
-const BLOCKED_REGIONS_MAX: usize = 64;
 
 /// The first of every this many restarted routes is walked backward.
 const BACKWARD_EVERY: u64 = 3;
 
 /// The straight line ends this near to the goal, in the metric of Gamma_P, m.
 const STRAIGHT_END_DISTANCE: f64 = 0.02;
-
-/// A region excluded from sampling because stage M failed there.
-#[derive(Debug, Clone, Copy)]
-struct BlockedRegion {
-    pose: MidFeetPose,
-    radius: f64,
-}
 
 /// Result of an advance of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,8 +54,8 @@ pub enum Progress {
 pub(crate) enum Activity {
     /// Growing branches of the trees.
     Growing,
-    /// Shortening the route; `tried` shortcuts were tried.
-    Shortcutting { tried: usize },
+    /// Trying shortcuts of the route.
+    Shortcutting,
     /// Labelling the edges of the route.
     Labelling,
     /// Nothing more to do.
@@ -76,41 +69,90 @@ struct Join {
     tip: u32,
     other: u32,
     /// Heading of the robot relative to the walking direction, rad.
-    pub(crate) heading_offset: f64,
+    heading_offset: f64,
 }
 
-/// The trees of stage P and the route found last, allocated once.
+/// The branches that follow those that grow.
+#[derive(Debug, Default)]
+struct Joins {
+    /// Number of ended branches that are part of the trees.
+    merged: usize,
+    /// Branches toward the other tree that begin next.
+    next: heapless::Vec<Join, BRANCHES_MAX>,
+}
+
+/// One search for a route or for a detour.
+#[derive(Debug)]
+struct Run {
+    pub(crate) activity: Activity,
+    /// The roots of the trees: start and goal, or both ends of a detour.
+    ends: [Vertex; 2],
+    /// Where samples are drawn (world, m).
+    bounds: Aabb,
+    /// Number of samples drawn.
+    samples: u32,
+    /// Whether C_N alone is enough.
+    relaxed: bool,
+    /// Heading offset of the robot unless it sidesteps, rad.
+    heading_offset: f64,
+    /// Number of searches before, part of the random streams' names.
+    pub(crate) generation: u64,
+    /// Number of searches before for a route from start to goal.
+    restarts: u64,
+}
+
+impl Run {
+    /// Begins with two roots inside `world` (m).
+    fn begin(&mut self, ends: [Vertex; 2], world: &Aabb) {
+        self.ends = ends;
+        self.bounds = bounds_around(ends.map(|end| end.pose.position), world);
+        self.samples = 0;
+        self.relaxed = false;
+    }
+
+    /// Whether the robot may also sidestep: where half of the samples found no other way. On a long
+    /// course only once stage M has rejected a route: there the search relaxes C_S before, since
+    /// arms have too little clearance in more places than feet.
+    fn may_sidestep(&self) -> bool {
+        let is_late = 2 * self.samples >= samples_max(&self.bounds);
+        is_late && (self.generation > 0 || is_short(&self.bounds))
+    }
+}
+
+/// A detour that is searched.
+#[derive(Debug)]
+struct Detour {
+    /// The route of which the detour replaces a part.
+    full_route: Vec<Vertex>,
+    /// The vertices between which it replaces the route; none while a full_route route is searched.
+    between: Option<[usize; 2]>,
+}
+
+/// Where the trees may grow.
+#[derive(Debug)]
+struct ConvexRegion {
+    /// Greatest distance between two vertices, m.
+    spacing: f64,
+    /// The bounds of the world, m.
+    world: Aabb,
+}
+
+/// The search for a guide route: the trees of stage P and the route found last, allocated once.
 #[derive(Debug)]
 pub struct RouteSearch {
     pub(crate) forest: Forest,
     pub(crate) branches: Branches,
-    /// Number of ended branches that are part of the trees, and the joins that follow them.
-    merged: usize,
-    joins: heapless::Vec<Join, BRANCHES_MAX>,
-    pub(crate) activity: Activity,
-    /// Where the trees begin: at start and goal, or at both ends of a detour.
-    ends: [Vertex; 2],
-    endpoints: [Vertex; 2],
+    joins: Joins,
+    run: Run,
+    pub(crate) route: GuideRoute,
+    shortcuts: RouteShortcuts,
+    detour: Detour,
+    blocked: BlockedRegions,
     /// The part of the route from the start that stage M has solved.
     traversed: Vec<Vertex>,
-    spacing: f64,
-    world: Aabb,
-    /// Where samples are drawn.
-    bounds: Aabb,
-    pub(crate) route: GuideRoute,
-    pub(crate) spare: Vec<Vertex>,
-    /// The route of which a detour replaces the vertices between these two.
-    full_route: Vec<Vertex>,
-    detour: Option<[usize; 2]>,
-    blocked: heapless::Deque<BlockedRegion, BLOCKED_REGIONS_MAX>,
-    samples: u32,
-    relaxed: bool,
-    /// Heading offset of the robot unless it sidesteps, rad.
-    pub(crate) heading_offset: f64,
-    /// Number of restarted routes.
-    routes: u64,
-    /// Number of restarts; part of the random streams' names.
-    pub(crate) generation: u64,
+    /// Start and goal.
+    endpoints: [Vertex; 2],
+    region: ConvexRegion,
 }
 
 impl RouteSearch {
@@ -123,30 +165,28 @@ impl RouteSearch {
         world: &Aabb,
         placement: &FootPlacementConfig,
     ) -> Self {
-        let [start, goal] = ends;
+        let endpoints = ends.map(|stance| Vertex::root(MidFeetPose::of_stance(stance), None));
         let mut search = Self {
             forest: Forest::new(vertices_max),
             branches: Branches::new(placement),
-            merged: 0,
-            joins: heapless::Vec::new(),
-            activity: Activity::Growing,
-            ends: [start, goal].map(|stance| Vertex::root(MidFeetPose::of_stance(stance), None)),
-            endpoints: [start, goal]
-                .map(|stance| Vertex::root(MidFeetPose::of_stance(stance), None)),
+            joins: Joins::default(),
+            run: Run {
+                activity: Activity::Growing,
+                ends: endpoints,
+                bounds: *world,
+                samples: 0,
+                relaxed: false,
+                heading_offset: 0.0,
+                generation: 0,
+                restarts: 0,
+            },
+            route: GuideRoute::new(ends[0], ends[1], vertices_max),
+            shortcuts: RouteShortcuts::default(),
+            detour: Detour { full_route: reserve(2 * vertices_max), between: None },
+            blocked: BlockedRegions::default(),
             traversed: reserve(2 * vertices_max),
-            spacing,
-            world: *world,
-            bounds: *world,
-            route: GuideRoute::new(start, goal, vertices_max),
-            spare: reserve(2 * vertices_max),
-            full_route: reserve(2 * vertices_max),
-            detour: None,
-            blocked: heapless::Deque::new(),
-            samples: 0,
-            relaxed: false,
-            heading_offset: 0.0,
-            routes: 0,
-            generation: 0,
+            endpoints,
+            region: ConvexRegion { spacing, world: *world },
         };
         search.begin(search.endpoints);
         search
@@ -165,6 +205,11 @@ impl RouteSearch {
             end.pair = pair;
         }
         self.begin(self.endpoints);
+    }
+
+    /// The poses at the start and at the goal.
+    pub fn ends(&self) -> [MidFeetPose; 2] {
+        self.endpoints.map(|end| end.pose)
     }
 
     /// How many edges of the trees were labelled so far, and how many of these are possible.
@@ -202,13 +247,14 @@ impl RouteSearch {
     /// route was found.
     pub fn use_straight_line(&mut self) {
         self.route.clear();
-        let [mut at, goal] = self.ends.map(|end| end.pose);
+        let [mut at, goal] = self.run.ends.map(|end| end.pose);
         let fits = self.route.vertices.capacity() - 1;
         while self.route.vertices.len() < fits && at.distance(&goal) > STRAIGHT_END_DISTANCE {
             self.route.vertices.push(Vertex { is_upright: false, ..Vertex::root(at, None) });
-            at = at.step_toward(&goal, self.spacing, 0.0);
+            let spacing = self.region.spacing;
+            at = at.step_toward(&goal, spacing, 0.0);
             at.position.z += (goal.position.z - at.position.z)
-                * (self.spacing / at.horizontal_offset_to(&goal).length().max(self.spacing));
+                * (spacing / at.horizontal_offset_to(&goal).length().max(spacing));
         }
         self.route.vertices.push(Vertex::root(goal, None));
         self.route.labels.resize(self.route.vertices.len(), Label::Indeterminate);
@@ -217,10 +263,7 @@ impl RouteSearch {
     /// Excludes the region around a pose where stage M failed from sampling; `radius` in the metric
     /// of Gamma_P, m.
     pub fn block(&mut self, pose: MidFeetPose, radius: f64) {
-        if self.blocked.is_full() {
-            self.blocked.pop_front();
-        }
-        let _full = self.blocked.push_back(BlockedRegion { pose, radius });
+        self.blocked.add(pose, radius);
     }
 
     /// Removes all blocked regions.
@@ -231,33 +274,32 @@ impl RouteSearch {
     /// Restarts the search for another route from start to goal. The first of every
     /// [`BACKWARD_EVERY`] is walked backward, which keeps the knees clear of risers.
     pub fn restart(&mut self) {
-        self.detour = None;
-        self.generation += 1;
-        self.heading_offset =
-            if self.routes.is_multiple_of(BACKWARD_EVERY) { BACKWARD } else { 0.0 };
-        self.routes += 1;
+        self.detour.between = None;
+        let is_backward = self.run.restarts.is_multiple_of(BACKWARD_EVERY);
+        self.run.heading_offset = if is_backward { BACKWARD } else { 0.0 };
+        self.run.generation += 1;
+        self.run.restarts += 1;
         self.begin(self.endpoints);
     }
 
     /// Restarts the search for a detour that replaces the vertices between two of the route.
     pub fn begin_detour(&mut self, between: [usize; 2]) {
-        self.detour = Some(between);
-        self.generation += 1;
-        self.heading_offset = if self.route.is_backward() { BACKWARD } else { 0.0 };
-        self.full_route.clear();
+        self.detour.between = Some(between);
+        self.run.generation += 1;
+        self.run.heading_offset = if self.route.is_backward() { BACKWARD } else { 0.0 };
+        self.detour.full_route.clear();
         let mut ends =
             between.map(|index| Vertex { placements: (0, 0), ..self.route.vertices[index] });
         ends[1].is_traversed = false;
         self.begin(ends);
-        self.full_route.extend_from_slice(&self.route.vertices);
+        self.detour.full_route.extend_from_slice(&self.route.vertices);
     }
 
     /// Bytes reserved.
     pub fn bytes(&self) -> usize {
-        let lists = [&self.spare, &self.full_route, &self.traversed, &self.route.vertices];
-        let vertices = lists.map(Vec::capacity).iter().sum::<usize>();
+        let vertices = self.detour.full_route.capacity() + self.traversed.capacity();
         vertices * size_of::<Vertex>()
-            + self.route.labels.capacity() * size_of::<Label>()
+            + self.route.bytes()
             + self.forest.bytes()
             + self.branches.bytes()
     }
@@ -265,13 +307,11 @@ impl RouteSearch {
     /// Spends at most `budget` work units, each one vertex that is tried. Returns the progress and
     /// the work spent.
     pub fn advance(&mut self, context: &StageContext<'_>, budget: u64) -> (Progress, u64) {
-        if matches!(self.activity, Activity::Labelling) {
+        if matches!(self.run.activity, Activity::Labelling) {
             return (self.label_next(context), 1);
         }
         let Self { forest, branches, blocked, .. } = self;
-        let is_blocked = |pose: &MidFeetPose| {
-            blocked.iter().any(|known| known.pose.distance(pose) < known.radius)
-        };
+        let is_blocked = |pose: &MidFeetPose| blocked.contains(pose);
         let spent = branches.advance(context, &forest.placements, is_blocked, budget);
         if spent == budget {
             return (Progress::Growing, spent);
@@ -282,30 +322,27 @@ impl RouteSearch {
     /// All branches have ended: one after the other becomes part of the trees, or of the route, and
     /// the next ones begin.
     fn finish_batch(&mut self, context: &StageContext<'_>) -> Progress {
-        match self.activity {
+        match self.run.activity {
             Activity::Growing => self.merge(context),
-            Activity::Shortcutting { tried } => self.shortcut_route(context.seed, tried),
+            Activity::Shortcutting => self.shortcut_route(context.seed),
             Activity::Labelling | Activity::Over(_) => {}
         }
-        let Activity::Over(progress) = self.activity else { return Progress::Growing };
+        let Activity::Over(progress) = self.run.activity else { return Progress::Growing };
         if progress != Progress::Route {
             return progress;
         }
-        if let Some([first, last]) = self.detour.take() {
-            self.insert_detour(first, last);
+        if let Some(between) = self.detour.between.take() {
+            self.route.insert_into(&mut self.detour.full_route, between);
         }
         self.route.labels.clear();
-        self.activity = Activity::Labelling;
+        self.run.activity = Activity::Labelling;
         Progress::Growing
     }
 
     /// The straight line is tried first: from the start, or from the farthest vertex that stage M
     /// has reached, to the goal.
     fn begin(&mut self, ends: [Vertex; 2]) {
-        self.ends = ends;
-        self.bounds = bounds_around(ends.map(|end| end.pose.position), &self.world);
-        self.samples = 0;
-        self.relaxed = false;
+        self.run.begin(ends, &self.region.world);
         self.reset_trees();
         self.connect_directly();
     }
@@ -314,7 +351,7 @@ impl RouteSearch {
     fn reset_trees(&mut self) {
         self.forest.placements.clear();
         self.route.vertices.iter_mut().for_each(|vertex| vertex.placements = (0, 0));
-        for (tree, &end) in self.forest.trees.iter_mut().zip(&self.ends) {
+        for (tree, &end) in self.forest.trees.iter_mut().zip(&self.run.ends) {
             tree.set(&[Vertex { parent: 0, ..end }]);
         }
         self.reuse_traversed();
@@ -322,15 +359,15 @@ impl RouteSearch {
 
     /// Straight to the goal, from the vertex that is nearest to it.
     fn connect_directly(&mut self) {
-        self.activity = Activity::Growing;
+        self.run.activity = Activity::Growing;
         self.clear_branches();
-        let goal = self.ends[1].pose;
+        let goal = self.run.ends[1].pose;
         let tip = self.forest.trees[0].nearest(|pose| pose.distance(&goal));
-        self.join(Join { tree: 0, tip, other: 0, heading_offset: self.heading_offset });
+        self.join(Join { tree: 0, tip, other: 0, heading_offset: self.run.heading_offset });
     }
 
     fn reuse_traversed(&mut self) {
-        if self.detour.is_none() && !self.traversed.is_empty() {
+        if self.detour.between.is_none() && !self.traversed.is_empty() {
             self.forest.trees[0].set(&self.traversed);
         }
     }
@@ -350,7 +387,7 @@ impl RouteSearch {
         self.branches.begin(BranchRequest { kind, extension, from, vertices_max: usize::MAX });
     }
 
-    pub(crate) fn extension(
+    fn extension(
         &self,
         tree: usize,
         target: MidFeetPose,
@@ -362,24 +399,15 @@ impl RouteSearch {
             backward: tree == 1,
             heading_offset,
             joins,
-            relaxed: self.relaxed,
-            spacing: self.spacing,
+            relaxed: self.run.relaxed,
+            spacing: self.region.spacing,
         }
-    }
-
-    /// Whether the robot may sidestep: once half of the samples are spent. In a long region only
-    /// after stage M has rejected a route, because C_S is relaxed first: places where arms touch
-    /// are more frequent than slits.
-    fn may_sidestep(&self) -> bool {
-        let is_late = 2 * self.samples >= samples_max(&self.bounds);
-        is_late && (self.generation > 0 || is_short(&self.bounds))
     }
 
     /// Clears the branches that have ended; returns the joins that follow them.
     fn clear_branches(&mut self) -> heapless::Vec<Join, BRANCHES_MAX> {
         self.branches.clear();
-        self.merged = 0;
-        std::mem::take(&mut self.joins)
+        std::mem::take(&mut self.joins).next
     }
 
     /// Begins the next branches: those that join, and others toward samples, the more the longer
@@ -387,13 +415,14 @@ impl RouteSearch {
     fn begin_branches(&mut self, seed: u64) {
         let joins = self.clear_branches();
         joins.iter().for_each(|&join| self.join(join));
-        let is_first = self.samples == 0 && !joins.is_empty();
+        let is_first = self.run.samples == 0 && !joins.is_empty();
         let at_once = if is_first {
             0
         } else {
-            (PARALLEL_BRANCHES_MIN + (self.samples / SAMPLES_PER_BRANCH) as usize).min(BRANCHES_MAX)
+            (PARALLEL_BRANCHES_MIN + (self.run.samples / SAMPLES_PER_BRANCH) as usize)
+                .min(BRANCHES_MAX)
         };
-        while self.branches.len() < at_once && self.samples < samples_max(&self.bounds) {
+        while self.branches.len() < at_once && self.run.samples < samples_max(&self.run.bounds) {
             self.sample(seed);
         }
         if self.branches.len() == 0 {
@@ -402,44 +431,41 @@ impl RouteSearch {
     }
 
     fn sample(&mut self, seed: u64) {
-        let mut random = Random::new(
-            seed,
-            Stream::Possibility,
-            u64::from(self.samples) << 1 | u64::from(self.relaxed),
-            self.generation,
-        );
-        let tree = (self.samples % 2) as usize;
+        let Run { samples, relaxed, generation, heading_offset, .. } = self.run;
+        let object = u64::from(samples) << 1 | u64::from(relaxed);
+        let mut random = Random::new(seed, Stream::Possibility, object, generation);
+        let tree = (samples % 2) as usize;
         let toward = self.forest.trees[1 - tree][0].pose.position;
         let request = SampleRequest {
-            bounds: &self.bounds,
+            bounds: &self.run.bounds,
             toward,
             backward: tree == 1,
-            heading_offset: self.heading_offset,
-            may_sidestep: self.may_sidestep(),
+            heading_offset,
+            may_sidestep: self.run.may_sidestep(),
         };
         let (tip, target, heading_offset) =
-            sample(&mut self.forest.trees[tree], &request, self.samples / 2, &mut random);
-        self.samples += 1;
+            sample(&mut self.forest.trees[tree], &request, samples / 2, &mut random);
+        self.run.samples += 1;
         let extension = self.extension(tree, target, heading_offset, false);
         self.grow(BranchKind::Sample { tip }, extension, self.forest.trees[tree][tip as usize]);
     }
 
     /// No route meets C_S: C_N alone suffices from then on. The trees meet C_N.
     fn relax(&mut self) {
-        if self.relaxed {
-            self.activity = Activity::Over(Progress::Exhausted);
+        if self.run.relaxed {
+            self.run.activity = Activity::Over(Progress::Exhausted);
             return;
         }
-        self.relaxed = true;
-        self.samples = 0;
+        self.run.relaxed = true;
+        self.run.samples = 0;
         self.connect_directly();
     }
 
     /// A tree is full: the search restarts under C_N alone, which may need fewer vertices; if it
     /// already did, it is over.
     fn overflow(&mut self) {
-        if self.relaxed {
-            self.activity = Activity::Over(Progress::Full);
+        if self.run.relaxed {
+            self.run.activity = Activity::Over(Progress::Full);
             return;
         }
         self.reset_trees();
@@ -449,22 +475,24 @@ impl RouteSearch {
     /// Adds the next branch to its tree, and once all are added begins others; or makes a route of
     /// the first that reaches the other tree.
     fn merge(&mut self, context: &StageContext<'_>) {
-        let Some(&Branch { kind, extension, end, .. }) = self.branches.all().get(self.merged)
+        let Some(&Branch { kind, extension, end, .. }) = self.branches.all().get(self.joins.merged)
         else {
             return self.begin_branches(context.seed);
         };
         let tree = usize::from(extension.backward);
         let (BranchKind::Sample { tip } | BranchKind::Connect { tip, .. }) = kind else { return };
-        let Some(tip) = self.add(self.merged, (tree, tip), context) else { return self.overflow() };
+        let Some(tip) = self.add(self.joins.merged, (tree, tip), context) else {
+            return self.overflow();
+        };
         match (end, kind) {
             (Some(BranchEnd::Reached { is_upright }), BranchKind::Connect { other, .. }) => {
                 self.forest.trees[tree][tip as usize].is_upright &= is_upright;
                 return self.connect(tree, tip, other);
             }
             (Some(BranchEnd::TooLong), _) => {}
-            _ => self.joins.extend(self.join_after(self.merged, (tree, tip))),
+            _ => self.joins.next.extend(self.join_after(self.joins.merged, (tree, tip))),
         }
-        self.merged += 1;
+        self.joins.merged += 1;
     }
 
     /// Adds a branch to its tree; returns its tip, or `None` if an arena is full.
@@ -488,18 +516,14 @@ impl RouteSearch {
     fn join_after(&self, branch: usize, (tree, tip): (usize, u32)) -> Option<Join> {
         let Branch { kind, extension, ref grown, .. } = self.branches.all()[branch];
         if let BranchKind::Connect { other, .. } = kind
-            && extension.heading_offset == self.heading_offset
-            && self.may_sidestep()
+            && extension.heading_offset == self.run.heading_offset
+            && self.run.may_sidestep()
         {
-            return Some(Join {
-                tree,
-                tip,
-                other,
-                heading_offset: SIDES[self.samples as usize / 2 % SIDES.len()],
-            });
+            let heading_offset = SIDES[self.run.samples as usize / 2 % SIDES.len()];
+            return Some(Join { tree, tip, other, heading_offset });
         }
         let reaches_out = !grown.is_empty()
-            && (matches!(kind, BranchKind::Sample { .. }) || self.samples == 0 && tree == 0);
+            && (matches!(kind, BranchKind::Sample { .. }) || self.run.samples == 0 && tree == 0);
         reaches_out.then(|| {
             let Vertex { pose: at, heading_offset, .. } = self.forest.trees[tree][tip as usize];
             let other_tree = &self.forest.trees[1 - tree];
@@ -509,7 +533,7 @@ impl RouteSearch {
                 tree: 1 - tree,
                 tip: near,
                 other: tip,
-                heading_offset: if is_alike { heading_offset } else { self.heading_offset },
+                heading_offset: if is_alike { heading_offset } else { self.run.heading_offset },
             }
         })
     }
@@ -531,7 +555,7 @@ impl RouteSearch {
         if labels.len() < vertices.len() {
             return Progress::Growing;
         }
-        self.activity = Activity::Over(Progress::Route);
+        self.run.activity = Activity::Over(Progress::Route);
         Progress::Route
     }
 
@@ -542,25 +566,19 @@ impl RouteSearch {
         push_branch(&self.forest.trees[0], tips[0], &mut self.route.vertices);
         self.route.vertices.reverse();
         push_branch(&self.forest.trees[1], tips[1], &mut self.route.vertices);
-        let is_straight = self.samples == 0 && !self.relaxed;
+        let is_straight = self.run.samples == 0 && !self.run.relaxed;
         self.clear_branches();
-        self.activity = if is_straight {
-            Activity::Over(Progress::Route)
-        } else {
-            Activity::Shortcutting { tried: 0 }
-        };
+        self.shortcuts = RouteShortcuts::default();
+        self.run.activity =
+            if is_straight { Activity::Over(Progress::Route) } else { Activity::Shortcutting };
     }
 
-    /// Replaces the vertices between two of the full route by the route just found, if that fits.
-    fn insert_detour(&mut self, first: usize, last: usize) {
-        if self.full_route.len() + self.route.vertices.len() > self.spare.capacity() {
-            std::mem::swap(&mut self.full_route, &mut self.route.vertices);
-            return;
+    /// Takes the shortcuts that were found, and begins the next ones.
+    fn shortcut_route(&mut self, seed: u64) {
+        let extension = self.extension(0, self.run.ends[1].pose, self.run.heading_offset, true);
+        let Self { forest, branches, route, shortcuts, run, .. } = self;
+        if shortcuts.advance((forest, branches, route), extension, (seed, run.generation)) {
+            run.activity = Activity::Over(Progress::Route);
         }
-        self.spare.clear();
-        self.spare.extend_from_slice(&self.full_route[..first]);
-        self.spare.extend_from_slice(&self.route.vertices);
-        self.spare.extend_from_slice(&self.full_route[last + 1..]);
-        std::mem::swap(&mut self.spare, &mut self.route.vertices);
     }
 }

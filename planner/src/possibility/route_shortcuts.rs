@@ -1,8 +1,12 @@
 //! Shortcuts of a route: branches between two of its vertices replace longer paths [Grey 4.3].
 
 use crate::base::random::{Random, Stream};
-use crate::possibility::branch::{BRANCHES_MAX, Branch, BranchEnd, BranchKind, BranchRequest};
-use crate::possibility::route_search::{Activity, Progress, RouteSearch};
+use crate::possibility::branch::{
+    BRANCHES_MAX, Branch, BranchEnd, BranchKind, BranchRequest, Branches,
+};
+use crate::possibility::extension::Extension;
+use crate::possibility::forest::Forest;
+use crate::possibility::guide_route::GuideRoute;
 
 /// Shortcuts that are tried in parallel, on a short and on a long route. Of those that overlap at
 /// most one is taken.
@@ -18,83 +22,103 @@ const SHORTCUT_SPAN_MAX: usize = 96;
 /// Fewest vertices that a shortcut spans.
 const SHORTCUT_SPAN_MIN: usize = 3;
 
-impl RouteSearch {
-    /// Inserts the shortcuts that reached their target and begins the next ones.
-    pub(crate) fn shortcut_route(&mut self, seed: u64, tried: usize) {
-        self.splice_all();
-        self.branches.clear();
-        let vertex_count = self.route.vertices.len();
+/// The trees, the branches and the route that shortcuts use.
+type Parts<'a> = (&'a mut Forest, &'a mut Branches, &'a mut GuideRoute);
+
+/// Shortcuts of a route.
+#[derive(Debug, Default)]
+pub struct RouteShortcuts {
+    /// Number of shortcuts tried.
+    tried: usize,
+}
+
+impl RouteShortcuts {
+    /// Inserts the shortcuts that reached their target, and begins the next ones. Each grows like
+    /// `extension`, to its own target. `name` is the seed and the index of its random stream.
+    /// Returns whether all are tried.
+    pub fn advance(
+        &mut self,
+        (forest, branches, route): Parts<'_>,
+        extension: Extension,
+        name: (u64, u64),
+    ) -> bool {
+        splice_all((forest, branches, route), extension.heading_offset);
+        branches.clear();
+        let vertex_count = route.vertex_count();
         let is_long = vertex_count > SHORTCUT_SPAN_MAX;
         let (span_max, tries_max) = if is_long {
             (SHORTCUT_SPAN_MAX / 2, LONG_SHORTCUTS_MAX * vertex_count.div_ceil(SHORTCUT_SPAN_MAX))
         } else {
             (SHORTCUT_SPAN_MAX, SHORTCUTS_MAX)
         };
-        if tried >= tries_max || vertex_count <= SHORTCUT_SPAN_MIN {
-            self.activity = Activity::Over(Progress::Route);
+        if self.tried >= tries_max || vertex_count <= SHORTCUT_SPAN_MIN {
+            return true;
+        }
+        let next = tries_max.min(self.tried + PARALLEL_SHORTCUTS[usize::from(is_long)]);
+        for index in self.tried..next {
+            let [from, to] = ends_of_shortcut(name, index, vertex_count, span_max);
+            branches.begin(BranchRequest {
+                kind: BranchKind::Shortcut { from, to },
+                extension: Extension { target: route.pose(to), ..extension },
+                from: route.vertices[from],
+                vertices_max: to - from - 1,
+            });
+        }
+        self.tried = next;
+        false
+    }
+}
+
+/// The random ends of a shortcut.
+fn ends_of_shortcut(
+    (seed, generation): (u64, u64),
+    index: usize,
+    vertex_count: usize,
+    span_max: usize,
+) -> [usize; 2] {
+    let mut random = Random::new(seed, Stream::Possibility, index as u64 | 1 << 40, generation);
+    let from = random.below(vertex_count - SHORTCUT_SPAN_MIN);
+    let to = from
+        + SHORTCUT_SPAN_MIN
+        + random.below((vertex_count - from).min(span_max) - SHORTCUT_SPAN_MIN);
+    [from, to]
+}
+
+/// Replaces the vertices between the ends of branches that reached their target, from the last to
+/// the first, except those that overlap one before.
+fn splice_all((forest, branches, route): Parts<'_>, heading_offset: f64) {
+    let mut end = usize::MAX;
+    loop {
+        let arrived = |(index, branch): (usize, &Branch)| match (branch.kind, branch.end) {
+            (BranchKind::Shortcut { from, to }, Some(BranchEnd::Reached { is_upright }))
+                if to <= end =>
+            {
+                Some((from, to, index, is_upright))
+            }
+            _ => None,
+        };
+        let Some((from, to, index, is_upright)) =
+            branches.all().iter().enumerate().filter_map(arrived).max()
+        else {
+            return;
+        };
+        end = from;
+        splice(forest, &branches.all()[index], route, ([from, to], heading_offset, is_upright));
+    }
+}
+
+/// Replaces the vertices between the ends of a branch, unless the placement arena is full.
+fn splice(
+    forest: &mut Forest,
+    branch: &Branch,
+    route: &mut GuideRoute,
+    (ends, heading_offset, is_upright): ([usize; 2], f64, bool),
+) {
+    let first = forest.trees[0].len();
+    for candidate in &branch.grown {
+        if forest.add((0, 0), heading_offset, candidate).is_none() {
             return;
         }
-        let next = tries_max.min(tried + PARALLEL_SHORTCUTS[usize::from(is_long)]);
-        (tried..next).for_each(|index| self.begin_shortcut(seed, index, span_max));
-        self.activity = Activity::Shortcutting { tried: next };
     }
-
-    fn begin_shortcut(&mut self, seed: u64, index: usize, span_max: usize) {
-        let vertex_count = self.route.vertices.len();
-        let mut random =
-            Random::new(seed, Stream::Possibility, index as u64 | 1 << 40, self.generation);
-        let from = random.below(vertex_count - SHORTCUT_SPAN_MIN);
-        let to = from
-            + SHORTCUT_SPAN_MIN
-            + random.below((vertex_count - from).min(span_max) - SHORTCUT_SPAN_MIN);
-        let extension = self.extension(0, self.route.vertices[to].pose, self.heading_offset, true);
-        let vertices_max = to - from - 1;
-        self.branches.begin(BranchRequest {
-            kind: BranchKind::Shortcut { from, to },
-            extension,
-            from: self.route.vertices[from],
-            vertices_max,
-        });
-    }
-
-    /// Replaces the vertices between the ends of each branch that reached its target, from the last
-    /// to the first. A branch that overlaps an inserted one is skipped.
-    fn splice_all(&mut self) {
-        let mut end = usize::MAX;
-        loop {
-            let arrived = |(index, branch): (usize, &Branch)| match (branch.kind, branch.end) {
-                (BranchKind::Shortcut { from, to }, Some(BranchEnd::Reached { is_upright }))
-                    if to <= end =>
-                {
-                    Some((from, to, index, is_upright))
-                }
-                _ => None,
-            };
-            let Some((from, to, index, is_upright)) =
-                self.branches.all().iter().enumerate().filter_map(arrived).max()
-            else {
-                return;
-            };
-            end = from;
-            self.splice([from, to], index, is_upright);
-        }
-    }
-
-    /// Replaces the vertices between a branch's ends by the branch, if its placements fit.
-    fn splice(&mut self, [from, to]: [usize; 2], branch: usize, is_upright: bool) {
-        let first = self.forest.trees[0].len();
-        for candidate in &self.branches.all()[branch].grown {
-            if self.forest.add((0, 0), self.heading_offset, candidate).is_none() {
-                return;
-            }
-        }
-        self.spare.clear();
-        self.spare.extend_from_slice(&self.route.vertices[..=from]);
-        self.spare.extend_from_slice(&self.forest.trees[0][first..]);
-        let joined = self.spare.len();
-        self.spare.extend_from_slice(&self.route.vertices[to..]);
-        self.spare[joined].is_traversed = false;
-        self.spare[joined].is_upright &= is_upright;
-        std::mem::swap(&mut self.spare, &mut self.route.vertices);
-    }
+    route.splice(ends, &forest.trees[0][first..], is_upright);
 }

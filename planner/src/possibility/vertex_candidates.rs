@@ -8,12 +8,14 @@ use surefoot_shared_types::Pose;
 
 use crate::base::threads::Threads;
 use crate::constraints::constraints::Constraints;
+use crate::constraints::foothold::Foothold;
 use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::upper_body::{UpperBody, UpperBodyFit};
 use crate::preparation::build::Preparation;
 use crate::preparation::{FootPlacement, is_whole};
+use crate::primitives::transition_configuration::is_step;
 
 /// How far below and above the ideal a placement may be, m.
 const REACH_Z: [f64; 2] = [-0.5, 0.5];
@@ -53,8 +55,6 @@ pub struct StageContext<'a> {
     pub stance_width: f64,
     /// The threads that share the work.
     pub threads: &'a Threads,
-    /// Whether a step leads from the first placement to the second, as stage M tests it.
-    pub is_step: fn(&Constraints, [&FootPlacement; 2]) -> bool,
 }
 
 /// The memory in which the placements of both feet are found.
@@ -166,11 +166,13 @@ impl StageContext<'_> {
             }
         }
         steps.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        from.is_empty()
-            || steps
-                .iter()
-                .take(STEPS_TRIED_MAX)
-                .any(|(_, step)| (self.is_step)(self.constraints, *step))
+        let is_step = |(_, step): &(f64, [&FootPlacement; 2])| {
+            let [from, to] = step.map(|placement| {
+                Foothold::whole(&self.constraints.robot, placement.limb, placement.world_from_sole)
+            });
+            is_step(self.constraints, [&from, &to])
+        };
+        from.is_empty() || steps.iter().take(STEPS_TRIED_MAX).any(is_step)
     }
 
     /// Placements of the left foot, then of the right one; `None` where one of them has none.

@@ -1,21 +1,21 @@
-//! What all stages read and none changes.
+//! Read-only data of a search.
 
 use crate::base::threads::Threads;
 use crate::constraints::constraints::Constraints;
 use crate::foot_placement::Surfaces;
 use crate::preparation::build::Preparation;
 
-/// What all stages read.
+/// What every stage reads and none changes: robot, world, preparation, threads, seed.
 #[derive(Debug)]
-pub struct Shared {
+pub struct PlanningContext {
     /// The robot, the world's geometry and the conditions of every configuration.
     pub constraints: Constraints,
-    /// Where soles can rest.
+    /// The surfaces on which soles can rest.
     pub surfaces: Surfaces,
-    /// What was made once for the robot.
+    /// The data computed once for the robot.
     pub preparation: Preparation<'static>,
     /// The threads that share the work.
     pub threads: Threads,
-    /// The seed of all streams.
+    /// The seed of all random streams.
     pub seed: u64,
 }

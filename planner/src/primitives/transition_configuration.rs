@@ -122,6 +122,12 @@ pub fn is_within_reach(constraints: &Constraints, stance: &Foothold, other: &Foo
     is_reached(constraints, &single_mode(stance), TransitionPair { stance, other })
 }
 
+/// Whether the robot, standing on the first foothold, reaches the second one, and then stands on
+/// that with the first still touched, by inverse kinematics [Grey 4.4.2].
+pub fn is_step(constraints: &Constraints, [from, to]: [&Foothold; 2]) -> bool {
+    is_within_reach(constraints, from, to) && is_within_reach(constraints, to, from)
+}
+
 /// The first of the same postures, which are [`FAR_REACHING_POSTURES`], that also holds: balanced,
 /// within limits, free of the world, the legs apart [Grey figure 4.14].
 pub fn first_valid_posture(

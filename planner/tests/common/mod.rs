@@ -107,13 +107,9 @@ impl Case {
         // A robot that cannot be prepared is refused as that, whatever else it is given.
         let preparation = try_preparation_for(&self.model, &self.scenario.planner)
             .unwrap_or_else(|_| preparation_for(&hubo(), &PlannerConfig::default()));
-        Planner::new(
-            &self.model,
-            &self.world,
-            &self.scenario,
-            preparation,
-            NonZeroUsize::new(threads).unwrap(),
-        )
+        Planner::builder(&self.model, &self.world, &self.scenario, preparation)
+            .threads(NonZeroUsize::new(threads).unwrap())
+            .build()
     }
 
     pub fn planner(&self, threads: usize) -> Planner {

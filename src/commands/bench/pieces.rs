@@ -1,6 +1,6 @@
 //! A search in pieces, each timed and told by its stage.
 
-use surefoot_planner::stage::Stage;
+use surefoot_planner::pipeline::WorkCategory;
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
@@ -10,7 +10,7 @@ use crate::system::signals;
 /// A piece of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// The stage that most of its work belongs to, as an index into [`Stage::NAMES`]: a stage that
+    /// The category of most of its work, as an index into [`WorkCategory::NAMES`]: a stage that
     /// ends without any work passes on to the next in the same piece.
     pub stage: usize,
     /// Work units.
@@ -29,12 +29,12 @@ pub fn search(
     emit: &mut dyn FnMut(Piece),
 ) -> Result<Outcome, CommandError> {
     loop {
-        let before = planner.tally();
+        let before = planner.stats();
         let watch = Stopwatch::start();
         let status = advance(planner);
         let seconds = watch.seconds();
-        let after = planner.tally();
-        let stage = busiest(&before.work_by_stage, &after.work_by_stage);
+        let after = planner.stats();
+        let stage = busiest(&before.work_by_category, &after.work_by_category);
         emit(Piece { stage, work: after.work - before.work, seconds });
         if let Status::Done(outcome) = status {
             return Ok(outcome);
@@ -46,8 +46,8 @@ pub fn search(
 }
 
 /// The stage whose work grew most.
-fn busiest(before: &[u64; Stage::COUNT], after: &[u64; Stage::COUNT]) -> usize {
-    (0..Stage::COUNT).rev().max_by_key(|&stage| after[stage] - before[stage]).unwrap_or(0)
+fn busiest(before: &[u64; WorkCategory::COUNT], after: &[u64; WorkCategory::COUNT]) -> usize {
+    (0..WorkCategory::COUNT).rev().max_by_key(|&stage| after[stage] - before[stage]).unwrap_or(0)
 }
 
 #[cfg(test)]
@@ -56,10 +56,10 @@ mod tests {
 
     #[test]
     fn a_piece_belongs_to_the_stage_that_grew_most() {
-        let mut after = [0; Stage::COUNT];
-        assert_eq!(busiest(&[0; Stage::COUNT], &after), 0);
+        let mut after = [0; WorkCategory::COUNT];
+        assert_eq!(busiest(&[0; WorkCategory::COUNT], &after), 0);
         (after[1], after[3]) = (2, 5);
-        assert_eq!(busiest(&[0; Stage::COUNT], &after), 3);
+        assert_eq!(busiest(&[0; WorkCategory::COUNT], &after), 3);
         assert_eq!(busiest(&after, &after), 0);
     }
 }

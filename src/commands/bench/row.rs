@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use surefoot_planner::stage::Stage;
+use surefoot_planner::pipeline::WorkCategory;
 use surefoot_shared_types::base::digest::Digest;
 
 use crate::commands::bench::statistics::{Summary, mean};
@@ -116,7 +116,7 @@ impl Row {
 
 /// A table of the rows' stages: mean time, and share of the work.
 pub fn stages<'a>(rows: impl Iterator<Item = &'a Row>) -> String {
-    let head = std::iter::once("scenario").chain(Stage::NAMES).map(str::to_owned).collect();
+    let head = std::iter::once("scenario").chain(WorkCategory::NAMES).map(str::to_owned).collect();
     let cells = rows.filter(|row| row.found > 0).map(|row| {
         let total: f64 = row.mean_work_by_stage.values().sum();
         let stage = |stage: &str| {
@@ -124,7 +124,7 @@ pub fn stages<'a>(rows: impl Iterator<Item = &'a Row>) -> String {
                 row.mean_work_by_stage.get(stage).map_or(0.0, |work| 100.0 * work / total.max(1.0));
             format!("{} {share:.0} %", seconds(row.mean_seconds_by_stage.get(stage).copied()))
         };
-        std::iter::once(row.scenario.clone()).chain(Stage::NAMES.map(stage)).collect()
+        std::iter::once(row.scenario.clone()).chain(WorkCategory::NAMES.map(stage)).collect()
     });
     aligned(&std::iter::once(head).chain(cells).collect::<Vec<Vec<String>>>())
 }

@@ -3,7 +3,7 @@
 //! a core, memory locked where that is permitted.
 
 use serde::Serialize;
-use surefoot_planner::stage::Stage;
+use surefoot_planner::pipeline::WorkCategory;
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::cli::bench_arguments::StepsArguments;
@@ -157,13 +157,8 @@ struct Steps {
 }
 
 fn new_planner(inputs: &Inputs) -> Result<Planner, CommandError> {
-    Ok(Planner::new(
-        &inputs.model,
-        &inputs.world,
-        &inputs.scenario,
-        inputs.preparation(false)?,
-        std::num::NonZeroUsize::MIN,
-    )?)
+    Ok(Planner::builder(&inputs.model, &inputs.world, &inputs.scenario, inputs.preparation(false)?)
+        .build()?)
 }
 
 /// A search in steps of `step_work` units.
@@ -171,10 +166,10 @@ fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, CommandError> {
     let mut planner = new_planner(inputs)?;
     let mut taken = vec![];
     loop {
-        let before = planner.tally().work;
+        let before = planner.stats().work;
         let watch = Stopwatch::start();
         let status = planner.step(step_work);
-        taken.push((watch.seconds(), planner.tally().work - before));
+        taken.push((watch.seconds(), planner.stats().work - before));
         if let Status::Done(outcome) = status {
             let digest = (outcome == Outcome::Found).then(|| planner.digest().to_string());
             return Ok(Steps { taken, outcome, digest });
@@ -188,7 +183,7 @@ fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, CommandError> {
 /// A search in the smallest pieces: how long it took, and what each stage took of it.
 fn pieces(inputs: &Inputs) -> Result<(f64, Vec<StageRow>), CommandError> {
     let mut planner = new_planner(inputs)?;
-    let mut rows = Stage::NAMES.map(|stage| StageRow { stage, ..StageRow::default() });
+    let mut rows = WorkCategory::NAMES.map(|stage| StageRow { stage, ..StageRow::default() });
     pieces::search(&mut planner, |planner| planner.step(1), &mut |piece| {
         let row = &mut rows[piece.stage];
         row.pieces += 1;

@@ -7,7 +7,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use surefoot_controller_sim::check_plan;
 use surefoot_planner::Planner;
-use surefoot_planner::stage::Stage;
+use surefoot_planner::pipeline::WorkCategory;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::scenario::Scenario;
 use surefoot_shared_types::plan_file::write::plan_from_chunks;
@@ -145,7 +145,7 @@ impl TrialSetup<'_> {
             seconds: planned.plan_seconds,
             processor_seconds: spent,
             work: planned.work,
-            work_by_stage: named(planner.tally().work_by_stage),
+            work_by_stage: named(planner.stats().work_by_category),
             seconds_by_stage: None,
             waypoints: planned.waypoints,
             arena_bytes: planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum(),
@@ -161,8 +161,8 @@ impl TrialSetup<'_> {
     /// When the planner cannot be made, or a signal comes.
     pub fn stages(&self) -> Result<BTreeMap<String, f64>, CommandError> {
         let mut planner = self.new_planner(&self.scenario())?;
-        let mut seconds = [0.0; Stage::COUNT];
-        pieces::search(&mut planner, |planner| planner.step_stage(STAGE_WORK), &mut |piece| {
+        let mut seconds = [0.0; WorkCategory::COUNT];
+        pieces::search(&mut planner, |planner| planner.step_category(STAGE_WORK), &mut |piece| {
             seconds[piece.stage] += piece.seconds
         })?;
         Ok(named(seconds))
@@ -173,13 +173,14 @@ impl TrialSetup<'_> {
     }
 
     fn new_planner(&self, scenario: &Scenario) -> Result<Planner, CommandError> {
-        Ok(Planner::new(
+        Ok(Planner::builder(
             &self.inputs.model,
             &self.inputs.world,
             scenario,
             self.inputs.preparation(false)?,
-            self.threads,
-        )?)
+        )
+        .threads(self.threads)
+        .build()?)
     }
 
     fn check_result(&self, planner: &Planner) -> Result<String, CommandError> {
@@ -203,6 +204,6 @@ impl TrialSetup<'_> {
     }
 }
 
-fn named<T>(by_stage: [T; Stage::COUNT]) -> BTreeMap<String, T> {
-    Stage::NAMES.into_iter().map(str::to_owned).zip(by_stage).collect()
+fn named<T>(by_stage: [T; WorkCategory::COUNT]) -> BTreeMap<String, T> {
+    WorkCategory::NAMES.into_iter().map(str::to_owned).zip(by_stage).collect()
 }

@@ -68,7 +68,7 @@ impl PlanningTask {
     /// Whether a task that begins farther back than a `planner` of this one may find what that one
     /// did not.
     pub(crate) fn may_retrace_further(&self, planner: &Planner) -> bool {
-        let gone = planner.way_back().places;
+        let gone = planner.retrace().depth;
         let is_farthest =
             gone < self.retrace_depth || gone >= RETRACE_LIFT_OFFS_MAX || self.walked.is_empty();
         self.rest_state.is_some() && !is_farthest
@@ -76,7 +76,7 @@ impl PlanningTask {
 
     /// Begins farther back than a `planner` of this task.
     pub(crate) fn retrace_further(&mut self, planner: &Planner) {
-        self.retrace_depth = (2 * planner.way_back().places).max(1);
+        self.retrace_depth = (2 * planner.retrace().depth).max(1);
     }
 
     /// The rest of the plan from the rest state in the controller's `feedback`, in the world that
@@ -154,17 +154,11 @@ impl PlanningTask {
         preparation: Preparation<'static>,
         threads: NonZeroUsize,
     ) -> Result<Planner, PlannerError> {
-        let mut planner = Planner::new(model, &self.world, &self.scenario, preparation, threads)?;
+        let mut builder = Planner::builder(model, &self.world, &self.scenario, preparation)
+            .threads(threads)
+            .plan_name(self.plan_id, self.epoch);
         if let Some(rest_state) = &self.rest_state {
-            planner.begin_at(&self.world, rest_state)?;
-            let places =
-                if planner.may_begin() { self.retrace_depth } else { self.retrace_depth.max(1) };
-            if places > 0 {
-                planner.walk_back(&self.world, &self.walked, places)?;
-            }
-            if self.may_retrace_further(&planner) {
-                planner.limit_work(WORK_MIN.max(WORK_PER_CHUNK * self.chunks));
-            }
+            builder = builder.start_in(rest_state).retrace(&self.walked, self.retrace_depth);
         }
         for missing in self
             .corrections
@@ -172,9 +166,12 @@ impl PlanningTask {
             .filter(|correction| correction.known_kind() == Some(CorrectionKind::ContactMissing))
         {
             let [half_length, half_width, _] = missing.half_extents;
-            planner.shun(&missing.pose(), [half_length, half_width]);
+            builder = builder.keep_out(missing.pose(), [half_length, half_width]);
         }
-        planner.name_plan(self.plan_id, self.epoch);
+        let mut planner = builder.build()?;
+        if self.may_retrace_further(&planner) {
+            planner.limit_work(WORK_MIN.max(WORK_PER_CHUNK * self.chunks));
+        }
         Ok(planner)
     }
 

@@ -202,7 +202,7 @@ impl Server<'_> {
                         self.inputs,
                         &feedback,
                         planner.chunks(),
-                        planner.way_back().chunks,
+                        planner.retrace().chunks,
                     ) {
                         Ok(next) => task = next,
                         Err(_) => return Ok(RequestState::Refused),

@@ -2,6 +2,7 @@ use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 
 use crate::instance::instance::*;
+use crate::instance::participant::{ChannelError, Participant};
 
 fn base() -> tempfile::TempDir {
     tempfile::Builder::new()

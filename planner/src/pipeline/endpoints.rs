@@ -1,4 +1,5 @@
-//! Whether and how the robot stands at the start and at the goal.
+//! The robot at the start and at the goal: on both feet on a given stance, or in the state in which
+//! it is [Grey 4.4.1].
 
 use std::ops::ControlFlow;
 
@@ -16,69 +17,71 @@ use crate::foot_placement::sole_support::{NoSupport, SurfacesError};
 use crate::foot_placement::{FootPlacementConfig, SampleLimits, Scratch, Surfaces};
 use crate::motion::local_planner::ModeState;
 use crate::outcome::EndpointError;
+use crate::possibility::FootPair;
+use crate::preparation::FootPlacement;
+use crate::preparation::is_whole;
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::{Configuration, Mechanism};
 use crate::robot::posture_ik::{Posture, solve_posture};
 
-/// Shares of the standing posture's reach that are tried for standing.
-const REACH_SHARES: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
+/// Leg extensions that are tried, relative to that of the standing posture.
+const LEG_EXTENSIONS: [f64; 5] = [1.0, 0.97, 0.94, 0.9, 0.85];
 
-/// Both feet on a mark.
-#[derive(Debug, Clone)]
-pub struct End {
-    /// The placements, left and right.
-    pub footholds: [Foothold; 2],
-    /// The robot standing on them.
-    pub state: ModeState,
-    /// Which of them carry it.
-    pub support: SupportMode,
-}
-
-/// How far below and above its print a sole may find the ground, m.
-const GROUND_REACH_Z: [f64; 2] = [-0.1, 0.1];
-/// How far aside of its print a sole may come to rest, m.
-const ASIDE_MAX: f64 = 0.03;
-/// How hard ground near a print is looked for.
+/// Lowest and highest ground relative to a wanted sole pose, m.
+const GROUND_Z: [f64; 2] = [-0.1, 0.1];
+/// Greatest horizontal distance of a foothold from a wanted sole pose, m.
+const OFFSET_MAX: f64 = 0.03;
+/// Limits of the query for ground near a wanted sole pose.
 const GROUND_LIMITS: SampleLimits =
     SampleLimits { geometric_max: 64, perturbed_max: 0, sampled_max: 0 };
 
-/// Stands the robot on a mark: exactly where the ground is level there, and else as the ground near
-/// it takes each sole.
+/// The robot at the start or at the goal.
+#[derive(Debug, Clone)]
+pub struct Endpoint {
+    /// The footholds, left and right.
+    pub footholds: [Foothold; 2],
+    /// The configuration over both footholds.
+    pub state: ModeState,
+    /// The feet that carry the robot.
+    pub support: SupportMode,
+}
+
+/// Puts the robot on a stance: exactly there where the ground is level, else on the nearest ground
+/// that supports each sole.
 ///
 /// # Errors
-/// Why it cannot stand there.
+/// A sole has no support, or no posture over both soles meets the constraints.
 pub fn stand_on(
     constraints: &Constraints,
     surfaces: &Surfaces,
     scratch: &mut Scratch,
     mark: &StancePose,
-) -> Result<End, EndpointError> {
-    let prints = mark.world_from_soles();
-    let left = foothold_near(constraints, surfaces, scratch, 0, &prints[0])?;
-    let right = foothold_near(constraints, surfaces, scratch, 1, &prints[1])?;
+) -> Result<Endpoint, EndpointError> {
+    let soles = mark.world_from_soles();
+    let left = foothold_near(constraints, surfaces, scratch, 0, &soles[0])?;
+    let right = foothold_near(constraints, surfaces, scratch, 1, &soles[1])?;
     let footholds = [left, right];
     let state = stand(constraints, &footholds, mark.yaw)?;
-    Ok(End { footholds, state, support: SupportMode::Double })
+    Ok(Endpoint { footholds, state, support: SupportMode::Double })
 }
 
-/// The smallest area that is looked for under a foot that stands already, m2: whatever carries it
-/// counts.
+/// Smallest support area under a foot that stands already, m2.
 const STANDING_AREA_MIN: f64 = 1e-4;
-/// The narrowest piece of a face that counts then, m: the robot was seen to stand on it.
+/// Smallest width of a support polygon under a foot that stands already, m.
 const STANDING_WIDTH_MIN: f64 = 2e-3;
 
-/// A world as it turned out to be, to look for what carries feet that stand already.
+/// The surfaces of a world, with the limits for feet that stand already.
 pub(crate) struct StandingGround {
     surfaces: Surfaces,
     scratch: Scratch,
 }
 
 impl StandingGround {
-    /// Compiles a world. Allocates; to be called before the search.
+    /// Compiles a world. Allocates.
     ///
     /// # Errors
-    /// The world has a shape that cannot be used.
-    pub(crate) fn new(world: &World) -> Result<Self, SurfacesError> {
+    /// A shape cannot be compiled into surfaces.
+    pub fn new(world: &World) -> Result<Self, SurfacesError> {
         let config = FootPlacementConfig {
             support_area_min: STANDING_AREA_MIN,
             centroid_edge_distance_min: 0.0,
@@ -88,9 +91,9 @@ impl StandingGround {
         Ok(Self { scratch: Scratch::new(&config), surfaces: Surfaces::new(world, config)? })
     }
 
-    /// Where the robot stands with the support that the world gives each foot that carries it. One
-    /// that it gives none loses its polygon: [`stand_as`] refuses it then.
-    pub(crate) fn supported_anew(&mut self, robot: &Mechanism, standing: &RestState) -> RestState {
+    /// A rest state with the support polygons that the world gives its standing feet. A foot
+    /// without support gets an empty polygon, which [`stand_as`] refuses.
+    pub fn with_support(&mut self, robot: &Mechanism, standing: &RestState) -> RestState {
         let mut standing = *standing;
         let mode = SupportMode::from_wire(standing.mode);
         for contact in &mut standing.contacts[..standing.contacts_len as usize] {
@@ -114,15 +117,18 @@ fn set_polygon(contact: &mut Contact, polygon: &[DVec2]) {
     contact.polygon_len = polygon.len() as u32;
 }
 
-/// Takes the robot as it stands where a walk was broken off, on both feet or on one. A foot that
-/// carries it is supported as it says, so where the world was corrected meanwhile it is to be
-/// supported anew first; a lifted one is remembered where it stood last.
+/// The robot in a rest state, on both feet or on one. A standing foot keeps the support polygon of
+/// the state; [`StandingGround::with_support`] updates it where the world was corrected. A lifted
+/// foot has the foothold where it stood last.
 ///
 /// # Errors
-/// It is not known where both feet stood, or nothing carries one that the robot stands on.
-pub fn stand_as(constraints: &Constraints, standing: &RestState) -> Result<End, EndpointError> {
-    let support = SupportMode::from_wire(standing.mode).ok_or(EndpointError::UnknownStance)?;
-    let [Some(left), Some(right)] = [0, 1].map(|limb| standing.contact_of(limb)) else {
+/// A foothold is not known, or a standing foot has no support.
+pub(crate) fn stand_as(
+    constraints: &Constraints,
+    rest_state: &RestState,
+) -> Result<Endpoint, EndpointError> {
+    let support = SupportMode::from_wire(rest_state.mode).ok_or(EndpointError::UnknownStance)?;
+    let [Some(left), Some(right)] = [0, 1].map(|limb| rest_state.contact_of(limb)) else {
         return Err(EndpointError::UnknownStance);
     };
     for (limb, contact) in [left, right].into_iter().enumerate() {
@@ -136,21 +142,21 @@ pub fn stand_as(constraints: &Constraints, standing: &RestState) -> Result<End, 
         Foothold::of(&constraints.robot, contact.limb as usize, contact.world_from_sole(), support)
     });
     let configuration = Configuration {
-        world_from_root: standing.waypoint.world_from_root(),
-        q: standing.waypoint.q,
+        world_from_root: rest_state.waypoint.world_from_root(),
+        q: rest_state.waypoint.q,
     };
     let kinematic_state = constraints.robot.kinematic_state(&configuration);
     let world_from_soles = [0, 1].map(|limb| match support.carries(limb) {
         false => constraints.robot.world_from_sole(&kinematic_state, limb),
         true => footholds[limb].world_from_sole,
     });
-    Ok(End { footholds, state: ModeState { configuration, world_from_soles }, support })
+    Ok(Endpoint { footholds, state: ModeState { configuration, world_from_soles }, support })
 }
 
-impl End {
-    /// Whether every condition holds where the robot stands, its centre of mass `margin_min` (m)
-    /// inside its support, a lifted foot as near to the world as one that is just leaving it.
-    pub fn holds(&self, constraints: &Constraints, margin_min: f64) -> bool {
+impl Endpoint {
+    /// Whether every condition holds here, with the centre of mass `margin_min` (m) inside the
+    /// support. A lifted foot may be as near to the world as one that leaves it.
+    pub(crate) fn holds(&self, constraints: &Constraints, margin_min: f64) -> bool {
         let [left, right] = &self.footholds;
         let mode = match self.support {
             SupportMode::Left => single_mode(left),
@@ -168,23 +174,36 @@ impl End {
     pub fn stands(&self, limb: usize) -> bool {
         self.support.carries(limb)
     }
+
+    /// The placements of both feet, if both carry the robot.
+    pub(crate) fn pair(&self, robot: &Mechanism) -> Option<FootPair> {
+        let placed = |limb: usize| {
+            let foothold = &self.footholds[limb];
+            FootPlacement {
+                limb,
+                world_from_sole: foothold.world_from_sole,
+                is_whole: is_whole(robot, limb, &foothold.support),
+            }
+        };
+        (self.support == SupportMode::Double).then(|| [placed(0), placed(1)])
+    }
 }
 
-/// The placement of a foot at a pose, or where that is not carried the nearest one that the ground
-/// offers.
+/// The foothold at a sole pose, or where that has no support the nearest one within
+/// [`OFFSET_MAX`].
 fn foothold_near(
     constraints: &Constraints,
     surfaces: &Surfaces,
     scratch: &mut Scratch,
     limb: usize,
-    print: &Pose,
+    wanted: &Pose,
 ) -> Result<Foothold, EndpointError> {
-    let exact = foothold_at(constraints, surfaces, scratch, limb, print);
+    let exact = foothold_at(constraints, surfaces, scratch, limb, wanted);
     let Err(EndpointError::Unsupported { .. }) = exact else { return exact };
     let query = FootholdQuery {
         limb,
-        ideal: *print,
-        reach_z: GROUND_REACH_Z,
+        ideal: *wanted,
+        reach_z: GROUND_Z,
         yaw_spread: YAW_SPREAD_MAX,
         seed: 0,
         name: (limb as u64, 0),
@@ -193,18 +212,18 @@ fn foothold_near(
     };
     let mut nearest = None;
     query.run((constraints, surfaces), scratch, &mut |placement| {
-        let aside = (placement.world_from_sole.translation - print.translation).truncate().length();
-        let is_near = aside <= ASIDE_MAX;
+        let offset = placement.world_from_sole.translation - wanted.translation;
+        let is_near = offset.truncate().length() <= OFFSET_MAX;
         nearest = is_near.then_some(placement.world_from_sole).or(nearest);
         ControlFlow::Continue(is_near)
     });
     nearest.map_or(exact, |pose| foothold_at(constraints, surfaces, scratch, limb, &pose))
 }
 
-/// The placement of a foot exactly at a pose.
+/// The foothold exactly at a sole pose.
 ///
 /// # Errors
-/// No support, or the foot meets the world.
+/// The sole has no support there, or the foot collides with the world.
 pub fn foothold_at(
     constraints: &Constraints,
     surfaces: &Surfaces,
@@ -221,12 +240,12 @@ pub fn foothold_at(
     Ok(Foothold::of(&constraints.robot, limb, *world_from_sole, support.polygon))
 }
 
-/// A standing configuration over two placements, the centre of mass between both feet.
+/// A configuration over two footholds, the centre of mass between both feet.
 ///
 /// # Errors
-/// What is wrong with the posture that the robot file asks for; where the legs do not reach in that
-/// one, with the next that they reach in.
-pub fn stand(
+/// The condition that the posture of the robot file violates; where the legs do not reach in that
+/// posture, that of the first one in which they do.
+pub(crate) fn stand(
     constraints: &Constraints,
     footholds: &[Foothold; 2],
     yaw: f64,
@@ -236,25 +255,24 @@ pub fn stand(
     let middle: DVec2 = 0.5 * (footholds[0].region.centroid() + footholds[1].region.centroid());
     let world_from_root = surefoot_shared_types::base::spatial::rotation_about(glam::DVec3::Z, yaw);
     let mut fault = None;
-    for share in REACH_SHARES {
+    for extension in LEG_EXTENSIONS {
         let posture = Posture {
             world_from_root,
-            leg_extension: share * constraints.robot.standing_leg_extension,
+            leg_extension: extension * constraints.robot.standing_leg_extension,
             com: middle,
         };
-        let settled = solve_posture(
+        let posed = solve_posture(
             &constraints.robot,
             &world_from_soles,
             &posture,
             constraints.robot.standing_q,
         );
-        let Ok((configuration, kinematic_state)) = settled else { continue };
+        let Ok((configuration, kinematic_state)) = posed else { continue };
         match constraints.check(&mode, &kinematic_state, [FootPhase::Stance; 2]) {
             Ok(()) => return Ok(ModeState { configuration, world_from_soles }),
             Err(rejection) => {
-                fault = fault.or_else(|| {
-                    Some((rejection, what_hits(constraints, &kinematic_state, rejection)))
-                })
+                fault = fault
+                    .or_else(|| Some((rejection, hit_of(constraints, &kinematic_state, rejection))))
             }
         }
     }
@@ -262,8 +280,8 @@ pub fn stand(
     Err(EndpointError::NoPosture { rejection, hit })
 }
 
-/// What is too near to what, where that is why a standing robot was rejected.
-fn what_hits(
+/// The two bodies that are too near, where a collision is the reason for a rejection.
+fn hit_of(
     constraints: &Constraints,
     kinematic_state: &KinematicState,
     rejection: Rejection,

@@ -1,0 +1,104 @@
+//! Writes the motions of a plan as chunks, and finalizes them: time, sequence number, digest.
+
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::message::PlanChunk;
+
+use crate::base::work_budget::items_in;
+use crate::motion::mode_graph::ArenaFull;
+use crate::motion::roadmap::ModeEdge;
+use crate::outcome::Outcome;
+use crate::pipeline::search::Search;
+use crate::pipeline::stage::Event;
+use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};
+use crate::preparation::planning_context::PlanningContext;
+
+/// Makes the chunks of a plan and their digest. One unit of work for each motion that is written,
+/// and one for each chunk that is finalized.
+#[derive(Debug)]
+pub(crate) struct ChunkStage {
+    /// The chunks, and those that a plan retraces before.
+    pub chunks: ChunkBuilder,
+    /// The next motion of the plan.
+    next: usize,
+    /// Whether all motions are written.
+    is_written: bool,
+    digest: Digest,
+}
+
+impl ChunkStage {
+    /// Takes the chunks of a plan, which are none yet or those that retrace.
+    pub fn new(chunks: ChunkBuilder) -> Self {
+        Self { chunks, next: 0, is_written: false, digest: Digest::default() }
+    }
+
+    /// Writes the next motions and finalizes chunks before them, within `budget` units of work.
+    ///
+    /// # Errors
+    /// The waypoint arena is full.
+    pub fn step(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+        budget: u64,
+    ) -> Result<Event, ArenaFull> {
+        if self.is_written {
+            self.finalize(context, search, budget)
+        } else {
+            self.write(context, search, budget)
+        }
+    }
+
+    /// Writes the chunks of the next motions, and finalizes those of earlier motions.
+    fn write(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+        budget: u64,
+    ) -> Result<Event, ArenaFull> {
+        let motions_max = items_in(budget, PARALLEL_MOTIONS_MAX);
+        let plan = &search.segmentation.plan()[self.next..];
+        let edges =
+            plan.windows(2).take(motions_max).map(|pair| ModeEdge { from: pair[0], to: pair[1] });
+        let count = edges.len();
+        if count == 0 {
+            search.stats.work += 1;
+            self.is_written = true;
+            return Ok(Event::Continue);
+        }
+        let motions: heapless::Vec<ModeMotion<'_>, PARALLEL_MOTIONS_MAX> =
+            edges.filter_map(|edge| search.roadmap.mode_motion(edge)).collect();
+        let chunks_max = items_in(budget - count as u64, usize::MAX);
+        let finalized = self.chunks.append(&motions, chunks_max, &context.threads)?;
+        search.stats.work += (count + finalized) as u64;
+        self.next += count;
+        Ok(Event::Continue)
+    }
+
+    /// Finalizes the chunks that are left.
+    fn finalize(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+        budget: u64,
+    ) -> Result<Event, ArenaFull> {
+        if self.chunks.unfinalized() > 1 {
+            let chunks_max = items_in(budget, usize::MAX);
+            search.stats.work += self.chunks.append(&[], chunks_max, &context.threads)? as u64;
+            return Ok(Event::Continue);
+        }
+        search.stats.work += 1;
+        self.digest = self.chunks.finalize_last();
+        search.outcome = Some(Outcome::Found);
+        Ok(Event::Found)
+    }
+
+    /// The chunks of the plan.
+    pub fn chunks(&self) -> &[PlanChunk] {
+        self.chunks.chunks()
+    }
+
+    /// The digest of the plan's chunks; zero before the plan is complete.
+    pub fn digest(&self) -> Digest {
+        self.digest
+    }
+}

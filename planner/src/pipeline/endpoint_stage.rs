@@ -1,0 +1,169 @@
+//! Stands the robot on the start and on the goal, the first and the last boundary [Grey 4.4.1].
+
+use surefoot_shared_types::base::spatial::wrap_angle;
+use surefoot_shared_types::config::scenario::{Scenario, StancePose};
+use surefoot_shared_types::message::{RestState, SupportMode};
+
+use crate::constraints::constraints::StartBalance;
+use crate::motion::mode_graph::{ArenaFull, FootholdId};
+use crate::motion::roadmap::Boundary;
+use crate::outcome::{EndpointError, Outcome};
+use crate::pipeline::endpoints::{Endpoint, foothold_at, stand_as, stand_on};
+use crate::pipeline::retrace::Retrace;
+use crate::pipeline::search::Search;
+use crate::pipeline::stage::Event;
+use crate::preparation::planning_context::PlanningContext;
+
+/// Stands the robot on the start and on the goal: the boundaries of the first and of the last
+/// segment, and the roots of Gamma_P. One unit of work.
+#[derive(Debug)]
+pub(crate) struct EndpointStage {
+    start: StancePose,
+    goal: StancePose,
+    /// The state that the robot is in, in place of the start stance.
+    pub rest_state: Option<RestState>,
+    /// What the plan retraces first.
+    pub retrace: Retrace,
+    /// Distance of the centre of mass inside the support at the start, m.
+    com_margin: f64,
+    /// Greatest distance of a sole from the goal, m.
+    position_tolerance: f64,
+    /// Greatest difference from the heading of the goal, rad.
+    yaw_tolerance: f64,
+}
+
+impl EndpointStage {
+    /// Takes start and goal from a scenario.
+    pub fn new(scenario: &Scenario) -> Self {
+        Self {
+            start: scenario.start,
+            goal: scenario.goal,
+            rest_state: None,
+            retrace: Retrace::default(),
+            com_margin: scenario.checker.com_margin,
+            position_tolerance: scenario.goal_position_tolerance,
+            yaw_tolerance: scenario.goal_yaw_tolerance,
+        }
+    }
+
+    /// Starts in a state that the robot is in. Returns its stance, if both feet are known: its
+    /// width is that of the goal, since the actual width says nothing about the steps to come.
+    pub fn start_in(&mut self, rest_state: RestState) -> Option<StancePose> {
+        self.rest_state = Some(rest_state);
+        let mark = rest_state.stance_pose()?;
+        self.start = StancePose { stance_width: self.goal.stance_width, ..mark };
+        Some(self.start)
+    }
+
+    /// Distance between the feet at the start, m.
+    pub fn stance_width(&self) -> f64 {
+        self.start.stance_width
+    }
+
+    /// Distance of the centre of mass inside the support at the start, m.
+    pub fn com_margin(&self) -> f64 {
+        self.com_margin
+    }
+
+    /// Whether every condition holds in the state that the robot is in; `false` if none is known.
+    pub fn is_rest_state_valid(&self, context: &PlanningContext) -> bool {
+        let constraints = &context.constraints;
+        self.rest_state.is_some_and(|state| {
+            stand_as(constraints, &state)
+                .is_ok_and(|endpoint| endpoint.holds(constraints, self.com_margin))
+        })
+    }
+
+    /// Adds the boundaries of start and goal.
+    ///
+    /// # Errors
+    /// The foothold arena is full.
+    pub fn step(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+        _budget: u64,
+    ) -> Result<Event, ArenaFull> {
+        search.stats.work += 1;
+        let endpoints = match self.endpoints(context, search) {
+            Ok(endpoints) => endpoints,
+            Err(outcome) => {
+                search.outcome = Some(outcome);
+                return Ok(Event::Invalid);
+            }
+        };
+        for endpoint in &endpoints {
+            add_boundary(context, search, endpoint)?;
+        }
+        let robot = &context.constraints.robot;
+        let com = robot.kinematic_state(&endpoints[0].state.configuration).com.truncate();
+        search.roadmap.set_start_balance(StartBalance { com, margin_min: self.com_margin });
+        search.route.set_end_pairs(endpoints.map(|endpoint| endpoint.pair(robot)));
+        Ok(Event::Done)
+    }
+
+    /// The robot at the start and at the goal.
+    fn endpoints(
+        &self,
+        context: &PlanningContext,
+        search: &mut Search,
+    ) -> Result<[Endpoint; 2], Outcome> {
+        let PlanningContext { constraints, surfaces, .. } = context;
+        let scratch = &mut search.footholds.scratch[0];
+        let mut stand_on_mark = |mark: &StancePose| -> Result<Endpoint, EndpointError> {
+            stand_on(constraints, surfaces, scratch, mark)
+        };
+        let start = match &self.rest_state {
+            Some(state) => stand_as(constraints, state),
+            None => stand_on_mark(&self.start),
+        };
+        let start = start.map_err(Outcome::StartInvalid)?;
+        let goal = stand_on_mark(&self.goal).map_err(Outcome::GoalInvalid)?;
+        let goal =
+            if self.rest_state.is_none() && self.is_start_goal() { start.clone() } else { goal };
+        Ok([start, goal])
+    }
+
+    /// Whether the start stance is within the tolerances of the goal.
+    fn is_start_goal(&self) -> bool {
+        let soles = self.start.world_from_soles().into_iter().zip(self.goal.world_from_soles());
+        let is_near = soles.into_iter().all(|(start, goal)| {
+            start.translation.distance(goal.translation) <= self.position_tolerance
+        });
+        is_near && wrap_angle(self.goal.yaw - self.start.yaw).abs() <= self.yaw_tolerance
+    }
+}
+
+/// Adds an endpoint as a boundary of a segment.
+fn add_boundary(
+    context: &PlanningContext,
+    search: &mut Search,
+    endpoint: &Endpoint,
+) -> Result<(), ArenaFull> {
+    let footholds =
+        [add_foothold(context, search, endpoint, 0)?, add_foothold(context, search, endpoint, 1)?];
+    let Endpoint { state, support, .. } = *endpoint;
+    search.roadmap.add_boundary(Boundary { footholds, state, support });
+    // From footholds that are farther apart than primitive postures reach, and onto them, only
+    // long steps lead.
+    let soles = [0, 1].map(|limb| &endpoint.footholds[limb].world_from_sole);
+    search.connections.long_steps |= endpoint.support == SupportMode::Double
+        && !context.preparation.step_limits().may_step(soles);
+    Ok(())
+}
+
+/// Adds a foothold of an endpoint. A lifted foot may have lost its foothold where the world was
+/// corrected: then it is not added, and the result is 0.
+fn add_foothold(
+    context: &PlanningContext,
+    search: &mut Search,
+    endpoint: &Endpoint,
+    limb: usize,
+) -> Result<FootholdId, ArenaFull> {
+    let PlanningContext { constraints, surfaces, .. } = context;
+    let foothold = &endpoint.footholds[limb];
+    let scratch = &mut search.footholds.scratch[0];
+    let is_usable = endpoint.stands(limb)
+        || foothold_at(constraints, surfaces, scratch, limb, &foothold.world_from_sole).is_ok();
+    if is_usable { search.roadmap.graph.identical_or_new(foothold) } else { Ok(0) }
+}

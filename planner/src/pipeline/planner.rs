@@ -1,0 +1,257 @@
+//! The planner: read this first.
+//!
+//! A search is a sequence of stages. Each stage advances by bounded pieces of work, until an event
+//! leads to another stage, as the table in `stage_table.rs` says:
+//!
+//! | stage | makes | thesis |
+//! | --- | --- | --- |
+//! | Endpoints | the robot at the start and at the goal | 4.4.1 |
+//! | Route | a guide route, with the crouch profile (stage P) | 3, 4.1-4.3 |
+//! | Segmentation | segments of the route that share their end states | 3.2 |
+//! | Footholds | footholds along the route | 4.2, 4.4.4 |
+//! | Connections | transitions between footholds | 4.4.2 |
+//! | Primitives | configurations and motions of pi_S | 3.2, 4.4.5 |
+//! | Segments | the choice of the next task | |
+//! | Estimates | prior costs of transitions | 4.4.2 |
+//! | Sequence | the cheapest sequence of transitions | 4.4.2 |
+//! | Configurations | configurations for the transitions | 4.4.2 |
+//! | Motions | motions within single modes | 4.4.3 |
+//! | Recovery | the action that follows a failure | 4.4.4 |
+//! | Shortcuts | shorter motions | 4.4.6 |
+//! | Chunks | the chunks of the plan and their digest | |
+//!
+//! A sequence that cannot be completed costs more afterwards, so the next one differs. Where
+//! sequences cost too much or there is none, more footholds are sampled, and stage P finds another
+//! route. The footholds of all routes stand in one graph, so each sequence may use any of them.
+//! Steps are removed from a complete sequence [Grey 4.4.6]. Several segments are planned in
+//! parallel; the plan is complete once all are.
+
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::message::PlanChunk;
+
+use crate::constraints::constraints::Constraints;
+use crate::foot_placement::Scratch;
+use crate::motion::mode_graph::{ArenaFull, ModeGraph, TransitionId, boundary_of};
+use crate::outcome::{Bound, Outcome, Status};
+use crate::pipeline::bottlenecks::Bottleneck;
+use crate::pipeline::chunk_stage::ChunkStage;
+use crate::pipeline::connection::ConnectionStage;
+use crate::pipeline::endpoint_stage::EndpointStage;
+use crate::pipeline::foothold_stage::FootholdStage;
+use crate::pipeline::primitive_steps::PrimitiveStage;
+use crate::pipeline::recovery_stage::RecoveryStage;
+use crate::pipeline::retrace::{Retrace, steps_retraced};
+use crate::pipeline::route_stage::RouteStage;
+use crate::pipeline::search::{Search, SearchStats};
+use crate::pipeline::segment_cycle::{ConfigurationStage, MotionStage};
+use crate::pipeline::segment_stage::SegmentStage;
+use crate::pipeline::segmentation_stage::SegmentationStage;
+use crate::pipeline::sequence_stage::SequenceStage;
+use crate::pipeline::shortcut_stage::ShortcutStage;
+use crate::pipeline::stage::{Event, Stage, WorkCategory};
+use crate::pipeline::stage_table;
+use crate::preparation::planning_context::PlanningContext;
+
+/// Work units between two calls of the condition of [`Planner::step_while`].
+const WORK_PER_CALL: u64 = 4_096;
+
+/// A planner for one robot, world and scenario. All memory is allocated when it is built.
+#[derive(Debug)]
+pub struct Planner {
+    pub(crate) context: PlanningContext,
+    pub(crate) search: Search,
+    pub(crate) stages: Stages,
+    pub(crate) stage: Stage,
+}
+
+/// The stages that have a state.
+#[derive(Debug)]
+pub(crate) struct Stages {
+    pub endpoints: EndpointStage,
+    pub route: RouteStage,
+    pub segmentation: SegmentationStage,
+    pub primitives: PrimitiveStage,
+    pub sequence: SequenceStage,
+    pub recovery: RecoveryStage,
+    pub shortcuts: ShortcutStage,
+    pub chunks: ChunkStage,
+}
+
+impl Stages {
+    /// Advances a stage by one piece of work, or by several within a budget.
+    fn step(
+        &mut self,
+        stage: Stage,
+        context: &PlanningContext,
+        search: &mut Search,
+        budget: u64,
+    ) -> Result<Event, ArenaFull> {
+        match stage {
+            Stage::Endpoints => self.endpoints.step(context, search, budget),
+            Stage::Route => self.route.step(context, search, budget),
+            Stage::Segmentation => self.segmentation.step(context, search, budget),
+            Stage::Footholds => FootholdStage.step(context, search, budget),
+            Stage::Connections => ConnectionStage.step(context, search, budget),
+            Stage::Primitives => self.primitives.step(context, search, budget),
+            Stage::Segments => SegmentStage.step(context, search, budget),
+            Stage::Estimates | Stage::Sequence => self.sequence.step(context, search, budget),
+            Stage::Configurations => ConfigurationStage.step(context, search, budget),
+            Stage::Motions => MotionStage.step(context, search, budget),
+            Stage::Recovery => self.recovery.step(context, search, budget),
+            Stage::Shortcuts => self.shortcuts.step(context, search, budget),
+            Stage::Chunks => self.chunks.step(context, search, budget),
+            Stage::Over => Ok(Event::Continue),
+        }
+    }
+}
+
+impl Planner {
+    /// Advances the search by at most `work` units, or to its end.
+    pub fn step(&mut self, work: u64) -> Status {
+        self.step_while(work, &|| true)
+    }
+
+    /// Advances the search by at most `work` units, or until `may_continue` returns `false`: it is
+    /// called now and then, for example to react to a signal. It has no influence on the plan.
+    pub fn step_while(&mut self, work: u64, may_continue: &(dyn Fn() -> bool + Sync)) -> Status {
+        let until = self.search.stats.work.saturating_add(work);
+        self.in_pool(|planner| {
+            loop {
+                let left = until - planner.search.stats.work;
+                let status = planner.advance(left.min(WORK_PER_CALL), None);
+                if status != Status::Working
+                    || planner.search.stats.work >= until
+                    || !may_continue()
+                {
+                    return status;
+                }
+            }
+        })
+    }
+
+    /// Advances the search by at most `work` units, or until its work counts for another category:
+    /// for measurements.
+    pub fn step_category(&mut self, work: u64) -> Status {
+        let category = self.stage.category();
+        self.in_pool(|planner| planner.advance(work, category))
+    }
+
+    fn in_pool(&mut self, advance: impl FnOnce(&mut Self) -> Status + Send) -> Status {
+        let threads = self.context.threads.clone();
+        threads.run(|| advance(self))
+    }
+
+    /// Advances by at most `work` units; with a category, only as long as the work counts for it.
+    fn advance(&mut self, work: u64, only: Option<WorkCategory>) -> Status {
+        let until = self.search.stats.work.saturating_add(work).min(self.search.work_max);
+        while self.search.stats.work < until
+            && (only.is_none() || only == self.stage.category())
+            && self.stage != Stage::Over
+        {
+            self.step_stage(until - self.search.stats.work);
+            while matches!(self.stage, Stage::Segments | Stage::Recovery) {
+                self.step_stage(0);
+            }
+        }
+        if self.stage != Stage::Over && self.search.stats.work >= self.search.work_max {
+            self.end(Outcome::BudgetExhausted(Bound::Work));
+        }
+        self.search.outcome.map_or(Status::Working, Status::Done)
+    }
+
+    /// Advances the current stage, and takes the next one from the table.
+    fn step_stage(&mut self, budget: u64) {
+        let Self { context, search, stages, stage } = self;
+        let before = search.stats.work;
+        let event = stages.step(*stage, context, search, budget);
+        if let Some(category) = stage.category() {
+            search.stats.work_by_category[category as usize] += search.stats.work - before;
+        }
+        match event {
+            Ok(event) => *stage = stage_table::next(*stage, event),
+            Err(full) => self.end(Outcome::ArenaFull(full)),
+        }
+    }
+
+    /// Ends the search.
+    pub(crate) fn end(&mut self, outcome: Outcome) {
+        (self.stage, self.search.outcome) = (Stage::Over, Some(outcome));
+    }
+
+    /// Lowers the limit of the search's work to `work_max` units.
+    pub fn limit_work(&mut self, work_max: u64) {
+        self.search.work_max = work_max.min(self.search.work_max);
+    }
+
+    fn has_found(&self) -> bool {
+        self.search.outcome == Some(Outcome::Found)
+    }
+
+    /// The chunks of the plan, once found. Their session and receiver are not set.
+    pub fn chunks(&self) -> &[PlanChunk] {
+        if self.has_found() { self.stages.chunks.chunks() } else { &[] }
+    }
+
+    /// The digest of the plan's chunks, once found.
+    pub fn digest(&self) -> Digest {
+        self.stages.chunks.digest()
+    }
+
+    /// The statistics of the search.
+    pub fn stats(&self) -> SearchStats {
+        self.search.stats
+    }
+
+    /// The place where most sequences failed, if any did.
+    pub fn bottleneck(&self) -> Option<Bottleneck> {
+        self.stages.recovery.bottleneck()
+    }
+
+    /// How far back the plan leads first.
+    pub fn retrace(&self) -> Retrace {
+        self.stages.endpoints.retrace
+    }
+
+    /// The robot, the world and the conditions of every configuration.
+    pub fn constraints(&self) -> &Constraints {
+        &self.context.constraints
+    }
+
+    /// Number of waypoints of the plan, once found.
+    pub fn waypoints(&self) -> u64 {
+        if self.has_found() { self.stages.chunks.chunks.waypoints() } else { 0 }
+    }
+
+    /// Number of steps of the plan, once found: how often a foot is lifted and set down.
+    pub fn steps(&self) -> u64 {
+        let plan = if self.has_found() { self.search.segmentation.plan() } else { &[] };
+        let is_boundary = |node: TransitionId| boundary_of(node).is_some();
+        let is_swing = |pair: &&[TransitionId]| {
+            !is_boundary(pair[0]) && !is_boundary(pair[1]) && pair[1] != ModeGraph::twin(pair[0])
+        };
+        let retraced = steps_retraced(self.chunks(), self.retrace().chunks);
+        (plan.windows(2).filter(is_swing).count() + retraced) as u64
+    }
+
+    /// Bytes of all arenas by name.
+    pub fn arena_bytes(&self) -> [(&'static str, usize); 9] {
+        let Self { context, search, stages, .. } = self;
+        let nearest_vertices = search.connections.nearest_vertices.capacity() * size_of::<u32>();
+        let sequences = stages.sequence.bytes()
+            + search.segments.bytes()
+            + search.segmentation.bytes()
+            + search.footholds.selection.bytes()
+            + nearest_vertices;
+        [
+            ("possibility", search.route.bytes() + search.crouch.bytes()),
+            ("roadmap", search.roadmap.bytes()),
+            ("batches", search.batch.bytes()),
+            ("sequences", sequences),
+            ("chunks", stages.chunks.chunks.bytes()),
+            ("collision", context.constraints.collision.bytes()),
+            ("surfaces", context.surfaces.heap_bytes()),
+            ("foot placement", search.footholds.scratch.iter().map(Scratch::heap_bytes).sum()),
+            ("shortcuts", stages.shortcuts.bytes()),
+        ]
+    }
+}

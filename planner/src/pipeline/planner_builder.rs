@@ -1,0 +1,305 @@
+//! Builds a planner: compiles robot and world, and reserves all memory of a search.
+
+use std::num::NonZeroUsize;
+
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::config::PlannerConfig;
+use surefoot_shared_types::config::scenario::Scenario;
+use surefoot_shared_types::message::{PlanChunk, RestState};
+use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::world::world::World;
+
+use crate::base::arena::reserve;
+use crate::base::threads::Threads;
+use crate::collision::model::CollisionModel;
+use crate::constraints::constraints::Constraints;
+use crate::foot_placement::sole_support::SurfacesError;
+use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
+use crate::geometry::CollisionError;
+use crate::motion::roadmap::Roadmap;
+use crate::motion::search_batch::SearchBatch;
+use crate::outcome::Outcome;
+use crate::pipeline::chunk_stage::ChunkStage;
+use crate::pipeline::endpoint_stage::EndpointStage;
+use crate::pipeline::endpoints::StandingGround;
+use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::planner::{Planner, Stages};
+use crate::pipeline::primitive_steps::PrimitiveStage;
+use crate::pipeline::recovery_stage::RecoveryStage;
+use crate::pipeline::retrace::{Retrace, lift_off_before};
+use crate::pipeline::route_stage::RouteStage;
+use crate::pipeline::search::{Connections, FootholdSampling, Search, SearchStats};
+use crate::pipeline::segment_searches::SegmentSearches;
+use crate::pipeline::segmentation::Segmentation;
+use crate::pipeline::segmentation_stage::SegmentationStage;
+use crate::pipeline::sequence_stage::SequenceStage;
+use crate::pipeline::shortcut_stage::ShortcutStage;
+use crate::pipeline::stage::Stage;
+use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
+use crate::plan::time_parameterization::TimeParameterization;
+use crate::possibility::{CrouchProfile, RouteSearch, UpperBody};
+use crate::preparation::PreparationError;
+use crate::preparation::build::Preparation;
+use crate::preparation::planning_context::PlanningContext;
+use crate::robot::mechanism::{Mechanism, MechanismError};
+
+/// Number of sides of the pyramid that a checker may put inside the friction cone. Vertical forces
+/// must lie in it, too.
+const FRICTION_SIDES: f64 = 8.0;
+
+/// Why a planner cannot be built from these inputs.
+#[derive(Debug, thiserror::Error)]
+pub enum PlannerError {
+    /// The planner cannot move this robot.
+    #[error(transparent)]
+    Mechanism(#[from] MechanismError),
+    /// A shape cannot be compiled for collision checks.
+    #[error(transparent)]
+    Collision(#[from] CollisionError),
+    /// A shape cannot be compiled into surfaces to stand on.
+    #[error(transparent)]
+    Surfaces(#[from] SurfacesError),
+    /// The preparation was made for another robot or other margins.
+    #[error("the preparation {0}")]
+    Preparation(#[from] PreparationError),
+    /// The threads cannot be started.
+    #[error("cannot start {threads} planner threads: {reason}")]
+    Threads {
+        /// Number of threads.
+        threads: usize,
+        /// Reason that the system gives.
+        reason: String,
+    },
+}
+
+/// The inputs of a planner. [`Planner::builder`] sets the required ones.
+#[derive(Debug, Clone)]
+pub struct PlannerBuilder<'a> {
+    model: &'a RobotModel,
+    world: &'a World,
+    scenario: &'a Scenario,
+    preparation: Preparation<'static>,
+    threads: NonZeroUsize,
+    /// Plan id and epoch.
+    plan_name: (u64, u64),
+    rest_state: Option<&'a RestState>,
+    /// The chunks executed last, and how many lift-offs the plan retraces.
+    retrace: (&'a [PlanChunk], usize),
+    /// Sole poses with half the sides (m) of the rectangle around each.
+    keep_out: Vec<(Pose, [f64; 2])>,
+}
+
+impl Planner {
+    /// Begins with a robot, a world, a scenario, and the preparation of the robot for the
+    /// scenario's margins. One thread.
+    pub fn builder<'a>(
+        model: &'a RobotModel,
+        world: &'a World,
+        scenario: &'a Scenario,
+        preparation: Preparation<'static>,
+    ) -> PlannerBuilder<'a> {
+        PlannerBuilder {
+            model,
+            world,
+            scenario,
+            preparation,
+            threads: NonZeroUsize::MIN,
+            plan_name: (1, 0),
+            rest_state: None,
+            retrace: (&[], 0),
+            keep_out: Vec::new(),
+        }
+    }
+}
+
+impl<'a> PlannerBuilder<'a> {
+    /// Number of threads that share the work. It has no influence on the plan.
+    pub fn threads(self, threads: NonZeroUsize) -> Self {
+        Self { threads, ..self }
+    }
+
+    /// Plan id and epoch that the chunks carry. Plan 1, epoch 0 by default.
+    pub fn plan_name(self, plan_id: u64, epoch: u64) -> Self {
+        Self { plan_name: (plan_id, epoch), ..self }
+    }
+
+    /// Starts in a state that the robot is in, on both feet or on one, in place of the scenario's
+    /// start stance. Its feet get the support that the world gives them.
+    pub fn start_in(self, rest_state: &'a RestState) -> Self {
+        Self { rest_state: Some(rest_state), ..self }
+    }
+
+    /// Lets the plan retrace the `executed` chunks first, which led to the state given by
+    /// [`PlannerBuilder::start_in`]: back to the `depth`-th last lift-off at which every condition
+    /// holds, or the farthest. With depth 0 this is done only if a condition is violated in the
+    /// state itself, and then to the last such lift-off.
+    pub fn retrace(self, executed: &'a [PlanChunk], depth: usize) -> Self {
+        Self { retrace: (executed, depth), ..self }
+    }
+
+    /// Keeps soles out of a rectangle with these half sides (m) around a sole pose; see
+    /// [`CollisionModel::shun`].
+    pub fn keep_out(mut self, world_from_sole: Pose, half_sides: [f64; 2]) -> Self {
+        self.keep_out.push((world_from_sole, half_sides));
+        self
+    }
+
+    /// Compiles robot and world, and reserves all memory of a search.
+    ///
+    /// # Errors
+    /// The planner cannot use the robot or the world, the preparation is that of another robot, or
+    /// the threads cannot be started.
+    pub fn build(self) -> Result<Planner, PlannerError> {
+        let (context, placement) = self.context()?;
+        let config = &self.scenario.planner;
+        let search = self.search(&context, &placement);
+        let endpoints = EndpointStage::new(self.scenario);
+        let edges_max = config.configurations_max as usize;
+        let stages = Stages {
+            route: RouteStage::new(
+                UpperBody::new(self.model, &context.constraints.robot),
+                endpoints.stance_width(),
+            ),
+            endpoints,
+            segmentation: SegmentationStage::default(),
+            primitives: PrimitiveStage::default(),
+            sequence: SequenceStage::new(
+                config.footholds_max as usize,
+                config.transitions_max as usize,
+            ),
+            recovery: RecoveryStage::default(),
+            shortcuts: ShortcutStage::new(edges_max),
+            chunks: ChunkStage::new(self.chunks(&context)),
+        };
+        let mut planner = Planner { context, search, stages, stage: Stage::Endpoints };
+        self.begin_in_rest_state(&mut planner)?;
+        for (world_from_sole, half_sides) in &self.keep_out {
+            planner.context.constraints.collision.add_keep_out_zone(world_from_sole, *half_sides);
+        }
+        Ok(planner)
+    }
+
+    /// The read-only data of the search, and the limits of foot placement.
+    fn context(&self) -> Result<(PlanningContext, FootPlacementConfig), PlannerError> {
+        let config: &PlannerConfig = &self.scenario.planner;
+        let robot = Mechanism::new(self.model, config)?;
+        let collision = CollisionModel::new(self.model, self.world, config.clearance)?;
+        let placement = placement_config(&robot, self.world, self.scenario);
+        let surfaces = Surfaces::new(self.world, placement.clone())?;
+        if !self.preparation.is_for(self.model, config) {
+            return Err(PreparationError::OtherRobot.into());
+        }
+        let threads = Threads::new(self.threads).map_err(|error| PlannerError::Threads {
+            threads: self.threads.get(),
+            reason: error.to_string(),
+        })?;
+        let constraints = Constraints { robot, collision, config: config.clone() };
+        let (preparation, seed) = (self.preparation.clone(), self.scenario.seed);
+        Ok((PlanningContext { constraints, surfaces, preparation, threads, seed }, placement))
+    }
+
+    /// The data that the stages share.
+    fn search(&self, context: &PlanningContext, placement: &FootPlacementConfig) -> Search {
+        let config = &self.scenario.planner;
+        let vertices_max = config.tree_vertices_max as usize;
+        let transitions_max = config.configurations_max as usize;
+        let route = RouteSearch::new(
+            [&self.scenario.start, &self.scenario.goal],
+            config.route_vertex_spacing,
+            vertices_max,
+            &context.constraints.collision.world_bounds(),
+            placement,
+        );
+        Search {
+            roadmap: Roadmap::new(config, context.preparation.step_limits().reach()),
+            route,
+            crouch: CrouchProfile::new(vertices_max),
+            footholds: FootholdSampling {
+                order: FootholdOrder::Sweep { next: 0 },
+                selection: VertexSelection::new(2 * vertices_max),
+                scratch: [(); 2].map(|()| Scratch::new(placement)),
+            },
+            connections: Connections {
+                next: None,
+                long_steps: false,
+                nearest_vertices: reserve(config.footholds_max as usize),
+                is_new_route: false,
+            },
+            segmentation: Segmentation::new(transitions_max),
+            segments: SegmentSearches::new(config),
+            batch: SearchBatch::default(),
+            stats: SearchStats::default(),
+            work_max: config.work_max,
+            outcome: None,
+        }
+    }
+
+    /// The builder of the plan's chunks.
+    fn chunks(&self, context: &PlanningContext) -> ChunkBuilder {
+        let provenance = Provenance {
+            robot: self.model.digest,
+            world: self.world.digest,
+            config: self.scenario.digest,
+            joints_len: context.constraints.robot.joints_len,
+        };
+        let waypoints_max = self.scenario.planner.waypoints_max as usize;
+        let mut chunks =
+            ChunkBuilder::new(waypoints_max, provenance, TimeParameterization::new(self.model));
+        let (plan_id, epoch) = self.plan_name;
+        chunks.set_plan_id(plan_id, epoch);
+        chunks
+    }
+
+    /// Begins in the state that the robot is in, if one is given, or at an earlier lift-off.
+    fn begin_in_rest_state(&self, planner: &mut Planner) -> Result<(), PlannerError> {
+        let Some(rest_state) = self.rest_state else { return Ok(()) };
+        let mut ground = StandingGround::new(self.world)?;
+        let rest_state = ground.with_support(&planner.context.constraints.robot, rest_state);
+        start_in(planner, rest_state);
+        let endpoints = &planner.stages.endpoints;
+        let (executed, depth) = self.retrace;
+        let is_valid = endpoints.is_rest_state_valid(&planner.context);
+        let depth = if is_valid { depth } else { depth.max(1) };
+        let conditions = (&planner.context.constraints, endpoints.com_margin());
+        let lift_off = if depth > 0 {
+            lift_off_before(conditions, self.world, &rest_state, (executed, depth))?
+        } else {
+            None
+        };
+        let Some(lift_off) = lift_off else { return Ok(()) };
+        for chunk in lift_off.since.iter().rev() {
+            if let Err(full) = planner.stages.chunks.chunks.append_reversed(chunk) {
+                planner.end(Outcome::ArenaFull(full));
+            }
+        }
+        planner.stages.endpoints.retrace =
+            Retrace { chunks: lift_off.since.len(), depth: lift_off.depth };
+        start_in(planner, lift_off.rest_state);
+        Ok(())
+    }
+}
+
+/// Begins in a state that the robot is in.
+fn start_in(planner: &mut Planner, rest_state: RestState) {
+    if let Some(start) = planner.stages.endpoints.start_in(rest_state) {
+        planner.search.route.set_start(&start);
+        planner.stages.route.set_stance_width(start.stance_width);
+    }
+}
+
+/// Limits of foot placement for this robot's soles and the world's friction.
+fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> FootPlacementConfig {
+    let standard = FootPlacementConfig::for_soles(
+        &robot.sole_polygons,
+        scenario.planner.support_area_min,
+        scenario.checker.support_area_min,
+    );
+    let steepest = libm::atan(world.mu * libm::cos(std::f64::consts::PI / FRICTION_SIDES));
+    FootPlacementConfig {
+        friction_margin: standard.friction_margin.max(libm::atan(world.mu) - steepest),
+        // Near placements come first, however small their support: the search weighs it
+        // (docs/decisions/0010-foot-placement.md).
+        support_area_inflation: 1.0,
+        ..standard
+    }
+}

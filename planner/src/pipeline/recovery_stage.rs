@@ -1,0 +1,211 @@
+//! Recovers from a segment that cannot be completed [Grey 4.4.4].
+
+use std::ops::Range;
+
+use crate::motion::mode_graph::{ArenaFull, TransitionId};
+use crate::motion::transition_sampling::ATTEMPTS_MAX;
+use crate::motion::transition_sequence::Objective;
+use crate::pipeline::bottlenecks::{Bottleneck, Bottlenecks, mid_feet_pose};
+use crate::pipeline::foothold_order::FootholdOrder;
+use crate::pipeline::recovery_policy::{RecoveryAction, detour_about};
+use crate::pipeline::search::Search;
+use crate::pipeline::segment_searches::SegmentState;
+use crate::pipeline::stage::Event;
+use crate::possibility::{MidFeetPose, RouteSearch};
+use crate::preparation::planning_context::PlanningContext;
+
+/// Within this distance (m, in the metric of Gamma_P) of start and goal no region is blocked: every
+/// route passes there.
+const ENDPOINT_RADIUS: f64 = 0.6;
+/// Radius of a blocked region, m, in the metric of Gamma_P.
+const BLOCKED_RADIUS: f64 = 0.25;
+/// Radius of a blocked region after many routes, m: routes nearer than this have similar steps.
+const LATE_BLOCKED_RADIUS: f64 = 0.6;
+/// Number of routes that counts as many, detours included.
+const MANY_ROUTES: u64 = 5;
+/// Values of S(T) at which the footholds of a transition are perturbed, once: after its second
+/// batch of failed attempts, or the first where no primitive posture holds on it.
+const PERTURBED_AT: Range<u32> = 2 * ATTEMPTS_MAX + 1..3 * ATTEMPTS_MAX + 1;
+
+/// Chooses what follows a failed segment, without any work: the next sequence, more footholds, a
+/// detour, another route, or longer steps. `recovery_policy.rs` says when.
+#[derive(Debug, Default)]
+pub(crate) struct RecoveryStage {
+    bottlenecks: Bottlenecks,
+}
+
+impl RecoveryStage {
+    /// Recovers from the failure of the current segment.
+    ///
+    /// # Errors
+    /// None: the signature is that of all stages.
+    pub fn step(
+        &mut self,
+        _context: &PlanningContext,
+        search: &mut Search,
+        _budget: u64,
+    ) -> Result<Event, ArenaFull> {
+        let current = search.segments.current_mut();
+        let is_disconnected = current.state == SegmentState::Disconnected;
+        current.seek(Objective::Feasible);
+        Ok(if is_disconnected {
+            self.connect_frontiers(search)
+        } else {
+            self.replace_sequence(search)
+        })
+    }
+
+    /// The place where most sequences failed, if any did.
+    pub fn bottleneck(&self) -> Option<Bottleneck> {
+        self.bottlenecks.worst()
+    }
+
+    /// A sequence could not be completed: the next one is tried, or an action is taken near the
+    /// failures.
+    fn replace_sequence(&mut self, search: &mut Search) -> Event {
+        let graph = &search.roadmap.graph;
+        let cost = |id: &TransitionId| graph.transitions()[*id as usize].cost();
+        let current = search.segments.current_mut();
+        let cost_max = current.sequence.iter().map(cost).fold(0.0, f64::max);
+        let action = current.recovery.count_failure(cost_max);
+        let worst = worst_failure(search);
+        let place = place_of(search, worst);
+        self.bottlenecks.count_failure(place);
+        match action {
+            None => try_next(search, worst),
+            Some(RecoveryAction::Resweep) => {
+                select_failures(search);
+                search.footholds.order = FootholdOrder::Sweep { next: 0 };
+                Event::NeedsFootholds
+            }
+            Some(RecoveryAction::SampleNear) => {
+                search.footholds.order = FootholdOrder::SampleNear { index: 0 };
+                Event::NeedsFootholds
+            }
+            Some(RecoveryAction::Detour) => {
+                let vertex = search.route.route().nearest_vertex(place.position);
+                begin_detour(search, vertex, place)
+            }
+            Some(RecoveryAction::NewRoute) => {
+                block_failures(search);
+                leave_route(search, place)
+            }
+        }
+    }
+
+    /// No sequence connects both ends of the segment: more footholds are sampled where the
+    /// sequences from both ends stop, or another action is taken there [Grey 4.4.4].
+    fn connect_frontiers(&mut self, search: &mut Search) -> Event {
+        let current = search.segments.current_mut();
+        let (action, frontiers) = (current.recovery.next_action(), current.frontiers);
+        let route = search.route.route();
+        let frontier = route.pose(frontiers[0]);
+        self.bottlenecks.count_failure(frontier);
+        match action {
+            RecoveryAction::Resweep | RecoveryAction::SampleNear => {
+                let selection = &mut search.footholds.selection;
+                selection.select_about(route.vertex_count(), frontiers.into_iter());
+                search.footholds.order = FootholdOrder::Sweep { next: 0 };
+                Event::NeedsFootholds
+            }
+            RecoveryAction::Detour => begin_detour(search, frontiers[0], frontier),
+            RecoveryAction::NewRoute if !search.connections.long_steps => {
+                search.connections.begin_long_steps();
+                Event::LongSteps
+            }
+            RecoveryAction::NewRoute => leave_route(search, frontier),
+        }
+    }
+}
+
+/// Whether a transition of the current sequence has no configuration, or the motion to it failed.
+fn is_unsolved(search: &Search, index: usize) -> bool {
+    let current = search.segments.current();
+    let segment = search.segmentation.segment(current.segment, &current.sequence);
+    search.roadmap.is_unsolved(segment, index)
+}
+
+/// The indices of the unsolved transitions of the current sequence.
+fn unsolved(search: &Search) -> impl Iterator<Item = usize> + '_ {
+    let transitions = search.segments.current().sequence.len();
+    (0..transitions).filter(|&index| is_unsolved(search, index))
+}
+
+/// The index of the unsolved transition of the current sequence with the most attempts.
+fn worst_failure(search: &Search) -> usize {
+    let (transitions, sequence) =
+        (search.roadmap.graph.transitions(), &search.segments.current().sequence);
+    let attempts = |index: &usize| transitions[sequence[*index] as usize].attempts;
+    unsolved(search).max_by_key(attempts).unwrap_or(0)
+}
+
+/// The pose midway between the feet of a transition of the current sequence.
+fn place_of(search: &Search, index: usize) -> MidFeetPose {
+    mid_feet_pose(&search.roadmap.graph, search.segments.current().sequence[index])
+}
+
+/// Goes on to the next sequence. If it is time, the transition at an index of the current one is
+/// perturbed before.
+fn try_next(search: &mut Search, index: usize) -> Event {
+    let transitions = search.roadmap.graph.transitions();
+    let id = search.segments.current().sequence.get(index);
+    let is_due = id.map(|&id| &transitions[id as usize]).is_some_and(|transition| {
+        !transition.is_found() && PERTURBED_AT.contains(&transition.attempts)
+    });
+    if !is_due {
+        return Event::Done;
+    }
+    search.footholds.order = FootholdOrder::Perturb { index, tried: 0, end: index + 1 };
+    Event::NeedsFootholds
+}
+
+/// Selects the vertices near the unsolved transitions.
+fn select_failures(search: &mut Search) {
+    let route = search.route.route();
+    let mut selection = std::mem::take(&mut search.footholds.selection);
+    let nearest = |index: usize| route.nearest_vertex(place_of(search, index).position);
+    selection.select_about(route.vertex_count(), unsolved(search).map(nearest));
+    search.footholds.selection = selection;
+}
+
+/// Blocks the regions around the unsolved transitions.
+fn block_failures(search: &mut Search) {
+    let radius = new_route_radius(search);
+    for index in 0..search.segments.current().sequence.len() {
+        if is_unsolved(search, index) {
+            let place = place_of(search, index);
+            block(&mut search.route, place, radius);
+        }
+    }
+}
+
+/// Sends stage P to find a detour around a place near a vertex; another route where the detour
+/// would replace the whole segment.
+fn begin_detour(search: &mut Search, vertex: usize, place: MidFeetPose) -> Event {
+    let vertices = search.segmentation.vertices(search.segments.current().segment);
+    let Some(between) = detour_about(vertices, vertex) else { return leave_route(search, place) };
+    block(&mut search.route, place, BLOCKED_RADIUS);
+    search.route.begin_detour(between);
+    search.segmentation.begin_detour(search.route.route().vertex_count());
+    Event::Detour
+}
+
+/// Blocks the region around a place. The current segment waits for another route.
+fn leave_route(search: &mut Search, place: MidFeetPose) -> Event {
+    let radius = new_route_radius(search);
+    block(&mut search.route, place, radius);
+    search.segments.current_mut().state = SegmentState::Leave;
+    Event::Done
+}
+
+/// The radius (m) of the regions that another route avoids.
+fn new_route_radius(search: &Search) -> f64 {
+    if search.stats.routes < MANY_ROUTES { BLOCKED_RADIUS } else { LATE_BLOCKED_RADIUS }
+}
+
+/// Blocks the region around a place, unless it is near the start or the goal.
+fn block(route: &mut RouteSearch, place: MidFeetPose, radius: f64) {
+    if route.ends().iter().all(|end| end.distance(&place) > ENDPOINT_RADIUS) {
+        route.block(place, radius);
+    }
+}

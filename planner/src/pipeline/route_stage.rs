@@ -1,0 +1,128 @@
+//! Stage P: finds a guide route, and how the robot crouches along it [Grey 3, 4.1-4.3].
+
+use crate::constraints::constraints::Constraints;
+use crate::motion::mode_graph::ArenaFull;
+use crate::pipeline::foothold_order::FootholdOrder;
+use crate::pipeline::search::Search;
+use crate::pipeline::stage::Event;
+use crate::possibility::{CrouchContext, Progress, StageContext, UpperBody};
+use crate::preparation::planning_context::PlanningContext;
+
+/// Finds a guide route from start to goal, or a detour within the current segment. Where the robot
+/// must crouch, also chooses how far at each vertex. Gamma_P and the route stand in [`Search`].
+#[derive(Debug)]
+pub(crate) struct RouteStage {
+    /// The robot above its legs.
+    upper_body: UpperBody,
+    /// Distance between the feet, m.
+    stance_width: f64,
+    /// Whether a route is found and its crouch profile is being chosen.
+    is_crouching: bool,
+}
+
+impl RouteStage {
+    /// For a robot whose feet are `stance_width` (m) apart.
+    pub fn new(upper_body: UpperBody, stance_width: f64) -> Self {
+        Self { upper_body, stance_width, is_crouching: false }
+    }
+
+    /// Sets the distance between the feet, m.
+    pub fn set_stance_width(&mut self, stance_width: f64) {
+        self.stance_width = stance_width;
+    }
+
+    /// Grows the trees of stage P, or chooses the crouch profile.
+    ///
+    /// # Errors
+    /// The trees are full before a first route is found.
+    pub fn step(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+        budget: u64,
+    ) -> Result<Event, ArenaFull> {
+        if self.is_crouching {
+            return Ok(self.choose_crouch(context, search, budget));
+        }
+        match self.grow(context, search, budget) {
+            Progress::Growing => return Ok(Event::Continue),
+            Progress::Route => {}
+            Progress::Full if search.stats.routes == 0 => return Err(ArenaFull::TreeVertices),
+            Progress::Exhausted if search.stats.routes == 0 => {
+                search.stats.used_straight_line = true;
+                search.route.use_straight_line();
+            }
+            Progress::Exhausted | Progress::Full => {
+                search.segmentation.cancel_detour();
+                search.route.unblock_all();
+                return Ok(Event::NoFurtherRoute);
+            }
+        }
+        begin_route(search);
+        self.is_crouching = !search.route.route().is_upright();
+        Ok(if self.is_crouching { Event::Continue } else { end(search) })
+    }
+
+    /// Grows the trees by at most `budget` units of work.
+    fn grow(&self, context: &PlanningContext, search: &mut Search, budget: u64) -> Progress {
+        let context = StageContext {
+            constraints: &context.constraints,
+            surfaces: &context.surfaces,
+            upper_body: &self.upper_body,
+            preparation: &context.preparation,
+            seed: context.seed,
+            stance_width: self.stance_width,
+            threads: &context.threads,
+        };
+        let (progress, spent) = search.route.advance(&context, budget);
+        search.stats.work += spent;
+        search.stats.tree_edges = search.route.labelled();
+        progress
+    }
+
+    /// Advances the choice of the crouch profile by at most `budget` units of work.
+    fn choose_crouch(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+        budget: u64,
+    ) -> Event {
+        let Constraints { robot, collision, .. } = &context.constraints;
+        let site = CrouchContext {
+            robot,
+            upper_body: &self.upper_body,
+            collision,
+            threads: &context.threads,
+        };
+        let (spent, has_chosen) = search.crouch.advance(&site, search.route.route(), budget);
+        search.stats.work += spent;
+        self.is_crouching = !has_chosen;
+        if has_chosen { end(search) } else { Event::Continue }
+    }
+}
+
+/// Prepares the other stages for a route that was found. Sweeps visit the vertices with placements
+/// that stage P found: of a detour these are the new ones.
+fn begin_route(search: &mut Search) {
+    let Search { route, footholds, stats, .. } = search;
+    let has_placements = |vertex: usize| !route.placements(vertex).is_empty();
+    let vertices = route.route().vertex_count();
+    let is_whole = !(0..vertices).any(has_placements) || stats.routes == 0;
+    footholds.selection.select(vertices, |vertex| is_whole || has_placements(vertex));
+    stats.routes += 1;
+    stats.route_edges = route.route().labelled();
+    search.connections.begin_route();
+    search.crouch.begin();
+}
+
+/// The route is complete: after a detour the boundaries of the segments move with it.
+fn end(search: &mut Search) -> Event {
+    let vertices = search.route.route().vertex_count();
+    let current = search.segments.current_mut();
+    if !search.segmentation.end_detour(current.segment, vertices) {
+        return Event::NewRoute;
+    }
+    current.sweeps = 0;
+    search.footholds.order = FootholdOrder::Sweep { next: 0 };
+    Event::Detour
+}

@@ -1,0 +1,161 @@
+//! The data that the stages share and change, and the statistics of a search.
+
+use crate::constraints::constraints::Rejection;
+use crate::foot_placement::Scratch;
+use crate::motion::mode_graph::{ArenaFull, FootholdId};
+use crate::motion::roadmap::Roadmap;
+use crate::motion::search_batch::{BatchStats, SearchBatch};
+use crate::outcome::Outcome;
+use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::segment_searches::SegmentSearches;
+use crate::pipeline::segmentation::Segmentation;
+use crate::pipeline::stage::WorkCategory;
+use crate::possibility::{CrouchProfile, LabelStats, RouteSearch};
+use crate::preparation::planning_context::PlanningContext;
+
+/// What the stages share and change. All memory is reserved when the planner is built.
+#[derive(Debug)]
+pub(crate) struct Search {
+    /// Gamma_M: all that stage M has found.
+    pub roadmap: Roadmap,
+    /// Gamma_P, with the guide route found last.
+    pub route: RouteSearch,
+    /// How the robot crouches along the route.
+    pub crouch: CrouchProfile,
+    /// Orders and memory for foothold sampling.
+    pub footholds: FootholdSampling,
+    /// State of the transitions between footholds.
+    pub connections: Connections,
+    /// The segments of the route.
+    pub segmentation: Segmentation,
+    /// The searches of the segments.
+    pub segments: SegmentSearches,
+    /// Searches for configurations and motions that run in parallel.
+    pub batch: SearchBatch,
+    /// Statistics.
+    pub stats: SearchStats,
+    /// Limit of the work, in units.
+    pub work_max: u64,
+    /// The result, once the search has ended.
+    pub outcome: Option<Outcome>,
+}
+
+/// What the foothold stage samples, and its memory.
+#[derive(Debug)]
+pub(crate) struct FootholdSampling {
+    /// The next task.
+    pub order: FootholdOrder,
+    /// The vertices that a sweep visits.
+    pub selection: VertexSelection,
+    /// Memory for foot placement queries of two threads.
+    pub scratch: [Scratch; 2],
+}
+
+/// How far footholds are connected and located on the route.
+#[derive(Debug)]
+pub(crate) struct Connections {
+    /// The next foothold to connect; none before the first.
+    pub next: Option<FootholdId>,
+    /// Whether footholds are connected that are farther apart than primitive postures reach.
+    pub long_steps: bool,
+    /// The vertex of the route nearest to each foothold, if the foothold may be used there.
+    pub nearest_vertices: Vec<u32>,
+    /// Whether the route is new, so that primitives are to be laid along it.
+    pub is_new_route: bool,
+}
+
+impl Connections {
+    /// Locates all footholds again, on a new route.
+    pub fn begin_route(&mut self) {
+        self.nearest_vertices.clear();
+        self.is_new_route = true;
+    }
+
+    /// Connects all footholds again, those beyond the reach of primitive postures included. They
+    /// slow the search down, so this is done only where the others do not lead to the goal.
+    pub fn begin_long_steps(&mut self) {
+        self.long_steps = true;
+        self.next = Some(0);
+    }
+}
+
+impl Search {
+    /// Advances the batch by at most `budget` units of work. Returns what it did once all its
+    /// searches have ended.
+    ///
+    /// # Errors
+    /// An arena is full.
+    pub fn advance_batch(
+        &mut self,
+        context: &PlanningContext,
+        budget: u64,
+    ) -> Result<Option<BatchStats>, ArenaFull> {
+        let spent = self.batch.advance(context, &self.roadmap, budget);
+        self.stats.work += spent;
+        if spent == budget {
+            return Ok(None);
+        }
+        self.stats.work += 1;
+        let batch = self.batch.merge(&context.threads, &mut self.roadmap)?;
+        self.stats.segments_at_once = self.stats.segments_at_once.max(batch.segment_searches);
+        for (total, count) in self.stats.rejections.iter_mut().zip(batch.rejections) {
+            *total += count;
+        }
+        Ok(Some(batch))
+    }
+
+    /// Keeps the sequence of the current segment as complete, and begins with another segment.
+    ///
+    /// # Errors
+    /// The sequence does not fit.
+    pub fn complete_segment(&mut self) -> Result<(), ArenaFull> {
+        let Self { segments, segmentation, .. } = self;
+        segmentation.complete(segments.current().segment, &segments.current().sequence)?;
+        segments.begin_next(segmentation.len());
+        if let Some(vertex) = segmentation.traversed() {
+            self.route.mark_traversed(vertex);
+        }
+        Ok(())
+    }
+}
+
+/// Statistics of a search.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SearchStats {
+    /// Work units spent.
+    pub work: u64,
+    /// Work units spent, by [`WorkCategory`].
+    pub work_by_category: [u64; WorkCategory::COUNT],
+    /// Sequences tried.
+    pub sequences: u64,
+    /// Guide routes followed, detours included.
+    pub routes: u64,
+    /// Whether stage P found no route, so that a straight line was tried.
+    pub used_straight_line: bool,
+    /// Most segments of a route that shared a batch.
+    pub segments_at_once: u64,
+    /// Sweeps for footholds along guide routes.
+    pub sweeps: u64,
+    /// Transitions with a configuration.
+    pub transitions_found: u64,
+    /// Motions found.
+    pub motions_found: u64,
+    /// Motions that pi_S gave.
+    pub primitives: u64,
+    /// Motions that pi_S could not give although C_S holds; always 0.
+    pub primitives_failed: u64,
+    /// Edges of the current guide route.
+    pub route_edges: LabelStats,
+    /// Edges of the trees of stage P.
+    pub tree_edges: LabelStats,
+    /// Rejected configurations and motions, by [`Rejection`].
+    pub rejections: [u64; Rejection::COUNT],
+}
+
+impl SearchStats {
+    /// Whether a transition on partial support keeps its prior cost: only once better footholds
+    /// have failed.
+    pub(crate) fn may_use_partial_support(&self) -> bool {
+        self.routes > 1 || self.sweeps > 1
+    }
+}

@@ -1,0 +1,43 @@
+//! Chooses the next task of the segments, without any work.
+
+use crate::motion::mode_graph::ArenaFull;
+use crate::motion::transition_sequence::Objective;
+use crate::pipeline::search::Search;
+use crate::pipeline::shortcut_stage::shortcut_work_end;
+use crate::pipeline::stage::Event;
+use crate::preparation::planning_context::PlanningContext;
+
+/// Chooses the stage that the segments need next. Has no state: [`Search`] has the segments.
+#[derive(Debug, Default)]
+pub(crate) struct SegmentStage;
+
+impl SegmentStage {
+    /// Chooses the next task. Begins another route where a segment must be left; joins the
+    /// sequences where all segments are complete.
+    ///
+    /// # Errors
+    /// The plan has too many transitions.
+    pub fn step(
+        &mut self,
+        context: &PlanningContext,
+        search: &mut Search,
+        _budget: u64,
+    ) -> Result<Event, ArenaFull> {
+        let event = search.segments.next();
+        match event {
+            Event::LeaveRoute => {
+                search.segments.current_mut().seek(Objective::Feasible);
+                search.route.restart();
+                search.segmentation.cancel_detour();
+            }
+            Event::Complete => {
+                search.segmentation.join()?;
+                if shortcut_work_end(context, search) <= search.stats.work {
+                    return Ok(Event::NoWorkLeft);
+                }
+            }
+            _ => {}
+        }
+        Ok(event)
+    }
+}

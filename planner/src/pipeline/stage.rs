@@ -1,0 +1,135 @@
+//! The stages of the pipeline, the events that end a stage, and the categories of work in reports.
+
+/// A stage of the search. `stages.rs` says what each makes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// The robot stands on the start and on the goal [Grey 4.4.1].
+    Endpoints,
+    /// Stage P finds a guide route [Grey 3, 4.1-4.3].
+    Route,
+    /// The route is divided into segments [Grey 3.2].
+    Segmentation,
+    /// Footholds are sampled along the route [Grey 4.2, 4.4.4].
+    Footholds,
+    /// Footholds are connected by transitions [Grey 4.4.2].
+    Connections,
+    /// Primitives give the motions along possible edges [Grey 3.2, 4.4.5].
+    Primitives,
+    /// The next task of the segments is chosen.
+    Segments,
+    /// Prior costs of transitions are estimated [Grey 4.4.2].
+    Estimates,
+    /// The cheapest sequence of transitions is searched [Grey 4.4.2].
+    Sequence,
+    /// Transitions get configurations [Grey 4.4.2].
+    Configurations,
+    /// Edges within a mode get motions [Grey 4.4.3].
+    Motions,
+    /// A recovery action is chosen for a segment that failed [Grey 4.4.4].
+    Recovery,
+    /// Motions are shortened [Grey 4.4.6].
+    Shortcuts,
+    /// The plan's chunks are written and finalized.
+    Chunks,
+    /// The search has ended.
+    Over,
+}
+
+impl Stage {
+    /// The category that its work counts for; none for stages that spend no work.
+    pub fn category(self) -> Option<WorkCategory> {
+        match self {
+            Self::Endpoints => Some(WorkCategory::Endpoints),
+            Self::Route | Self::Segmentation => Some(WorkCategory::Route),
+            Self::Footholds => Some(WorkCategory::Footholds),
+            Self::Connections | Self::Estimates => Some(WorkCategory::Transitions),
+            Self::Sequence => Some(WorkCategory::Sequence),
+            Self::Configurations => Some(WorkCategory::Configurations),
+            Self::Primitives | Self::Motions => Some(WorkCategory::Motions),
+            Self::Shortcuts => Some(WorkCategory::Shortcuts),
+            Self::Chunks => Some(WorkCategory::Chunks),
+            Self::Segments | Self::Recovery | Self::Over => None,
+        }
+    }
+}
+
+/// What a step of a stage came to. [`Event::Continue`] keeps the stage, every other event leads to
+/// the stage that `stage_table.rs` names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Event {
+    /// The stage has more to do.
+    Continue,
+    /// The stage is complete.
+    Done,
+    /// The robot cannot stand at the start or at the goal.
+    Invalid,
+    /// There is a new guide route.
+    NewRoute,
+    /// The route has a detour within the current segment.
+    Detour,
+    /// Stage P finds no further route.
+    NoFurtherRoute,
+    /// A segment's sequence cannot be completed.
+    Failed,
+    /// Some transitions of a sequence have no estimate.
+    NeedsEstimates,
+    /// A segment needs a sequence.
+    NeedsSequence,
+    /// A segment's transitions need configurations.
+    NeedsConfigurations,
+    /// A segment's edges need motions.
+    NeedsMotions,
+    /// A segment cannot be completed on this route.
+    LeaveRoute,
+    /// All segments are complete, and work is left for shortcuts.
+    Complete,
+    /// All segments are complete, and no work is left for shortcuts.
+    NoWorkLeft,
+    /// More footholds are needed.
+    NeedsFootholds,
+    /// Footholds beyond the reach of primitives are to be connected.
+    LongSteps,
+    /// The plan is complete.
+    Found,
+}
+
+/// A category of work in reports. Several stages may count for one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum WorkCategory {
+    /// RestState on the start and on the goal.
+    Endpoints,
+    /// Finding a guide route and dividing it into segments.
+    Route,
+    /// Sampling footholds.
+    Footholds,
+    /// Connecting footholds and estimating the costs of their transitions.
+    Transitions,
+    /// Searching the cheapest sequence of transitions.
+    Sequence,
+    /// Sampling configurations.
+    Configurations,
+    /// Finding motions, those of primitives included.
+    Motions,
+    /// Shortening motions.
+    Shortcuts,
+    /// Writing and finalizing chunks.
+    Chunks,
+}
+
+impl WorkCategory {
+    /// Number of categories.
+    pub const COUNT: usize = 9;
+    /// Names in reports, by discriminant.
+    pub const NAMES: [&'static str; Self::COUNT] = [
+        "endpoints",
+        "route",
+        "footholds",
+        "transitions",
+        "sequence",
+        "configurations",
+        "motions",
+        "shortcuts",
+        "chunks",
+    ];
+}

@@ -1,0 +1,3 @@
+//! growth.
+
+pub(crate) mod blocked;
