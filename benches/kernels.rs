@@ -25,7 +25,6 @@ use glam::DVec3;
 use scene::{SEED, Scene, crowded, shipped};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::FootPhase;
-use surefoot_planner::constraints::constraints::midway;
 use surefoot_planner::constraints::foothold::single_mode;
 use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits};
 use surefoot_planner::kinematics::Leg;
@@ -34,7 +33,8 @@ use surefoot_planner::motion::single_mode::{SingleModeProblem, solve};
 use surefoot_planner::motion::tree_pool::TreeNode;
 use surefoot_planner::motion::workspace::Workspace;
 use surefoot_planner::primitives::transition_configuration::{TransitionPair, sample};
-use surefoot_planner::robot::mechanism::Configuration;
+use surefoot_planner::robot::configuration::{Configuration, midway};
+use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
 use surefoot_shared_types::robot::load::load_robot;
@@ -97,11 +97,11 @@ fn time_body(scene: &Scene) -> Vec<Kernel> {
         at.q[..robot.joints_len]
             .iter_mut()
             .for_each(|position| *position += 1e-3 * (call % 2) as f64);
-        robot.update_kinematic_state(&at, black_box(&mut kept));
+        black_box(&mut kept).update(&robot, &at);
         0
     });
     let legs = time("snapshot, only the legs moved", |_| {
-        robot.update_kinematic_state(black_box(standing), black_box(&mut kept));
+        black_box(&mut kept).update(&robot, black_box(standing));
         0
     });
     let leg = time_leg("leg inverse kinematics", &scene.model);
@@ -132,7 +132,7 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
                 .iter()
                 .for_each(|joint| at.q[joint.index] += arms * (call % 64) as f64);
             assert!(constraints.robot.place_soles(&mut at, &soles));
-            constraints.robot.update_kinematic_state(&at, &mut kinematic_state);
+            kinematic_state.update(&constraints.robot, &at);
             constraints.check(&mode, &kinematic_state, feet).unwrap();
             0
         })
@@ -142,7 +142,7 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
     aside.world_from_root.translation.z -= 0.01;
     assert!(constraints.robot.place_soles(&mut aside, &soles));
     let (from, to) = (scene.standing(), midway(scene.standing(), &aside, 1.0));
-    let reached = constraints.robot.kinematic_state(&to);
+    let reached = KinematicState::new(&constraints.robot, &to);
     let mut between = 0;
     let edge = time(format!("{name}: edge check, root 1 cm down"), |_| {
         let bound = constraints
@@ -236,7 +236,7 @@ fn time_stances(name: &str, scene: &Scene) -> Kernel {
         let mut at = *black_box(&draws[tried as usize % POSES]);
         tried += 1;
         if robot.place_soles(&mut at, &soles) {
-            robot.update_kinematic_state(&at, &mut kinematic_state);
+            kinematic_state.update(&robot, &at);
             good += u64::from(
                 constraints.check(&mode, &kinematic_state, [FootPhase::Stance; 2]).is_ok(),
             );

@@ -14,9 +14,9 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_controller_sim::kinematics::forward::{Configuration, Posture};
 use surefoot_planner::base::random::{Random, Stream};
-use surefoot_planner::robot::gravity_torques::FootLoad;
+use surefoot_planner::robot::configuration as planner;
+use surefoot_planner::robot::gravity_torques::{FootLoad, write_torques};
 use surefoot_planner::robot::kinematic_state::KinematicState;
-use surefoot_planner::robot::mechanism as planner;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
@@ -96,12 +96,12 @@ fn compare(model: &RobotModel) -> Worst {
         let posture = Posture::new(model, &configuration);
         let mut q = robot.standing_q;
         q[..model.joints.len()].copy_from_slice(&configuration.q[..model.joints.len()]);
-        robot.update_kinematic_state(
+        kinematic_state.update(
+            &robot,
             &planner::Configuration { world_from_root: configuration.world_from_root, q },
-            &mut kinematic_state,
         );
         for (link, mine) in posture.world_from_link.iter().enumerate() {
-            let other = robot.world_from_link(&kinematic_state, link);
+            let other = kinematic_state.world_from_link(&robot, link);
             worst.position = worst.position.max(mine.translation.distance(other.translation));
             worst.rotation = worst.rotation.max(rotation_distance(mine.rotation, other.rotation));
         }
@@ -116,7 +116,7 @@ fn compare(model: &RobotModel) -> Worst {
         };
         let loads = [at(share), at(1.0 - share)];
         let mut torques = [0.0; JOINTS_MAX];
-        robot.statics.torques(&kinematic_state, &loads, &mut torques);
+        write_torques(&robot.mass_tree, &kinematic_state, &loads, &mut torques);
         let mine = carried_torques(model, &posture, &loads);
         let difference =
             mine.iter().zip(torques).map(|(mine, other)| (mine - other).abs()).fold(0.0, f64::max);

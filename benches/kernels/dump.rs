@@ -2,7 +2,7 @@
 //! checked, and the weight shift.
 
 use serde_json::{Value, json};
-use surefoot_planner::robot::mechanism::Configuration;
+use surefoot_planner::robot::configuration::Configuration;
 
 use crate::scene::Scene;
 

@@ -5,17 +5,20 @@ use std::path::Path;
 
 use surefoot::input::inputs::Inputs;
 use surefoot_planner::collision::model::CollisionModel;
-use surefoot_planner::constraints::constraints::{Constraints, Mode};
+use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
+use surefoot_planner::constraints::mode::Mode;
+use surefoot_planner::constraints::mode_state::ModeState;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::motion::local_planner::ModeState;
 use surefoot_planner::motion::single_mode::SingleModeProblem;
-use surefoot_planner::pipeline::{Endpoint, foothold_at, stand_on};
+use surefoot_planner::pipeline::Endpoint;
+use surefoot_planner::pipeline::{foothold_at, stand_on};
 use surefoot_planner::primitives::transition_configuration::{
     TransitionPair, sample, world_from_soles,
 };
+use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
-use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
@@ -70,12 +73,12 @@ impl Scene {
         let Inputs { scenario, model, world } = inputs;
         let robot = Mechanism::new(&model, &scenario.planner).unwrap();
         let collision = CollisionModel::new(&model, &world, scenario.planner.clearance).unwrap();
-        let constraints = Constraints { robot, collision, config: scenario.planner };
+        let constraints = Constraints::new(robot, collision, scenario.planner);
         let placement = FootPlacementConfig::default();
         let mut scratch = Scratch::new(&placement);
         let surfaces = Surfaces::new(&world, placement).unwrap();
         let end = stand_on(&constraints, &surfaces, &mut scratch, &scenario.start).unwrap();
-        let kinematic_state = constraints.robot.kinematic_state(&end.state.configuration);
+        let kinematic_state = KinematicState::new(&constraints.robot, &end.state.configuration);
         Self { model, world, constraints, surfaces, scratch, end, kinematic_state }
     }
 

@@ -11,7 +11,6 @@ pub mod foot_placement;
 pub mod geometry;
 pub mod kinematics;
 pub mod motion;
-pub mod outcome;
 pub mod pipeline;
 pub mod plan;
 pub mod possibility;
@@ -19,8 +18,4 @@ pub mod preparation;
 pub mod primitives;
 pub mod robot;
 
-pub use outcome::Outcome;
-pub use outcome::Status;
-pub use pipeline::planner::Planner;
-pub use pipeline::planner_builder::PlannerBuilder;
-pub use pipeline::planner_builder::PlannerError;
+pub use pipeline::{Outcome, Planner, PlannerBuilder, PlannerError, Status};

@@ -8,7 +8,9 @@ mod common;
 use common::{Case, WALKS, run};
 use glam::{DQuat, DVec2};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
-use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::configuration::Configuration;
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::{Outcome, Planner};
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::spatial::rotation_distance;
@@ -284,7 +286,7 @@ fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
             let depth = region.margin(region.centroid());
             let margin_min = case.scenario.planner.com_margin.min(MARGIN_SHARE_MAX * depth) - 1e-9;
             for waypoint in chunk.waypoints() {
-                let kinematic_state = robot.kinematic_state(&configuration_of(waypoint));
+                let kinematic_state = KinematicState::new(&robot, &configuration_of(waypoint));
                 let margin = region.margin(kinematic_state.com.truncate());
                 assert!(
                     margin >= margin_min,
@@ -293,7 +295,7 @@ fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
                 );
                 for contact in chunk.contacts() {
                     let (is, wanted) = (
-                        robot.world_from_sole(&kinematic_state, contact.limb as usize),
+                        kinematic_state.world_from_sole(&robot, contact.limb as usize),
                         contact.world_from_sole(),
                     );
                     assert!(

@@ -8,8 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::{DQuat, DVec3};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::{CollisionModel, FootPhase, Hit};
+use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
-use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::robot::load::load_robot;
@@ -109,10 +110,7 @@ fn queries_allocate_nothing() {
             ),
             DQuat::IDENTITY,
         );
-        mechanism.update_kinematic_state(
-            &Configuration { world_from_root: root, q },
-            &mut kinematic_state,
-        );
+        kinematic_state.update(&mechanism, &Configuration { world_from_root: root, q });
         let states = [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Swing];
         let feet = [states[random.below(3)], states[random.below(3)]];
         if let Some(Hit::World { shape, .. }) = model.world_hit(&kinematic_state, &feet) {

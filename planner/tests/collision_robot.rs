@@ -5,8 +5,7 @@ use std::path::Path;
 use glam::{DQuat, DVec3};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::{CollisionModel, FootPhase, Hit};
-use surefoot_planner::kinematics::KinematicTree;
-use surefoot_planner::kinematics::Kinematics;
+use surefoot_planner::kinematics::{KinematicTree, Kinematics};
 use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
@@ -287,7 +286,7 @@ fn links_locked_inside_one_another_hit() {
     let model = CollisionModel::new(&locked, &world(&[]), CLEARANCE).unwrap();
     let hit = model.self_hit(&seen(&locked, &standing(&locked))).map(|hit| model.describe(hit));
     assert!(
-        hit.as_deref().is_some_and(|hit| hit.starts_with("link 'torso' meets link 'left_")),
+        hit.as_deref().is_some_and(|hit| hit.starts_with("link 'torso' collides with link 'left_")),
         "{hit:?}"
     );
 }

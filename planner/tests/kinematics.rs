@@ -11,8 +11,9 @@ use serde_json::Value;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::kinematics::leg::LegError;
 use surefoot_planner::kinematics::{Kinematics, Leg};
+use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
-use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::{rotation_distance, rotation_from_scaled_axis};
 use surefoot_shared_types::config::PlannerConfig;
@@ -162,14 +163,11 @@ fn a_kinematic_state_agrees_with_the_whole_tree_after_any_other() {
                 || DVec3::from_array(std::array::from_fn(|_| random.uniform(-1.5, 1.5)));
             let world_from_root = Pose::from_parts(vector(), rotation_from_scaled_axis(vector()));
             kinematics.forward(&world_from_root, &q, &mut poses);
-            robot.update_kinematic_state(
-                &Configuration { world_from_root, q },
-                &mut kinematic_state,
-            );
+            kinematic_state.update(&robot, &Configuration { world_from_root, q });
             assert!(kinematic_state.com.distance(kinematics.center_of_mass(&poses)) < 1e-12);
             for (link, pose) in poses.iter().enumerate() {
                 assert!(
-                    pose_error(&robot.world_from_link(&kinematic_state, link), pose) < 1e-12,
+                    pose_error(&kinematic_state.world_from_link(&robot, link), pose) < 1e-12,
                     "{}",
                     model.links[link].name
                 );

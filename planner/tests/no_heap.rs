@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Case, WALKS, run};
 use surefoot_planner::Outcome;
-use surefoot_planner::outcome::Bound;
+use surefoot_planner::pipeline::outcome::Bound;
 
 struct Counting;
 

@@ -6,12 +6,13 @@ mod common;
 
 use bytemuck::Zeroable;
 use common::{Case, chain_robot, hinge, preparation_for, run};
+use common::{Case, chain_robot, hinge, run};
+use surefoot_planner::base::capacity::ArenaFull;
 use surefoot_planner::collision::model::Hit;
-use surefoot_planner::constraints::constraints::Rejection;
+use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::foot_placement::sole_support::{NoSupport, SurfacesError};
 use surefoot_planner::kinematics::leg::LegError;
-use surefoot_planner::motion::mode_graph::ArenaFull;
-use surefoot_planner::outcome::{Bound, EndpointError};
+use surefoot_planner::pipeline::outcome::{Bound, EndpointError};
 use surefoot_planner::robot::mechanism::{LINKS_MAX, MechanismError};
 use surefoot_planner::{Outcome, Planner, PlannerError, Status};
 use surefoot_shared_types::Shape;
@@ -205,7 +206,7 @@ fn a_start_with_one_foot_through_the_other_collides_with_itself() {
     let named = outcome.hit().map(|hit| planner.constraints().collision.describe(hit));
     assert_eq!(
         (outcome.name(), named.as_deref()),
-        ("start_invalid", Some("link 'left_shin' meets link 'right_shin'"))
+        ("start_invalid", Some("link 'left_shin' collides with link 'right_shin'"))
     );
 }
 

@@ -11,16 +11,17 @@ use surefoot_planner::Outcome;
 use surefoot_planner::Planner;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::FootPhase;
-use surefoot_planner::constraints::constraints::{Constraints, Mode};
-use surefoot_planner::motion::local_planner::{
-    LocalPath, LocalPlanner, ModeState, Progress, feasible_state,
-};
+use surefoot_planner::constraints::constraints::Constraints;
+use surefoot_planner::constraints::mode::Mode;
+use surefoot_planner::constraints::mode_state::ModeState;
+use surefoot_planner::motion::local_planner::{LocalPath, LocalPlanner, Progress, feasible_state};
 use surefoot_planner::motion::shortcut::{Pass, Shortcutting, distance, length};
 use surefoot_planner::motion::swing_shapes::MotionShape;
 use surefoot_planner::motion::workspace::Workspace;
+use surefoot_planner::pipeline::stage::Stage;
 use surefoot_planner::pipeline::{SearchStats, WorkCategory};
 use surefoot_planner::plan::self_check::{configuration_of, mode_of, self_check};
-use surefoot_planner::robot::mechanism::Configuration;
+use surefoot_planner::robot::configuration::Configuration;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
 

@@ -16,8 +16,9 @@ use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::mode_graph::ModeGraph;
 use surefoot_planner::pipeline::FootholdSampler;
 use surefoot_planner::possibility;
+use surefoot_planner::possibility::Progress;
 use surefoot_planner::possibility::{
-    CrouchProfile, Label, MidFeetPose, Progress, RouteSearch, StageContext, UpperBody,
+    CrouchProfile, Label, MidFeetPose, RouteSearch, StageContext, UpperBody,
 };
 use surefoot_planner::preparation::build::Preparation;
 use surefoot_planner::robot::crouch::Crouch;
@@ -72,7 +73,7 @@ impl Compiled {
         let search =
             RouteSearch::new(ends, config.route_vertex_spacing, vertices, &bounds, &placement);
         let surfaces = Surfaces::new(&case.world, placement).unwrap();
-        let constraints = Constraints { robot, collision, config: config.clone() };
+        let constraints = Constraints::new(robot, collision, config.clone());
         Self {
             fixture: Fixture {
                 case,

@@ -14,16 +14,18 @@ use glam::{DQuat, DVec3};
 use surefoot_planner::Outcome;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::{CollisionModel, FootPhase};
-use surefoot_planner::constraints::constraints::{Constraints, Mode};
+use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
-use surefoot_planner::motion::local_planner::ModeState;
+use surefoot_planner::constraints::mode::Mode;
+use surefoot_planner::constraints::mode_state::ModeState;
 use surefoot_planner::preparation::build::Preparation;
 use surefoot_planner::preparation::{necessary, sufficient, sufficient_shift};
 use surefoot_planner::primitives::level_sole::{LevelSole, PairOffset};
 use surefoot_planner::primitives::step_state::placement_of;
 use surefoot_planner::primitives::{PrimitiveTrajectory, configuration};
+use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
-use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::PlannerConfig;
@@ -112,7 +114,7 @@ impl Builder<'_> {
             rotation_about(DVec3::new(libm::cos(direction), libm::sin(direction), 0.0), tilt);
         let sole = level_sole
             .sole(&self.robot.legs[limb], tilted * rotation_about(DVec3::Z, level_sole.yaw));
-        let polygon = &self.robot.sole_polygons[limb];
+        let polygon = &self.robot.soles[limb].polygon;
         if !flat {
             let corner =
                 polygon.iter().fold(glam::DVec2::ZERO, |corner, vertex| corner.max(vertex.abs()));
@@ -154,7 +156,7 @@ impl Checking<'_> {
             feet[limb] = foot;
         }
         let kinematic_states =
-            [&self.here, state].map(|state| robot.kinematic_state(&state.configuration));
+            [&self.here, state].map(|state| KinematicState::new(robot, &state.configuration));
         let checked = self.constraints.check(&self.mode, &kinematic_states[1], feet);
         assert!(checked.is_ok(), "{}: waypoint {}: {checked:?}", self.name, self.waypoints);
         let bound =
@@ -197,7 +199,11 @@ fn primitives_hold_at(
         let mode = single_mode(stance);
         assert!(
             constraints
-                .check(&mode, &robot.kinematic_state(&here.configuration), [FootPhase::Stance; 2])
+                .check(
+                    &mode,
+                    &KinematicState::new(&robot, &here.configuration),
+                    [FootPhase::Stance; 2]
+                )
                 .is_ok(),
             "{name}"
         );
@@ -247,7 +253,7 @@ fn primitives_hold(model: &RobotModel, triples: usize, seed: u64) {
     let world =
         World { mu: 0.6, shapes: std::mem::take(&mut builder.shapes), digest: Digest::default() };
     let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
-    let constraints = Constraints { robot: robot.clone(), collision, config };
+    let constraints = Constraints::new(robot.clone(), collision, config);
     let held: usize = made
         .iter()
         .enumerate()
@@ -380,10 +386,10 @@ fn first_denial(case: &Case, preparation: &Preparation<'_>) -> Option<String> {
             let world_from_root = waypoint.world_from_root();
             let label = necessary(preparation, robot, collision, &world_from_root);
             let kinematic_state =
-                robot.kinematic_state(&Configuration { world_from_root, q: waypoint.q });
+                KinematicState::new(&robot, &Configuration { world_from_root, q: waypoint.q });
             let may_reach = |limb: usize| {
                 let root_from_sole =
-                    world_from_root.inverse() * robot.world_from_sole(&kinematic_state, limb);
+                    world_from_root.inverse() * kinematic_state.world_from_sole(&robot, limb);
                 preparation.may_reach(limb, root_from_sole.translation)
             };
             let reached = [0, 1].map(may_reach);

@@ -43,7 +43,7 @@ fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
     let world = World { mu: 0.6, shapes: vec![], digest: Default::default() };
     let robot = Mechanism::new(model, &config).unwrap();
     let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
-    let constraints = Constraints { robot, collision, config };
+    let constraints = Constraints::new(robot, collision, config);
     let (mut found, mut left_out) = (0, 0);
     for index in 0..pairs {
         let mut random = Random::new(5, Stream::Preparation, 7, index);

@@ -9,9 +9,10 @@ use common::{hubo, with_split_hip};
 use glam::{DQuat, DVec2, DVec3};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
+use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::constrained_projection::{ProjectionTarget, project};
 use surefoot_planner::robot::kinematic_state::KinematicState;
-use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::robot::posture_ik::{Posture, initial_guess, solve_posture};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::{rotation_about, rotation_distance, rotation_from_rpy};
@@ -34,7 +35,7 @@ fn robot(model: &RobotModel) -> Mechanism {
 }
 
 fn sole_region(robot: &Mechanism, world_from_sole: &Pose) -> ConvexRegion {
-    ConvexRegion::seen_from_above(world_from_sole, &robot.sole_polygons[0])
+    ConvexRegion::seen_from_above(world_from_sole, &robot.soles[0].polygon)
 }
 
 /// Over the middle of the left sole, as the robot stands.
@@ -47,9 +48,9 @@ fn upright(region: &ConvexRegion, robot: &Mechanism) -> Posture {
 }
 
 fn assert_stands(robot: &Mechanism, target: &ProjectionTarget<'_>, found: &Configuration) {
-    let kinematic_state = robot.kinematic_state(found);
+    let kinematic_state = KinematicState::new(robot, found);
     for (limb, sole) in target.world_from_soles.iter().enumerate() {
-        let reached = robot.world_from_sole(&kinematic_state, limb);
+        let reached = kinematic_state.world_from_sole(robot, limb);
         assert!(reached.translation.distance(sole.translation) < 1e-8, "{reached:?} {sole:?}");
         assert!(rotation_distance(reached.rotation, sole.rotation) < 1e-7, "{reached:?} {sole:?}");
         assert!(
@@ -85,8 +86,8 @@ fn most_pairs_of_soles_that_some_posture_reaches_are_found() {
             made_from.q[joint.index] =
                 (made_from.q[joint.index] + stray).clamp(joint.lower, joint.upper);
         }
-        let kinematic_state = robot.kinematic_state(&made_from);
-        let soles = [0, 1].map(|limb| robot.world_from_sole(&kinematic_state, limb));
+        let kinematic_state = KinematicState::new(&robot, &made_from);
+        let soles = [0, 1].map(|limb| kinematic_state.world_from_sole(&robot, limb));
         let region = sole_region(&robot, &soles[0]);
         if !region.contains(kinematic_state.com.truncate(), COM_MARGIN) {
             continue;

@@ -8,13 +8,15 @@ mod common;
 use common::{Case, hubo, preparation_for};
 use glam::{DVec2, DVec3};
 use surefoot_planner::collision::model::CollisionModel;
-use surefoot_planner::constraints::constraints::{Constraints, Rejection};
+use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, single_mode};
+use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::motion::mode_graph::{ModeGraph, TransitionPrior};
 use surefoot_planner::motion::transition_prior::transition_prior;
 use surefoot_planner::motion::transition_sampling::ATTEMPTS_MAX;
-use surefoot_planner::pipeline::{Endpoint, FootholdSampler, PERTURBATIONS_MAX, stand_on};
+use surefoot_planner::pipeline::stand_on;
+use surefoot_planner::pipeline::{Endpoint, FootholdSampler, PERTURBATIONS_MAX};
 use surefoot_planner::primitives::transition_configuration::{
     FAR_REACHING_POSTURES, TransitionPair, first_valid_posture, is_reached, sample,
 };
@@ -33,7 +35,7 @@ fn stand() -> Stand {
     let config = case.scenario.planner.clone();
     let robot = Mechanism::new(&case.model, &config).unwrap();
     let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
-    let constraints = Constraints { robot, collision, config };
+    let constraints = Constraints::new(robot, collision, config);
     let placement = FootPlacementConfig::default();
     let mut scratch = Scratch::new(&placement);
     let surfaces = Surfaces::new(&case.world, placement).unwrap();

@@ -6,7 +6,7 @@ mod common;
 
 use common::{Case, WALKS, run};
 use surefoot_planner::Outcome;
-use surefoot_planner::constraints::constraints::Rejection;
+use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::plan::self_check::{SelfCheckError, self_check};
 
 #[test]

@@ -7,16 +7,20 @@ mod common;
 use common::Case;
 use glam::DVec2;
 use surefoot_planner::collision::model::{CollisionModel, FootPhase};
-use surefoot_planner::constraints::constraints::{Constraints, Mode, Rejection, midway};
+use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{double_mode, single_mode};
+use surefoot_planner::constraints::mode::Mode;
+use surefoot_planner::constraints::mode_state::ModeState;
+use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
-use surefoot_planner::motion::local_planner::ModeState;
 use surefoot_planner::motion::single_mode::{SingleModeProblem, solve};
 use surefoot_planner::motion::workspace::Workspace;
-use surefoot_planner::pipeline::{Endpoint, stand_on};
+use surefoot_planner::pipeline::Endpoint;
+use surefoot_planner::pipeline::stand_on;
+use surefoot_planner::robot::configuration::{Configuration, midway};
 use surefoot_planner::robot::kinematic_state::KinematicState;
-use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_planner::robot::posture_ik::{Posture, solve_posture};
 use surefoot_shared_types::base::spatial::rotation_about;
 
@@ -34,7 +38,7 @@ fn constraints_of(case: &Case) -> Constraints {
     let config = case.scenario.planner.clone();
     let robot = Mechanism::new(&case.model, &config).unwrap();
     let collision = CollisionModel::new(&case.model, &case.world, config.clearance).unwrap();
-    Constraints { robot, collision, config }
+    Constraints::new(robot, collision, config)
 }
 
 fn stand() -> Stand {
@@ -65,7 +69,7 @@ impl Stand {
     }
 
     fn kinematic_state(&self, configuration: &Configuration) -> KinematicState {
-        self.constraints.robot.kinematic_state(configuration)
+        KinematicState::new(&self.constraints.robot, configuration)
     }
 
     fn check(&self, configuration: &Configuration) -> Result<(), Rejection> {
@@ -96,7 +100,7 @@ impl Stand {
     fn with_box_at_hand(mut self, configuration: &Configuration) -> Self {
         let hand = self.case.model.links.iter().position(|link| link.name == "left_hand").unwrap();
         let center =
-            self.constraints.robot.world_from_link(&self.kinematic_state(configuration), hand)
+            self.kinematic_state(configuration).world_from_link(&self.constraints.robot, hand)
                 * self.case.model.links[hand].com;
         self.case = self.case.with_box(center.to_array(), [0.02; 3]);
         self.constraints = constraints_of(&self.case);
@@ -116,7 +120,9 @@ fn feet_too_far_apart() -> Result<(), Rejection> {
         leg_extension: 0.9,
         com: soles[1].translation.truncate(),
     };
-    solve_posture(&stand.constraints.robot, &soles, &posture, stand.configuration().q).map(|_| ())
+    let q = stand.configuration().q;
+    solve_posture(&stand.constraints.robot, &soles, &posture, q)?;
+    Ok(())
 }
 
 fn centre_of_mass_beside_the_only_foot() -> Result<(), Rejection> {

@@ -8,8 +8,11 @@ mod common;
 use common::{Case, hubo, run};
 use glam::{DVec2, DVec3};
 use surefoot_planner::Outcome;
-use surefoot_planner::robot::gravity_torques::FootLoad;
-use surefoot_planner::robot::mechanism::{Configuration, Mechanism};
+use surefoot_planner::robot::configuration::Configuration;
+use surefoot_planner::robot::gravity_torques::{FootLoad, effort_use};
+use surefoot_planner::robot::kinematic_state::KinematicState;
+use surefoot_planner::robot::mechanism::Mechanism;
+use surefoot_planner::robot::single_support::SingleSupportPosture;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::PlannerConfig;
@@ -132,19 +135,22 @@ fn finds_a_walk(model: RobotModel) -> bool {
 fn a_weak_ankle_holds_the_weight_near_its_axis_alone() {
     let strong = robot(&hubo());
     assert_eq!(
-        strong.ankle_limits[0].clip(&strong.sole_polygons[0]).as_slice(),
-        strong.sole_polygons[0]
+        strong.soles[0].ankle_limits.clip(&strong.soles[0].polygon).as_slice(),
+        strong.soles[0].polygon
     );
     let weak = robot(&with_effort("ankle_pitch", 40.0));
-    let supported = weak.ankle_limits[0].clip(&weak.sole_polygons[0]);
+    let supported = weak.soles[0].ankle_limits.clip(&weak.soles[0].polygon);
     let toe = supported.iter().fold(f64::NEG_INFINITY, |most, corner| most.max(corner.x))
         - PlannerConfig::default().com_margin;
-    let kinematic_state = weak
-        .kinematic_state(&Configuration { world_from_root: Pose::IDENTITY, q: weak.standing_q });
+    let kinematic_state = KinematicState::new(
+        &weak,
+        &Configuration { world_from_root: Pose::IDENTITY, q: weak.standing_q },
+    );
     let effort_use = |x: f64| {
         let point =
-            (weak.world_from_sole(&kinematic_state, 0) * DVec3::new(x, 0.0, 0.0)).truncate();
-        weak.statics.effort_use(
+            (kinematic_state.world_from_sole(&weak, 0) * DVec3::new(x, 0.0, 0.0)).truncate();
+        effort_use(
+            &weak.mass_tree,
             &kinematic_state,
             &[FootLoad { share: 1.0, point }, FootLoad { share: 0.0, point: DVec2::ZERO }],
         )
@@ -162,16 +168,18 @@ fn a_robot_with_weak_ankles_walks() {
     assert!(finds_a_walk(with_effort("ankle_pitch", 25.0)));
 }
 
+fn single_support_postures(model: &RobotModel) -> [SingleSupportPosture; 2] {
+    let robot = robot(model);
+    [0, 1].map(|limb| SingleSupportPosture::derive(&robot, limb))
+}
+
 #[test]
 fn a_robot_leans_over_a_weak_hip_and_no_other() {
-    assert_eq!(
-        robot(&hubo()).single_support_postures.map(|posture| posture.rotation),
-        [[0.0; 2]; 2]
-    );
-    let needed = robot(&hubo()).single_support_postures[0].effort_use;
+    assert_eq!(single_support_postures(&hubo()).map(|posture| posture.rotation), [[0.0; 2]; 2]);
+    let needed = single_support_postures(&hubo())[0].effort_use;
     let hip = hubo().joints.iter().find(|joint| joint.name == "left_hip_roll").unwrap().effort;
     let model = with_effort("hip_roll", 0.85 * needed * hip);
-    let [left, right] = robot(&model).single_support_postures;
+    let [left, right] = single_support_postures(&model);
     assert!(
         left.effort_use < 1.0 && right.effort_use < 1.0,
         "{} {}",
@@ -195,14 +203,14 @@ fn a_trunk_leans_over_a_foot_whose_ankle_hardly_rolls() {
         (joint.lower, joint.upper) = (-0.2, 0.2);
     }
     let waist = model.joints.iter().position(|joint| joint.name == "waist_yaw").unwrap();
-    let turning = robot(&model).single_support_postures;
+    let turning = single_support_postures(&model);
     assert!(
         turning.iter().all(|posture| posture.margin_deficit > 0.0 && posture.q[waist] == 0.0),
         "turning the trunk does not help"
     );
     (model.joints[waist].axis, model.joints[waist].lower, model.joints[waist].upper) =
         (DVec3::X, -0.5, 0.5);
-    let [left, right] = robot(&model).single_support_postures;
+    let [left, right] = single_support_postures(&model);
     assert!(
         left.margin_deficit < turning[0].margin_deficit && left.rotation == [0.0; 2],
         "{left:?}"
@@ -225,9 +233,9 @@ fn a_joint_that_carries_both_legs_does_not_move() {
         q: robot.standing_q,
     };
     assert!(robot.place_soles(&mut configuration, &soles));
-    let kinematic_state = robot.kinematic_state(&configuration);
+    let kinematic_state = KinematicState::new(&robot, &configuration);
     let missed = [0, 1].map(|limb| {
-        robot.world_from_sole(&kinematic_state, limb).translation.distance(soles[limb].translation)
+        kinematic_state.world_from_sole(&robot, limb).translation.distance(soles[limb].translation)
     });
     assert!(missed.iter().all(|missed| *missed < 1e-8), "{missed:?}");
     assert!(finds_a_walk(model));

@@ -10,9 +10,13 @@ use serde_json::Value;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::kinematics::Kinematics;
-use surefoot_planner::robot::gravity_torques::{FootLoad, Statics, balance_loads};
+use surefoot_planner::robot::configuration::Configuration;
+use surefoot_planner::robot::gravity_torques::{
+    FootLoad, balance_loads, com_shift, effort_use, write_torques,
+};
 use surefoot_planner::robot::kinematic_state::KinematicState;
-use surefoot_planner::robot::mechanism::{Configuration, LINKS_MAX, Mechanism};
+use surefoot_planner::robot::mass_tree::MassTree;
+use surefoot_planner::robot::mechanism::{LINKS_MAX, Mechanism};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::rotation_from_rpy;
@@ -39,7 +43,12 @@ fn kinematic_state_of(model: &RobotModel, poses: &[Pose]) -> KinematicState {
 
 fn torques_of(model: &RobotModel, poses: &[Pose], loads: &[FootLoad; 2]) -> Vec<f64> {
     let mut torques = [0.0; JOINTS_MAX];
-    Statics::new(model, 1.0).torques(&kinematic_state_of(model, poses), loads, &mut torques);
+    write_torques(
+        &MassTree::new(model, 1.0),
+        &kinematic_state_of(model, poses),
+        loads,
+        &mut torques,
+    );
     torques[..model.joints.len()].to_vec()
 }
 
@@ -168,8 +177,8 @@ fn effort_use_is_the_share_of_the_most_strained_joint() {
         .map(|(torque, joint)| torque.abs() / joint.effort)
         .fold(0.0, f64::max);
     for effort_share in [1.0, 0.5, 0.1] {
-        let used = Statics::new(&model, effort_share)
-            .effort_use(&kinematic_state_of(&model, &poses), &loads);
+        let mass_tree = MassTree::new(&model, effort_share);
+        let used = effort_use(&mass_tree, &kinematic_state_of(&model, &poses), &loads);
         assert!((used - expected / effort_share).abs() < 1e-12 && used > 0.0);
     }
 }
@@ -249,17 +258,17 @@ fn the_trunk_moves_the_centre_of_mass_as_its_joints_do() {
         at.q[joint.index] =
             (at.q[joint.index] + random.uniform(-0.5, 0.5)).clamp(joint.lower, joint.upper);
     }
-    let kinematic_state = robot.kinematic_state(&at);
+    let kinematic_state = KinematicState::new(&robot, &at);
     assert!(!robot.trunk_joints.is_empty());
     for joint in &robot.free_joints {
         let step = 1e-6;
         let moved = |by: f64| {
             let mut moved = at;
             moved.q[joint.index] += by;
-            robot.kinematic_state(&moved).com
+            KinematicState::new(&robot, &moved).com
         };
         let measured = (moved(step) - moved(-step)) / (2.0 * step);
-        let shift = robot.statics.com_shift(&kinematic_state, joint.index);
+        let shift = com_shift(&robot.mass_tree, &kinematic_state, joint.index);
         assert!(measured.distance(shift) < 1e-7, "joint {}: {measured} {shift}", joint.index);
     }
 }

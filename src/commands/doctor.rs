@@ -12,8 +12,7 @@ use surefoot_shared_types::instance::instance::Instance;
 use crate::cli::arguments::DoctorArguments;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
-use crate::system::cores;
-use crate::system::terminal;
+use crate::system::{cores, terminal};
 
 /// Something found out.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -122,7 +121,7 @@ fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {
 
 /// What standing on the worse of the two feet asks of the joint that is strained most.
 fn on_one_foot(inputs: &Inputs, planner: &Planner) -> Finding {
-    let postures = planner.constraints().robot.single_support_postures;
+    let postures = planner.constraints().single_support_postures;
     let [left, right] = postures.each_ref().map(|posture| posture.effort_use);
     let limb = usize::from(right > left);
     let (robot, foot) = (&inputs.model.name, &inputs.model.feet[limb].name);

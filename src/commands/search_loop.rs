@@ -1,13 +1,12 @@
 //! Advances a planner to the end of its search.
 
-use surefoot_planner::constraints::constraints::Rejection;
+use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
 use crate::report::event::{Bottleneck, Diagnosis, Planned, RoleEvent, SearchProgress};
-use crate::system::allocations;
 use crate::system::clock::Stopwatch;
-use crate::system::signals;
+use crate::system::{allocations, signals};
 
 /// Fewest work units between two looks at the clock: a fraction of a second. How often it looks has
 /// no influence on the plan.

@@ -1,5 +1,5 @@
-//! Memory that is reserved once, its beginning written, so that short searches meet no page for the
-//! first time.
+//! Memory that is reserved once. Its first pages are written when it is reserved, so that a short
+//! search causes no page faults.
 
 use std::mem::MaybeUninit;
 use std::ops::{Index, IndexMut};
@@ -9,41 +9,45 @@ use bytemuck::allocation::zeroed_vec;
 
 use crate::base::threads::Threads;
 
-/// No page of any system in use is smaller.
+/// Smallest page size of the supported systems, bytes.
 const PAGE: usize = 4_096;
-/// Of each arena so many bytes are written: more than short searches use, where all of it would
-/// take longer than the search. Whoever locks the process's memory first has all of it.
+/// Bytes of each arena that are written: more than a short search uses. To write a whole arena takes
+/// longer than such a search. A process that locks its memory has all pages from the start.
 const WRITTEN_MAX: usize = 512 << 10;
 
-/// An empty list with room for `capacity` items, its beginning backed by memory.
+/// An empty list of the given capacity whose first pages are backed by memory.
 pub fn reserve<T>(capacity: usize) -> Vec<T> {
     reserve_written(capacity, WRITTEN_MAX)
 }
 
-/// The same with at most so many bytes written: for one of many lists, most of which stay short.
+/// Does the same with at most `written_max` bytes written, for one of many lists that stay short.
 pub fn reserve_written<T>(capacity: usize, written_max: usize) -> Vec<T> {
     let mut arena: Vec<T> = Vec::with_capacity(capacity);
     let spare = arena.spare_capacity_mut();
     let bytes = size_of_val(spare).min(written_max);
     let begin = spare.as_mut_ptr().cast::<u8>();
     for offset in (0..bytes).step_by(PAGE).chain(bytes.checked_sub(1)) {
-        // SAFETY: `offset` lies within the spare room, which is ours alone and holds nothing yet.
+        // SAFETY: `offset` lies within the spare capacity, which this list owns and which holds no
+        // items.
         unsafe { begin.add(offset).write_volatile(0) };
     }
     arena
 }
 
-/// Where a list stands in an arena: its first item, and how many there are.
+/// A list in an arena: the index of its first item, and the number of items.
 pub type ArenaSlice = (u32, u32);
 
-/// The list that stands there.
+/// The items of a list in an arena.
+///
+/// # Panics
+/// The list is not within the arena.
 pub fn slice_at<T>(arena: &[T], (first, count): ArenaSlice) -> &[T] {
     &arena[first as usize..(first + count) as usize]
 }
 
-/// Appends lists, one after the other, which threads copy in parallel: much of it is memory that
-/// nobody has met before. Answers where each of them stands; `None`, and nothing is appended, where
-/// there is no room for all.
+/// Appends lists in order and returns their places; `None`, with nothing appended, if the capacity
+/// is too small for all. Threads copy in parallel, because most of the memory is touched for the
+/// first time.
 pub fn append_all<T: Copy + Send + Sync, const N: usize>(
     arena: &mut Vec<T>,
     lists: &heapless::Vec<&[T], N>,
@@ -66,13 +70,12 @@ pub fn append_all<T: Copy + Send + Sync, const N: usize>(
         }
     });
     drop(copies);
-    // SAFETY: all rooms together are the spare room up to `end`, and each was written from its
-    // beginning to its end.
+    // SAFETY: the copies cover the spare capacity up to `end`, and each was written completely.
     unsafe { arena.set_len(end) };
     Some(slices)
 }
 
-/// A list of `count` items of nothing but zeros, its beginning backed by memory.
+/// A list of `count` items of zero bytes whose first pages are backed by memory.
 pub fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
     let mut arena = zeroed_vec::<T>(count);
     let written = count.min(WRITTEN_MAX.div_ceil(size_of::<T>().max(1)));
@@ -80,16 +83,15 @@ pub fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
     arena
 }
 
-/// A list of `count` times `item`, all of it backed by memory.
+/// A list of `count` copies of `item`, all of it backed by memory.
 pub fn filled<T: Clone>(item: T, count: usize) -> Vec<T> {
     let mut arena = reserve(count);
     arena.resize(count, item);
     arena
 }
 
-/// A list of `count` times an item, of which only the beginning is written: up to the last item
-/// that was ever changed. So a short search pays for no more of it than it uses. Never reserves
-/// again.
+/// A list of `count` copies of an item that is written only up to the last item changed, so that a
+/// short search does not write all of it. Memory is reserved once.
 #[derive(Debug)]
 pub struct LazilyFilled<T> {
     written: Vec<T>,
@@ -98,7 +100,7 @@ pub struct LazilyFilled<T> {
 }
 
 impl<T: Copy> LazilyFilled<T> {
-    /// `count` times `item`.
+    /// A list of `count` copies of `item`.
     pub fn new(item: T, count: usize) -> Self {
         Self { written: reserve(count), item, count }
     }
@@ -151,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_uniform_list_is_as_long_as_it_was_made_and_keeps_what_is_changed() {
+    fn a_lazily_filled_list_keeps_its_length_and_its_changes() {
         let mut list = LazilyFilled::new(7_u32, 1_000);
         let capacity = list.written.capacity();
         list[500] = 1;
@@ -161,13 +163,13 @@ mod tests {
         assert_eq!(
             (list.written.capacity(), list.bytes()),
             (capacity, 4_000),
-            "no memory but that of the beginning"
+            "memory is reserved once"
         );
     }
 
     #[test]
     #[should_panic(expected = "1000 in a list of 1000")]
-    fn beyond_its_end_nothing_can_be_changed() {
+    fn an_index_beyond_the_end_panics() {
         LazilyFilled::new(0_u8, 1_000)[1_000] = 1;
     }
 }

@@ -1,32 +1,31 @@
-//! Threads with nothing to do: they look for work for a while, and then sleep until a bell.
+//! Idle threads of a pool: they poll for work, then sleep until they are woken.
 //!
-//! Rayon's own threads fall asleep after some 15 us, and waking one takes 50 us and more where
-//! cores are virtual: longer than most of what there is to share.
+//! Rayon's own threads sleep after about 15 µs, and waking one takes 50 µs or more on virtual cores:
+//! longer than most work items.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, fence};
 use std::sync::{Condvar, Mutex, PoisonError};
 
 use rayon::Yield;
 
-/// How often a thread without work looks again before it sleeps: some 2 ms, longer than most of
-/// what cannot be shared.
+/// Polls of an idle thread before it sleeps: about 2 ms, longer than most sequential work.
 const POLLS_MAX: u32 = 16384;
 
-/// Where the threads of a pool sleep, while one of them works and hands out what it can.
+/// State of the pool's threads while one of them runs a task and shares parts of it.
 #[derive(Debug)]
 pub struct IdleThreads {
-    /// By thread: whether it is up the stack already, as the one that works or as one that looks
-    /// for work.
+    /// By thread: whether it is already in [`IdleThreads::run_with_idle`], as the running thread or
+    /// as a polling one.
     is_entered: Vec<AtomicBool>,
     is_over: AtomicBool,
     asleep: AtomicUsize,
-    /// How often the bell was rung for somebody.
+    /// Number of wake-ups so far.
     wake_count: Mutex<u64>,
     wake_signal: Condvar,
 }
 
 impl IdleThreads {
-    /// For so many threads.
+    /// The state of a pool with this number of threads.
     pub fn new(threads: usize) -> Self {
         Self {
             is_entered: (0..threads).map(|_| AtomicBool::new(false)).collect(),
@@ -37,8 +36,8 @@ impl IdleThreads {
         }
     }
 
-    /// Works, while the pool's other threads look for what is handed out. To be called inside the
-    /// pool.
+    /// Runs `work` while the pool's other threads poll for shared parts of it. Must be called within
+    /// the pool.
     pub fn run_with_idle<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.is_over.store(false, Ordering::SeqCst);
         let work = || {
@@ -49,7 +48,7 @@ impl IdleThreads {
         self.with_others(self.is_entered.len() - 1, work)
     }
 
-    /// Wakes whoever sleeps: to be called once there is something to do.
+    /// Wakes all sleeping threads. Called when there is work to share.
     pub fn wake(&self) {
         fence(Ordering::SeqCst);
         if self.asleep.load(Ordering::SeqCst) > 0 {
@@ -65,8 +64,8 @@ impl IdleThreads {
         rayon::join(|| self.with_others(others - 1, work), || self.poll_for_work()).0
     }
 
-    /// Does what there is to do until all is over. A thread that waits for another one's work takes
-    /// up what it finds, this too: it has no time for it.
+    /// Runs shared work until `run_with_idle` is over. A thread that waits for another may pick up
+    /// this function too; `enter` makes it return at once.
     fn poll_for_work(&self) {
         let Some(_entered) = self.enter() else { return };
         while !self.is_over.load(Ordering::SeqCst) {
@@ -80,7 +79,7 @@ impl IdleThreads {
         let known = *self.wake_count.lock().unwrap_or_else(PoisonError::into_inner);
         self.asleep.fetch_add(1, Ordering::SeqCst);
         fence(Ordering::SeqCst);
-        // What was handed out before anybody was asleep rang no bell.
+        // Work that was shared before this thread counted as asleep woke no thread.
         if rayon::yield_now() != Some(Yield::Executed) && !self.is_over.load(Ordering::SeqCst) {
             let wake_count = self.wake_count.lock().unwrap_or_else(PoisonError::into_inner);
             drop(
@@ -92,15 +91,15 @@ impl IdleThreads {
         self.asleep.fetch_sub(1, Ordering::SeqCst);
     }
 
-    /// Notes that this thread is here; `None` where it was before.
+    /// Marks this thread as entered; `None` if it is already.
     fn enter(&self) -> Option<Entered<'_>> {
         let is_entered = &self.is_entered[rayon::current_thread_index()?];
         (!is_entered.swap(true, Ordering::Relaxed)).then_some(Entered(is_entered))
     }
 }
 
-/// Looks for something to do, and does it, so often or until something `is_done`; answers whether
-/// there was any, or it is.
+/// Polls at most `polls_max` times for shared work and runs it. Returns whether a poll found work or
+/// `is_done` became true.
 pub fn poll(polls_max: u32, is_done: impl Fn() -> bool) -> bool {
     for _ in 0..polls_max {
         if is_done() || rayon::yield_now() == Some(Yield::Executed) {
@@ -111,7 +110,7 @@ pub fn poll(polls_max: u32, is_done: impl Fn() -> bool) -> bool {
     false
 }
 
-/// Ends the others' search for work, however the work ends.
+/// Ends the polling of the other threads when it is dropped, also on a panic.
 struct StopGuard<'a>(&'a IdleThreads);
 
 impl Drop for StopGuard<'_> {

@@ -1,6 +1,7 @@
-//! base.
+//! Memory, threads, random streams and work budgets.
 
 pub mod arena;
+pub mod capacity;
 pub(crate) mod idle_threads;
 pub mod random;
 pub mod threads;

@@ -1,8 +1,8 @@
-//! Counter-based random streams: a draw is a function of the seed, the stream and the index, so
-//! adding a draw in one place shifts nothing elsewhere, and no thread order can matter.
+//! Counter-based random streams [Salmon 2011]. A number is a function of the seed, the stream and
+//! its index, so that a further number in one place changes none elsewhere, and the order of
+//! threads does not matter.
 
-/// The streams in use. A stream names what is drawn; the keys beside it say for which object and
-/// which attempt.
+/// The streams in use. A stream is divided further by object and attempt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u64)]
 pub enum Stream {
@@ -20,8 +20,7 @@ pub enum Stream {
     Shortcut = 6,
 }
 
-/// A generator for one object and attempt. Cheap to make: make a new one wherever a new thing is
-/// sampled.
+/// The generator of one object and attempt. It is cheap to make.
 #[derive(Debug, Clone)]
 pub struct Random {
     key: u64,
@@ -29,7 +28,7 @@ pub struct Random {
 }
 
 impl Random {
-    /// The draws of `stream` for the object `object` at attempt `attempt`.
+    /// The numbers of `stream` for object `object` at attempt `attempt`.
     pub fn new(seed: u64, stream: Stream, object: u64, attempt: u64) -> Self {
         let key = [stream as u64, object, attempt]
             .into_iter()
@@ -37,24 +36,25 @@ impl Random {
         Self { key, counter: 0 }
     }
 
-    /// 64 uniform bits.
+    /// 64 uniformly distributed bits.
     pub fn bits(&mut self) -> u64 {
         self.counter += 1;
         mix(self.key.wrapping_add(self.counter.wrapping_mul(GOLDEN)))
     }
 
-    /// Uniform in `lower..upper`.
+    /// A number uniformly distributed in `lower..upper`.
     pub fn uniform(&mut self, lower: f64, upper: f64) -> f64 {
         let unit = (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64);
         lower + unit * (upper - lower)
     }
 
-    /// Uniform in `0..count`; `count` must be positive.
+    /// An integer uniformly distributed in `0..count`; `count` must be positive.
     pub fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.bits()) * count as u128) >> 64) as usize
     }
 }
 
+/// 2^64 divided by the golden ratio, the increment of SplitMix64.
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// SplitMix64's finaliser (Steele, Lea, Flood 2014).
@@ -70,16 +70,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn same_keys_same_draws_and_other_keys_other_draws() {
-        let draw = |object, attempt| Random::new(7, Stream::Transition, object, attempt).bits();
-        assert_eq!(draw(3, 4), draw(3, 4));
-        assert_ne!(draw(3, 4), draw(4, 3));
-        assert_ne!(draw(3, 4), Random::new(8, Stream::Transition, 3, 4).bits());
-        assert_ne!(draw(3, 4), Random::new(7, Stream::SingleMode, 3, 4).bits());
+    fn equal_keys_give_equal_numbers() {
+        let bits = |object, attempt| Random::new(7, Stream::Transition, object, attempt).bits();
+        assert_eq!(bits(3, 4), bits(3, 4));
+        assert_ne!(bits(3, 4), bits(4, 3));
+        assert_ne!(bits(3, 4), Random::new(8, Stream::Transition, 3, 4).bits());
+        assert_ne!(bits(3, 4), Random::new(7, Stream::SingleMode, 3, 4).bits());
     }
 
     #[test]
-    fn uniform_fills_its_range_evenly() {
+    fn uniform_numbers_fill_their_range_evenly() {
         let mut random = Random::new(1, Stream::FootPlacement, 0, 0);
         let mut bins = [0u32; 10];
         for _ in 0..100_000 {

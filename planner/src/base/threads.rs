@@ -1,9 +1,9 @@
-//! Work that the threads of a pool do in parallel, with nobody asleep between two short pieces of
-//! it.
+//! Runs short work items in parallel. Idle threads poll for about 2 ms before they sleep, because
+//! waking one takes 50 µs.
 //!
-//! Rayon's own loops split their items in two until each stands alone, and a thread that waits
-//! falls asleep. Items take 20 us to some milliseconds here, so both cost much of what threads
-//! bring. What is made depends on neither: each item is worked on by itself.
+//! Rayon's own loops split their items in halves down to single items, and their waiting threads
+//! sleep. Items take 20 µs to some milliseconds here, so both cost much of the gain. Results do not
+//! depend on the threads: each item is computed independently.
 
 use std::num::NonZeroUsize;
 use std::ops::Range;
@@ -14,11 +14,10 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::base::idle_threads::{IdleThreads, poll};
 
-/// How often a thread that waits for another one looks again before it lets rayon put it to sleep:
-/// some 150 us.
-const POLLS_MAX: u32 = 1024;
+/// Polls of a thread that waits for another one before rayon puts it to sleep: about 150 µs.
+const WAIT_POLLS_MAX: u32 = 1024;
 
-/// The threads that may share work: those of a pool, or the caller's alone.
+/// The threads that share work: those of a pool, or the calling thread alone.
 #[derive(Debug, Clone, Default)]
 pub struct Threads {
     workers: Option<Arc<Workers>>,
@@ -31,17 +30,17 @@ struct Workers {
 }
 
 impl Threads {
-    /// So many threads; where one is asked for, the caller's own.
+    /// A pool of threads; for one thread the calling thread alone.
     ///
     /// # Errors
-    /// They cannot be started.
+    /// The threads cannot be started.
     pub fn new(threads: NonZeroUsize) -> Result<Self, ThreadPoolBuildError> {
         if threads.get() == 1 {
             return Ok(Self::default());
         }
-        // Where there are as many threads as cores, each stays on its own: a round lasts less than
-        // a scheduler takes to part two threads that it has woken on one core. Where there are more
-        // cores, others may be using the first ones.
+        // With as many threads as cores each thread is pinned to a core: a batch lasts less than the
+        // scheduler takes to separate two threads on one core. With more cores than threads other
+        // processes may use the first ones.
         let cores = core_affinity::get_core_ids()
             .filter(|cores| threads.get() == cores.len())
             .unwrap_or_default();
@@ -52,26 +51,25 @@ impl Threads {
             }
         };
         let pool = builder.start_handler(stay).build()?;
-        // A thread allocates while it starts, and when it first looks for another one's work: wait
-        // until each has done both.
+        // A thread allocates memory when it starts and when it first steals work. Both happen here.
         pool.broadcast(|_| rayon::yield_now());
         Ok(Self {
             workers: Some(Arc::new(Workers { pool, idle: IdleThreads::new(threads.get()) })),
         })
     }
 
-    /// Whether there are several.
+    /// Whether there are several threads.
     pub fn is_parallel(&self) -> bool {
         self.workers.is_some()
     }
 
-    /// How many there are.
+    /// Number of threads.
     pub fn count(&self) -> usize {
         self.workers.as_ref().map_or(1, |workers| workers.pool.current_num_threads())
     }
 
-    /// Works on one of them, while the others look for what it shares: all that follows is to be
-    /// called within.
+    /// Runs `work` on one thread while the others poll for shared parts of it. The other methods are
+    /// called within `work`.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.workers {
             Some(workers) => workers.pool.install(|| workers.idle.run_with_idle(work)),
@@ -79,7 +77,7 @@ impl Threads {
         }
     }
 
-    /// Does both, in parallel where another thread is free.
+    /// Runs both functions, in parallel if another thread is free.
     pub fn join<A: Send, B: Send>(
         &self,
         first: impl FnOnce() -> A + Send,
@@ -102,8 +100,8 @@ impl Threads {
         )
     }
 
-    /// Does the same work on each item, which is begun in their order; each thread takes the next
-    /// one when it is done with one.
+    /// Runs `work` on each item. Items are started in order; each thread takes the next one when it
+    /// has finished one.
     pub fn for_each<T: Send>(&self, items: &mut [T], work: impl Fn(&mut T) + Sync) {
         if !self.is_parallel() {
             return items.iter_mut().for_each(work);
@@ -118,7 +116,7 @@ impl Threads {
         });
     }
 
-    /// What a function makes of each item, in order.
+    /// The results of a function for all items, in order.
     pub fn map<T: Copy + Send, U: Default + Send, const N: usize>(
         &self,
         items: &heapless::Vec<T, N>,
@@ -132,8 +130,8 @@ impl Threads {
         made
     }
 
-    /// The first of these numbers for which something can be made, and that. Two threads take them
-    /// in order, each with a memory of its own.
+    /// The first number of a range for which `make` returns a result, with that result. Two threads
+    /// take the numbers in order, each with its own memory.
     pub fn find_first<M: Send, U: Send>(
         &self,
         numbers: Range<usize>,
@@ -159,7 +157,7 @@ impl Threads {
         found.into_iter().chain(also_found).min_by_key(|(number, _)| *number)
     }
 
-    /// Does the work with so many threads.
+    /// Runs `work` on `worker_count` threads.
     fn run_on(&self, worker_count: usize, work: &(dyn Fn() + Sync)) {
         if worker_count > 1 {
             self.join(work, || self.run_on(worker_count - 1, work));
@@ -169,11 +167,11 @@ impl Threads {
     }
 }
 
-/// Waits for a while without sleep, and does what else there is to do. What takes longer, or
-/// panics, rayon waits for.
+/// Waits without sleep for a while and runs other shared work meanwhile. Rayon waits for longer work
+/// and for work that panics.
 fn wait_for(is_done: &AtomicBool) {
     let is_done = || is_done.load(Ordering::Acquire);
-    while !is_done() && poll(POLLS_MAX, is_done) {}
+    while !is_done() && poll(WAIT_POLLS_MAX, is_done) {}
 }
 
 #[cfg(test)]
@@ -185,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn each_item_is_worked_on_once_whatever_the_threads() {
+    fn each_item_is_processed_once_with_any_number_of_threads() {
         for count in 1..=5 {
             let mut items: Vec<usize> = (0..1000).collect();
             let threads = threads(count);
@@ -201,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn nested_joins_do_both() {
+    fn nested_joins_run_both_functions() {
         fn leaves(threads: &Threads, depth: u32) -> u64 {
             if depth == 0 {
                 return 1;
@@ -217,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_of_all_is_found_whatever_the_threads() {
+    fn the_first_number_is_found_with_any_number_of_threads() {
         for count in 1..=3 {
             let threads = threads(count);
             for first in 0..40 {
@@ -237,7 +235,7 @@ mod tests {
                 );
                 assert!(
                     count > 1 || tried == [expected.min(29) - 1, 0],
-                    "one thread tries no more than it must: {tried:?}"
+                    "one thread tries no further number: {tried:?}"
                 );
             }
         }
@@ -254,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_passed_on_and_the_threads_work_on() {
+    fn a_panic_propagates_and_the_pool_stays_usable() {
         let threads = threads(2);
         for _ in 0..3 {
             let run =

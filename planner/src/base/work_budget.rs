@@ -1,38 +1,38 @@
-//! Tasks that are advanced in parallel, a unit at a time, within one budget.
+//! Tasks that share one budget of work units and advance in parallel, one unit at a time.
 //!
-//! Every task is worked on by itself, and none is taken as done before all have ended. So neither
-//! the number of threads nor the size of budgets can matter to what is made.
+//! Every task is independent, and results are used only when all tasks have ended. So they depend
+//! neither on the number of threads nor on the size of budgets.
 //!
-//! A thread that finds nothing left to take up need not wait until the others have used up what
-//! they were allowed: they leave off after the unit they are at, and what is left is shared anew.
+//! When a thread finds no further task, the others stop after their current unit, and the rest of
+//! the budget is distributed again.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::base::threads::Threads;
 
-/// What a task may spend now, and has spent of it, in units.
+/// The work units that a task may spend, and has spent.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct WorkBudget {
     allowed: u64,
     spent: u64,
 }
 
-/// Work that comes to an end by units.
+/// A task that advances by work units until it ends.
 pub trait BudgetedTask: Send {
-    /// Whether nothing is left to do.
+    /// Whether the task has ended.
     fn has_ended(&self) -> bool;
 
-    /// Where its allowance is kept.
+    /// The budget of the task.
     fn work_budget(&mut self) -> &mut WorkBudget;
 }
 
-/// How many of at most so many items a budget allows, each one unit of work.
+/// The number of items of one work unit each that a budget allows, at most `items_max`.
 pub fn items_in(budget: u64, items_max: usize) -> usize {
     usize::try_from(budget).map_or(items_max, |budget| budget.min(items_max))
 }
 
-/// Advances all tasks by at most so many units together. Answers how many were spent: less than
-/// the budget means that all have ended.
+/// Advances all tasks by at most `budget` units together and returns the units spent. Less than the
+/// budget means that all tasks have ended.
 pub fn advance<T: BudgetedTask>(
     tasks: &mut [T],
     budget: u64,
@@ -42,7 +42,7 @@ pub fn advance<T: BudgetedTask>(
     advance_several(tasks, 1, budget, threads, unit)
 }
 
-/// The same, but no farther once fewer than `tasks_min` are left that have not ended.
+/// Does the same, and stops when fewer than `tasks_min` tasks have not ended.
 pub fn advance_several<T: BudgetedTask>(
     tasks: &mut [T],
     tasks_min: usize,
@@ -76,7 +76,7 @@ pub fn advance_several<T: BudgetedTask>(
     }
 }
 
-/// Shares a budget out among the tasks that have not ended, which are so many.
+/// Distributes a budget among the `active` tasks that have not ended.
 fn distribute<T: BudgetedTask>(tasks: &mut [T], active: u64, budget: u64) {
     for (index, task) in tasks.iter_mut().filter(|task| !task.has_ended()).enumerate() {
         task.work_budget().allowed = budget / active + u64::from((index as u64) < budget % active);
@@ -101,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_budget_is_spent_to_its_last_unit_or_until_all_have_ended() {
+    fn a_budget_is_spent_unless_all_tasks_end() {
         let mut tasks = [5, 0, 1, 9].map(|units| Countdown(units, WorkBudget::default()));
         let mut advance =
             |budget| advance(&mut tasks, budget, &Threads::default(), |task| task.0 -= 1);

@@ -1,7 +1,12 @@
-//! collision.
+//! Collision checks of the robot with the world and with itself.
 
+mod body_distance;
+pub mod error;
+mod keep_out;
 pub mod model;
-pub(crate) mod robot_bodies;
-pub(crate) mod self_pairs;
-pub(crate) mod separating_direction;
-pub(crate) mod world_shapes;
+mod pair_survey;
+mod robot_bodies;
+mod self_pairs;
+mod separating_direction;
+mod tuning;
+mod world_shapes;

@@ -1,38 +1,38 @@
 //! Collision of the robot with the world and with itself.
 //!
-//! Everything is prepared once; queries are exact (f64), allocate nothing and may run on any number
-//! of threads at once. In doubt the answer is a hit: see [`narrow`].
+//! Shapes are compiled once. Queries use f64, allocate no memory and may run on several threads at
+//! once. A doubtful case counts as a hit: see [`narrow_phase`](crate::geometry::narrow_phase).
 
-use crate::collision::robot_bodies;
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::World;
 
-use crate::collision::robot_bodies::CollisionBody;
-use crate::collision::self_pairs::{BodyPair, SelfPairs, bodies_within};
+use crate::collision::body_distance::bodies_within;
+use crate::collision::error::CollisionError;
+use crate::collision::keep_out::KeepOutZones;
+use crate::collision::robot_bodies::{CollisionBody, FootBody};
+use crate::collision::self_pairs::{BodyPair, SelfPairs};
+use crate::collision::tuning::{LIFT_OFF_LIFT, STANCE_LIFT};
 use crate::collision::world_shapes::{Nearby, WorldShapes, lifted};
 use crate::geometry::bvh::Aabb;
-use crate::geometry::shape_error::CollisionError;
+use crate::kinematics::tree::KinematicTree;
 use crate::robot::bounding_spheres::BODIES_MAX;
-
-use crate::kinematics::KinematicTree;
 use crate::robot::kinematic_state::KinematicState;
 
-/// What a foot does, which decides how near it may come to the world.
+/// The phase of a foot, which decides the clearance that it must keep.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FootPhase {
-    /// Stands on the world: its sole may touch what it stands on.
+    /// Stands on the world: its sole may touch the ground.
     Stance,
-    /// Lifting off or landing along its sole normal: clearance to the sides and above, none asked
-    /// below the sole.
+    /// Moves along the sole normal just after lift-off or before landing: keeps clearance to the
+    /// sides and above, none below the sole.
     LiftOff,
-    /// In the air: full clearance.
+    /// Swings: keeps full clearance.
     Swing,
 }
 
-/// What is too near to what.
+/// Two shapes that are too near to each other.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Hit {
     /// A link and a shape of the world.
@@ -46,55 +46,35 @@ pub enum Hit {
     SelfPair {
         /// The link with the smaller index.
         a: usize,
-        /// The other one.
+        /// The other link.
         b: usize,
     },
 }
 
-/// A standing foot is lifted by this much (m) before it is tested: the sole may touch, but not sink
-/// in any further.
-const STANCE_LIFT: f64 = 0.0015;
-/// A foot that lifts off is lifted by this much (m) more than its clearance.
-const LIFT_OFF_LIFT: f64 = 0.0005;
+/// Result of [`CollisionModel::foot_hit`] in a keep-out zone. Not the index of a shape.
+pub const KEEP_OUT: usize = usize::MAX;
 
-/// A robot in a world, prepared for collision checks.
+/// A robot in a world, compiled for collision checks.
 #[derive(Debug, Clone)]
 pub struct CollisionModel {
     bodies: Vec<CollisionBody>,
     pairs: SelfPairs,
     world: WorldShapes,
     clearance: f64,
-    keep_out_zones: heapless::Vec<KeepOutZone, CORRECTIONS_MAX>,
+    keep_out_zones: KeepOutZones,
     link_names: Vec<String>,
     shape_names: Vec<String>,
 }
 
-/// A place where nothing carries a sole, whatever the shapes say.
-#[derive(Debug, Clone, Copy)]
-struct KeepOutZone {
-    sole_from_world: Pose,
-    half_sides: DVec2,
-}
-
-/// What [`CollisionModel::foot_hit`] answers where a sole is known not to be carried: no shape's
-/// index.
-pub const KEEP_OUT: usize = usize::MAX;
-/// How far above or below a keep-out place a sole still counts as standing there, m.
-const KEEP_OUT_HEIGHT: f64 = 0.05;
-
 impl CollisionModel {
-    /// Prepares a robot in a world; everything shall keep `clearance` (m, finite, at least 0) from
-    /// everything.
+    /// Compiles a robot in a world. All shapes keep `clearance` (m, finite, at least 0) from each
+    /// other.
     ///
     /// # Errors
-    /// Names the first shape or number that cannot be used.
+    /// The first shape or number that cannot be used.
     pub fn new(model: &RobotModel, world: &World, clearance: f64) -> Result<Self, CollisionError> {
         if !(clearance.is_finite() && clearance >= 0.0) {
-            return Err(CollisionError::BadNumber {
-                owner: "planner".into(),
-                what: "clearance",
-                requirement: "finite and not negative",
-            });
+            return Err(CollisionError::BadClearance);
         }
         let bodies = CollisionBody::all(model, &KinematicTree::new(model))?;
         let pairs = SelfPairs::new(model, &bodies, clearance);
@@ -106,32 +86,32 @@ impl CollisionModel {
             pairs,
             world,
             clearance,
-            keep_out_zones: heapless::Vec::new(),
+            keep_out_zones: KeepOutZones::default(),
             link_names,
             shape_names,
         })
     }
 
-    /// A hit in words, for a person.
+    /// A hit as a message with the names of its shapes.
     pub fn describe(&self, hit: Hit) -> String {
         match hit {
             Hit::World { link, shape } => format!(
-                "link '{}' meets '{}' of the world",
+                "link '{}' collides with '{}' of the world",
                 self.link_names[link], self.shape_names[shape]
             ),
             Hit::SelfPair { a, b } => {
-                format!("link '{}' meets link '{}'", self.link_names[a], self.link_names[b])
+                format!("link '{}' collides with link '{}'", self.link_names[a], self.link_names[b])
             }
         }
     }
 
-    /// The first hit with the world, which is cheaper to ask, or of the robot with itself; `None`
-    /// where everything keeps its clearance, subject to what the `feet` (one state per foot) do.
+    /// The first hit of the robot with the world, which is cheaper, or with itself; `None` if all
+    /// shapes keep their clearance. `feet` holds the phase of each foot.
     pub fn hit(&self, kinematic_state: &KinematicState, feet: &[FootPhase]) -> Option<Hit> {
         self.world_hit(kinematic_state, feet).or_else(|| self.self_hit(kinematic_state))
     }
 
-    /// The first hit of the robot with the world.
+    /// The first hit of the robot with the world. `feet` holds the phase of each foot.
     pub fn world_hit(&self, kinematic_state: &KinematicState, feet: &[FootPhase]) -> Option<Hit> {
         let centers = self.world_centers(kinematic_state);
         let mut around = Aabb::EMPTY;
@@ -172,21 +152,21 @@ impl CollisionModel {
         kinematic_state.centers().iter().map(|center| kinematic_state.to_world(center)).collect()
     }
 
-    /// The first world shape that the wanted links (one flag per link) hit, their poses given in
-    /// the root's frame.
-    pub fn carried_hit(
+    /// Index of the first world shape that one of the selected links hits; `is_selected` has one
+    /// flag per link. The links' poses are given in the root frame.
+    pub fn links_hit(
         &self,
         world_from_root: &Pose,
         root_from_links: &[Pose],
-        wanted: &[bool],
+        is_selected: &[bool],
     ) -> Option<usize> {
-        let bodies = self.bodies.iter().filter(|body| wanted[body.link]);
-        bodies
-            .map(|body| (body, *world_from_root * root_from_links[body.node_link]))
-            .find_map(|(body, pose)| self.world.hit(body, &pose, self.clearance, &Nearby::UNKNOWN))
+        let bodies = self.bodies.iter().filter(|body| is_selected[body.link]);
+        bodies.map(|body| (body, *world_from_root * root_from_links[body.node_link])).find_map(
+            |(body, pose)| self.world.hit(body, &pose, self.clearance, &Nearby::INCOMPLETE),
+        )
     }
 
-    /// The box around all shapes of the world.
+    /// Bounding box of all shapes of the world.
     pub fn world_bounds(&self) -> Aabb {
         self.world.bounds()
     }
@@ -204,42 +184,38 @@ impl CollisionModel {
         Some(Hit::SelfPair { a: a.min(b), b: a.max(b) })
     }
 
-    /// Keeps soles away from where one was not carried: none may be placed with its middle over
-    /// that sole's rectangle, whose half length and half width are `half_sides` (m). Of more than
-    /// [`CORRECTIONS_MAX`] places the last ones are not kept.
+    /// Adds a keep-out zone where a sole had no contact: no sole may stand with its origin over
+    /// that sole's rectangle, of half length and half width `half_sides` (m). Zones beyond
+    /// `CORRECTIONS_MAX` are dropped.
     pub fn add_keep_out_zone(&mut self, world_from_sole: &Pose, half_sides: [f64; 2]) {
-        let _ = self.keep_out_zones.push(KeepOutZone {
-            sole_from_world: world_from_sole.inverse(),
-            half_sides: half_sides.into(),
-        });
+        self.keep_out_zones.add(world_from_sole, half_sides);
     }
 
-    /// The first world shape that a foot alone, with what is rigidly joined to it, hits with its
-    /// sole at a pose; or [`KEEP_OUT`].
+    /// Index of the first world shape that a foot, with all links fixed to it, hits with its sole
+    /// at a pose; [`KEEP_OUT`] in a keep-out zone.
     pub fn foot_hit(&self, limb: usize, world_from_sole: &Pose, phase: FootPhase) -> Option<usize> {
-        if self.keep_out_zones.iter().any(|zone| zone.contains(world_from_sole.translation)) {
+        if self.keep_out_zones.contain(world_from_sole.translation) {
             return Some(KEEP_OUT);
         }
-        let world_from_node =
-            |foot: &robot_bodies::FootBody| *world_from_sole * foot.sole_from_node;
+        let world_from_node = |foot: &FootBody| *world_from_sole * foot.sole_from_node;
         self.foot_bodies(limb).find_map(|(body, foot)| {
             self.foot_body_hit(
                 body,
                 &world_from_node(&foot),
                 foot.node_normal,
                 phase,
-                &Nearby::UNKNOWN,
+                &Nearby::INCOMPLETE,
             )
         })
     }
 
-    /// The first world shape that meets a box, given by its middle's pose and half of each side
-    /// (m).
+    /// Index of the first world shape that overlaps a box, given by the pose of its centre and half
+    /// of each side (m).
     pub fn box_hit(&self, world_from_box: &Pose, half_extents: DVec3) -> Option<usize> {
         self.world.box_hit(world_from_box, half_extents)
     }
 
-    /// The box around a foot and all that is rigidly joined to it, in its sole's frame.
+    /// Bounding box of a foot with all links fixed to it, in its sole's frame.
     pub fn foot_bounds(&self, limb: usize) -> Aabb {
         let parts = self.foot_bodies(limb).flat_map(|(body, foot)| {
             body.parts.iter().map(move |part| (part, foot.sole_from_node))
@@ -252,8 +228,9 @@ impl CollisionModel {
         boxes.fold(Aabb::EMPTY, Aabb::union)
     }
 
-    /// The bounding box of every collision shape: its link and which of the link's shapes it is,
-    /// its frame in the link's, the box in its frame. Not in the order of the links.
+    /// The bounding box of every collision shape: the indices of its link and of the shape in the
+    /// link, the shape's pose in the link's frame, and the box in the shape's frame. Upper-body
+    /// links come first.
     pub fn part_bounds(&self) -> impl Iterator<Item = ([usize; 2], Pose, Aabb)> + '_ {
         self.bodies.iter().flat_map(|body| {
             let link_from_node = body.node_from_link.inverse();
@@ -264,20 +241,20 @@ impl CollisionModel {
         })
     }
 
-    /// The foot that a link is, or is rigidly joined to.
+    /// The foot that a link is, or is fixed to.
     pub fn foot_of(&self, link: usize) -> Option<usize> {
         self.bodies.iter().find(|body| body.link == link)?.foot.map(|foot| foot.limb)
     }
 
-    /// The first world shape that what is rigid with the root meets, the least that the robot takes
-    /// up [Grey 4.1.1].
+    /// Index of the first world shape that the root, with all links fixed to it, overlaps: the
+    /// least space that the robot takes [Grey 4.1.1].
     pub fn root_hit(&self, world_from_root: &Pose) -> Option<usize> {
         let mut rigid = self.bodies.iter().filter(|body| body.node == 0);
-        rigid.find_map(|body| self.world.hit(body, world_from_root, 0.0, &Nearby::UNKNOWN))
+        rigid.find_map(|body| self.world.hit(body, world_from_root, 0.0, &Nearby::INCOMPLETE))
     }
 
-    /// Whether the first two feet, with what is rigidly joined to them, come too near to each other
-    /// at these sole poses.
+    /// Whether both feet, with all links fixed to them, are too near to each other at these sole
+    /// poses.
     pub fn feet_hit(&self, world_from_soles: [&Pose; 2]) -> bool {
         let limb_of = |body: u32| self.bodies[body as usize].foot.filter(|foot| foot.limb < 2);
         self.pairs.checked.iter().any(|pair| match (limb_of(pair.a), limb_of(pair.b)) {
@@ -291,27 +268,27 @@ impl CollisionModel {
         })
     }
 
-    /// A bound (m) on how far any point of any collision shape lies from itself in two kinematic
-    /// states.
+    /// Upper bound (m) of the displacement of any point of any collision shape between two
+    /// kinematic states.
     pub fn motion_bound(&self, a: &KinematicState, b: &KinematicState) -> f64 {
-        // All is seen in the root's frame in `a`; what does not move in the root's frame turns as
-        // the root does.
+        // All quantities are in the root frame of `a`. A node that does not rotate in the root
+        // frame rotates with the root.
         let (ra, rb) = (a.world_rotation(), b.world_rotation());
-        let turn = ra.transpose() * *rb;
+        let rotation = ra.transpose() * *rb;
         let shift = a.turned_to_root(b.world_from_root.translation - a.world_from_root.translation);
-        let root_chord = chord_squared(&turn, &DMat3::IDENTITY);
+        let root_chord = chord_squared(&rotation, &DMat3::IDENTITY);
         let (frames_a, frames_b) = (a.root_from_nodes(), b.root_from_nodes());
         let mut bound: f64 = 0.0;
         for (index, body) in self.bodies.iter().enumerate() {
             let (at_a, at_b) = (&frames_a[body.node].matrix3, &frames_b[body.node].matrix3);
             let chord =
-                if at_a == at_b { root_chord } else { chord_squared(&(turn * *at_b), at_a) };
-            let moved =
-                (turn * b.centers().get(index) + shift - a.centers().get(index)).length_squared();
-            let turned = chord * body.sphere.radius * body.sphere.radius;
-            // The sum of two lengths is at most this root: most bodies need no other.
-            if 2.0 * (moved + turned) > bound * bound {
-                bound = bound.max(moved.sqrt() + turned.sqrt());
+                if at_a == at_b { root_chord } else { chord_squared(&(rotation * *at_b), at_a) };
+            let translated = (rotation * b.centers().get(index) + shift - a.centers().get(index))
+                .length_squared();
+            let rotated = chord * body.sphere.radius * body.sphere.radius;
+            // sqrt(2 (t + r)) >= sqrt(t) + sqrt(r), so most bodies need no square root.
+            if 2.0 * (translated + rotated) > bound * bound {
+                bound = bound.max(translated.sqrt() + rotated.sqrt());
             }
         }
         bound
@@ -322,17 +299,14 @@ impl CollisionModel {
         &self.pairs.allowed
     }
 
-    /// Heap bytes.
+    /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         let bodies = size_of_val(self.bodies.as_slice())
             + self.bodies.iter().map(CollisionBody::bytes).sum::<usize>();
         bodies + self.pairs.bytes() + self.world.bytes()
     }
 
-    fn foot_bodies(
-        &self,
-        limb: usize,
-    ) -> impl Iterator<Item = (&CollisionBody, robot_bodies::FootBody)> {
+    fn foot_bodies(&self, limb: usize) -> impl Iterator<Item = (&CollisionBody, FootBody)> {
         self.bodies.iter().filter_map(move |body| {
             body.foot.filter(|foot| foot.limb == limb).map(|foot| (body, foot))
         })
@@ -355,20 +329,11 @@ impl CollisionModel {
     }
 }
 
-/// The squared distance (of a radius of 1) by which the turn from one rotation to another moves a
-/// point at the most: the chord of its angle.
+/// Squared displacement of a point at distance 1 by the rotation from one orientation to another,
+/// at most: the squared chord of the rotation's angle.
 fn chord_squared(a: &DMat3, b: &DMat3) -> f64 {
-    let apart = *a - *b;
-    0.5 * (apart.x_axis.length_squared()
-        + apart.y_axis.length_squared()
-        + apart.z_axis.length_squared())
-}
-
-impl KeepOutZone {
-    fn contains(&self, position: DVec3) -> bool {
-        let at = self.sole_from_world * position;
-        at.x.abs() <= self.half_sides.x
-            && at.y.abs() <= self.half_sides.y
-            && at.z.abs() <= KEEP_OUT_HEIGHT
-    }
+    let difference = *a - *b;
+    0.5 * (difference.x_axis.length_squared()
+        + difference.y_axis.length_squared()
+        + difference.z_axis.length_squared())
 }

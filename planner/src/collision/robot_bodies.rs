@@ -1,72 +1,77 @@
-//! The robot's links as bodies: solids with the balls around them, and which of them stand on the
-//! ground.
+//! The robot's links as collision bodies: solids with bounding spheres.
 
 use glam::{DAffine3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::model::{Link, RobotModel};
 
-use crate::geometry::CollisionError;
+use crate::collision::error::CollisionError;
 use crate::geometry::bvh::Aabb;
 use crate::geometry::distance::LineSegment;
 use crate::geometry::narrow_phase::segment_within;
+use crate::geometry::shape_error::ShapeError;
 use crate::geometry::solid::Solid;
-use crate::kinematics::KinematicTree;
-use crate::kinematics::tree::affine;
+use crate::kinematics::tree::{KinematicTree, affine};
 use crate::robot::bounding_spheres::{
     BODIES_MAX, BodySphere, BoundingSphere, body_spheres, shape_sphere,
 };
 
 /// One collision shape of a link.
 #[derive(Debug, Clone)]
-pub struct Part {
-    /// The solid's frame in the node's.
-    pub node_from_part: Pose,
-    /// The same, inverse.
-    pub part_from_node: DAffine3,
+pub(crate) struct Part {
+    /// Pose of the solid in the node's frame.
+    pub(crate) node_from_part: Pose,
+    /// Its inverse.
+    pub(crate) part_from_node: DAffine3,
     /// The solid.
-    pub solid: Solid,
-    /// The box around the solid in its own frame.
-    pub bounds: Aabb,
-    /// A sphere around it, in the node's frame.
-    pub sphere: BoundingSphere,
-    /// The core in the node's frame where it is a point or a segment; the solid is all within its
-    /// radius of it.
-    pub core_segment: Option<LineSegment>,
+    pub(crate) solid: Solid,
+    /// Bounding box of the solid in its own frame.
+    pub(crate) bounds: Aabb,
+    /// Bounding sphere in the node's frame.
+    pub(crate) sphere: BoundingSphere,
+    /// The core in the node's frame, if it is a point or a segment; the solid consists of all
+    /// points within its radius of the core.
+    pub(crate) core_segment: Option<LineSegment>,
 }
 
 /// A link with at least one collision shape.
 #[derive(Debug, Clone)]
-pub struct CollisionBody {
-    /// The link.
-    pub link: usize,
-    /// The node that carries it.
-    pub node: usize,
-    /// That node's link, whose frame is the node's.
-    pub node_link: usize,
-    /// The link's frame in the node's.
-    pub node_from_link: Pose,
-    /// Its shapes.
-    pub parts: Vec<Part>,
-    /// A sphere around them all, in the node's frame.
-    pub sphere: BoundingSphere,
-    /// The foot that it is, or is rigidly joined to.
-    pub foot: Option<FootBody>,
+pub(crate) struct CollisionBody {
+    /// Index of the link.
+    pub(crate) link: usize,
+    /// The node that moves it.
+    pub(crate) node: usize,
+    /// The node's own link, whose frame is the node's frame.
+    pub(crate) node_link: usize,
+    /// Pose of the link in the node's frame.
+    pub(crate) node_from_link: Pose,
+    /// Its collision shapes.
+    pub(crate) parts: Vec<Part>,
+    /// Bounding sphere of all shapes in the node's frame.
+    pub(crate) sphere: BoundingSphere,
+    /// The foot that the link is, or is fixed to.
+    pub(crate) foot: Option<FootBody>,
 }
 
-/// What a body knows of the foot that it belongs to.
+/// The foot of a body.
 #[derive(Debug, Clone, Copy)]
-pub struct FootBody {
+pub(crate) struct FootBody {
     /// Index into `RobotModel::feet`.
-    pub limb: usize,
-    /// This body's node frame in the sole frame.
-    pub sole_from_node: Pose,
-    /// The sole's normal, out of the ground, in this body's node frame.
-    pub node_normal: DVec3,
+    pub(crate) limb: usize,
+    /// Pose of the body's node in the sole frame.
+    pub(crate) sole_from_node: Pose,
+    /// Normal of the sole, away from the ground, in the body's node frame.
+    pub(crate) node_normal: DVec3,
 }
 
 impl CollisionBody {
-    /// All bodies of a robot, first those of held nodes, in link order.
-    pub fn all(model: &RobotModel, tree: &KinematicTree) -> Result<Vec<Self>, CollisionError> {
+    /// All bodies of a robot: first those of upper-body nodes, each group in link order.
+    ///
+    /// # Errors
+    /// A shape cannot be used, or there are too many bodies.
+    pub(crate) fn all(
+        model: &RobotModel,
+        tree: &KinematicTree,
+    ) -> Result<Vec<Self>, CollisionError> {
         let bodies =
             body_spheres(model, tree).into_iter().map(|BodySphere { link, node, sphere }| {
                 let node_from_link = tree.of_link(link).1;
@@ -89,19 +94,19 @@ impl CollisionBody {
         Ok(bodies)
     }
 
-    /// Heap bytes.
-    pub fn bytes(&self) -> usize {
+    /// Heap memory, bytes.
+    pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.parts.as_slice())
             + self.parts.iter().map(|part| part.solid.bytes()).sum::<usize>()
     }
 }
 
 impl Part {
-    fn all(link: &Link, node_from_link: &Pose) -> Result<Vec<Self>, CollisionError> {
+    fn all(link: &Link, node_from_link: &Pose) -> Result<Vec<Self>, ShapeError> {
         let parts = link.shapes.iter().enumerate().map(|(index, placed)| {
             let owner = format!("link '{}', shape {index}", link.name);
             if !placed.link_from_shape.is_finite() {
-                return Err(CollisionError::BadNumber {
+                return Err(ShapeError::BadNumber {
                     owner,
                     what: "the pose",
                     requirement: "finite",
@@ -122,12 +127,10 @@ impl Part {
         });
         parts.collect()
     }
-}
 
-impl Part {
-    /// Whether a segment in the frame in which the node's frame is `frame` comes within `reach` (m)
-    /// of this part.
-    pub fn is_within_of_segment(
+    /// Whether a segment comes within `reach` (m) of this part. The segment and the node's frame
+    /// `frame` are given in a common frame.
+    pub(crate) fn is_within_of_segment(
         &self,
         frame: &DAffine3,
         core_segment: LineSegment,

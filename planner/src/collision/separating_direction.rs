@@ -1,5 +1,5 @@
-//! A direction along which two bodies of the robot are mostly apart: one look along it takes the
-//! place of most dear checks.
+//! Directions along which two bodies of the robot are usually apart: one projection replaces most
+//! of the expensive distance tests.
 
 use glam::{DAffine3, DVec3};
 use parry3d_f64::shape::SupportMap;
@@ -7,27 +7,28 @@ use parry3d_f64::shape::SupportMap;
 use crate::collision::robot_bodies::Part;
 use crate::geometry::solid::Solid;
 
-/// A direction from one body towards another, along which they are apart as the robot stands.
+/// A direction from one body to another along which they are apart in the standing posture.
 #[derive(Debug, Clone, Copy)]
-pub struct SeparatingDirection {
-    /// The direction, of length 1, in the frame of the first body's node.
+pub(crate) struct SeparatingDirection {
+    /// The direction, of length 1, in the first body's node frame.
     direction: DVec3,
-    /// How far the first body reaches along it from its node's origin, m.
+    /// Extent of the first body along it from the node's origin, m.
     height: f64,
 }
 
 impl SeparatingDirection {
-    /// The distance beyond a convex part along a direction of length 1 in its own frame.
-    pub fn beyond(part: &Part, direction: DVec3) -> Option<Self> {
+    /// A direction (of length 1, in the part's frame) with the extent of a convex part along it;
+    /// `None` for a mesh.
+    pub(crate) fn beyond(part: &Part, direction: DVec3) -> Option<Self> {
         let Solid::Convex(convex) = &part.solid else { return None };
         let in_node = part.node_from_part.rotation * direction;
         let top = part.node_from_part * convex.core.local_support_point(direction);
         Some(Self { direction: in_node, height: in_node.dot(top) + convex.radius })
     }
 
-    /// Whether the second body's part is further than `margin` (m) beyond the first body; `true` is
-    /// certain. The nodes' frames are given in any common one.
-    pub fn is_separated(
+    /// Whether the second body's part is farther than `margin` (m) beyond the first body; `true` is
+    /// certain. The frames of the nodes are given in any common frame.
+    pub(crate) fn is_separated(
         &self,
         frame_a: &DAffine3,
         (part, frame_b): (&Part, &DAffine3),
@@ -42,7 +43,7 @@ impl SeparatingDirection {
         let part_origin = direction.dot(frame_b.translation - frame_a.translation)
             + in_node.dot(part.node_from_part.translation);
         let free = part_origin - self.height - margin;
-        // The box around it first, then the solid itself.
+        // The bounding box first, then the solid itself.
         let lowest =
             in_part.dot(part.bounds.center()) - in_part.abs().dot(part.bounds.half_extents());
         free + lowest > 0.0

@@ -1,18 +1,19 @@
-//! The world's shapes behind a tree of boxes.
+//! The world's shapes in a bounding volume hierarchy.
 
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::world::world::World;
 
 use crate::collision::robot_bodies::{CollisionBody, Part};
-use crate::geometry::CollisionError;
+use crate::collision::tuning::NEARBY_MAX;
 use crate::geometry::bvh::{Aabb, Bvh};
 use crate::geometry::narrow_phase::is_within;
+use crate::geometry::shape_error::ShapeError;
 use crate::geometry::solid::{Convex, Core, Solid};
 
-/// The world, prepared.
+/// The compiled shapes of the world.
 #[derive(Debug, Clone)]
-pub struct WorldShapes {
+pub(crate) struct WorldShapes {
     shapes: Vec<PlacedSolid>,
     tree: Bvh,
     boxes: Vec<Aabb>,
@@ -25,31 +26,31 @@ struct PlacedSolid {
     solid: Solid,
 }
 
-/// The shapes near the robot, found once for all of its bodies.
+/// The shapes near the robot, listed once for all of its bodies.
 #[derive(Debug)]
-pub struct Nearby {
+pub(crate) struct Nearby {
     shapes: heapless::Vec<(u32, Aabb), NEARBY_MAX>,
-    /// Whether these are all of them; otherwise the tree is asked for each body.
-    is_all: bool,
+    /// Whether the list is complete; otherwise each body queries the tree.
+    is_complete: bool,
 }
 
-/// Up to so many shapes a loop over them is faster than the tree.
-const NEARBY_MAX: usize = 24;
-
 impl Nearby {
-    /// Nothing is known of what is near.
-    pub const UNKNOWN: Self = Self { shapes: heapless::Vec::new(), is_all: false };
+    /// An incomplete list.
+    pub(crate) const INCOMPLETE: Self = Self { shapes: heapless::Vec::new(), is_complete: false };
 }
 
 impl WorldShapes {
-    /// Prepares a world.
-    pub fn new(world: &World) -> Result<Self, CollisionError> {
+    /// Compiles a world.
+    ///
+    /// # Errors
+    /// A shape or its pose cannot be used.
+    pub(crate) fn new(world: &World) -> Result<Self, ShapeError> {
         let mut shapes = Vec::with_capacity(world.shapes.len());
         let mut bounds = Vec::with_capacity(world.shapes.len());
         for shape in &world.shapes {
             let owner = format!("world shape '{}'", shape.name);
             if !shape.world_from_shape.is_finite() {
-                return Err(CollisionError::BadNumber {
+                return Err(ShapeError::BadNumber {
                     owner,
                     what: "the pose",
                     requirement: "finite",
@@ -64,48 +65,49 @@ impl WorldShapes {
         Ok(Self { shapes, tree: Bvh::new(&bounds, 1), boxes: bounds, bounds: all })
     }
 
-    /// The box around all shapes.
-    pub fn bounds(&self) -> Aabb {
+    /// Bounding box of all shapes.
+    pub(crate) fn bounds(&self) -> Aabb {
         self.bounds
     }
 
-    /// The shapes that may meet anything within a box.
-    pub fn nearby(&self, around: &Aabb) -> Nearby {
+    /// The shapes whose bounding boxes overlap a box.
+    pub(crate) fn nearby(&self, around: &Aabb) -> Nearby {
         let mut shapes = heapless::Vec::new();
-        let is_too_many = |index: usize| shapes.push((index as u32, self.boxes[index])).is_err();
-        let is_all = self.tree.find(|bounds| bounds.overlaps(around), is_too_many).is_none();
-        Nearby { shapes, is_all }
+        let is_full = |index: usize| shapes.push((index as u32, self.boxes[index])).is_err();
+        let is_complete = self.tree.find(|bounds| bounds.overlaps(around), is_full).is_none();
+        Nearby { shapes, is_complete }
     }
 
-    /// Whether any shape's box comes within `reach` (m) of a point; `nearby` holds all that may.
-    pub fn reaches(&self, center: DVec3, reach: f64, nearby: &Nearby) -> bool {
-        if nearby.is_all {
+    /// Whether the bounding box of any shape comes within `reach` (m) of a point; `nearby` lists all
+    /// candidates or is incomplete.
+    pub(crate) fn reaches(&self, center: DVec3, reach: f64, nearby: &Nearby) -> bool {
+        if nearby.is_complete {
             return nearby.shapes.iter().any(|(_, bounds)| bounds.reaches(center, reach));
         }
         self.tree.find(|bounds| bounds.reaches(center, reach), |_| true).is_some()
     }
 
-    /// The first shape within `margin` of a body, in the tree's order; `nearby` holds all that may
-    /// be.
-    pub fn hit(
+    /// The first shape within `margin` (m) of a body, in the tree's order; `nearby` lists all
+    /// candidates or is incomplete.
+    pub(crate) fn hit(
         &self,
         body: &CollisionBody,
         world_from_node: &Pose,
         margin: f64,
         nearby: &Nearby,
     ) -> Option<usize> {
-        let may_be = self.reaches(
+        let is_reached = self.reaches(
             *world_from_node * body.sphere.center,
             body.sphere.radius + margin,
             nearby,
         );
-        may_be.then(|| {
+        is_reached.then(|| {
             body.parts.iter().find_map(|part| self.part_hit(part, world_from_node, margin, nearby))
         })?
     }
 
-    /// The first shape that meets a box, in the tree's order.
-    pub fn box_hit(&self, world_from_box: &Pose, half_extents: DVec3) -> Option<usize> {
+    /// The first shape that overlaps a box, in the tree's order.
+    pub(crate) fn box_hit(&self, world_from_box: &Pose, half_extents: DVec3) -> Option<usize> {
         let solid = Solid::Convex(Convex { core: Core::Box { half_extents }, radius: 0.0 });
         let bounds = Aabb { min: -half_extents, max: half_extents };
         let around = bounds
@@ -136,7 +138,7 @@ impl WorldShapes {
                 margin,
             )
         };
-        if nearby.is_all {
+        if nearby.is_complete {
             let mut near = nearby
                 .shapes
                 .iter()
@@ -147,8 +149,8 @@ impl WorldShapes {
         self.tree.find(|bounds| bounds.overlaps(&around), touches)
     }
 
-    /// Heap bytes.
-    pub fn bytes(&self) -> usize {
+    /// Heap memory, bytes.
+    pub(crate) fn bytes(&self) -> usize {
         size_of_val(self.shapes.as_slice())
             + size_of_val(self.boxes.as_slice())
             + self.shapes.iter().map(|shape| shape.solid.bytes()).sum::<usize>()
@@ -156,7 +158,7 @@ impl WorldShapes {
     }
 }
 
-/// A pose moved by `distance` along `normal`, a direction in its own frame.
-pub fn lifted(pose: &Pose, normal: DVec3, distance: f64) -> Pose {
+/// A pose moved by `distance` (m) along `normal`, a direction in its own frame.
+pub(crate) fn lifted(pose: &Pose, normal: DVec3, distance: f64) -> Pose {
     Pose::from_parts(pose.translation + pose.rotation * normal * distance, pose.rotation)
 }

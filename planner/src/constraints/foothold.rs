@@ -1,4 +1,4 @@
-//! A foot placement in the graph, and the modes it makes.
+//! Footholds and the modes that they form.
 
 use glam::DVec2;
 use heapless::Vec as BoundedVec;
@@ -6,28 +6,28 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::message::SupportMode;
 
-use crate::constraints::constraints::Mode;
+use crate::constraints::mode::Mode;
 use crate::geometry::convex_region::ConvexRegion;
 use crate::robot::crouch::Crouch;
 use crate::robot::mechanism::Mechanism;
 
-/// A place where a foot can stand.
+/// A pose at which a foot can stand, with its support.
 #[derive(Debug, Clone)]
 pub struct Foothold {
-    /// Which foot.
+    /// The foot.
     pub limb: usize,
-    /// The sole's pose in the world.
+    /// Pose of the sole in the world.
     pub world_from_sole: Pose,
-    /// The supported part of the sole, in the sole frame.
+    /// Supported part of the sole, in the sole frame, m.
     pub support: BoundedVec<DVec2, POLYGON_VERTICES_MAX>,
-    /// The supported part of the sole in world x and y, or that of it which the ankle can hold.
+    /// Supported part of the sole within the ankle limits, in world x and y.
     pub region: ConvexRegion,
-    /// The crouch there: that of the nearest vertex of the guide route.
+    /// Crouch of the robot there: that of the nearest vertex of the guide route.
     pub crouch: Crouch,
 }
 
 impl Foothold {
-    /// A placement with its support polygon (sole frame).
+    /// A foothold with this support polygon (sole frame, m), without ankle limits.
     pub fn new(
         limb: usize,
         world_from_sole: Pose,
@@ -42,8 +42,7 @@ impl Foothold {
         }
     }
 
-    /// The placement of a robot's foot with its support polygon (sole frame), of which counts what
-    /// the ankle can hold.
+    /// A foothold of a robot with this support polygon (sole frame, m), within the ankle limits.
     pub fn of(
         robot: &Mechanism,
         limb: usize,
@@ -52,29 +51,54 @@ impl Foothold {
     ) -> Self {
         let region = ConvexRegion::seen_from_above(
             &world_from_sole,
-            &robot.ankle_limits[limb].clip(&support),
+            &robot.soles[limb].ankle_limits.clip(&support),
         );
         Self { limb, world_from_sole, support, region, crouch: Crouch::UPRIGHT }
     }
 
-    /// The placement of a robot's foot with all of its sole carried.
+    /// A foothold of a robot with the whole sole supported.
     pub fn whole(robot: &Mechanism, limb: usize, world_from_sole: Pose) -> Self {
-        Self::of(robot, limb, world_from_sole, robot.sole_polygons[limb].iter().copied().collect())
+        let support = robot.soles[limb].polygon.iter().copied().collect();
+        Self::of(robot, limb, world_from_sole, support)
     }
 
-    /// The distance between two placements' sole frames, D(T) of the transition between them
-    /// [Grey 4.4.2], m.
+    /// Distance between the sole frames of two footholds, m: D(T) of the transition between them
+    /// [Grey 4.4.2].
     pub fn distance(&self, other: &Self) -> f64 {
         self.world_from_sole.translation.distance(other.world_from_sole.translation)
     }
 }
 
-/// Two placements of different feet, the left one first.
+/// The pose of a foot, with or without full support.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FootPlacement {
+    /// The foot.
+    pub limb: usize,
+    /// Pose of its sole in the world.
+    pub world_from_sole: Pose,
+    /// Whether the whole sole is supported, as on flat ground.
+    pub is_whole: bool,
+}
+
+/// Placements of the left and the right foot.
+pub type FootPair = [FootPlacement; 2];
+
+/// Whether a support polygon (sole frame, m) reaches every corner of the sole.
+pub fn is_whole(robot: &Mechanism, limb: usize, support: &[DVec2]) -> bool {
+    let support = ConvexRegion::hull(support.iter().copied());
+    let polygon = &robot.soles[limb].polygon;
+    polygon.iter().all(|&corner| support.margin(corner) >= -UNSUPPORTED_RIM_MAX)
+}
+
+/// Widest unsupported rim of a sole that counts as whole, m.
+const UNSUPPORTED_RIM_MAX: f64 = 2e-3;
+
+/// Two footholds of different feet, the left one first.
 pub fn left_and_right<'a>(a: &'a Foothold, b: &'a Foothold) -> [&'a Foothold; 2] {
     if a.limb == 0 { [a, b] } else { [b, a] }
 }
 
-/// The mode in which `stance` alone carries the robot.
+/// The mode of single support on `stance`.
 pub fn single_mode(stance: &Foothold) -> Mode {
     let support = if stance.limb == 0 { SupportMode::Left } else { SupportMode::Right };
     let mut regions = [ConvexRegion::default(), ConvexRegion::default()];
@@ -90,7 +114,7 @@ pub fn single_mode(stance: &Foothold) -> Mode {
     }
 }
 
-/// The mode in which both feet carry the robot; the placements may come in either order.
+/// The mode of double support on two footholds of different feet, in either order.
 pub fn double_mode(a: &Foothold, b: &Foothold) -> Mode {
     let [left, right] = left_and_right(a, b);
     let vertices = left.region.vertices().iter().chain(right.region.vertices()).copied();

@@ -50,7 +50,7 @@ impl FootholdQuery {
         keep: &mut dyn FnMut(SupportedSole) -> ControlFlow<(), bool>,
     ) {
         let query = PlacementQuery {
-            sole_polygon: &constraints.robot.sole_polygons[self.limb],
+            sole_polygon: &constraints.robot.soles[self.limb].polygon,
             ideal: self.ideal,
             reach_xy: REACH_XY,
             reach_z: self.reach_z,

@@ -8,7 +8,8 @@ use crate::foot_placement::propose::PlacementQuery;
 use crate::foot_placement::scratch::Scratch;
 use crate::foot_placement::sole_fit::{extent, narrowest_direction};
 use crate::foot_placement::sole_support::pose_on_plane;
-use crate::foot_placement::surfaces::{CurvedSurface, Element, FACE_VERTICES_MAX, Surfaces};
+use crate::foot_placement::surfaces::{CurvedSurface, Element, Surfaces};
+use crate::geometry::polygon::FACE_VERTICES_MAX;
 
 /// Most curved features whose common tangent planes are tried.
 const TANGENT_SURFACES_MAX: usize = 8;

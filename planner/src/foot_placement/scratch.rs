@@ -7,29 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::foot_placement::candidates::Candidate;
 use crate::foot_placement::config::FootPlacementConfig;
 use crate::foot_placement::planes::{Footprint, Plane};
-use crate::foot_placement::surfaces::FACE_VERTICES_MAX;
-
-/// Most vertices of a face being clipped: its own plus one for every clip plane.
-pub(crate) const CLIP_VERTICES_MAX: usize = FACE_VERTICES_MAX + 24;
-
-/// A polygon being clipped, and the spare it is clipped into; both hold up to [`CLIP_VERTICES_MAX`]
-/// without growing.
-#[derive(Debug)]
-pub(crate) struct ClipBuffer {
-    /// The polygon.
-    pub polygon: Vec<DVec3>,
-    /// Where the next clip goes.
-    pub spare: Vec<DVec3>,
-}
-
-impl ClipBuffer {
-    fn new() -> Self {
-        Self {
-            polygon: Vec::with_capacity(CLIP_VERTICES_MAX),
-            spare: Vec::with_capacity(CLIP_VERTICES_MAX),
-        }
-    }
-}
+use crate::geometry::polygon::{CLIP_VERTICES_MAX, ClipBuffer};
 
 /// Memory of one caller's queries; no query allocates beyond it. One per thread, any number of
 /// [`crate::foot_placement::surfaces::Surfaces`].

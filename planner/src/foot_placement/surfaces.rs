@@ -9,9 +9,6 @@ use crate::foot_placement::config::FootPlacementConfig;
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::world_elements;
 
-/// Most vertices of a face; larger outlines are split or approximated from inside.
-pub(crate) const FACE_VERTICES_MAX: usize = 64;
-
 /// A planar convex piece of the boundary of a shape.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Face {

@@ -8,9 +8,9 @@ use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
 use crate::foot_placement::sole_support::SurfacesError;
-use crate::foot_placement::surfaces::{CurvedSurface, FACE_VERTICES_MAX, Face, SurfaceEnds};
+use crate::foot_placement::surfaces::{CurvedSurface, Face, SurfaceEnds};
 use crate::geometry::coplanar_faces::merge_coplanar;
-use crate::geometry::polygon::spanned;
+use crate::geometry::polygon::{FACE_VERTICES_MAX, spanned};
 
 /// How far the flat sides that stand for a cylinder may be inside it, m.
 const CYLINDER_SAGITTA: f64 = 2e-4;

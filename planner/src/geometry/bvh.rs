@@ -1,5 +1,5 @@
-//! A static tree of boxes, stored in depth-first order with skip links: queries need neither a
-//! stack nor the heap.
+//! A static bounding volume hierarchy in depth-first order with skip links: queries need neither a
+//! stack nor heap memory.
 
 use glam::{DMat3, DVec3};
 
@@ -8,34 +8,34 @@ use crate::geometry::distance::exceeds;
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aabb {
-    /// Lowest corner.
+    /// Lowest corner, m.
     pub min: DVec3,
-    /// Highest corner.
+    /// Highest corner, m.
     pub max: DVec3,
 }
 
 impl Aabb {
-    /// The box around nothing.
+    /// The empty box.
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
-    /// The box around some points.
+    /// The bounding box of points.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         points
             .into_iter()
             .fold(Self::EMPTY, |all, p| Self { min: all.min.min(p), max: all.max.max(p) })
     }
 
-    /// The box around both.
+    /// The bounding box of two boxes.
     pub fn union(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
-    /// This box grown by `margin` on every side.
+    /// This box extended by `margin` (m) on every side.
     pub fn grown(self, margin: f64) -> Self {
         Self { min: self.min - DVec3::splat(margin), max: self.max + DVec3::splat(margin) }
     }
 
-    /// The box around this one turned and then moved.
+    /// The bounding box of this box after a rotation and a translation.
     pub fn transformed(self, rotation: &DMat3, translation: DVec3) -> Self {
         let center = *rotation * self.center() + translation;
         let half = self.half_extents();
@@ -45,7 +45,7 @@ impl Aabb {
         Self { min: center - reach, max: center + reach }
     }
 
-    /// Its middle.
+    /// The centre.
     pub fn center(&self) -> DVec3 {
         0.5 * (self.min + self.max)
     }
@@ -55,16 +55,15 @@ impl Aabb {
         0.5 * (self.max - self.min)
     }
 
-    /// Whether the boxes are not apart; true where a number is not one.
+    /// Whether the boxes overlap; `true` if a number is NaN.
     pub fn overlaps(&self, other: &Self) -> bool {
         !(self.min.cmpgt(other.max).any() || other.min.cmpgt(self.max).any())
     }
 
-    /// Whether the box is not further than `reach` (m) from a point; true where a number is not
-    /// one.
+    /// Whether the box comes within `reach` (m) of a point; `true` if a number is NaN.
     pub fn reaches(&self, point: DVec3, reach: f64) -> bool {
         let distance = (self.min - point).max(point - self.max).max(DVec3::ZERO);
-        // A maximum drops what is no number; the sum does not.
+        // A maximum drops NaN; the sum keeps it.
         !exceeds(distance.length_squared() + 0.0 * point.element_sum(), reach * reach)
     }
 
@@ -74,14 +73,14 @@ impl Aabb {
     }
 }
 
-/// The tree.
+/// The hierarchy.
 #[derive(Debug, Clone)]
 pub struct Bvh {
     nodes: Vec<Node>,
     items: Vec<u32>,
 }
 
-/// Children follow their parent; `skip` is the node after the whole subtree. An inner node has no
+/// A node. Children follow their parent; `skip` is the node after the subtree. An inner node has no
 /// items.
 #[derive(Debug, Clone, Copy)]
 struct Node {
@@ -92,8 +91,8 @@ struct Node {
 }
 
 impl Bvh {
-    /// The tree over `bounds`, with at most `leaf_max` items to a leaf. Items are indices into
-    /// `bounds`.
+    /// The hierarchy of the boxes `bounds`, with at most `leaf_max` items per leaf. Items are indices
+    /// into `bounds`.
     pub fn new(bounds: &[Aabb], leaf_max: usize) -> Self {
         let mut items: Vec<u32> = (0..bounds.len() as u32).collect();
         let mut nodes = Vec::with_capacity(2 * bounds.len().div_ceil(leaf_max.max(1)));
@@ -103,8 +102,8 @@ impl Bvh {
         Self { nodes, items }
     }
 
-    /// The first item, in the tree's fixed order, that `accept`s among the leaves whose boxes
-    /// `enter` lets in.
+    /// The first item, in the fixed order of the tree, that `accept` accepts. Only nodes whose boxes
+    /// `enter` accepts are visited.
     pub fn find(
         &self,
         enter: impl Fn(&Aabb) -> bool,
@@ -127,7 +126,7 @@ impl Bvh {
         None
     }
 
-    /// Heap bytes.
+    /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.nodes.as_slice()) + size_of_val(self.items.as_slice())
     }
@@ -153,7 +152,7 @@ fn build(nodes: &mut Vec<Node>, items: &mut [u32], first: u32, bounds: &[Aabb], 
     nodes[index].skip = nodes.len() as u32;
 }
 
-/// Brings the items whose centres come first along the longest side to the front.
+/// Moves the items with the lower centres along the longest side to the front.
 fn split_by_centers(items: &mut [u32], half: usize, bounds: &[Aabb]) {
     let centers = Aabb::of_points(items.iter().map(|&item| bounds[item as usize].center()));
     let side = centers.max - centers.min;

@@ -1,5 +1,4 @@
-//! Convex hulls with a fast support map: hill climbing over the hull's edges from a tabulated
-//! start.
+//! Convex hulls with a fast support function: hill climbing along edges from a tabulated start.
 
 use glam::DVec3;
 use parry3d_f64::transformation::try_convex_hull;
@@ -11,25 +10,25 @@ use crate::geometry::bvh::Aabb;
 pub struct Hull {
     vertices: Vec<DVec3>,
     aabb: Aabb,
-    /// Where each vertex's neighbours begin in `neighbors`, and the end; empty where vertices are
-    /// few and scanned.
+    /// Start of each vertex's neighbours in `neighbors`, and the end; empty if all vertices are
+    /// scanned.
     starts: Vec<u32>,
     neighbors: Vec<u32>,
-    /// The furthest vertex in the direction of each cell of a cube's faces.
+    /// The farthest vertex in the direction of each cell of the direction cube.
     cells: Vec<u32>,
 }
 
-/// Up to this many vertices a scan is faster than climbing.
+/// Most vertices for which a scan is faster than hill climbing.
 const SCAN_MAX: usize = 24;
-/// Cells along one side of a face of the direction cube.
+/// Cells along a side of each face of the direction cube.
 const CELLS: usize = 4;
-/// Largest relative error of the climb that construction accepts, of the hull's size.
+/// Largest error of hill climbing, as a share of the hull's size.
 const CLIMB_TOLERANCE: f64 = 1e-12;
-/// A hull thinner than this share of its size spans no volume.
+/// Largest thickness of a flat hull, as a share of its size.
 const FLATNESS: f64 = 1e-9;
 
 impl Hull {
-    /// The hull of some points, or why there is none.
+    /// The hull of points, or the reason why there is none.
     pub fn new(points: &[DVec3]) -> Result<Self, String> {
         if points.len() < 4 || points.iter().any(|point| !point.is_finite()) {
             return Err("fewer than four finite points".into());
@@ -43,8 +42,7 @@ impl Hull {
             return Err("all points lie in one plane".into());
         }
         if !scan.covers(points, &triangles, size) {
-            // The builder lost a corner to rounding: all the points have the hull that was asked
-            // for.
+            // A corner was lost to rounding errors: the points themselves have the same hull.
             return Ok(Self { vertices: points.to_vec(), ..scan });
         }
         if scan.vertices.len() <= SCAN_MAX {
@@ -59,12 +57,12 @@ impl Hull {
         &self.vertices
     }
 
-    /// The box around it.
+    /// Bounding box.
     pub fn aabb(&self) -> Aabb {
         self.aabb
     }
 
-    /// The vertex furthest along `direction`.
+    /// The farthest vertex along `direction`.
     pub fn support(&self, direction: DVec3) -> DVec3 {
         if self.starts.is_empty() {
             self.vertices[self.scan(direction)]
@@ -73,7 +71,7 @@ impl Hull {
         }
     }
 
-    /// Heap bytes.
+    /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.vertices.as_slice())
             + 4 * (self.starts.len() + self.neighbors.len() + self.cells.len())
@@ -136,7 +134,7 @@ impl Hull {
         self
     }
 
-    /// Whether climbing finds what a scan finds, along all vertices, faces and cells.
+    /// Whether hill climbing agrees with a scan along all vertices, faces and cells.
     fn agrees_with_scan(&self, triangles: &[[u32; 3]], size: f64) -> bool {
         let corner = |index: u32| self.vertices[index as usize];
         let normals = triangles.iter().map(|&[a, b, c]| {
@@ -147,9 +145,9 @@ impl Hull {
         let cells = (0..6 * CELLS * CELLS).map(direction_of);
         normals.chain(outward).chain(cells).flat_map(|direction| [direction, -direction]).all(
             |direction| {
-                let lost =
+                let difference =
                     self.vertices[self.scan(direction)] - self.vertices[self.climb(direction)];
-                lost.dot(direction) <= CLIMB_TOLERANCE * size * direction.length()
+                difference.dot(direction) <= CLIMB_TOLERANCE * size * direction.length()
             },
         )
     }
@@ -162,7 +160,7 @@ fn is_solid(vertices: &[DVec3], triangles: &[[u32; 3]], size: f64) -> bool {
     volume.is_finite() && volume > FLATNESS * size * size * size
 }
 
-/// Which cell of the direction cube a direction falls into.
+/// The cell of the direction cube that contains a direction.
 fn cell_of(direction: DVec3) -> usize {
     let axis = direction.abs().max_position();
     let length = direction[axis].abs();
@@ -174,7 +172,7 @@ fn cell_of(direction: DVec3) -> usize {
     (face * CELLS + cell(direction[(axis + 1) % 3])) * CELLS + cell(direction[(axis + 2) % 3])
 }
 
-/// The direction of a cell's middle.
+/// The direction of a cell's centre.
 fn direction_of(cell: usize) -> DVec3 {
     let (face, u, v) = (cell / (CELLS * CELLS), cell / CELLS % CELLS, cell % CELLS);
     let axis = face / 2;

@@ -1,50 +1,33 @@
-//! Convex regions of the ground plane: support polygons and where the centre of mass may be.
+//! Convex regions of the horizontal plane: support polygons and regions of the centre of mass.
 
 use glam::DVec2;
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
 
+use crate::geometry::polygon::{HalfPlane, edges};
+
 /// Most vertices of a region: two support polygons of 16 vertices.
 pub const REGION_VERTICES_MAX: usize = 32;
 
-/// Points are snapped to a grid of this width (m), so that rounding errors make no needle-thin
-/// corners.
+/// Width of the grid (m) to which vertices are rounded, so that rounding errors make no thin corners.
 const GRID: f64 = 1e-9;
 
-/// How much deeper (m) than asked [`ConvexRegion::nearest_inside`] aims, so that rounding does not
-/// leave its point short.
+/// Depth (m) that [`ConvexRegion::nearest_inside`] adds to the requested one against rounding
+/// errors.
 const DEPTH_ROUNDING: f64 = 1e-12;
 
 /// A convex polygon, counter-clockwise, in world x and y (m).
 #[derive(Debug, Clone, Default)]
 pub struct ConvexRegion {
     vertices: BoundedVec<DVec2, REGION_VERTICES_MAX>,
-    /// The side from each vertex to the next.
-    sides: BoundedVec<Side, REGION_VERTICES_MAX>,
+    /// The half plane of the side from each vertex to the next.
+    sides: BoundedVec<HalfPlane, REGION_VERTICES_MAX>,
     centroid: DVec2,
 }
 
-/// A side as a half plane: a point lies `inward . point - offset` metres inside.
-#[derive(Debug, Clone, Copy)]
-struct Side {
-    inward: DVec2,
-    offset: f64,
-}
-
-impl Side {
-    fn new(a: DVec2, b: DVec2) -> Self {
-        let inward = (b - a).normalize_or_zero().perp();
-        Self { inward, offset: inward.dot(a) }
-    }
-
-    fn depth(&self, point: DVec2) -> f64 {
-        self.inward.dot(point) - self.offset
-    }
-}
-
 impl ConvexRegion {
-    /// The convex hull of some points; those beyond [`REGION_VERTICES_MAX`] are left out, which
-    /// only shrinks it.
+    /// The convex hull of points. Points beyond [`REGION_VERTICES_MAX`] are dropped, which only
+    /// shrinks the region.
     pub fn hull(points: impl IntoIterator<Item = DVec2>) -> Self {
         let snapped =
             points.into_iter().take(REGION_VERTICES_MAX).map(|point| (point / GRID).round() * GRID);
@@ -57,12 +40,12 @@ impl ConvexRegion {
         chain.pop();
         let vertices: BoundedVec<DVec2, REGION_VERTICES_MAX> =
             chain.into_iter().take(REGION_VERTICES_MAX).collect();
-        let sides = edges(&vertices).map(|(a, b)| Side::new(a, b)).collect();
+        let sides = edges(&vertices).map(|(a, b)| HalfPlane::left_of(a, b)).collect();
         let centroid = centroid(&vertices);
         Self { vertices, sides, centroid }
     }
 
-    /// A polygon of a sole's frame as seen from above.
+    /// A polygon of the sole frame (m), projected onto world x and y.
     pub fn seen_from_above(world_from_sole: &Pose, polygon: &[DVec2]) -> Self {
         Self::hull(polygon.iter().map(|vertex| (*world_from_sole * vertex.extend(0.0)).truncate()))
     }
@@ -72,7 +55,7 @@ impl ConvexRegion {
         &self.vertices
     }
 
-    /// The signed distance of a point to the border, positive inside; minus infinity for a
+    /// Signed distance of a point to the border (m), positive inside; minus infinity for a
     /// degenerate region.
     pub fn margin(&self, point: DVec2) -> f64 {
         if self.sides.len() < 3 {
@@ -88,7 +71,7 @@ impl ConvexRegion {
         self.sides.len() >= 3 && self.sides.iter().all(|side| side.depth(point) >= depth)
     }
 
-    /// The point of the region that is nearest to `point`.
+    /// The point of the region nearest to `point`.
     pub fn nearest(&self, point: DVec2) -> DVec2 {
         if self.contains(point, 0.0) { point } else { self.nearest_on_border(point) }
     }
@@ -98,27 +81,28 @@ impl ConvexRegion {
         self.centroid
     }
 
-    /// The first point on the way from `point` to the centroid that is at least `depth` (m, not
-    /// negative) inside, or the centroid where there is none.
+    /// The first point on the segment from `point` to the centroid that is at least `depth` (m, not
+    /// negative) inside; the centroid if there is none.
     pub fn nearest_inside(&self, point: DVec2, depth: f64) -> DVec2 {
         if self.contains(point, depth) {
             return point;
         }
         let depth = depth + DEPTH_ROUNDING;
-        let mut share: f64 = 0.0;
+        let mut fraction: f64 = 0.0;
         for side in &self.sides {
-            let (begins, ends) = (side.depth(point), side.depth(self.centroid));
-            if ends <= depth {
+            let (begin, end) = (side.depth(point), side.depth(self.centroid));
+            if end <= depth {
                 return self.centroid;
             }
-            if begins < depth {
-                share = share.max((depth - begins) / (ends - begins));
+            if begin < depth {
+                fraction = fraction.max((depth - begin) / (end - begin));
             }
         }
-        point + share * (self.centroid - point)
+        point + fraction * (self.centroid - point)
     }
 
-    /// The nearest point of the sides that see `point` from outside; of all sides where none does.
+    /// The nearest point of the sides that have `point` on their outer side; of all sides if there
+    /// are none.
     fn nearest_on_border(&self, point: DVec2) -> DVec2 {
         let on_side = |(a, b): (DVec2, DVec2)| {
             let along = b - a;
@@ -142,14 +126,6 @@ impl ConvexRegion {
     }
 }
 
-/// The edges of a polygon.
-fn edges(vertices: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
-    let last = vertices.last().copied();
-    let starts = vertices.iter().copied();
-    let closing = last.zip(vertices.first().copied());
-    starts.zip(vertices.iter().skip(1).copied()).chain(closing)
-}
-
 fn centroid(vertices: &[DVec2]) -> DVec2 {
     let origin = vertices.first().copied().unwrap_or_default();
     let (mut area, mut moment) = (0.0, DVec2::ZERO);
@@ -162,7 +138,7 @@ fn centroid(vertices: &[DVec2]) -> DVec2 {
     if area.abs() < 1e-12 { origin } else { origin + moment / (3.0 * area) }
 }
 
-/// Appends one side of the hull (Andrew's monotone chain) behind what `chain` holds.
+/// Appends the lower or upper half of a hull (Andrew's monotone chain) to `chain`.
 fn half_hull<const N: usize>(
     points: impl Iterator<Item = DVec2>,
     chain: &mut BoundedVec<DVec2, N>,
@@ -193,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn hull_keeps_the_corners_only() {
+    fn the_hull_keeps_only_corners() {
         assert_eq!(
             square().vertices(),
             [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(DVec2::from)
@@ -214,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn nearest_inside_keeps_its_depth() {
+    fn nearest_inside_has_its_depth() {
         let point = square().nearest_inside(DVec2::new(-3.0, 1.0), 0.25);
         assert!(square().margin(point) >= 0.25 && point.x < 0.25 + 1e-9);
         assert_eq!(square().nearest_inside(DVec2::new(-3.0, 1.0), 1.5), square().centroid());
@@ -239,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_no_region() {
+    fn a_segment_is_degenerate() {
         let line = ConvexRegion::hull([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)].map(DVec2::from));
         assert_eq!(line.margin(DVec2::new(1.0, 0.0)), f64::NEG_INFINITY);
     }

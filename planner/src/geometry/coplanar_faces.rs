@@ -1,20 +1,20 @@
-//! Merging coplanar neighbouring triangles into convex faces, so that a triangulated floor is as
-//! good as a box.
+//! Merges neighbouring coplanar triangles into convex faces, so that a triangulated floor has as few
+//! faces as a box.
 
 use glam::DVec3;
 
-use crate::foot_placement::surfaces::FACE_VERTICES_MAX;
+use crate::geometry::polygon::FACE_VERTICES_MAX;
 
-/// How far apart the normals of one face's triangles may be, as 1 - cosine (about 0.03 degrees).
+/// Largest angle between the normals of one face's triangles, as 1 - cosine (about 0.03 degrees).
 const NORMAL_DEVIATION_MAX: f64 = 1e-7;
-/// How far a vertex may be from its face's plane, m.
+/// Largest distance of a vertex from the plane of its face, m.
 const PLANE_DEVIATION_MAX: f64 = 1e-5;
-/// How far a corner may bend inwards and still count as straight, as the sine of the angle.
+/// Largest inward bend of a corner that counts as straight, as the sine of the angle.
 const REFLEX_SINE_MAX: f64 = 1e-6;
 
-/// Merges neighbouring coplanar triangles while the result stays convex (a greedy Hertel-Mehlhorn),
-/// in a fixed order, and hands out the faces as vertex loops, counter-clockwise from outside.
-/// Triangles without area are left out.
+/// Merges neighbouring coplanar triangles while the result stays convex (greedy Hertel-Mehlhorn), in
+/// a fixed order. Calls `face` with the vertex loop of each face, counter-clockwise from outside.
+/// Triangles without area are dropped.
 pub(crate) fn merge_coplanar(
     points: &[DVec3],
     triangles: &[[u32; 3]],
@@ -38,7 +38,7 @@ struct Merger<'a> {
     points: &'a [DVec3],
     /// Union-find parents over triangles.
     parents: Vec<u32>,
-    /// The vertex loop of each group, kept at its representative.
+    /// The vertex loop of each group, at its representative.
     loops: Vec<Vec<u32>>,
     /// The unit normal of each triangle, zero without area.
     normals: Vec<DVec3>,
@@ -57,7 +57,7 @@ impl<'a> Merger<'a> {
         Self { points, parents: (0..triangles.len() as u32).collect(), loops, normals }
     }
 
-    /// The edges between two coplanar triangles: lower vertex, upper vertex, and the triangles.
+    /// The edges between two coplanar triangles: lower vertex, upper vertex, both triangles.
     fn inner_edges(&self) -> Vec<(u32, u32, u32, u32)> {
         let mut sides: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * self.loops.len());
         for (triangle, corners) in self.loops.iter().enumerate() {
@@ -90,7 +90,7 @@ impl<'a> Merger<'a> {
         at
     }
 
-    /// Joins the groups of two triangles if the union is convex, flat and small enough.
+    /// Merges the groups of two triangles if the union is convex, flat and small enough.
     fn try_merge(&mut self, one: u32, other: u32) {
         let (one, other) = (self.find(one), self.find(other));
         if one == other || !self.are_coplanar(one, other) {
@@ -132,7 +132,7 @@ impl<'a> Merger<'a> {
     }
 }
 
-/// For each point, the first point at exactly the same place.
+/// For each point the index of the first point with the same coordinates.
 fn weld(points: &[DVec3]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..points.len() as u32).collect();
     let key = |i: u32| points[i as usize];
@@ -149,7 +149,7 @@ fn weld(points: &[DVec3]) -> Vec<u32> {
     welded
 }
 
-/// The outline of two loops that share a side (in opposite directions), or `None` if they do not,
+/// The outline of two loops that share a side (in opposite directions); `None` if they share none,
 /// or enclose a hole.
 fn joined(one: &[u32], other: &[u32]) -> Option<Vec<u32>> {
     let (n, m) = (one.len(), other.len());
@@ -167,8 +167,8 @@ fn joined(one: &[u32], other: &[u32]) -> Option<Vec<u32>> {
     (outline.len() >= 3 && sorted.windows(2).all(|pair| pair[0] != pair[1])).then_some(outline)
 }
 
-/// Removes the places where an outline goes out and straight back: further sides that the two loops
-/// shared.
+/// Removes spikes, where an outline returns along the same side: further sides that both loops
+/// share.
 fn remove_spikes(outline: &mut Vec<u32>) {
     let mut i = 0;
     while outline.len() > 3 && i < outline.len() {

@@ -1,8 +1,8 @@
-//! Closed forms for points, segments, triangles and boxes. A box is centred on the origin along the
-//! axes of its frame.
+//! Distances of points, segments, triangles and boxes in closed form. A box is centred on the origin
+//! along the axes of its frame.
 //!
-//! A sphere is a point with a radius and a capsule a segment with a radius: callers compare these
-//! distances of the cores with the sum of radii and clearance.
+//! A sphere is a point with a radius and a capsule a segment with a radius: callers compare the
+//! distances of such cores with the sum of radii and clearance.
 
 use glam::{DAffine3, DMat3, DVec3};
 use surefoot_shared_types::Pose;
@@ -23,19 +23,19 @@ impl LineSegment {
         Self { start: frame.translation - half, delta: 2.0 * half }
     }
 
-    /// Whether both ends are one.
+    /// Whether its length is 0.
     pub fn is_point(&self) -> bool {
         self.delta == DVec3::ZERO
     }
 
-    /// The segment in the frame that this one is placed in.
+    /// The segment after a transformation by `frame`.
     pub fn placed(&self, frame: &DAffine3) -> Self {
         Self { start: frame.transform_point3(self.start), delta: frame.matrix3 * self.delta }
     }
 }
 
-/// Whether a value is above a bound. Not so where either is not a number:
-/// `!exceeds(distance, margin)` is a hit then.
+/// Whether a value is greater than a bound. `false` if one is NaN, so that
+/// `!exceeds(distance, margin)` counts as a hit then.
 pub fn exceeds(value: f64, bound: f64) -> bool {
     value > bound
 }
@@ -107,8 +107,8 @@ pub fn point_triangle_distance_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> f
     to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
-/// Squared height of a point above or below a triangle, or `None` where its foot lies outside or
-/// the triangle is flat.
+/// Squared height of a point above or below a triangle; `None` if its projection lies outside or the
+/// triangle has no area.
 fn height_over_triangle_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let normal = (b - a).cross(c - a);
     let length_squared = normal.length_squared();
@@ -119,7 +119,7 @@ fn height_over_triangle_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f
     is_over.then(|| height * height / length_squared)
 }
 
-/// Squared distance of a segment from a triangle; 0 where it passes through.
+/// Squared distance of a segment from a triangle; 0 if it crosses the triangle.
 pub fn segment_triangle_distance_squared(segment: LineSegment, triangle: [DVec3; 3]) -> f64 {
     let [a, b, c] = triangle;
     let end = segment.start + segment.delta;
@@ -146,9 +146,9 @@ fn segment_crosses_triangle(segment: LineSegment, [a, b, c]: [DVec3; 3]) -> bool
     height_over_triangle_squared(crossing, [a, b, c]).is_some()
 }
 
-/// The widest distance between two boxes along any of the 15 separating axes: a lower bound of
-/// their distance, and negative or 0 exactly where they overlap. `a_from_b` and `center` place the
-/// second box in the first one's frame.
+/// The largest distance between two boxes along any of the 15 separating axes: a lower bound of
+/// their distance, and negative or 0 exactly if they overlap. `a_from_b` and `center` are the
+/// orientation and the centre of the second box in the first one's frame.
 pub fn box_box_separation(a: DVec3, b: DVec3, a_from_b: &DMat3, center: DVec3) -> f64 {
     let absolute =
         DMat3::from_cols(a_from_b.x_axis.abs(), a_from_b.y_axis.abs(), a_from_b.z_axis.abs());
@@ -169,8 +169,8 @@ pub fn box_box_separation(a: DVec3, b: DVec3, a_from_b: &DMat3, center: DVec3) -
     separation
 }
 
-/// The distance along the product of the first box's axis `i` and the second one's axis `j`; none
-/// where they are parallel, where the face normals already decide.
+/// The distance along the cross product of the first box's axis `i` and the second box's axis `j`;
+/// minus infinity for parallel axes, which the face normals cover.
 fn edge_separation(
     a: DVec3,
     b: DVec3,
@@ -192,5 +192,5 @@ fn edge_separation(
     (apart - reach_a - reach_b) / length_squared.sqrt()
 }
 
-/// Below this squared sine two edges count as parallel.
+/// Largest squared sine between parallel edges.
 const PARALLEL_SINE_SQUARED: f64 = 1e-10;

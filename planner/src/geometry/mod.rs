@@ -1,4 +1,4 @@
-//! geometry.
+//! Shapes, distances and polygons, independent of any robot.
 
 pub(crate) mod bvh;
 pub(crate) mod convex_hull;
@@ -7,9 +7,7 @@ pub(crate) mod coplanar_faces;
 pub(crate) mod distance;
 pub mod narrow_phase;
 pub(crate) mod polygon;
-pub(crate) mod shape_error;
+pub mod shape_error;
 pub mod solid;
 pub(crate) mod triangle_mesh;
 pub(crate) mod voxel_grid;
-
-pub use shape_error::CollisionError;

@@ -1,8 +1,8 @@
 //! Whether two solids come within a margin of each other.
 //!
-//! "No" is only said with a proof: an exact closed form, or a separating direction whose distance
-//! was measured. An iteration cap, a degenerate simplex or a number that is not one therefore reads
-//! as "yes".
+//! A negative answer is certain: it follows from a closed form, or from the measured distance along
+//! a separating direction. So an iteration limit, a degenerate simplex and NaN give a positive
+//! answer.
 
 use glam::{DMat3, DQuat, DVec3};
 use parry3d_f64::query::gjk;
@@ -19,28 +19,28 @@ use crate::geometry::distance::{
 use crate::geometry::solid::{Convex, Core, Solid};
 use crate::geometry::triangle_mesh::Mesh;
 
-/// Whether the distance of two solids is `margin` (m, at least 0) or less; touching counts, and so
-/// does one solid within the other.
+/// Whether the distance of two solids is at most `margin` (m, at least 0). Solids that touch or
+/// contain each other have distance 0.
 pub fn is_within(a: &Solid, b: &Solid, a_from_b: &Pose, margin: f64) -> bool {
     match (a, b) {
         (Solid::Convex(a), Solid::Convex(b)) => convex_within(a, b, a_from_b, margin),
         (Solid::Mesh(mesh), Solid::Convex(convex)) => {
-            mesh_within(mesh, convex, a_from_b, margin) || mesh_holds(mesh, b, a_from_b)
+            mesh_within(mesh, convex, a_from_b, margin) || mesh_contains(mesh, b, a_from_b)
         }
         (Solid::Convex(_), Solid::Mesh(_)) => is_within(b, a, &a_from_b.inverse(), margin),
         (Solid::Mesh(mesh_a), Solid::Mesh(mesh_b)) => {
             meshes_within(mesh_a, mesh_b, a_from_b, margin)
-                || mesh_holds(mesh_a, b, a_from_b)
-                || mesh_holds(mesh_b, a, &a_from_b.inverse())
+                || mesh_contains(mesh_a, b, a_from_b)
+                || mesh_contains(mesh_b, a, &a_from_b.inverse())
         }
     }
 }
 
-fn mesh_holds(mesh: &Mesh, solid: &Solid, mesh_from_solid: &Pose) -> bool {
+fn mesh_contains(mesh: &Mesh, solid: &Solid, mesh_from_solid: &Pose) -> bool {
     mesh.contains(*mesh_from_solid * solid.point_inside())
 }
 
-/// Whether a segment in a solid's frame comes within `reach` (m) of it.
+/// Whether a segment in a solid's frame comes within `reach` (m) of the solid.
 pub fn segment_within(solid: &Solid, segment: LineSegment, reach: f64) -> bool {
     if let Solid::Convex(Convex { core: Core::Box { half_extents }, radius }) = solid {
         let reach = reach + radius;
@@ -98,7 +98,7 @@ fn triangle_within(core: &Core, corners: [DVec3; 3], reach: f64) -> bool {
     }
 }
 
-/// Whether the core lies wholly further than `reach` to one side of the triangle's plane.
+/// Whether the core is farther than `reach` (m) from the triangle's plane.
 fn is_beyond_plane(core: &Core, [a, b, c]: [DVec3; 3], reach: f64) -> bool {
     let normal = (b - a).cross(c - a).normalize_or_zero();
     let height = normal.dot(a);
@@ -148,7 +148,7 @@ fn convex_within(a: &Convex, b: &Convex, a_from_b: &Pose, margin: f64) -> bool {
     }
 }
 
-/// Whether already the boxes around two cores are further apart than `reach`.
+/// Whether the bounding boxes of two cores are farther apart than `reach` (m).
 fn are_boxes_apart(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     let (around_a, around_b) = (a.aabb(), b.aabb());
     let center = *a_from_b * around_b.center() - around_a.center();
@@ -171,8 +171,8 @@ fn transformed(bounds: Aabb, pose: &Pose) -> Aabb {
     bounds.transformed(&DMat3::from_quat(pose.rotation), pose.translation)
 }
 
-/// A direction in the first solid's frame along which two convex solids are apart, if they are and
-/// it is found.
+/// A direction in the first solid's frame along which two convex solids are apart; `None` if GJK
+/// finds none.
 pub fn separating_direction(a: &Solid, b: &Solid, a_from_b: &Pose) -> Option<DVec3> {
     let (Solid::Convex(a), Solid::Convex(b)) = (a, b) else { return None };
     match closest(&a.core, &b.core, a_from_b, f64::INFINITY) {
@@ -185,7 +185,7 @@ pub fn separating_direction(a: &Solid, b: &Solid, a_from_b: &Pose) -> Option<DVe
     }
 }
 
-/// The distance between two cores along a direction; negative where there is none.
+/// The distance between two cores along a direction; negative if they overlap along it.
 fn separation_along(a: &Core, b: &Core, a_from_b: &Pose, direction: DVec3) -> f64 {
     -direction.dot(CsoPoint::from_shapes(a_from_b, a, b, direction).point)
 }
@@ -197,8 +197,8 @@ fn closest(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> GJKResult {
     gjk::closest_points(a_from_b, a, b, reach, true, &mut simplex)
 }
 
-/// GJK on two cores. Whatever it answers, only a measured distance along the direction that it
-/// found counts as separation.
+/// GJK on two cores. Only the measured distance along the direction that it returns counts as
+/// separation.
 fn gjk_within(a: &Core, b: &Core, a_from_b: &Pose, reach: f64) -> bool {
     if !a_from_b.is_finite() {
         return true;

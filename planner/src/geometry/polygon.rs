@@ -1,12 +1,34 @@
-//! Convex polygons: clipping, hulls, areas. Counter-clockwise throughout.
+//! Convex polygons: clipping, hulls, areas. Vertices are in counter-clockwise order.
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
-use crate::foot_placement::scratch::{CLIP_VERTICES_MAX, ClipBuffer};
+/// Most vertices of a face; larger outlines are split, or approximated from inside.
+pub(crate) const FACE_VERTICES_MAX: usize = 64;
+/// Most vertices of a face while it is clipped: its own and one for every clip plane.
+pub(crate) const CLIP_VERTICES_MAX: usize = FACE_VERTICES_MAX + 24;
 
-/// Keeps the part of a planar convex polygon where `keep` (an affine function of the point) is not
-/// negative.
+/// A polygon that is clipped, and a spare buffer; both hold [`CLIP_VERTICES_MAX`] vertices without
+/// growing.
+#[derive(Debug)]
+pub(crate) struct ClipBuffer {
+    /// The polygon.
+    pub(crate) polygon: Vec<DVec3>,
+    /// The result of the next clip.
+    pub(crate) spare: Vec<DVec3>,
+}
+
+impl ClipBuffer {
+    /// Two empty buffers.
+    pub(crate) fn new() -> Self {
+        Self {
+            polygon: Vec::with_capacity(CLIP_VERTICES_MAX),
+            spare: Vec::with_capacity(CLIP_VERTICES_MAX),
+        }
+    }
+}
+
+/// Clips a planar convex polygon to the points where `keep`, an affine function, is not negative.
 pub(crate) fn clip(polygon: &mut Vec<DVec3>, spare: &mut Vec<DVec3>, keep: impl Fn(DVec3) -> f64) {
     spare.clear();
     let Some(&last) = polygon.last() else { return };
@@ -24,10 +46,10 @@ pub(crate) fn clip(polygon: &mut Vec<DVec3>, spare: &mut Vec<DVec3>, keep: impl 
     std::mem::swap(polygon, spare);
 }
 
-/// The buffers hold a face's vertices plus one for every clip plane, so this never drops; if it
-/// did, the piece shrinks.
+/// Appends a point. Buffers hold a face's vertices and one for every clip plane, so no point is
+/// dropped; a dropped point would shrink the polygon.
 fn push(points: &mut Vec<DVec3>, point: DVec3) {
-    debug_assert!(points.len() < CLIP_VERTICES_MAX, "clip buffer too small");
+    debug_assert!(points.len() < CLIP_VERTICES_MAX, "the clip buffer is full");
     if points.len() < CLIP_VERTICES_MAX {
         points.push(point);
     }
@@ -36,24 +58,36 @@ fn push(points: &mut Vec<DVec3>, point: DVec3) {
 /// The points with `normal . p >= offset`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct HalfPlane {
-    pub normal: DVec2,
-    pub offset: f64,
+    /// Inward normal, usually of length 1.
+    pub(crate) normal: DVec2,
+    /// `normal . p` of the points on the border.
+    pub(crate) offset: f64,
 }
 
-/// The half-planes of which a convex polygon is the intersection.
+impl HalfPlane {
+    /// The half plane to the left of the line from `a` to `b`.
+    pub(crate) fn left_of(a: DVec2, b: DVec2) -> Self {
+        let normal = inward_normal(a, b);
+        Self { normal, offset: normal.dot(a) }
+    }
+
+    /// `normal . point - offset`: for a normal of length 1 the distance to the border, positive
+    /// inside.
+    pub(crate) fn depth(&self, point: DVec2) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+}
+
+/// The half planes whose intersection is a convex polygon.
 pub(crate) type Sides = heapless::Vec<HalfPlane, POLYGON_VERTICES_MAX>;
 
 /// The sides of a polygon of at most `POLYGON_VERTICES_MAX` vertices.
 pub(crate) fn sides_of(outline: &[DVec2]) -> Sides {
-    let side = |(a, b)| {
-        let normal = inward_normal(a, b);
-        HalfPlane { normal, offset: normal.dot(a) }
-    };
-    edges(outline).take(POLYGON_VERTICES_MAX).map(side).collect()
+    edges(outline).take(POLYGON_VERTICES_MAX).map(|(a, b)| HalfPlane::left_of(a, b)).collect()
 }
 
-/// Clips a polygon given in the sole frame to the vertical prism over an outline, moved inwards by
-/// `inset`.
+/// Clips a polygon in the sole frame to the vertical prism over an outline, moved inward by `inset`
+/// (m).
 pub(crate) fn clip_to_sides(buffer: &mut ClipBuffer, sides: &[HalfPlane], inset: f64) {
     for HalfPlane { normal, offset } in sides {
         let offset = offset + inset;
@@ -68,8 +102,8 @@ pub(crate) fn edges(polygon: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> +
     (0..polygon.len()).map(|i| (polygon[i], polygon[(i + 1) % polygon.len()]))
 }
 
-/// The unit normal of a side that points into a counter-clockwise polygon; zero for a side without
-/// length.
+/// The unit normal of a side that points into a counter-clockwise polygon; zero for a side of
+/// length 0.
 pub(crate) fn inward_normal(a: DVec2, b: DVec2) -> DVec2 {
     (b - a).perp().normalize_or_zero()
 }
@@ -79,7 +113,7 @@ pub(crate) fn cross(a: DVec2, b: DVec2, c: DVec2) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// The vector area of a flat convex polygon, twice: along its normal.
+/// Twice the vector area of a flat convex polygon, along its normal.
 pub(crate) fn spanned(corners: &[DVec3]) -> DVec3 {
     corners.windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0])).sum()
 }
@@ -108,11 +142,11 @@ pub(crate) fn convex_hull(points: &mut [DVec2], hull: &mut Vec<DVec2>) {
     }
 }
 
-/// Twice the area for which a vertex is not worth keeping, m2.
+/// Twice the area (m2) up to which a vertex is removed.
 const CORNER_AREA_MIN: f64 = 1e-10;
 
-/// Removes the vertices that cost next to no area, and more until at most `vertices_max` are left,
-/// each time the one that costs least. The polygon only shrinks.
+/// Removes vertices of negligible area, and further ones until at most `vertices_max` are left, each
+/// time the one of least area. The polygon only shrinks.
 pub(crate) fn simplify(hull: &mut Vec<DVec2>, vertices_max: usize) {
     while hull.len() > 2 {
         let n = hull.len();
@@ -125,7 +159,7 @@ pub(crate) fn simplify(hull: &mut Vec<DVec2>, vertices_max: usize) {
     }
 }
 
-/// The area and the centroid of a convex polygon; `(0, first vertex or origin)` without an
+/// The area and the centroid of a convex polygon; `(0, first vertex or origin)` for one without
 /// interior.
 pub(crate) fn area_and_centroid(polygon: &[DVec2]) -> (f64, DVec2) {
     let Some(&origin) = polygon.first() else { return (0.0, DVec2::ZERO) };
@@ -138,7 +172,7 @@ pub(crate) fn area_and_centroid(polygon: &[DVec2]) -> (f64, DVec2) {
     if doubled <= 0.0 { (0.0, origin) } else { (0.5 * doubled, origin + moment / (3.0 * doubled)) }
 }
 
-/// The distance from an inner point to the nearest side (negative outside).
+/// The distance from a point to the nearest side, negative outside.
 pub(crate) fn inner_distance(polygon: &[DVec2], point: DVec2) -> f64 {
     edges(polygon).map(|(a, b)| inward_normal(a, b).dot(point - a)).fold(f64::INFINITY, f64::min)
 }
@@ -156,12 +190,16 @@ pub(crate) fn distance_to(polygon: &[DVec2], point: DVec2) -> f64 {
 /// The point of the segment `a b` nearest to `point`.
 pub(crate) fn closest_on_segment(a: DVec2, b: DVec2, point: DVec2) -> DVec2 {
     let along = b - a;
-    let length2 = along.length_squared();
-    if length2 < 1e-24 { a } else { a + along * ((point - a).dot(along) / length2).clamp(0.0, 1.0) }
+    let length_squared = along.length_squared();
+    if length_squared < 1e-24 {
+        a
+    } else {
+        a + along * ((point - a).dot(along) / length_squared).clamp(0.0, 1.0)
+    }
 }
 
-/// The smallest width of a convex polygon seen along its plane's x and y, m: the least, over its
-/// edges, of the farthest vertex.
+/// The smallest width of a convex polygon projected onto x and y, m: the least, over its edges, of
+/// the distance of the farthest vertex.
 pub(crate) fn width(polygon: &[DVec3]) -> f64 {
     let flat = |i: usize| polygon[i % polygon.len()].truncate();
     let height_over = |i: usize| {
@@ -200,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn the_hull_of_little_has_no_area() {
+    fn the_hull_of_few_points_has_no_area() {
         for points in [
             vec![],
             vec![DVec2::ONE],
@@ -223,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn simplifying_drops_the_smallest_corner_first() {
+    fn simplify_removes_the_smallest_corner_first() {
         let mut hull = square();
         hull.insert(1, DVec2::new(1.0, -0.001));
         simplify(&mut hull, 4);
@@ -231,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_on_an_upright_side_costs_no_corner() {
+    fn rounding_errors_on_a_vertical_side_keep_the_corners() {
         let noisy =
             [(0.0, 0.0), (1e-17, 1.0), (2e-17, 0.5), (2.0, 0.0), (2.0 + 4e-16, 0.7), (2.0, 1.0)];
         let mut hull = Vec::new();

@@ -1,45 +1,34 @@
-//! Why a collision model cannot be built.
+//! Errors of shapes.
 
-/// What is wrong with the shapes or settings that a [`crate::collision::model::CollisionModel`] was
-/// asked for.
+/// Why a shape cannot be used for collision checks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum CollisionError {
+pub enum ShapeError {
     /// The points of a hull do not span a volume.
     #[error(
         "{owner}: the convex hull is degenerate ({reason}); give at least four points that span a volume"
     )]
     DegenerateHull {
-        /// Whose shape it is, such as `link 'left_shin', shape 0`.
+        /// Owner of the shape, such as `link 'left_shin', shape 0`.
         owner: String,
-        /// What the hull builder met.
+        /// The reason.
         reason: String,
     },
-    /// A mesh without triangles, or one that points outside of its vertices.
+    /// A mesh has no triangles, or a triangle refers to a missing vertex.
     #[error("{owner}: the mesh {reason}; repair or remove it")]
     BadMesh {
-        /// Whose shape it is.
+        /// Owner of the shape.
         owner: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
-    /// A size or a pose that is not finite, or a size that is not positive.
+    /// A size or a pose is not finite, or a size is not positive.
     #[error("{owner}: {what} must be {requirement}")]
     BadNumber {
-        /// Whose number it is.
+        /// Owner of the number.
         owner: String,
-        /// Which number.
+        /// Name of the number.
         what: &'static str,
-        /// What it must be.
+        /// The requirement.
         requirement: &'static str,
-    },
-    /// More links with collision shapes than a check's fixed workspace holds.
-    #[error(
-        "{count} links have collision shapes, {max} are supported; merge links that do not move against each other"
-    )]
-    TooManyBodies {
-        /// How many there are.
-        count: usize,
-        /// How many fit.
-        max: usize,
     },
 }

@@ -1,5 +1,4 @@
-//! Shapes as collision checks see them: a convex core with a radius around it, or a surface of
-//! triangles.
+//! Shapes in the form that collision checks use: a convex core with a radius, or a triangle mesh.
 
 use glam::DVec3;
 use parry3d_f64::shape::SupportMap;
@@ -8,19 +7,19 @@ use surefoot_shared_types::{Pose, Shape};
 use crate::geometry::bvh::Aabb;
 use crate::geometry::convex_hull::Hull;
 use crate::geometry::distance::LineSegment;
-use crate::geometry::shape_error::CollisionError;
+use crate::geometry::shape_error::ShapeError;
 use crate::geometry::triangle_mesh::Mesh;
 
 /// A solid in its own frame.
 #[derive(Debug, Clone)]
 pub enum Solid {
-    /// A convex core inflated by a radius.
+    /// A convex core with a radius.
     Convex(Convex),
     /// A triangle mesh.
     Mesh(Mesh),
 }
 
-/// All points within `radius` of a core.
+/// All points within a radius of a convex core.
 #[derive(Debug, Clone)]
 pub struct Convex {
     /// The core.
@@ -34,38 +33,38 @@ pub struct Convex {
 pub enum Core {
     /// The origin.
     Point,
-    /// Along z.
+    /// A segment along z.
     LineSegment {
-        /// Half of its length.
+        /// Half of its length, m.
         half_length: f64,
     },
     /// A box.
     Box {
-        /// Half of each side.
+        /// Half of each side, m.
         half_extents: DVec3,
     },
     /// A cylinder along z.
     Cylinder {
-        /// Its radius.
+        /// Its radius, m.
         radius: f64,
-        /// Half of its length.
+        /// Half of its length, m.
         half_length: f64,
     },
     /// A convex hull.
     Hull(Hull),
-    /// A triangle.
+    /// A triangle with these corners.
     Triangle([DVec3; 3]),
 }
 
 impl Solid {
-    /// Prepares a shape; `owner` says whose it is in errors.
+    /// Compiles a shape; `owner` names it in errors.
     ///
     /// # Errors
     /// A dimension is not finite and positive, or the hull or mesh is degenerate.
-    pub fn new(shape: &Shape, owner: &str) -> Result<Self, CollisionError> {
-        let positive = |value: f64, what: &'static str| -> Result<f64, CollisionError> {
+    pub fn new(shape: &Shape, owner: &str) -> Result<Self, ShapeError> {
+        let positive = |value: f64, what: &'static str| -> Result<f64, ShapeError> {
             let is_good = value.is_finite() && value > 0.0;
-            is_good.then_some(value).ok_or(CollisionError::BadNumber {
+            is_good.then_some(value).ok_or(ShapeError::BadNumber {
                 owner: owner.into(),
                 what,
                 requirement: "finite and positive",
@@ -89,23 +88,21 @@ impl Solid {
                 positive(*radius, "the radius")?,
             ),
             Shape::ConvexHull { points } => {
-                let hull = Hull::new(points).map_err(|reason| CollisionError::DegenerateHull {
-                    owner: owner.into(),
-                    reason,
-                })?;
+                let hull = Hull::new(points)
+                    .map_err(|reason| ShapeError::DegenerateHull { owner: owner.into(), reason })?;
                 (Core::Hull(hull), 0.0)
             }
             Shape::Mesh { vertices, triangles, .. } => {
                 let mesh = Mesh::new(vertices, triangles);
                 return mesh
                     .map(Self::Mesh)
-                    .map_err(|reason| CollisionError::BadMesh { owner: owner.into(), reason });
+                    .map_err(|reason| ShapeError::BadMesh { owner: owner.into(), reason });
             }
         };
         Ok(Self::Convex(Convex { core, radius }))
     }
 
-    /// The box around it, in its frame.
+    /// Bounding box in its frame.
     pub fn aabb(&self) -> Aabb {
         match self {
             Self::Convex(convex) => convex.core.aabb().grown(convex.radius),
@@ -113,7 +110,7 @@ impl Solid {
         }
     }
 
-    /// A point of it.
+    /// A point of the solid.
     pub fn point_inside(&self) -> DVec3 {
         match self {
             Self::Convex(Convex { core: Core::Hull(hull), .. }) => hull.vertices()[0],
@@ -144,7 +141,7 @@ impl Solid {
         }
     }
 
-    /// Heap bytes.
+    /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         match self {
             Self::Convex(Convex { core: Core::Hull(hull), .. }) => hull.bytes(),
@@ -155,7 +152,7 @@ impl Solid {
 }
 
 impl Core {
-    /// The box around it, in its frame.
+    /// Bounding box in its frame.
     pub fn aabb(&self) -> Aabb {
         let half = match self {
             Self::Point => DVec3::ZERO,

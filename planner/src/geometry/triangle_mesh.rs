@@ -1,4 +1,4 @@
-//! Triangle meshes: a tree over the triangles, and which side of a closed surface a point is on.
+//! Triangle meshes with a bounding volume hierarchy, and a point-in-mesh test for closed surfaces.
 
 use std::cell::Cell;
 
@@ -16,12 +16,12 @@ pub struct Mesh {
     is_closed: bool,
 }
 
-/// Triangles to a leaf.
+/// Triangles per leaf.
 const LEAF_MAX: usize = 4;
-/// A ray that passes an edge this close, relative to the triangle, is not trusted.
+/// Smallest barycentric distance of a ray from an edge for a clear crossing.
 const EDGE_TOLERANCE: f64 = 1e-9;
-/// Directions to try until a ray meets no edge. No component is 0 and none is special to how people
-/// build things.
+/// Directions of the rays, tried in order until one passes no edge. They are not parallel to common
+/// directions of buildings and machines.
 const RAYS: [DVec3; 4] = [
     DVec3::new(0.0131, 0.0277, 0.9995),
     DVec3::new(0.9981, 0.0343, 0.0507),
@@ -30,7 +30,7 @@ const RAYS: [DVec3; 4] = [
 ];
 
 impl Mesh {
-    /// Prepares a mesh, or says what is wrong with it.
+    /// Compiles a mesh, or returns the reason why it cannot be used.
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<Self, String> {
         if triangles.is_empty() {
             return Err("has no triangles".into());
@@ -55,12 +55,12 @@ impl Mesh {
         })
     }
 
-    /// Its vertices.
+    /// The vertices, m.
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices
     }
 
-    /// The box around it.
+    /// Bounding box.
     pub fn aabb(&self) -> Aabb {
         self.aabb
     }
@@ -70,7 +70,7 @@ impl Mesh {
         self.triangles[triangle].map(|index| self.vertices[index as usize])
     }
 
-    /// Whether any triangle that may reach into `region` is accepted.
+    /// Whether `accept` accepts a triangle whose bounding box overlaps `region`.
     pub fn any_triangle_near(
         &self,
         region: &Aabb,
@@ -81,8 +81,8 @@ impl Mesh {
             .is_some()
     }
 
-    /// Whether a point lies within the closed surface; in doubt it does. An open surface holds
-    /// nothing.
+    /// Whether a point lies inside of the closed surface; `true` in doubt, `false` for an open
+    /// surface.
     pub fn contains(&self, point: DVec3) -> bool {
         if !self.is_closed || !self.aabb.contains(point) {
             return false;
@@ -92,7 +92,7 @@ impl Mesh {
             .is_none_or(|winding| winding != 0)
     }
 
-    /// How often the surface winds around the start of a ray, or `None` where the ray passes too
+    /// The winding number of the surface about the start of a ray; `None` if the ray passes too
     /// close to an edge.
     fn winding_along(&self, start: DVec3, direction: DVec3) -> Option<i64> {
         let inverse = direction.recip();
@@ -110,7 +110,7 @@ impl Mesh {
         unclear.is_none().then_some(winding.get())
     }
 
-    /// Heap bytes.
+    /// Heap memory, bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.vertices.as_slice())
             + size_of_val(self.triangles.as_slice())
@@ -118,7 +118,8 @@ impl Mesh {
     }
 }
 
-/// Whether every edge is used as often one way as the other, vertices at the same place being one.
+/// Whether every edge is used equally often in both directions; vertices with the same coordinates
+/// are one.
 fn is_closed(vertices: &[DVec3], triangles: &[[u32; 3]]) -> bool {
     let key = |vertex: DVec3| (vertex + DVec3::ZERO).to_array().map(f64::to_bits);
     let mut order: Vec<u32> = (0..vertices.len() as u32).collect();
@@ -151,14 +152,15 @@ fn ray_hits(bounds: &Aabb, start: DVec3, inverse_direction: DVec3) -> bool {
     enter <= leave && leave >= 0.0
 }
 
+/// How a ray crosses a triangle.
 enum Crossing {
     Miss,
-    /// +1 where the ray leaves through the outside, -1 where it comes in.
+    /// +1 if the ray leaves the solid, -1 if it enters.
     Through(i64),
     Unclear,
 }
 
-/// Where a ray meets a triangle (Moeller and Trumbore).
+/// The crossing of a ray with a triangle (Möller, Trumbore 1997).
 fn crossing(start: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Crossing {
     let (ab, ac) = (b - a, c - a);
     let normal = ab.cross(ac);

@@ -1,26 +1,26 @@
-//! A dense grid of bits over a box of space.
+//! Dense grids of voxels with one bit each.
 
 use glam::{DVec3, IVec3, UVec3};
 
 use crate::geometry::bvh::Aabb;
 
-/// Bits over cubes of one size, x fastest.
+/// A grid of cubes of one size with a bit each, x fastest.
 #[derive(Debug, Clone)]
 pub struct VoxelGrid {
-    /// The lowest corner, m.
+    /// Lowest corner, m.
     pub origin: DVec3,
-    /// The side of a cube, m.
+    /// Side of a cube, m.
     pub side: f64,
-    /// Cubes along each axis.
+    /// Number of cubes along each axis.
     pub dims: UVec3,
-    /// 64 cubes to a word.
+    /// The bits, 64 cubes per word.
     pub words: Vec<u64>,
 }
 
 impl VoxelGrid {
-    /// An empty grid over a box, with a border of at least one cube beside it; its origin is a
+    /// An empty grid that covers a box and at least one cube beyond it on each side. Its origin is a
     /// multiple of `side * align` and its dimensions are multiples of `align`, so that grids of
-    /// different sides can share their borders.
+    /// different sides have common borders.
     pub fn around(bounds: &Aabb, side: f64, align: u32) -> Self {
         let block = side * f64::from(align);
         let low = ((bounds.min - DVec3::splat(side)) / block).floor();
@@ -29,34 +29,36 @@ impl VoxelGrid {
         Self { origin: low * block, side, dims, words: vec![0; words_for(dims)] }
     }
 
-    /// A point counted in cubes from the lowest corner.
+    /// Coordinates of a point in units of cubes from the lowest corner.
     pub fn in_cubes(&self, point: DVec3) -> DVec3 {
         (point - self.origin) / self.side
     }
 
-    /// Sets the cube that holds a point counted in cubes; nothing outside of the grid.
+    /// Sets the cube that contains a point (in units of cubes); a point outside of the grid has no
+    /// effect.
     pub fn set_at(&mut self, in_cubes: DVec3) {
         if let Some(index) = self.index_at(in_cubes) {
             self.words[index / 64] |= 1 << (index % 64);
         }
     }
 
-    /// Whether the cube that holds a point counted in cubes is set; false outside of the grid.
+    /// Whether the cube that contains a point (in units of cubes) is set; `false` outside of the
+    /// grid.
     pub fn is_set_at(&self, in_cubes: DVec3) -> bool {
         self.index_at(in_cubes).is_some_and(|index| self.words[index / 64] >> (index % 64) & 1 == 1)
     }
 
-    /// Sets a cube; nothing outside of the grid.
+    /// Sets a cube; one outside of the grid has no effect.
     pub fn set(&mut self, cube: IVec3) {
         self.set_at(cube.as_dvec3() + DVec3::splat(0.5));
     }
 
-    /// The centre of a cube.
+    /// The centre of a cube, m.
     pub fn center(&self, cube: IVec3) -> DVec3 {
         self.origin + (cube.as_dvec3() + DVec3::splat(0.5)) * self.side
     }
 
-    /// The cubes that are set, in order.
+    /// The set cubes in order.
     pub fn cubes(&self) -> impl Iterator<Item = IVec3> + '_ {
         let (nx, ny) = (self.dims.x as usize, self.dims.y as usize);
         let bits = self.words.iter().enumerate().filter(|(_, word)| **word != 0);
@@ -68,7 +70,7 @@ impl VoxelGrid {
         })
     }
 
-    /// The same grid with only those cubes set of which one of the 26 neighbours is not.
+    /// The grid of those set cubes of which one of the 26 neighbours is not set.
     pub fn border(&self) -> Self {
         let row = self.dims.x as usize;
         let inner = [1, row, row * self.dims.y as usize]
@@ -81,15 +83,15 @@ impl VoxelGrid {
     fn index_at(&self, in_cubes: DVec3) -> Option<usize> {
         let DVec3 { x, y, z } = in_cubes;
         let dims = self.dims;
-        // Casts saturate, so that what is too large is not below the dimension either.
+        // Casts saturate, so a too large number is not below the dimension.
         let (i, j, k) = (x as u32, y as u32, z as u32);
         let inside = x >= 0.0 && y >= 0.0 && z >= 0.0 && i < dims.x && j < dims.y && k < dims.z;
         inside.then(|| i as usize + dims.x as usize * (j as usize + dims.y as usize * k as usize))
     }
 }
 
-/// The bits that are set with both bits `stride` before and after. No cube at the rim of a grid is
-/// set, so that nothing carries over from one row to the next.
+/// The set bits with both bits `stride` before and after set. No cube at the border of a grid is
+/// set, so that rows do not influence each other.
 fn between_set(words: &[u64], stride: usize) -> Vec<u64> {
     let (skip, shift) = (stride / 64, stride % 64);
     let word =
@@ -104,7 +106,7 @@ fn between_set(words: &[u64], stride: usize) -> Vec<u64> {
     words.iter().enumerate().map(|(at, word)| word & after(at) & before(at)).collect()
 }
 
-/// Words that hold the bits of a grid.
+/// Number of words for the bits of a grid.
 pub fn words_for(dims: UVec3) -> usize {
     (dims.x as usize * dims.y as usize * dims.z as usize).div_ceil(64)
 }
@@ -118,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn points_set_the_cubes_that_hold_them() {
+    fn points_set_the_cubes_that_contain_them() {
         let mut grid = grid();
         grid.set_at(grid.in_cubes(DVec3::new(0.26, -0.12, 0.01)));
         let cubes: Vec<IVec3> = grid.cubes().collect();
@@ -130,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn points_outside_set_nothing() {
+    fn points_outside_have_no_effect() {
         let mut grid = grid();
         [900.0, 1e300, -1e-9, f64::NAN].into_iter().for_each(|at| grid.set_at(DVec3::splat(at)));
         grid.set(IVec3::splat(-1));
@@ -138,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_among_cubes_is_no_border() {
+    fn an_inner_cube_is_not_in_the_border() {
         let mut grid = grid();
         (0..27).for_each(|i| grid.set(IVec3::new(2 + i % 3, 2 + i / 3 % 3, 2 + i / 9)));
         assert_eq!((grid.cubes().count(), grid.border().cubes().count()), (27, 26));

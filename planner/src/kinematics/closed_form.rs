@@ -9,27 +9,27 @@
 //! ankle - hip = R123 (u + Ry(q4) v)          R = R123 Ry(q4 + q5) Rx(q6)
 //! ```
 //!
-//! The distance between ankle and hip gives q4, the hip seen from the foot gives q6 and q5, and
-//! what remains of R gives q1 to q3. Two choices at the knee, at the ankle and at the hip make
-//! eight branches. All of this is done in sines and cosines; angles are taken only of branches that
-//! may be within the limits, mostly one.
+//! The distance between ankle and hip gives q4, the direction of the hip in the foot's frame gives
+//! q6 and q5, and the rest of R gives q1 to q3. Two choices each at the knee, the ankle and the hip
+//! make eight branches. They are computed as sines and cosines; angles are computed only for
+//! branches that may be within the limits, usually one.
 
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::model::JointKind;
 
 use crate::kinematics::angle_interval::{AngleInterval, UnitRotation};
-use crate::kinematics::leg::{LegJoint, LegPositions};
+use crate::kinematics::leg_joint::{LegJoint, LegPositions};
 
-/// How exactly axes must meet and be parallel, m and sine of the angle.
+/// Largest distance of intersecting axes (m) and largest sine between parallel axes.
 const GEOMETRY_TOLERANCE: f64 = 1e-9;
 
-/// How far beyond its reach a straight leg may seem to be by rounding, as a share.
-const ROUNDING: f64 = 1e-12;
+/// Relative rounding error by which a straight leg may exceed its reach.
+const REACH_ROUNDING: f64 = 1e-12;
 
-/// The geometry of a leg that has a closed form.
+/// The geometry of a leg with a closed form.
 #[derive(Debug, Clone)]
-pub struct ClosedForm {
+pub(crate) struct ClosedForm {
     axes_from_root: DMat3,
     hip: DVec3,
     ankle_from_foot: DVec3,
@@ -38,11 +38,11 @@ pub struct ClosedForm {
     shank: DVec3,
     knee_distance: KneeDistance,
     signs: [f64; 6],
-    /// Each joint's limits, counted about the axes' own directions.
+    /// Each joint's limits, about the axes x, y, z.
     intervals: [AngleInterval; 6],
 }
 
-/// How the distance between ankle and hip follows from the knee's rotation: its square is
+/// The squared distance between ankle and hip as a function of the knee's rotation:
 /// `base + 2 amplitude cos(q4 - phase)`.
 #[derive(Debug, Clone)]
 struct KneeDistance {
@@ -65,8 +65,9 @@ impl KneeDistance {
 type Branch = [UnitRotation; 6];
 
 impl ClosedForm {
-    /// The closed form of these joints, if their axes allow one.
-    pub fn detect(joints: &[LegJoint], zero_root_from_sole: &Pose) -> Option<Self> {
+    /// The closed form of these joints, if their axes allow one; `zero_root_from_sole` is the sole's
+    /// pose with all joints at 0.
+    pub(crate) fn detect(joints: &[LegJoint], zero_root_from_sole: &Pose) -> Option<Self> {
         let joints: &[LegJoint; 6] = joints.try_into().ok()?;
         if joints.iter().any(|joint| joint.kind != JointKind::Revolute) {
             return None;
@@ -75,8 +76,8 @@ impl ClosedForm {
         let (x, y) = (axes[1], axes[2]);
         let root_from_axes = DMat3::from_cols(x, y, x.cross(y));
         let signs = axis_signs(&axes, &root_from_axes)?;
-        let hip = meeting_point(&joints[0], &joints[1])?;
-        let ankle = meeting_point(&joints[4], &joints[5])?;
+        let hip = intersection(&joints[0], &joints[1])?;
+        let ankle = intersection(&joints[4], &joints[5])?;
         if distance_to_axis(&joints[2], hip) > GEOMETRY_TOLERANCE {
             return None;
         }
@@ -99,8 +100,8 @@ impl ClosedForm {
         })
     }
 
-    /// The solution within the limits that is nearest to `near`.
-    pub fn solve(
+    /// The solution within the limits that is nearest to `near`, if there is one.
+    pub(crate) fn solve(
         &self,
         joints: &[LegJoint],
         root_from_sole: &Pose,
@@ -129,19 +130,19 @@ impl ClosedForm {
         best.map(|(_, positions)| positions)
     }
 
-    /// Both knee rotations that bring the ankle to its distance from the hip.
+    /// Both knee rotations at which the ankle has its distance from the hip.
     fn knees(&self, ankle: DVec3) -> Option<[UnitRotation; 2]> {
         let KneeDistance { base, amplitude, phase } = self.knee_distance;
-        let wanted = 0.5 * (ankle.length_squared() - base);
-        if wanted.abs() > amplitude * (1.0 + ROUNDING) {
+        let half_excess = 0.5 * (ankle.length_squared() - base);
+        if half_excess.abs() > amplitude * (1.0 + REACH_ROUNDING) {
             return None;
         }
-        let opening = UnitRotation::of_cosine((wanted / amplitude).clamp(-1.0, 1.0));
-        Some([phase.then(opening), phase.then(opening.back())])
+        let opening = UnitRotation::of_cosine((half_excess / amplitude).clamp(-1.0, 1.0));
+        Some([phase.then(opening), phase.then(opening.inverse())])
     }
 
-    /// Both ankle rolls that bring the hip into the plane of the leg; `ankle` is hip to ankle in
-    /// the foot's axes.
+    /// Both ankle rolls at which the hip lies in the plane of the leg; `ankle` is the vector from
+    /// hip to ankle in the foot's axes.
     fn ankle_rolls(&self, ankle: DVec3) -> Option<[UnitRotation; 2]> {
         let along = self.knee.y + self.shank.y;
         let amplitude = (ankle.y * ankle.y + ankle.z * ankle.z).sqrt();
@@ -150,7 +151,7 @@ impl ClosedForm {
         }
         let back = UnitRotation { sin: -ankle.z / amplitude, cos: ankle.y / amplitude };
         let opening = UnitRotation::of_cosine(along / amplitude);
-        Some([back.then(opening), back.then(opening.back())])
+        Some([back.then(opening), back.then(opening.inverse())])
     }
 
     /// Both full solutions for a knee rotation and an ankle roll.
@@ -162,13 +163,12 @@ impl ClosedForm {
         roll: UnitRotation,
     ) -> [Branch; 2] {
         let leg = self.knee + knee.about_y(self.shank);
-        let seen = roll.about_x(foot_ankle);
+        let foot_ankle_unrolled = roll.about_x(foot_ankle);
         let pitches = UnitRotation::in_proportion(
-            seen.z * leg.x - seen.x * leg.z,
-            seen.z * leg.z + seen.x * leg.x,
+            foot_ankle_unrolled.z * leg.x - foot_ankle_unrolled.x * leg.z,
+            foot_ankle_unrolled.z * leg.z + foot_ankle_unrolled.x * leg.x,
         );
-        // The hip's rotation: `rotation Rx(-roll) Ry(-pitches)`, of which some columns' entries are
-        // needed.
+        // Entries of the hip's rotation `rotation Rx(-roll) Ry(-pitches)`.
         let z_axis = roll.sin * rotation.y_axis + roll.cos * rotation.z_axis;
         let hip_y = roll.cos * rotation.y_axis - roll.sin * rotation.z_axis;
         let hip_xz = pitches.cos * rotation.x_axis.z + pitches.sin * z_axis.z;
@@ -178,14 +178,14 @@ impl ClosedForm {
         let scale = 1.0 / hip_roll.cos.max(f64::MIN_POSITIVE);
         let yaw = UnitRotation { sin: -hip_y.x * scale, cos: hip_y.y * scale };
         let pitch = UnitRotation { sin: -hip_xz * scale, cos: hip_zz * scale };
-        let ankle_pitch = pitches.then(knee.back());
+        let ankle_pitch = pitches.then(knee.inverse());
         [
             [yaw, hip_roll, pitch, knee, ankle_pitch, roll],
             [yaw.opposite(), hip_roll.mirrored(), pitch.opposite(), knee, ankle_pitch, roll],
         ]
     }
 
-    /// Keeps a branch that is within the limits and nearer than the best so far.
+    /// Replaces the best branch by this one if it is within the limits and nearer.
     fn consider(
         &self,
         joints: &[LegJoint],
@@ -193,7 +193,8 @@ impl ClosedForm {
         near: &LegPositions,
         best: &mut Option<(f64, LegPositions)>,
     ) {
-        if !self.intervals.iter().zip(branch).all(|(interval, &turn)| interval.may_contain(turn)) {
+        if !self.intervals.iter().zip(branch).all(|(interval, &angle)| interval.may_contain(angle))
+        {
             return;
         }
         let angles: [f64; 6] = std::array::from_fn(|i| self.signs[i] * branch[i].angle());
@@ -207,14 +208,14 @@ impl ClosedForm {
     }
 }
 
-/// The sign of each joint's axis along z, x, y, y, y, x, if they are so aligned.
+/// The sign of each joint's axis along z, x, y, y, y, x; `None` if one is not aligned so.
 fn axis_signs(axes: &[DVec3; 6], root_from_axes: &DMat3) -> Option<[f64; 6]> {
-    let wanted = [root_from_axes.z_axis, root_from_axes.x_axis, root_from_axes.y_axis];
+    let expected = [root_from_axes.z_axis, root_from_axes.x_axis, root_from_axes.y_axis];
     let order = [0, 1, 2, 2, 2, 1];
     let mut signs = [0.0; 6];
-    for ((sign, axis), which) in signs.iter_mut().zip(axes).zip(order) {
-        let along = axis.dot(wanted[which]);
-        if axis.cross(wanted[which]).length() > GEOMETRY_TOLERANCE {
+    for ((sign, axis), index) in signs.iter_mut().zip(axes).zip(order) {
+        let along = axis.dot(expected[index]);
+        if axis.cross(expected[index]).length() > GEOMETRY_TOLERANCE {
             return None;
         }
         *sign = along.signum();
@@ -222,8 +223,8 @@ fn axis_signs(axes: &[DVec3; 6], root_from_axes: &DMat3) -> Option<[f64; 6]> {
     (axes[1].dot(axes[2]).abs() < GEOMETRY_TOLERANCE).then_some(signs)
 }
 
-/// The point where two axes meet, if they do.
-fn meeting_point(a: &LegJoint, b: &LegJoint) -> Option<DVec3> {
+/// The point where two axes intersect, if they do.
+fn intersection(a: &LegJoint, b: &LegJoint) -> Option<DVec3> {
     let normal = a.axis.cross(b.axis);
     let denominator = normal.length_squared();
     if denominator < GEOMETRY_TOLERANCE {

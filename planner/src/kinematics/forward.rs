@@ -1,11 +1,12 @@
-//! Forward kinematics of the whole tree and its centre of mass.
+//! Forward kinematics of all links, fixed ones included, and their centre of mass.
 
 use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::robot::model::{JointKind, RobotModel};
 
-/// The robot's tree, compiled for forward kinematics.
+/// The robot's links, compiled for forward kinematics. The search uses
+/// [`KinematicTree`](crate::kinematics::tree::KinematicTree), which is faster.
 #[derive(Debug, Clone)]
 pub struct Kinematics {
     links: Vec<LinkNode>,
@@ -16,13 +17,13 @@ pub struct Kinematics {
 struct LinkNode {
     parent: usize,
     parent_from_joint: Pose,
-    motion: JointMotion,
+    motion: LinkMotion,
     mass: f64,
     com: DVec3,
 }
 
 #[derive(Debug, Clone, Copy)]
-enum JointMotion {
+enum LinkMotion {
     Fixed,
     Rotation { joint: usize, axis: DVec3 },
     Translation { joint: usize, axis: DVec3 },
@@ -36,11 +37,11 @@ impl Kinematics {
                 link.parent.as_ref().map_or((0, Pose::IDENTITY, None), |at| {
                     (at.parent, at.parent_from_joint, at.joint)
                 });
-            let motion = joint.map_or(JointMotion::Fixed, |joint| {
+            let motion = joint.map_or(LinkMotion::Fixed, |joint| {
                 let axis = model.joints[joint].axis;
                 match model.joints[joint].kind {
-                    JointKind::Revolute => JointMotion::Rotation { joint, axis },
-                    JointKind::Prismatic => JointMotion::Translation { joint, axis },
+                    JointKind::Revolute => LinkMotion::Rotation { joint, axis },
+                    JointKind::Prismatic => LinkMotion::Translation { joint, axis },
                 }
             });
             LinkNode { parent, parent_from_joint, motion, mass: link.mass, com: link.com }
@@ -48,7 +49,7 @@ impl Kinematics {
         Self { links: links.collect(), mass: model.mass() }
     }
 
-    /// The number of links.
+    /// Number of links.
     pub fn links_len(&self) -> usize {
         self.links.len()
     }
@@ -58,7 +59,11 @@ impl Kinematics {
         self.mass
     }
 
-    /// Writes every link's pose. `q` has one entry per joint, `world_from_links` one per link.
+    /// Writes the pose of every link. `q` has one entry per joint (rad or m), `world_from_links` one
+    /// per link.
+    ///
+    /// # Panics
+    /// A slice is too short.
     pub fn forward(&self, world_from_root: &Pose, q: &[f64], world_from_links: &mut [Pose]) {
         world_from_links[0] = *world_from_root;
         for (index, link) in self.links.iter().enumerate().skip(1) {
@@ -67,7 +72,7 @@ impl Kinematics {
         }
     }
 
-    /// The centre of mass in the world.
+    /// Centre of mass in the world, m.
     pub fn center_of_mass(&self, world_from_links: &[Pose]) -> DVec3 {
         let moment = self
             .links
@@ -78,7 +83,7 @@ impl Kinematics {
     }
 }
 
-impl JointMotion {
+impl LinkMotion {
     fn pose(self, q: &[f64]) -> Pose {
         match self {
             Self::Fixed => Pose::IDENTITY,

@@ -1,20 +1,18 @@
-//! One leg: the joints that carry a foot and no other, and which joint positions put its sole where
-//! it shall be. A joint that carries both feet, as a waist does between a root in the trunk and the
-//! hips, belongs to no leg: it is held as the robot stands.
+//! Inverse kinematics of one leg: joint positions that place its sole at a pose.
+//!
+//! A leg consists of the joints that carry its foot and no other. A joint that carries both feet,
+//! such as a waist between a root in the trunk and the hips, belongs to no leg and keeps its
+//! standing position.
 
 use glam::DVec3;
 use heapless::Vec as BoundedVec;
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::robot::model::{Joint, JointIndex, JointKind, LimbIndex, RobotModel};
+use surefoot_shared_types::robot::model::{JointIndex, LimbIndex, RobotModel};
 
 use crate::kinematics::closed_form::ClosedForm;
+use crate::kinematics::forward::Kinematics;
+use crate::kinematics::leg_joint::{LEG_JOINTS_MAX, LegJoint, LegPositions};
 use crate::kinematics::newton::Newton;
-
-/// Most joints of a leg.
-pub const LEG_JOINTS_MAX: usize = 8;
-
-/// The positions of a leg's joints, root first.
-pub type LegPositions = BoundedVec<f64, LEG_JOINTS_MAX>;
 
 /// A leg whose joints cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -24,28 +22,11 @@ pub enum LegError {
         "the leg to foot '{foot}' has {joints} moving joints of its own; 6 to {LEG_JOINTS_MAX} are needed to place a sole freely"
     )]
     JointCount {
-        /// The foot's name.
+        /// Name of the foot.
         foot: String,
-        /// How many moving joints lead to it.
+        /// Number of moving joints of the leg.
         joints: usize,
     },
-}
-
-/// A joint of a leg with the leg at position zero, in the root's frame.
-#[derive(Debug, Clone, Copy)]
-pub struct LegJoint {
-    /// Index into `q`.
-    pub index: JointIndex,
-    /// Rotation or translation.
-    pub kind: JointKind,
-    /// A point on the axis.
-    pub point: DVec3,
-    /// The axis, unit.
-    pub axis: DVec3,
-    /// Lower limit with the planner's margin.
-    pub lower: f64,
-    /// Upper limit with the planner's margin.
-    pub upper: f64,
 }
 
 /// A leg, compiled for inverse kinematics.
@@ -62,7 +43,7 @@ pub struct Leg {
 #[derive(Debug, Clone)]
 #[allow(
     clippy::large_enum_variant,
-    reason = "there are two of them, and a box would be one more step to each solution"
+    reason = "a robot has two legs, and a box would add an indirection to each solution"
 )]
 enum Solver {
     ClosedForm(ClosedForm),
@@ -70,7 +51,7 @@ enum Solver {
 }
 
 impl Leg {
-    /// Compiles the leg to foot `limb`. Joints stay `joint_margin` from their limits.
+    /// Compiles the leg of foot `limb`. Solutions keep `joint_margin` (rad or m) to joint limits.
     ///
     /// # Errors
     /// The leg has too few or too many joints.
@@ -82,7 +63,7 @@ impl Leg {
         }
         let zero = zero_poses(model, &chain);
         let joints: BoundedVec<_, LEG_JOINTS_MAX> =
-            chain.iter().map(|&index| leg_joint(model, &zero, index, joint_margin)).collect();
+            chain.iter().map(|&index| LegJoint::new(model, &zero, index, joint_margin)).collect();
         let zero_root_from_sole = zero[foot.link] * foot.link_from_sole;
         let solver = match ClosedForm::detect(&joints, &zero_root_from_sole) {
             Some(closed_form) => Solver::ClosedForm(closed_form),
@@ -104,30 +85,36 @@ impl Leg {
         &self.joints
     }
 
-    /// The hip's centre in the root's frame.
+    /// Centre of the hip in the root frame, m.
     pub fn hip(&self) -> DVec3 {
         self.hip
     }
 
-    /// The ankle's centre in the sole's frame.
+    /// Centre of the ankle in the sole frame, m.
     pub fn sole_from_ankle(&self) -> DVec3 {
         self.sole_from_ankle
     }
 
-    /// The longest distance between hip and ankle, m.
+    /// Largest distance between hip and ankle, m.
     pub fn reach(&self) -> f64 {
         self.reach
     }
 
-    /// Writes the leg's part of `q` so that the sole stands at `root_from_sole`, choosing among the
-    /// solutions within the limits the one nearest to what `q` holds. Leaves `q` alone and answers
-    /// `false` where there is none.
+    /// Used part of the leg's reach, 0 to 1.
+    pub(crate) fn extension(&self, q: &[f64]) -> f64 {
+        let ankle = self.root_from_sole(q) * self.sole_from_ankle;
+        ankle.distance(self.hip) / self.reach
+    }
+
+    /// Writes the leg's positions into `q` so that the sole is at `root_from_sole`: of the
+    /// solutions within the limits the one nearest to the positions in `q`. Returns `false` and
+    /// leaves `q` unchanged if there is none.
     pub fn solve(&self, root_from_sole: &Pose, q: &mut [f64]) -> bool {
         self.solve_by(root_from_sole, q, Newton::solve)
     }
 
-    /// The same, but where there is no closed form only a solution to which the iteration leads
-    /// from what `q` holds or from the standing posture.
+    /// Does the same. A leg without closed form is only solved by iterations from the positions in
+    /// `q` and from the standing posture.
     pub fn solve_near(&self, root_from_sole: &Pose, q: &mut [f64]) -> bool {
         self.solve_by(root_from_sole, q, Newton::solve_near)
     }
@@ -152,8 +139,8 @@ impl Leg {
         true
     }
 
-    /// The leg's joints, each with the motion of what carries it: takes its point and axis to where
-    /// they are, in the root's frame.
+    /// The leg's joints, each with the displacement of the link that carries it: it maps the
+    /// joint's point and axis to their places in the root frame.
     pub fn axes(&self, q: &[f64]) -> impl Iterator<Item = (&LegJoint, Pose)> {
         self.joints.iter().scan(Pose::IDENTITY, move |motion, joint| {
             let before = *motion;
@@ -162,7 +149,7 @@ impl Leg {
         })
     }
 
-    /// The sole's pose in the root's frame.
+    /// Pose of the sole in the root frame.
     pub fn root_from_sole(&self, q: &[f64]) -> Pose {
         let motion = self
             .joints
@@ -172,48 +159,8 @@ impl Leg {
     }
 }
 
-impl LegJoint {
-    /// What moving to `position` does to everything beyond the joint, in the root's frame with all
-    /// joints before at zero.
-    pub fn motion(&self, position: f64) -> Pose {
-        match self.kind {
-            JointKind::Revolute => {
-                let rotation =
-                    surefoot_shared_types::base::spatial::rotation_about(self.axis, position);
-                Pose::from_parts(self.point - rotation * self.point, rotation)
-            }
-            JointKind::Prismatic => Pose::from_translation(self.axis * position),
-        }
-    }
-
-    /// Whether a position is within the limits.
-    pub fn is_within_limits(&self, position: f64) -> bool {
-        (self.lower..=self.upper).contains(&position)
-    }
-}
-
-fn leg_joint(model: &RobotModel, zero: &[Pose], index: JointIndex, margin: f64) -> LegJoint {
-    let joint = &model.joints[index];
-    let world_from_joint = zero[joint.child];
-    let [lower, upper] = limits_within(joint, margin);
-    LegJoint {
-        index,
-        kind: joint.kind,
-        point: world_from_joint.translation,
-        axis: world_from_joint.rotation * joint.axis,
-        lower,
-        upper,
-    }
-}
-
-/// A joint's limits with a margin on either side; the middle of them where there is no room for
-/// that.
-pub fn limits_within(joint: &Joint, margin: f64) -> [f64; 2] {
-    let middle = joint.lower.midpoint(joint.upper);
-    [(joint.lower + margin).min(middle), (joint.upper - margin).max(middle)]
-}
-
-/// All links in the root's frame, the joints of a leg at zero, all others as the robot stands.
+/// Root-frame poses of all links, with the joints of a leg at 0 and all others in the standing
+/// posture.
 fn zero_poses(model: &RobotModel, leg: &[JointIndex]) -> Vec<Pose> {
     let mut poses = vec![Pose::IDENTITY; model.links.len()];
     let q: Vec<f64> = model
@@ -222,6 +169,6 @@ fn zero_poses(model: &RobotModel, leg: &[JointIndex]) -> Vec<Pose> {
         .enumerate()
         .map(|(joint, &standing)| if leg.contains(&joint) { 0.0 } else { standing })
         .collect();
-    crate::kinematics::forward::Kinematics::new(model).forward(&Pose::IDENTITY, &q, &mut poses);
+    Kinematics::new(model).forward(&Pose::IDENTITY, &q, &mut poses);
     poses
 }

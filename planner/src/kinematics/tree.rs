@@ -1,16 +1,18 @@
-//! The robot as the search moves it: one node to each link that moves, with all that is fixed to
-//! it, in the root's frame. First stand the nodes that no leg moves, the upper-body nodes; they
-//! keep their places as long as their own joints do.
+//! The robot's kinematic tree in the root frame, as the search uses it.
+//!
+//! A node is a link that moves, with all links fixed to it. The nodes that no leg moves, the
+//! upper-body nodes, stand first; their frames change only with their own joints.
 
 use glam::{DAffine3, DMat3, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
+use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::robot::model::{JointIndex, JointKind, RobotModel};
 
-/// The root and one node to each joint.
+/// Most nodes: the root and one for each joint.
 pub const NODES_MAX: usize = JOINTS_MAX + 1;
 
-/// The tree of nodes, parents first. Node 0 is the root.
+/// The tree of nodes. Parents stand before their children; node 0 is the root.
 #[derive(Debug, Clone)]
 pub struct KinematicTree {
     nodes: Vec<KinematicNode>,
@@ -18,22 +20,22 @@ pub struct KinematicTree {
     of_links: Vec<(usize, Pose)>,
 }
 
-/// A link that moves against its parent, or the root, and what is fixed to it.
+/// A link that moves against its parent, or the root, with all links fixed to it.
 #[derive(Debug, Clone)]
 pub struct KinematicNode {
-    /// The link.
+    /// Index of the link.
     pub link: usize,
-    /// The node that it moves against; its own for the root.
+    /// The parent node; the root's is itself.
     pub parent: usize,
-    /// The joint that moves it; none for the root.
+    /// The joint that moves it; `None` for the root.
     pub joint: Option<JointIndex>,
-    /// Mass of the link and of what is fixed to it, kg.
+    /// Mass of all its links, kg.
     pub mass: f64,
-    /// Their centre of mass in the link's frame; the origin where they have no mass.
+    /// Their centre of mass in the node's frame, m; the origin if they have no mass.
     pub com: DVec3,
     parent_from_joint: DAffine3,
-    /// Whether the joint's frame is turned against the parent's.
-    is_turned: bool,
+    /// Whether the joint frame is rotated against the parent's.
+    is_rotated: bool,
     motion: JointMotion,
 }
 
@@ -74,17 +76,17 @@ impl KinematicTree {
         }
     }
 
-    /// The nodes.
+    /// All nodes.
     pub fn nodes(&self) -> &[KinematicNode] {
         &self.nodes
     }
 
-    /// How many of them belong to the upper body; they stand first.
+    /// Number of upper-body nodes, which stand first.
     pub fn upper_body_len(&self) -> usize {
         self.upper_body_len
     }
 
-    /// The node of a link, and the link's pose in its frame.
+    /// The node of a link, and the link's pose in the node's frame.
     pub fn of_link(&self, link: usize) -> (usize, Pose) {
         self.of_links[link]
     }
@@ -94,7 +96,7 @@ impl KinematicTree {
         self.nodes[..self.upper_body_len].iter().filter_map(|node| node.joint)
     }
 
-    /// Places a range of nodes in the root's frame; those before them are placed.
+    /// Writes the frames of a range of nodes; the frames of all nodes before it must be valid.
     pub fn place(
         &self,
         range: std::ops::Range<usize>,
@@ -110,10 +112,19 @@ impl KinematicTree {
         }
     }
 
-    /// The first mass moment (kg m) of a range of nodes in the root's frame.
+    /// First mass moment (kg m, root frame) of a range of nodes.
     pub fn moment(&self, range: std::ops::Range<usize>, root_from_nodes: &[DAffine3]) -> DVec3 {
         let placed = self.nodes[range.clone()].iter().zip(&root_from_nodes[range]);
         placed.map(|(node, frame)| frame.transform_point3(node.com) * node.mass).sum()
+    }
+
+    /// First mass moment (kg m, root frame) of all nodes at joint positions `q`.
+    pub fn total_moment(&self, q: &[f64]) -> DVec3 {
+        let count = self.nodes.len();
+        let mut root_from_nodes = vec![DAffine3::IDENTITY; count];
+        self.place(0..count, q, &mut root_from_nodes);
+        self.moment(0..self.upper_body_len, &root_from_nodes)
+            + self.moment(self.upper_body_len..count, &root_from_nodes)
     }
 }
 
@@ -135,7 +146,7 @@ impl KinematicNode {
             mass,
             com,
             parent_from_joint: DAffine3::IDENTITY,
-            is_turned: false,
+            is_rotated: false,
             motion: JointMotion::Translation(DVec3::ZERO),
         };
         let Some(at) = &model.links[link].parent else { return root };
@@ -144,42 +155,40 @@ impl KinematicNode {
         let motion = at.joint.map_or(root.motion, |joint| {
             JointMotion::new(model.joints[joint].kind, model.joints[joint].axis)
         });
-        let is_turned = parent_from_joint.rotation != glam::DQuat::IDENTITY;
+        let is_rotated = parent_from_joint.rotation != glam::DQuat::IDENTITY;
         Self {
             parent,
             joint: at.joint,
             parent_from_joint: affine(&parent_from_joint),
-            is_turned,
+            is_rotated,
             motion,
             ..root
         }
     }
 
-    /// This node's frame where its parent's is `parent` and its joint stands at `q`.
+    /// The node's frame for its parent's frame `parent` and its joint's position `q`.
     fn after(&self, parent: &DAffine3, q: f64) -> DAffine3 {
         let translation = parent.matrix3 * self.parent_from_joint.translation + parent.translation;
-        let r = if self.is_turned {
+        let r = if self.is_rotated {
             parent.matrix3 * self.parent_from_joint.matrix3
         } else {
             parent.matrix3
         };
-        let turned = |sign: f64| libm::sincos(sign * q);
+        let rotated = |sign: f64| libm::sincos(sign * q);
         let matrix3 = match self.motion {
             JointMotion::RotationAboutX(sign) => {
-                let (s, c) = turned(sign);
+                let (s, c) = rotated(sign);
                 DMat3::from_cols(r.x_axis, c * r.y_axis + s * r.z_axis, c * r.z_axis - s * r.y_axis)
             }
             JointMotion::RotationAboutY(sign) => {
-                let (s, c) = turned(sign);
+                let (s, c) = rotated(sign);
                 DMat3::from_cols(c * r.x_axis - s * r.z_axis, r.y_axis, c * r.z_axis + s * r.x_axis)
             }
             JointMotion::RotationAboutZ(sign) => {
-                let (s, c) = turned(sign);
+                let (s, c) = rotated(sign);
                 DMat3::from_cols(c * r.x_axis + s * r.y_axis, c * r.y_axis - s * r.x_axis, r.z_axis)
             }
-            JointMotion::Rotation(axis) => {
-                r * DMat3::from_quat(surefoot_shared_types::base::spatial::rotation_about(axis, q))
-            }
+            JointMotion::Rotation(axis) => r * DMat3::from_quat(rotation_about(axis, q)),
             JointMotion::Translation(axis) => {
                 return DAffine3 { matrix3: r, translation: translation + r * (axis * q) };
             }
@@ -190,7 +199,7 @@ impl KinematicNode {
 
 impl JointMotion {
     fn new(kind: JointKind, axis: DVec3) -> Self {
-        let is_along = |wanted: DVec3| axis == wanted || axis == -wanted;
+        let is_along = |unit: DVec3| axis == unit || axis == -unit;
         match kind {
             JointKind::Prismatic => Self::Translation(axis),
             JointKind::Revolute if is_along(DVec3::X) => Self::RotationAboutX(axis.x),
@@ -201,12 +210,12 @@ impl JointMotion {
     }
 }
 
-/// A pose as a matrix.
+/// A pose as an affine transformation.
 pub fn affine(pose: &Pose) -> DAffine3 {
     DAffine3 { matrix3: DMat3::from_quat(pose.rotation), translation: pose.translation }
 }
 
-/// A rotation matrix and a translation as a pose.
+/// An affine transformation without scale as a pose.
 pub fn pose(affine: &DAffine3) -> Pose {
     Pose::from_parts(affine.translation, glam::DQuat::from_mat3(&affine.matrix3))
 }

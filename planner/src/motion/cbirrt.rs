@@ -10,8 +10,10 @@ use surefoot_shared_types::base::spatial::{
 
 use crate::base::random::{Random, Stream};
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::{Constraints, Rejection};
-use crate::motion::local_planner::{LocalPath, ModeState, Progress};
+use crate::constraints::constraints::Constraints;
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
+use crate::motion::local_planner::{LocalPath, Progress};
 use crate::motion::single_mode::SingleModeProblem;
 use crate::motion::swing_shapes::MotionShape;
 use crate::motion::tree_pool::TreeNode;

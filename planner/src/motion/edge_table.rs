@@ -2,7 +2,8 @@
 //! or the motion it found.
 
 use crate::base::arena::{ArenaSlice, filled};
-use crate::motion::mode_graph::{ArenaFull, TransitionId};
+use crate::base::capacity::ArenaFull;
+use crate::motion::mode_graph::TransitionId;
 
 /// A motion between two transitions within their common mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

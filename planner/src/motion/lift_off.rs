@@ -5,11 +5,14 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::{Constraints, Mode, Rejection};
-use crate::motion::local_planner::{LocalPath, LocalPlanner, ModeState, Progress, feasible_state};
+use crate::constraints::constraints::Constraints;
+use crate::constraints::mode::Mode;
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
+use crate::motion::local_planner::{LocalPath, LocalPlanner, Progress, feasible_state};
 use crate::motion::swing_shapes::MotionShape;
 use crate::motion::workspace::push;
-use crate::robot::mechanism::Configuration;
+use crate::robot::configuration::Configuration;
 
 /// How high a swing foot is lifted off its placement before it may travel, along the sole's normal,
 /// m; tried in order.

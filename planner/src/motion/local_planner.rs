@@ -4,34 +4,18 @@
 
 use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
-use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::base::spatial::{
     interpolate, rotation_about, rotation_from_scaled_axis, yaw_of,
 };
 
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::{Constraints, Mode, Rejection};
+use crate::constraints::constraints::Constraints;
+use crate::constraints::mode::Mode;
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
 use crate::motion::swing_shapes::{MotionShape, outward, plateau};
 use crate::primitives::level_sole::side_of;
 use crate::robot::kinematic_state::KinematicState;
-use crate::robot::mechanism::Configuration;
-
-/// A configuration together with where its soles are: the coordinates of a mode.
-#[derive(Debug, Clone, Copy)]
-pub struct ModeState {
-    /// Root and joints.
-    pub configuration: Configuration,
-    /// Both soles in the world.
-    pub world_from_soles: [Pose; 2],
-}
-
-impl Default for ModeState {
-    /// At the origin: for memory that is not in use.
-    fn default() -> Self {
-        let configuration = Configuration { world_from_root: Pose::IDENTITY, q: [0.0; JOINTS_MAX] };
-        Self { configuration, world_from_soles: [Pose::IDENTITY; 2] }
-    }
-}
 
 /// Root shifts a waypoint may take to bring the centre of mass back.
 const COM_SHIFTS_MAX: usize = 4;
@@ -112,7 +96,7 @@ impl LocalPlanner {
         for (kinematic_state, end) in
             self.kinematic_states.iter_mut().zip([&local_path.from, &local_path.to])
         {
-            constraints.robot.update_kinematic_state(&end.configuration, kinematic_state);
+            kinematic_state.update(&constraints.robot, &end.configuration);
         }
         self.com_ends = [self.kinematic_states[0].com, self.kinematic_states[1].com];
         (self.local_path, self.here) = (*local_path, local_path.from);
@@ -278,7 +262,7 @@ fn state_at(
 ) -> Result<ModeState, Rejection> {
     let robot = &constraints.robot;
     if t >= 1.0 && local_path.exact {
-        robot.update_kinematic_state(&local_path.to.configuration, kinematic_state);
+        kinematic_state.update(robot, &local_path.to.configuration);
         return Ok(local_path.to);
     }
     let mut state = *here;
@@ -303,7 +287,7 @@ fn state_at(
         if !robot.place_soles_near(&mut state.configuration, &state.world_from_soles) {
             return Err(Rejection::Unreachable);
         }
-        robot.update_kinematic_state(&state.configuration, kinematic_state);
+        kinematic_state.update(robot, &state.configuration);
         let com = kinematic_state.com.truncate();
         let error = if local_path.exact {
             reference_com - com

@@ -6,7 +6,8 @@
 //! and what with the goal, and away from those where it has laboured without success.
 
 use crate::base::arena::{LazilyFilled, filled, reserve};
-use crate::motion::mode_graph::{ArenaFull, FootholdId, ModeGraph, TransitionId, boundary_of};
+use crate::base::capacity::ArenaFull;
+use crate::motion::mode_graph::{FootholdId, ModeGraph, TransitionId, boundary_of};
 
 /// A mode: one placement carries the robot, or the two of a transition and its twin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -201,7 +202,7 @@ mod tests {
     use super::*;
     use crate::constraints::foothold::Foothold;
     use crate::motion::mode_graph::{GOAL, START, boundary_node};
-    use crate::robot::mechanism::Configuration;
+    use crate::robot::configuration::Configuration;
     use glam::{DQuat, DVec3};
     use surefoot_shared_types::Pose;
     use surefoot_shared_types::base::limits::JOINTS_MAX;

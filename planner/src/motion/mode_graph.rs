@@ -9,11 +9,12 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 
 use crate::base::arena::reserve;
+use crate::base::capacity::ArenaFull;
 use crate::constraints::foothold::Foothold;
 use crate::motion::adjacency_lists::{AdjacencyLists, Swing};
 use crate::motion::spatial_hash::SpatialHash;
+use crate::robot::configuration::Configuration;
 use crate::robot::crouch::Crouch;
-use crate::robot::mechanism::Configuration;
 
 /// Index of a foot placement.
 pub type FootholdId = u32;
@@ -36,23 +37,6 @@ pub fn boundary_node(boundary: usize) -> TransitionId {
 pub fn boundary_of(node: TransitionId) -> Option<usize> {
     let index = (TransitionId::MAX - node) as usize;
     (index < BOUNDARIES_MAX).then_some(index)
-}
-
-/// Which arena of the graph is full.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ArenaFull {
-    /// `tree_vertices_max`.
-    TreeVertices,
-    /// `footholds_max`.
-    Footholds,
-    /// `transitions_max`.
-    Transitions,
-    /// `configurations_max`.
-    Configurations,
-    /// The table of motions, which `configurations_max` sizes too.
-    Edges,
-    /// `waypoints_max`.
-    Waypoints,
 }
 
 /// A transition of the graph.

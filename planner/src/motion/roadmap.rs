@@ -5,20 +5,21 @@ use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::message::SupportMode;
 
 use crate::base::arena::{ArenaSlice, append_all, reserve, slice_at};
+use crate::base::capacity::ArenaFull;
 use crate::base::threads::Threads;
-use crate::constraints::constraints::{Mode, StartBalance};
 use crate::constraints::foothold::{Foothold, double_mode, single_mode};
+use crate::constraints::mode::{Mode, StartBalance};
+use crate::constraints::mode_state::ModeState;
 use crate::motion::edge_table::{EdgeRecord, EdgeTable};
-use crate::motion::local_planner::ModeState;
 use crate::motion::mode_costs::{ModeCosts, ModeId};
 use crate::motion::mode_graph::{
-    ArenaFull, BOUNDARIES_MAX, FootholdId, ModeGraph, START, TransitionId, boundary_of,
+    BOUNDARIES_MAX, FootholdId, ModeGraph, START, TransitionId, boundary_of,
 };
 use crate::motion::transition_sampling::TransitionSampling;
 use crate::motion::tree_pool::{TreeKey, TreePool};
 use crate::plan::chunk_builder::ModeMotion;
 use crate::primitives::transition_configuration::{TransitionPair, world_from_soles};
-use crate::robot::mechanism::Configuration;
+use crate::robot::configuration::Configuration;
 
 /// Most nodes of one tree.
 pub const TREE_NODES_MAX: usize = 1024;

@@ -7,12 +7,13 @@
 //! planned side by side share a batch, each in a segment search of its own.
 
 use crate::base::arena::ArenaSlice;
+use crate::base::capacity::ArenaFull;
 use crate::base::random::{Random, Stream};
 use crate::base::threads::Threads;
 use crate::base::work_budget;
 use crate::base::work_budget::{BudgetedTask, WorkBudget};
-use crate::constraints::constraints::Rejection;
-use crate::motion::mode_graph::{ArenaFull, ModeGraph};
+use crate::constraints::rejection::Rejection;
+use crate::motion::mode_graph::ModeGraph;
 use crate::motion::roadmap::{ModeEdge, Roadmap, RouteSegment, TREE_NODES_MAX};
 use crate::motion::shortcut::{Pass, Shortcutting};
 use crate::motion::single_mode::{SingleModeProblem, SingleModeSearch};
@@ -20,7 +21,7 @@ use crate::motion::transition_sampling::TransitionSampling;
 use crate::motion::workspace::{Workspace, push};
 use crate::preparation::planning_context::PlanningContext;
 use crate::primitives::PrimitiveTrajectory;
-use crate::robot::mechanism::Configuration;
+use crate::robot::configuration::Configuration;
 
 /// Segments that are planned in parallel.
 pub const SEGMENT_SEARCHES_MAX: usize = 4;

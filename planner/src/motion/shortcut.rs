@@ -10,12 +10,15 @@ use surefoot_shared_types::base::spatial::rotation_distance;
 
 use crate::base::random::Random;
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::{Constraints, Mode, Rejection};
+use crate::constraints::constraints::Constraints;
+use crate::constraints::mode::Mode;
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
 use crate::motion::cbirrt::METRES_PER_RADIAN;
-use crate::motion::local_planner::{LocalPath, ModeState, Progress};
+use crate::motion::local_planner::{LocalPath, Progress};
 use crate::motion::swing_shapes::MotionShape;
 use crate::motion::workspace::{Workspace, push};
-use crate::robot::mechanism::Configuration;
+use crate::robot::configuration::Configuration;
 
 /// A swing foot keeps its way this near to where the motion begins and ends, m: it leaves and
 /// reaches a placement along the sole's normal.

@@ -8,10 +8,13 @@
 //! its end.
 
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::{Constraints, Mode, Rejection};
+use crate::constraints::constraints::Constraints;
+use crate::constraints::mode::Mode;
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
 use crate::motion::cbirrt::Cbirrt;
 use crate::motion::lift_off::LiftOff;
-use crate::motion::local_planner::{LocalPath, LocalPlanner, ModeState, Progress};
+use crate::motion::local_planner::{LocalPath, LocalPlanner, Progress};
 use crate::motion::swing_shapes::{MotionShape, SHIFTS, SWINGS};
 use crate::motion::workspace::{Workspace, push};
 

@@ -48,7 +48,7 @@ pub fn transition_prior(
 /// Whether a foothold supports only a small part of the sole.
 fn has_partial_support(constraints: &Constraints, foothold: &Foothold) -> bool {
     let [supported, whole] =
-        [&foothold.support[..], &constraints.robot.sole_polygons[foothold.limb]]
+        [&foothold.support[..], &constraints.robot.soles[foothold.limb].polygon]
             .map(|outline| area_and_centroid(outline).0);
     supported < SUPPORT_SHARE_MIN * whole
 }

@@ -4,15 +4,17 @@
 //! A configuration that no swing can leave or reach would only be found out by the motions that
 //! need it, one failed sequence after another.
 
-use crate::constraints::constraints::{Constraints, Mode, Rejection};
+use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::single_mode;
+use crate::constraints::mode::Mode;
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
 use crate::motion::lift_off::LiftOff;
-use crate::motion::local_planner::ModeState;
 use crate::motion::mode_graph::{ModeGraph, TransitionId};
 use crate::motion::workspace::Workspace;
 use crate::primitives::transition_configuration;
 use crate::primitives::transition_configuration::{TransitionPair, world_from_soles};
-use crate::robot::mechanism::Configuration;
+use crate::robot::configuration::Configuration;
 
 /// Attempts at one transition in one batch, each as often as it counts.
 pub const ATTEMPTS_MAX: u32 = 24;

@@ -414,7 +414,7 @@ mod tests {
     use crate::constraints::foothold::Foothold;
     use crate::motion::edge_table::EdgeRecord;
     use crate::motion::mode_graph::TransitionPrior;
-    use crate::robot::mechanism::Configuration;
+    use crate::robot::configuration::Configuration;
     use glam::{DQuat, DVec3};
     use surefoot_shared_types::Pose;
     use surefoot_shared_types::base::limits::JOINTS_MAX;

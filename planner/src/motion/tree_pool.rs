@@ -2,7 +2,7 @@
 //! planner to the next [Grey 4.4.3].
 
 use crate::base::arena::reserve_written;
-use crate::motion::local_planner::ModeState;
+use crate::constraints::mode_state::ModeState;
 use crate::motion::mode_graph::TransitionId;
 
 /// A node of a tree: a state and the node it was reached from.
@@ -106,7 +106,7 @@ impl TreePool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::mechanism::Configuration;
+    use crate::robot::configuration::Configuration;
     use surefoot_shared_types::Pose;
     use surefoot_shared_types::base::limits::JOINTS_MAX;
 

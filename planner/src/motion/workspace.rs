@@ -1,10 +1,10 @@
 //! The memory of one single-mode search, allocated once and used by one search at a time.
 
 use crate::base::arena::reserve;
-use crate::constraints::constraints::Rejection;
+use crate::constraints::rejection::Rejection;
 use crate::motion::local_planner::LocalPlanner;
 use crate::motion::tree_pool::{StateTree, TreeNode, new_tree};
-use crate::robot::mechanism::Configuration;
+use crate::robot::configuration::Configuration;
 
 /// Most waypoints that lift a foot off its placement or set it down.
 const LIFT_OFF_WAYPOINTS_MAX: usize = 128;

@@ -3,10 +3,10 @@
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
 
+use crate::base::capacity::ArenaFull;
 use crate::base::work_budget::items_in;
-use crate::motion::mode_graph::ArenaFull;
 use crate::motion::roadmap::ModeEdge;
-use crate::outcome::Outcome;
+use crate::pipeline::outcome::Outcome;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::plan::chunk_builder::{ChunkBuilder, ModeMotion, PARALLEL_MOTIONS_MAX};

@@ -1,8 +1,9 @@
 //! Connects footholds by transitions [Grey 4.4.2].
 
+use crate::base::capacity::ArenaFull;
 use crate::base::work_budget::items_in;
 use crate::constraints::foothold::{Foothold, left_and_right};
-use crate::motion::mode_graph::{ArenaFull, FootholdId, ModeGraph};
+use crate::motion::mode_graph::{FootholdId, ModeGraph};
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::possibility::MidFeetPose;

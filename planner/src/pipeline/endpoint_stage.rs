@@ -4,15 +4,17 @@ use surefoot_shared_types::base::spatial::wrap_angle;
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::message::{RestState, SupportMode};
 
-use crate::constraints::constraints::StartBalance;
-use crate::motion::mode_graph::{ArenaFull, FootholdId};
+use crate::base::capacity::ArenaFull;
+use crate::constraints::mode::StartBalance;
+use crate::motion::mode_graph::FootholdId;
 use crate::motion::roadmap::Boundary;
-use crate::outcome::{EndpointError, Outcome};
-use crate::pipeline::endpoints::{Endpoint, foothold_at, stand_as, stand_on};
+use crate::pipeline::endpoints::{Endpoint, foothold_at, stand_in, stand_on};
+use crate::pipeline::outcome::{EndpointError, Outcome};
 use crate::pipeline::retrace::Retrace;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::preparation::planning_context::PlanningContext;
+use crate::robot::kinematic_state::KinematicState;
 
 /// Stands the robot on the start and on the goal: the boundaries of the first and of the last
 /// segment, and the roots of Gamma_P. One unit of work.
@@ -50,8 +52,8 @@ impl EndpointStage {
     /// width is that of the goal, since the actual width says nothing about the steps to come.
     pub fn start_in(&mut self, rest_state: RestState) -> Option<StancePose> {
         self.rest_state = Some(rest_state);
-        let mark = rest_state.stance_pose()?;
-        self.start = StancePose { stance_width: self.goal.stance_width, ..mark };
+        let stance = rest_state.stance_pose()?;
+        self.start = StancePose { stance_width: self.goal.stance_width, ..stance };
         Some(self.start)
     }
 
@@ -69,7 +71,7 @@ impl EndpointStage {
     pub fn is_rest_state_valid(&self, context: &PlanningContext) -> bool {
         let constraints = &context.constraints;
         self.rest_state.is_some_and(|state| {
-            stand_as(constraints, &state)
+            stand_in(constraints, &state)
                 .is_ok_and(|endpoint| endpoint.holds(constraints, self.com_margin))
         })
     }
@@ -96,7 +98,7 @@ impl EndpointStage {
             add_boundary(context, search, endpoint)?;
         }
         let robot = &context.constraints.robot;
-        let com = robot.kinematic_state(&endpoints[0].state.configuration).com.truncate();
+        let com = KinematicState::new(robot, &endpoints[0].state.configuration).com.truncate();
         search.roadmap.set_start_balance(StartBalance { com, margin_min: self.com_margin });
         search.route.set_end_pairs(endpoints.map(|endpoint| endpoint.pair(robot)));
         Ok(Event::Done)
@@ -110,15 +112,15 @@ impl EndpointStage {
     ) -> Result<[Endpoint; 2], Outcome> {
         let PlanningContext { constraints, surfaces, .. } = context;
         let scratch = &mut search.footholds.scratch[0];
-        let mut stand_on_mark = |mark: &StancePose| -> Result<Endpoint, EndpointError> {
-            stand_on(constraints, surfaces, scratch, mark)
+        let mut stand_on_stance = |stance: &StancePose| -> Result<Endpoint, EndpointError> {
+            stand_on(constraints, surfaces, scratch, stance)
         };
         let start = match &self.rest_state {
-            Some(state) => stand_as(constraints, state),
-            None => stand_on_mark(&self.start),
+            Some(state) => stand_in(constraints, state),
+            None => stand_on_stance(&self.start),
         };
         let start = start.map_err(Outcome::StartInvalid)?;
-        let goal = stand_on_mark(&self.goal).map_err(Outcome::GoalInvalid)?;
+        let goal = stand_on_stance(&self.goal).map_err(Outcome::GoalInvalid)?;
         let goal =
             if self.rest_state.is_none() && self.is_start_goal() { start.clone() } else { goal };
         Ok([start, goal])

@@ -10,18 +10,21 @@ use surefoot_shared_types::message::{Contact, RestState, SupportMode};
 use surefoot_shared_types::world::world::World;
 
 use crate::collision::model::{FootPhase, Hit};
-use crate::constraints::constraints::{Constraints, Mode, Rejection, StartBalance};
+use crate::constraints::constraints::Constraints;
+use crate::constraints::foothold::FootPair;
+use crate::constraints::foothold::FootPlacement;
+use crate::constraints::foothold::is_whole;
 use crate::constraints::foothold::{Foothold, double_mode, single_mode};
+use crate::constraints::mode::{Mode, StartBalance};
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
 use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
 use crate::foot_placement::sole_support::{NoSupport, SurfacesError};
 use crate::foot_placement::{FootPlacementConfig, SampleLimits, Scratch, Surfaces};
-use crate::motion::local_planner::ModeState;
-use crate::outcome::EndpointError;
-use crate::possibility::FootPair;
-use crate::preparation::FootPlacement;
-use crate::preparation::is_whole;
+use crate::pipeline::outcome::EndpointError;
+use crate::robot::configuration::Configuration;
 use crate::robot::kinematic_state::KinematicState;
-use crate::robot::mechanism::{Configuration, Mechanism};
+use crate::robot::mechanism::Mechanism;
 use crate::robot::posture_ik::{Posture, solve_posture};
 
 /// Leg extensions that are tried, relative to that of the standing posture.
@@ -55,59 +58,59 @@ pub fn stand_on(
     constraints: &Constraints,
     surfaces: &Surfaces,
     scratch: &mut Scratch,
-    mark: &StancePose,
+    stance: &StancePose,
 ) -> Result<Endpoint, EndpointError> {
-    let soles = mark.world_from_soles();
+    let soles = stance.world_from_soles();
     let left = foothold_near(constraints, surfaces, scratch, 0, &soles[0])?;
     let right = foothold_near(constraints, surfaces, scratch, 1, &soles[1])?;
     let footholds = [left, right];
-    let state = stand(constraints, &footholds, mark.yaw)?;
+    let state = stand(constraints, &footholds, stance.yaw)?;
     Ok(Endpoint { footholds, state, support: SupportMode::Double })
 }
 
 /// Smallest support area under a foot that stands already, m2.
-const STANDING_AREA_MIN: f64 = 1e-4;
+const STANCE_AREA_MIN: f64 = 1e-4;
 /// Smallest width of a support polygon under a foot that stands already, m.
-const STANDING_WIDTH_MIN: f64 = 2e-3;
+const STANCE_WIDTH_MIN: f64 = 2e-3;
 
 /// The surfaces of a world, with the limits for feet that stand already.
-pub(crate) struct StandingGround {
+pub(crate) struct StanceSurfaces {
     surfaces: Surfaces,
     scratch: Scratch,
 }
 
-impl StandingGround {
+impl StanceSurfaces {
     /// Compiles a world. Allocates.
     ///
     /// # Errors
     /// A shape cannot be compiled into surfaces.
     pub fn new(world: &World) -> Result<Self, SurfacesError> {
         let config = FootPlacementConfig {
-            support_area_min: STANDING_AREA_MIN,
+            support_area_min: STANCE_AREA_MIN,
             centroid_edge_distance_min: 0.0,
-            contact_width_min: STANDING_WIDTH_MIN,
+            contact_width_min: STANCE_WIDTH_MIN,
             ..FootPlacementConfig::default()
         };
         Ok(Self { scratch: Scratch::new(&config), surfaces: Surfaces::new(world, config)? })
     }
 
     /// A rest state with the support polygons that the world gives its standing feet. A foot
-    /// without support gets an empty polygon, which [`stand_as`] refuses.
-    pub fn with_support(&mut self, robot: &Mechanism, standing: &RestState) -> RestState {
-        let mut standing = *standing;
-        let mode = SupportMode::from_wire(standing.mode);
-        for contact in &mut standing.contacts[..standing.contacts_len as usize] {
+    /// without support gets an empty polygon, which [`stand_in`] refuses.
+    pub fn with_support(&mut self, robot: &Mechanism, rest_state: &RestState) -> RestState {
+        let mut rest_state = *rest_state;
+        let mode = SupportMode::from_wire(rest_state.mode);
+        for contact in &mut rest_state.contacts[..rest_state.contacts_len as usize] {
             let limb = contact.limb as usize;
             if mode.is_some_and(|mode| mode.carries(limb)) {
                 let support = self.surfaces.support(
                     &mut self.scratch,
-                    &robot.sole_polygons[limb],
+                    &robot.soles[limb].polygon,
                     &contact.world_from_sole(),
                 );
                 set_polygon(contact, support.as_ref().map_or(&[], |support| &support.polygon));
             }
         }
-        standing
+        rest_state
     }
 }
 
@@ -118,12 +121,12 @@ fn set_polygon(contact: &mut Contact, polygon: &[DVec2]) {
 }
 
 /// The robot in a rest state, on both feet or on one. A standing foot keeps the support polygon of
-/// the state; [`StandingGround::with_support`] updates it where the world was corrected. A lifted
+/// the state; [`StanceSurfaces::with_support`] updates it where the world was corrected. A lifted
 /// foot has the foothold where it stood last.
 ///
 /// # Errors
 /// A foothold is not known, or a standing foot has no support.
-pub(crate) fn stand_as(
+pub(crate) fn stand_in(
     constraints: &Constraints,
     rest_state: &RestState,
 ) -> Result<Endpoint, EndpointError> {
@@ -145,9 +148,9 @@ pub(crate) fn stand_as(
         world_from_root: rest_state.waypoint.world_from_root(),
         q: rest_state.waypoint.q,
     };
-    let kinematic_state = constraints.robot.kinematic_state(&configuration);
+    let kinematic_state = KinematicState::new(&constraints.robot, &configuration);
     let world_from_soles = [0, 1].map(|limb| match support.carries(limb) {
-        false => constraints.robot.world_from_sole(&kinematic_state, limb),
+        false => kinematic_state.world_from_sole(&constraints.robot, limb),
         true => footholds[limb].world_from_sole,
     });
     Ok(Endpoint { footholds, state: ModeState { configuration, world_from_soles }, support })
@@ -165,7 +168,7 @@ impl Endpoint {
         };
         let feet = [0, 1]
             .map(|limb| if self.stands(limb) { FootPhase::Stance } else { FootPhase::LiftOff });
-        let kinematic_state = constraints.robot.kinematic_state(&self.state.configuration);
+        let kinematic_state = KinematicState::new(&constraints.robot, &self.state.configuration);
         let start = Some(StartBalance { com: kinematic_state.com.truncate(), margin_min });
         constraints.check(&Mode { start, ..mode }, &kinematic_state, feet).is_ok()
     }
@@ -232,7 +235,7 @@ pub fn foothold_at(
     world_from_sole: &Pose,
 ) -> Result<Foothold, EndpointError> {
     let support = surfaces
-        .support(scratch, &constraints.robot.sole_polygons[limb], world_from_sole)
+        .support(scratch, &constraints.robot.soles[limb].polygon, world_from_sole)
         .map_err(|reason| EndpointError::Unsupported { limb, reason })?;
     if constraints.collision.foot_hit(limb, world_from_sole, FootPhase::Stance).is_some() {
         return Err(EndpointError::FootCollides { limb });

@@ -7,15 +7,16 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle};
 
+use crate::base::capacity::ArenaFull;
 use crate::base::random::{Random, Stream};
 use crate::collision::model::FootPhase;
 use crate::constraints::constraints::Constraints;
+use crate::constraints::foothold::FootPlacement;
 use crate::constraints::foothold::{Foothold, single_mode};
 use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
-use crate::motion::mode_graph::{ArenaFull, ModeGraph, TransitionId};
+use crate::motion::mode_graph::{ModeGraph, TransitionId};
 use crate::possibility::GuideRoute;
-use crate::preparation::FootPlacement;
 use crate::preparation::planning_context::PlanningContext;
 use crate::preparation::step_limits::StepLimits;
 use crate::primitives::level_sole::side_of;
@@ -26,9 +27,9 @@ use crate::primitives::transition_configuration::{
 /// Lowest and highest foothold relative to its ideal, m.
 const GROUND_Z: [f64; 2] = [-0.6, 0.6];
 /// Footholds kept of one query in a first sweep, where the ideal itself has no support.
-const KEPT_MAX: usize = 6;
+const SWEEP_FOOTHOLDS_MAX: usize = 6;
 /// Footholds kept of one query with a random ideal.
-const KEPT_RANDOM_MAX: usize = 3;
+const RANDOM_FOOTHOLDS_MAX: usize = 3;
 /// Stances of the first sweeps: stance width factor, and toe-out angle, rad. Wide legs need a wider
 /// stance. On steep stairs, turned-out feet keep the knee clear of the next riser.
 const STANCES: [(f64, f64); 2] = [(1.0, 0.0), (1.5, 0.5)];
@@ -100,7 +101,7 @@ impl<'a> FootholdSampler<'a> {
         scratch: &mut Scratch,
     ) -> Result<(), ArenaFull> {
         let robot = &self.constraints.robot;
-        let sole_polygon = &robot.sole_polygons[placed.limb];
+        let sole_polygon = &robot.soles[placed.limb].polygon;
         let Ok(support) = self.surfaces.support(scratch, sole_polygon, &placed.world_from_sole)
         else {
             return Ok(());
@@ -142,7 +143,8 @@ impl<'a> FootholdSampler<'a> {
         let turn = rotation_about(DVec3::Z, side_of(limb) * toe_out);
         let ideal = Pose::from_parts(straight.translation, straight.rotation * turn);
         let before = graph.footholds().len();
-        let query = SampleQuery { ideal, limb, name, limits: FIRST_LIMITS, kept_max: KEPT_MAX };
+        let query =
+            SampleQuery { ideal, limb, name, limits: FIRST_LIMITS, kept_max: SWEEP_FOOTHOLDS_MAX };
         self.add_footholds(&query, graph, scratch)?;
         if graph.footholds().len() == before {
             let query = SampleQuery { limits: LATER_LIMITS, ..query };
@@ -213,7 +215,7 @@ impl<'a> FootholdSampler<'a> {
         let (offset, turn) = self.random_offset(&mut random);
         let ideal = Pose::from_parts(pose.translation + offset, pose.rotation * turn);
         let query =
-            SampleQuery { ideal, limb, name, limits: LATER_LIMITS, kept_max: KEPT_RANDOM_MAX };
+            SampleQuery { ideal, limb, name, limits: LATER_LIMITS, kept_max: RANDOM_FOOTHOLDS_MAX };
         self.add_footholds(&query, graph, scratch)
     }
 
@@ -252,7 +254,7 @@ impl<'a> FootholdSampler<'a> {
         let limb = foothold.limb;
         let world_from_sole = foothold.world_from_sole * Pose::from_parts(offset, turn);
         let support =
-            self.surfaces.support(scratch, &robot.sole_polygons[limb], &world_from_sole).ok()?;
+            self.surfaces.support(scratch, &robot.soles[limb].polygon, &world_from_sole).ok()?;
         let is_free = collision.foot_hit(limb, &world_from_sole, FootPhase::LiftOff).is_none();
         is_free.then(|| Foothold::of(robot, limb, world_from_sole, support.polygon))
     }

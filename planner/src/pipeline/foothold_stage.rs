@@ -3,11 +3,12 @@
 
 use std::ops::Range;
 
+use crate::base::capacity::ArenaFull;
 use crate::base::work_budget::items_in;
 use crate::constraints::foothold::Foothold;
 use crate::foot_placement::Scratch;
 use crate::motion::mode_costs::ModeId;
-use crate::motion::mode_graph::{ArenaFull, TransitionId};
+use crate::motion::mode_graph::TransitionId;
 use crate::pipeline::bottlenecks::most_attempted_mode;
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::foothold_sampling::{FootholdSampler, PERTURBATIONS_MAX};

@@ -3,16 +3,6 @@
 //! [`planner`] names the stages in order, [`stage_table`] says which stage follows which. This is
 //! the only folder that imports both stage P (`possibility`) and stage M (`motion`).
 
-pub use bottlenecks::Bottleneck;
-pub use endpoints::{Endpoint, foothold_at, stand_on};
-pub use foothold_sampling::{FootholdSampler, PERTURBATIONS_MAX};
-pub use planner::Planner;
-pub use planner_builder::{PlannerBuilder, PlannerError};
-pub use retrace::Retrace;
-pub use search::SearchStats;
-pub use stage::{Event, Stage, WorkCategory};
-pub use stage_table::{TRANSITIONS, Transition};
-
 mod bottlenecks;
 mod chunk_stage;
 mod connection;
@@ -21,8 +11,9 @@ mod endpoints;
 mod foothold_order;
 mod foothold_sampling;
 mod foothold_stage;
-pub(crate) mod planner;
-pub(crate) mod planner_builder;
+pub mod outcome;
+mod planner;
+mod planner_builder;
 mod primitive_steps;
 mod recovery_policy;
 mod recovery_stage;
@@ -40,3 +31,14 @@ mod stage;
 mod stage_table;
 mod step_removal;
 mod transition_estimates;
+
+pub use bottlenecks::Bottleneck;
+pub use endpoints::{Endpoint, foothold_at, stand_on};
+pub use foothold_sampling::{FootholdSampler, PERTURBATIONS_MAX};
+pub use outcome::{Outcome, Status};
+pub use planner::Planner;
+pub use planner_builder::{PlannerBuilder, PlannerError};
+pub use retrace::Retrace;
+pub use search::SearchStats;
+pub use stage::{Event, Stage, WorkCategory};
+pub use stage_table::{TRANSITIONS, Transition};

@@ -29,15 +29,16 @@
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
 
+use crate::base::capacity::ArenaFull;
 use crate::constraints::constraints::Constraints;
 use crate::foot_placement::Scratch;
-use crate::motion::mode_graph::{ArenaFull, ModeGraph, TransitionId, boundary_of};
-use crate::outcome::{Bound, Outcome, Status};
+use crate::motion::mode_graph::{ModeGraph, TransitionId, boundary_of};
 use crate::pipeline::bottlenecks::Bottleneck;
 use crate::pipeline::chunk_stage::ChunkStage;
 use crate::pipeline::connection::ConnectionStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
 use crate::pipeline::foothold_stage::FootholdStage;
+use crate::pipeline::outcome::{Bound, Outcome, Status};
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
 use crate::pipeline::retrace::{Retrace, steps_retraced};

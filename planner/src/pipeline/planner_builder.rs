@@ -11,18 +11,18 @@ use surefoot_shared_types::world::world::World;
 
 use crate::base::arena::reserve;
 use crate::base::threads::Threads;
+use crate::collision::error::CollisionError;
 use crate::collision::model::CollisionModel;
 use crate::constraints::constraints::Constraints;
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use crate::geometry::CollisionError;
 use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::SearchBatch;
-use crate::outcome::Outcome;
 use crate::pipeline::chunk_stage::ChunkStage;
 use crate::pipeline::endpoint_stage::EndpointStage;
-use crate::pipeline::endpoints::StandingGround;
+use crate::pipeline::endpoints::StanceSurfaces;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::outcome::Outcome;
 use crate::pipeline::planner::{Planner, Stages};
 use crate::pipeline::primitive_steps::PrimitiveStage;
 use crate::pipeline::recovery_stage::RecoveryStage;
@@ -193,7 +193,7 @@ impl<'a> PlannerBuilder<'a> {
             threads: self.threads.get(),
             reason: error.to_string(),
         })?;
-        let constraints = Constraints { robot, collision, config: config.clone() };
+        let constraints = Constraints::new(robot, collision, config.clone());
         let (preparation, seed) = (self.preparation.clone(), self.scenario.seed);
         Ok((PlanningContext { constraints, surfaces, preparation, threads, seed }, placement))
     }
@@ -253,7 +253,7 @@ impl<'a> PlannerBuilder<'a> {
     /// Begins in the state that the robot is in, if one is given, or at an earlier lift-off.
     fn begin_in_rest_state(&self, planner: &mut Planner) -> Result<(), PlannerError> {
         let Some(rest_state) = self.rest_state else { return Ok(()) };
-        let mut ground = StandingGround::new(self.world)?;
+        let mut ground = StanceSurfaces::new(self.world)?;
         let rest_state = ground.with_support(&planner.context.constraints.robot, rest_state);
         start_in(planner, rest_state);
         let endpoints = &planner.stages.endpoints;
@@ -290,7 +290,7 @@ fn start_in(planner: &mut Planner, rest_state: RestState) {
 /// Limits of foot placement for this robot's soles and the world's friction.
 fn placement_config(robot: &Mechanism, world: &World, scenario: &Scenario) -> FootPlacementConfig {
     let standard = FootPlacementConfig::for_soles(
-        &robot.sole_polygons,
+        &robot.soles.each_ref().map(|sole| sole.polygon.clone()),
         scenario.planner.support_area_min,
         scenario.checker.support_area_min,
     );

@@ -4,13 +4,14 @@
 //! The feet step in turn, each past the other to the next vertex, as long as C_S lets them; else
 //! one foot first closes up to the other. A step is a swing and a shift of weight.
 
-use crate::constraints::constraints::Rejection;
-use crate::motion::mode_graph::{ArenaFull, ModeGraph, TransitionId};
+use crate::base::capacity::ArenaFull;
+use crate::constraints::foothold::FootPlacement;
+use crate::constraints::rejection::Rejection;
+use crate::motion::mode_graph::{ModeGraph, TransitionId};
 use crate::motion::roadmap::ModeEdge;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::possibility::{GuideRoute, Label};
-use crate::preparation::FootPlacement;
 use crate::preparation::planning_context::PlanningContext;
 use crate::primitives::PrimitiveTrajectory;
 

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::motion::mode_graph::{ArenaFull, TransitionId};
+use crate::base::capacity::ArenaFull;
+use crate::motion::mode_graph::TransitionId;
 use crate::motion::transition_sampling::ATTEMPTS_MAX;
 use crate::motion::transition_sequence::Objective;
 use crate::pipeline::bottlenecks::{Bottleneck, Bottlenecks, mid_feet_pose};

@@ -10,7 +10,7 @@ use surefoot_shared_types::world::world::World;
 
 use crate::constraints::constraints::Constraints;
 use crate::foot_placement::sole_support::SurfacesError;
-use crate::pipeline::endpoints::{StandingGround, stand_as};
+use crate::pipeline::endpoints::{StanceSurfaces, stand_in};
 
 /// Lift-offs that are examined, the latest first.
 const LIFT_OFFS_MAX: usize = 32;
@@ -50,7 +50,7 @@ pub(crate) fn lift_off_before<'a>(
     let executed = &executed[connected_from(rest_state, executed)..];
     let is_lift_off = |pair: &[PlanChunk]| is_double(&pair[0]) && !is_double(&pair[1]);
     let lift_offs = executed.windows(2).enumerate().rev().filter(|(_, pair)| is_lift_off(pair));
-    let mut ground = StandingGround::new(world)?;
+    let mut ground = StanceSurfaces::new(world)?;
     let mut farthest: Option<LiftOff<'_>> = None;
     for (index, pair) in lift_offs.take(LIFT_OFFS_MAX) {
         let passed = farthest.as_ref().map_or(0, |lift_off| lift_off.depth);
@@ -61,7 +61,7 @@ pub(crate) fn lift_off_before<'a>(
             (pair[0].mode, pair[0].contacts(), &pair[1].waypoints()[0]);
         let state =
             ground.with_support(&constraints.robot, &rest_state.after(mode, contacts, waypoint));
-        if stand_as(constraints, &state).is_ok_and(|end| end.holds(constraints, margin_min)) {
+        if stand_in(constraints, &state).is_ok_and(|end| end.holds(constraints, margin_min)) {
             let since = &executed[index + 1..];
             farthest = Some(LiftOff { rest_state: state, since, depth: passed + 1 });
         }

@@ -1,11 +1,11 @@
 //! Stage P: finds a guide route, and how the robot crouches along it [Grey 3, 4.1-4.3].
 
-use crate::constraints::constraints::Constraints;
-use crate::motion::mode_graph::ArenaFull;
+use crate::base::capacity::ArenaFull;
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
-use crate::possibility::{CrouchContext, Progress, StageContext, UpperBody};
+use crate::possibility::Progress;
+use crate::possibility::{CrouchContext, StageContext, UpperBody};
 use crate::preparation::planning_context::PlanningContext;
 
 /// Finds a guide route from start to goal, or a detour within the current segment. Where the robot
@@ -87,14 +87,13 @@ impl RouteStage {
         search: &mut Search,
         budget: u64,
     ) -> Event {
-        let Constraints { robot, collision, .. } = &context.constraints;
-        let site = CrouchContext {
-            robot,
+        let crouch_context = CrouchContext {
+            constraints: &context.constraints,
             upper_body: &self.upper_body,
-            collision,
             threads: &context.threads,
         };
-        let (spent, has_chosen) = search.crouch.advance(&site, search.route.route(), budget);
+        let (spent, has_chosen) =
+            search.crouch.advance(&crouch_context, search.route.route(), budget);
         search.stats.work += spent;
         self.is_crouching = !has_chosen;
         if has_chosen { end(search) } else { Event::Continue }

@@ -1,12 +1,13 @@
 //! The data that the stages share and change, and the statistics of a search.
 
-use crate::constraints::constraints::Rejection;
+use crate::base::capacity::ArenaFull;
+use crate::constraints::rejection::Rejection;
 use crate::foot_placement::Scratch;
-use crate::motion::mode_graph::{ArenaFull, FootholdId};
+use crate::motion::mode_graph::FootholdId;
 use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::{BatchStats, SearchBatch};
-use crate::outcome::Outcome;
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};
+use crate::pipeline::outcome::Outcome;
 use crate::pipeline::segment_searches::SegmentSearches;
 use crate::pipeline::segmentation::Segmentation;
 use crate::pipeline::stage::WorkCategory;

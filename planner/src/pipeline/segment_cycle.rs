@@ -15,7 +15,7 @@
 //! transitions that have a configuration, by the work already spent in the modes [Grey 4.4.3]. The
 //! trees in these modes are kept and grow further.
 
-use crate::motion::mode_graph::ArenaFull;
+use crate::base::capacity::ArenaFull;
 use crate::motion::search_batch::SEGMENT_SEARCHES_MAX;
 use crate::motion::transition_sequence::Objective;
 use crate::pipeline::search::Search;

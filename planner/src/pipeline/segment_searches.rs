@@ -7,7 +7,8 @@
 use surefoot_shared_types::config::PlannerConfig;
 
 use crate::base::arena::reserve;
-use crate::motion::mode_graph::{ArenaFull, TransitionId};
+use crate::base::capacity::ArenaFull;
+use crate::motion::mode_graph::TransitionId;
 use crate::motion::search_batch::SEGMENT_SEARCHES_MAX;
 use crate::motion::transition_sequence::Objective;
 use crate::pipeline::recovery_policy::RecoveryPolicy;

@@ -1,6 +1,6 @@
 //! Chooses the next task of the segments, without any work.
 
-use crate::motion::mode_graph::ArenaFull;
+use crate::base::capacity::ArenaFull;
 use crate::motion::transition_sequence::Objective;
 use crate::pipeline::search::Search;
 use crate::pipeline::shortcut_stage::shortcut_work_end;

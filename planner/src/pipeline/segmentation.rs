@@ -5,7 +5,8 @@
 //! length alone.
 
 use crate::base::arena::reserve;
-use crate::motion::mode_graph::{ArenaFull, BOUNDARIES_MAX, TransitionId, boundary_node};
+use crate::base::capacity::ArenaFull;
+use crate::motion::mode_graph::{BOUNDARIES_MAX, TransitionId, boundary_node};
 use crate::motion::roadmap::RouteSegment;
 
 /// A segment may use footholds near this many vertices beyond its ends.

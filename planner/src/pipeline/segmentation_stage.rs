@@ -4,15 +4,16 @@
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::SupportMode;
 
+use crate::base::capacity::ArenaFull;
+use crate::constraints::foothold::FootPlacement;
 use crate::constraints::foothold::Foothold;
-use crate::motion::mode_graph::{ArenaFull, GOAL, START};
+use crate::motion::mode_graph::{GOAL, START};
 use crate::motion::roadmap::Boundary;
 use crate::pipeline::endpoints::{foothold_at, stand};
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::possibility::RouteSearch;
-use crate::preparation::FootPlacement;
 use crate::preparation::planning_context::PlanningContext;
 
 /// Vertices of a segment; more where the robot cannot stand there.

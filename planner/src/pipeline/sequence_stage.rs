@@ -3,7 +3,8 @@
 
 use surefoot_shared_types::message::SupportMode;
 
-use crate::motion::mode_graph::{ArenaFull, FootholdId, ModeGraph, TransitionId, boundary_node};
+use crate::base::capacity::ArenaFull;
+use crate::motion::mode_graph::{FootholdId, ModeGraph, TransitionId, boundary_node};
 use crate::motion::roadmap::{Boundary, Roadmap};
 use crate::motion::transition_sequence::{Objective, SequenceProblem, SequenceSearch};
 use crate::pipeline::search::Search;

@@ -2,7 +2,8 @@
 //! over the placements that it uses, for fewer and moderate steps [Grey 4.4.6]. If no shorter
 //! sequence can be completed, the segment keeps its current one.
 
-use crate::motion::mode_graph::{ArenaFull, TransitionId};
+use crate::base::capacity::ArenaFull;
+use crate::motion::mode_graph::TransitionId;
 use crate::motion::transition_sequence::Objective;
 use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::{SegmentSearch, SegmentState};

@@ -7,11 +7,11 @@ use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST}
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
 
 use crate::base::arena::zeroed;
+use crate::base::capacity::ArenaFull;
 use crate::base::threads::Threads;
 use crate::constraints::foothold::Foothold;
-use crate::motion::mode_graph::ArenaFull;
 use crate::plan::time_parameterization::{TimeParameterization, accumulate};
-use crate::robot::mechanism::Configuration;
+use crate::robot::configuration::Configuration;
 
 /// Waypoints of a chunk besides the one that it begins at.
 const STEPS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;

@@ -6,10 +6,12 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
 
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::{Constraints, Mode, Rejection};
+use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::{Foothold, double_mode, single_mode};
+use crate::constraints::mode::Mode;
+use crate::constraints::rejection::Rejection;
+use crate::robot::configuration::Configuration;
 use crate::robot::kinematic_state::KinematicState;
-use crate::robot::mechanism::Configuration;
 
 /// Statistics of a self-check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,7 +65,7 @@ fn check_chunk(
     for (index, waypoint) in waypoints.iter().enumerate() {
         let configuration = configuration_of(waypoint);
         let [here, last] = [index % 2, 1 - index % 2];
-        constraints.robot.update_kinematic_state(&configuration, &mut kinematic_states[here]);
+        kinematic_states[here].update(&constraints.robot, &configuration);
         stats.waypoints += 1;
         check_either_phase(mode, |feet| constraints.check(mode, &kinematic_states[here], feet))
             .map_err(|why| (index, why))?;

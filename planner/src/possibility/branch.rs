@@ -8,12 +8,12 @@
 use crate::base::arena::reserve;
 use crate::base::work_budget;
 use crate::base::work_budget::{BudgetedTask, WorkBudget};
+use crate::constraints::foothold::FootPlacement;
 use crate::foot_placement::{FootPlacementConfig, Scratch};
 use crate::possibility::extension::{Extend, Extension};
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tree::{Vertex, tip_at};
 use crate::possibility::vertex_candidates::{FootScratch, StageContext, VertexCandidate};
-use crate::preparation::FootPlacement;
 
 /// Most branches that grow in parallel.
 pub(crate) const BRANCHES_MAX: usize = 8;

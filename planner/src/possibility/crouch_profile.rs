@@ -13,15 +13,16 @@ use surefoot_shared_types::base::spatial::{interpolate, rotation_from_rpy};
 use crate::base::arena::reserve;
 use crate::base::threads::Threads;
 use crate::base::work_budget::items_in;
-use crate::collision::model::CollisionModel;
+use crate::constraints::constraints::Constraints;
 use crate::geometry::convex_region::ConvexRegion;
 use crate::possibility::guide_route::GuideRoute;
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::upper_body::UpperBody;
+use crate::robot::configuration::Configuration;
 use crate::robot::crouch::Crouch;
-use crate::robot::gravity_torques::FootLoad;
+use crate::robot::gravity_torques::{FootLoad, effort_use};
 use crate::robot::kinematic_state::KinematicState;
-use crate::robot::mechanism::{Configuration, Mechanism};
+use crate::robot::mechanism::Mechanism;
 use crate::robot::posture_ik::{Posture, solve_posture};
 use crate::robot::single_support::SingleSupportPosture;
 
@@ -57,12 +58,10 @@ type Batch<T> = heapless::Vec<T, AT_ONCE>;
 /// Constants of the crouch profile.
 #[derive(Debug, Clone, Copy)]
 pub struct CrouchContext<'a> {
-    /// The robot.
-    pub robot: &'a Mechanism,
+    /// The robot and the world.
+    pub constraints: &'a Constraints,
     /// The upper body.
     pub upper_body: &'a UpperBody,
-    /// The world.
-    pub collision: &'a CollisionModel,
     /// The threads that share the work.
     pub threads: &'a Threads,
 }
@@ -129,12 +128,7 @@ impl CrouchProfile {
     fn try_crouches(&mut self, context: &CrouchContext<'_>, at_once: usize) -> usize {
         let next: Batch<usize> = (self.known..COUNT).take(at_once).collect();
         let tried = context.threads.map(&next, |index| {
-            let trial = CrouchTrial::new(
-                context.robot,
-                context.collision,
-                context.upper_body,
-                crouch(index),
-            );
+            let trial = CrouchTrial::new(context.constraints, context.upper_body, crouch(index));
             (trial.mid_feet_from_root(), trial.failures())
         });
         for (index, (mid_feet_from_root, failures)) in next.iter().zip(tried) {
@@ -153,9 +147,10 @@ impl CrouchProfile {
         at_once: usize,
     ) -> usize {
         let is_free = |root: &Pose, place: &MidFeetPose| {
-            context
-                .upper_body
-                .is_free_above_legs(context.collision, &(place.world_from_mid_feet() * *root))
+            context.upper_body.is_free_above_legs(
+                &context.constraints.collision,
+                &(place.world_from_mid_feet() * *root),
+            )
         };
         let next: Batch<usize> = (self.entries.len()..route.vertex_count()).take(at_once).collect();
         let mid_feet_from_roots = &self.mid_feet_from_roots;
@@ -285,29 +280,25 @@ fn neighbours(index: usize) -> impl Iterator<Item = usize> {
 
 /// The robot in a crouch on level ground, in the mid-feet frame.
 struct CrouchTrial<'a> {
+    constraints: &'a Constraints,
     robot: &'a Mechanism,
-    collision: &'a CollisionModel,
     upright: DQuat,
     soles: [Pose; 2],
     crouch: Crouch,
 }
 
 impl<'a> CrouchTrial<'a> {
-    fn new(
-        robot: &'a Mechanism,
-        collision: &'a CollisionModel,
-        upper_body: &UpperBody,
-        crouch: Crouch,
-    ) -> Self {
+    fn new(constraints: &'a Constraints, upper_body: &UpperBody, crouch: Crouch) -> Self {
+        let robot = &constraints.robot;
         let upright = upper_body.mid_feet_from_root();
         let soles = [0, 1].map(|limb| upright * robot.legs[limb].root_from_sole(&robot.standing_q));
-        Self { robot, collision, upright: upright.rotation, soles, crouch }
+        Self { constraints, robot, upright: upright.rotation, soles, crouch }
     }
 
     /// The root, the robot on both feet; `None` if that is infeasible.
     fn mid_feet_from_root(&self) -> Option<Pose> {
         let [left, right] =
-            [0, 1].map(|limb| self.robot.ankle_support_region(limb, &self.soles[limb]));
+            [0, 1].map(|limb| self.robot.soles[limb].ankle_support_region(&self.soles[limb]));
         let com =
             ConvexRegion::hull(left.vertices().iter().chain(right.vertices()).copied()).centroid();
         let (configuration, _) =
@@ -324,10 +315,10 @@ impl<'a> CrouchTrial<'a> {
     fn is_feasible_on(&self, limb: usize, stride: f64) -> bool {
         let mut soles = self.soles;
         soles[1 - limb].translation += stride * DVec3::X;
-        let com = self.robot.ankle_support_region(limb, &self.soles[limb]).centroid();
-        let solved = self.solve(&soles, &self.robot.single_support_postures[limb], com);
+        let com = self.robot.soles[limb].ankle_support_region(&self.soles[limb]).centroid();
+        let solved = self.solve(&soles, &self.constraints.single_support_postures[limb], com);
         solved.is_some_and(|(_, kinematic_state)| {
-            self.robot.statics.effort_use(&kinematic_state, &FootLoad::all_on(limb, com)) <= 1.0
+            effort_use(&self.robot.mass_tree, &kinematic_state, &FootLoad::all_on(limb, com)) <= 1.0
         })
     }
 
@@ -347,6 +338,6 @@ impl<'a> CrouchTrial<'a> {
             com,
         };
         let solved = solve_posture(self.robot, soles, &posture, carriage.q).ok()?;
-        self.collision.self_hit(&solved.1).is_none().then_some(solved)
+        self.constraints.collision.self_hit(&solved.1).is_none().then_some(solved)
     }
 }

@@ -6,9 +6,10 @@
 //! unless primitives do not lead over the pair itself: such a vertex is indeterminate, an edge
 //! without length. What fails C_N never becomes a vertex or an edge.
 
+use crate::constraints::foothold::{FootPair, FootPlacement};
 use crate::possibility::tree::Vertex;
-use crate::possibility::vertex_candidates::{FootPair, StageContext};
-use crate::preparation::{FootPlacement, sufficient_pair};
+use crate::possibility::vertex_candidates::StageContext;
+use crate::preparation::sufficient_pair;
 
 /// Label of an edge of Gamma_P.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -2,10 +2,10 @@
 //! vertices.
 
 use crate::base::arena::{ArenaSlice, reserve};
+use crate::constraints::foothold::FootPlacement;
 use crate::possibility::edge_labels::Label;
 use crate::possibility::tree::{PossibilityTree, Vertex};
 use crate::possibility::vertex_candidates::{PLACEMENTS_MAX, StageContext, VertexCandidate};
-use crate::preparation::FootPlacement;
 
 /// How many edges stage P has labelled.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -6,13 +6,12 @@ use surefoot_shared_types::config::scenario::StancePose;
 
 use crate::base::arena::reserve;
 
+use crate::constraints::foothold::{FootPair, FootPlacement};
 use crate::possibility::edge_labels::Label;
 use crate::possibility::forest::LabelStats;
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tree::Vertex;
-use crate::possibility::vertex_candidates::FootPair;
 use crate::possibility::vertex_sampling::BACKWARD;
-use crate::preparation::FootPlacement;
 
 /// A foot within this distance of a vertex (metric of Gamma_P, m) has the heading of the robot
 /// there. A half turn counts 0.94 m.

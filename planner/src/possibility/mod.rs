@@ -11,11 +11,12 @@
 //! The root's pose is described by the ground under it: a point midway between both soles, and the
 //! heading. Crouch and lean are found by trying a list of them.
 
+pub(crate) mod blocked_regions;
 pub mod crouch_profile;
 pub mod edge_labels;
-pub(crate) mod growth;
 pub(crate) mod guide_route;
 pub mod mid_feet_pose;
+pub(crate) mod route_run;
 pub mod route_search;
 pub(crate) mod route_shortcuts;
 pub mod upper_body;
@@ -27,9 +28,10 @@ pub use edge_labels::Label;
 pub use forest::LabelStats;
 pub use guide_route::GuideRoute;
 pub use mid_feet_pose::MidFeetPose;
-pub use route_search::{Progress, RouteSearch};
+pub use route_run::Progress;
+pub use route_search::RouteSearch;
 pub use upper_body::UpperBody;
-pub use vertex_candidates::{FootPair, StageContext};
+pub use vertex_candidates::StageContext;
 
 mod branch;
 mod extension;

@@ -5,24 +5,24 @@ use surefoot_shared_types::config::scenario::StancePose;
 
 use crate::base::arena::{reserve, slice_at};
 use crate::base::random::{Random, Stream};
+use crate::constraints::foothold::{FootPair, FootPlacement};
 use crate::foot_placement::FootPlacementConfig;
 use crate::geometry::bvh::Aabb;
+use crate::possibility::blocked_regions::BlockedRegions;
 use crate::possibility::branch::{
     BRANCHES_MAX, Branch, BranchEnd, BranchKind, BranchRequest, Branches,
 };
 use crate::possibility::edge_labels::Label;
 use crate::possibility::extension::Extension;
 use crate::possibility::forest::{Forest, LabelStats};
-use crate::possibility::growth::blocked::BlockedRegions;
 use crate::possibility::guide_route::GuideRoute;
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::route_run::{Activity, Detour, Join, Joins, Progress, Run};
 use crate::possibility::route_shortcuts::RouteShortcuts;
 use crate::possibility::tree::{Vertex, push_branch};
-use crate::possibility::vertex_candidates::{FootPair, StageContext};
-use crate::possibility::vertex_sampling::{
-    BACKWARD, SIDES, SampleRequest, bounds_around, is_short, sample, samples_max,
-};
-use crate::preparation::FootPlacement;
+use crate::possibility::vertex_candidates::StageContext;
+use crate::possibility::vertex_sampling::{BACKWARD, SIDES, SampleRequest, sample, samples_max};
+use crate::possibility::vertex_sampling::{bounds_around, is_short};
 
 /// Branches that grow in parallel toward samples at first, one of each tree. No branch uses the
 /// results of the others, so a short search has few.
@@ -36,101 +36,9 @@ const BACKWARD_EVERY: u64 = 3;
 /// The straight line ends this near to the goal, in the metric of Gamma_P, m.
 const STRAIGHT_END_DISTANCE: f64 = 0.02;
 
-/// Result of an advance of the search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Progress {
-    /// There is more to do.
-    Growing,
-    /// There is a guide route.
-    Route,
-    /// All samples are spent without a route.
-    Exhausted,
-    /// The arena is full without a route.
-    Full,
-}
-
-/// Current activity of the search.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Activity {
-    /// Growing branches of the trees.
-    Growing,
-    /// Trying shortcuts of the route.
-    Shortcutting,
-    /// Labelling the edges of the route.
-    Labelling,
-    /// Nothing more to do.
-    Over(Progress),
-}
-
-/// A branch from vertex `tip` of a tree toward a vertex of the other one.
-#[derive(Debug, Clone, Copy)]
-struct Join {
-    tree: usize,
-    tip: u32,
-    other: u32,
-    /// Heading of the robot relative to the walking direction, rad.
-    heading_offset: f64,
-}
-
-/// The branches that follow those that grow.
-#[derive(Debug, Default)]
-struct Joins {
-    /// Number of ended branches that are part of the trees.
-    merged: usize,
-    /// Branches toward the other tree that begin next.
-    next: heapless::Vec<Join, BRANCHES_MAX>,
-}
-
-/// One search for a route or for a detour.
-#[derive(Debug)]
-struct Run {
-    pub(crate) activity: Activity,
-    /// The roots of the trees: start and goal, or both ends of a detour.
-    ends: [Vertex; 2],
-    /// Where samples are drawn (world, m).
-    bounds: Aabb,
-    /// Number of samples drawn.
-    samples: u32,
-    /// Whether C_N alone is enough.
-    relaxed: bool,
-    /// Heading offset of the robot unless it sidesteps, rad.
-    heading_offset: f64,
-    /// Number of searches before, part of the random streams' names.
-    pub(crate) generation: u64,
-    /// Number of searches before for a route from start to goal.
-    restarts: u64,
-}
-
-impl Run {
-    /// Begins with two roots inside `world` (m).
-    fn begin(&mut self, ends: [Vertex; 2], world: &Aabb) {
-        self.ends = ends;
-        self.bounds = bounds_around(ends.map(|end| end.pose.position), world);
-        self.samples = 0;
-        self.relaxed = false;
-    }
-
-    /// Whether the robot may also sidestep: where half of the samples found no other way. On a long
-    /// course only once stage M has rejected a route: there the search relaxes C_S before, since
-    /// arms have too little clearance in more places than feet.
-    fn may_sidestep(&self) -> bool {
-        let is_late = 2 * self.samples >= samples_max(&self.bounds);
-        is_late && (self.generation > 0 || is_short(&self.bounds))
-    }
-}
-
-/// A detour that is searched.
-#[derive(Debug)]
-struct Detour {
-    /// The route of which the detour replaces a part.
-    full_route: Vec<Vertex>,
-    /// The vertices between which it replaces the route; none while a full_route route is searched.
-    between: Option<[usize; 2]>,
-}
-
 /// Where the trees may grow.
 #[derive(Debug)]
-struct ConvexRegion {
+struct GrowthBounds {
     /// Greatest distance between two vertices, m.
     spacing: f64,
     /// The bounds of the world, m.
@@ -144,7 +52,7 @@ pub struct RouteSearch {
     pub(crate) branches: Branches,
     joins: Joins,
     run: Run,
-    pub(crate) route: GuideRoute,
+    route: GuideRoute,
     shortcuts: RouteShortcuts,
     detour: Detour,
     blocked: BlockedRegions,
@@ -152,7 +60,7 @@ pub struct RouteSearch {
     traversed: Vec<Vertex>,
     /// Start and goal.
     endpoints: [Vertex; 2],
-    region: ConvexRegion,
+    region: GrowthBounds,
 }
 
 impl RouteSearch {
@@ -186,7 +94,7 @@ impl RouteSearch {
             blocked: BlockedRegions::default(),
             traversed: reserve(2 * vertices_max),
             endpoints,
-            region: ConvexRegion { spacing, world: *world },
+            region: GrowthBounds { spacing, world: *world },
         };
         search.begin(search.endpoints);
         search

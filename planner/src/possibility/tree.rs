@@ -3,10 +3,9 @@
 use std::ops::{Deref, DerefMut};
 
 use crate::base::arena::{ArenaSlice, reserve, slice_at};
+use crate::constraints::foothold::{FootPair, FootPlacement};
 use crate::possibility::branch::Tip;
 use crate::possibility::mid_feet_pose::MidFeetPose;
-use crate::possibility::vertex_candidates::FootPair;
-use crate::preparation::FootPlacement;
 
 /// Vertices within this distance (metric of Gamma_P, m) count as neighbours.
 const NEIGHBOUR_RADIUS: f64 = 0.5;

@@ -9,7 +9,9 @@ use surefoot_shared_types::robot::model::RobotModel;
 use crate::collision::model::CollisionModel;
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::preparation::build::Preparation;
-use crate::robot::mechanism::{Configuration, Mechanism};
+use crate::robot::configuration::Configuration;
+use crate::robot::kinematic_state::KinematicState;
+use crate::robot::mechanism::Mechanism;
 
 /// Crouches that are tried: fraction of the standing height and pitch, rad.
 const CROUCHES: [(f64, f64); 6] =
@@ -48,9 +50,9 @@ impl UpperBody {
     /// Compiles the upper body of a robot.
     pub fn new(model: &RobotModel, robot: &Mechanism) -> Self {
         let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
-        let standing = robot.kinematic_state(&at_origin);
+        let standing = KinematicState::new(robot, &at_origin);
         let root_from_links: Vec<Pose> =
-            (0..model.links.len()).map(|link| robot.world_from_link(&standing, link)).collect();
+            (0..model.links.len()).map(|link| standing.world_from_link(robot, link)).collect();
         let mut is_core = vec![true; model.links.len()];
         let mut is_upper = vec![true; model.links.len()];
         for (index, link) in model.links.iter().enumerate() {
@@ -63,7 +65,7 @@ impl UpperBody {
                 is_upper[attachment.parent] && !attachment.joint.is_some_and(in_a_leg);
         }
         let soles = [0, 1]
-            .map(|limb| root_from_links[robot.foot_links[limb]] * robot.links_from_soles[limb]);
+            .map(|limb| root_from_links[robot.soles[limb].link] * robot.soles[limb].link_from_sole);
         let middle = soles[0].translation.midpoint(soles[1].translation);
         let upright = rotation_about(DVec3::Z, -yaw_of(soles[0].rotation));
         let root_from_hips = [0, 1].map(|limb| robot.legs[limb].hip());
@@ -161,7 +163,7 @@ impl UpperBody {
         world_from_root: &Pose,
         selected: &[bool],
     ) -> bool {
-        collision.carried_hit(world_from_root, &self.root_from_links, selected).is_none()
+        collision.links_hit(world_from_root, &self.root_from_links, selected).is_none()
     }
 
     /// The root in the mid-feet frame, in a crouch.

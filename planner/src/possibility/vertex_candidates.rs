@@ -9,12 +9,12 @@ use surefoot_shared_types::Pose;
 use crate::base::threads::Threads;
 use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::Foothold;
+use crate::constraints::foothold::{FootPair, FootPlacement, is_whole};
 use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::upper_body::{UpperBody, UpperBodyFit};
 use crate::preparation::build::Preparation;
-use crate::preparation::{FootPlacement, is_whole};
 use crate::primitives::transition_configuration::is_step;
 
 /// How far below and above the ideal a placement may be, m.
@@ -65,9 +65,6 @@ pub enum FootScratch<'a> {
     /// In parallel.
     Each([&'a mut Scratch; 2]),
 }
-
-/// Placements of the left and the right foot.
-pub type FootPair = [FootPlacement; 2];
 
 /// A root pose that meets the necessary conditions C_N.
 #[derive(Debug, Clone)]

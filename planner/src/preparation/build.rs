@@ -6,10 +6,7 @@
 //! such bytes and reads them in place. One robot and one set of margins give the same bytes on any
 //! number of threads. [`necessary`] and [`sufficient`] evaluate C_N and C_S with it.
 
-use crate::preparation::file_format;
-use crate::preparation::gait_search;
-use crate::preparation::reach_sweep;
-use crate::preparation::reachable_space;
+use crate::preparation::{file_format, gait_search, reach_sweep, reachable_space};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
@@ -18,14 +15,13 @@ use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::geometry::CollisionError;
+use crate::collision::error::CollisionError;
 use crate::geometry::voxel_grid::VoxelGrid;
 use crate::kinematics::Leg;
 use crate::kinematics::leg::LegError;
 use crate::preparation::expanded_geometry::ExpandedGeometry;
-use crate::preparation::file_format::PreparationError;
 pub(crate) use crate::preparation::file_format::key;
-use crate::preparation::file_format::{Contents, Writer};
+use crate::preparation::file_format::{Contents, PreparationError, Writer};
 use crate::preparation::primitive_range::{Lattice, PairRange, RangeHeader};
 use crate::preparation::primitive_sweep::{PrimitiveSweep, constraints_in_empty_world};
 use crate::preparation::reachable_space::{ReachableSpace, ReachableSpaceHeader};

@@ -1,12 +1,12 @@
 //! The conditions C_N and C_S of equation 3.1, from the robot and the world's geometry
 //! [Grey 3.1, 4.1].
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use surefoot_shared_types::Pose;
 
 use crate::collision::model::CollisionModel;
+use crate::constraints::foothold::FootPlacement;
 use crate::geometry::bvh::Aabb;
-use crate::geometry::convex_region::ConvexRegion;
 use crate::preparation::build::Preparation;
 use crate::preparation::expanded_geometry::{mean_heading, split_height};
 use crate::primitives::gait::SPLIT;
@@ -53,7 +53,7 @@ pub fn may_stand(
     limb: usize,
 ) -> bool {
     let sole_radius =
-        robot.sole_polygons[limb].iter().map(|vertex| vertex.length()).fold(0.0, f64::max);
+        robot.soles[limb].polygon.iter().map(|vertex| vertex.length()).fold(0.0, f64::max);
     preparation.reach(limb).blocks().iter().any(|block| {
         let world_from_block = *world_from_root * Pose::from_translation(block.center.into());
         collision
@@ -67,26 +67,6 @@ pub fn may_stand(
 
 /// Largest gap between a sole and the surface that supports it, m.
 const CONTACT_GAP: f64 = 0.005;
-
-/// A foot placement.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FootPlacement {
-    /// Which foot.
-    pub limb: usize,
-    /// Pose of its sole in the world.
-    pub world_from_sole: Pose,
-    /// Whether the whole sole is supported, as on flat ground.
-    pub is_whole: bool,
-}
-
-/// Whether a support polygon reaches every corner of the sole.
-pub fn is_whole(robot: &Mechanism, limb: usize, support: &[DVec2]) -> bool {
-    let support = ConvexRegion::hull(support.iter().copied());
-    robot.sole_polygons[limb].iter().all(|&corner| support.margin(corner) >= -WHOLE_TOLERANCE)
-}
-
-/// How much of a sole's rim may be unsupported where the sole still counts as whole, m.
-const WHOLE_TOLERANCE: f64 = 2e-3;
 
 /// C_S of a transition: both primitives between the foot `stance` alone and the pair exist and
 /// collide with nothing of the world [Grey 4.1.1, 4.4.5].

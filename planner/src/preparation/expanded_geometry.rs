@@ -126,7 +126,7 @@ impl ExpandedBuilder {
         let frames = Frames::new(level_soles, swing, part, split);
         slices.iter().all(|slice| {
             let world_from_slice =
-                robot.world_from_link(kinematic_state, slice.link) * slice.link_from_slice;
+                kinematic_state.world_from_link(robot, slice.link) * slice.link_from_slice;
             let within = |world_from_frame: &Pose| {
                 bounds_in(world_from_frame, &world_from_slice, &slice.bounds)
             };

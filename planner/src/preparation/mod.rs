@@ -13,7 +13,5 @@ pub(crate) mod reachable_space;
 pub(crate) mod shape_slices;
 pub(crate) mod step_limits;
 
-pub use conditions::{
-    FootPlacement, Necessary, is_whole, necessary, sufficient, sufficient_pair, sufficient_shift,
-};
+pub use conditions::{Necessary, necessary, sufficient, sufficient_pair, sufficient_shift};
 pub use file_format::{PreparationError, key};

@@ -16,18 +16,18 @@ use surefoot_shared_types::world::world::World;
 
 use crate::base::random::{Random, Stream};
 use crate::collision::model::{CollisionModel, FootPhase};
-use crate::constraints::constraints::{Constraints, Mode};
+use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::{Foothold, double_mode, single_mode};
+use crate::constraints::mode::Mode;
+use crate::constraints::mode_state::ModeState;
 use crate::geometry::bvh::Aabb;
-use crate::motion::local_planner::ModeState;
 use crate::preparation::build::BuildError;
 use crate::preparation::expanded_geometry::{ExpandedBuilder, PrimitivePart};
 use crate::preparation::shape_slices::{RobotPart, Slice, slices};
-use crate::primitives::Gait;
 use crate::primitives::level_sole::{LevelSole, PairOffset};
 use crate::primitives::step_path::{LANDING, SECTIONS, shift_at};
 use crate::primitives::step_state::{foot_phase, with_legs};
-use crate::primitives::{HalfSwing, configuration};
+use crate::primitives::{Gait, HalfSwing, configuration};
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
 
@@ -165,7 +165,7 @@ impl PrimitiveSweep {
                     return false;
                 };
                 seed = state;
-                let kinematic_state = self.robot().kinematic_state(&state.configuration);
+                let kinematic_state = KinematicState::new(self.robot(), &state.configuration);
                 let mut feet = [FootPhase::Stance; 2];
                 feet[1 - stance] = foot_phase(section);
                 let part =
@@ -200,7 +200,7 @@ impl PrimitiveSweep {
             let moved = shift_at(&left.configuration, &right.configuration, fraction, &seed);
             let Ok(state) = with_legs(robot, moved) else { return false };
             seed = state;
-            let kinematic_state = robot.kinematic_state(&state.configuration);
+            let kinematic_state = KinematicState::new(robot, &state.configuration);
             self.admits(&mode, &kinematic_state, [FootPhase::Stance; 2])
                 && fitting.add(
                     &self.slices,
@@ -230,7 +230,7 @@ pub fn constraints_in_empty_world(
     let robot = Mechanism::new(model, &config)?;
     let world = World { mu: 1.0, shapes: vec![], digest: Digest::default() };
     let collision = CollisionModel::new(model, &world, config.clearance)?;
-    Ok(Constraints { robot, collision, config })
+    Ok(Constraints::new(robot, collision, config))
 }
 
 /// Joints of a leg whose positions follow from its sole: with more of them a neutral configuration

@@ -12,7 +12,7 @@ use surefoot_shared_types::robot::model::JointKind;
 use crate::geometry::bvh::Aabb;
 use crate::geometry::voxel_grid::VoxelGrid;
 use crate::kinematics::Leg;
-use crate::kinematics::leg::LegJoint;
+use crate::kinematics::leg_joint::LegJoint;
 
 /// The side of the cubes that are swept, m.
 const FINE_SIDE: f64 = 0.006;

@@ -58,7 +58,7 @@ impl Gait {
     ) -> Self {
         let level_soles = [0, 1].map(|limb| standing_level_sole(robot, limb));
         let apart = (level_soles[0].origin - level_soles[1].origin).truncate().length();
-        let inward = [0, 1].map(|limb| inward_extent(&robot.sole_polygons[limb], limb) - margin);
+        let inward = [0, 1].map(|limb| inward_extent(&robot.soles[limb].polygon, limb) - margin);
         Self {
             leg_extension: (style.reach * robot.standing_leg_extension).min(LEG_EXTENSION_MAX),
             width: style.width * apart,

@@ -12,13 +12,14 @@ use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::{interpolate, rotation_about, yaw_of};
 
-use crate::constraints::constraints::Rejection;
 use crate::constraints::foothold::Foothold;
-use crate::motion::local_planner::ModeState;
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
 use crate::primitives::gait::Gait;
 use crate::primitives::level_sole::{LevelSole, side_of};
 use crate::primitives::transition_configuration::mean_yaw;
-use crate::robot::mechanism::{Configuration, Mechanism};
+use crate::robot::configuration::Configuration;
+use crate::robot::mechanism::Mechanism;
 use crate::robot::posture_ik::{Posture, solve_posture};
 
 /// Stretches of a place.

@@ -7,10 +7,9 @@
 //! without a seam, since a primitive configuration depends on nothing but its two placements.
 
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::Rejection;
-use crate::constraints::foothold::Foothold;
-use crate::motion::local_planner::ModeState;
-use crate::preparation::{FootPlacement, is_whole};
+use crate::constraints::foothold::{FootPlacement, Foothold, is_whole};
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
 use crate::primitives::step_path::LANDING;
 use crate::robot::mechanism::Mechanism;
 

@@ -1,9 +1,10 @@
 //! A primitive as it is sampled, waypoint by waypoint.
 
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::{Constraints, Rejection};
+use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::Foothold;
-use crate::motion::local_planner::ModeState;
+use crate::constraints::mode_state::ModeState;
+use crate::constraints::rejection::Rejection;
 use crate::primitives::gait::Gait;
 use crate::primitives::step_path::{HalfSwing, LANDING, SECTIONS, configuration, shift_at};
 use crate::primitives::step_state::{foot_phase, with_legs};

@@ -11,14 +11,17 @@ use surefoot_shared_types::base::spatial::{rotation_about, rotation_from_rpy, wr
 
 use crate::base::random::{Random, Stream};
 use crate::collision::model::FootPhase;
-use crate::constraints::constraints::{Constraints, Mode, Rejection};
+use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::{Foothold, double_mode, single_mode};
+use crate::constraints::mode::Mode;
+use crate::constraints::rejection::Rejection;
 use crate::geometry::convex_region::ConvexRegion;
 use crate::kinematics::Leg;
 use crate::primitives::level_sole::side_of;
+use crate::robot::configuration::Configuration;
 use crate::robot::constrained_projection::{ProjectionTarget, project};
 use crate::robot::kinematic_state::KinematicState;
-use crate::robot::mechanism::{Configuration, Mechanism};
+use crate::robot::mechanism::Mechanism;
 use crate::robot::posture_ik::{COM_TOLERANCE, Posture, initial_guess, solve_posture_into};
 use crate::robot::single_support::SingleSupportPosture;
 
@@ -76,7 +79,7 @@ pub fn sample(
     let mut random_draws = Random::new(seed, Stream::Transition, object, attempt);
     let robot = &constraints.robot;
     let com_margin = constraints.com_margin(mode);
-    let (posture, free) = choose(robot, mode, pair, com_margin, attempt, &mut random_draws);
+    let (posture, free) = choose(constraints, mode, pair, com_margin, attempt, &mut random_draws);
     let soles = world_from_soles(pair);
     let mut kinematic_state = KinematicState::default();
     let configuration = if is_projected(robot, attempt) {
@@ -159,7 +162,7 @@ fn reaches_in(
     let robot = &constraints.robot;
     let mut random_draws = Random::new(0, Stream::Transition, 0, 0);
     let (posture, free) =
-        choose(robot, mode, pair, constraints.com_margin(mode), attempt, &mut random_draws);
+        choose(constraints, mode, pair, constraints.com_margin(mode), attempt, &mut random_draws);
     solve_posture_into(robot, &world_from_soles(pair), &posture, free, kinematic_state).is_ok()
 }
 
@@ -180,7 +183,7 @@ pub fn world_from_soles(pair: TransitionPair<'_>) -> [Pose; 2] {
 type FreeJoints = [f64; surefoot_shared_types::base::limits::JOINTS_MAX];
 
 fn choose(
-    robot: &Mechanism,
+    constraints: &Constraints,
     mode: &Mode,
     pair: TransitionPair<'_>,
     com_margin: f64,
@@ -193,7 +196,7 @@ fn choose(
     let (share, pitch, roll, lean) = PRIMITIVES[(attempt % primitives) as usize];
     let side = side_of(pair.stance.limb);
     let SingleSupportPosture { rotation: [base_roll, base_pitch], q: mut free, .. } =
-        robot.single_support_postures[pair.stance.limb];
+        constraints.single_support_postures[pair.stance.limb];
     let uniform = attempt >= primitives + NEIGHBOURHOOD_ATTEMPTS;
     let spread = match attempt {
         _ if uniform => 1.0,
@@ -208,10 +211,11 @@ fn choose(
             base_pitch + pitch + crouch.pitch + jitter(0.3),
             0.0,
         );
-    let share = crouch.leg_extension * (share + jitter(0.15)) * robot.standing_leg_extension;
+    let share =
+        crouch.leg_extension * (share + jitter(0.15)) * constraints.robot.standing_leg_extension;
     let lean = (lean + jitter(0.6)).clamp(-0.5, 1.0);
     if uniform {
-        for joint in robot.free_joints.iter().filter(|joint| joint.is_sampled) {
+        for joint in constraints.robot.free_joints.iter().filter(|joint| joint.is_sampled) {
             let position = free[joint.index] + jitter(0.5);
             free[joint.index] = position.clamp(joint.lower, joint.upper);
         }

@@ -1,19 +1,19 @@
-//! Bounding spheres around the robot's links: what tells in no time that two things are apart.
+//! Bounding spheres of the robot's links: a cheap first test of whether two bodies are apart.
 
 use glam::{DAffine3, DVec3};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::robot::model::{Link, RobotModel};
 
 use crate::geometry::bvh::Aabb;
-use crate::kinematics::KinematicTree;
+use crate::kinematics::tree::KinematicTree;
 
-/// Links with collision shapes, at most.
+/// Most links with collision shapes.
 pub const BODIES_MAX: usize = 128;
 
 /// A sphere fixed to a frame.
 #[derive(Debug, Clone, Copy)]
 pub struct BoundingSphere {
-    /// Its centre in that frame.
+    /// Its centre in that frame, m.
     pub center: DVec3,
     /// Its radius, m.
     pub radius: f64,
@@ -22,15 +22,16 @@ pub struct BoundingSphere {
 /// The sphere around a link's collision shapes.
 #[derive(Debug, Clone, Copy)]
 pub struct BodySphere {
-    /// The link.
+    /// Index of the link.
     pub link: usize,
-    /// The node that carries it.
+    /// The node that moves the link.
     pub node: usize,
     /// The sphere in the node's frame.
     pub sphere: BoundingSphere,
 }
 
-/// The balls around all links with collision shapes; first those of held nodes, in link order.
+/// The spheres around all links with collision shapes: first those of upper-body nodes, each group
+/// in link order.
 pub fn body_spheres(model: &RobotModel, tree: &KinematicTree) -> Vec<BodySphere> {
     let with_shapes = model.links.iter().enumerate().filter(|(_, link)| !link.shapes.is_empty());
     let mut spheres: Vec<BodySphere> = with_shapes
@@ -48,13 +49,13 @@ pub fn body_spheres(model: &RobotModel, tree: &KinematicTree) -> Vec<BodySphere>
     spheres
 }
 
-/// The sphere around one shape, in its frame: about the middle of its box.
+/// The sphere around a shape in its frame, about the centre of its bounding box.
 pub fn shape_sphere(shape: &Shape) -> BoundingSphere {
     let center = bounds(shape).center();
     BoundingSphere { center, radius: radius_about(shape, center) }
 }
 
-/// A sphere around all of a link's shapes.
+/// A sphere around all shapes of a link, in the link's frame.
 fn sphere_around(link: &Link) -> BoundingSphere {
     let spheres = || link.shapes.iter().map(|placed| (placed, shape_sphere(&placed.shape)));
     let boxes = spheres().map(|(placed, sphere)| {
@@ -69,7 +70,7 @@ fn sphere_around(link: &Link) -> BoundingSphere {
     BoundingSphere { center, radius: reach.fold(0.0, f64::max) }
 }
 
-/// The box around a shape, in its frame.
+/// The bounding box of a shape in its frame.
 fn bounds(shape: &Shape) -> Aabb {
     let half = match shape {
         Shape::Box { half_extents } => *half_extents,
@@ -85,7 +86,8 @@ fn bounds(shape: &Shape) -> Aabb {
     Aabb { min: -half, max: half }
 }
 
-/// The radius of the sphere around `center` (in the shape's frame) that holds the shape.
+/// The radius (m) of the smallest sphere about `center` (in the shape's frame) that contains the
+/// shape.
 fn radius_about(shape: &Shape, center: DVec3) -> f64 {
     match shape {
         Shape::Box { half_extents } => (*half_extents + center.abs()).length(),
@@ -103,11 +105,11 @@ fn radius_about(shape: &Shape, center: DVec3) -> f64 {
     }
 }
 
-/// How many middles are compared at once.
+/// Number of centres that are compared at once (SIMD lanes).
 pub const LANES: usize = 4;
 
-/// The middles of all bodies' balls in the root's frame, in three lists for the sake of loops over
-/// them.
+/// The centres of all bodies' spheres in the root frame, as a structure of arrays: loops over them
+/// vectorize.
 #[derive(Debug, Clone)]
 pub struct Centers {
     x: [f64; BODIES_MAX],
@@ -130,7 +132,7 @@ impl Default for Centers {
 }
 
 impl Centers {
-    /// Places the balls of held nodes, and forgets the others.
+    /// Places the spheres of upper-body nodes and removes all others.
     pub fn place_upper_body(
         &mut self,
         spheres: &[BodySphere],
@@ -142,7 +144,7 @@ impl Centers {
         self.upper_body_len = self.len;
     }
 
-    /// Places the balls of all other nodes.
+    /// Places the spheres of leg nodes behind those of upper-body nodes.
     pub fn place_legs(
         &mut self,
         spheres: &[BodySphere],
@@ -153,34 +155,35 @@ impl Centers {
         self.push(spheres.iter().skip_while(|body| body.node < upper_body_len), root_from_nodes);
     }
 
-    /// How many there are.
+    /// Number of centres.
     pub fn count(&self) -> usize {
         self.len
     }
 
-    /// One of the middles.
+    /// The centre of a body's sphere.
     pub fn get(&self, body: usize) -> DVec3 {
         DVec3::new(self.x[body], self.y[body], self.z[body])
     }
 
-    /// All of them.
+    /// All centres, in the order of the bodies.
     pub fn iter(&self) -> impl Iterator<Item = DVec3> + '_ {
         (0..self.len).map(|body| self.get(body))
     }
 
-    /// Whether all of them are numbers.
+    /// Whether all coordinates are finite.
     pub fn are_finite(&self) -> bool {
         self.iter().sum::<DVec3>().is_finite()
     }
 
-    /// Whether a point is further from all middles of a block of [`LANES`] than `reaches` says
-    /// (m2); all must be numbers. It takes no branches, so that several are compared at once.
+    /// Whether every centre of block `block` (of [`LANES`] centres) is farther from a point than
+    /// the corresponding squared reach (m2). All numbers must be finite. Has no branches, so that
+    /// the lanes are compared at once.
     #[inline]
-    pub fn are_apart(&self, point: DVec3, block: usize, reaches: &[f64; LANES]) -> bool {
+    pub fn are_apart(&self, point: DVec3, block: usize, reaches_squared: &[f64; LANES]) -> bool {
         let [x, y, z] = [&self.x, &self.y, &self.z].map(|list| &list.as_chunks::<LANES>().0[block]);
         let signs: [u64; LANES] = std::array::from_fn(|lane| {
             let (x, y, z) = (x[lane] - point.x, y[lane] - point.y, z[lane] - point.z);
-            (reaches[lane] - (x * x + y * y + z * z)).to_bits()
+            (reaches_squared[lane] - (x * x + y * y + z * z)).to_bits()
         });
         ((signs[0] & signs[1]) & (signs[2] & signs[3])) >> 63 == 1
     }
@@ -190,7 +193,7 @@ impl Centers {
         spheres: impl Iterator<Item = &'a BodySphere>,
         root_from_nodes: &[DAffine3],
     ) {
-        // Robots with more bodies than fit are refused.
+        // The collision model rejects robots with more bodies.
         for body in spheres.take(BODIES_MAX - self.len) {
             let center = root_from_nodes[body.node].transform_point3(body.sphere.center);
             (self.x[self.len], self.y[self.len], self.z[self.len]) = (center.x, center.y, center.z);

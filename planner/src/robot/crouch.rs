@@ -1,7 +1,6 @@
 //! Crouch: leg extension and pitch of the trunk under an obstacle.
 
-/// Leg extension that a radian of lean counts as when crouches are compared, 1/rad.
-const LEG_EXTENSION_PER_RADIAN: f64 = 0.5;
+use crate::robot::tuning::LEG_EXTENSION_PER_RADIAN;
 
 /// A crouch, relative to the posture it is applied to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,7 +12,7 @@ pub struct Crouch {
 }
 
 impl Crouch {
-    /// Upright.
+    /// The upright posture.
     pub const UPRIGHT: Self = Self { leg_extension: 1.0, pitch: 0.0 };
 
     /// Distance from upright: 1 equals fully bent legs or a lean of 2 rad.
@@ -21,7 +20,7 @@ impl Crouch {
         1.0 - self.leg_extension + LEG_EXTENSION_PER_RADIAN * self.pitch
     }
 
-    /// The deeper one of two.
+    /// The deeper of two crouches.
     pub fn deeper(self, other: Self) -> Self {
         if other.depth() > self.depth() { other } else { self }
     }

@@ -1,5 +1,7 @@
-//! What follows from a configuration: where every part of the robot is. Kept in the root's frame,
-//! so that what the legs do not move is worked out only when it changes.
+//! Link frames and centre of mass of one configuration.
+//!
+//! Frames are kept in the root frame, so that the upper-body nodes are computed anew only when one
+//! of their joints moves.
 
 use glam::{DAffine3, DMat3, DVec3};
 use heapless::Vec as BoundedVec;
@@ -8,15 +10,16 @@ use surefoot_shared_types::base::limits::JOINTS_MAX;
 
 use crate::kinematics::tree::{NODES_MAX, affine, pose};
 use crate::robot::bounding_spheres::Centers;
-use crate::robot::gravity_torques::LeverArms;
-use crate::robot::mechanism::{Configuration, Mechanism};
+use crate::robot::configuration::Configuration;
+use crate::robot::mass_tree::LeverArms;
+use crate::robot::mechanism::Mechanism;
 
-/// A configuration's consequences.
+/// The link frames and the centre of mass of one configuration.
 #[derive(Debug, Clone, Default)]
 pub struct KinematicState {
-    /// The root's pose.
+    /// Pose of the root in the world.
     pub world_from_root: Pose,
-    /// The centre of mass in the world, m.
+    /// Centre of mass in the world, m.
     pub com: DVec3,
     world_rotation: DMat3,
     root_from_nodes: BoundedVec<DAffine3, NODES_MAX>,
@@ -24,12 +27,12 @@ pub struct KinematicState {
     upper_body: UpperBodyState,
 }
 
-/// What follows from the joints of the upper-body nodes alone.
+/// The values that depend on the upper-body joints alone.
 #[derive(Debug, Clone)]
 struct UpperBodyState {
-    /// The joint positions that it was worked out for; others are not looked at.
+    /// Joint positions of the last update; only those of upper-body joints are compared.
     q: [f64; JOINTS_MAX],
-    /// First mass moment in the root's frame, kg m.
+    /// First mass moment in the root frame, kg m.
     moment: DVec3,
     lever_arms: LeverArms,
 }
@@ -41,8 +44,15 @@ impl Default for UpperBodyState {
 }
 
 impl KinematicState {
-    /// The kinematic state of a robot whose links have these poses, one for each; they need not fit
-    /// together.
+    /// The kinematic state of a configuration.
+    pub fn new(robot: &Mechanism, configuration: &Configuration) -> Self {
+        let mut kinematic_state = Self::default();
+        kinematic_state.update(robot, configuration);
+        kinematic_state
+    }
+
+    /// The kinematic state of a robot whose links have the given world poses, one per link. The
+    /// poses need not be consistent with the joints.
     pub fn from_link_poses(robot: &Mechanism, world_from_links: &[Pose]) -> Self {
         let mut kinematic_state = Self { world_rotation: DMat3::IDENTITY, ..Self::default() };
         let _ = kinematic_state
@@ -56,11 +66,12 @@ impl KinematicState {
         kinematic_state
     }
 
-    /// Becomes the kinematic state of a configuration.
-    pub(crate) fn update(&mut self, robot: &Mechanism, configuration: &Configuration) {
+    /// Overwrites this state with that of another configuration of the same robot. The upper-body
+    /// nodes are kept where none of their joints has moved.
+    pub fn update(&mut self, robot: &Mechanism, configuration: &Configuration) {
         let tree = &robot.tree;
         let q = &configuration.q;
-        // Never a number before the first time.
+        // The initial positions are NaN and compare unequal, so the first update computes all.
         if tree.upper_body_joints().any(|joint| q[joint] != self.upper_body.q[joint])
             || self.root_from_nodes.is_empty()
         {
@@ -78,7 +89,7 @@ impl KinematicState {
     fn finish_upper_body(&mut self, robot: &Mechanism) {
         self.upper_body.moment =
             robot.tree.moment(0..robot.tree.upper_body_len(), &self.root_from_nodes);
-        robot.statics.update_lever_arms(&self.root_from_nodes, &mut self.upper_body.lever_arms);
+        robot.mass_tree.update_lever_arms(&self.root_from_nodes, &mut self.upper_body.lever_arms);
         self.centers.place_upper_body(
             &robot.spheres,
             robot.tree.upper_body_len(),
@@ -89,42 +100,54 @@ impl KinematicState {
     fn finish(&mut self, robot: &Mechanism) {
         let legs = robot.tree.upper_body_len()..robot.tree.nodes().len();
         let moment = self.upper_body.moment + robot.tree.moment(legs, &self.root_from_nodes);
-        self.com = self.to_world(moment / robot.statics.mass());
+        self.com = self.to_world(moment / robot.mass_tree.mass());
         self.centers.place_legs(&robot.spheres, robot.tree.upper_body_len(), &self.root_from_nodes);
     }
 
-    /// Every node's frame in the root's.
-    pub fn root_from_nodes(&self) -> &[DAffine3] {
+    /// Frame of every node in the root frame.
+    pub(crate) fn root_from_nodes(&self) -> &[DAffine3] {
         &self.root_from_nodes
     }
 
-    /// The middles of the balls around what may collide, in the root's frame.
-    pub fn centers(&self) -> &Centers {
+    /// Centres of the bounding spheres in the root frame.
+    pub(crate) fn centers(&self) -> &Centers {
         &self.centers
     }
 
-    /// The levers of the upper-body joints.
-    pub fn lever_arms(&self) -> &LeverArms {
+    /// Lever arms of the upper-body joints.
+    pub(crate) fn lever_arms(&self) -> &LeverArms {
         &self.upper_body.lever_arms
     }
 
-    /// The root's rotation in the world.
-    pub fn world_rotation(&self) -> &DMat3 {
+    /// Rotation of the root in the world.
+    pub(crate) fn world_rotation(&self) -> &DMat3 {
         &self.world_rotation
     }
 
-    /// A node's pose in the world.
-    pub fn world_from_node(&self, node: usize) -> Pose {
+    /// Pose of a node in the world.
+    pub(crate) fn world_from_node(&self, node: usize) -> Pose {
         self.world_from_root * pose(&self.root_from_nodes[node])
     }
 
-    /// A point of the root's frame in the world.
-    pub fn to_world(&self, point: DVec3) -> DVec3 {
+    /// Pose of a link in the world.
+    pub fn world_from_link(&self, robot: &Mechanism, link: usize) -> Pose {
+        let (node, node_from_link) = robot.tree.of_link(link);
+        self.world_from_node(node) * node_from_link
+    }
+
+    /// Pose of a sole in the world.
+    pub fn world_from_sole(&self, robot: &Mechanism, limb: usize) -> Pose {
+        let sole = &robot.soles[limb];
+        self.world_from_link(robot, sole.link) * sole.link_from_sole
+    }
+
+    /// World coordinates of a point of the root frame.
+    pub(crate) fn to_world(&self, point: DVec3) -> DVec3 {
         self.world_rotation * point + self.world_from_root.translation
     }
 
-    /// A vector of the world in the root's frame.
-    pub fn turned_to_root(&self, vector: DVec3) -> DVec3 {
+    /// Root-frame coordinates of a vector of the world.
+    pub(crate) fn turned_to_root(&self, vector: DVec3) -> DVec3 {
         let r = &self.world_rotation;
         DVec3::new(r.x_axis.dot(vector), r.y_axis.dot(vector), r.z_axis.dot(vector))
     }

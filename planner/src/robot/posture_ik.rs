@@ -1,105 +1,110 @@
-//! The robot put over its soles: its root's rotation and height are desired, its place follows
-//! from putting the centre of mass where it shall be (a few fixed-point shifts), the legs follow by
-//! inverse kinematics.
+//! Whole-body inverse kinematics over fixed soles.
+//!
+//! The rotation and the height of the root are given. Fixed-point iterations shift the root until
+//! the centre of mass reaches its target; the legs follow by inverse kinematics.
 
 use glam::{DQuat, DVec2};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 
-use crate::constraints::constraints::Rejection;
+use crate::robot::configuration::Configuration;
 use crate::robot::kinematic_state::KinematicState;
-use crate::robot::mechanism::{Configuration, Mechanism};
+use crate::robot::mechanism::Mechanism;
+use crate::robot::tuning::{POSTURE_ITERATIONS_MAX, POSTURE_LEG_EXTENSION_MAX, ROOT_SHIFT_RATIO};
 
-/// Fixed-point shifts of the root that bring the centre of mass over its target.
-const COM_SHIFTS_MAX: usize = 8;
-/// How much further the root is shifted than the centre of mass shall go, since the legs come along
-/// only half the way.
-pub(crate) const LEGS_LAG: f64 = 1.15;
-/// How near the centre of mass must come to its target, m.
+/// Largest distance of the centre of mass from its target, m.
 pub const COM_TOLERANCE: f64 = 5e-4;
-/// The share of a leg's reach that samples may use: beyond it the knee is all but straight.
-const LEG_EXTENSION_MAX: f64 = 0.995;
 
 /// A desired posture of the root over a pair of soles.
 #[derive(Debug, Clone, Copy)]
 pub struct Posture {
-    /// The root's rotation in the world.
+    /// Rotation of the root in the world.
     pub world_from_root: DQuat,
-    /// The largest share of its reach that either leg may use.
+    /// Largest extension of either leg, 0 to 1.
     pub leg_extension: f64,
-    /// Where the centre of mass shall be, world x and y, m.
+    /// Target of the centre of mass in world x and y, m.
     pub com: DVec2,
 }
 
-/// Puts the robot over its soles in the desired posture: the root shifts until the centre of
-/// mass is where it shall be.
+/// Why a posture cannot be solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum PostureError {
+    /// A leg does not reach its sole within its joint limits.
+    #[error("a leg does not reach its sole")]
+    Unreachable,
+    /// The centre of mass does not converge to its target.
+    #[error("the centre of mass does not reach its target")]
+    Balance,
+}
+
+/// Solves for a configuration in the desired posture, starting from the joint positions `start_q`.
 ///
 /// # Errors
-/// The legs do not reach, or the shifts do not converge.
+/// A leg does not reach its sole, or the centre of mass does not converge.
 pub fn solve_posture(
     robot: &Mechanism,
     world_from_soles: &[Pose; 2],
     posture: &Posture,
     start_q: [f64; JOINTS_MAX],
-) -> Result<(Configuration, KinematicState), Rejection> {
+) -> Result<(Configuration, KinematicState), PostureError> {
     let mut kinematic_state = KinematicState::default();
     let configuration =
         solve_posture_into(robot, world_from_soles, posture, start_q, &mut kinematic_state)?;
     Ok((configuration, kinematic_state))
 }
 
-/// The same, the kinematic state written over another one.
+/// Does the same and overwrites `kinematic_state` with the state of the result.
 ///
 /// # Errors
-/// As above.
+/// A leg does not reach its sole, or the centre of mass does not converge.
 pub fn solve_posture_into(
     robot: &Mechanism,
     world_from_soles: &[Pose; 2],
     posture: &Posture,
     start_q: [f64; JOINTS_MAX],
     kinematic_state: &mut KinematicState,
-) -> Result<Configuration, Rejection> {
-    let mut configuration = root_over(robot, posture, start_q);
-    for _ in 0..COM_SHIFTS_MAX {
-        let height = height_over(robot, &configuration.world_from_root, world_from_soles, posture);
-        configuration.world_from_root.translation.z = height.ok_or(Rejection::Unreachable)?;
+) -> Result<Configuration, PostureError> {
+    let mut configuration = root_over_com(robot, posture, start_q);
+    for _ in 0..POSTURE_ITERATIONS_MAX {
+        let height = root_height(robot, &configuration.world_from_root, world_from_soles, posture);
+        configuration.world_from_root.translation.z = height.ok_or(PostureError::Unreachable)?;
         if !robot.place_soles_near(&mut configuration, world_from_soles) {
-            return Err(Rejection::Unreachable);
+            return Err(PostureError::Unreachable);
         }
-        robot.update_kinematic_state(&configuration, kinematic_state);
+        kinematic_state.update(robot, &configuration);
         let error = posture.com - kinematic_state.com.truncate();
         if error.length() < COM_TOLERANCE {
             return Ok(configuration);
         }
-        configuration.world_from_root.translation += (LEGS_LAG * error).extend(0.0);
+        configuration.world_from_root.translation += (ROOT_SHIFT_RATIO * error).extend(0.0);
     }
-    Err(Rejection::Balance)
+    Err(PostureError::Balance)
 }
 
-/// The root put where the desired posture has it, whether or not the legs reach from there; the
-/// legs are left as they are.
+/// The root at the pose of the desired posture, whether or not the legs reach their soles from
+/// there; the joints stay at `start_q`. Initial guess of a constrained projection.
 pub fn initial_guess(
     robot: &Mechanism,
     world_from_soles: &[Pose; 2],
     posture: &Posture,
     start_q: [f64; JOINTS_MAX],
 ) -> Configuration {
-    let mut configuration = root_over(robot, posture, start_q);
-    let standing = || {
+    let mut configuration = root_over_com(robot, posture, start_q);
+    let mean_height = || {
         let heights = [0, 1].map(|limb| {
             world_from_soles[limb].translation.z
                 - robot.legs[limb].root_from_sole(&start_q).translation.z
         });
         0.5 * (heights[0] + heights[1])
     };
-    let height = height_over(robot, &configuration.world_from_root, world_from_soles, posture);
-    configuration.world_from_root.translation.z = height.unwrap_or_else(standing);
+    let height = root_height(robot, &configuration.world_from_root, world_from_soles, posture);
+    configuration.world_from_root.translation.z = height.unwrap_or_else(mean_height);
     configuration
 }
 
-/// The root turned as desired, over the place where the centre of mass shall be; its height is
-/// 0.
-fn root_over(robot: &Mechanism, posture: &Posture, q: [f64; JOINTS_MAX]) -> Configuration {
+/// The root with the desired rotation, so that the centre of mass of the standing posture is over
+/// its target; the height of the root is 0.
+fn root_over_com(robot: &Mechanism, posture: &Posture, q: [f64; JOINTS_MAX]) -> Configuration {
     let position = posture.com - (posture.world_from_root * robot.standing_com).truncate();
     Configuration {
         world_from_root: Pose::from_parts(position.extend(0.0), posture.world_from_root),
@@ -107,11 +112,12 @@ fn root_over(robot: &Mechanism, posture: &Posture, q: [f64; JOINTS_MAX]) -> Conf
     }
 }
 
-fn height_over(
+fn root_height(
     robot: &Mechanism,
     root: &Pose,
     world_from_soles: &[Pose; 2],
     posture: &Posture,
 ) -> Option<f64> {
-    robot.root_height(root, world_from_soles, [posture.leg_extension.min(LEG_EXTENSION_MAX); 2])
+    let leg_extension = posture.leg_extension.min(POSTURE_LEG_EXTENSION_MAX);
+    robot.root_height(root, world_from_soles, [leg_extension; 2])
 }

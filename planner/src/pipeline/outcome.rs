@@ -1,9 +1,9 @@
 //! How a search ends.
 
+use crate::base::capacity::ArenaFull;
 use crate::collision::model::Hit;
-use crate::constraints::constraints::Rejection;
+use crate::constraints::rejection::Rejection;
 use crate::foot_placement::sole_support::NoSupport;
-use crate::motion::mode_graph::ArenaFull;
 
 /// What a step of the planner leaves behind.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,25 @@
+//! Constants of collision checks that change which motions are accepted, or how fast they are
+//! checked.
+
+// Feet.
+
+/// Lift (m) of a stance foot before its test: the sole may touch the ground but not sink deeper.
+pub(crate) const STANCE_LIFT: f64 = 0.0015;
+/// Lift (m) of a foot in lift-off beyond its clearance before its test.
+pub(crate) const LIFT_OFF_LIFT: f64 = 0.0005;
+/// Largest height (m) of a sole above or below a keep-out zone at which the zone applies.
+pub(crate) const KEEP_OUT_HEIGHT: f64 = 0.05;
+
+// World.
+
+/// Most shapes near the robot that are listed; a longer list is slower than the tree.
+pub(crate) const NEARBY_MAX: usize = 24;
+
+// Self-collision.
+
+/// Random configurations that show which pairs always collide.
+pub(crate) const SURVEY_SAMPLES: usize = 300;
+/// Fewest colliding samples (95 %) of a pair that may touch.
+pub(crate) const COLLIDING_SAMPLES_MIN: usize = SURVEY_SAMPLES * 95 / 100;
+/// Most moving joints between a pair that may touch because it collides with all joints at 0.
+pub(crate) const NEIGHBOR_JOINTS_MAX: usize = 3;

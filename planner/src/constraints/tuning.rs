@@ -1,0 +1,13 @@
+//! Constants of the constraints that change which configurations are accepted.
+
+/// Largest part of a mode's depth that the margin of the centre of mass takes up. It keeps a region
+/// in small support polygons.
+pub(crate) const MARGIN_DEPTH_SHARE_MAX: f64 = 0.6;
+/// Largest loss of margin (m) of a motion from a start below the margin; at most half of the spare
+/// margin is lost.
+pub(crate) const START_MARGIN_LOSS_MAX: f64 = 4e-3;
+/// Shares of the weight on the right foot that are tried in double support, after the share that
+/// follows from the centre of mass.
+pub(crate) const LOAD_SHARES: [f64; 5] = [0.5, 0.25, 0.75, 0.1, 0.9];
+/// Fewest intervals in which a motion between two configurations is checked.
+pub(crate) const INTERVALS_MIN: f64 = 2.0;

@@ -1,3 +1,0 @@
-//! growth.
-
-pub(crate) mod blocked;

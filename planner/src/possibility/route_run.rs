@@ -1,0 +1,102 @@
+//! The state of one search for a guide route, or for a detour.
+
+use crate::geometry::bvh::Aabb;
+use crate::possibility::branch::BRANCHES_MAX;
+use crate::possibility::tree::Vertex;
+use crate::possibility::vertex_sampling::{bounds_around, is_short, samples_max};
+
+/// Result of an advance of the search.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// There is more to do.
+    Growing,
+    /// There is a guide route.
+    Route,
+    /// All samples are spent without a route.
+    Exhausted,
+    /// The arena is full without a route.
+    Full,
+}
+
+/// Current activity of the search.
+#[derive(Debug, Clone, Copy)]
+pub enum Activity {
+    /// Growing branches of the trees.
+    Growing,
+    /// Trying shortcuts of the route.
+    Shortcutting,
+    /// Labelling the edges of the route.
+    Labelling,
+    /// Nothing more to do.
+    Over(Progress),
+}
+
+/// A branch from vertex `tip` of a tree toward a vertex of the other one.
+#[derive(Debug, Clone, Copy)]
+pub struct Join {
+    /// The tree that grows.
+    pub tree: usize,
+    /// The vertex from which it grows.
+    pub tip: u32,
+    /// The vertex of the other tree toward which it grows.
+    pub other: u32,
+    /// Heading of the robot relative to the walking direction, rad.
+    pub heading_offset: f64,
+}
+
+/// The branches that follow those that grow.
+#[derive(Debug, Default)]
+pub struct Joins {
+    /// Number of ended branches that are part of the trees.
+    pub merged: usize,
+    /// Branches toward the other tree that begin next.
+    pub next: heapless::Vec<Join, BRANCHES_MAX>,
+}
+
+/// One search for a route or for a detour.
+#[derive(Debug)]
+pub struct Run {
+    /// Current activity.
+    pub activity: Activity,
+    /// The roots of the trees: start and goal, or both ends of a detour.
+    pub ends: [Vertex; 2],
+    /// Where samples are drawn (world, m).
+    pub bounds: Aabb,
+    /// Number of samples drawn.
+    pub samples: u32,
+    /// Whether C_N alone is enough.
+    pub relaxed: bool,
+    /// Heading offset of the robot unless it sidesteps, rad.
+    pub heading_offset: f64,
+    /// Number of searches before, part of the random streams' names.
+    pub generation: u64,
+    /// Number of searches before for a route from start to goal.
+    pub restarts: u64,
+}
+
+impl Run {
+    /// Begins with two roots inside `world` (m).
+    pub fn begin(&mut self, ends: [Vertex; 2], world: &Aabb) {
+        self.ends = ends;
+        self.bounds = bounds_around(ends.map(|end| end.pose.position), world);
+        self.samples = 0;
+        self.relaxed = false;
+    }
+
+    /// Whether the robot may also sidestep: where half of the samples found no other way. On a long
+    /// course only once stage M has rejected a route: there the search relaxes C_S before, since
+    /// arms have too little clearance in more places than feet.
+    pub fn may_sidestep(&self) -> bool {
+        let is_late = 2 * self.samples >= samples_max(&self.bounds);
+        is_late && (self.generation > 0 || is_short(&self.bounds))
+    }
+}
+
+/// A detour that is searched.
+#[derive(Debug)]
+pub struct Detour {
+    /// The route of which the detour replaces a part.
+    pub full_route: Vec<Vertex>,
+    /// The vertices between which it replaces the route; none while a whole route is searched.
+    pub between: Option<[usize; 2]>,
+}
