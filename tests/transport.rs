@@ -14,7 +14,8 @@ use bytemuck::Zeroable;
 use surefoot_controller_sim::channel::plan_subscriber::{
     ChunkDecision, PlanSubscriber, ReceiverStats, Refusal, StreamEnd,
 };
-use surefoot_planner::channel::plan_publisher::{Delivery, DeliveryOutcome, PlanPublisher};
+use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
+use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;

@@ -10,7 +10,7 @@ use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode
 use surefoot_planner::constraints::mode::Mode;
 use surefoot_planner::constraints::mode_state::ModeState;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::motion::single_mode::SingleModeProblem;
+use surefoot_planner::motion::cbirrt::SingleModeProblem;
 use surefoot_planner::pipeline::Endpoint;
 use surefoot_planner::pipeline::{foothold_at, stand_on};
 use surefoot_planner::primitives::transition_configuration::{

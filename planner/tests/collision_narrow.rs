@@ -1,4 +1,4 @@
-//! The narrow phase against parry's distances, which use other algorithms, on many random poses.
+//! The narrow phase compared with parry's distances, which use other algorithms, at random poses.
 
 use glam::{DQuat, DVec3};
 use parry3d_f64::query::distance;
@@ -11,9 +11,9 @@ use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::{Pose, Shape};
 
 const POSES: usize = 20_000;
-/// How far parry's distance of flat cores is trusted, m.
+/// Largest error of parry's distance between flat cores, m.
 const TOLERANCE: f64 = 1e-7;
-/// How much sooner than parry's distance a curved core may be called near, m.
+/// Largest excess of parry's distance for curved cores, m.
 const CURVED_TOLERANCE: f64 = 1e-4;
 
 fn vector(random: &mut Random, lower: f64, upper: f64) -> DVec3 {
@@ -25,28 +25,28 @@ fn vector(random: &mut Random, lower: f64, upper: f64) -> DVec3 {
 }
 
 fn rotation(random: &mut Random) -> DQuat {
-    // One in four is square with the axes, where edges are parallel.
+    // One in four is a multiple of 90 degrees, with parallel edges.
     if random.below(4) == 0 {
-        let turns = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X]
+        let quarter_turns = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X]
             .map(|axis| axis * std::f64::consts::FRAC_PI_2);
-        return rotation_from_scaled_axis(turns[random.below(4)])
-            * rotation_from_scaled_axis(turns[random.below(4)]);
+        return rotation_from_scaled_axis(quarter_turns[random.below(4)])
+            * rotation_from_scaled_axis(quarter_turns[random.below(4)]);
     }
     rotation_from_scaled_axis(vector(random, -3.0, 3.0))
 }
 
-fn boxed(half_extents: DVec3) -> Shape {
+fn box_of(half_extents: DVec3) -> Shape {
     Shape::Box { half_extents }
 }
 
-fn cloud(count: usize, seed: u64) -> Shape {
+fn ellipsoid_hull(count: usize, seed: u64) -> Shape {
     let mut random = Random::new(seed, Stream::Preparation, 9, 0);
-    let on_ball =
+    let on_ellipsoid =
         (0..count).map(|_| vector(&mut random, -1.0, 1.0).normalize() * DVec3::new(0.2, 0.3, 0.15));
-    Shape::ConvexHull { points: on_ball.collect() }
+    Shape::ConvexHull { points: on_ellipsoid.collect() }
 }
 
-/// A bumpy closed block of triangles.
+/// A closed triangle mesh: a block with an uneven top.
 fn bumpy_block() -> Shape {
     const CELLS: usize = 6;
     let mut random = Random::new(3, Stream::Preparation, 8, 0);
@@ -84,8 +84,8 @@ fn bumpy_block() -> Shape {
     }
 }
 
-/// The same shape in parry's words: a core, its place (cylinders lie along y there), and the radius
-/// around it.
+/// The same shape for parry: a core, its pose (cylinders lie along y there), and the radius around
+/// it.
 fn of_parry(shape: &Shape) -> (SharedShape, Pose, f64) {
     let upright = Pose::from_parts(
         DVec3::ZERO,
@@ -114,20 +114,20 @@ fn of_parry(shape: &Shape) -> (SharedShape, Pose, f64) {
     }
 }
 
-/// Compares the verdict with parry's distance at margins on both sides of it, and at fixed ones.
-fn agrees(a: &Shape, b: &Shape, poses: usize) {
+/// Compares results at margins on both sides of parry's distance.
+fn assert_agrees(a: &Shape, b: &Shape, poses: usize) {
     let (solid_a, solid_b) = (Solid::new(a, "a").expect("good"), Solid::new(b, "b").expect("good"));
-    let ((parry_a, turn_a, radius_a), (parry_b, turn_b, radius_b)) = (of_parry(a), of_parry(b));
+    let ((parry_a, core_a, radius_a), (parry_b, core_b, radius_b)) = (of_parry(a), of_parry(b));
     let is_curved = [a, b].iter().any(|shape| matches!(shape, Shape::Cylinder { .. }));
-    let early = if is_curved { CURVED_TOLERANCE } else { TOLERANCE };
+    let slack = if is_curved { CURVED_TOLERANCE } else { TOLERANCE };
     let mut random = Random::new(11, Stream::Preparation, 7, 0);
     let (mut free, mut hit) = (0, 0);
     for _ in 0..poses {
         let a_from_b = Pose::from_parts(vector(&mut random, -0.9, 0.9), rotation(&mut random));
-        let of_cores = distance(&turn_a, &*parry_a, &(a_from_b * turn_b), &*parry_b)
-            .expect("parry knows the pair")
+        let of_cores = distance(&core_a, &*parry_a, &(a_from_b * core_b), &*parry_b)
+            .expect("parry supports the pair")
             .distance;
-        let truth = (of_cores - radius_a - radius_b).max(0.0);
+        let expected = (of_cores - radius_a - radius_b).max(0.0);
         let within = |margin| is_within(&solid_a, &solid_b, &a_from_b, margin);
         let both = |margin| {
             assert_eq!(
@@ -137,17 +137,17 @@ fn agrees(a: &Shape, b: &Shape, poses: usize) {
             );
             within(margin)
         };
-        for margin in [truth + TOLERANCE, truth + 0.01] {
+        for margin in [expected + TOLERANCE, expected + 0.01] {
             assert!(
                 both(margin),
-                "{a:?}\n{b:?}\n{a_from_b:?}: distance {truth} is within {margin}"
+                "{a:?}\n{b:?}\n{a_from_b:?}: distance {expected} is within {margin}"
             );
         }
-        if truth > early {
+        if expected > slack {
             assert!(
-                !both(truth - early),
-                "{a:?}\n{b:?}\n{a_from_b:?}: distance {truth} is beyond {}",
-                truth - early
+                !both(expected - slack),
+                "{a:?}\n{b:?}\n{a_from_b:?}: distance {expected} is beyond {}",
+                expected - slack
             );
             assert!(!within(0.0));
             free += 1;
@@ -155,18 +155,18 @@ fn agrees(a: &Shape, b: &Shape, poses: usize) {
             hit += 1;
         }
     }
-    assert!(free > poses / 20 && hit > poses / 100, "poses are lopsided: {free} free, {hit} hit");
+    assert!(free > poses / 20 && hit > poses / 100, "{free} free, {hit} hit");
 }
 
 fn convex_shapes() -> Vec<Shape> {
     vec![
-        boxed(DVec3::new(0.1, 0.3, 0.2)),
-        boxed(DVec3::new(0.4, 0.02, 0.3)),
+        box_of(DVec3::new(0.1, 0.3, 0.2)),
+        box_of(DVec3::new(0.4, 0.02, 0.3)),
         Shape::Sphere { radius: 0.25 },
         Shape::Capsule { radius: 0.1, half_length: 0.3 },
         Shape::Cylinder { radius: 0.2, half_length: 0.15 },
-        cloud(12, 1),
-        cloud(200, 2),
+        ellipsoid_hull(12, 1),
+        ellipsoid_hull(200, 2),
     ]
 }
 
@@ -175,7 +175,7 @@ fn primitives_agree_with_parry() {
     let shapes = &convex_shapes()[..4];
     for (index, a) in shapes.iter().enumerate() {
         for b in &shapes[index..] {
-            agrees(a, b, POSES);
+            assert_agrees(a, b, POSES);
         }
     }
 }
@@ -185,24 +185,24 @@ fn cylinders_and_hulls_agree_with_parry() {
     let shapes = convex_shapes();
     for (index, a) in shapes.iter().enumerate() {
         for b in &shapes[index.max(4)..] {
-            agrees(a, b, POSES / 2);
+            assert_agrees(a, b, POSES / 2);
         }
     }
 }
 
 #[test]
-fn surfaces_agree_with_parry_outside_of_them() {
+fn meshes_agree_with_parry_outside_of_them() {
     let Shape::Mesh { vertices, mut triangles, source } = bumpy_block() else { unreachable!() };
     triangles.pop();
     let open = Shape::Mesh { vertices, triangles, source };
     for shape in convex_shapes() {
-        agrees(&open, &shape, POSES / 10);
+        assert_agrees(&open, &shape, POSES / 10);
     }
-    agrees(&open, &open, POSES / 40);
+    assert_agrees(&open, &open, POSES / 40);
 }
 
 #[test]
-fn a_solid_within_a_closed_mesh_is_a_hit_and_within_an_open_one_is_not() {
+fn a_solid_inside_a_closed_mesh_is_a_hit_and_inside_an_open_one_is_not() {
     let closed = bumpy_block();
     let small = Solid::new(&Shape::Sphere { radius: 0.01 }, "small").unwrap();
     let Shape::Mesh { vertices, triangles, source } = closed.clone() else { unreachable!() };
@@ -226,23 +226,24 @@ fn a_solid_within_a_closed_mesh_is_a_hit_and_within_an_open_one_is_not() {
         is_within(&closed, &small, &Pose::IDENTITY, 0.0)
             && is_within(&small, &closed, &Pose::IDENTITY, 0.0)
     );
-    // On lattice lines a ray along an axis would run through edges.
+    // At the origin a ray along an axis would pass through edges.
     assert!(!is_within(&open, &small, &Pose::IDENTITY, 0.0));
 }
 
 #[test]
-fn barely_turned_edges_and_capsules_are_not_lost() {
+fn nearly_parallel_edges_and_capsules_are_found() {
     let (box_shape, capsule) =
-        (boxed(DVec3::splat(0.2)), Shape::Capsule { radius: 0.05, half_length: 0.4 });
+        (box_of(DVec3::splat(0.2)), Shape::Capsule { radius: 0.05, half_length: 0.4 });
     let solids = [&box_shape, &capsule].map(|shape| Solid::new(shape, "s").unwrap());
     let mut random = Random::new(2, Stream::Preparation, 5, 0);
     for _ in 0..POSES {
-        let turn = rotation_from_scaled_axis(
+        let rotation = rotation_from_scaled_axis(
             vector(&mut random, -1.0, 1.0) * libm::pow(10.0, random.uniform(-14.0, -2.0)),
         );
         for (solid, half) in solids.iter().zip([0.2, 0.05]) {
             let apart = 2.0 * half + 0.03;
-            let along_x = Pose::from_parts(DVec3::new(apart, 0.0, random.uniform(-0.1, 0.1)), turn);
+            let along_x =
+                Pose::from_parts(DVec3::new(apart, 0.0, random.uniform(-0.1, 0.1)), rotation);
             let slack = 0.03 * 0.4 + 1e-9;
             assert!(is_within(solid, solid, &along_x, 0.03 + slack), "{along_x:?}");
             assert!(!is_within(solid, solid, &along_x, 0.03 - slack), "{along_x:?}");
@@ -251,12 +252,12 @@ fn barely_turned_edges_and_capsules_are_not_lost() {
 }
 
 #[test]
-fn numbers_that_are_none_are_hits() {
-    let nowhere = Pose::from_parts(DVec3::splat(f64::NAN), DQuat::IDENTITY);
+fn nan_is_a_hit() {
+    let invalid = Pose::from_parts(DVec3::splat(f64::NAN), DQuat::IDENTITY);
     for a in convex_shapes() {
         for b in convex_shapes() {
             let (a, b) = (Solid::new(&a, "a").unwrap(), Solid::new(&b, "b").unwrap());
-            assert!(is_within(&a, &b, &nowhere, 0.01));
+            assert!(is_within(&a, &b, &invalid, 0.01));
         }
     }
 }
@@ -264,7 +265,7 @@ fn numbers_that_are_none_are_hits() {
 #[test]
 fn a_sphere_of_no_radius_is_a_point() {
     let point = Solid::new(&Shape::Sphere { radius: 0.0 }, "contact point").unwrap();
-    for shape in [boxed(DVec3::splat(0.2)), Shape::Sphere { radius: 0.2 }, bumpy_block()] {
+    for shape in [box_of(DVec3::splat(0.2)), Shape::Sphere { radius: 0.2 }, bumpy_block()] {
         let solid = Solid::new(&shape, "s").unwrap();
         let side = solid.aabb().max.x;
         let beside = Pose::from_parts(DVec3::X * (side + 0.03), DQuat::IDENTITY);
@@ -276,7 +277,7 @@ fn a_sphere_of_no_radius_is_a_point() {
 }
 
 #[test]
-fn degenerate_shapes_are_refused_by_name() {
+fn errors_of_degenerate_shapes_name_the_owner() {
     let flat =
         [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::new(0.3, 0.4, 0.0)];
     let source = || MeshSource { path: "m".into(), scale: DVec3::ONE };
@@ -286,8 +287,8 @@ fn degenerate_shapes_are_refused_by_name() {
         Shape::ConvexHull { points: vec![DVec3::NAN; 9] },
         Shape::ConvexHull { points: (0..9).map(|i| DVec3::X * f64::from(i)).collect() },
         Shape::ConvexHull { points: Vec::new() },
-        boxed(DVec3::new(0.1, 0.0, 0.1)),
-        boxed(DVec3::new(0.1, f64::INFINITY, 0.1)),
+        box_of(DVec3::new(0.1, 0.0, 0.1)),
+        box_of(DVec3::new(0.1, f64::INFINITY, 0.1)),
         Shape::Sphere { radius: f64::NAN },
         Shape::Sphere { radius: -0.1 },
         Shape::Capsule { radius: 0.1, half_length: -1.0 },

@@ -1,5 +1,5 @@
-//! No query of the collision model touches the heap. Alone in its file: the allocator counts for
-//! the whole process.
+//! Queries of the collision model allocate no memory. The test is alone in its file because the
+//! allocator counts for the whole process.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
@@ -21,16 +21,16 @@ struct Counting;
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
 
-// SAFETY: every call is handed on to the system's allocator unchanged.
+// SAFETY: every call is passed unchanged to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: the caller's promises are handed on.
+        // SAFETY: the caller meets the same requirements.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are handed on.
+        // SAFETY: the caller meets the same requirements.
         unsafe { System.dealloc(pointer, layout) }
     }
 }
@@ -38,7 +38,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// One shape of every kind around a robot, and a sheet of 20 000 triangles below it.
+/// A world with one shape of each kind around the robot, and a mesh of 20 000 triangles below it.
 fn world_of_every_shape() -> World {
     const ROWS: u32 = 101;
     let at = |i: u32, j: u32| {
@@ -85,7 +85,7 @@ fn world_of_every_shape() -> World {
 }
 
 #[test]
-fn queries_allocate_nothing() {
+fn queries_allocate_no_memory() {
     let robot = load_robot(
         &Path::new(env!("CARGO_MANIFEST_DIR")).join("../configs/robots/hubo/robot.toml"),
     )
@@ -111,8 +111,8 @@ fn queries_allocate_nothing() {
             DQuat::IDENTITY,
         );
         kinematic_state.update(&mechanism, &Configuration { world_from_root: root, q });
-        let states = [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Swing];
-        let feet = [states[random.below(3)], states[random.below(3)]];
+        let phases = [FootPhase::Stance, FootPhase::LiftOff, FootPhase::Swing];
+        let feet = [phases[random.below(3)], phases[random.below(3)]];
         if let Some(Hit::World { shape, .. }) = model.world_hit(&kinematic_state, &feet) {
             world_hits[shape] += 1;
         }

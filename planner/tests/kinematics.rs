@@ -1,5 +1,4 @@
-//! Forward kinematics against Pinocchio's numbers, inverse kinematics of legs against forward
-//! kinematics.
+//! Forward kinematics compared with Pinocchio, inverse kinematics of legs with forward kinematics.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -37,11 +36,11 @@ fn rotation(value: &Value) -> DQuat {
     DQuat::from_slice(&numbers(value)).normalize()
 }
 
-fn place(names: &Value, name: &str) -> usize {
-    names.as_array().unwrap().iter().position(|known| known == name).unwrap()
+fn index_of(names: &Value, name: &str) -> usize {
+    names.as_array().unwrap().iter().position(|other| other == name).unwrap()
 }
 
-/// Talos's left leg by its data sheet.
+/// The left leg of Talos from its data sheet.
 fn talos_hinges() -> [Hinge; 6] {
     [
         hinge([-0.02, 0.085, -0.271], Z, [-0.349, 1.571]),
@@ -57,18 +56,18 @@ fn talos_leg() -> RobotModel {
     chain_robot(&talos_hinges(), [0.0, 0.0, -0.107])
 }
 
-/// A leg with its knee ahead and to the side of the thigh, two axes turned round, and joints that
-/// turn all the way.
+/// A leg with its knee ahead and to the side of the thigh, two reversed axes, and joints without
+/// limits.
 fn crooked_leg() -> RobotModel {
-    let all = [-3.1, 3.1];
+    let unlimited = [-3.1, 3.1];
     let (backward_y, backward_x) = ([0.0, -1.0, 0.0], [-1.0, 0.0, 0.0]);
     let hinges = [
-        hinge([0.0, 0.1, -0.1], Z, all),
-        hinge(ORIGIN, backward_x, all),
-        hinge(ORIGIN, Y, all),
-        hinge([0.04, 0.015, -0.36], backward_y, all),
-        hinge([-0.02, 0.01, -0.33], Y, all),
-        hinge(ORIGIN, X, all),
+        hinge([0.0, 0.1, -0.1], Z, unlimited),
+        hinge(ORIGIN, backward_x, unlimited),
+        hinge(ORIGIN, Y, unlimited),
+        hinge([0.04, 0.015, -0.36], backward_y, unlimited),
+        hinge([-0.02, 0.01, -0.33], Y, unlimited),
+        hinge(ORIGIN, X, unlimited),
     ];
     chain_robot(&hinges, [0.03, 0.0, -0.09])
 }
@@ -90,7 +89,7 @@ fn within_limits(leg: &Leg, q: &[f64]) -> bool {
 }
 
 #[test]
-fn every_link_and_the_centre_of_mass_stand_where_pinocchio_says() {
+fn link_poses_and_the_centre_of_mass_agree_with_pinocchio() {
     let text =
         std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
     let data: Value = serde_json::from_str(&text).unwrap();
@@ -101,17 +100,17 @@ fn every_link_and_the_centre_of_mass_stand_where_pinocchio_says() {
     assert!(cases.len() >= 20 && model.links.len() == data["link_names"].as_array().unwrap().len());
     let mut poses = vec![Pose::IDENTITY; kinematics.links_len()];
     for case in cases {
-        let theirs = numbers(&case["q"]);
+        let pinocchio_q = numbers(&case["q"]);
         let q: Vec<f64> = model
             .joints
             .iter()
-            .map(|joint| theirs[place(&data["joint_names"], &joint.name)])
+            .map(|joint| pinocchio_q[index_of(&data["joint_names"], &joint.name)])
             .collect();
         let world_from_root =
             Pose::from_parts(vector(&case["root_xyz"]), rotation(&case["root_quat_xyzw"]));
         kinematics.forward(&world_from_root, &q, &mut poses);
         for (link, pose) in model.links.iter().zip(&poses) {
-            let at = place(&data["link_names"], &link.name);
+            let at = index_of(&data["link_names"], &link.name);
             let expected = Pose::from_parts(
                 vector(&case["links_xyz"][at]),
                 rotation(&case["links_quat_xyzw"][at]),
@@ -126,10 +125,10 @@ fn every_link_and_the_centre_of_mass_stand_where_pinocchio_says() {
     }
 }
 
-/// Of a robot with a fixed link that has mass, and knees that slide: every second configuration
-/// moves the legs only, so that what they do not move is taken from the one before.
+/// For a robot with a fixed link that has mass, and for one with prismatic knees. Every second
+/// configuration moves the legs only, so that the upper body is kept from the one before.
 #[test]
-fn a_kinematic_state_agrees_with_the_whole_tree_after_any_other() {
+fn an_updated_kinematic_state_agrees_with_forward_kinematics() {
     let mut sliding = hubo();
     for joint in sliding
         .joints
@@ -150,15 +149,15 @@ fn a_kinematic_state_agrees_with_the_whole_tree_after_any_other() {
         let mut random = Random::new(1, Stream::Preparation, 0, 0);
         let mut q = robot.standing_q;
         for index in 0..1_000 {
-            let drawn = random_positions(&model, 0.0, &mut random);
+            let sampled = random_positions(&model, 0.0, &mut random);
             let moves = |joint: &usize| {
                 index % 2 == 0
                     || robot
                         .legs
                         .iter()
-                        .any(|leg| leg.joints().iter().any(|known| known.index == *joint))
+                        .any(|leg| leg.joints().iter().any(|of_leg| of_leg.index == *joint))
             };
-            (0..drawn.len()).filter(moves).for_each(|joint| q[joint] = drawn[joint]);
+            (0..sampled.len()).filter(moves).for_each(|joint| q[joint] = sampled[joint]);
             let mut vector =
                 || DVec3::from_array(std::array::from_fn(|_| random.uniform(-1.5, 1.5)));
             let world_from_root = Pose::from_parts(vector(), rotation_from_scaled_axis(vector()));
@@ -177,7 +176,7 @@ fn a_kinematic_state_agrees_with_the_whole_tree_after_any_other() {
 }
 
 #[test]
-fn a_leg_agrees_with_the_whole_tree_on_its_sole() {
+fn the_sole_pose_of_a_leg_agrees_with_forward_kinematics() {
     let mut sliding = talos_hinges();
     sliding[3].kind = JointKind::Prismatic;
     sliding[3].limits = [-0.1, 0.2];
@@ -205,52 +204,51 @@ fn a_leg_agrees_with_the_whole_tree_on_its_sole() {
     }
 }
 
-/// Solves for soles at random joint positions from random hints, and checks that the answer is
-/// right, allowed and nearest: never farther from the hint than the positions that the sole was
-/// made from.
+/// Solves for the soles of random joint positions from random hints. Checks that the solution is
+/// correct, within the limits and nearest: not farther from the hint than the sampled positions.
 fn closed_form_round_trip(model: &RobotModel, limb: usize) {
     const MARGIN: f64 = 0.005;
     let leg = Leg::new(model, limb, MARGIN).unwrap();
     assert!(leg.is_closed_form());
     let mut random = Random::new(2, Stream::Preparation, limb as u64, 0);
     for sample in 0..SAMPLES {
-        let made_from = random_positions(model, MARGIN, &mut random);
+        let sampled_q = random_positions(model, MARGIN, &mut random);
         let hint = random_positions(model, MARGIN, &mut random);
-        let sole = leg.root_from_sole(&made_from);
+        let sole = leg.root_from_sole(&sampled_q);
         let mut q = hint.clone();
-        assert!(leg.solve(&sole, &mut q), "sample {sample}: {made_from:?}");
+        assert!(leg.solve(&sole, &mut q), "sample {sample}: {sampled_q:?}");
         assert!(
             pose_error(&leg.root_from_sole(&q), &sole) < 1e-8,
-            "sample {sample}: {made_from:?} became {q:?}"
+            "sample {sample}: {sampled_q:?} became {q:?}"
         );
         assert!(within_limits(&leg, &q), "sample {sample}: {q:?}");
-        let (found, known) = (distance(&leg, &q, &hint), distance(&leg, &made_from, &hint));
+        let (found, sampled) = (distance(&leg, &q, &hint), distance(&leg, &sampled_q, &hint));
         assert!(
-            found <= known + 1e-6,
-            "sample {sample}: {q:?} is farther from {hint:?} than {made_from:?}"
+            found <= sampled + 1e-6,
+            "sample {sample}: {q:?} is farther from {hint:?} than {sampled_q:?}"
         );
     }
 }
 
 #[test]
-fn hubo_legs_come_back_from_any_sole() {
+fn hubo_legs_solve_every_reachable_sole() {
     let model = hubo();
     closed_form_round_trip(&model, 0);
     closed_form_round_trip(&model, 1);
 }
 
 #[test]
-fn a_talos_leg_comes_back_from_any_sole() {
+fn a_talos_leg_solves_every_reachable_sole() {
     closed_form_round_trip(&talos_leg(), 0);
 }
 
 #[test]
-fn a_crooked_leg_comes_back_from_any_sole() {
+fn a_crooked_leg_solves_every_reachable_sole() {
     closed_form_round_trip(&crooked_leg(), 0);
 }
 
 #[test]
-fn all_eight_branches_are_found_by_their_neighbourhood() {
+fn each_of_eight_branches_is_found_from_nearby() {
     let model = crooked_leg();
     let leg = Leg::new(&model, 0, 0.0).unwrap();
     let mut random = Random::new(3, Stream::Preparation, 0, 0);
@@ -261,7 +259,7 @@ fn all_eight_branches_are_found_by_their_neighbourhood() {
         for _ in 0..400 {
             let mut q = random_positions(&model, 0.0, &mut random);
             assert!(leg.solve(&sole, &mut q));
-            if branches.iter().all(|known| distance(&leg, known, &q) > 1e-4) {
+            if branches.iter().all(|branch| distance(&leg, branch, &q) > 1e-4) {
                 branches.push(q);
             }
         }
@@ -275,25 +273,27 @@ fn all_eight_branches_are_found_by_their_neighbourhood() {
     assert_eq!(most, 8);
 }
 
-/// The share of soles near a known posture that the iteration reaches; every answer must be right
-/// and allowed.
-fn newton_round_trip(model: &RobotModel, stray: f64, samples: u64) -> f64 {
+/// The share of soles that the iteration solves from hints near their sampled positions. Every
+/// solution must be correct and within the limits.
+fn newton_round_trip(model: &RobotModel, deviation: f64, samples: u64) -> f64 {
     const MARGIN: f64 = 0.005;
     let leg = Leg::new(model, 0, MARGIN).unwrap();
     assert!(!leg.is_closed_form());
     let mut random = Random::new(4, Stream::Preparation, 0, 0);
     let mut reached = 0;
     for sample in 0..samples {
-        let made_from = random_positions(model, MARGIN, &mut random);
-        let sole = leg.root_from_sole(&made_from);
-        let hint: Vec<f64> =
-            made_from.iter().map(|position| position + random.uniform(-stray, stray)).collect();
+        let sampled_q = random_positions(model, MARGIN, &mut random);
+        let sole = leg.root_from_sole(&sampled_q);
+        let hint: Vec<f64> = sampled_q
+            .iter()
+            .map(|position| position + random.uniform(-deviation, deviation))
+            .collect();
         let mut q = hint.clone();
         if leg.solve(&sole, &mut q) {
             reached += 1;
             assert!(
                 pose_error(&leg.root_from_sole(&q), &sole) < 1e-8,
-                "sample {sample}: {made_from:?} became {q:?}"
+                "sample {sample}: {sampled_q:?} became {q:?}"
             );
             assert!(within_limits(&leg, &q), "sample {sample}: {q:?}");
         } else {
@@ -304,7 +304,7 @@ fn newton_round_trip(model: &RobotModel, stray: f64, samples: u64) -> f64 {
 }
 
 #[test]
-fn a_leg_whose_hip_axes_do_not_meet_follows_its_sole() {
+fn a_leg_whose_hip_axes_do_not_intersect_is_solved() {
     let model = hubo_with_split_hip();
     let near = newton_round_trip(&model, 0.04, SAMPLES);
     let farther = newton_round_trip(&model, 0.3, SAMPLES / 10);
@@ -313,7 +313,7 @@ fn a_leg_whose_hip_axes_do_not_meet_follows_its_sole() {
 }
 
 #[test]
-fn a_leg_of_seven_joints_follows_its_sole() {
+fn a_leg_of_seven_joints_is_solved() {
     let mut hinges: Vec<Hinge> = talos_hinges().into();
     hinges.insert(4, hinge([0.0, 0.0, -0.05], Z, [-0.5, 0.5]));
     let reached = newton_round_trip(&chain_robot(&hinges, [0.0, 0.0, -0.1]), 0.04, SAMPLES / 10);
@@ -321,7 +321,7 @@ fn a_leg_of_seven_joints_follows_its_sole() {
 }
 
 #[test]
-fn soles_out_of_reach_are_refused_and_nothing_moves() {
+fn soles_out_of_reach_have_no_solution_and_leave_q_unchanged() {
     for model in [hubo(), talos_leg(), hubo_with_split_hip()] {
         let leg = Leg::new(&model, 0, 0.0).unwrap();
         let mut random = Random::new(5, Stream::Preparation, 0, 0);
@@ -339,11 +339,11 @@ fn soles_out_of_reach_are_refused_and_nothing_moves() {
 }
 
 #[test]
-fn soles_beyond_the_limits_are_refused_or_reached_another_way() {
+fn soles_beyond_the_limits_have_no_solution_or_another_branch() {
     let model = hubo();
     let leg = Leg::new(&model, 0, 0.0).unwrap();
     let mut random = Random::new(6, Stream::Preparation, 0, 0);
-    let mut refused = 0;
+    let mut unsolved = 0;
     for _ in 0..10_000 {
         let q: Vec<f64> = model.joints.iter().map(|_| random.uniform(-3.1, 3.1)).collect();
         let hint = random_positions(&model, 0.0, &mut random);
@@ -356,14 +356,14 @@ fn soles_beyond_the_limits_are_refused_or_reached_another_way() {
             );
         } else {
             assert_eq!(moved, hint);
-            refused += 1;
+            unsolved += 1;
         }
     }
-    assert!((5_000..10_000).contains(&refused), "{refused}");
+    assert!((5_000..10_000).contains(&unsolved), "{unsolved}");
 }
 
 #[test]
-fn other_joints_never_move() {
+fn joints_of_other_limbs_do_not_move() {
     let model = hubo();
     let leg = Leg::new(&model, 0, 0.0).unwrap();
     let mut random = Random::new(7, Stream::Preparation, 0, 0);

@@ -1,5 +1,4 @@
-//! Legs without a closed form: how often the iteration comes back from a sole that is known to be
-//! reachable.
+//! Legs without a closed form: the share of reachable soles that the iteration solves.
 
 #![allow(
     clippy::unwrap_used,
@@ -15,28 +14,28 @@ use surefoot_planner::kinematics::Leg;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 
-/// What joints stay from their limits, rad.
+/// Margin to joint limits, rad.
 const MARGIN: f64 = 0.005;
 
-/// The share of soles of random postures that are found from the standing posture. Postures stray
-/// at most so far from it, rad.
-fn share_found(model: &RobotModel, stray: f64, samples: u64) -> f64 {
+/// The share of soles of random postures that are solved from the standing posture. Postures
+/// deviate at most by `deviation` (rad) from it.
+fn share_solved(model: &RobotModel, deviation: f64, samples: u64) -> f64 {
     let leg = Leg::new(model, 0, MARGIN).unwrap();
-    let mut found = 0;
+    let mut solved = 0;
     for sample in 0..samples {
         let mut random = Random::new(9, Stream::Preparation, 0, sample);
-        let mut made_from = random_positions(model, MARGIN, &mut random);
+        let mut sampled = random_positions(model, MARGIN, &mut random);
         for ((position, standing), joint) in
-            made_from.iter_mut().zip(&model.standing_q).zip(&model.joints)
+            sampled.iter_mut().zip(&model.standing_q).zip(&model.joints)
         {
             let (lower, upper) =
-                (joint.lower.max(standing - stray), joint.upper.min(standing + stray));
+                (joint.lower.max(standing - deviation), joint.upper.min(standing + deviation));
             *position = random.uniform(lower + MARGIN, upper - MARGIN);
         }
-        let sole = leg.root_from_sole(&made_from);
+        let sole = leg.root_from_sole(&sampled);
         let mut q = model.standing_q.clone();
         if leg.solve(&sole, &mut q) {
-            found += 1;
+            solved += 1;
             assert!(
                 leg.root_from_sole(&q).translation.distance(sole.translation) < 1e-8,
                 "sample {sample}"
@@ -47,21 +46,23 @@ fn share_found(model: &RobotModel, stray: f64, samples: u64) -> f64 {
             );
         }
     }
-    found as f64 / samples as f64
+    solved as f64 / samples as f64
 }
 
 #[test]
-fn soles_of_walking_postures_are_found_from_the_standing_one() {
+fn soles_of_walking_postures_are_solved_from_the_standing_posture() {
     let model = with_split_hip(&hubo());
     let (walking, anywhere) =
-        (share_found(&model, 0.7, 5_000), share_found(&model, f64::INFINITY, 5_000));
+        (share_solved(&model, 0.7, 5_000), share_solved(&model, f64::INFINITY, 5_000));
     assert!(walking > 0.99 && anywhere > 0.8, "{walking} {anywhere}");
 }
 
-/// `SUREFOOT_ROBOTS=a/robot.toml:b/robot.toml cargo test --release -p surefoot-planner --test kinematics_newton -- --ignored --nocapture`
+/// Run with
+/// `SUREFOOT_ROBOTS=a/robot.toml:b/robot.toml cargo test --release -p surefoot-planner
+/// --test kinematics_newton -- --ignored --nocapture`.
 #[test]
 #[ignore = "reports on other robots"]
-fn shares_found_on_other_robots() {
+fn shares_solved_for_other_robots() {
     println!("{:<16}{:>8}{:>10}{:>10}{:>10}", "robot", "closed", "0.4 rad", "0.7 rad", "anywhere");
     for path in std::env::var("SUREFOOT_ROBOTS")
         .unwrap_or_default()
@@ -71,7 +72,7 @@ fn shares_found_on_other_robots() {
         let model = load_robot(path.as_ref()).unwrap();
         let closed = Leg::new(&model, 0, MARGIN).unwrap().is_closed_form();
         let [near, walking, anywhere] =
-            [0.4, 0.7, f64::INFINITY].map(|stray| share_found(&model, stray, 50_000));
+            [0.4, 0.7, f64::INFINITY].map(|deviation| share_solved(&model, deviation, 50_000));
         println!("{:<16}{closed:>8}{near:>10.4}{walking:>10.4}{anywhere:>10.4}", model.name);
     }
 }

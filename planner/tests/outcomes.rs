@@ -1,4 +1,4 @@
-//! Every way a search can end, and every robot and world that no search begins with.
+//! Every outcome of a search, and every robot and world for which no planner is built.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -6,7 +6,6 @@ mod common;
 
 use bytemuck::Zeroable;
 use common::{Case, chain_robot, hinge, preparation_for, run};
-use common::{Case, chain_robot, hinge, run};
 use surefoot_planner::base::capacity::ArenaFull;
 use surefoot_planner::collision::model::Hit;
 use surefoot_planner::constraints::rejection::Rejection;
@@ -26,7 +25,7 @@ const STEP: u64 = 20_000;
 fn outcome_of(case: &Case) -> Outcome {
     let mut planner = case.planner(2);
     let outcome = run(&mut planner, STEP);
-    assert_eq!(planner.step(STEP), Status::Done(outcome), "an end is an end");
+    assert_eq!(planner.step(STEP), Status::Done(outcome), "an outcome is final");
     let found = outcome == Outcome::Found;
     assert_eq!(found, !planner.chunks().is_empty(), "chunks if and only if a plan was found");
     assert_eq!(found, planner.digest() != Default::default());
@@ -49,7 +48,7 @@ fn no_plan_leads_through_a_wall() {
 }
 
 #[test]
-fn the_budget_ends_a_search_with_the_first_step_that_uses_it_up() {
+fn a_search_ends_with_the_step_that_exhausts_its_budget() {
     const WORK_MAX: u64 = 2_000;
     let mut planner = flat_walk().configured(|planner| planner.work_max = WORK_MAX).planner(1);
     let mut before = 0;
@@ -61,7 +60,7 @@ fn the_budget_ends_a_search_with_the_first_step_that_uses_it_up() {
 }
 
 #[test]
-fn every_arena_that_is_full_is_named() {
+fn a_full_arena_is_named_by_its_parameter() {
     type Shrink = fn(&mut PlannerConfig);
     let cases: [(Shrink, ArenaFull); 5] = [
         (|planner| planner.footholds_max = 3, ArenaFull::Footholds),
@@ -76,23 +75,20 @@ fn every_arena_that_is_full_is_named() {
         assert_eq!(outcome, Outcome::ArenaFull(full));
         let bound = outcome.bound().unwrap();
         assert!(outcome.describe().contains(bound), "{}", outcome.describe());
-        assert!(
-            parameters.get(bound).is_some(),
-            "planner.{bound} is no parameter that could be raised"
-        );
+        assert!(parameters.get(bound).is_some(), "planner.{bound} is not a parameter");
     }
 }
 
 #[test]
-fn a_plan_has_as_many_waypoints_as_it_may_and_no_more() {
+fn a_plan_has_at_most_waypoints_max_waypoints() {
     let mut planner = flat_walk().planner(1);
     assert_eq!(run(&mut planner, STEP), Outcome::Found);
     let waypoints = planner.waypoints() as u32;
-    let with_room_for = |waypoints_max| {
+    let with_capacity_for = |waypoints_max| {
         outcome_of(&flat_walk().configured(|planner| planner.waypoints_max = waypoints_max))
     };
-    assert_eq!(with_room_for(waypoints), Outcome::Found);
-    assert_eq!(with_room_for(waypoints - 1), Outcome::ArenaFull(ArenaFull::Waypoints));
+    assert_eq!(with_capacity_for(waypoints), Outcome::Found);
+    assert_eq!(with_capacity_for(waypoints - 1), Outcome::ArenaFull(ArenaFull::Waypoints));
 }
 
 #[test]
@@ -113,11 +109,11 @@ fn soles_find_the_ground_near_their_ideal_poses() {
     assert!((heights[0] - 0.07).abs() < 1e-3 && (heights[1] - 0.02).abs() < 1e-3, "{heights:?}");
 }
 
-type Spoil = fn(Case, &StancePose) -> Case;
+type Change = fn(Case, &StancePose) -> Case;
 type IsExpected = fn(&EndpointError) -> bool;
 
-/// What spoils a stance on the floor, and how the planner says so.
-const SPOILT: [(&str, Spoil, IsExpected); 5] = [
+/// Changes that make a stance on the floor invalid, and the expected error.
+const INVALID_STANCES: [(&str, Change, IsExpected); 5] = [
     ("the hole", without_floor, |fault| {
         matches!(fault, EndpointError::Unsupported { limb: 0, reason: NoSupport::NothingBelow })
     }),
@@ -164,7 +160,7 @@ fn weak_motors(case: Case, _: &StancePose) -> Case {
     case.configured(|planner| planner.effort_share = 1e-3)
 }
 
-/// A floor under the left and under the right stance, so that one can be spoilt without the other.
+/// Separate floors under start and goal, so that a change of one does not affect the other.
 fn two_floors() -> Case {
     let mut case = flat_walk();
     case.world.shapes.clear();
@@ -173,11 +169,11 @@ fn two_floors() -> Case {
 }
 
 #[test]
-fn a_start_that_cannot_be_stood_on_says_why() {
-    for (what, spoil, expected) in SPOILT {
+fn an_invalid_start_names_its_error() {
+    for (what, change, expected) in INVALID_STANCES {
         let case = flat_walk();
         let stance = case.scenario.start;
-        match outcome_of(&spoil(case, &stance)) {
+        match outcome_of(&change(case, &stance)) {
             Outcome::StartInvalid(fault) if expected(&fault) => {}
             other => panic!("{what}: {other:?}"),
         }
@@ -219,7 +215,7 @@ fn a_start_in_the_air_is_unsupported() {
 }
 
 #[test]
-fn standing_on_a_limb_that_no_biped_has_is_no_stance() {
+fn a_contact_of_an_unknown_limb_is_an_unknown_stance() {
     let case = flat_walk();
     let contact = |limb| Contact { limb, rotation: [0.0, 0.0, 0.0, 1.0], ..Contact::zeroed() };
     let standing = RestState::zeroed().after(
@@ -236,14 +232,14 @@ fn standing_on_a_limb_that_no_biped_has_is_no_stance() {
 }
 
 #[test]
-fn a_goal_that_cannot_be_stood_on_says_why() {
-    let hindered = SPOILT.into_iter().filter(|(what, ..)| {
+fn an_invalid_goal_names_its_error() {
+    let applicable = INVALID_STANCES.into_iter().filter(|(what, ..)| {
         what.starts_with("the block") || what.contains("bar") || what.contains("wall")
     });
-    for (what, spoil, expected) in hindered {
+    for (what, change, expected) in applicable {
         let case = two_floors();
         let stance = case.scenario.goal;
-        match outcome_of(&spoil(case, &stance)) {
+        match outcome_of(&change(case, &stance)) {
             Outcome::GoalInvalid(fault) if expected(&fault) => {}
             other => panic!("{what}: {other:?}"),
         }
@@ -280,7 +276,7 @@ fn refusal(case: &Case) -> PlannerError {
 }
 
 #[test]
-fn robots_that_are_no_bipeds_are_refused() {
+fn robots_that_are_not_bipeds_are_refused() {
     let mut hopper = flat_walk();
     hopper.model.feet.pop();
     assert!(matches!(
@@ -312,13 +308,14 @@ fn a_robot_of_too_many_links_is_refused() {
     let bolt =
         Link { name: "bolt".into(), mass: 0.0, shapes: vec![], ..case.model.links[1].clone() };
     case.model.links.resize(LINKS_MAX + 1, bolt);
-    assert!(
-        matches!(refusal(&case), PlannerError::Mechanism(MechanismError::TooManyLinks { links }) if links == LINKS_MAX + 1)
-    );
+    assert!(matches!(
+        refusal(&case),
+        PlannerError::Mechanism(MechanismError::TooManyLinks { links }) if links == LINKS_MAX + 1
+    ));
 }
 
 #[test]
-fn a_clearance_that_is_no_number_is_refused() {
+fn a_clearance_that_is_not_a_number_is_refused() {
     let case = flat_walk().configured(|planner| planner.clearance = f64::NAN);
     assert!(matches!(refusal(&case), PlannerError::Collision(_)));
 }
@@ -333,7 +330,7 @@ fn a_support_area_out_of_range_is_refused() {
 }
 
 #[test]
-fn a_broken_shape_is_refused_by_its_name() {
+fn an_invalid_shape_is_refused_by_its_name() {
     let mut case = flat_walk();
     case.world.shapes[0].shape = Shape::Sphere { radius: -1.0 };
     let message = refusal(&case).to_string();

@@ -1,5 +1,4 @@
-//! Stage P on worlds with obstacles: the guide route goes around, up and over, and never
-//! through.
+//! Stage P on worlds with obstacles: the guide route leads around, over and under them.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -49,7 +48,7 @@ impl Fixture {
     }
 }
 
-/// A case, compiled for stage P alone.
+/// A case compiled for stage P, and its route search.
 struct Compiled {
     fixture: Fixture,
     search: RouteSearch,
@@ -60,7 +59,7 @@ impl Compiled {
         Self::with_capacity(4096, case)
     }
 
-    /// The same with an arena of as many vertices.
+    /// The same with trees of `vertices` vertices.
     fn with_capacity(vertices: usize, case: Case) -> Self {
         let config = &case.scenario.planner;
         let robot = Mechanism::new(&case.model, config).unwrap();
@@ -87,7 +86,7 @@ impl Compiled {
         }
     }
 
-    /// Advances to a route or to the end of all samples; answers which, and the work spent.
+    /// Advances the search until it ends. Returns the result and the work spent.
     fn grow(&mut self, seed: u64) -> (Progress, u64) {
         let context = self.fixture.context(seed);
         let mut work = 0;
@@ -114,7 +113,7 @@ fn walled(seed: u64) -> (Compiled, Progress, u64) {
 }
 
 #[test]
-fn an_open_floor_is_crossed_straight_without_a_sample() {
+fn the_route_over_an_open_floor_is_straight_and_needs_no_sample() {
     let mut compiled = Compiled::new(Case::shipped("flat_walk"));
     assert_eq!(compiled.grow(1).0, Progress::Route);
     let (start, goal) = (compiled.fixture.case.scenario.start, compiled.fixture.case.scenario.goal);
@@ -127,7 +126,7 @@ fn an_open_floor_is_crossed_straight_without_a_sample() {
 }
 
 #[test]
-fn a_wall_is_walked_around_with_every_vertex_free() {
+fn a_route_leads_around_a_wall_over_free_vertices() {
     for seed in 1..6 {
         let (compiled, progress, _) = walled(seed);
         assert_eq!(progress, Progress::Route);
@@ -141,12 +140,12 @@ fn a_wall_is_walked_around_with_every_vertex_free() {
                 .unwrap();
             let (from, to) = (crossing[0].position, crossing[1].position);
             let beside = from.lerp(to, (face - from.x) / (to.x - from.x));
-            assert!(beside.y < -0.05, "through the wall: {crossing:?}");
+            assert!(beside.y < -0.05, "the route leads through the wall: {crossing:?}");
         }
     }
 }
 
-/// The crouch at each vertex of a route below a bar whose underside is at a height (m).
+/// The pose and crouch at each vertex of a route under a bar with its underside at a height, m.
 fn crouches_past_a_bar(underside: f64) -> (Vec<MidFeetPose>, Vec<Crouch>) {
     let mut compiled = Compiled::new(
         Case::shipped("flat_walk").with_box([1.6, 0.0, underside + 0.025], [0.025, 1.0, 0.025]),
@@ -157,12 +156,7 @@ fn crouches_past_a_bar(underside: f64) -> (Vec<MidFeetPose>, Vec<Crouch>) {
     let mut profile = CrouchProfile::new(route.vertex_count());
     profile.begin();
     if !route.is_upright() {
-        let context = possibility::CrouchContext {
-            robot: &constraints.robot,
-            upper_body,
-            collision: &constraints.collision,
-            threads,
-        };
+        let context = possibility::CrouchContext { constraints, upper_body, threads };
         while !profile.advance(&context, route, 1).1 {}
     }
     (compiled.poses(), (0..route.vertex_count()).map(|vertex| profile.crouch(vertex)).collect())
@@ -186,8 +180,8 @@ fn the_robot_crouches_under_a_low_bar_and_nowhere_else() {
     }
 }
 
-/// Poses inside a slit 0.45 m wide: the robot does not pass it as it walks ahead, unless it
-/// draws in its arms.
+/// Route poses inside a slit 0.45 m wide, which is too narrow for a robot that walks forward with
+/// its arms at its sides.
 fn poses_in_a_slit(seed: u64) -> (Compiled, Vec<MidFeetPose>) {
     let wall = |side: f64| ([2.0, side * (0.225 + 1.5), 1.0], [0.25, 1.5, 1.0]);
     let (left, right) = (wall(1.0), wall(-1.0));
@@ -201,7 +195,7 @@ fn poses_in_a_slit(seed: u64) -> (Compiled, Vec<MidFeetPose>) {
 }
 
 #[test]
-fn a_slit_narrower_than_the_shoulders_is_passed_sideways() {
+fn a_robot_sidesteps_through_a_slit_narrower_than_its_shoulders() {
     let mut sideways = 0;
     for seed in 1..13 {
         let (compiled, within) = poses_in_a_slit(seed);
@@ -223,7 +217,9 @@ fn vertices_are_within_a_step_of_each_other_and_have_placements_for_both_feet() 
         if index > 0 {
             let placements = compiled.search.placements(index);
             assert!(
-                [0, 1].iter().all(|&limb| placements.iter().any(|placed| placed.limb == limb)),
+                [0, 1]
+                    .iter()
+                    .all(|&limb| placements.iter().any(|placement| placement.limb == limb)),
                 "vertex {index}"
             );
         }
@@ -231,8 +227,8 @@ fn vertices_are_within_a_step_of_each_other_and_have_placements_for_both_feet() 
 }
 
 #[test]
-fn a_gap_that_no_step_bridges_is_not_on_a_route() {
-    let mut long = 0;
+fn a_route_has_no_gap_longer_than_a_step() {
+    let mut long_edges = 0;
     for seed in 1..7 {
         let mut compiled = Compiled::new(Case::shipped("jungle_gym_spiral_route"));
         assert_eq!(compiled.grow(seed).0, Progress::Route);
@@ -242,14 +238,14 @@ fn a_gap_that_no_step_bridges_is_not_on_a_route() {
             route.windows(2).enumerate().skip(1).filter(|(index, _)| index + 2 < route.len())
         {
             let [from, to] = [index, index + 1].map(|vertex| compiled.search.placements(vertex));
-            long += usize::from(
+            long_edges += usize::from(
                 pair[0].horizontal_offset_to(&pair[1]).length()
                     > 1.5 * compiled.fixture.case.scenario.planner.route_vertex_spacing,
             );
             assert!(context.has_step_between(from, to), "seed {seed}, vertex {index}: {pair:?}");
         }
     }
-    assert!(long > 0, "no gap was bridged");
+    assert!(long_edges > 0, "no edge is longer than 1.5 vertex spacings");
 }
 
 #[test]
@@ -262,8 +258,8 @@ fn the_elevation_follows_stairs_to_the_goal() {
 }
 
 #[test]
-fn a_deck_is_walked_under_with_enough_clearance_and_never_through() {
-    // The lower one is too high to step onto, and blocks the legs where the root is free above it.
+fn a_route_leads_under_a_deck_with_enough_clearance_and_never_through_it() {
+    // The lower deck is too high to step onto, and blocks the legs where the root is free above it.
     for (height, expected) in [(2.6, Progress::Route), (0.45, Progress::Exhausted)] {
         let mut compiled =
             Compiled::new(Case::shipped("flat_walk").with_box([2.0, 0.0, height], [0.6, 6.0, 0.1]));
@@ -272,7 +268,7 @@ fn a_deck_is_walked_under_with_enough_clearance_and_never_through() {
         let is_under = |pose: &MidFeetPose| pose.position.z.abs() < 1e-9;
         assert!(
             expected == Progress::Exhausted || compiled.poses().iter().all(is_under),
-            "up through the deck at {height} m"
+            "the route leads up through the deck at {height} m"
         );
     }
 }
@@ -291,7 +287,7 @@ fn a_route_avoids_blocked_regions() {
     let poses = compiled.poses();
     let blocked = poses[poses.len() / 2];
     compiled.search.block(blocked, 0.25);
-    // The first one is walked backward.
+    // The first restarted route is walked backward.
     for _ in 0..2 {
         compiled.search.restart();
         assert_eq!(compiled.grow(1).0, Progress::Route);
@@ -301,7 +297,7 @@ fn a_route_avoids_blocked_regions() {
 }
 
 #[test]
-fn the_first_new_route_is_walked_backward_and_excludes_feet_that_face_ahead() {
+fn the_first_restarted_route_is_walked_backward_and_excludes_feet_that_face_forward() {
     let mut compiled = Compiled::new(Case::shipped("flat_walk"));
     compiled.grow(1);
     let ahead = compiled.poses();
@@ -314,7 +310,7 @@ fn the_first_new_route_is_walked_backward_and_excludes_feet_that_face_ahead() {
         [0.0, PI]
             .iter()
             .all(|&turn| compiled.search.route().is_aligned_with(&beside(middle, turn))),
-        "a route ahead accepts every heading"
+        "a route that is walked forward accepts every heading"
     );
     compiled.search.restart();
     assert_eq!(compiled.grow(1).0, Progress::Route);
@@ -349,15 +345,15 @@ fn a_detour_changes_the_vertices_between_its_ends_and_no_others() {
 }
 
 #[test]
-fn an_island_out_of_reach_spends_all_samples_or_fills_the_trees() {
-    for (vertices, ending) in [(4096, Progress::Exhausted), (1024, Progress::Full)] {
+fn a_goal_out_of_reach_exhausts_the_samples_or_fills_the_trees() {
+    for (vertices, expected) in [(4096, Progress::Exhausted), (1024, Progress::Full)] {
         let mut compiled = Compiled::with_capacity(vertices, Case::shipped("no_way_island"));
-        assert_eq!(compiled.grow(1).0, ending, "capacity for {vertices} vertices");
+        assert_eq!(compiled.grow(1).0, expected, "capacity for {vertices} vertices");
     }
 }
 
 #[test]
-fn the_same_seed_grows_the_same_route_and_another_one_another() {
+fn equal_seeds_give_equal_routes_and_different_seeds_different_ones() {
     let [first, again, other] = [3, 3, 4].map(|seed| {
         let (compiled, _, work) = walled(seed);
         (compiled.poses(), work)
@@ -371,7 +367,7 @@ fn edges_are_possible_where_primitives_fit_and_nowhere_else() {
     let mut open = Compiled::new(Case::shipped("flat_walk"));
     assert_eq!(open.grow(1).0, Progress::Route);
     let labelled = open.search.route().labelled();
-    // The placements at start and goal are not set.
+    // Start and goal have no pairs of placements here.
     assert!(labelled.edges > 30 && labelled.possible + 2 == labelled.edges, "{labelled:?}");
     let mut barred =
         Compiled::new(Case::shipped("flat_walk").with_box([4.0, 0.0, 0.05], [0.02, 1.0, 0.05]));
@@ -407,7 +403,7 @@ fn traversed_edges_are_possible_and_reused() {
     assert_eq!(compiled.search.route().label(indeterminate), Label::Traversed);
 }
 
-/// The placements with the toes turned out along the route of a shipped scenario.
+/// The footholds with a toe-out angle along the route of a shipped scenario.
 fn toe_out_placements(name: &str) -> ModeGraph {
     let mut compiled = Compiled::new(Case::shipped(name));
     assert_eq!(compiled.grow(1).0, Progress::Route);
@@ -421,8 +417,9 @@ fn toe_out_placements(name: &str) -> ModeGraph {
     };
     let (mut graph, mut scratch) =
         (ModeGraph::new(4096, 1, 1, 1.0), Scratch::new(&FootPlacementConfig::default()));
-    for place in (0..search.route().vertex_count()).flat_map(|vertex| [(vertex, 0), (vertex, 1)]) {
-        sampler.toe_out(search.route(), place, 0, &mut graph, &mut scratch).unwrap();
+    for sampled in (0..search.route().vertex_count()).flat_map(|vertex| [(vertex, 0), (vertex, 1)])
+    {
+        sampler.toe_out(search.route(), sampled, 0, &mut graph, &mut scratch).unwrap();
     }
     graph
 }
@@ -438,11 +435,11 @@ fn toe_out_is_used_on_steep_stairs_and_nowhere_else() {
             .any(|height| (height - 0.22 * f64::from(step)).abs() < 1e-6)),
         "{heights:?}"
     );
-    let out = |limb: usize| if limb == 0 { 1.0 } else { -1.0 };
+    let outward = |limb: usize| if limb == 0 { 1.0 } else { -1.0 };
     let turns = graph
         .footholds()
         .iter()
-        .map(|foothold| out(foothold.limb) * yaw_of(foothold.world_from_sole.rotation));
+        .map(|foothold| outward(foothold.limb) * yaw_of(foothold.world_from_sole.rotation));
     assert!(
         turns.clone().any(|turn| (turn - 0.5).abs() < 0.05)
             && turns.into_iter().all(|turn| turn > -0.35)

@@ -1,5 +1,5 @@
-//! Projection onto two soles: what it finds stands there, and it finds what sampling the root's
-//! pose does not.
+//! Constrained projection onto two soles: its results satisfy the target, and it solves cases in
+//! which sampling the root pose fails.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -21,7 +21,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 const COM_MARGIN: f64 = 0.01;
 
-/// A robot without a closed form whose ankles roll little, as those of many humanoids.
+/// A robot without closed-form legs whose ankles roll little, as many humanoids.
 fn stiff_ankled() -> RobotModel {
     let mut model = with_split_hip(&hubo());
     for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("ankle_roll")) {
@@ -38,7 +38,7 @@ fn sole_region(robot: &Mechanism, world_from_sole: &Pose) -> ConvexRegion {
     ConvexRegion::seen_from_above(world_from_sole, &robot.soles[0].polygon)
 }
 
-/// Over the middle of the left sole, as the robot stands.
+/// The standing posture with the centre of mass over the centre of the left sole.
 fn upright(region: &ConvexRegion, robot: &Mechanism) -> Posture {
     Posture {
         world_from_root: DQuat::IDENTITY,
@@ -70,23 +70,23 @@ fn assert_stands(robot: &Mechanism, target: &ProjectionTarget<'_>, found: &Confi
 }
 
 #[test]
-fn most_pairs_of_soles_that_some_posture_reaches_are_found() {
+fn most_reachable_pairs_of_soles_are_solved() {
     let robot = robot(&stiff_ankled());
     let mut random = Random::new(5, Stream::Preparation, 0, 0);
     let (mut found, mut solved_upright, mut tried) = (0, 0, 0);
     while tried < 400 {
-        let mut made_from = Configuration {
+        let mut sampled = Configuration {
             world_from_root: Pose::from_translation(DVec3::Z),
             q: robot.standing_q,
         };
-        let turns = [0.3, 0.3, 0.5].map(|half| random.uniform(-half, half));
-        made_from.world_from_root.rotation = rotation_from_rpy(turns[0], turns[1], turns[2]);
+        let angles = [0.3, 0.3, 0.5].map(|half| random.uniform(-half, half));
+        sampled.world_from_root.rotation = rotation_from_rpy(angles[0], angles[1], angles[2]);
         for joint in robot.legs.iter().flat_map(|leg| leg.joints()) {
-            let stray = random.uniform(-0.5, 0.5);
-            made_from.q[joint.index] =
-                (made_from.q[joint.index] + stray).clamp(joint.lower, joint.upper);
+            let deviation = random.uniform(-0.5, 0.5);
+            sampled.q[joint.index] =
+                (sampled.q[joint.index] + deviation).clamp(joint.lower, joint.upper);
         }
-        let kinematic_state = KinematicState::new(&robot, &made_from);
+        let kinematic_state = KinematicState::new(&robot, &sampled);
         let soles = [0, 1].map(|limb| kinematic_state.world_from_sole(&robot, limb));
         let region = sole_region(&robot, &soles[0]);
         if !region.contains(kinematic_state.com.truncate(), COM_MARGIN) {
@@ -108,12 +108,12 @@ fn most_pairs_of_soles_that_some_posture_reaches_are_found() {
     }
     assert!(
         found > tried / 2 && found > 3 * solved_upright,
-        "{found} of {tried}, {solved_upright} of them with the root upright"
+        "{found} of {tried} solved, {solved_upright} with an upright root"
     );
 }
 
 #[test]
-fn a_sole_tilted_beyond_the_upright_robots_reach_is_touched() {
+fn a_sole_tilted_beyond_the_reach_of_an_upright_root_is_solved() {
     let robot = robot(&stiff_ankled());
     let soles = [(0.12, 0.0), (-0.12, -0.44)]
         .map(|(y, roll)| Pose::from_parts(DVec3::Y * y, rotation_about(DVec3::X, roll)));
@@ -130,7 +130,7 @@ fn a_sole_tilted_beyond_the_upright_robots_reach_is_touched() {
 }
 
 #[test]
-fn what_is_too_far_is_not_found() {
+fn soles_out_of_reach_are_not_solved() {
     let robot = robot(&stiff_ankled());
     let soles = [1.2, -1.2].map(|y| Pose::from_translation(DVec3::Y * y));
     let region =

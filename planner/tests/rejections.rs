@@ -1,4 +1,4 @@
-//! Every condition rejects what violates it, and only that.
+//! Each constraint rejects configurations and motions that violate it, and no others.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -14,7 +14,8 @@ use surefoot_planner::constraints::mode_state::ModeState;
 use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
-use surefoot_planner::motion::single_mode::{SingleModeProblem, solve};
+use surefoot_planner::motion::cbirrt::SingleModeProblem;
+use surefoot_planner::motion::single_mode::solve;
 use surefoot_planner::motion::workspace::Workspace;
 use surefoot_planner::pipeline::Endpoint;
 use surefoot_planner::pipeline::stand_on;
@@ -26,7 +27,7 @@ use surefoot_shared_types::base::spatial::rotation_about;
 
 const STANCE: [FootPhase; 2] = [FootPhase::Stance; 2];
 
-/// A robot that stands in its world.
+/// A robot at its start stance.
 struct Stand {
     case: Case,
     constraints: Constraints,
@@ -57,7 +58,7 @@ impl Stand {
         self.end.state.configuration
     }
 
-    /// The standing configuration with some joints elsewhere.
+    /// The standing configuration with some joints changed, rad.
     fn moved(&self, joints: &[(&str, f64)]) -> Configuration {
         let mut configuration = self.configuration();
         for (name, position) in joints {
@@ -85,7 +86,7 @@ impl Stand {
             .map(|_| ())
     }
 
-    /// The robot crouching on the same soles.
+    /// A crouch on the same soles.
     fn crouched(&self) -> Configuration {
         let posture = Posture {
             world_from_root: rotation_about(glam::DVec3::Z, self.case.scenario.start.yaw),
@@ -96,7 +97,22 @@ impl Stand {
         solve_posture(&self.constraints.robot, &soles, &posture, self.configuration().q).unwrap().0
     }
 
-    /// A small box where the left hand is in a configuration.
+    /// A query for the motion from the start stance to the crouch.
+    fn crouch_problem(&self) -> SingleModeProblem {
+        let crouched = ModeState {
+            configuration: self.crouched(),
+            world_from_soles: self.end.state.world_from_soles,
+        };
+        SingleModeProblem {
+            mode: self.mode.clone(),
+            from: self.end.state,
+            to: crouched,
+            random: (1, 1),
+            failures: 0,
+        }
+    }
+
+    /// Adds a small box at the left hand of a configuration.
     fn with_box_at_hand(mut self, configuration: &Configuration) -> Self {
         let hand = self.case.model.links.iter().position(|link| link.name == "left_hand").unwrap();
         let center =
@@ -172,25 +188,14 @@ fn crouch_in_one_step() -> Result<(), Rejection> {
     stand.check_between(&stand.configuration(), &stand.crouched())
 }
 
-fn more_waypoints_than_there_is_room_for() -> Result<(), Rejection> {
+fn more_waypoints_than_the_workspace_holds() -> Result<(), Rejection> {
     let stand = stand();
-    let to = ModeState {
-        configuration: stand.crouched(),
-        world_from_soles: stand.end.state.world_from_soles,
-    };
-    let problem = SingleModeProblem {
-        mode: stand.mode.clone(),
-        from: stand.end.state,
-        to,
-        random: (1, 1),
-        failures: 0,
-    };
-    solve(&stand.constraints, &problem, &mut Workspace::new(2, 8)).map(drop)
+    solve(&stand.constraints, &stand.crouch_problem(), &mut Workspace::new(2, 8)).map(drop)
 }
 
 type Violate = fn() -> Result<(), Rejection>;
 
-/// What is rejected, and as what.
+/// Violations and the rejection of each.
 const CASES: [(Violate, Rejection); 9] = [
     (feet_too_far_apart, Rejection::Unreachable),
     (centre_of_mass_beside_the_only_foot, Rejection::Balance),
@@ -200,18 +205,18 @@ const CASES: [(Violate, Rejection); 9] = [
     (hand_through_a_box, Rejection::Collision),
     (legs_crossed, Rejection::SelfCollision),
     (crouch_in_one_step, Rejection::FootDrift),
-    (more_waypoints_than_there_is_room_for, Rejection::Discontinuous),
+    (more_waypoints_than_the_workspace_holds, Rejection::Discontinuous),
 ];
 
 #[test]
-fn each_violation_is_rejected_with_its_own_kind() {
+fn each_violation_has_its_own_rejection() {
     for (index, (violate, rejection)) in CASES.iter().enumerate() {
         assert_eq!(violate(), Err(*rejection), "case {index}");
     }
 }
 
 #[test]
-fn no_kind_of_rejection_goes_untested() {
+fn every_rejection_is_tested() {
     let tested = |kind: &usize| CASES.iter().any(|(_, rejection)| *rejection as usize == *kind);
     let untested: Vec<&str> = (0..Rejection::COUNT)
         .filter(|kind| !tested(kind))
@@ -221,21 +226,12 @@ fn no_kind_of_rejection_goes_untested() {
 }
 
 #[test]
-fn what_violates_nothing_is_not_rejected() {
+fn valid_configurations_and_motions_are_not_rejected() {
     let stand = stand();
     assert_eq!(stand.check(&stand.configuration()), Ok(()));
     assert_eq!(stand.check(&stand.crouched()), Ok(()));
     assert_eq!(stand.check_between(&stand.moved(&ARM_FORWARD), &stand.moved(&ARM_BACK)), Ok(()));
-    let to = ModeState {
-        configuration: stand.crouched(),
-        world_from_soles: stand.end.state.world_from_soles,
-    };
-    let problem = SingleModeProblem {
-        mode: stand.mode.clone(),
-        from: stand.end.state,
-        to,
-        random: (1, 1),
-        failures: 0,
-    };
-    assert!(solve(&stand.constraints, &problem, &mut Workspace::new(1024, 64)).is_ok());
+    assert!(
+        solve(&stand.constraints, &stand.crouch_problem(), &mut Workspace::new(1024, 64)).is_ok()
+    );
 }

@@ -1,5 +1,5 @@
-//! Robots that are unlike the shipped one: weak ankles, weak hips, a waist between the root and the
-//! legs.
+//! Variants of the shipped robot: weak ankles, weak hips, a waist between the root and the legs,
+//! fingers, narrow joint limits.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -22,7 +22,7 @@ fn robot(model: &RobotModel) -> Mechanism {
     Mechanism::new(model, &PlannerConfig::default()).unwrap()
 }
 
-/// The Hubo whose joints of a kind have another effort, N m.
+/// Hubo with another effort (N m) of the joints of one kind.
 fn with_effort(kind: &str, effort: f64) -> RobotModel {
     let mut model = hubo();
     model
@@ -34,7 +34,7 @@ fn with_effort(kind: &str, effort: f64) -> RobotModel {
     model
 }
 
-/// The Hubo whose legs hang on a link of their own, which turns below the root.
+/// Hubo with a waist joint between the root and the legs.
 fn with_waist() -> RobotModel {
     let mut model = hubo();
     let waist = model.joints.len();
@@ -67,7 +67,7 @@ fn with_waist() -> RobotModel {
     model
 }
 
-/// The Hubo of which joints of a kind hardly move.
+/// Hubo with narrow limits of the joints of one kind.
 fn with_narrow(kind: &str) -> RobotModel {
     let mut model = hubo();
     for (joint, standing) in model
@@ -82,7 +82,7 @@ fn with_narrow(kind: &str) -> RobotModel {
     model
 }
 
-/// The Hubo with a finger on its left hand, bent as it stands.
+/// Hubo with a finger on its left hand, bent in the standing posture.
 fn with_finger() -> RobotModel {
     let mut model = hubo();
     let (finger, joint) = (model.links.len(), model.joints.len());
@@ -111,7 +111,7 @@ fn with_finger() -> RobotModel {
 }
 
 #[test]
-fn fingers_stay_as_the_robot_stands_while_arms_move() {
+fn fingers_keep_their_standing_positions_while_arms_move() {
     let model = with_finger();
     let [finger, wrist] = ["finger", "left_wrist_pitch"]
         .map(|name| model.joints.iter().position(|joint| joint.name == name).unwrap());
@@ -132,7 +132,7 @@ fn finds_a_walk(model: RobotModel) -> bool {
 }
 
 #[test]
-fn a_weak_ankle_holds_the_weight_near_its_axis_alone() {
+fn a_weak_ankle_holds_the_weight_only_near_its_axis() {
     let strong = robot(&hubo());
     assert_eq!(
         strong.soles[0].ankle_limits.clip(&strong.soles[0].polygon).as_slice(),
@@ -174,11 +174,11 @@ fn single_support_postures(model: &RobotModel) -> [SingleSupportPosture; 2] {
 }
 
 #[test]
-fn a_robot_leans_over_a_weak_hip_and_no_other() {
+fn a_robot_leans_over_weak_hips_only() {
     assert_eq!(single_support_postures(&hubo()).map(|posture| posture.rotation), [[0.0; 2]; 2]);
-    let needed = single_support_postures(&hubo())[0].effort_use;
+    let required = single_support_postures(&hubo())[0].effort_use;
     let hip = hubo().joints.iter().find(|joint| joint.name == "left_hip_roll").unwrap().effort;
-    let model = with_effort("hip_roll", 0.85 * needed * hip);
+    let model = with_effort("hip_roll", 0.85 * required * hip);
     let [left, right] = single_support_postures(&model);
     assert!(
         left.effort_use < 1.0 && right.effort_use < 1.0,
@@ -186,7 +186,7 @@ fn a_robot_leans_over_a_weak_hip_and_no_other() {
         left.effort_use,
         right.effort_use
     );
-    // A turn about x to the left is negative.
+    // A roll to the left is negative.
     assert!(
         left.rotation[0] < 0.0 && right.rotation[0] > 0.0,
         "{:?} {:?}",
@@ -197,22 +197,22 @@ fn a_robot_leans_over_a_weak_hip_and_no_other() {
 }
 
 #[test]
-fn a_trunk_leans_over_a_foot_whose_ankle_hardly_rolls() {
+fn the_trunk_leans_over_a_foot_whose_ankle_rolls_little() {
     let mut model = hubo();
     for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("ankle_roll")) {
         (joint.lower, joint.upper) = (-0.2, 0.2);
     }
     let waist = model.joints.iter().position(|joint| joint.name == "waist_yaw").unwrap();
-    let turning = single_support_postures(&model);
+    let yawing = single_support_postures(&model);
     assert!(
-        turning.iter().all(|posture| posture.margin_deficit > 0.0 && posture.q[waist] == 0.0),
-        "turning the trunk does not help"
+        yawing.iter().all(|posture| posture.margin_deficit > 0.0 && posture.q[waist] == 0.0),
+        "a yaw of the trunk does not help"
     );
     (model.joints[waist].axis, model.joints[waist].lower, model.joints[waist].upper) =
         (DVec3::X, -0.5, 0.5);
     let [left, right] = single_support_postures(&model);
     assert!(
-        left.margin_deficit < turning[0].margin_deficit && left.rotation == [0.0; 2],
+        left.margin_deficit < yawing[0].margin_deficit && left.rotation == [0.0; 2],
         "{left:?}"
     );
     assert!(left.q[waist] < -0.1 && right.q[waist] > 0.1, "{} {}", left.q[waist], right.q[waist]);
@@ -242,7 +242,7 @@ fn a_joint_that_carries_both_legs_does_not_move() {
 }
 
 #[test]
-fn a_joint_narrower_than_its_margins_is_no_fault() {
+fn a_joint_narrower_than_its_margins_is_allowed() {
     assert!(finds_a_walk(with_narrow("shoulder_roll")));
     let model = with_narrow("hip_pitch");
     let narrow = robot(&model);

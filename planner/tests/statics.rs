@@ -1,4 +1,4 @@
-//! Gravity torques against Pinocchio's numbers and against virtual work; loads that balance.
+//! Gravity torques compared with Pinocchio and with virtual work; balanced loads.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -53,7 +53,7 @@ fn torques_of(model: &RobotModel, poses: &[Pose], loads: &[FootLoad; 2]) -> Vec<
 }
 
 #[test]
-fn standing_on_one_foot_needs_the_torques_that_pinocchio_says() {
+fn torques_in_single_support_agree_with_pinocchio() {
     let text =
         std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
     let data: Value = serde_json::from_str(&text).unwrap();
@@ -61,28 +61,28 @@ fn standing_on_one_foot_needs_the_torques_that_pinocchio_says() {
     let kinematics = Kinematics::new(&model);
     let names: Vec<&str> =
         data["joint_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
-    let places: Vec<usize> = model
+    let indices: Vec<usize> = model
         .joints
         .iter()
         .map(|joint| names.iter().position(|name| *name == joint.name).unwrap())
         .collect();
     for case in data["configurations"].as_array().unwrap() {
-        let theirs = numbers(&case["q"]);
-        let q: Vec<f64> = places.iter().map(|&at| theirs[at]).collect();
+        let pinocchio_q = numbers(&case["q"]);
+        let q: Vec<f64> = indices.iter().map(|&at| pinocchio_q[at]).collect();
         let rotation = DQuat::from_slice(&numbers(&case["root_quat_xyzw"])).normalize();
         let root = Pose::from_parts(DVec3::from_slice(&numbers(&case["root_xyz"])), rotation);
         let poses = poses_of(&kinematics, &root, &q);
         let point = kinematics.center_of_mass(&poses).truncate();
         for (limb, foot) in model.feet.iter().enumerate() {
             let share = |of: usize| if of == limb { 1.0 } else { 0.0 };
-            let ours =
+            let torques =
                 torques_of(&model, &poses, &[0, 1].map(|of| FootLoad { share: share(of), point }));
             let expected = numbers(&case["standing_torques"][&foot.name]);
-            for (joint, &at) in places.iter().enumerate() {
-                let (ours, expected) = (ours[joint], expected[at]);
+            for (joint, &at) in indices.iter().enumerate() {
+                let (actual, expected) = (torques[joint], expected[at]);
                 assert!(
-                    (ours - expected).abs() < 1e-6,
-                    "{} on {}: {ours}, not {expected}",
+                    (actual - expected).abs() < 1e-6,
+                    "{} on {}: {actual}, not {expected}",
                     names[at],
                     foot.name
                 );
@@ -91,17 +91,17 @@ fn standing_on_one_foot_needs_the_torques_that_pinocchio_says() {
     }
 }
 
-/// The energy (J) of the weight less the work of the vertical foot forces, whose slope is what the
-/// joints must hold.
+/// The potential energy (J) of the weight less the work of the vertical foot forces. Its derivative
+/// by a joint position is the joint's torque.
 fn potential(
     kinematics: &Kinematics,
     root: &Pose,
     q: &[f64],
-    pressed: &[(usize, DVec3, f64); 2],
+    contacts: &[(usize, DVec3, f64); 2],
 ) -> f64 {
     let poses = poses_of(kinematics, root, q);
     let weight = kinematics.mass() * GRAVITY;
-    let work = pressed
+    let work = contacts
         .iter()
         .map(|(link, point, share)| share * weight * (poses[*link] * *point).z)
         .sum::<f64>();
@@ -121,11 +121,11 @@ fn assert_virtual_work(model: &RobotModel) {
         );
         let share = 0.5 + 0.5 * angle();
         let poses = poses_of(&kinematics, &root, &q);
-        let pressed = [0, 1].map(|limb| {
+        let contacts = [0, 1].map(|limb| {
             let point = DVec3::new(0.1 * angle(), 0.05 * angle(), -0.12);
             (model.feet[limb].link, point, [1.0 - share, share][limb])
         });
-        let loads = pressed.map(|(link, point, share)| FootLoad {
+        let loads = contacts.map(|(link, point, share)| FootLoad {
             share,
             point: (poses[link] * point).truncate(),
         });
@@ -133,7 +133,7 @@ fn assert_virtual_work(model: &RobotModel) {
             let at = |shift: f64| {
                 let mut moved = q.clone();
                 moved[joint] += shift;
-                potential(&kinematics, &root, &moved, &pressed)
+                potential(&kinematics, &root, &moved, &contacts)
             };
             let slope = (at(STEP) - at(-STEP)) / (2.0 * STEP);
             assert!(
@@ -146,12 +146,12 @@ fn assert_virtual_work(model: &RobotModel) {
 }
 
 #[test]
-fn torques_on_both_feet_do_the_work_of_gravity() {
+fn torques_in_double_support_satisfy_virtual_work() {
     assert_virtual_work(&hubo());
 }
 
 #[test]
-fn forces_of_sliding_joints_do_the_work_of_gravity() {
+fn forces_of_prismatic_joints_satisfy_virtual_work() {
     let mut model = hubo();
     for joint in model
         .joints
@@ -183,15 +183,15 @@ fn effort_use_is_the_share_of_the_most_strained_joint() {
     }
 }
 
-fn foot_region(center: DVec2, turn: f64) -> ConvexRegion {
-    let rotation = DVec2::new(libm::cos(turn), libm::sin(turn));
+fn foot_region(center: DVec2, yaw: f64) -> ConvexRegion {
+    let rotation = DVec2::new(libm::cos(yaw), libm::sin(yaw));
     ConvexRegion::hull(
         [(-0.09, -0.07), (0.13, -0.07), (0.13, 0.07), (-0.09, 0.07)]
             .map(|corner| center + rotation.rotate(corner.into())),
     )
 }
 
-/// Two feet at random, and loads that they can carry.
+/// Two random feet with loads within their support polygons.
 fn random_stance(random: &mut Random) -> ([ConvexRegion; 2], [DVec2; 2], f64) {
     let mut region = |y: f64| {
         let center = DVec2::new(random.uniform(-0.2, 0.2), y + random.uniform(-0.05, 0.05));
@@ -207,7 +207,7 @@ fn random_stance(random: &mut Random) -> ([ConvexRegion; 2], [DVec2; 2], f64) {
 }
 
 #[test]
-fn balanced_loads_stand_in_their_soles_and_carry_the_weight() {
+fn balanced_loads_are_within_their_soles_and_carry_the_weight() {
     let mut random = Random::new(8, Stream::Preparation, 0, 0);
     let mut balanced = 0;
     const CASES: usize = 10_000;
@@ -225,12 +225,12 @@ fn balanced_loads_stand_in_their_soles_and_carry_the_weight() {
     }
     assert!(
         balanced as f64 > 0.98 * CASES as f64,
-        "{balanced} of {CASES} stances that can be balanced"
+        "{balanced} of {CASES} feasible stances balanced"
     );
 }
 
 #[test]
-fn what_cannot_be_balanced_is_refused() {
+fn infeasible_loads_are_not_balanced() {
     let feet = [foot_region(DVec2::new(0.0, 0.15), 0.0), foot_region(DVec2::new(0.0, -0.15), 0.0)];
     let regions = [&feet[0], &feet[1]];
     for share in [0.0, 0.1, 0.5, 0.9, 1.0] {
@@ -246,7 +246,7 @@ fn what_cannot_be_balanced_is_refused() {
 }
 
 #[test]
-fn the_trunk_moves_the_centre_of_mass_as_its_joints_do() {
+fn com_shift_is_the_derivative_of_the_centre_of_mass() {
     let robot = Mechanism::new(&hubo(), &PlannerConfig::default()).unwrap();
     let mut random = Random::new(3, Stream::Preparation, 0, 0);
     let rotation = rotation_from_rpy(0.3, -0.2, 0.7);

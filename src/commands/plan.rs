@@ -11,7 +11,8 @@ mod serve;
 use std::num::NonZeroUsize;
 
 use surefoot_planner::Planner;
-use surefoot_planner::channel::plan_publisher::{Delivery, DeliveryOutcome, PlanPublisher};
+use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
+use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::preparation::build::Preparation;
 use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::message::{Check, PlanChunk};

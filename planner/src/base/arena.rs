@@ -8,16 +8,14 @@ use bytemuck::Zeroable;
 use bytemuck::allocation::zeroed_vec;
 
 use crate::base::threads::Threads;
+use crate::base::tuning::WRITTEN_BYTES_MAX;
 
 /// Smallest page size of the supported systems, bytes.
 const PAGE: usize = 4_096;
-/// Bytes of each arena that are written: more than a short search uses. To write a whole arena takes
-/// longer than such a search. A process that locks its memory has all pages from the start.
-const WRITTEN_MAX: usize = 512 << 10;
 
 /// An empty list of the given capacity whose first pages are backed by memory.
 pub fn reserve<T>(capacity: usize) -> Vec<T> {
-    reserve_written(capacity, WRITTEN_MAX)
+    reserve_written(capacity, WRITTEN_BYTES_MAX)
 }
 
 /// Does the same with at most `written_max` bytes written, for one of many lists that stay short.
@@ -78,7 +76,7 @@ pub fn append_all<T: Copy + Send + Sync, const N: usize>(
 /// A list of `count` items of zero bytes whose first pages are backed by memory.
 pub fn zeroed<T: Zeroable>(count: usize) -> Vec<T> {
     let mut arena = zeroed_vec::<T>(count);
-    let written = count.min(WRITTEN_MAX.div_ceil(size_of::<T>().max(1)));
+    let written = count.min(WRITTEN_BYTES_MAX.div_ceil(size_of::<T>().max(1)));
     arena[..written].fill_with(|| std::hint::black_box(T::zeroed()));
     arena
 }

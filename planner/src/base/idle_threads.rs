@@ -1,15 +1,14 @@
 //! Idle threads of a pool: they poll for work, then sleep until they are woken.
 //!
-//! Rayon's own threads sleep after about 15 µs, and waking one takes 50 µs or more on virtual cores:
-//! longer than most work items.
+//! Rayon's own threads sleep after about 15 µs, and waking one takes 50 µs or more on virtual
+//! cores: longer than most work items.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering, fence};
 use std::sync::{Condvar, Mutex, PoisonError};
 
 use rayon::Yield;
 
-/// Polls of an idle thread before it sleeps: about 2 ms, longer than most sequential work.
-const POLLS_MAX: u32 = 16384;
+use crate::base::tuning::IDLE_POLLS_MAX;
 
 /// State of the pool's threads while one of them runs a task and shares parts of it.
 #[derive(Debug)]
@@ -36,8 +35,8 @@ impl IdleThreads {
         }
     }
 
-    /// Runs `work` while the pool's other threads poll for shared parts of it. Must be called within
-    /// the pool.
+    /// Runs `work` while the pool's other threads poll for shared parts of it. Must be called
+    /// within the pool.
     pub fn run_with_idle<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.is_over.store(false, Ordering::SeqCst);
         let work = || {
@@ -69,7 +68,7 @@ impl IdleThreads {
     fn poll_for_work(&self) {
         let Some(_entered) = self.enter() else { return };
         while !self.is_over.load(Ordering::SeqCst) {
-            if !poll(POLLS_MAX, || self.is_over.load(Ordering::Relaxed)) {
+            if !poll(IDLE_POLLS_MAX, || self.is_over.load(Ordering::Relaxed)) {
                 self.sleep();
             }
         }
@@ -98,8 +97,8 @@ impl IdleThreads {
     }
 }
 
-/// Polls at most `polls_max` times for shared work and runs it. Returns whether a poll found work or
-/// `is_done` became true.
+/// Polls at most `polls_max` times for shared work and runs it. Returns whether a poll found work
+/// or `is_done` became true.
 pub fn poll(polls_max: u32, is_done: impl Fn() -> bool) -> bool {
     for _ in 0..polls_max {
         if is_done() || rayon::yield_now() == Some(Yield::Executed) {

@@ -5,4 +5,5 @@ pub mod capacity;
 pub(crate) mod idle_threads;
 pub mod random;
 pub mod threads;
+mod tuning;
 pub(crate) mod work_budget;

@@ -13,9 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use crate::base::idle_threads::{IdleThreads, poll};
-
-/// Polls of a thread that waits for another one before rayon puts it to sleep: about 150 µs.
-const WAIT_POLLS_MAX: u32 = 1024;
+use crate::base::tuning::WAIT_POLLS_MAX;
 
 /// The threads that share work: those of a pool, or the calling thread alone.
 #[derive(Debug, Clone, Default)]
@@ -38,9 +36,9 @@ impl Threads {
         if threads.get() == 1 {
             return Ok(Self::default());
         }
-        // With as many threads as cores each thread is pinned to a core: a batch lasts less than the
-        // scheduler takes to separate two threads on one core. With more cores than threads other
-        // processes may use the first ones.
+        // With as many threads as cores each thread is pinned to a core: a batch lasts less than
+        // the scheduler takes to separate two threads on one core. With more cores than threads
+        // other processes may use the first ones.
         let cores = core_affinity::get_core_ids()
             .filter(|cores| threads.get() == cores.len())
             .unwrap_or_default();
@@ -68,8 +66,8 @@ impl Threads {
         self.workers.as_ref().map_or(1, |workers| workers.pool.current_num_threads())
     }
 
-    /// Runs `work` on one thread while the others poll for shared parts of it. The other methods are
-    /// called within `work`.
+    /// Runs `work` on one thread while the others poll for shared parts of it. The other methods
+    /// are called within `work`.
     pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         match &self.workers {
             Some(workers) => workers.pool.install(|| workers.idle.run_with_idle(work)),
@@ -167,8 +165,8 @@ impl Threads {
     }
 }
 
-/// Waits without sleep for a while and runs other shared work meanwhile. Rayon waits for longer work
-/// and for work that panics.
+/// Waits without sleep for a while and runs other shared work meanwhile. Rayon waits for longer
+/// work and for work that panics.
 fn wait_for(is_done: &AtomicBool) {
     let is_done = || is_done.load(Ordering::Acquire);
     while !is_done() && poll(WAIT_POLLS_MAX, is_done) {}

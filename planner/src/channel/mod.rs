@@ -1,4 +1,5 @@
-//! channel.
+//! The planner's end of the transport: sends chunks and receives feedback.
 
 pub mod plan_publisher;
-pub(crate) mod send_window;
+pub mod send_window;
+mod tuning;

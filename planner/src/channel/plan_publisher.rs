@@ -1,11 +1,10 @@
-//! The planner's end of the transport: delivers the chunks of a plan, whoever is killed or stopped
-//! meanwhile.
+//! The plan publisher: delivers the chunks of a plan to the controller, even if processes are
+//! killed or stopped meanwhile.
 //!
-//! A chunk counts as delivered only when a controller acknowledges it; what iceoryx2's `send`
-//! returns counts for nothing, because readers other than the controller may listen. The protocol
-//! stands in `window`, this file adds shared memory and the clock.
+//! A chunk is delivered once a controller acknowledges it. The return value of iceoryx2's `send`
+//! does not count, because other readers may listen. `send_window` holds the protocol, this file
+//! adds shared memory and the clock.
 
-use crate::channel::send_window;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
@@ -17,65 +16,31 @@ use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::{CHUNK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
 use surefoot_shared_types::instance::wake_pipe::{PEER_POLLING_TIME, keep_polling};
-use surefoot_shared_types::message::{Check, Feedback, PlanChunk, WithCrc};
+use surefoot_shared_types::message::{Feedback, PlanChunk, WithCrc};
 
 pub use surefoot_shared_types::instance::ChannelError;
 
-use crate::channel::send_window::SendWindow;
+use crate::channel::send_window::{DeliveryOutcome, SendWindow};
+use crate::channel::tuning::{
+    CLEANUP_INTERVAL, IDLE_HEARTBEATS, LOST_AFTER, POLL_GAP_MAX, RESEND_AFTER, WAIT_MAX,
+};
 
-/// Time without progress after which chunks are sent again, if the controller has nothing to read.
-const RESEND_AFTER: Duration = Duration::from_millis(20);
-/// Time without feedback from any controller after which dead processes are cleaned away, and again
-/// and again after it.
-const CLEANUP_INTERVAL: Duration = Duration::from_millis(200);
-/// Time without feedback from any controller after which it counts as lost, unless told otherwise.
-const LOST_AFTER: Duration = Duration::from_secs(30);
-/// How long the sender sleeps where no bell wakes it.
-const SLEEP: Duration = Duration::from_millis(4);
-/// The longest time between two looks that counts as silence of the controller: whoever was stopped
-/// heard nothing.
-const POLL_GAP_MAX: Duration = Duration::from_millis(100);
-
-/// How a delivery ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DeliveryOutcome {
-    /// The controller accepted every chunk.
-    Accepted,
-    /// The controller refused a chunk and stands at the end of the one before.
-    Refused {
-        /// The refused chunk.
-        sequence: u64,
-        /// What it violates.
-        check: Check,
-        /// Where in the chunk.
-        waypoint: u32,
-    },
-    /// The controller walks a later epoch of the same plan: another planner planned again
-    /// meanwhile.
-    Superseded,
-    /// No controller was heard for too long, or the one that was heard never received what was
-    /// sent.
-    ControllerLost,
-    /// The caller ended it.
-    Stopped,
-}
-
-/// What became of a plan's chunks.
+/// Result and statistics of a delivery.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Delivery {
-    /// How it ended.
+    /// The result.
     pub outcome: DeliveryOutcome,
-    /// Chunks put into shared memory, those sent again included.
+    /// Chunks sent, repetitions included.
     pub sent: u64,
-    /// Chunks sent again: after a stall, or to a new controller instance.
+    /// Chunks sent again: after a stall, or to a new controller.
     pub resent: u64,
-    /// Chunks that the last controller instance accepted.
+    /// Chunks that the last controller accepted.
     pub accepted: u64,
-    /// The controller's last feedback, if there was one.
+    /// The last feedback, if any arrived.
     pub feedback: Option<Feedback>,
 }
 
-/// Sends chunks to whichever controller listens.
+/// Sends chunks to the current controller of an instance.
 pub struct PlanPublisher {
     loans: LoanPool<PlanChunk>,
     subscriber: Subscriber<ipc::Service, Feedback, ()>,
@@ -85,35 +50,38 @@ pub struct PlanPublisher {
     window_chunks: usize,
 }
 
-/// A chunk that stands complete in shared memory before it may be sent.
+/// A complete chunk in shared memory, to be sent once the window allows.
 struct ReadyChunk {
-    /// Its place in the stream, and the controller it is for.
+    /// Its index in the stream, and the id of its controller.
     target: (usize, u64),
     sample: SampleMut<ipc::Service, PlanChunk, ()>,
 }
 
-/// What a delivery remembers between two looks at the controller.
+/// State of a delivery between two polls.
 struct DeliveryState<'a> {
     window: SendWindow<'a>,
     ready: Option<ReadyChunk>,
     last_feedback: Option<Feedback>,
+    /// Time of the last poll.
     polled_at: Instant,
+    /// Time without feedback, gaps between polls limited to [`POLL_GAP_MAX`].
     silence: Duration,
+    /// Time of the last chunk or acknowledgement.
     active_at: Instant,
     progress_at: Instant,
     cleaned_up_at: Instant,
-    /// Whether it slept since it last sent something: then nobody knows whether the controller did,
-    /// too.
+    /// Whether this process slept since the last chunk; then the controller may sleep, too.
     has_slept: bool,
 }
 
 impl PlanPublisher {
-    /// Enters the instance as a planner. `session` must not be 0 and must differ from that of every
-    /// planner before (`instance::random_id`): it tells this process's chunks from a killed one's
-    /// leftovers.
+    /// Opens the chunk and feedback services of an instance as planner. `session` must not be 0 and
+    /// must be unique among all planners (`instance::random_id`): it distinguishes the chunks of
+    /// this process from those that a killed one left.
     ///
     /// # Errors
-    /// `session` is 0, a service has another message layout, or the transport fails.
+    /// [`ChannelError::Id`] if `session` is 0; other variants if a service has another message
+    /// layout or the transport fails.
     pub fn open(instance: &Instance, session: u64) -> Result<Self, ChannelError> {
         if session == 0 {
             return Err(ChannelError::Id);
@@ -142,17 +110,17 @@ impl PlanPublisher {
         })
     }
 
-    /// Sets how many chunks may be on their way at a time, 1 to [`WINDOW_CHUNKS`].
+    /// Sets the number of chunks that may be in flight, 1 to [`WINDOW_CHUNKS`].
     pub fn set_window_chunks(&mut self, window_chunks: usize) {
         self.window_chunks = window_chunks.clamp(1, WINDOW_CHUNKS);
     }
 
-    /// This planner's session.
+    /// The session of this planner.
     pub fn session(&self) -> u64 {
         self.session
     }
 
-    /// The latest feedback of whichever controller speaks, if one came since the last look.
+    /// The latest feedback, if any arrived since the last call.
     ///
     /// # Errors
     /// The transport fails.
@@ -168,9 +136,9 @@ impl PlanPublisher {
         Ok(latest)
     }
 
-    /// Waits until the controller has nothing more to read, so that the robot stays where its
-    /// feedback says; answers that feedback, or nothing where no controller speaks for `longest` or
-    /// `keep_going` says no.
+    /// Waits until the controller is idle, so that the robot stays in the rest state of its
+    /// feedback. Returns that feedback; `None` if no feedback arrives for `longest` or `keep_going`
+    /// returns `false`.
     ///
     /// # Errors
     /// The transport fails.
@@ -183,39 +151,42 @@ impl PlanPublisher {
         let mut idle: Option<(Feedback, u64)> = None;
         while keep_going() && received_at.elapsed() < longest {
             let Some(feedback) = self.latest_feedback()? else {
-                self.participant.feedback_wake_pipe.wait(SLEEP);
+                self.participant.feedback_wake_pipe.wait(WAIT_MAX);
                 continue;
             };
             received_at = now();
-            let quiet = match &idle {
-                Some((before, quiet)) if is_idle_between(before, &feedback) => quiet + 1,
+            let idle_heartbeats = match &idle {
+                Some((before, idle_heartbeats)) if is_idle_between(before, &feedback) => {
+                    idle_heartbeats + 1
+                }
                 _ => 0,
             };
-            if quiet >= send_window::IDLE_HEARTBEATS {
+            if idle_heartbeats >= IDLE_HEARTBEATS {
                 return Ok(Some(feedback));
             }
-            idle = Some((feedback, quiet));
+            idle = Some((feedback, idle_heartbeats));
         }
         Ok(None)
     }
 
-    /// The process's end of the instance.
+    /// The participant of this process in the instance.
     pub fn participant(&self) -> &Participant {
         &self.participant
     }
 
-    /// Sets how long no controller may be heard before it counts as lost.
+    /// Sets the time without feedback after which the controller counts as lost.
     pub fn set_lost_after(&mut self, lost_after: Duration) {
         self.lost_after = lost_after;
     }
 
-    /// Delivers a whole stream: complete chunks in order, to which only session, target instance
-    /// and CRC are added. Returns when all are accepted, one is refused, no controller is heard for
-    /// too long, or `keep_going` says no. `on_progress` gets every feedback of the listening
+    /// Delivers a complete stream of chunks in order. Only session, target controller and CRC are
+    /// added to them. Returns once all are accepted, one is refused, no feedback arrives for too
+    /// long, or `keep_going` returns `false`. `on_progress` receives every feedback of the current
     /// controller.
     ///
     /// # Errors
-    /// The chunks are not a complete stream in order, or the transport fails.
+    /// [`ChannelError::Stream`] if the chunks are not one complete stream in order; other variants
+    /// if the transport fails.
     pub fn deliver(
         &mut self,
         chunks: &[PlanChunk],
@@ -242,6 +213,7 @@ impl PlanPublisher {
         }
     }
 
+    /// Evaluates all feedback that has arrived.
     fn receive_feedback(
         &self,
         state: &mut DeliveryState<'_>,
@@ -269,8 +241,8 @@ impl PlanPublisher {
         Ok(())
     }
 
-    /// Makes the chunk ready that goes next. Looks again at once after something happened; where
-    /// nothing does, fills the stock and sleeps until the bell.
+    /// Writes the next chunk into shared memory. Otherwise polls again soon after activity; later
+    /// refills the loan pool and waits for the wake pipe.
     fn prepare_or_sleep(&mut self, state: &mut DeliveryState<'_>) -> Result<(), ChannelError> {
         let next = state
             .window
@@ -285,10 +257,11 @@ impl PlanPublisher {
         }
         self.loans.refill(LOANS_AHEAD)?;
         state.has_slept = true;
-        self.participant.feedback_wake_pipe.wait(SLEEP);
+        self.participant.feedback_wake_pipe.wait(WAIT_MAX);
         Ok(())
     }
 
+    /// The outcome if the caller or the silence of the controller ends the delivery.
     fn abort_outcome(
         &self,
         state: &DeliveryState<'_>,
@@ -300,7 +273,7 @@ impl PlanPublisher {
         (state.silence > self.lost_after).then_some(DeliveryOutcome::ControllerLost)
     }
 
-    /// Sends what the window allows; stops early when no reader took a chunk.
+    /// Sends the chunks that the window allows, until no reader receives one. Returns their number.
     fn send_open_window(&mut self, state: &mut DeliveryState<'_>) -> Result<usize, ChannelError> {
         let mut sent = 0;
         while let Some(target) = state.window.to_send() {
@@ -311,7 +284,7 @@ impl PlanPublisher {
             if send(ready)? == 0 {
                 break;
             }
-            state.window.note_sent();
+            state.window.record_sent();
             sent += 1;
         }
         if sent > 0 {
@@ -326,7 +299,7 @@ impl PlanPublisher {
         Ok(sent)
     }
 
-    /// Writes a chunk into shared memory that was loaned before and completes it there.
+    /// Writes a chunk into a loaned sample and completes it there.
     fn write_ready(
         &mut self,
         chunk: &PlanChunk,
@@ -340,7 +313,7 @@ impl PlanPublisher {
         Ok(ReadyChunk { target, sample: unsafe { sample.assume_init() } })
     }
 
-    /// Frees what dead processes hold, so that a restarted controller finds room.
+    /// Frees the resources of dead processes, so that a restarted controller can connect.
     fn clean_up_if_silent(&self, state: &mut DeliveryState<'_>) {
         if state.silence > CLEANUP_INTERVAL && state.cleaned_up_at.elapsed() > CLEANUP_INTERVAL {
             self.participant.node.try_cleanup_dead_nodes();
@@ -367,11 +340,11 @@ impl<'a> DeliveryState<'a> {
         }
     }
 
-    /// Adds the time since the last look to the controller's silence.
+    /// Adds the time since the last poll to the silence of the controller.
     fn add_silence(&mut self) {
-        let look = now();
-        self.silence += look.duration_since(self.polled_at).min(POLL_GAP_MAX);
-        self.polled_at = look;
+        let polled_at = now();
+        self.silence += polled_at.duration_since(self.polled_at).min(POLL_GAP_MAX);
+        self.polled_at = polled_at;
     }
 
     fn delivery(&self, outcome: DeliveryOutcome) -> Delivery {
@@ -386,11 +359,11 @@ impl<'a> DeliveryState<'a> {
     }
 }
 
-/// Sends a chunk that is ready. Returns how many readers took it.
+/// Sends a chunk. Returns the number of readers that received it.
 fn send(ready: ReadyChunk) -> Result<usize, ChannelError> {
     match ready.sample.send() {
         Ok(readers) => Ok(readers),
-        // A reader died or its buffer is full: the chunk goes again after the stall.
+        // A reader died or its buffer is full: the chunk is sent again after the stall.
         Err(
             SendError::UnableToDeliver
             | SendError::ConnectionCorrupted
@@ -400,9 +373,9 @@ fn send(ready: ReadyChunk) -> Result<usize, ChannelError> {
     }
 }
 
-/// Whether a controller was idle between two of its feedback.
+/// Whether the controller was idle between two feedback messages.
 fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
-    let place = |feedback: &Feedback| {
+    let position = |feedback: &Feedback| {
         (
             feedback.controller_id,
             feedback.plan_id,
@@ -411,12 +384,12 @@ fn is_idle_between(before: &Feedback, after: &Feedback) -> bool {
             feedback.walked,
         )
     };
-    after.busy == 0 && after.count > before.count && place(before) == place(after)
+    after.busy == 0 && after.count > before.count && position(before) == position(after)
 }
 
 #[allow(
     clippy::disallowed_methods,
-    reason = "time decides only when to send again, never what is sent"
+    reason = "time decides when a chunk is sent again, never its content"
 )]
 fn now() -> Instant {
     Instant::now()

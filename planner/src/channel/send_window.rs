@@ -1,44 +1,83 @@
-//! The sender's window: which chunk goes next, and what the controller's feedback mean for it. No
-//! clock, no transport.
+//! The send window: the chunk to send next, and the effect of the controller's feedback on it,
+//! without clock and transport.
 //!
-//! At most a few chunks are on their way. Acknowledgements are cumulative; after a stall everything
-//! not acknowledged goes again (go-back-N). A controller instance is believed to have accepted a
-//! chunk only if the stream digest it reports is that of our plan up to there, so neither a
-//! restarted planner nor a restarted controller can mistake another plan's progress for its own.
+//! At most a few chunks are in flight. Acknowledgements are cumulative; after a stall all
+//! unacknowledged chunks are sent again (go-back-N). An acknowledgement counts only if the stream
+//! digest in the feedback is that of this plan up to the acknowledged chunk. So neither a restarted
+//! planner nor a restarted controller takes the progress of another plan for its own.
 
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::{ChannelError, SenderStatus, SenderTracker};
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 
-use crate::channel::plan_publisher::DeliveryOutcome;
+use crate::channel::tuning::{GO_BACKS_MAX, IDLE_HEARTBEATS};
 
-/// Idle heartbeats without progress that prove a chunk lost: a controller sends them only when it
-/// has nothing to read.
-pub(crate) const IDLE_HEARTBEATS: u64 = 3;
-/// Go-backs without progress after which the controller counts as lost: it speaks, but what we send
-/// never arrives.
-const GO_BACKS_MAX: u32 = 500;
+/// Result of a delivery.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DeliveryOutcome {
+    /// The controller accepted every chunk.
+    Accepted,
+    /// The controller refused a chunk and stops at the end of the one before.
+    Refused {
+        /// The refused chunk.
+        sequence: u64,
+        /// The check that it violates.
+        check: Check,
+        /// Index of the waypoint in the chunk.
+        waypoint: u32,
+    },
+    /// The controller executes a later epoch of the same plan, from another planner.
+    Superseded,
+    /// No feedback arrived for too long, or the controller never received the chunks.
+    ControllerLost,
+    /// The caller stopped it.
+    Stopped,
+}
 
-/// The state of one delivery.
+/// State of one delivery.
 pub(crate) struct SendWindow<'a> {
     chunks: &'a [PlanChunk],
     session: u64,
+    /// Most chunks in flight.
     size: usize,
     controllers: SenderTracker,
+    /// Digest of the whole stream.
     end: Digest,
-    acknowledged: usize,
-    next: usize,
-    highest_sent: usize,
-    idle_heartbeats: u64,
-    last_count: u64,
-    go_backs: u32,
+    progress: StreamProgress,
+    stall: StallDetection,
+    /// The refusal or supersession that ends the delivery.
     refusal: Option<DeliveryOutcome>,
     sent: u64,
     resent: u64,
 }
 
+/// Positions in the stream, as indices of chunks.
+#[derive(Debug, Clone, Copy, Default)]
+struct StreamProgress {
+    /// Number of chunks that the current controller has acknowledged.
+    acknowledged: usize,
+    /// The chunk that is sent next.
+    next: usize,
+    /// One more than the highest index sent so far.
+    highest_sent: usize,
+}
+
+/// Counters that detect lost chunks.
+#[derive(Debug, Clone, Copy, Default)]
+struct StallDetection {
+    /// Consecutive idle heartbeats without progress.
+    idle_heartbeats: u64,
+    /// The count of the last feedback.
+    last_count: u64,
+    /// Go-backs without progress.
+    go_backs: u32,
+}
+
 impl<'a> SendWindow<'a> {
-    /// A window for `size` chunks over a whole stream, of which nothing is known to have arrived.
+    /// A window of `size` chunks over a whole stream, of which none is acknowledged.
+    ///
+    /// # Errors
+    /// [`ChannelError::Stream`] if the chunks are not one complete stream in order.
     pub(crate) fn new(
         chunks: &'a [PlanChunk],
         session: u64,
@@ -51,20 +90,16 @@ impl<'a> SendWindow<'a> {
             size,
             controllers: SenderTracker::default(),
             end,
-            acknowledged: 0,
-            next: 0,
-            highest_sent: 0,
-            idle_heartbeats: 0,
-            last_count: 0,
-            go_backs: 0,
+            progress: StreamProgress::default(),
+            stall: StallDetection::default(),
             refusal: None,
             sent: 0,
             resent: 0,
         })
     }
 
-    /// Takes in a controller's feedback. False if it is malformed or a replaced controller's, and
-    /// was ignored.
+    /// Evaluates the feedback of a controller. Returns `false` if it is ignored because it is
+    /// malformed or from a stale controller.
     pub(crate) fn receive(&mut self, feedback: &Feedback) -> bool {
         if !feedback.is_well_formed() {
             return false;
@@ -79,111 +114,115 @@ impl<'a> SendWindow<'a> {
         true
     }
 
-    /// The place of the chunk to send now and the controller it is for, if the window is open.
+    /// Index of the chunk to send now and its controller, if the window is open.
     pub(crate) fn to_send(&self) -> Option<(usize, u64)> {
-        let is_open = self.refusal.is_none() && self.next < self.acknowledged + self.size;
+        let is_open =
+            self.refusal.is_none() && self.progress.next < self.progress.acknowledged + self.size;
         self.next_chunk().filter(|_| is_open)
     }
 
-    /// The place of the chunk that goes next, be the window open or not, and the controller it is
-    /// for.
+    /// Index of the chunk to send next and its controller, whether the window is open or not.
     pub(crate) fn next_chunk(&self) -> Option<(usize, u64)> {
         let controller = self.controllers.current()?;
-        (self.next < self.chunks.len()).then_some((self.next, controller))
+        (self.progress.next < self.chunks.len()).then_some((self.progress.next, controller))
     }
 
-    /// The chunk at a place.
+    /// The chunk of an index.
     pub(crate) fn chunk(&self, index: usize) -> &'a PlanChunk {
         &self.chunks[index]
     }
 
-    /// Notes that the chunk of [`Self::to_send`] went out.
-    pub(crate) fn note_sent(&mut self) {
+    /// Records that the chunk of [`Self::to_send`] was sent.
+    pub(crate) fn record_sent(&mut self) {
         self.sent += 1;
-        self.resent += u64::from(self.next < self.highest_sent);
-        self.next += 1;
-        self.highest_sent = self.highest_sent.max(self.next);
-        self.idle_heartbeats = 0;
+        self.resent += u64::from(self.progress.next < self.progress.highest_sent);
+        self.progress.next += 1;
+        self.progress.highest_sent = self.progress.highest_sent.max(self.progress.next);
+        self.stall.idle_heartbeats = 0;
     }
 
-    /// Goes back to the first chunk not acknowledged if the controller has nothing to read any
-    /// more. Ask only after a while without progress.
+    /// Goes back to the first unacknowledged chunk if the controller is idle. Call it only after a
+    /// time without progress. Returns whether it went back.
     pub(crate) fn go_back(&mut self) -> bool {
-        let lost = self.next > self.acknowledged && self.idle_heartbeats >= IDLE_HEARTBEATS;
-        if lost {
-            self.next = self.acknowledged;
-            self.idle_heartbeats = 0;
-            self.go_backs += 1;
+        let is_lost = self.progress.next > self.progress.acknowledged
+            && self.stall.idle_heartbeats >= IDLE_HEARTBEATS;
+        if is_lost {
+            self.progress.next = self.progress.acknowledged;
+            self.stall.idle_heartbeats = 0;
+            self.stall.go_backs += 1;
         }
-        lost
+        is_lost
     }
 
-    /// How the delivery ended, if it did.
+    /// The result of the delivery, once it has ended.
     pub(crate) fn outcome(&self) -> Option<DeliveryOutcome> {
-        if self.acknowledged == self.chunks.len() {
+        if self.progress.acknowledged == self.chunks.len() {
             return Some(DeliveryOutcome::Accepted);
         }
-        self.refusal.or((self.go_backs >= GO_BACKS_MAX).then_some(DeliveryOutcome::ControllerLost))
+        self.refusal
+            .or((self.stall.go_backs >= GO_BACKS_MAX).then_some(DeliveryOutcome::ControllerLost))
     }
 
-    /// Chunks accepted by the controller instance that is listening now.
+    /// Number of chunks that the current controller has accepted.
     pub(crate) fn acknowledged(&self) -> usize {
-        self.acknowledged
+        self.progress.acknowledged
     }
 
-    /// Chunks sent in all, and those of them that had been sent before.
+    /// Number of chunks sent, and how many of them were sent before.
     pub(crate) fn counts(&self) -> (u64, u64) {
         (self.sent, self.resent)
     }
 
+    /// Makes a new controller the current one.
     fn follow(&mut self, feedback: &Feedback) {
         self.controllers.adopt(feedback.controller_id);
-        self.acknowledged = self.acknowledged_in(feedback);
-        self.next = self.acknowledged;
-        self.idle_heartbeats = 0;
-        self.go_backs = 0;
-        self.last_count = feedback.count;
+        let acknowledged = self.acknowledged_in(feedback);
+        (self.progress.acknowledged, self.progress.next) = (acknowledged, acknowledged);
+        self.stall = StallDetection { last_count: feedback.count, ..StallDetection::default() };
     }
 
+    /// Advances the window to an acknowledgement, or counts an idle heartbeat.
     fn advance(&mut self, acknowledged_in: usize, feedback: &Feedback) {
-        if acknowledged_in > self.acknowledged {
-            self.acknowledged = acknowledged_in;
-            self.next = self.next.max(acknowledged_in);
-            self.idle_heartbeats = 0;
-            self.go_backs = 0;
-        } else if feedback.count > self.last_count && feedback.busy == 0 {
-            self.idle_heartbeats += 1;
+        if acknowledged_in > self.progress.acknowledged {
+            self.progress.acknowledged = acknowledged_in;
+            self.progress.next = self.progress.next.max(acknowledged_in);
+            self.stall.idle_heartbeats = 0;
+            self.stall.go_backs = 0;
+        } else if feedback.count > self.stall.last_count && feedback.busy == 0 {
+            self.stall.idle_heartbeats += 1;
         }
-        self.last_count = feedback.count;
+        self.stall.last_count = feedback.count;
     }
 
-    /// How many of our chunks the controller has accepted.
+    /// Number of chunks of this stream that the controller has accepted.
     fn acknowledged_in(&self, feedback: &Feedback) -> usize {
         let Ok(accepted) = usize::try_from(feedback.next_sequence) else { return 0 };
-        let ours = self.is_our_plan(feedback)
+        let is_this_stream = self.is_this_plan(feedback)
             && accepted <= self.chunks.len()
             && feedback.stream == self.stream_at(accepted);
-        if ours { accepted } else { 0 }
+        if is_this_stream { accepted } else { 0 }
     }
 
-    fn is_our_plan(&self, feedback: &Feedback) -> bool {
+    /// Whether the feedback is about this plan and epoch.
+    fn is_this_plan(&self, feedback: &Feedback) -> bool {
         self.chunks
             .first()
             .is_some_and(|chunk| (chunk.plan_id, chunk.epoch) == (feedback.plan_id, feedback.epoch))
     }
 
+    /// The stream digest before the chunk of an index.
     fn stream_at(&self, accepted: usize) -> Digest {
         self.chunks.get(accepted).map_or(self.end, |chunk| chunk.stream)
     }
 
-    /// A refusal that concerns this delivery: of our session, or of our stream, or of a message
-    /// whose sender is unknown because it was damaged before any was accepted.
+    /// A refusal that concerns this delivery: of this session, of this stream, or of a damaged
+    /// message of unknown sender.
     fn refusal_in(&self, feedback: &Feedback) -> Option<DeliveryOutcome> {
         if Verdict::from_wire(feedback.verdict) != Some(Verdict::Refused) {
             return None;
         }
-        let ours = feedback.session == self.session && self.is_our_plan(feedback);
-        if !(ours || feedback.session == 0 || self.acknowledged_in(feedback) > 0) {
+        let is_this_session = feedback.session == self.session && self.is_this_plan(feedback);
+        if !(is_this_session || feedback.session == 0 || self.acknowledged_in(feedback) > 0) {
             return None;
         }
         Check::from_wire(feedback.check).map(|check| DeliveryOutcome::Refused {
@@ -192,20 +231,18 @@ impl<'a> SendWindow<'a> {
             waypoint: feedback.refused_waypoint,
         })
     }
-}
 
-impl SendWindow<'_> {
-    /// Whether the controller walks a later epoch of this plan than ours: then ours is out of date.
+    /// Supersession, if the controller executes a later epoch of this plan.
     fn supersession_in(&self, feedback: &Feedback) -> Option<DeliveryOutcome> {
         let first = self.chunks.first()?;
-        let overtaken = feedback.session != 0
+        let is_superseded = feedback.session != 0
             && feedback.plan_id == first.plan_id
             && feedback.epoch > first.epoch;
-        overtaken.then_some(DeliveryOutcome::Superseded)
+        is_superseded.then_some(DeliveryOutcome::Superseded)
     }
 }
 
-/// Checks that the chunks are one stream from its start; returns the digest of the whole.
+/// Checks that the chunks are one complete stream. Returns the digest of the whole.
 fn check_stream(chunks: &[PlanChunk]) -> Result<Digest, ChannelError> {
     let Some(first) = chunks.first() else { return Err(ChannelError::Stream { index: 0 }) };
     let mut stream = first.stream;

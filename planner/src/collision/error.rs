@@ -13,7 +13,8 @@ pub enum CollisionError {
     BadClearance,
     /// The robot has more links with collision shapes than a check's fixed workspace holds.
     #[error(
-        "{count} links have collision shapes, {max} are supported; merge links that do not move against each other"
+        "{count} links have collision shapes, {max} are supported; \
+         merge links that do not move against each other"
     )]
     TooManyBodies {
         /// Number of links with collision shapes.

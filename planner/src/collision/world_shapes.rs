@@ -78,8 +78,8 @@ impl WorldShapes {
         Nearby { shapes, is_complete }
     }
 
-    /// Whether the bounding box of any shape comes within `reach` (m) of a point; `nearby` lists all
-    /// candidates or is incomplete.
+    /// Whether the bounding box of any shape comes within `reach` (m) of a point; `nearby` lists
+    /// all candidates or is incomplete.
     pub(crate) fn reaches(&self, center: DVec3, reach: f64, nearby: &Nearby) -> bool {
         if nearby.is_complete {
             return nearby.shapes.iter().any(|(_, bounds)| bounds.reaches(center, reach));

@@ -91,8 +91,8 @@ struct Node {
 }
 
 impl Bvh {
-    /// The hierarchy of the boxes `bounds`, with at most `leaf_max` items per leaf. Items are indices
-    /// into `bounds`.
+    /// The hierarchy of the boxes `bounds`, with at most `leaf_max` items per leaf. Items are
+    /// indices into `bounds`.
     pub fn new(bounds: &[Aabb], leaf_max: usize) -> Self {
         let mut items: Vec<u32> = (0..bounds.len() as u32).collect();
         let mut nodes = Vec::with_capacity(2 * bounds.len().div_ceil(leaf_max.max(1)));
@@ -102,8 +102,8 @@ impl Bvh {
         Self { nodes, items }
     }
 
-    /// The first item, in the fixed order of the tree, that `accept` accepts. Only nodes whose boxes
-    /// `enter` accepts are visited.
+    /// The first item, in the fixed order of the tree, that `accept` accepts. Only nodes whose
+    /// boxes `enter` accepts are visited.
     pub fn find(
         &self,
         enter: impl Fn(&Aabb) -> bool,

@@ -4,6 +4,7 @@ use glam::DVec3;
 use parry3d_f64::transformation::try_convex_hull;
 
 use crate::geometry::bvh::Aabb;
+use crate::geometry::tuning::{DIRECTION_CELLS, SCANNED_VERTICES_MAX};
 
 /// A convex hull.
 #[derive(Debug, Clone)]
@@ -18,10 +19,6 @@ pub struct Hull {
     cells: Vec<u32>,
 }
 
-/// Most vertices for which a scan is faster than hill climbing.
-const SCAN_MAX: usize = 24;
-/// Cells along a side of each face of the direction cube.
-const CELLS: usize = 4;
 /// Largest error of hill climbing, as a share of the hull's size.
 const CLIMB_TOLERANCE: f64 = 1e-12;
 /// Largest thickness of a flat hull, as a share of its size.
@@ -45,7 +42,7 @@ impl Hull {
             // A corner was lost to rounding errors: the points themselves have the same hull.
             return Ok(Self { vertices: points.to_vec(), ..scan });
         }
-        if scan.vertices.len() <= SCAN_MAX {
+        if scan.vertices.len() <= SCANNED_VERTICES_MAX {
             return Ok(scan);
         }
         let climb = scan.clone().with_neighbors(&triangles);
@@ -129,8 +126,9 @@ impl Hull {
             |vertex: usize| edges.partition_point(|&(from, _)| (from as usize) < vertex) as u32;
         self.starts = (0..=self.vertices.len()).map(start_of).collect();
         self.neighbors = edges.iter().map(|&(_, to)| to).collect();
-        self.cells =
-            (0..6 * CELLS * CELLS).map(|cell| self.scan(direction_of(cell)) as u32).collect();
+        self.cells = (0..6 * DIRECTION_CELLS * DIRECTION_CELLS)
+            .map(|cell| self.scan(direction_of(cell)) as u32)
+            .collect();
         self
     }
 
@@ -142,7 +140,7 @@ impl Hull {
         });
         let middle = self.vertices.iter().sum::<DVec3>() / self.vertices.len() as f64;
         let outward = self.vertices.iter().map(|vertex| (*vertex - middle).normalize_or_zero());
-        let cells = (0..6 * CELLS * CELLS).map(direction_of);
+        let cells = (0..6 * DIRECTION_CELLS * DIRECTION_CELLS).map(direction_of);
         normals.chain(outward).chain(cells).flat_map(|direction| [direction, -direction]).all(
             |direction| {
                 let difference =
@@ -167,16 +165,23 @@ fn cell_of(direction: DVec3) -> usize {
     if length == 0.0 {
         return 0;
     }
-    let cell = |value: f64| (((value / length + 1.0) * 0.5 * CELLS as f64) as usize).min(CELLS - 1);
+    let cell = |value: f64| {
+        (((value / length + 1.0) * 0.5 * DIRECTION_CELLS as f64) as usize).min(DIRECTION_CELLS - 1)
+    };
     let face = 2 * axis + usize::from(direction[axis] < 0.0);
-    (face * CELLS + cell(direction[(axis + 1) % 3])) * CELLS + cell(direction[(axis + 2) % 3])
+    (face * DIRECTION_CELLS + cell(direction[(axis + 1) % 3])) * DIRECTION_CELLS
+        + cell(direction[(axis + 2) % 3])
 }
 
 /// The direction of a cell's centre.
 fn direction_of(cell: usize) -> DVec3 {
-    let (face, u, v) = (cell / (CELLS * CELLS), cell / CELLS % CELLS, cell % CELLS);
+    let (face, u, v) = (
+        cell / (DIRECTION_CELLS * DIRECTION_CELLS),
+        cell / DIRECTION_CELLS % DIRECTION_CELLS,
+        cell % DIRECTION_CELLS,
+    );
     let axis = face / 2;
-    let middle = |index: usize| (2 * index + 1) as f64 / CELLS as f64 - 1.0;
+    let middle = |index: usize| (2 * index + 1) as f64 / DIRECTION_CELLS as f64 - 1.0;
     let mut direction = DVec3::ZERO;
     direction[axis] = if face % 2 == 0 { 1.0 } else { -1.0 };
     direction[(axis + 1) % 3] = middle(u);

@@ -9,7 +9,8 @@ use crate::geometry::polygon::{HalfPlane, edges};
 /// Most vertices of a region: two support polygons of 16 vertices.
 pub const REGION_VERTICES_MAX: usize = 32;
 
-/// Width of the grid (m) to which vertices are rounded, so that rounding errors make no thin corners.
+/// Width of the grid (m) to which vertices are rounded, so that rounding errors make no thin
+/// corners.
 const GRID: f64 = 1e-9;
 
 /// Depth (m) that [`ConvexRegion::nearest_inside`] adds to the requested one against rounding

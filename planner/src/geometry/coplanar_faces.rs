@@ -1,5 +1,5 @@
-//! Merges neighbouring coplanar triangles into convex faces, so that a triangulated floor has as few
-//! faces as a box.
+//! Merges neighbouring coplanar triangles into convex faces, so that a triangulated floor has as
+//! few faces as a box.
 
 use glam::DVec3;
 
@@ -12,9 +12,9 @@ const PLANE_DEVIATION_MAX: f64 = 1e-5;
 /// Largest inward bend of a corner that counts as straight, as the sine of the angle.
 const REFLEX_SINE_MAX: f64 = 1e-6;
 
-/// Merges neighbouring coplanar triangles while the result stays convex (greedy Hertel-Mehlhorn), in
-/// a fixed order. Calls `face` with the vertex loop of each face, counter-clockwise from outside.
-/// Triangles without area are dropped.
+/// Merges neighbouring coplanar triangles while the result stays convex (greedy Hertel-Mehlhorn),
+/// in a fixed order. Calls `face` with the vertex loop of each face, counter-clockwise from
+/// outside. Triangles without area are dropped.
 pub(crate) fn merge_coplanar(
     points: &[DVec3],
     triangles: &[[u32; 3]],

@@ -1,5 +1,5 @@
-//! Distances of points, segments, triangles and boxes in closed form. A box is centred on the origin
-//! along the axes of its frame.
+//! Distances of points, segments, triangles and boxes in closed form. A box is centred on the
+//! origin along the axes of its frame.
 //!
 //! A sphere is a point with a radius and a capsule a segment with a radius: callers compare the
 //! distances of such cores with the sum of radii and clearance.
@@ -107,8 +107,8 @@ pub fn point_triangle_distance_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> f
     to_edge(a, b).min(to_edge(b, c)).min(to_edge(c, a))
 }
 
-/// Squared height of a point above or below a triangle; `None` if its projection lies outside or the
-/// triangle has no area.
+/// Squared height of a point above or below a triangle; `None` if its projection lies outside or
+/// the triangle has no area.
 fn height_over_triangle_squared(point: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
     let normal = (b - a).cross(c - a);
     let length_squared = normal.length_squared();

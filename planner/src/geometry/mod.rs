@@ -10,4 +10,5 @@ pub(crate) mod polygon;
 pub mod shape_error;
 pub mod solid;
 pub(crate) mod triangle_mesh;
+mod tuning;
 pub(crate) mod voxel_grid;

@@ -145,8 +145,8 @@ pub(crate) fn convex_hull(points: &mut [DVec2], hull: &mut Vec<DVec2>) {
 /// Twice the area (m2) up to which a vertex is removed.
 const CORNER_AREA_MIN: f64 = 1e-10;
 
-/// Removes vertices of negligible area, and further ones until at most `vertices_max` are left, each
-/// time the one of least area. The polygon only shrinks.
+/// Removes vertices of negligible area, and further ones until at most `vertices_max` are left,
+/// each time the one of least area. The polygon only shrinks.
 pub(crate) fn simplify(hull: &mut Vec<DVec2>, vertices_max: usize) {
     while hull.len() > 2 {
         let n = hull.len();

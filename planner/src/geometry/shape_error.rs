@@ -5,7 +5,8 @@
 pub enum ShapeError {
     /// The points of a hull do not span a volume.
     #[error(
-        "{owner}: the convex hull is degenerate ({reason}); give at least four points that span a volume"
+        "{owner}: the convex hull is degenerate ({reason}); \
+         give at least four points that span a volume"
     )]
     DegenerateHull {
         /// Owner of the shape, such as `link 'left_shin', shape 0`.

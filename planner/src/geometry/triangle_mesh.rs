@@ -5,6 +5,7 @@ use std::cell::Cell;
 use glam::DVec3;
 
 use crate::geometry::bvh::{Aabb, Bvh};
+use crate::geometry::tuning::LEAF_TRIANGLES_MAX;
 
 /// A triangle mesh in its own frame.
 #[derive(Debug, Clone)]
@@ -16,8 +17,6 @@ pub struct Mesh {
     is_closed: bool,
 }
 
-/// Triangles per leaf.
-const LEAF_MAX: usize = 4;
 /// Smallest barycentric distance of a ray from an edge for a clear crossing.
 const EDGE_TOLERANCE: f64 = 1e-9;
 /// Directions of the rays, tried in order until one passes no edge. They are not parallel to common
@@ -45,7 +44,7 @@ impl Mesh {
         let bounds: Vec<Aabb> =
             triangles.iter().map(|triangle| Aabb::of_points(corners(triangle))).collect();
         let aabb = bounds.iter().fold(Aabb::EMPTY, |all, one| all.union(*one));
-        let tree = Bvh::new(&bounds, LEAF_MAX);
+        let tree = Bvh::new(&bounds, LEAF_TRIANGLES_MAX);
         Ok(Self {
             vertices: vertices.to_vec(),
             triangles: triangles.to_vec(),

@@ -18,8 +18,8 @@ pub struct VoxelGrid {
 }
 
 impl VoxelGrid {
-    /// An empty grid that covers a box and at least one cube beyond it on each side. Its origin is a
-    /// multiple of `side * align` and its dimensions are multiples of `align`, so that grids of
+    /// An empty grid that covers a box and at least one cube beyond it on each side. Its origin is
+    /// a multiple of `side * align` and its dimensions are multiples of `align`, so that grids of
     /// different sides have common borders.
     pub fn around(bounds: &Aabb, side: f64, align: u32) -> Self {
         let block = side * f64::from(align);

@@ -65,8 +65,8 @@ impl KneeDistance {
 type Branch = [UnitRotation; 6];
 
 impl ClosedForm {
-    /// The closed form of these joints, if their axes allow one; `zero_root_from_sole` is the sole's
-    /// pose with all joints at 0.
+    /// The closed form of these joints, if their axes allow one; `zero_root_from_sole` is the
+    /// sole's pose with all joints at 0.
     pub(crate) fn detect(joints: &[LegJoint], zero_root_from_sole: &Pose) -> Option<Self> {
         let joints: &[LegJoint; 6] = joints.try_into().ok()?;
         if joints.iter().any(|joint| joint.kind != JointKind::Revolute) {

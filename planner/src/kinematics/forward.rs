@@ -59,8 +59,8 @@ impl Kinematics {
         self.mass
     }
 
-    /// Writes the pose of every link. `q` has one entry per joint (rad or m), `world_from_links` one
-    /// per link.
+    /// Writes the pose of every link. `q` has one entry per joint (rad or m), `world_from_links`
+    /// one per link.
     ///
     /// # Panics
     /// A slice is too short.

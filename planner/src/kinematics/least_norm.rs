@@ -18,9 +18,9 @@ pub struct Unknown<const ROWS: usize> {
     pub range: [f64; 2],
 }
 
-/// The step of least weighted norm that removes `error`, as far as the limits allow. Unknowns beyond
-/// their limits are fixed there, and the others are solved for again. `None` if the equations are
-/// singular.
+/// The step of least weighted norm that removes `error`, as far as the limits allow. Unknowns
+/// beyond their limits are fixed there, and the others are solved for again. `None` if the
+/// equations are singular.
 pub fn least_norm<const ROWS: usize, const UNKNOWNS: usize>(
     unknowns: &BoundedVec<Unknown<ROWS>, UNKNOWNS>,
     error: &[f64; ROWS],

@@ -19,7 +19,8 @@ use crate::kinematics::newton::Newton;
 pub enum LegError {
     /// Fewer than six or more than [`LEG_JOINTS_MAX`] joints.
     #[error(
-        "the leg to foot '{foot}' has {joints} moving joints of its own; 6 to {LEG_JOINTS_MAX} are needed to place a sole freely"
+        "the leg to foot '{foot}' has {joints} moving joints of its own; \
+         6 to {LEG_JOINTS_MAX} are needed to place a sole freely"
     )]
     JointCount {
         /// Name of the foot.

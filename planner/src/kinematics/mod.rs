@@ -7,7 +7,7 @@ pub mod forward;
 pub(crate) mod least_norm;
 pub mod leg;
 mod leg_chain;
-pub mod leg_joint;
+pub(crate) mod leg_joint;
 pub(crate) mod newton;
 mod newton_step;
 pub mod tree;

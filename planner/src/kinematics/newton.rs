@@ -85,12 +85,13 @@ impl Newton {
         root_from_sole: &Pose,
         near: &LegPositions,
     ) -> Option<LegPositions> {
-        if !self.is_within_reach(joints, root_from_sole) {
-            return None;
-        }
-        let found = |at: usize| self.iterate(joints, root_from_sole, &self.postures[at].positions);
-        let from_stored = || self.nearest_postures(root_from_sole).into_iter().find_map(found);
-        self.solve_near(joints, root_from_sole, near).or_else(from_stored)
+        self.solve_near(joints, root_from_sole, near).or_else(|| {
+            self.is_within_reach(joints, root_from_sole).then(|| {
+                self.nearest_postures(root_from_sole).into_iter().find_map(|index| {
+                    self.iterate(joints, root_from_sole, &self.postures[index].positions)
+                })
+            })?
+        })
     }
 
     /// Does the same without the stored postures: for samples, most of which have no solution.

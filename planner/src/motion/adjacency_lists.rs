@@ -1,20 +1,20 @@
-//! The swings from each placement, contiguously in memory: the search for sequences looks at
-//! hundreds of thousands of them.
+//! Adjacency lists of the mode graph: the swings from each foothold, in blocks that are contiguous
+//! in memory, because the sequence search reads hundreds of thousands of them.
 
 use crate::base::arena::reserve;
-use crate::motion::mode_graph::{FootholdId, TransitionId};
+use crate::motion::ids::{FootholdId, TransitionId};
 
-/// Swings of a block: two lines of a cache.
+/// Swings of a block, which fills two cache lines.
 const BLOCK_LEN: usize = 15;
-/// No block.
+/// Index of no block.
 const NONE: u32 = u32::MAX;
 
-/// A foot swung to a placement while the other one stands.
+/// The swing of a foot to a foothold while the other foot stands.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Swing {
-    /// The transition at its end.
+    /// The transition at the end of the swing.
     pub to: TransitionId,
-    /// The placement that is touched there.
+    /// The foothold that the swing foot reaches.
     pub other: FootholdId,
 }
 
@@ -22,34 +22,38 @@ pub struct Swing {
 struct Block {
     swings: [Swing; BLOCK_LEN],
     len: u32,
-    /// The block that was filled before, of the same placement.
+    /// The block of the same foothold that was filled before.
     before: u32,
 }
 
-/// The lists of all placements, allocated once.
+/// The lists of all footholds, allocated once.
 #[derive(Debug)]
 pub struct AdjacencyLists {
+    /// The newest block of each foothold.
     newest: Vec<u32>,
     blocks: Vec<Block>,
 }
 
 impl AdjacencyLists {
-    /// Room for the swings of so many placements.
-    pub fn new(stances_max: usize, swings_max: usize) -> Self {
-        Self { newest: reserve(stances_max), blocks: reserve(stances_max + swings_max / BLOCK_LEN) }
+    /// Lists with capacity for as many footholds and swings. Allocates.
+    pub fn new(footholds_max: usize, swings_max: usize) -> Self {
+        Self {
+            newest: reserve(footholds_max),
+            blocks: reserve(footholds_max + swings_max / BLOCK_LEN),
+        }
     }
 
-    /// Adds a placement.
+    /// Adds an empty list for the next foothold.
     pub fn add_stance(&mut self) {
         self.newest.push(NONE);
     }
 
-    /// Adds a swing from a placement.
+    /// Adds a swing from a foothold.
     pub fn add(&mut self, stance: FootholdId, swing: Swing) {
         let newest = &mut self.newest[stance as usize];
-        let has_room =
+        let is_open =
             self.blocks.get(*newest as usize).is_some_and(|block| (block.len as usize) < BLOCK_LEN);
-        if !has_room {
+        if !is_open {
             self.blocks.push(Block {
                 swings: [Swing::default(); BLOCK_LEN],
                 len: 0,
@@ -62,7 +66,7 @@ impl AdjacencyLists {
         block.len += 1;
     }
 
-    /// The swings from a placement, newest first.
+    /// The swings from a foothold, newest first.
     pub fn from_stance(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
         let block = |index: u32| self.blocks.get(index as usize);
         let blocks = std::iter::successors(block(self.newest[stance as usize]), move |newer| {
@@ -82,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_placement_has_its_own_newest_first_and_they_fit_however_they_come() {
+    fn lists_hold_their_own_swings_newest_first_within_the_capacity() {
         let (stances, swings) = (7, 700);
         let mut lists = AdjacencyLists::new(stances, swings);
         let capacity = lists.blocks.capacity();

@@ -1,6 +1,7 @@
-//! Bidirectional tree search within one mode, in the mode's own coordinates (root, swing sole, free
-//! joints): the variant of CBiRRT of [Grey 4.4.3] in which closed-form legs take the place of
-//! projection.
+//! CBiRRT: bidirectional tree search within one mode (Berenson 2009) [Grey 4.4.3].
+//!
+//! The search space is that of the mode: root pose, swing sole pose, free joints. Inverse
+//! kinematics of the legs takes the place of constrained projection.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -11,63 +12,60 @@ use surefoot_shared_types::base::spatial::{
 use crate::base::random::{Random, Stream};
 use crate::collision::model::FootPhase;
 use crate::constraints::constraints::Constraints;
+use crate::constraints::mode::Mode;
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::motion::local_planner::{LocalPath, Progress};
-use crate::motion::single_mode::SingleModeProblem;
 use crate::motion::swing_shapes::MotionShape;
 use crate::motion::tree_pool::TreeNode;
+use crate::motion::tuning::{
+    EXTENSION_WAYPOINTS_MAX, FREE_JOINT_SPREAD, METRES_PER_RADIAN, ROOT_SPREAD, ROOT_TURN_SPREAD,
+    SOLE_SPREAD, SOLE_TURN_SPREAD, TREE_SAMPLES_MAX,
+};
 use crate::motion::workspace::{Workspace, push};
 
-/// Samples drawn in the first search between two states, and in each later one; the trees are kept
-/// for the next one. Few at first: most that is found at all is found soon, and another sequence
-/// may be easier.
-const SAMPLES_MAX: [u32; 2] = [36, 64];
-/// Waypoints added by one extension toward a sample.
-const EXTENSION_MAX: u32 = 24;
-/// Metres that a radian counts in the metric: about the distance from the hip to a hand or a toe.
-pub const METRES_PER_RADIAN: f64 = 0.35;
-/// How far samples of the root leave the straight line between both ends, as a share of the leg's
-/// reach; with a foot in the air they lie about a line that is as far above it, since a robot that
-/// stands up has room for that foot.
-const ROOT_SPREAD: f64 = 0.2;
-/// How far samples of the root turn, rad.
-const ROOT_TURN: f64 = 0.25;
-/// How far samples of the swing sole leave the straight line, as a share of the leg's reach. Most
-/// are out of reach, and lead the foot well around what is in its way.
-const SOLE_SPREAD: f64 = 0.75;
-/// How far samples of the swing sole turn, rad.
-const SOLE_TURN: f64 = 0.5;
-/// How far free joints leave the straight line, rad; only every other sample moves them.
-const FREE_SPREAD: f64 = 0.6;
+/// A query for a motion within one mode.
+#[derive(Debug, Clone)]
+pub struct SingleModeProblem {
+    /// The mode.
+    pub mode: Mode,
+    /// The state at the beginning of the motion.
+    pub from: ModeState,
+    /// The state at its end.
+    pub to: ModeState,
+    /// The seed, and the name of this search in the random stream.
+    pub random: (u64, u64),
+    /// Number of searches for this motion that failed before.
+    pub failures: u32,
+}
 
-/// The growth of two trees toward one another.
+/// The search: two trees grow toward each other. They are kept for the next search.
 #[derive(Debug, Clone)]
 pub struct Cbirrt {
     random: Random,
     sample: u32,
     samples_max: u32,
-    /// The tree that grows: after each sample it is the other's turn.
+    /// The tree that grows, 0 or 1; the trees alternate from sample to sample.
     side: usize,
     goal: ExtensionGoal,
-    /// The node that the next waypoint hangs on.
+    /// The node that becomes the parent of the next waypoint.
     parent: u32,
-    /// Waypoints added toward this aim.
+    /// Waypoints added toward the current goal.
     added: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
 enum ExtensionGoal {
-    /// Choosing a sample.
+    /// The next sample is to be drawn.
     Choose,
-    /// Growing toward the sample.
+    /// Extending a tree toward the sample.
     Sample,
-    /// Growing the other tree toward the tip of the first.
+    /// Connecting the other tree to the tip of the first.
     Tip(u32),
 }
 
 impl Cbirrt {
-    /// Begins.
+    /// A search that has drawn no sample.
     pub fn new(problem: &SingleModeProblem) -> Self {
         let random = Random::new(
             problem.random.0,
@@ -75,7 +73,8 @@ impl Cbirrt {
             problem.random.1,
             u64::from(problem.failures),
         );
-        let samples_max = SAMPLES_MAX[(problem.failures as usize).min(SAMPLES_MAX.len() - 1)];
+        let samples_max =
+            TREE_SAMPLES_MAX[(problem.failures as usize).min(TREE_SAMPLES_MAX.len() - 1)];
         Self {
             random,
             sample: 0,
@@ -87,16 +86,17 @@ impl Cbirrt {
         }
     }
 
-    /// How often it tried to extend a tree.
+    /// Number of samples toward which a tree was extended.
     pub fn extensions(&self) -> u32 {
         self.sample
     }
 
-    /// Spends one unit of work; `true` once the trees meet: then the path holds the waypoints
-    /// after the first end, the second one included.
+    /// Spends one work unit. Returns `true` once the trees are connected: `workspace.path` then
+    /// holds the waypoints after the first end, the second end included.
     ///
     /// # Errors
-    /// No connection with the last sample.
+    /// The rejection of the last extension, once all samples are spent without a connection, and
+    /// [`Rejection::Discontinuous`] if a tree is full.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
@@ -113,18 +113,18 @@ impl Cbirrt {
             return Ok(false);
         }
         let progress = workspace.local_planner.advance(constraints, &problem.mode);
-        let grown = progress.and_then(|progress| match progress {
+        let extended = progress.and_then(|progress| match progress {
             Progress::ShorterStep => Ok(progress),
             _ => self.add(workspace).map(|()| progress),
         });
-        match (self.goal, grown) {
+        match (self.goal, extended) {
             (_, Ok(Progress::ShorterStep)) => Ok(false),
             (ExtensionGoal::Tip(tip), Ok(Progress::Reached)) => {
                 self.join_paths(tip, workspace).map(|()| true)
             }
             (ExtensionGoal::Tip(_), Ok(_)) => Ok(false),
             (ExtensionGoal::Tip(_), Err(rejection)) => self.next_sample(rejection, workspace),
-            (_, Ok(Progress::Waypoint)) if self.added < EXTENSION_MAX => Ok(false),
+            (_, Ok(Progress::Waypoint)) if self.added < EXTENSION_WAYPOINTS_MAX => Ok(false),
             (_, Err(rejection)) if self.added == 0 => self.next_sample(rejection, workspace),
             _ => {
                 self.connect_to_tip(constraints, problem, workspace);
@@ -133,6 +133,7 @@ impl Cbirrt {
         }
     }
 
+    /// Draws a sample and begins to extend a tree toward it.
     fn choose(
         &mut self,
         constraints: &Constraints,
@@ -145,6 +146,7 @@ impl Cbirrt {
         self.begin_extension(constraints, problem, &target, ExtensionGoal::Sample, workspace);
     }
 
+    /// Begins to extend the other tree toward the tip of this one.
     fn connect_to_tip(
         &mut self,
         constraints: &Constraints,
@@ -157,6 +159,7 @@ impl Cbirrt {
         self.begin_extension(constraints, problem, &target, ExtensionGoal::Tip(tip), workspace);
     }
 
+    /// Begins to extend the tree from its node nearest to the target.
     fn begin_extension(
         &mut self,
         constraints: &Constraints,
@@ -179,14 +182,16 @@ impl Cbirrt {
         workspace.local_planner.begin(constraints, &local_path);
     }
 
+    /// Adds the state that was reached as a node.
     fn add(&mut self, workspace: &mut Workspace) -> Result<(), Rejection> {
         let tree = &mut workspace.trees[self.side];
-        push(tree, TreeNode { state: *workspace.local_planner.here(), parent: self.parent })?;
+        push(tree, TreeNode { state: *workspace.local_planner.state(), parent: self.parent })?;
         self.parent = (tree.len() - 1) as u32;
         self.added += 1;
         Ok(())
     }
 
+    /// Continues with the next sample after a rejection.
     fn next_sample(
         &mut self,
         rejection: Rejection,
@@ -199,8 +204,8 @@ impl Cbirrt {
         if self.sample < self.samples_max { Ok(false) } else { Err(rejection) }
     }
 
-    /// Writes the way from the first tree's root over both tips, which are the same state, to the
-    /// second tree's root.
+    /// Writes the path from the root of the first tree over both tips, which are the same state, to
+    /// the root of the second tree.
     fn join_paths(&self, tip: u32, workspace: &mut Workspace) -> Result<(), Rejection> {
         let Workspace { path, trees, .. } = workspace;
         let tips = if self.side == 1 { [tip, self.parent] } else { [self.parent, tip] };
@@ -216,7 +221,7 @@ impl Cbirrt {
     }
 }
 
-/// Roots each tree that is still empty at its end.
+/// Adds the root to each tree that is empty.
 fn root_trees(ends: &[ModeState; 2], workspace: &mut Workspace) {
     for (tree, end) in workspace.trees.iter_mut().zip(ends) {
         if tree.is_empty() {
@@ -225,15 +230,15 @@ fn root_trees(ends: &[ModeState; 2], workspace: &mut Workspace) {
     }
 }
 
-/// The nodes from one up to the root, that one included and the root left out.
+/// The nodes from `node` to the root, the root excluded.
 fn path_to_root(tree: &[TreeNode], node: u32) -> impl Iterator<Item = &TreeNode> {
     let above =
         |&at: &u32| (at != 0).then(|| tree[at as usize].parent).filter(|&parent| parent != 0);
     std::iter::successors(Some(node).filter(|&at| at != 0), above).map(|at| &tree[at as usize])
 }
 
-/// The node nearest to a target in the search's metric; the first of several. Turns are looked at
-/// only where the shifts alone do not make a node too far.
+/// The node nearest to a target in the metric of the search; the first of several. Rotations are
+/// compared only if the translations alone are nearer than the best node.
 pub fn nearest(nodes: &[TreeNode], problem: &SingleModeProblem, target: &ModeState) -> usize {
     let mut best = (0, f64::INFINITY);
     for (index, node) in nodes.iter().enumerate() {
@@ -248,8 +253,8 @@ pub fn nearest(nodes: &[TreeNode], problem: &SingleModeProblem, target: &ModeSta
     best.0
 }
 
-/// The metric of the search, m: how far the root and the swing sole are apart, as `apart` says of
-/// poses.
+/// The metric of the search, m: the sum of the distances of root and swing sole, where `apart` is
+/// the distance of two poses.
 fn distance(
     problem: &SingleModeProblem,
     a: &ModeState,
@@ -263,15 +268,17 @@ fn distance(
         .map_or(0.0, |limb| apart(&a.world_from_soles[limb], &b.world_from_soles[limb]))
 }
 
+/// Distance of two positions, m.
 fn shift(x: &Pose, y: &Pose) -> f64 {
     x.translation.distance(y.translation)
 }
 
+/// Distance of two poses, m; a radian counts [`METRES_PER_RADIAN`].
 fn shift_and_turn(x: &Pose, y: &Pose) -> f64 {
     shift(x, y) + METRES_PER_RADIAN * rotation_distance(x.rotation, y.rotation)
 }
 
-/// A random target about the straight line between both ends.
+/// A random state near the straight line between both ends.
 fn sample_target(
     constraints: &Constraints,
     problem: &SingleModeProblem,
@@ -285,18 +292,19 @@ fn sample_target(
     let [root_spread, sole_spread] =
         [ROOT_SPREAD, SOLE_SPREAD].map(|spread| spread * constraints.robot.legs[0].reach());
     let raise = if problem.mode.swing().is_some() { root_spread } else { 0.0 };
-    state.configuration.world_from_root = sample_near(&root, root_spread, raise, ROOT_TURN, random);
+    state.configuration.world_from_root =
+        sample_near(&root, root_spread, raise, ROOT_TURN_SPREAD, random);
     if let Some(limb) = problem.mode.swing() {
         let sole =
             interpolate(&ends[0].world_from_soles[limb], &ends[1].world_from_soles[limb], share);
         state.world_from_soles[limb] =
-            sample_near(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN, random);
+            sample_near(&sole, sole_spread, 0.5 * sole_spread, SOLE_TURN_SPREAD, random);
     }
     let moves_free = random.below(2) == 1;
     for joint in &constraints.robot.free_joints {
         let [from, to] = ends.map(|end| end.configuration.q[joint.index]);
         let offset = if moves_free && joint.is_sampled {
-            random.uniform(-FREE_SPREAD, FREE_SPREAD)
+            random.uniform(-FREE_JOINT_SPREAD, FREE_JOINT_SPREAD)
         } else {
             0.0
         };
@@ -306,6 +314,8 @@ fn sample_target(
     state
 }
 
+/// A random pose within a box of half width `spread` about a pose that is raised by `raise` (m),
+/// turned by at most `turn` about each axis (rad).
 fn sample_near(pose: &Pose, spread: f64, raise: f64, turn: f64, random: &mut Random) -> Pose {
     let mut vector =
         |half: f64| DVec3::from_array(std::array::from_fn(|_| random.uniform(-half, half)));

@@ -1,16 +1,16 @@
-//! What single-mode planning knows of each pair of transitions within a mode: how often it failed,
-//! or the motion it found.
+//! The results of single-mode planning for pairs of transitions within a mode: the number of failed
+//! searches and the motion that was found.
 
 use crate::base::arena::{ArenaSlice, filled};
 use crate::base::capacity::ArenaFull;
-use crate::motion::mode_graph::TransitionId;
+use crate::motion::ids::TransitionId;
 
-/// A motion between two transitions within their common mode.
+/// Result of single-mode planning between two transitions within their common mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EdgeRecord {
-    /// Failed searches in this mode between these two.
+    /// Number of failed searches.
     pub failures: u32,
-    /// The waypoints of the motion, if found, in the waypoint arena.
+    /// The waypoints of the motion in the waypoint arena, if one was found.
     pub motion: Option<ArenaSlice>,
 }
 
@@ -21,8 +21,8 @@ struct Slot {
     record: EdgeRecord,
 }
 
-/// An open-addressing table from a pair of transitions to its record, allocated once and never
-/// iterated.
+/// A hash table with open addressing from a pair of transitions to its record. Allocated once,
+/// never iterated.
 #[derive(Debug)]
 pub struct EdgeTable {
     slots: Vec<Option<Slot>>,
@@ -30,17 +30,17 @@ pub struct EdgeTable {
 }
 
 impl EdgeTable {
-    /// A table for at least `edges_max` edges.
+    /// A table with capacity for at least `edges_max` pairs. Allocates.
     pub fn new(edges_max: usize) -> Self {
         Self { slots: filled(None, (2 * edges_max).next_power_of_two()), used: 0 }
     }
 
-    /// What is known of a pair.
+    /// The record of a pair; the default if there is none.
     pub fn get(&self, from: TransitionId, to: TransitionId) -> EdgeRecord {
         self.slots[self.find(from, to)].map_or(EdgeRecord::default(), |slot| slot.record)
     }
 
-    /// Sets what is known of a pair.
+    /// Sets the record of a pair.
     ///
     /// # Errors
     /// The table is full.
@@ -66,8 +66,8 @@ impl EdgeTable {
         self.slots.len() * size_of::<Option<Slot>>()
     }
 
-    /// The slot that holds a pair, or the free one where it belongs. There always is one: the table
-    /// is at most half full.
+    /// Index of the slot of a pair, or of the free slot where it is to be stored. There always is
+    /// one, because the table is at most half full.
     fn find(&self, from: TransitionId, to: TransitionId) -> usize {
         let mask = self.slots.len() - 1;
         let hash = (u64::from(from) << 32 | u64::from(to)).wrapping_mul(0x9E37_79B9_7F4A_7C15);

@@ -5,12 +5,12 @@ use crate::base::arena::{LazilyFilled, reserve};
 /// Position of a node that is not in the heap.
 const ABSENT: u32 = u32::MAX;
 
-/// A node and what it is ordered by: cost first, then the number of edges, then the index, so that
-/// no two are equal. All of it is one number, which is compared at once.
+/// A node and its key: cost first, then the number of edges, then the index, so that no two entries
+/// are equal. Packed into one integer, which is compared at once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Entry(u128);
 
-/// The heap.
+/// A binary min-heap of node indices.
 #[derive(Debug)]
 pub struct IndexHeap {
     order: Vec<Entry>,
@@ -18,31 +18,31 @@ pub struct IndexHeap {
 }
 
 impl IndexHeap {
-    /// A heap over nodes `0..nodes_max`.
+    /// An empty heap over the nodes `0..nodes_max`. Allocates.
     pub fn new(nodes_max: usize) -> Self {
         Self { order: reserve(nodes_max), positions: LazilyFilled::new(ABSENT, nodes_max) }
     }
 
-    /// Empties it.
+    /// Removes all entries.
     pub fn clear(&mut self) {
         for entry in self.order.drain(..) {
             self.positions[entry.node() as usize] = ABSENT;
         }
     }
 
-    /// Inserts a node or lowers its key, whose cost is not negative.
+    /// Inserts a node or decreases its key. The cost must not be negative.
     pub fn push(&mut self, node: u32, cost: f64, edges: u32) {
         let entry = Entry::new(node, cost, edges);
-        let known = self.positions[node as usize];
-        if known == ABSENT {
+        let position = self.positions[node as usize];
+        if position == ABSENT {
             self.order.push(entry);
             self.sift_up(entry, self.order.len() - 1);
         } else {
-            self.sift_up(entry, known as usize);
+            self.sift_up(entry, position as usize);
         }
     }
 
-    /// Takes the node with the smallest key.
+    /// Removes the node with the smallest key. Returns node, cost and number of edges.
     pub fn pop(&mut self) -> Option<(u32, f64, u32)> {
         let first = *self.order.first()?;
         let last = self.order.pop()?;
@@ -58,7 +58,7 @@ impl IndexHeap {
         self.order.capacity() * size_of::<Entry>() + self.positions.bytes()
     }
 
-    /// Puts an entry where it belongs, at a position or above it.
+    /// Moves an entry from a position toward the root to its place.
     fn sift_up(&mut self, entry: Entry, mut position: usize) {
         while position > 0 {
             let parent = (position - 1) / 2;
@@ -71,7 +71,7 @@ impl IndexHeap {
         self.put(entry, position);
     }
 
-    /// Puts an entry where it belongs, at a position or below it.
+    /// Moves an entry from a position toward the leaves to its place.
     fn sift_down(&mut self, entry: Entry, mut position: usize) {
         loop {
             let left = 2 * position + 1;
@@ -94,7 +94,7 @@ impl IndexHeap {
 }
 
 impl Entry {
-    /// The bits of numbers that are not negative are ordered as these are.
+    /// The bits of non-negative floating-point numbers are ordered like the numbers.
     fn new(node: u32, cost: f64, edges: u32) -> Self {
         debug_assert!(cost.is_sign_positive(), "{cost}");
         Self(u128::from(cost.to_bits()) << 64 | u128::from(edges) << 32 | u128::from(node))

@@ -1,5 +1,4 @@
-//! How a swing foot leaves its placement: straight along the sole's normal, as high as there is
-//! room.
+//! Lift-off: a swing foot leaves its foothold straight along the sole's normal.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -11,32 +10,30 @@ use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::motion::local_planner::{LocalPath, LocalPlanner, Progress, feasible_state};
 use crate::motion::swing_shapes::MotionShape;
+use crate::motion::tuning::LIFT_HEIGHTS;
 use crate::motion::workspace::push;
 use crate::robot::configuration::Configuration;
 
-/// How high a swing foot is lifted off its placement before it may travel, along the sole's normal,
-/// m; tried in order.
-const HEIGHTS: [f64; 2] = [0.02, 0.012];
-
-/// A search for a lift-off. The motion is the same backwards, so it serves to land as well.
+/// A search for a lift-off. In reverse it is a landing.
 #[derive(Debug, Clone)]
 pub struct LiftOff {
     from: ModeState,
+    /// Number of heights tried.
     tried: usize,
     lifted: ModeState,
 }
 
 impl LiftOff {
-    /// Begins with the foot on its placement.
+    /// A search from a state with the foot on its foothold.
     pub fn new(from: &ModeState) -> Self {
         Self { from: *from, tried: 0, lifted: *from }
     }
 
-    /// Spends one unit of work; answers the state with the foot lifted once that is reached:
-    /// `waypoints` then holds the way there.
+    /// Spends one work unit. Returns the state with the foot lifted once it is reached; `waypoints`
+    /// then holds the path after the first state.
     ///
     /// # Errors
-    /// What stops the last lift-off.
+    /// The rejection at the last height tried.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
@@ -53,11 +50,12 @@ impl LiftOff {
             Err(rejection) => {
                 local_planner.stop();
                 self.tried += 1;
-                if self.tried < HEIGHTS.len() { Ok(None) } else { Err(rejection) }
+                if self.tried < LIFT_HEIGHTS.len() { Ok(None) } else { Err(rejection) }
             }
         }
     }
 
+    /// Spends one work unit at the current height. Returns whether the lifted state is reached.
     fn attempt(
         &mut self,
         constraints: &Constraints,
@@ -67,7 +65,7 @@ impl LiftOff {
     ) -> Result<bool, Rejection> {
         if !local_planner.is_active() {
             waypoints.clear();
-            self.lifted = raised_state(constraints, mode, &self.from, HEIGHTS[self.tried])?;
+            self.lifted = raised_state(constraints, mode, &self.from, LIFT_HEIGHTS[self.tried])?;
             let local_path = LocalPath {
                 from: self.from,
                 to: self.lifted,
@@ -80,13 +78,13 @@ impl LiftOff {
         }
         let progress = local_planner.advance(constraints, mode)?;
         if progress != Progress::ShorterStep {
-            push(waypoints, local_planner.here().configuration)?;
+            push(waypoints, local_planner.state().configuration)?;
         }
         Ok(progress == Progress::Reached)
     }
 }
 
-/// A state with the swing sole raised along its normal.
+/// The state with the swing sole raised along its normal by `height`, m.
 fn raised_state(
     constraints: &Constraints,
     mode: &Mode,

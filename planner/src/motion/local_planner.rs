@@ -1,6 +1,8 @@
-//! A checked motion within one mode: the root, the swing sole and the free joints move along a
-//! given path, the legs follow by inverse kinematics, the root gives way until the centre of mass
-//! is where it shall be, and every waypoint and every motion between two is checked.
+//! The local planner: a checked motion between two states of a mode [LaValle 2006, 5.5].
+//!
+//! The root, the swing sole and the free joints follow a local path. Inverse kinematics places the
+//! legs, shifts of the root correct the centre of mass, and every waypoint and every motion between
+//! two waypoints is checked.
 
 use glam::{DQuat, DVec3};
 use surefoot_shared_types::Pose;
@@ -14,74 +16,62 @@ use crate::constraints::mode::Mode;
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
 use crate::motion::swing_shapes::{MotionShape, outward, plateau};
+use crate::motion::tuning::{
+    FIRST_STEP_LENGTH, HIP_RAISE, MOVING_LEG_EXTENSION_MAX, PATH_STEP_AIM, PATH_STEP_MIN,
+    RAISED_LEG_EXTENSION, WAYPOINT_COLLISION_STEPS, WAYPOINT_COM_SHIFTS_MAX,
+};
 use crate::primitives::level_sole::side_of;
 use crate::robot::kinematic_state::KinematicState;
 
-/// Root shifts a waypoint may take to bring the centre of mass back.
-const COM_SHIFTS_MAX: usize = 4;
-/// How far the centre of mass may be from its course, m.
+/// Largest distance of the centre of mass from its reference, m.
 const COM_TRACKING_TOLERANCE: f64 = 4e-3;
-/// The smallest step along a path, as a share of it: less means that a joint would jump.
-const STEP_MIN: f64 = 1.0 / 4096.0;
-/// The share of the longest step that the next one is aimed at.
-const STEP_AIM: f64 = 0.95;
-/// The longest motion of any point between two waypoints, in collision steps.
-const WAYPOINT_COLLISION_STEPS: f64 = 4.0;
-/// The share of a leg's reach that a moving root leaves at least.
-const LEG_EXTENSION_MAX: f64 = 0.997;
-/// The share of a leg's reach up to which a robot stands up.
-const UPRIGHT_LEG_EXTENSION: f64 = 0.96;
-/// How far a robot that stands up rolls its hips, the one over the swing foot upward, rad.
-const HIP_RAISE: f64 = 0.2;
 
-/// One local path of a path.
+/// A query of the local planner: the path between two states.
 #[derive(Debug, Clone, Copy)]
 pub struct LocalPath {
-    /// Where it begins.
+    /// The first state.
     pub from: ModeState,
-    /// Where it leads.
+    /// The last state.
     pub to: ModeState,
-    /// Whether it must end at `to` itself; otherwise `to` gives the direction, the legs and the
-    /// centre of mass follow.
+    /// Whether it must end at `to` exactly. Otherwise the legs and the centre of mass may deviate.
     pub exact: bool,
-    /// How it is travelled.
+    /// The shape of the motion.
     pub shape: MotionShape,
-    /// What is asked of the swing foot's clearance.
+    /// The clearance that the swing foot must keep.
     pub swing_foot: FootPhase,
 }
 
 impl Default for LocalPath {
-    /// From the origin to there: for memory that is not in use.
+    /// From the origin to the origin: for memory that is not in use.
     fn default() -> Self {
         let [from, to] = [ModeState::default(); 2];
         Self { from, to, exact: true, shape: MotionShape::STRAIGHT, swing_foot: FootPhase::Swing }
     }
 }
 
-/// What one trial along a local path came to.
+/// Result of one trial along a local path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
-    /// The trial was too far away; the next one is nearer.
+    /// The step was too long; the next trial is a shorter one.
     ShorterStep,
-    /// [`LocalPlanner::here`] is the next waypoint.
+    /// [`LocalPlanner::state`] is the next waypoint.
     Waypoint,
-    /// [`LocalPlanner::here`] is the last waypoint.
+    /// [`LocalPlanner::state`] is the last waypoint.
     Reached,
 }
 
-/// Follows a local path from its beginning, one trial at a time, each of which costs one unit of
-/// work; then another, in the same memory.
+/// Follows one local path after another, one trial at a time. A trial costs one work unit.
 #[derive(Debug, Clone, Default)]
 pub struct LocalPlanner {
     is_active: bool,
     local_path: LocalPath,
-    /// The share of the local path behind it.
+    /// The fraction of the local path that is done.
     at: f64,
-    /// The share that it tries to go next.
+    /// The fraction of the next step.
     step: f64,
-    here: ModeState,
-    /// Of [`LocalPlanner::here`], at the place `current`, and of the trial, which is written anew
-    /// each time.
+    /// The last waypoint.
+    state: ModeState,
+    /// Kinematic states of the last waypoint, at index `current`, and of the trial.
     kinematic_states: [KinematicState; 2],
     current: usize,
     intermediate_kinematic_state: KinematicState,
@@ -90,7 +80,7 @@ pub struct LocalPlanner {
 }
 
 impl LocalPlanner {
-    /// Stands at the beginning of a local path.
+    /// Begins a local path.
     pub fn begin(&mut self, constraints: &Constraints, local_path: &LocalPath) {
         self.current = 0;
         for (kinematic_state, end) in
@@ -99,31 +89,32 @@ impl LocalPlanner {
             kinematic_state.update(&constraints.robot, &end.configuration);
         }
         self.com_ends = [self.kinematic_states[0].com, self.kinematic_states[1].com];
-        (self.local_path, self.here) = (*local_path, local_path.from);
+        (self.local_path, self.state) = (*local_path, local_path.from);
         (self.at, self.step) = (0.0, initial_step(local_path));
         self.is_active = true;
     }
 
-    /// Leaves its local path.
+    /// Ends the local path.
     pub fn stop(&mut self) {
         self.is_active = false;
     }
 
-    /// Whether it has begun with a local path and not been stopped since.
+    /// Whether a local path has begun and not been stopped.
     pub fn is_active(&self) -> bool {
         self.is_active
     }
 
-    /// The waypoint that was reached last; every waypoint and every motion between two is checked.
-    pub fn here(&self) -> &ModeState {
-        &self.here
+    /// The last waypoint reached. It and the motion to it are checked.
+    pub fn state(&self) -> &ModeState {
+        &self.state
     }
 
-    /// Whether the local path holds at a share of it. It is seen from where it was probed last, so
-    /// that a local path is probed from its beginning on; whoever follows it then begins anew.
+    /// Checks the configuration at fraction `at` of the local path. Inverse kinematics starts from
+    /// the point probed last, so probes must ascend from the beginning. To follow the path after
+    /// probing, begin again.
     ///
     /// # Errors
-    /// What does not hold there.
+    /// The constraint that the configuration violates.
     pub fn probe(
         &mut self,
         constraints: &Constraints,
@@ -132,11 +123,11 @@ impl LocalPlanner {
     ) -> Result<(), Rejection> {
         let feet = foot_phases(mode, self.local_path.swing_foot);
         let next_kinematic_state = &mut self.kinematic_states[1 - self.current];
-        self.here = state_at(
+        self.state = state_at(
             constraints,
             mode,
             &self.local_path,
-            &self.here,
+            &self.state,
             at,
             &self.com_ends,
             next_kinematic_state,
@@ -147,7 +138,7 @@ impl LocalPlanner {
     /// Tries the next waypoint.
     ///
     /// # Errors
-    /// What stops it here; the waypoints before remain good.
+    /// The constraint that stops the path. The waypoints before stay valid.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
@@ -160,21 +151,21 @@ impl LocalPlanner {
             constraints,
             mode,
             &self.local_path,
-            &self.here,
+            &self.state,
             next_at,
             &self.com_ends,
             &mut self.kinematic_states[trial],
         );
         let (used, bound) =
             next.as_ref().map_or((2.0, f64::INFINITY), |state| self.step_usage(constraints, state));
-        self.step *= (STEP_AIM / used.max(1e-3)).clamp(0.25, 2.0);
+        self.step *= (PATH_STEP_AIM / used.max(1e-3)).clamp(0.25, 2.0);
         let state = match next {
             Ok(state) if used <= 1.0 => state,
-            _ if self.step >= STEP_MIN => return Ok(Progress::ShorterStep),
+            _ if self.step >= PATH_STEP_MIN => return Ok(Progress::ShorterStep),
             next => return Err(next.err().unwrap_or(Rejection::Discontinuous)),
         };
         constraints.check(mode, &self.kinematic_states[trial], feet)?;
-        let ends = [&self.here.configuration, &state.configuration];
+        let ends = [&self.state.configuration, &state.configuration];
         constraints.check_between(
             mode,
             ends,
@@ -182,15 +173,15 @@ impl LocalPlanner {
             feet,
             &mut self.intermediate_kinematic_state,
         )?;
-        (self.here, self.at, self.current) = (state, next_at, trial);
-        self.step = self.step.min(1.0 - self.at).max(STEP_MIN);
+        (self.state, self.at, self.current) = (state, next_at, trial);
+        self.step = self.step.min(1.0 - self.at).max(PATH_STEP_MIN);
         Ok(if self.at < 1.0 { Progress::Waypoint } else { Progress::Reached })
     }
 
-    /// How much of the longest step between two waypoints the next one takes, and how far any point
-    /// moves on the way to it (m).
+    /// The share of the longest step that the step to `next` uses, and the motion bound of the
+    /// step, m.
     fn step_usage(&self, constraints: &Constraints, next: &ModeState) -> (f64, f64) {
-        let joints = self.here.configuration.q.iter().zip(&next.configuration.q);
+        let joints = self.state.configuration.q.iter().zip(&next.configuration.q);
         let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
         let config = &constraints.config;
         let bound = constraints.collision.motion_bound(
@@ -203,11 +194,12 @@ impl LocalPlanner {
     }
 }
 
+/// The phase of each foot in a mode.
 fn foot_phases(mode: &Mode, swing_foot: FootPhase) -> [FootPhase; 2] {
     [0, 1].map(|limb| if mode.is_stance(limb) { FootPhase::Stance } else { swing_foot })
 }
 
-/// A first guess of the step, from how far root and soles travel.
+/// The fraction of the first step, from the displacements of root and soles.
 fn initial_step(local_path: &LocalPath) -> f64 {
     let distance = |a: &Pose, b: &Pose| a.translation.distance(b.translation);
     let root = distance(
@@ -218,14 +210,15 @@ fn initial_step(local_path: &LocalPath) -> f64 {
         distance(&local_path.from.world_from_soles[limb], &local_path.to.world_from_soles[limb])
     });
     let length = root.max(soles[0]).max(soles[1]) + local_path.shape.swing.extra_length();
-    (0.03 / length.max(1e-6)).clamp(STEP_MIN, 1.0)
+    (FIRST_STEP_LENGTH / length.max(1e-6)).clamp(PATH_STEP_MIN, 1.0)
 }
 
-/// The same state with its legs brought to its soles and the centre of mass brought back inside the
-/// support region.
+/// The nearest state whose legs reach its soles and whose centre of mass lies inside the support
+/// region of the mode.
 ///
 /// # Errors
-/// The legs do not reach, or the shifts do not converge.
+/// [`Rejection::Unreachable`] if the legs do not reach; [`Rejection::Balance`] if the shifts of the
+/// root do not converge.
 pub fn feasible_state(
     constraints: &Constraints,
     mode: &Mode,
@@ -249,13 +242,14 @@ pub fn feasible_state(
     )
 }
 
-/// The state at `t` along a local path, and its kinematic state; at its end the desired state
-/// itself.
+/// The state at fraction `t` of a local path, and its kinematic state. Inverse kinematics starts
+/// from the state `previous`; `com_ends` are the centres of mass at both ends, world, m. At the end
+/// of an exact path it is the last state itself.
 fn state_at(
     constraints: &Constraints,
     mode: &Mode,
     local_path: &LocalPath,
-    here: &ModeState,
+    previous: &ModeState,
     t: f64,
     com_ends: &[DVec3; 2],
     kinematic_state: &mut KinematicState,
@@ -265,7 +259,7 @@ fn state_at(
         kinematic_state.update(robot, &local_path.to.configuration);
         return Ok(local_path.to);
     }
-    let mut state = *here;
+    let mut state = *previous;
     for limb in (0..2).filter(|&limb| !mode.is_stance(limb)) {
         state.world_from_soles[limb] = swing_pose(local_path, limb, t);
     }
@@ -278,10 +272,10 @@ fn state_at(
     state.configuration.world_from_root = reference;
     let reference_com = com_ends[0].lerp(com_ends[1], t).truncate();
     let com_depth = constraints.com_margin(mode) + COM_TRACKING_TOLERANCE;
-    for _ in 0..COM_SHIFTS_MAX {
+    for _ in 0..WAYPOINT_COM_SHIFTS_MAX {
         let root = &mut state.configuration.world_from_root;
         let highest = robot
-            .root_height(root, &state.world_from_soles, [LEG_EXTENSION_MAX; 2])
+            .root_height(root, &state.world_from_soles, [MOVING_LEG_EXTENSION_MAX; 2])
             .ok_or(Rejection::Unreachable)?;
         root.translation.z = reference.translation.z.min(highest);
         if !robot.place_soles_near(&mut state.configuration, &state.world_from_soles) {
@@ -302,7 +296,7 @@ fn state_at(
     Err(Rejection::Balance)
 }
 
-/// Where the root would be, but for its balance.
+/// The root pose at fraction `t` before the centre of mass is corrected.
 fn root_reference(
     constraints: &Constraints,
     mode: &Mode,
@@ -322,20 +316,21 @@ fn root_reference(
         reference.rotation = hip_raised(reference.rotation, limb, plateau(t));
     }
     if let Some(highest) =
-        constraints.robot.root_height(&reference, world_from_soles, [UPRIGHT_LEG_EXTENSION; 2])
+        constraints.robot.root_height(&reference, world_from_soles, [RAISED_LEG_EXTENSION; 2])
     {
         reference.translation.z += plateau(t) * (highest - reference.translation.z).max(0.0);
     }
     reference
 }
 
-/// The root's rotation with its hip over a swing foot raised, by a share of the whole.
+/// The root's rotation with the hip of the swing leg raised by a share of [`HIP_RAISE`].
 fn hip_raised(world_from_root: DQuat, limb: usize, share: f64) -> DQuat {
-    let ahead = rotation_about(DVec3::Z, yaw_of(world_from_root)) * DVec3::X;
-    (rotation_from_scaled_axis(share * side_of(limb) * HIP_RAISE * ahead) * world_from_root)
+    let forward = rotation_about(DVec3::Z, yaw_of(world_from_root)) * DVec3::X;
+    (rotation_from_scaled_axis(share * side_of(limb) * HIP_RAISE * forward) * world_from_root)
         .normalize()
 }
 
+/// The swing sole at fraction `t` of a local path, in the world.
 fn swing_pose(local_path: &LocalPath, limb: usize, t: f64) -> Pose {
     let LocalPath { from, to, shape, .. } = local_path;
     let outward =

@@ -1,9 +1,9 @@
 //! The graph of modes and transitions [Grey 4.4.2].
 //!
-//! A transition `(a | b)` is "all weight on placement a, placement b touched". Its twin `(b | a)`
-//! lies at the other end of the double-support mode of the two. From `(a | b)` the robot goes on to
-//! the twin (double support), or swings its free foot to another placement: `(a | c)` (single
-//! support on a).
+//! In a transition `(a | b)` foothold a carries all the weight and foothold b is touched. Its twin
+//! `(b | a)` lies at the other end of the double-support mode of both. From `(a | b)` the robot
+//! continues to the twin (double support), or swings its free foot to another foothold: `(a | c)`
+//! (single support on a).
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -12,93 +12,14 @@ use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
 use crate::constraints::foothold::Foothold;
 use crate::motion::adjacency_lists::{AdjacencyLists, Swing};
+use crate::motion::ids::{FootholdId, TransitionId};
 use crate::motion::spatial_hash::SpatialHash;
+use crate::motion::transition::{Transition, TransitionPrior};
+use crate::motion::tuning::{SAME_DISTANCE_MAX, SAME_HALF_SINE_MAX};
 use crate::robot::configuration::Configuration;
 use crate::robot::crouch::Crouch;
 
-/// Index of a foot placement.
-pub type FootholdId = u32;
-/// Index of a transition; the twin's is its last bit flipped.
-pub type TransitionId = u32;
-
-/// Most boundaries between segments, start and goal included.
-pub const BOUNDARIES_MAX: usize = 4_096;
-/// The boundary at the start.
-pub const START: usize = 0;
-/// The boundary at the goal.
-pub const GOAL: usize = 1;
-
-/// The node that stands for a boundary: the robot standing on both feet between two segments.
-pub fn boundary_node(boundary: usize) -> TransitionId {
-    TransitionId::MAX - boundary as TransitionId
-}
-
-/// The boundary that a node stands for, if it is none of the transitions.
-pub fn boundary_of(node: TransitionId) -> Option<usize> {
-    let index = (TransitionId::MAX - node) as usize;
-    (index < BOUNDARIES_MAX).then_some(index)
-}
-
-/// A transition of the graph.
-#[derive(Debug, Clone)]
-pub struct Transition {
-    /// The placement that carries the robot.
-    pub stance: FootholdId,
-    /// The placement that is touched.
-    pub other: FootholdId,
-    /// D(T): the distance between the two placements, m.
-    pub distance: f64,
-    /// S(T): one more than the failed attempts to sample it.
-    pub attempts: u32,
-    /// Q(T): the configuration that was found, as its place in the graph's arena.
-    configuration: Option<u32>,
-    /// [`TransitionPrior::extra_attempts`], once it has been estimated.
-    extra_attempts: Option<u32>,
-    /// Whether a motion to it from another transition on the same stance has failed.
-    has_failed_motion: bool,
-    /// Whether the motion to it from its twin has failed.
-    has_failed_motion_from_twin: bool,
-    next_failed: Option<TransitionId>,
-}
-
-impl Transition {
-    /// C(T) of a transition that no single-mode search uses [Grey 4.4.2].
-    pub fn cost(&self) -> f64 {
-        if self.is_found() { 0.0 } else { self.effort() }
-    }
-
-    /// S(T) D^3(T), m^3, where S(T) also counts the attempts that it is expected to take.
-    pub fn effort(&self) -> f64 {
-        f64::from(self.attempts + self.extra_attempts.unwrap_or(0)) * self.cubed_distance()
-    }
-
-    /// D^3(T), m^3.
-    pub fn cubed_distance(&self) -> f64 {
-        self.distance * self.distance * self.distance
-    }
-
-    /// Whether Q(T) holds a configuration.
-    pub fn is_found(&self) -> bool {
-        self.configuration.is_some()
-    }
-}
-
-/// What a transition begins with before it is sampled, by how likely it looks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TransitionPrior {
-    /// Failed attempts that S(T) begins with: sampling goes on after them.
-    pub attempts: u32,
-    /// Attempts that its cost counts in addition.
-    pub extra_attempts: u32,
-}
-
-impl TransitionPrior {
-    /// Attempts that a transition is expected to take in addition where no primitive posture holds
-    /// on it: 24 of them find one in fifteen.
-    pub const UNLIKELY: u32 = 120;
-}
-
-/// The arenas of the graph, allocated once.
+/// Footholds and transitions, in arenas allocated once.
 #[derive(Debug)]
 pub struct ModeGraph {
     footholds: Vec<Foothold>,
@@ -106,20 +27,14 @@ pub struct ModeGraph {
     adjacency: AdjacencyLists,
     first_failed: Vec<Option<TransitionId>>,
     transitions: Vec<Transition>,
-    /// C(T) of each transition and its twin together, by half their index.
+    /// C(T) of each transition and its twin together, at half their index.
     step_costs: Vec<f64>,
     configurations: Vec<Configuration>,
     connected: FootholdId,
 }
 
-/// Two placements of one foot closer than this are one, m.
-const SAME_DISTANCE_MAX: f64 = 0.01;
-/// Two placements of one foot turned less than this against each other are one, as the sine of half
-/// the angle.
-const SAME_HALF_SINE_MAX: f64 = 0.02;
-
 impl ModeGraph {
-    /// Empty arenas of these capacities, for steps of at most `reach` (m).
+    /// Empty arenas of these capacities, for steps of at most `reach` (m). Allocates.
     pub fn new(
         footholds_max: usize,
         transitions_max: usize,
@@ -138,7 +53,7 @@ impl ModeGraph {
         }
     }
 
-    /// The placements.
+    /// The footholds.
     pub fn footholds(&self) -> &[Foothold] {
         &self.footholds
     }
@@ -148,19 +63,19 @@ impl ModeGraph {
         &self.transitions
     }
 
-    /// The configuration of a transition, if one was found.
+    /// Q(T) of a transition, if a configuration was found.
     pub fn configuration(&self, id: TransitionId) -> Option<&Configuration> {
         self.transitions[id as usize]
             .configuration
             .map(|index| &self.configurations[index as usize])
     }
 
-    /// The place of a transition's configuration in the arena: how many were found before.
+    /// The index of a transition's configuration in the arena, in the order of discovery.
     pub fn configuration_index(&self, id: TransitionId) -> Option<usize> {
         self.transitions[id as usize].configuration.map(|index| index as usize)
     }
 
-    /// Records how likely a transition looks.
+    /// Records the prior of a transition.
     pub fn record_prior(&mut self, id: TransitionId, prior: TransitionPrior) {
         let transition = &mut self.transitions[id as usize];
         transition.attempts += prior.attempts;
@@ -174,7 +89,7 @@ impl ModeGraph {
         self.update_step_cost(id);
     }
 
-    /// Records the configuration that was found for a transition.
+    /// Records the configuration found for a transition.
     ///
     /// # Errors
     /// The arena of configurations is full.
@@ -192,13 +107,13 @@ impl ModeGraph {
         Ok(())
     }
 
+    /// Updates the step cost of a transition and its twin.
     fn update_step_cost(&mut self, id: TransitionId) {
         let cost = |id: TransitionId| self.transitions[id as usize].cost();
         self.step_costs[id as usize / 2] = cost(id) + cost(Self::twin(id));
     }
 
-    /// C(T) of a transition and its twin together: what it costs to swing a foot there and to set
-    /// it down, m^3.
+    /// C(T) of a transition and its twin together: the cost of a step, m^3.
     pub fn step_cost(&self, id: TransitionId) -> f64 {
         self.step_costs[id as usize / 2]
     }
@@ -214,8 +129,7 @@ impl ModeGraph {
         }
     }
 
-    /// Whether the motion from one transition to another may have failed; it has not where the
-    /// answer is no.
+    /// Whether the motion from one transition to another may have failed. `false` is exact.
     pub fn may_have_failed(&self, from: TransitionId, to: TransitionId) -> bool {
         let transition = &self.transitions[to as usize];
         if to == Self::twin(from) {
@@ -225,19 +139,19 @@ impl ModeGraph {
         }
     }
 
-    /// The swings from a stance to which a motion has failed.
+    /// The swings from a stance foothold to which a motion has failed.
     pub fn failed_swings_from(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
         let next = |id: &TransitionId| self.transitions[*id as usize].next_failed;
         let failed_swings = std::iter::successors(self.first_failed[stance as usize], next);
         failed_swings.map(|to| Swing { to, other: self.transitions[to as usize].other })
     }
 
-    /// Whether a motion has failed to any transition on a stance.
+    /// Whether a motion to any transition on a stance foothold has failed.
     pub fn has_failed_motion(&self, stance: FootholdId) -> bool {
         self.first_failed[stance as usize].is_some()
     }
 
-    /// A transition's two placements: stance, other.
+    /// The two footholds of a transition: the stance, the touched one.
     pub fn pair(&self, id: TransitionId) -> (&Foothold, &Foothold) {
         let transition = &self.transitions[id as usize];
         (&self.footholds[transition.stance as usize], &self.footholds[transition.other as usize])
@@ -248,22 +162,22 @@ impl ModeGraph {
         id ^ 1
     }
 
-    /// The swings from a placement, newest first.
+    /// The swings from a stance foothold, newest first.
     pub fn swings_from(&self, stance: FootholdId) -> impl Iterator<Item = Swing> + '_ {
         self.adjacency.from_stance(stance)
     }
 
-    /// The transitions whose stance is a placement, newest first.
+    /// The transitions on a stance foothold, newest first.
     pub fn from_stance(&self, stance: FootholdId) -> impl Iterator<Item = TransitionId> + '_ {
         self.swings_from(stance).map(|swing| swing.to)
     }
 
-    /// The transition `(stance | other)`, if the graph has it.
+    /// The transition `(stance | other)`, if the graph contains it.
     pub fn find(&self, stance: FootholdId, other: FootholdId) -> Option<TransitionId> {
         self.swings_from(stance).find(|swing| swing.other == other).map(|swing| swing.to)
     }
 
-    /// The placement of the same foot that is all but this one, if there is one.
+    /// The foothold of the same foot with nearly the same pose, if there is one.
     pub fn find_equivalent(&self, foothold: &Foothold) -> Option<FootholdId> {
         let is_same = |known: &Foothold| {
             let turn =
@@ -275,15 +189,15 @@ impl ModeGraph {
             .map(|(id, _)| id)
     }
 
-    /// The very same placement, if the graph has it.
+    /// The foothold with exactly this pose, if the graph contains it.
     pub fn identical(&self, limb: usize, world_from_sole: &Pose) -> Option<FootholdId> {
         self.near(limb, world_from_sole.translation)
             .find(|(_, known)| known.world_from_sole == *world_from_sole)
             .map(|(id, _)| id)
     }
 
-    /// All placements of a foot that a step leads to from a place, or that are the same as one
-    /// there, and perhaps others of that foot, in their order.
+    /// All footholds of a foot within a step of a position or equivalent to one there, and possibly
+    /// others of that foot, in the order in which they were added.
     pub fn near(
         &self,
         limb: usize,
@@ -294,7 +208,7 @@ impl ModeGraph {
         near.filter(move |(_, foothold)| foothold.limb == limb)
     }
 
-    /// Adds a placement.
+    /// Adds a foothold.
     ///
     /// # Errors
     /// The arena is full.
@@ -309,12 +223,12 @@ impl ModeGraph {
         Ok((self.footholds.len() - 1) as FootholdId)
     }
 
-    /// Sets the crouch at a placement.
+    /// Sets the crouch at a foothold.
     pub fn set_crouch(&mut self, foothold: FootholdId, crouch: Crouch) {
         self.footholds[foothold as usize].crouch = crouch;
     }
 
-    /// The very same placement, added if the graph does not have it.
+    /// The foothold with exactly this pose, added if the graph does not contain it.
     ///
     /// # Errors
     /// The arena is full.
@@ -323,7 +237,7 @@ impl ModeGraph {
             .map_or_else(|| self.add_foothold(foothold.clone()), Ok)
     }
 
-    /// Adds the two transitions between placements of different feet.
+    /// Adds the two transitions between footholds of different feet.
     ///
     /// # Errors
     /// The arena is full.
@@ -352,23 +266,23 @@ impl ModeGraph {
         Ok(())
     }
 
-    /// The first placement that was not yet connected to those before it.
+    /// The first foothold that is not yet connected to those before it.
     pub fn connected(&self) -> FootholdId {
         self.connected
     }
 
-    /// Records that all placements up to this one are connected.
+    /// Records that all footholds up to this one are connected.
     pub fn mark_connected(&mut self, foothold: FootholdId) {
         self.connected = self.connected.max(foothold + 1);
     }
 
-    /// Whether it has not been said yet how likely a transition without a configuration is.
+    /// Whether a transition has neither a prior nor a configuration.
     pub fn is_unestimated(&self, id: TransitionId) -> bool {
         let transition = &self.transitions[id as usize];
         transition.extra_attempts.is_none() && !transition.is_found()
     }
 
-    /// Whether a transition without a configuration has been estimated to be unlikely.
+    /// Whether a transition has an unlikely prior and no configuration.
     pub fn is_unlikely(&self, id: TransitionId) -> bool {
         let transition = &self.transitions[id as usize];
         transition.extra_attempts >= Some(TransitionPrior::UNLIKELY) && !transition.is_found()

@@ -1,4 +1,4 @@
-//! Gamma_M: all that stage M has found [Grey 3.2, 4.4].
+//! Gamma_M: the roadmap of stage M [Grey 3.2, 4.4].
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::PlannerConfig;
@@ -11,60 +11,55 @@ use crate::constraints::foothold::{Foothold, double_mode, single_mode};
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::mode_state::ModeState;
 use crate::motion::edge_table::{EdgeRecord, EdgeTable};
+use crate::motion::ids::{BOUNDARIES_MAX, FootholdId, START, TransitionId, boundary_of};
 use crate::motion::mode_costs::{ModeCosts, ModeId};
-use crate::motion::mode_graph::{
-    BOUNDARIES_MAX, FootholdId, ModeGraph, START, TransitionId, boundary_of,
-};
+use crate::motion::mode_graph::ModeGraph;
 use crate::motion::transition_sampling::TransitionSampling;
 use crate::motion::tree_pool::{TreeKey, TreePool};
+use crate::motion::tuning::{MOTIONS_PER_PLAN, TREE_NODES_MAX, TREES_MAX};
 use crate::plan::chunk_builder::ModeMotion;
 use crate::primitives::transition_configuration::{TransitionPair, world_from_soles};
 use crate::robot::configuration::Configuration;
-
-/// Most nodes of one tree.
-pub const TREE_NODES_MAX: usize = 1024;
-/// Trees that are kept; a batch uses at most two for each of its searches.
-const TREES_MAX: usize = 64;
 
 /// The roadmap, allocated once.
 #[derive(Debug)]
 pub struct Roadmap {
     /// Modes and transitions.
     pub graph: ModeGraph,
-    /// What is known of the motions between transitions.
+    /// Motions between transitions and failed searches for them.
     pub edges: EdgeTable,
-    /// What the modes cost.
+    /// Costs of the modes.
     pub costs: ModeCosts,
     /// The trees of single-mode planning.
     pub trees: TreePool,
     boundaries: Vec<Boundary>,
     start_balance: Option<StartBalance>,
-    /// By the place of a transition's configuration in the graph's arena.
+    /// Indexed like the configurations of the graph.
     lift_offs: Vec<LiftOffRecord>,
     waypoints: Vec<Configuration>,
 }
 
-/// How the touched foot of a transition is lifted.
+/// The lift-off of the touched foot of a transition.
 #[derive(Debug, Clone, Copy)]
 struct LiftOffRecord {
-    /// Both soles in the world at the end.
+    /// Both sole poses in the world, the foot lifted.
     lifted: [Pose; 2],
-    /// The path there, in the waypoint arena.
+    /// The path to that state, in the waypoint arena.
     waypoints: ArenaSlice,
 }
 
-/// Where two segments meet: the robot standing on two placements; also the start and the goal.
+/// A rest state on two footholds between two segments, or at the start or the goal.
 #[derive(Debug, Clone)]
 pub struct Boundary {
-    /// The placements, left and right.
+    /// The footholds, left and right.
     pub footholds: [FootholdId; 2],
-    /// The robot on them.
+    /// The state of the robot.
     pub state: ModeState,
-    /// Which of them carry it.
+    /// The feet that carry the weight.
     pub support: SupportMode,
 }
 
-/// The sequence of a segment and the nodes of the boundaries at both its ends.
+/// The transition sequence of a segment and the boundary nodes at both its ends.
 #[derive(Debug, Clone, Copy)]
 pub struct RouteSegment<'a> {
     /// The transitions.
@@ -74,28 +69,24 @@ pub struct RouteSegment<'a> {
 }
 
 impl RouteSegment<'_> {
-    /// Edge `index`: edge 0 leads to the first transition.
+    /// Edge `index`; edge 0 leads to the first transition.
     pub fn edge(&self, index: usize) -> ModeEdge {
         let from = if index == 0 { self.ends[0] } else { self.sequence[index - 1] };
         ModeEdge { from, to: self.sequence.get(index).copied().unwrap_or(self.ends[1]) }
     }
 }
 
-/// A pair of neighbours in a mode: transitions, or the nodes of boundaries.
+/// An ordered pair of transitions, or boundary nodes, within one mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModeEdge {
-    /// Where it begins.
+    /// The node at its beginning.
     pub from: TransitionId,
-    /// Where it leads.
+    /// The node at its end.
     pub to: TransitionId,
 }
 
-/// Waypoints of motions that are found for each one of a plan that is as long as it may be: not all
-/// are of use.
-const MOTIONS_PER_PLAN: usize = 3;
-
 impl Roadmap {
-    /// Arenas of these capacities, for steps of at most `reach` (m).
+    /// Empty arenas of the configured capacities, for steps of at most `reach` (m). Allocates.
     pub fn new(config: &PlannerConfig, reach: f64) -> Self {
         let [footholds_max, transitions_max] =
             [config.footholds_max, config.transitions_max].map(|count| count as usize);
@@ -124,10 +115,10 @@ impl Roadmap {
             + self.waypoints.capacity() * size_of::<Configuration>()
     }
 
-    /// Stores the waypoints of motions and lift-offs; answers where.
+    /// Stores the waypoints of motions and lift-offs. Returns their slices of the arena.
     ///
     /// # Errors
-    /// There is no room for all of them.
+    /// The waypoint arena cannot hold all of them.
     pub fn store<const N: usize>(
         &mut self,
         paths: &heapless::Vec<&[Configuration], N>,
@@ -136,8 +127,8 @@ impl Roadmap {
         append_all(&mut self.waypoints, paths, threads).ok_or(ArenaFull::Waypoints)
     }
 
-    /// Records what came of sampling a transition, and how its foot is lifted: where the waypoints
-    /// after the configuration itself are stored.
+    /// Records the result of sampling a transition. `waypoints` is the path of the lift-off after
+    /// the configuration itself.
     ///
     /// # Errors
     /// An arena is full.
@@ -152,8 +143,8 @@ impl Roadmap {
         self.record_found(sampling.id, found.configuration, lift_off)
     }
 
-    /// Records a motion that pi_S gave between two primitive configurations, unless one of its
-    /// transitions has another configuration already.
+    /// Records a motion of pi_S between two primitive configurations, unless one of its transitions
+    /// has another configuration.
     ///
     /// # Errors
     /// An arena is full.
@@ -189,7 +180,7 @@ impl Roadmap {
         Ok(())
     }
 
-    /// Records a motion that was found for a edge: where its waypoints after the first are stored.
+    /// Records the motion found for an edge. `path` holds its waypoints after the first.
     ///
     /// # Errors
     /// An arena is full.
@@ -199,8 +190,8 @@ impl Roadmap {
         self.costs.add_motion([edge.from, edge.to], self.is_double(edge))
     }
 
-    /// Puts a shorter motion, its first state included, in the place of the one that was found for
-    /// a edge.
+    /// Replaces the motion of an edge by a shorter one, whose path includes the first state. Does
+    /// nothing if the edge has no motion or the path has more waypoints.
     ///
     /// # Errors
     /// An arena is full.
@@ -223,17 +214,17 @@ impl Roadmap {
         )
     }
 
-    /// How many waypoints there are of all motions and lift-offs.
+    /// Number of waypoints of all motions and lift-offs.
     pub fn waypoints_len(&self) -> usize {
         self.waypoints.len()
     }
 
-    /// The motion that was found for a edge: its waypoints after the first.
+    /// The waypoints after the first of the motion of an edge, if one was found.
     pub fn motion(&self, edge: ModeEdge) -> Option<&[Configuration]> {
         Some(slice_at(&self.waypoints, self.edges.get(edge.from, edge.to).motion?))
     }
 
-    /// Records a search that failed after so many attempts to extend its trees.
+    /// Records a failed search for an edge and its number of tree extensions.
     ///
     /// # Errors
     /// An arena is full.
@@ -249,16 +240,16 @@ impl Roadmap {
         Ok(())
     }
 
-    /// The mode of a edge.
+    /// The mode of an edge.
     pub fn mode(&self, edge: ModeEdge) -> Mode {
-        let [stance, other] = self.placements(edge);
+        let [stance, other] = self.footholds(edge);
         let mode =
             if self.is_double(edge) { double_mode(stance, other) } else { single_mode(stance) };
         let start = self.start_balance.filter(|_| boundary_of(edge.from) == Some(START));
         Mode { start, ..mode }
     }
 
-    /// The robot at a transition that has a configuration, or at a boundary.
+    /// The state at a transition that has a configuration, or at a boundary node.
     pub fn state(&self, node: TransitionId) -> ModeState {
         if let Some(index) = boundary_of(node) {
             return self.boundaries[index].state;
@@ -270,8 +261,7 @@ impl Roadmap {
         ModeState { configuration, world_from_soles }
     }
 
-    /// The ends of a edge with the swing foot lifted, and the paths there, as far as they are
-    /// known.
+    /// The ends of an edge with the swing foot lifted, and the lift-off paths, where known.
     pub fn lifted(&self, edge: ModeEdge) -> [Option<(ModeState, &[Configuration])>; 2] {
         let is_swing = !self.is_double(edge);
         [edge.from, edge.to].map(|node| {
@@ -283,33 +273,33 @@ impl Roadmap {
         })
     }
 
-    /// The trees of both ends of a edge.
+    /// The trees of both ends of an edge.
     pub fn tree_keys(&self, edge: ModeEdge) -> [TreeKey; 2] {
         let is_double = self.is_double(edge);
         [edge.from, edge.to].map(|node| TreeKey { node, is_double })
     }
 
-    /// Sets how the robot is balanced where it was found.
+    /// Sets the balance of the start state.
     pub fn set_start_balance(&mut self, balance: StartBalance) {
         self.start_balance = Some(balance);
     }
 
-    /// Whether there is room for no more boundaries.
+    /// Whether the arena of boundaries is full.
     pub fn is_full_of_boundaries(&self) -> bool {
         self.boundaries.len() == BOUNDARIES_MAX
     }
 
-    /// Adds a boundary, for which there must be room; answers its index.
+    /// Adds a boundary. Returns its index.
     ///
     /// # Panics
-    /// The arena of boundaries is full: ask `is_full_of_boundaries` first.
+    /// The arena of boundaries is full, see [`Roadmap::is_full_of_boundaries`].
     pub fn add_boundary(&mut self, boundary: Boundary) -> usize {
-        assert!(!self.is_full_of_boundaries(), "no room for a boundary");
+        assert!(!self.is_full_of_boundaries(), "the arena of boundaries is full");
         self.boundaries.push(boundary);
         self.boundaries.len() - 1
     }
 
-    /// One of the boundaries.
+    /// The boundary of an index.
     pub fn boundary(&self, index: usize) -> &Boundary {
         &self.boundaries[index]
     }
@@ -322,30 +312,31 @@ impl Roadmap {
             || record.motion.is_none() && record.failures > 0
     }
 
-    /// The motion of a edge as chunks are made of it.
+    /// The motion of an edge with its support and stance footholds, for the chunk builder.
     pub fn mode_motion(&self, edge: ModeEdge) -> Option<ModeMotion<'_>> {
         let path = self.motion(edge)?;
         let (support, stance) = self.stance(edge);
         Some(ModeMotion { support, stance, first: self.state(edge.from).configuration, path: path })
     }
 
+    /// The support mode of an edge and the footholds that carry the weight.
     fn stance(&self, edge: ModeEdge) -> (SupportMode, heapless::Vec<&Foothold, 2>) {
         let mode = self.mode(edge);
-        let placements = self.placements(edge);
+        let footholds = self.footholds(edge);
         let limbs = (0..2).filter(|&limb| mode.is_stance(limb));
         let stance = limbs
-            .filter_map(|limb| placements.iter().copied().find(|placement| placement.limb == limb));
+            .filter_map(|limb| footholds.iter().copied().find(|foothold| foothold.limb == limb));
         (mode.support, stance.collect())
     }
 
-    /// The placements that a edge touches: the stance first.
-    fn placements(&self, edge: ModeEdge) -> [&Foothold; 2] {
+    /// The two footholds of the transition of an edge, the stance first.
+    fn footholds(&self, edge: ModeEdge) -> [&Foothold; 2] {
         let (stance, other) =
             self.graph.pair(if boundary_of(edge.from).is_some() { edge.to } else { edge.from });
         [stance, other]
     }
 
-    /// Whether both feet stand during a edge.
+    /// Whether the mode of an edge is double support.
     fn is_double(&self, edge: ModeEdge) -> bool {
         let starts_double = boundary_of(edge.from)
             .is_some_and(|index| self.boundaries[index].support == SupportMode::Double);

@@ -1,47 +1,43 @@
 //! Batches of searches in parallel.
 //!
-//! A batch hands one search to each of its entries, advances all of them by a unit of work at a
-//! time, as far as a budget allows, and once all have ended merges the results in order. The
-//! partition depends on nothing but the sequences, and no search sees what another of its batch
-//! found, so neither the number of threads nor the size of budgets can matter. Segments that are
-//! planned side by side share a batch, each in a segment search of its own.
+//! A batch assigns one search to each of its entries, advances all of them one work unit at a time
+//! within a budget, and merges the results in order once all have ended. The assignment depends on
+//! the sequences only, and no search uses the results of another one of its batch. So neither the
+//! number of threads nor the budgets change the results. Route segments that are planned in
+//! parallel share a batch.
 
 use crate::base::arena::ArenaSlice;
 use crate::base::capacity::ArenaFull;
 use crate::base::random::{Random, Stream};
 use crate::base::threads::Threads;
 use crate::base::work_budget;
-use crate::base::work_budget::{BudgetedTask, WorkBudget};
+use crate::base::work_budget::WorkBudget;
 use crate::constraints::rejection::Rejection;
-use crate::motion::mode_graph::ModeGraph;
-use crate::motion::roadmap::{ModeEdge, Roadmap, RouteSegment, TREE_NODES_MAX};
+use crate::motion::batch_entry::{BatchEntry, BatchTask};
+use crate::motion::cbirrt::SingleModeProblem;
+use crate::motion::roadmap::{ModeEdge, Roadmap, RouteSegment};
 use crate::motion::shortcut::{Pass, Shortcutting};
-use crate::motion::single_mode::{SingleModeProblem, SingleModeSearch};
+use crate::motion::single_mode::SingleModeSearch;
 use crate::motion::transition_sampling::TransitionSampling;
-use crate::motion::workspace::{Workspace, push};
+use crate::motion::tuning::{
+    BATCH_SEARCHES_MAX, PATH_WAYPOINTS_MAX, SEGMENT_SEARCHES_MAX, SHORTCUT_WORK_PER_WAYPOINT,
+    TREE_NODES_MAX,
+};
+use crate::motion::workspace::Workspace;
 use crate::preparation::planning_context::PlanningContext;
 use crate::primitives::PrimitiveTrajectory;
 use crate::robot::configuration::Configuration;
 
-/// Segments that are planned in parallel.
-pub const SEGMENT_SEARCHES_MAX: usize = 4;
-/// Searches that run in parallel in one batch.
-const SEARCHES_MAX: usize = 32;
-/// Most waypoints of one single-mode motion.
-const PATH_WAYPOINTS_MAX: usize = 1024;
-/// Units of work that may go into shortening a motion, for each of its waypoints.
-const SHORTCUT_WORK: u64 = 2;
-
-/// What a batch did.
+/// Statistics of a batch.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct BatchStats {
-    /// Lanes that had searches in it.
+    /// Number of segment searches with entries in it.
     pub segment_searches: u64,
-    /// Searches that failed, by segment search.
+    /// Failed searches of each segment search.
     pub failures: [u32; SEGMENT_SEARCHES_MAX],
-    /// Searches that found something.
+    /// Successful searches.
     pub found: u32,
-    /// What was rejected.
+    /// Number of rejections of each kind.
     pub rejections: [u64; Rejection::COUNT],
 }
 
@@ -49,34 +45,13 @@ pub struct BatchStats {
 #[derive(Debug)]
 pub struct SearchBatch {
     entries: Vec<BatchEntry>,
-    /// How many of the entries have a search.
+    /// Number of entries with a search.
     count: usize,
     is_running: bool,
 }
 
-#[derive(Debug)]
-struct BatchEntry {
-    /// Whose search it is.
-    segment_search: usize,
-    task: BatchTask,
-    workspace: Workspace,
-    /// Where the trees of the workspace belong.
-    lent: [Option<usize>; 2],
-    work_budget: WorkBudget,
-}
-
-#[derive(Debug)]
-#[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
-enum BatchTask {
-    Idle,
-    Sample(TransitionSampling),
-    Move { edge: ModeEdge, search: SingleModeSearch, found: Option<bool> },
-    Shorten { edge: ModeEdge, shortcutting: Shortcutting },
-    Primitive { edge: ModeEdge, trajectory: PrimitiveTrajectory, has_failed: bool },
-}
-
 impl Default for SearchBatch {
-    /// Slots with empty workspaces.
+    /// Idle entries with empty workspaces. Allocates.
     fn default() -> Self {
         let entry = |_| BatchEntry {
             segment_search: 0,
@@ -85,24 +60,24 @@ impl Default for SearchBatch {
             lent: [None; 2],
             work_budget: WorkBudget::default(),
         };
-        Self { entries: (0..SEARCHES_MAX).map(entry).collect(), count: 0, is_running: false }
+        Self { entries: (0..BATCH_SEARCHES_MAX).map(entry).collect(), count: 0, is_running: false }
     }
 }
 
 impl SearchBatch {
-    /// Whether a batch has begun and not been merged.
+    /// Whether a batch has begun and is not merged.
     pub fn is_running(&self) -> bool {
         self.is_running
     }
 
-    /// Begins a batch that has no search yet.
+    /// Begins a batch without searches.
     pub fn begin(&mut self) {
         (self.count, self.is_running) = (0, true);
     }
 
-    /// Adds searches for configurations of the transitions of a segment search's sequence that have
-    /// none, from `next` on. Answers where the segment search's next batch goes on: where the
-    /// entries are used up, or another segment search is at the same transition.
+    /// Adds searches for the missing configurations of a sequence, from transition `next` on.
+    /// Returns the index at which the next batch of the segment search continues: where the entries
+    /// are used up, or another segment search samples the same transition.
     pub fn add_sampling(
         &mut self,
         segment_search: usize,
@@ -129,10 +104,9 @@ impl SearchBatch {
         segment.sequence.len()
     }
 
-    /// Adds searches for the motions of a segment search's segment that are missing, from edge
-    /// `next` on (edge 0 leads from the boundary before it to the first transition, the last one
-    /// from the last transition to the boundary after it). Answers where the segment search's next
-    /// batch goes on, like [`SearchBatch::add_sampling`].
+    /// Adds searches for the missing motions of a segment, from edge `next` on. Edge 0 leads from
+    /// the boundary before the segment to the first transition, the last edge to the boundary after
+    /// it. Returns the index at which the next batch continues, like [`SearchBatch::add_sampling`].
     pub fn add_motions(
         &mut self,
         segment_search: usize,
@@ -175,12 +149,13 @@ impl SearchBatch {
         segment.sequence.len() + 1
     }
 
-    /// Adds a motion that pi_S gives. There must be room for it, see [`SearchBatch::is_full`].
+    /// Adds the computation of a motion of pi_S. The batch must not be full, see
+    /// [`SearchBatch::is_full`].
     pub fn add_primitive(&mut self, edge: ModeEdge, trajectory: PrimitiveTrajectory) {
         self.add_task(0, BatchTask::Primitive { edge, trajectory, has_failed: false });
     }
 
-    /// Begins to shorten the next motions, which may spend `work_max` units together.
+    /// Begins a batch that shortens the next motions with at most `work_max` work units in total.
     pub fn begin_shortcuts(
         &mut self,
         context: &PlanningContext,
@@ -190,12 +165,12 @@ impl SearchBatch {
     ) {
         self.begin();
         let mut left = work_max;
-        for edge in edges.take(SEARCHES_MAX) {
+        for edge in edges.take(BATCH_SEARCHES_MAX) {
             let Some(path) = roadmap.motion(edge).filter(|path| path.len() < PATH_WAYPOINTS_MAX)
             else {
                 continue;
             };
-            let work = left.min(SHORTCUT_WORK * path.len() as u64);
+            let work = left.min(SHORTCUT_WORK_PER_WAYPOINT * path.len() as u64);
             let random = Random::new(
                 context.seed,
                 Stream::Shortcut,
@@ -213,7 +188,7 @@ impl SearchBatch {
         }
     }
 
-    /// Whether the batch has no search at all.
+    /// Whether the batch has no search.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
@@ -223,15 +198,15 @@ impl SearchBatch {
         self.count == self.entries.len()
     }
 
-    /// Spends at most so many units of work; answers how many it spent. Less than allowed means
-    /// that all searches have ended.
+    /// Spends at most `budget` work units. Returns the units spent; fewer than the budget mean that
+    /// all searches have ended.
     pub fn advance(&mut self, context: &PlanningContext, roadmap: &Roadmap, budget: u64) -> u64 {
         work_budget::advance(&mut self.entries[..self.count], budget, &context.threads, |entry| {
             entry.advance(context, &roadmap.graph)
         })
     }
 
-    /// Merges what the searches found, in order.
+    /// Merges the results of the searches into the roadmap, in order.
     ///
     /// # Errors
     /// An arena is full.
@@ -265,13 +240,13 @@ impl SearchBatch {
         Ok(stats)
     }
 
-    /// Stores the paths that the searches found; answers where.
+    /// Stores the paths found. Returns their slices of the waypoint arena.
     fn store(
         &self,
         threads: &Threads,
         roadmap: &mut Roadmap,
-    ) -> Result<heapless::Vec<ArenaSlice, SEARCHES_MAX>, ArenaFull> {
-        let paths: heapless::Vec<&[Configuration], SEARCHES_MAX> =
+    ) -> Result<heapless::Vec<ArenaSlice, BATCH_SEARCHES_MAX>, ArenaFull> {
+        let paths: heapless::Vec<&[Configuration], BATCH_SEARCHES_MAX> =
             self.entries[..self.count].iter().map(BatchEntry::path).collect();
         roadmap.store(&paths, threads)
     }
@@ -281,7 +256,7 @@ impl SearchBatch {
         self.entries.iter().map(|entry| size_of::<BatchEntry>() + entry.workspace.bytes()).sum()
     }
 
-    /// The segment search of the first search of this batch that is such a one.
+    /// The segment search of the first entry whose task matches.
     fn segment_search_of(&self, is_match: impl Fn(&BatchTask) -> bool) -> Option<usize> {
         self.entries[..self.count]
             .iter()
@@ -289,114 +264,12 @@ impl SearchBatch {
             .map(|entry| entry.segment_search)
     }
 
-    /// Gives a entry a segment search's search; `false` where all have one.
+    /// Assigns a task to the next entry. Returns `false` if all entries are used.
     fn add_task(&mut self, segment_search: usize, task: BatchTask) -> bool {
         let Some(entry) = self.entries.get_mut(self.count) else { return false };
         (entry.segment_search, entry.task) = (segment_search, task);
         entry.workspace.clear();
         self.count += 1;
         true
-    }
-}
-
-impl BudgetedTask for BatchEntry {
-    fn has_ended(&self) -> bool {
-        match &self.task {
-            BatchTask::Idle => true,
-            BatchTask::Sample(sampling) => sampling.has_ended(),
-            BatchTask::Move { found, .. } => found.is_some(),
-            BatchTask::Shorten { shortcutting, .. } => shortcutting.has_ended(),
-            BatchTask::Primitive { trajectory, has_failed, .. } => {
-                *has_failed || trajectory.is_over()
-            }
-        }
-    }
-
-    fn work_budget(&mut self) -> &mut WorkBudget {
-        &mut self.work_budget
-    }
-}
-
-impl BatchEntry {
-    /// One unit of its search.
-    fn advance(&mut self, context: &PlanningContext, graph: &ModeGraph) {
-        match &mut self.task {
-            BatchTask::Idle => {}
-            BatchTask::Sample(sampling) => {
-                sampling.advance(&context.constraints, context.seed, graph, &mut self.workspace)
-            }
-            BatchTask::Move { search, found, .. } => {
-                *found = search
-                    .advance(&context.constraints, &mut self.workspace)
-                    .map(|ended| ended.is_ok());
-            }
-            BatchTask::Shorten { shortcutting, .. } => {
-                shortcutting.advance(&context.constraints, &mut self.workspace)
-            }
-            BatchTask::Primitive { trajectory, has_failed, .. } => {
-                *has_failed = match trajectory.advance(&context.constraints) {
-                    Ok(None) => false,
-                    Ok(Some((state, _))) => {
-                        push(&mut self.workspace.path, state.configuration).is_err()
-                    }
-                    Err(_) => true,
-                }
-            }
-        }
-    }
-
-    fn borrow_trees(&mut self, roadmap: &mut Roadmap, edge: ModeEdge) {
-        let keys = roadmap.tree_keys(edge);
-        for ((lent, tree), key) in self.lent.iter_mut().zip(&mut self.workspace.trees).zip(keys) {
-            *lent = roadmap.trees.lend(key, tree);
-        }
-    }
-
-    fn return_trees(&mut self, roadmap: &mut Roadmap) {
-        for (lent, tree) in self.lent.iter_mut().zip(&mut self.workspace.trees) {
-            if let Some(index) = lent.take() {
-                roadmap.trees.return_tree(index, tree);
-            }
-        }
-    }
-
-    /// The waypoints that the search has found, if they are new.
-    fn path(&self) -> &[Configuration] {
-        match &self.task {
-            BatchTask::Sample(sampling) if sampling.found().is_some() => {
-                &self.workspace.lift_offs[0]
-            }
-            BatchTask::Move { found: Some(true), .. }
-            | BatchTask::Primitive { has_failed: false, .. } => &self.workspace.path,
-            _ => &[],
-        }
-    }
-
-    /// Records what the search found, its path stored there; answers whether that is anything.
-    fn merge(&self, roadmap: &mut Roadmap, path: ArenaSlice) -> Result<bool, ArenaFull> {
-        match &self.task {
-            BatchTask::Idle => Ok(false),
-            BatchTask::Sample(sampling) => {
-                roadmap.record_sampling(sampling, path)?;
-                Ok(sampling.found().is_some())
-            }
-            BatchTask::Move { edge, found: Some(true), .. } => {
-                roadmap.record_motion(*edge, path)?;
-                Ok(true)
-            }
-            BatchTask::Shorten { edge, .. } => {
-                roadmap.shorten_motion(*edge, &self.workspace.path)?;
-                Ok(true)
-            }
-            BatchTask::Primitive { has_failed: true, .. } => Ok(false),
-            BatchTask::Primitive { edge, trajectory, .. } => {
-                roadmap.record_primitive(*edge, trajectory.ends(), path)?;
-                Ok(true)
-            }
-            BatchTask::Move { edge, search, .. } => {
-                roadmap.record_failure(*edge, search.extensions())?;
-                Ok(false)
-            }
-        }
     }
 }

@@ -1,10 +1,9 @@
-//! Shortcuts within one motion, and its local optimisation [Grey 4.4.6]. Two waypoints of a path
-//! are joined straight, on the constraint manifold and checked like any motion. Where that is
-//! shorter, it takes the place of what led from one to the other.
+//! Path shortcutting within one motion, and its local optimisation [Grey 4.4.6].
 //!
-//! [`Pass::Shortcuts`] joins all that may change at once, and where that fails, waypoints drawn at
-//! random, as long as that brings something. [`Pass::Corners`] goes along the whole path, cuts
-//! corners, and leaves out needless waypoints.
+//! A shortcut joins two waypoints of a path by a straight local path, which is checked like any
+//! motion. If it is shorter, it replaces the part between them. [`Pass::Shortcuts`] joins the first
+//! and the last free waypoint, then random pairs until several in a row fail. [`Pass::Corners`]
+//! goes along the path, cuts corners and removes unnecessary waypoints.
 
 use surefoot_shared_types::base::spatial::rotation_distance;
 
@@ -14,34 +13,23 @@ use crate::constraints::constraints::Constraints;
 use crate::constraints::mode::Mode;
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
-use crate::motion::cbirrt::METRES_PER_RADIAN;
 use crate::motion::local_planner::{LocalPath, Progress};
 use crate::motion::swing_shapes::MotionShape;
+use crate::motion::tuning::{
+    CORNER_EXCESS_MIN, LIFT_OFF_KEPT, METRES_PER_RADIAN, SHORTCUT_FAILURES_MAX, SHORTCUT_GAIN_MIN,
+    STRAIGHT_SHARE_MAX,
+};
 use crate::motion::workspace::{Workspace, push};
 use crate::robot::configuration::Configuration;
 
-/// A swing foot keeps its way this near to where the motion begins and ends, m: it leaves and
-/// reaches a placement along the sole's normal.
-const LIFT_OFF_KEPT: f64 = 0.012;
-/// A shortcut must make a local path shorter by this share.
-const GAIN_MIN: f64 = 0.05;
-/// A shortcut is only tried where the straight way is shorter than this share of what it must come
-/// to: a leg's joints do not move straight where its sole does.
-const STRAIGHT_SHARE_MAX: f64 = 0.9;
-/// Shortcuts in a row that bring nothing before no more are tried.
-const FAILURES_MAX: u32 = 6;
-/// At a corner the way past a waypoint is longer than the way from its neighbour to the other by
-/// this share.
-const CORNER_MIN: f64 = 0.02;
-
-/// The distance between two configurations: Euclidean over all joints (rad, m), the root's position
-/// (m, over [`METRES_PER_RADIAN`]) and its turn (rad).
+/// The distance between two configurations, rad: Euclidean over all joints (rad, m), the root's
+/// translation (m, divided by 0.35 m/rad) and its rotation (rad).
 pub fn distance(a: &Configuration, b: &Configuration) -> f64 {
     let joints: f64 = a.q.iter().zip(&b.q).map(|(x, y)| (x - y) * (x - y)).sum();
     let (a, b) = (&a.world_from_root, &b.world_from_root);
-    let shape = a.translation.distance(b.translation) / METRES_PER_RADIAN;
+    let shift = a.translation.distance(b.translation) / METRES_PER_RADIAN;
     let turn = rotation_distance(a.rotation, b.rotation);
-    (joints + shape * shape + turn * turn).sqrt()
+    (joints + shift * shift + turn * turn).sqrt()
 }
 
 /// The length of a path by [`distance`].
@@ -49,34 +37,34 @@ pub fn length(path: &[Configuration]) -> f64 {
     path.windows(2).map(|pair| distance(&pair[0], &pair[1])).sum()
 }
 
-/// What a path is gone through for.
+/// A pass over a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pass {
     /// Shortcuts between waypoints far from each other.
     Shortcuts,
-    /// Local optimisation.
+    /// Local optimisation at corners and unnecessary waypoints.
     Corners,
 }
 
-/// Makes one path shorter, a unit of work at a time. `workspace.path` holds it, its first state
+/// Shortens one path, one work unit at a time. `workspace.path` holds the path, first state
 /// included, and is valid at all times.
 #[derive(Debug, Clone)]
 pub struct Shortcutting {
     pass: Pass,
     mode: Mode,
     random: Random,
-    /// Units of work that it may still spend.
-    left: u64,
+    /// Work units that remain.
+    work_left: u64,
     /// The first and the last waypoint that may be joined.
     free: [usize; 2],
-    /// Shortcuts in a row that brought nothing.
+    /// Consecutive shortcuts that failed.
     failures: u32,
     phase: ShortcutPhase,
 }
 
 #[derive(Debug, Clone)]
 enum ShortcutPhase {
-    /// Finding out what may change.
+    /// Finding the waypoints that may change.
     Begin,
     /// Choosing two waypoints.
     Choose(Selection),
@@ -87,43 +75,44 @@ enum ShortcutPhase {
 
 #[derive(Debug, Clone, Copy)]
 enum Selection {
-    /// Two waypoints at random.
+    /// Two random waypoints.
     Shortcut,
-    /// The neighbours of the next corner or needless waypoint, from this one on.
+    /// The neighbours of the next corner or unnecessary waypoint, from this one on.
     Corner(usize),
 }
 
-/// Two waypoints on their way of being joined.
+/// A shortcut between two waypoints that is being tried.
 #[derive(Debug, Clone)]
 struct ShortcutAttempt {
     selection: Selection,
     ends: [usize; 2],
+    /// Length of the shortcut so far.
     length: f64,
     length_max: f64,
 }
 
 impl Shortcutting {
-    /// Begins with a path in a mode; spends at most so many units of work.
+    /// Begins a pass over a path in a mode, with at most `work_max` work units.
     pub fn new(pass: Pass, mode: Mode, random: Random, work_max: u64) -> Self {
         Self {
             pass,
             mode,
             random,
-            left: work_max,
+            work_left: work_max,
             free: [0; 2],
             failures: 0,
             phase: ShortcutPhase::Begin,
         }
     }
 
-    /// Whether it has spent its work, or found all that it is likely to find.
+    /// Whether its work is spent or further shortcuts are unlikely.
     pub fn has_ended(&self) -> bool {
-        self.left == 0 || matches!(self.phase, ShortcutPhase::Over)
+        self.work_left == 0 || matches!(self.phase, ShortcutPhase::Over)
     }
 
-    /// Spends one unit of work.
+    /// Spends one work unit.
     pub fn advance(&mut self, constraints: &Constraints, workspace: &mut Workspace) {
-        self.left = self.left.saturating_sub(1);
+        self.work_left = self.work_left.saturating_sub(1);
         let next = match &mut self.phase {
             ShortcutPhase::Begin => {
                 self.free = free_waypoints(constraints, &self.mode, &workspace.path);
@@ -154,6 +143,7 @@ impl Shortcutting {
         self.phase = next;
     }
 
+    /// Selects the next two waypoints and begins to join them.
     fn choose(
         &mut self,
         constraints: &Constraints,
@@ -178,7 +168,7 @@ impl Shortcutting {
         }
     }
 
-    /// Begins to join two waypoints, if that can bring enough.
+    /// Begins to join two waypoints if the straight line is short enough.
     fn join(
         &mut self,
         constraints: &Constraints,
@@ -192,7 +182,7 @@ impl Shortcutting {
         }
         let path = &workspace.path[from..=to];
         let (length_max, straight_share_max) = match selection {
-            Selection::Shortcut => ((1.0 - GAIN_MIN) * length(path), STRAIGHT_SHARE_MAX),
+            Selection::Shortcut => ((1.0 - SHORTCUT_GAIN_MIN) * length(path), STRAIGHT_SHARE_MAX),
             Selection::Corner(_) => (length(path), 1.0),
         };
         if distance(&path[0], &path[to - from]) > straight_share_max * length_max {
@@ -232,7 +222,9 @@ impl Shortcutting {
     fn after_failure(&mut self, selection: Selection) -> ShortcutPhase {
         self.failures += 1;
         match selection {
-            Selection::Shortcut if self.failures < FAILURES_MAX => ShortcutPhase::Choose(selection),
+            Selection::Shortcut if self.failures < SHORTCUT_FAILURES_MAX => {
+                ShortcutPhase::Choose(selection)
+            }
             Selection::Shortcut => ShortcutPhase::Over,
             Selection::Corner(at) => ShortcutPhase::Choose(Selection::Corner(at + 1)),
         }
@@ -240,24 +232,24 @@ impl Shortcutting {
 }
 
 impl ShortcutAttempt {
-    /// Goes on by one trial; answers by how many waypoints the path has become shorter, once they
-    /// are joined.
+    /// Makes one trial. Returns the number of waypoints removed once the shortcut has replaced its
+    /// part of the path.
     ///
     /// # Errors
-    /// What stops it: [`Rejection::Discontinuous`] where it would be no shorter.
+    /// The constraint that stops it; [`Rejection::Discontinuous`] if it would not be shorter.
     fn advance(
         &mut self,
         constraints: &Constraints,
         mode: &Mode,
         workspace: &mut Workspace,
     ) -> Result<Option<usize>, Rejection> {
-        let before = workspace.local_planner.here().configuration;
+        let before = workspace.local_planner.state().configuration;
         let progress = workspace.local_planner.advance(constraints, mode)?;
         if progress == Progress::ShorterStep {
             return Ok(None);
         }
         let [from, to] = self.ends;
-        let here = workspace.local_planner.here().configuration;
+        let here = workspace.local_planner.state().configuration;
         self.length += distance(&before, &here);
         let is_longer = self.length + distance(&here, &workspace.path[to]) > self.length_max;
         if is_longer || workspace.shortcut.len() == to - from {
@@ -269,8 +261,8 @@ impl ShortcutAttempt {
     }
 }
 
-/// Puts a way in the place of what leads from one waypoint to another; it is no more waypoints.
-/// Answers how many fewer.
+/// Replaces the part of a path between two waypoints by one with at most as many waypoints. Returns
+/// the number removed.
 fn replace(
     path: &mut Vec<Configuration>,
     [from, to]: [usize; 2],
@@ -282,7 +274,7 @@ fn replace(
     to + 1 - kept
 }
 
-/// The first and the last waypoint of a path whose swing foot is off the places where the motion
+/// The first and the last waypoint whose swing sole is farther than [`LIFT_OFF_KEPT`] from where it
 /// begins and ends.
 fn free_waypoints(constraints: &Constraints, mode: &Mode, path: &[Configuration]) -> [usize; 2] {
     let Some(limb) = mode.swing() else { return [0, path.len() - 1] };
@@ -290,15 +282,15 @@ fn free_waypoints(constraints: &Constraints, mode: &Mode, path: &[Configuration]
         state_of(constraints, mode, configuration).world_from_soles[limb].translation
     };
     let is_free = |end: usize| {
-        let placement = sole(&path[end]);
-        move |index: &usize| sole(&path[*index]).distance(placement) >= LIFT_OFF_KEPT
+        let foothold = sole(&path[end]);
+        move |index: &usize| sole(&path[*index]).distance(foothold) >= LIFT_OFF_KEPT
     };
     let first = (0..path.len()).find(is_free(0));
     let last = (0..path.len()).rev().find(is_free(path.len() - 1));
     [first.unwrap_or(0), last.filter(|_| first.is_some()).unwrap_or(0)]
 }
 
-/// A waypoint of a motion in a mode.
+/// The state of a waypoint in a mode.
 fn state_of(constraints: &Constraints, mode: &Mode, configuration: &Configuration) -> ModeState {
     let mut world_from_soles = mode.world_from_soles;
     if let Some(limb) = mode.swing() {
@@ -308,7 +300,7 @@ fn state_of(constraints: &Constraints, mode: &Mode, configuration: &Configuratio
     ModeState { configuration: *configuration, world_from_soles }
 }
 
-/// Two waypoints at random, in their order.
+/// Two random waypoints of a range, in order.
 fn random_pair([first, last]: [usize; 2], random: &mut Random) -> [usize; 2] {
     let count = last + 1 - first.min(last);
     let mut ends = [0, 1].map(|_| first + random.below(count));
@@ -316,10 +308,11 @@ fn random_pair([first, last]: [usize; 2], random: &mut Random) -> [usize; 2] {
     ends
 }
 
-/// Whether the way turns at the middle one of three waypoints, or its neighbours are within a step
-/// of each other.
+/// Whether the path bends at the middle one of three waypoints, or its neighbours are within one
+/// step of each other.
 fn is_corner(path: &[Configuration], joint_step: f64) -> bool {
     let [a, b, c] = [&path[0], &path[1], &path[2]];
     let step = a.q.iter().zip(&c.q).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
-    step <= joint_step || distance(a, b) + distance(b, c) > (1.0 + CORNER_MIN) * distance(a, c)
+    step <= joint_step
+        || distance(a, b) + distance(b, c) > (1.0 + CORNER_EXCESS_MIN) * distance(a, c)
 }

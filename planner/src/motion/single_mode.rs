@@ -1,48 +1,27 @@
 //! Single-mode planning: from one transition configuration to another within their common mode
 //! [Grey 4.4.3].
 //!
-//! The first search between two transitions begins with primitive trajectories [Grey 4.4.5]: the
-//! shapes of `swing`. Then the trees of both grow, and each later search grows them on.
-//!
-//! A search is advanced by one unit of work at a time, so that no step of the planner need wait for
-//! its end.
+//! The first search between two transitions begins with the parametrised trajectories of
+//! `swing_shapes` [Grey 4.4.5], then runs CBiRRT. Each later search continues with the same trees.
+//! A search advances one work unit at a time.
 
 use crate::collision::model::FootPhase;
 use crate::constraints::constraints::Constraints;
 use crate::constraints::mode::Mode;
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
-use crate::motion::cbirrt::Cbirrt;
+use crate::motion::cbirrt::{Cbirrt, SingleModeProblem};
 use crate::motion::lift_off::LiftOff;
 use crate::motion::local_planner::{LocalPath, LocalPlanner, Progress};
 use crate::motion::swing_shapes::{MotionShape, SHIFTS, SWINGS};
+use crate::motion::tuning::PROBES;
 use crate::motion::workspace::{Workspace, push};
-
-/// What is sought within one mode.
-#[derive(Debug, Clone)]
-pub struct SingleModeProblem {
-    /// The mode.
-    pub mode: Mode,
-    /// Where the motion begins.
-    pub from: ModeState,
-    /// Where it ends.
-    pub to: ModeState,
-    /// Seed, and the name of this search in the random stream.
-    pub random: (u64, u64),
-    /// How often this search failed before.
-    pub failures: u32,
-}
-
-/// Where a shape is probed before it is followed: at so many places, each the same share
-/// of the way after the one before. One that does not hold at one of them costs little then. The
-/// first shape is the likeliest, and only followed.
-const PROBES: u32 = 7;
 
 /// A search within one mode.
 #[derive(Debug, Clone)]
 pub struct SingleModeSearch {
     problem: SingleModeProblem,
-    /// The ends of the motion: those of the problem, the swing foot lifted.
+    /// The ends of the motion with the swing foot lifted.
     ends: [ModeState; 2],
     is_lifted: [bool; 2],
     phase: SearchPhase,
@@ -51,17 +30,17 @@ pub struct SingleModeSearch {
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
 enum SearchPhase {
-    /// Finding how the swing foot leaves its placement at an end of the motion.
+    /// Searching the lift-off at one end of the motion.
     LiftOff { end: usize, lift_off: LiftOff },
-    /// Trying a shape, so many of whose probes hold.
+    /// Trying a swing shape; `probed` of its probes are valid.
     Shape { shape: usize, probed: u32 },
-    /// Growing the trees.
+    /// Running CBiRRT.
     Grow(Cbirrt),
 }
 
 impl SingleModeSearch {
-    /// Begins, with empty memory but for the trees, and for the lift-offs where the lifted ends are
-    /// known.
+    /// A search in a workspace that is empty except for the trees, and for the lift-off paths of
+    /// lifted ends that are known.
     pub fn new(problem: SingleModeProblem, lifted: [Option<ModeState>; 2]) -> Self {
         let ends = [lifted[0].unwrap_or(problem.from), lifted[1].unwrap_or(problem.to)];
         let is_lifted = lifted.map(|known| known.is_some() || problem.mode.swing().is_none());
@@ -69,8 +48,9 @@ impl SingleModeSearch {
         Self { problem, ends, is_lifted, phase }
     }
 
-    /// Spends one unit of work. At the end answers whether the motion was found: then
-    /// `workspace.path` holds the waypoints after its first state, the last one included.
+    /// Spends one work unit. Returns the result once the search has ended: `Ok` if the motion was
+    /// found, whose waypoints after the first state `workspace.path` then holds; else the last
+    /// rejection.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
@@ -86,8 +66,8 @@ impl SingleModeSearch {
         }
     }
 
-    /// How often it tried to extend a tree; at least once, since a primitive trajectory that fails
-    /// is an attempt too.
+    /// Number of tree extensions; at least 1, because a swing shape that fails counts as an
+    /// attempt.
     pub fn extensions(&self) -> u32 {
         match &self.phase {
             SearchPhase::Grow(cbirrt) => cbirrt.extensions().max(1),
@@ -95,6 +75,7 @@ impl SingleModeSearch {
         }
     }
 
+    /// Spends one work unit of the current phase. Returns whether the path is found.
     fn advance_phase(
         &mut self,
         constraints: &Constraints,
@@ -124,7 +105,7 @@ impl SingleModeSearch {
         }
     }
 
-    /// Probes a shape, then follows it; answers whether it led to the end.
+    /// Probes a shape, then follows it. Returns whether the end is reached.
     fn try_shape(
         &mut self,
         constraints: &Constraints,
@@ -173,8 +154,8 @@ impl SingleModeSearch {
         false
     }
 
-    /// Puts the motion between lift-off and landing. A lift-off leads away from the placement, so
-    /// landing is one in reverse.
+    /// Adds lift-off and landing to the path. The landing is the lift-off of the last state in
+    /// reverse.
     fn complete(&self, workspace: &mut Workspace) -> Result<(), Rejection> {
         let Workspace { path, lift_offs: [off, on], .. } = workspace;
         if path.len() + off.len() + on.len() > path.capacity() {
@@ -190,10 +171,10 @@ impl SingleModeSearch {
     }
 }
 
-/// Runs a search to its end; answers how many units of work it took.
+/// Runs a search to its end. Returns the work units spent.
 ///
 /// # Errors
-/// What stopped it last.
+/// The last rejection, if no motion is found.
 pub fn solve(
     constraints: &Constraints,
     problem: &SingleModeProblem,
@@ -210,7 +191,7 @@ pub fn solve(
     }
 }
 
-/// What is to be done next: lifting the ends comes first.
+/// The next phase. The lift-offs come first.
 fn phase_after(problem: &SingleModeProblem, is_lifted: [bool; 2]) -> SearchPhase {
     match is_lifted {
         [false, _] => SearchPhase::LiftOff { end: 0, lift_off: LiftOff::new(&problem.from) },
@@ -220,20 +201,22 @@ fn phase_after(problem: &SingleModeProblem, is_lifted: [bool; 2]) -> SearchPhase
     }
 }
 
+/// The motion shapes of a mode.
 fn shapes(mode: &Mode) -> &'static [MotionShape] {
     if mode.swing().is_some() { &SWINGS } else { &SHIFTS }
 }
 
-/// What came of a trial of a shape.
+/// Result of one trial of a shape.
 enum Trial {
-    /// It holds where it was probed.
+    /// The probe is valid.
     Valid,
-    /// It is being followed.
+    /// The end is not reached yet.
     Unfinished,
-    /// It led to the end.
+    /// The end is reached.
     Reached,
 }
 
+/// Probes a shape at the next of its evenly spaced points.
 fn probe(
     constraints: &Constraints,
     mode: &Mode,
@@ -244,6 +227,7 @@ fn probe(
     local_planner.probe(constraints, mode, at).map(|()| Trial::Valid)
 }
 
+/// Makes one trial along a shape.
 fn follow(
     constraints: &Constraints,
     mode: &Mode,
@@ -251,7 +235,7 @@ fn follow(
 ) -> Result<Trial, Rejection> {
     let progress = workspace.local_planner.advance(constraints, mode)?;
     if progress != Progress::ShorterStep {
-        push(&mut workspace.path, workspace.local_planner.here().configuration)?;
+        push(&mut workspace.path, workspace.local_planner.state().configuration)?;
     }
     Ok(if progress == Progress::Reached { Trial::Reached } else { Trial::Unfinished })
 }

@@ -1,36 +1,36 @@
-//! Which placements lie near a place, in the order in which they were added.
+//! Spatial hash of footholds: those near a position, in the order in which they were added.
 
 use glam::DVec3;
 
 use crate::base::arena::{filled, reserve};
 
-/// Cells that lie about a place in the plane, its own included.
+/// Cells around a position in the plane, its own included.
 const CELLS: usize = 9;
-/// Buckets that there are at least.
+/// Fewest buckets.
 const BUCKETS_MIN: usize = 64;
-/// Placements of a bucket where they spread over all of them.
+/// Average number of footholds per bucket at full capacity.
 const ENTRIES_PER_BUCKET: usize = 4;
 /// The end of a list.
 const NONE: u32 = u32::MAX;
 
-/// Lists of placements by the cell of the plane that they lie in and their foot; several cells may
-/// share a list. Allocated once.
+/// Lists of footholds by foot and cell of the horizontal plane. Several cells may share a bucket.
+/// Allocated once.
 #[derive(Debug)]
 pub struct SpatialHash {
-    /// How wide a cell is, m.
+    /// Width of a cell, m.
     width: f64,
-    /// The first and the last placement of each bucket.
+    /// The first and the last foothold of each bucket.
     ends: Vec<[u32; 2]>,
-    /// The placement after each one in its bucket.
+    /// The next foothold in the bucket of each one.
     next: Vec<u32>,
 }
 
 impl SpatialHash {
-    /// Room for so many placements, of which those that are no farther than `reach` (m) from a
-    /// place will be asked for.
+    /// An empty hash for `positions_max` footholds and queries of radius `reach`, m. Allocates.
     pub fn new(reach: f64, positions_max: usize) -> Self {
         let buckets = (positions_max / ENTRIES_PER_BUCKET).next_power_of_two().max(BUCKETS_MIN);
-        // A little wider than the reach: no rounding may part two places by more than a cell.
+        // Slightly wider than the reach, so that rounding never separates two positions by more
+        // than one cell.
         Self {
             width: 1.001 * reach,
             ends: filled([NONE; 2], buckets),
@@ -38,7 +38,7 @@ impl SpatialHash {
         }
     }
 
-    /// Adds the next placement, of a foot.
+    /// Adds the next foothold, of foot `limb`.
     pub fn add(&mut self, limb: usize, position: DVec3) {
         let index = self.next.len() as u32;
         let bucket = self.bucket(limb, self.cell(position));
@@ -52,8 +52,8 @@ impl SpatialHash {
         self.next.push(NONE);
     }
 
-    /// All placements of a foot that are within reach of a place, and perhaps others, the first one
-    /// first.
+    /// Indices of all footholds of a foot within reach of a position, and possibly others, in
+    /// ascending order.
     pub fn near(&self, limb: usize, position: DVec3) -> impl Iterator<Item = u32> + '_ {
         let [x, y] = self.cell(position);
         let mut buckets: heapless::Vec<usize, CELLS> = (0..CELLS as i64)
@@ -98,7 +98,7 @@ mod tests {
     use crate::base::random::{Random, Stream};
 
     #[test]
-    fn all_within_reach_are_found_once_each_in_their_order() {
+    fn all_positions_within_reach_are_found_once_in_order() {
         for reach in [0.02, 0.7, 3.0] {
             let mut random = Random::new(1, Stream::FootPlacement, 0, 0);
             let mut anywhere =

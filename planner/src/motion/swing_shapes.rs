@@ -1,6 +1,6 @@
-//! How a robot travels between two states of a mode: the way of its swing sole, and whether it
-//! stands up meanwhile. These are the parametrised primitive trajectories that a single-mode search
-//! begins with [Grey 4.4.5].
+//! Shapes of motions between two states of a mode: the trajectory of the swing sole, and whether
+//! the root rises. They are the parametrised primitive trajectories with which a single-mode search
+//! begins [Grey 4.4.5].
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -8,46 +8,46 @@ use surefoot_shared_types::base::spatial::{interpolate, rotation_about, yaw_of};
 
 use crate::primitives::level_sole::side_of;
 
-/// The way between two states.
+/// Shape of a motion between two states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotionShape {
-    /// The way of the swing sole.
+    /// Trajectory of the swing sole.
     pub swing: SwingShape,
-    /// Whether the root rises as high as the legs allow, its hip over the swing foot above the
-    /// other, and sinks again: legs that are all but straight need less room.
+    /// Whether the root rises as high as the legs allow, the hip of the swing leg above the other
+    /// one, and descends again. Nearly straight legs need less space.
     pub raises_root: bool,
 }
 
-/// How the swing sole travels between two poses.
+/// Trajectory of the swing sole between two poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SwingShape {
-    /// Straight.
+    /// A straight line.
     Straight,
-    /// Straight plus a curve, m: along z, and away from the other leg.
+    /// A straight line plus a curve along z and away from the other leg.
     Curved {
-        /// Along z.
+        /// Largest offset along z, m.
         rise: f64,
-        /// Away from the other leg, along y of the root's heading halfway.
+        /// Largest offset away from the other leg, along y of the root's heading halfway, m.
         aside: f64,
     },
-    /// Up, across with a curve away from the other leg, and down, m.
+    /// Up, across with a curve away from the other leg, and down.
     UpAndOver {
-        /// Above the higher end.
+        /// Height above the higher end, m.
         height: f64,
-        /// Away from the other leg, as above.
+        /// Largest offset away from the other leg, as above, m.
         aside: f64,
     },
-    /// Out, across, and back, m: around the other leg where the feet stand one before the other.
+    /// Out, across, and back: around the other leg if one foot is in front of the other.
     Around {
-        /// Along z.
+        /// Offset along z, m.
         rise: f64,
-        /// Away from the other leg, as above.
+        /// Offset away from the other leg, as above, m.
         aside: f64,
     },
 }
 
-/// What is tried with one foot in the air, in this order: the humble first, then whatever succeeded
-/// most often where those before it did not.
+/// Shapes tried in single support, in this order: small motions first, then the shape that most
+/// often succeeds where those before it fail.
 pub const SWINGS: [MotionShape; 23] = [
     curved(0.02, 0.0),
     curved(0.06, 0.0),
@@ -73,7 +73,7 @@ pub const SWINGS: [MotionShape; 23] = [
     up_and_over(0.2, 0.0),
     curved(0.3, 0.0),
 ];
-/// With both feet on the ground only the root travels.
+/// Shapes tried in double support, where only the root moves.
 pub const SHIFTS: [MotionShape; 2] =
     [MotionShape::STRAIGHT, with_raised_root(MotionShape::STRAIGHT)];
 
@@ -99,7 +99,7 @@ const fn with_raised_root(shape: MotionShape) -> MotionShape {
 }
 
 impl SwingShape {
-    /// How much longer it is than the straight way, m; about.
+    /// Approximate length in excess of the straight line, m.
     pub fn extra_length(&self) -> f64 {
         match *self {
             Self::Straight => 0.0,
@@ -108,8 +108,8 @@ impl SwingShape {
         }
     }
 
-    /// The sole a share `t` of the way. `outward` leads away from the other leg, and is asked for
-    /// where the way leads aside.
+    /// The sole pose at fraction `t`. `outward` gives the unit vector away from the other leg; it
+    /// is called only by shapes with a lateral offset.
     pub fn pose(&self, [from, to]: [&Pose; 2], outward: impl FnOnce() -> DVec3, t: f64) -> Pose {
         match *self {
             Self::Straight => interpolate(from, to, t),
@@ -128,13 +128,14 @@ impl SwingShape {
     }
 }
 
-/// 0 at both ends of a way, 1 halfway, and nearly so for most of it.
+/// 1 - (2 t - 1)^4: 0 at both ends, 1 halfway and nearly 1 for most of the path.
 pub fn plateau(t: f64) -> f64 {
     let side = 2.0 * t - 1.0;
     1.0 - side * side * side * side
 }
 
-/// Away from the other leg: along y of the root's heading halfway.
+/// Unit vector away from the other leg: along y of the root's heading halfway between two root
+/// poses, world.
 pub fn outward(world_from_roots: [&Pose; 2], limb: usize) -> DVec3 {
     let left = rotation_about(
         DVec3::Z,
@@ -143,7 +144,7 @@ pub fn outward(world_from_roots: [&Pose; 2], limb: usize) -> DVec3 {
     side_of(limb) * left
 }
 
-/// Up, across by way of an offset, down, each in proportion to its length.
+/// Up, across with an offset, and down; `t` is proportional to the length.
 fn up_and_over_pose(
     from: &Pose,
     to: &Pose,
@@ -166,7 +167,7 @@ fn up_and_over_pose(
     pose
 }
 
-/// Out by an offset, across, and back, each in proportion to its length.
+/// Out by an offset, across, and back; `t` is proportional to the length.
 fn around_pose(from: &Pose, to: &Pose, offset: DVec3, t: f64) -> Pose {
     let (out, across) = (offset.length(), from.translation.distance(to.translation));
     let along = t * (2.0 * out + across);
@@ -201,12 +202,12 @@ mod tests {
             let jump = (0..200)
                 .map(|step| at(f64::from(step) / 200.0).distance(at(f64::from(step + 1) / 200.0)))
                 .fold(0.0, f64::max);
-            assert!(jump < 5.0 * length / 200.0, "{shape:?} leaps by {jump} m");
+            assert!(jump < 5.0 * length / 200.0, "{shape:?} jumps by {jump} m");
         }
     }
 
     #[test]
-    fn a_foot_goes_out_before_it_goes_across() {
+    fn a_foot_moves_outward_before_it_moves_across() {
         let [from, to] = &ends();
         let swing = SwingShape::Around { rise: 0.0, aside: 0.2 };
         let at = |along: f64| {
@@ -220,7 +221,7 @@ mod tests {
         };
         assert!(
             at(0.2).distance(from.translation + DVec3::Y * 0.2) < 1e-9,
-            "out to the side, not yet across"
+            "outward, not yet across"
         );
     }
 }

@@ -1,27 +1,22 @@
-//! The prior cost of a transition: its chance of having a configuration, from a few primitive
-//! postures [Grey 4.4.2, figure 4.14].
+//! The prior cost of a transition: an estimate of the chance that a configuration exists, from a
+//! few primitive postures [Grey 4.4.2, figure 4.14].
 
 use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::{Foothold, single_mode};
 use crate::geometry::polygon::area_and_centroid;
-use crate::motion::mode_graph::{ModeGraph, TransitionId, TransitionPrior};
-use crate::motion::transition_sampling::ATTEMPTS_MAX;
+use crate::motion::ids::TransitionId;
+use crate::motion::mode_graph::ModeGraph;
+use crate::motion::transition::TransitionPrior;
+use crate::motion::tuning::{
+    ATTEMPTS_MAX, CROSSED_ATTEMPTS, PARTIAL_SUPPORT_ATTEMPTS, POSTURE_ATTEMPTS, SUPPORT_SHARE_MIN,
+};
 use crate::primitives::transition_configuration::{
     TransitionPair, are_crossed, first_valid_posture,
 };
 
-/// Attempts that count for each primitive posture that fails before one holds.
-const POSTURE_ATTEMPTS: u32 = 3;
-/// Additional attempts that count for crossed feet: few swings lead there.
-const CROSSED_ATTEMPTS: u32 = 3;
-/// Additional attempts that count for each foothold with partial support: a robot that stands a
-/// little beside it slips off [Grey 4.1.2].
-const PARTIAL_SUPPORT_ATTEMPTS: u32 = 8;
-/// Share of a sole's area below which its support is partial.
-const SUPPORT_SHARE_MIN: f64 = 0.6;
-
-/// The prior cost of a transition. The more primitive postures fail on its two footholds, the
-/// higher it is. Partial support adds to it, unless `may_be_partial`.
+/// The prior of a transition. It grows with the number of primitive postures that fail on its two
+/// footholds before one is valid, with crossed feet, and with partial support unless
+/// `may_be_partial`.
 pub fn transition_prior(
     constraints: &Constraints,
     id: TransitionId,
@@ -45,7 +40,7 @@ pub fn transition_prior(
     }
 }
 
-/// Whether a foothold supports only a small part of the sole.
+/// Whether a foothold supports less than [`SUPPORT_SHARE_MIN`] of the sole.
 fn has_partial_support(constraints: &Constraints, foothold: &Foothold) -> bool {
     let [supported, whole] =
         [&foothold.support[..], &constraints.robot.soles[foothold.limb].polygon]

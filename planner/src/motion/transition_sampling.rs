@@ -1,39 +1,39 @@
-//! Sampling one transition: attempts at a configuration from which the touched foot can also leave
-//! its placement.
+//! Transition sampling: attempts at a configuration of one transition from which the touched foot
+//! can also lift off [Grey 4.4.2].
 //!
-//! A configuration that no swing can leave or reach would only be found out by the motions that
-//! need it, one failed sequence after another.
+//! Without the lift-off test, configurations that no swing can leave or reach would be detected
+//! only by motions that fail, one sequence after another.
 
 use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::single_mode;
 use crate::constraints::mode::Mode;
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
+use crate::motion::ids::TransitionId;
 use crate::motion::lift_off::LiftOff;
-use crate::motion::mode_graph::{ModeGraph, TransitionId};
+use crate::motion::mode_graph::ModeGraph;
+use crate::motion::tuning::ATTEMPTS_MAX;
 use crate::motion::workspace::Workspace;
 use crate::primitives::transition_configuration;
 use crate::primitives::transition_configuration::{TransitionPair, world_from_soles};
 use crate::robot::configuration::Configuration;
 
-/// Attempts at one transition in one batch, each as often as it counts.
-pub const ATTEMPTS_MAX: u32 = 24;
-
-/// A configuration for a transition, and the same with the touched foot lifted.
+/// A configuration of a transition, and the state with the touched foot lifted.
 #[derive(Debug, Clone, Copy)]
 pub struct SampledTransition {
     /// Q(T).
     pub configuration: Configuration,
-    /// The robot with its foot lifted.
+    /// The state with the foot lifted.
     pub lifted: ModeState,
 }
 
-/// The search.
+/// The sampling of one transition.
 #[derive(Debug)]
 pub struct TransitionSampling {
-    /// What is sampled.
+    /// The transition that is sampled.
     pub id: TransitionId,
     mode: Mode,
+    /// The first attempt; earlier ones were made by earlier batches.
     first: u32,
     attempt: u32,
     lift_off: Option<(Configuration, LiftOff)>,
@@ -41,7 +41,7 @@ pub struct TransitionSampling {
 }
 
 impl TransitionSampling {
-    /// Goes on where earlier attempts ended.
+    /// Sampling that continues after the attempts made so far.
     pub fn new(graph: &ModeGraph, id: TransitionId) -> Self {
         let first = graph.transitions()[id as usize].attempts - 1;
         Self {
@@ -54,22 +54,22 @@ impl TransitionSampling {
         }
     }
 
-    /// Whether it has found a configuration or made all its attempts.
+    /// Whether a configuration was found or all attempts of this batch were made.
     pub fn has_ended(&self) -> bool {
         self.found.is_some() || self.failed() >= ATTEMPTS_MAX
     }
 
-    /// Attempts that failed.
+    /// Weight of the attempts that failed.
     pub fn failed(&self) -> u32 {
         self.attempt - self.first
     }
 
-    /// What was found; the way to the lifted state stands in the workspace.
+    /// The configuration found, if any. The workspace holds the path to the lifted state.
     pub fn found(&self) -> Option<&SampledTransition> {
         self.found.as_ref()
     }
 
-    /// Spends one unit of work.
+    /// Spends one work unit.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
@@ -99,6 +99,7 @@ impl TransitionSampling {
         }
     }
 
+    /// Makes the next attempt at a configuration, and begins its lift-off if it is valid.
     fn sample_configuration(
         &mut self,
         constraints: &Constraints,

@@ -1,29 +1,28 @@
-//! The trees of single-mode planning: one per transition and mode, kept from one cycle of the
-//! planner to the next [Grey 4.4.3].
+//! The trees of single-mode planning: one for each transition and mode, kept from batch to batch
+//! [Grey 4.4.3].
 
 use crate::base::arena::reserve_written;
 use crate::constraints::mode_state::ModeState;
-use crate::motion::mode_graph::TransitionId;
+use crate::motion::ids::TransitionId;
 
-/// A node of a tree: a state and the node it was reached from.
+/// A node of a tree.
 #[derive(Debug, Clone, Copy)]
 pub struct TreeNode {
     /// The state.
     pub state: ModeState,
-    /// The node before; the root's is itself.
+    /// Index of the parent; the root is its own parent.
     pub parent: u32,
 }
 
-/// A tree; its first node is its root.
+/// A tree; the first node is the root.
 pub type StateTree = Vec<TreeNode>;
 
-/// Which tree: that of a transition (or a boundary's node) within one of the two modes that it
-/// connects.
+/// Key of a tree: a transition or boundary node, and one of the two modes that it joins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TreeKey {
-    /// The transition, or the node of a boundary.
+    /// The transition or boundary node.
     pub node: TransitionId,
-    /// Whether the mode is that of both feet.
+    /// Whether the mode is double support.
     pub is_double: bool,
 }
 
@@ -31,36 +30,36 @@ pub struct TreeKey {
 struct PooledTree {
     key: Option<TreeKey>,
     nodes: StateTree,
-    /// When it was lent last.
+    /// Batch number, plus one, in which it was lent last.
     lent_at: u64,
 }
 
-/// Trees that are kept, allocated once. Where there are more than it holds, the one that was not
-/// used for longest goes.
+/// Trees that are kept, allocated once. If the pool is full, the least recently used tree is
+/// dropped.
 #[derive(Debug)]
 pub struct TreePool {
     slots: Vec<PooledTree>,
+    /// Number of batches that have ended.
     clock: u64,
 }
 
-/// Bytes of a tree that are written beforehand: most trees stay small, or are never used.
+/// Bytes of a tree that are written on allocation. Most trees stay small or are never used.
 const TREE_WRITTEN_MAX: usize = 16 << 10;
 
-/// An empty tree with room for so many nodes.
+/// An empty tree with capacity for `nodes_max` nodes. Allocates.
 pub fn new_tree(nodes_max: usize) -> StateTree {
     reserve_written(nodes_max, TREE_WRITTEN_MAX)
 }
 
 impl TreePool {
-    /// Room for this many trees of this many nodes each.
+    /// A pool of `trees_max` empty trees of `nodes_max` nodes each. Allocates.
     pub fn new(trees_max: usize, nodes_max: usize) -> Self {
         let slot = |_| PooledTree { key: None, nodes: new_tree(nodes_max), lent_at: 0 };
         Self { slots: (0..trees_max).map(slot).collect(), clock: 0 }
     }
 
-    /// Exchanges the tree of a key for an empty one of the caller's, which holds its place until
-    /// [`TreePool::return_tree`]. The answer is where that is; `None` where the pool has no room or
-    /// the tree is lent already.
+    /// Lends the tree of a key by swapping it with an empty tree of the caller. Returns the slot
+    /// for [`TreePool::return_tree`]; `None` if all trees are lent, or this one is.
     pub fn lend(&mut self, key: TreeKey, tree: &mut StateTree) -> Option<usize> {
         let known = self.slots.iter().position(|slot| slot.key == Some(key));
         let index = known.or_else(|| self.oldest())?;
@@ -78,12 +77,12 @@ impl TreePool {
         Some(index)
     }
 
-    /// Takes a tree back from who borrowed it.
+    /// Takes back a tree that was lent from a slot.
     pub fn return_tree(&mut self, index: usize, tree: &mut StateTree) {
         std::mem::swap(&mut self.slots[index].nodes, tree);
     }
 
-    /// Ends a batch of lending: all trees are back.
+    /// Ends a batch. All trees must be back.
     pub fn end_batch(&mut self) {
         self.clock += 1;
     }
@@ -96,7 +95,7 @@ impl TreePool {
             .sum()
     }
 
-    /// The slot that was not used for longest and is not lent; the first of several.
+    /// The least recently used slot that is not lent; the first of several.
     fn oldest(&self) -> Option<usize> {
         let free = (0..self.slots.len()).filter(|&index| self.slots[index].lent_at <= self.clock);
         free.min_by_key(|&index| self.slots[index].lent_at)
@@ -122,19 +121,18 @@ mod tests {
         TreeKey { node, is_double: false }
     }
 
-    /// Grows the tree of a key by one node; answers how many it had, or `None` where it is not to
-    /// be had.
+    /// Adds a node to the tree of a key. Returns the number of nodes before; `None` if it is lent.
     fn grow(pool: &mut TreePool, node_key: TreeKey, tree: &mut StateTree) -> Option<usize> {
         let index = pool.lend(node_key, tree)?;
-        let had = tree.len();
+        let count = tree.len();
         tree.push(node());
         pool.return_tree(index, tree);
         pool.end_batch();
-        Some(had)
+        Some(count)
     }
 
     #[test]
-    fn trees_persist_until_the_oldest_must_go() {
+    fn trees_persist_until_the_least_recently_used_is_dropped() {
         let (mut pool, mut mine) = (TreePool::new(2, 4), Vec::with_capacity(4));
         assert_eq!(grow(&mut pool, key(7), &mut mine), Some(0));
         assert_eq!(grow(&mut pool, key(8), &mut mine), Some(0));
@@ -145,7 +143,11 @@ mod tests {
             "another mode, another tree"
         );
         assert_eq!(grow(&mut pool, key(7), &mut mine), Some(2));
-        assert_eq!(grow(&mut pool, key(8), &mut mine), Some(0), "the oldest had to go");
+        assert_eq!(
+            grow(&mut pool, key(8), &mut mine),
+            Some(0),
+            "the least recently used tree was dropped"
+        );
     }
 
     #[test]
@@ -154,7 +156,7 @@ mod tests {
         let (mut mine, mut yours) = (Vec::with_capacity(4), Vec::with_capacity(4));
         let index = pool.lend(key(1), &mut mine).unwrap_or_default();
         assert_eq!(pool.lend(key(1), &mut yours), None);
-        assert_eq!(pool.lend(key(2), &mut yours), None, "no room while the only slot is lent");
+        assert_eq!(pool.lend(key(2), &mut yours), None, "the only slot is lent");
         pool.return_tree(index, &mut mine);
         pool.end_batch();
         assert!(pool.lend(key(2), &mut yours).is_some());

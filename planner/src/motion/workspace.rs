@@ -1,35 +1,31 @@
-//! The memory of one single-mode search, allocated once and used by one search at a time.
+//! Memory of one search of a batch, allocated once and used by one search after another.
 
 use crate::base::arena::reserve;
 use crate::constraints::rejection::Rejection;
 use crate::motion::local_planner::LocalPlanner;
 use crate::motion::tree_pool::{StateTree, TreeNode, new_tree};
+use crate::motion::tuning::{LIFT_OFF_WAYPOINTS_MAX, SHORTCUT_WAYPOINTS_MAX};
 use crate::robot::configuration::Configuration;
 
-/// Most waypoints that lift a foot off its placement or set it down.
-const LIFT_OFF_WAYPOINTS_MAX: usize = 128;
-/// Most waypoints of a shortcut.
-const SHORTCUT_WAYPOINTS_MAX: usize = 256;
-
-/// A search's memory.
+/// Memory of a search.
 #[derive(Debug)]
 pub struct Workspace {
-    /// The motion found: waypoints after the first state, the last one included.
+    /// The motion found: the waypoints after the first state.
     pub path: Vec<Configuration>,
-    /// How the swing foot leaves its placement at either end, waypoints after the end itself.
+    /// The lift-offs at both ends: the waypoints after the end itself.
     pub lift_offs: [Vec<Configuration>; 2],
-    /// A shortcut of the path: waypoints after the one where it begins.
+    /// A shortcut of the path: the waypoints after the one where it begins.
     pub shortcut: Vec<Configuration>,
-    /// What follows the local path that is being tried.
+    /// The local planner of the search.
     pub local_planner: LocalPlanner,
     /// The trees of both ends.
     pub trees: [StateTree; 2],
-    /// How often each condition turned something down.
+    /// Number of rejections of each kind.
     pub rejections: [u64; Rejection::COUNT],
 }
 
 impl Workspace {
-    /// Memory for paths and trees of these lengths.
+    /// Empty memory for paths and trees of these capacities. Allocates.
     pub fn new(path_waypoints_max: usize, tree_nodes_max: usize) -> Self {
         Self {
             path: reserve(path_waypoints_max),
@@ -41,7 +37,7 @@ impl Workspace {
         }
     }
 
-    /// Empties it, but for what it counts.
+    /// Clears everything except the rejection counts.
     pub fn clear(&mut self) {
         self.path.clear();
         self.lift_offs.iter_mut().for_each(Vec::clear);
@@ -65,7 +61,7 @@ impl Workspace {
 /// Appends to a list of fixed capacity.
 ///
 /// # Errors
-/// The list is full: [`Rejection::Discontinuous`], as the motion needs more steps than allowed.
+/// [`Rejection::Discontinuous`] if the list is full: the motion needs more waypoints than allowed.
 pub fn push<T>(list: &mut Vec<T>, item: T) -> Result<(), Rejection> {
     if list.len() == list.capacity() {
         return Err(Rejection::Discontinuous);

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use crate::motion::ids::TransitionId;
 use crate::motion::mode_costs::{ModeCosts, ModeId};
-use crate::motion::mode_graph::{ModeGraph, TransitionId};
+use crate::motion::mode_graph::ModeGraph;
 use crate::possibility::MidFeetPose;
 
 /// Places that are remembered.

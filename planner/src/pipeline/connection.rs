@@ -3,7 +3,8 @@
 use crate::base::capacity::ArenaFull;
 use crate::base::work_budget::items_in;
 use crate::constraints::foothold::{Foothold, left_and_right};
-use crate::motion::mode_graph::{FootholdId, ModeGraph};
+use crate::motion::ids::FootholdId;
+use crate::motion::mode_graph::ModeGraph;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
 use crate::possibility::MidFeetPose;

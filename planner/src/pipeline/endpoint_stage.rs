@@ -6,7 +6,7 @@ use surefoot_shared_types::message::{RestState, SupportMode};
 
 use crate::base::capacity::ArenaFull;
 use crate::constraints::mode::StartBalance;
-use crate::motion::mode_graph::FootholdId;
+use crate::motion::ids::FootholdId;
 use crate::motion::roadmap::Boundary;
 use crate::pipeline::endpoints::{Endpoint, foothold_at, stand_in, stand_on};
 use crate::pipeline::outcome::{EndpointError, Outcome};

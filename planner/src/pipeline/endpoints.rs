@@ -11,10 +11,9 @@ use surefoot_shared_types::world::world::World;
 
 use crate::collision::model::{FootPhase, Hit};
 use crate::constraints::constraints::Constraints;
-use crate::constraints::foothold::FootPair;
-use crate::constraints::foothold::FootPlacement;
-use crate::constraints::foothold::is_whole;
-use crate::constraints::foothold::{Foothold, double_mode, single_mode};
+use crate::constraints::foothold::{
+    FootPair, FootPlacement, Foothold, double_mode, is_whole, single_mode,
+};
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;

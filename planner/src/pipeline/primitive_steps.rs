@@ -7,7 +7,8 @@
 use crate::base::capacity::ArenaFull;
 use crate::constraints::foothold::FootPlacement;
 use crate::constraints::rejection::Rejection;
-use crate::motion::mode_graph::{ModeGraph, TransitionId};
+use crate::motion::ids::TransitionId;
+use crate::motion::mode_graph::ModeGraph;
 use crate::motion::roadmap::ModeEdge;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;

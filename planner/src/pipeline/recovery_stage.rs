@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use crate::base::capacity::ArenaFull;
-use crate::motion::mode_graph::TransitionId;
-use crate::motion::transition_sampling::ATTEMPTS_MAX;
+use crate::motion::ids::TransitionId;
 use crate::motion::transition_sequence::Objective;
+use crate::motion::tuning::ATTEMPTS_MAX;
 use crate::pipeline::bottlenecks::{Bottleneck, Bottlenecks, mid_feet_pose};
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::recovery_policy::{RecoveryAction, detour_about};

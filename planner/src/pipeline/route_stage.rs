@@ -4,8 +4,7 @@ use crate::base::capacity::ArenaFull;
 use crate::pipeline::foothold_order::FootholdOrder;
 use crate::pipeline::search::Search;
 use crate::pipeline::stage::Event;
-use crate::possibility::Progress;
-use crate::possibility::{CrouchContext, StageContext, UpperBody};
+use crate::possibility::{CrouchContext, Progress, StageContext, UpperBody};
 use crate::preparation::planning_context::PlanningContext;
 
 /// Finds a guide route from start to goal, or a detour within the current segment. Where the robot

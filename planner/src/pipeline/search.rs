@@ -3,7 +3,7 @@
 use crate::base::capacity::ArenaFull;
 use crate::constraints::rejection::Rejection;
 use crate::foot_placement::Scratch;
-use crate::motion::mode_graph::FootholdId;
+use crate::motion::ids::FootholdId;
 use crate::motion::roadmap::Roadmap;
 use crate::motion::search_batch::{BatchStats, SearchBatch};
 use crate::pipeline::foothold_order::{FootholdOrder, VertexSelection};

@@ -16,8 +16,8 @@
 //! trees in these modes are kept and grow further.
 
 use crate::base::capacity::ArenaFull;
-use crate::motion::search_batch::SEGMENT_SEARCHES_MAX;
 use crate::motion::transition_sequence::Objective;
+use crate::motion::tuning::SEGMENT_SEARCHES_MAX;
 use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::{SegmentSearch, SegmentState};
 use crate::pipeline::stage::Event;

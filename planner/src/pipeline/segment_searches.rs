@@ -8,9 +8,9 @@ use surefoot_shared_types::config::PlannerConfig;
 
 use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
-use crate::motion::mode_graph::TransitionId;
-use crate::motion::search_batch::SEGMENT_SEARCHES_MAX;
+use crate::motion::ids::TransitionId;
 use crate::motion::transition_sequence::Objective;
+use crate::motion::tuning::SEGMENT_SEARCHES_MAX;
 use crate::pipeline::recovery_policy::RecoveryPolicy;
 use crate::pipeline::stage::Event;
 

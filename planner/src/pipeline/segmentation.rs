@@ -6,7 +6,7 @@
 
 use crate::base::arena::reserve;
 use crate::base::capacity::ArenaFull;
-use crate::motion::mode_graph::{BOUNDARIES_MAX, TransitionId, boundary_node};
+use crate::motion::ids::{BOUNDARIES_MAX, TransitionId, boundary_node};
 use crate::motion::roadmap::RouteSegment;
 
 /// A segment may use footholds near this many vertices beyond its ends.

@@ -5,9 +5,8 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::SupportMode;
 
 use crate::base::capacity::ArenaFull;
-use crate::constraints::foothold::FootPlacement;
-use crate::constraints::foothold::Foothold;
-use crate::motion::mode_graph::{GOAL, START};
+use crate::constraints::foothold::{FootPlacement, Foothold};
+use crate::motion::ids::{GOAL, START};
 use crate::motion::roadmap::Boundary;
 use crate::pipeline::endpoints::{foothold_at, stand};
 use crate::pipeline::foothold_order::FootholdOrder;

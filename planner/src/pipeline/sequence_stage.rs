@@ -4,9 +4,11 @@
 use surefoot_shared_types::message::SupportMode;
 
 use crate::base::capacity::ArenaFull;
-use crate::motion::mode_graph::{FootholdId, ModeGraph, TransitionId, boundary_node};
+use crate::motion::ids::{FootholdId, TransitionId, boundary_node};
+use crate::motion::mode_graph::ModeGraph;
 use crate::motion::roadmap::{Boundary, Roadmap};
-use crate::motion::transition_sequence::{Objective, SequenceProblem, SequenceSearch};
+use crate::motion::sequence_search::SequenceSearch;
+use crate::motion::transition_sequence::{Objective, SequenceProblem};
 use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::{SegmentSearch, SegmentState};
 use crate::pipeline::segmentation::Segmentation;
@@ -24,7 +26,7 @@ const STARTS_MAX: usize = 256;
 struct SequenceQuery {
     objective: Objective,
     /// The first and the last vertex near which it may use footholds.
-    range: [u32; 2],
+    vertex_range: [u32; 2],
     /// The nodes before and after it.
     ends: [TransitionId; 2],
     starts: heapless::Vec<TransitionId, STARTS_MAX>,
@@ -40,7 +42,7 @@ impl SequenceQuery {
         let [from, to] = if is_reverse { [goal, start] } else { [start, goal] };
         Self {
             objective: search.objective,
-            range: segmentation.vertex_range(search.segment),
+            vertex_range: segmentation.vertex_range(search.segment),
             ends: [from, to].map(boundary_node),
             starts: start_transitions(&roadmap.graph, roadmap.boundary(from)),
             goal: roadmap.boundary(to).footholds,
@@ -49,10 +51,18 @@ impl SequenceQuery {
 
     /// The query on Gamma_M, with the vertex nearest to each foothold.
     fn on<'a>(&'a self, roadmap: &'a Roadmap, nearest_vertices: &'a [u32]) -> SequenceProblem<'a> {
-        let Self { objective, range, ends, ref starts, goal } = *self;
-        let Roadmap { graph, edges, costs: modes, .. } = roadmap;
-        let stations = nearest_vertices;
-        SequenceProblem { graph, edges, modes, objective, stations, range, ends, starts, goal }
+        let Self { objective, vertex_range, ends, ref starts, goal } = *self;
+        SequenceProblem {
+            graph: &roadmap.graph,
+            edges: &roadmap.edges,
+            modes: &roadmap.costs,
+            objective,
+            nearest_vertices,
+            vertex_range,
+            ends,
+            starts,
+            goal,
+        }
     }
 }
 

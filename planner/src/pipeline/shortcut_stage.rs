@@ -4,8 +4,8 @@
 use surefoot_shared_types::base::limits::CHUNK_WAYPOINTS_MAX;
 
 use crate::base::capacity::ArenaFull;
+use crate::motion::ids::TransitionId;
 use crate::motion::indexed_heap::IndexHeap;
-use crate::motion::mode_graph::TransitionId;
 use crate::motion::roadmap::{ModeEdge, Roadmap};
 use crate::motion::shortcut::{Pass, distance, length};
 use crate::pipeline::search::Search;

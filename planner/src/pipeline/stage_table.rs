@@ -18,8 +18,8 @@ const fn row(stage: Stage, event: Event, next: Stage) -> Transition {
     Transition { stage, event, next }
 }
 
-/// All transitions. Besides, every stage leads to [`Stage::Over`] where an arena is full or the
-/// work limit is reached.
+/// All transitions. In addition, every stage leads to [`Stage::Over`] where an arena is full or
+/// the work limit is reached.
 pub const TRANSITIONS: [Transition; 28] = [
     row(Stage::Endpoints, Event::Done, Stage::Route),
     row(Stage::Endpoints, Event::Invalid, Stage::Over),

@@ -3,7 +3,7 @@
 //! sequence can be completed, the segment keeps its current one.
 
 use crate::base::capacity::ArenaFull;
-use crate::motion::mode_graph::TransitionId;
+use crate::motion::ids::TransitionId;
 use crate::motion::transition_sequence::Objective;
 use crate::pipeline::search::Search;
 use crate::pipeline::segment_searches::{SegmentSearch, SegmentState};

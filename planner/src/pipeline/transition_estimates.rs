@@ -1,7 +1,9 @@
 //! Estimates of the prior costs of transitions [Grey 4.4.2], in batches.
 
 use crate::base::work_budget::items_in;
-use crate::motion::mode_graph::{ModeGraph, TransitionId, TransitionPrior};
+use crate::motion::ids::TransitionId;
+use crate::motion::mode_graph::ModeGraph;
+use crate::motion::transition::TransitionPrior;
 use crate::motion::transition_prior::transition_prior;
 use crate::pipeline::segment_searches::{SegmentSearches, SegmentState};
 use crate::preparation::planning_context::PlanningContext;

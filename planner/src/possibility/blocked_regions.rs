@@ -1,22 +1,20 @@
 //! Regions that stage P avoids because stage M failed there.
 
 use crate::possibility::mid_feet_pose::MidFeetPose;
-
-/// Most regions; beyond it the oldest is dropped.
-const REGIONS_MAX: usize = 64;
+use crate::possibility::tuning::BLOCKED_REGIONS_MAX;
 
 /// A region excluded from sampling.
 #[derive(Debug, Clone, Copy)]
 struct BlockedRegion {
     center: MidFeetPose,
-    /// m, in the metric of Gamma_P.
+    /// Radius in the metric of Gamma_P, m.
     radius: f64,
 }
 
 /// The regions excluded from sampling.
 #[derive(Debug, Default)]
 pub struct BlockedRegions {
-    regions: heapless::Deque<BlockedRegion, REGIONS_MAX>,
+    regions: heapless::Deque<BlockedRegion, BLOCKED_REGIONS_MAX>,
 }
 
 impl BlockedRegions {
@@ -28,7 +26,7 @@ impl BlockedRegions {
         let _full = self.regions.push_back(BlockedRegion { center, radius });
     }
 
-    /// Excludes no region.
+    /// Removes all regions.
     pub fn clear(&mut self) {
         self.regions.clear();
     }
@@ -49,7 +47,7 @@ mod tests {
     fn the_oldest_region_is_dropped_first() {
         let at = |x: usize| MidFeetPose { position: DVec3::new(x as f64, 0.0, 0.0), yaw: 0.0 };
         let mut blocked = BlockedRegions::default();
-        (0..=REGIONS_MAX).for_each(|x| blocked.add(at(x), 0.25));
+        (0..=BLOCKED_REGIONS_MAX).for_each(|x| blocked.add(at(x), 0.25));
         assert!(!blocked.contains(&at(0)) && blocked.contains(&at(1)));
         blocked.clear();
         assert!(!blocked.contains(&at(1)));

@@ -1,9 +1,9 @@
-//! Branches of Gamma_P that grow in parallel, each until it ends. Then they are merged into the
-//! trees in order.
+//! Branches of Gamma_P grow in parallel, each until it ends. They are then merged into the trees in
+//! order.
 //!
 //! If one branch is left and there are several threads, the placements of both feet are searched in
-//! parallel. At the same time the step to the previous vertex is tested. If that step does not
-//! exist, the branch continues from the vertex before and discards the new one.
+//! parallel, while the step to the last vertex is tested. If that step does not exist, the branch
+//! discards the last vertex and continues from the one before.
 
 use crate::base::arena::reserve;
 use crate::base::work_budget;
@@ -12,55 +12,42 @@ use crate::constraints::foothold::FootPlacement;
 use crate::foot_placement::{FootPlacementConfig, Scratch};
 use crate::possibility::extension::{Extend, Extension};
 use crate::possibility::mid_feet_pose::MidFeetPose;
-use crate::possibility::tree::{Vertex, tip_at};
+use crate::possibility::tree::{Tip, Vertex, tip_at};
+use crate::possibility::tuning::{BRANCH_VERTICES_MAX, BRANCHES_MAX};
 use crate::possibility::vertex_candidates::{FootScratch, StageContext, VertexCandidate};
-
-/// Most branches that grow in parallel.
-pub(crate) const BRANCHES_MAX: usize = 8;
-/// Most vertices of one branch.
-const BRANCH_VERTICES_MAX: usize = 97;
 
 /// Kind of a branch.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum BranchKind {
-    /// Leads toward a sample, from a vertex of a tree.
+    /// From a vertex of a tree toward a sample.
     Sample { tip: u32 },
-    /// Connects a vertex of a tree to a vertex of the other tree.
+    /// From a vertex of a tree to a vertex of the other tree.
     Connect { tip: u32, other: u32 },
-    /// Replaces the route between two of its vertices.
+    /// A replacement for the route between two of its vertices.
     Shortcut { from: usize, to: usize },
 }
 
-/// How a branch ended.
+/// Result of a branch.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum BranchEnd {
-    /// On its target.
+    /// It reached its target.
     Reached {
         /// Whether the upright robot fits between the tip and the target.
         is_upright: bool,
     },
-    /// It cannot go on.
+    /// No stride leads further.
     Trapped,
-    /// It has the most vertices allowed.
+    /// It would have more vertices than allowed.
     TooLong,
 }
 
-/// Where a branch ends so far.
-#[derive(Debug, Clone, Copy)]
-pub struct Tip<'a> {
-    /// The pose.
-    pub pose: &'a MidFeetPose,
-    /// The placements there; empty if they are not known.
-    pub placements: &'a [FootPlacement],
-}
-
-/// A branch that is to be grown.
+/// Request for a branch.
 #[derive(Debug)]
 pub(crate) struct BranchRequest {
     pub kind: BranchKind,
     pub extension: Extension,
     pub from: Vertex,
-    /// It ends when it would have this many vertices.
+    /// It ends before it has this many vertices.
     pub vertices_max: usize,
 }
 
@@ -69,14 +56,14 @@ pub(crate) struct BranchRequest {
 pub(crate) struct Branch {
     pub kind: BranchKind,
     pub extension: Extension,
-    /// What has grown, from the vertex that it began at.
+    /// The vertices after the one from which it began.
     pub grown: Vec<VertexCandidate>,
     pub end: Option<BranchEnd>,
     /// Index of the stride that led to the last vertex, if the step to it is not tested yet.
     untested_stride: Option<usize>,
     from: Vertex,
     vertices_max: usize,
-    /// Names its random stream.
+    /// Its name in the random stream.
     name: u64,
     scratch: Scratch,
     work_budget: WorkBudget,
@@ -93,6 +80,7 @@ impl BudgetedTask for Branch {
 }
 
 impl Branch {
+    /// A branch that has ended, with reserved memory. Allocates.
     fn new(placement: &FootPlacementConfig) -> Self {
         let origin = MidFeetPose { position: glam::DVec3::ZERO, yaw: 0.0 };
         let extension = Extension {
@@ -117,7 +105,7 @@ impl Branch {
         }
     }
 
-    /// Adds a vertex, by a stride from `first` on, or ends.
+    /// Adds a vertex, by a stride from index `first` on, or ends the branch.
     fn grow(
         &mut self,
         (context, placements): (&StageContext<'_>, &[FootPlacement]),
@@ -149,9 +137,9 @@ impl Branch {
         }
     }
 
-    /// Adds a vertex or ends. The placements of both feet are found in parallel, one of them in
-    /// `second_scratch`, while the step to the previous vertex is tested. Returns the work units
-    /// spent: 0 if that step does not exist.
+    /// Adds a vertex or ends the branch. The placements of both feet are found in parallel, those
+    /// of the second in `second_scratch`, while the step to the last vertex is tested. Returns the
+    /// work units spent: 0 if that step does not exist.
     fn grow_alone(
         &mut self,
         (context, placements): (&StageContext<'_>, &[FootPlacement]),
@@ -172,7 +160,7 @@ impl Branch {
                 )
             })
         };
-        let leads_back = || {
+        let has_step = || {
             let before = self.untested_stride.and_then(|_| self.grown.split_last());
             before.is_none_or(|(_, before)| {
                 context.has_step_between(
@@ -181,9 +169,9 @@ impl Branch {
                 )
             })
         };
-        let (extended, leads_back) = context.threads.join(extend, leads_back);
+        let (extended, has_step) = context.threads.join(extend, has_step);
         match (self.untested_stride.take(), extended) {
-            (Some(stride), _) if !leads_back => {
+            (Some(stride), _) if !has_step => {
                 self.grown.pop();
                 self.grow((context, placements), is_blocked, stride + 1);
                 return 0;
@@ -193,7 +181,7 @@ impl Branch {
                 self.untested_stride = Some(stride);
                 self.grown.push(candidate);
             }
-            // It ends there if a step leads there; else it continues with longer strides.
+            // A blocked vertex: the branch ends if a step leads to it, else tries longer strides.
             (_, Some(Extend::Advanced { stride, .. })) => {
                 self.grow((context, placements), is_blocked, stride)
             }
@@ -202,7 +190,7 @@ impl Branch {
         1
     }
 
-    /// Adds a vertex unless it is blocked, or ends.
+    /// Adds a vertex that is not blocked, or ends the branch.
     fn take(&mut self, extended: Extend, is_blocked: &impl Fn(&MidFeetPose) -> bool) {
         match extended {
             Extend::Advanced { candidate, .. } if !is_blocked(&candidate.pose) => {
@@ -213,18 +201,19 @@ impl Branch {
         }
     }
 
+    /// Whether the branch would have more vertices than allowed.
     fn is_long(&self, tip: &MidFeetPose) -> bool {
         self.grown.len() == BRANCH_VERTICES_MAX
             || self.grown.len() + self.extension.vertices_left(tip) >= self.vertices_max
     }
 
-    /// Names the next step in the random stream.
+    /// The name of the next extension in the random stream.
     fn extension_name(&self) -> u64 {
         self.name << 7 | self.grown.len() as u64
     }
 }
 
-/// Where a branch that began at a vertex ends so far.
+/// The tip of a branch that began at a vertex.
 fn tip_of<'a>(
     from: &'a Vertex,
     grown: &'a [VertexCandidate],
@@ -241,14 +230,14 @@ fn tip_of<'a>(
 pub(crate) struct Branches {
     branches: Vec<Branch>,
     count: usize,
-    /// For the second foot of a branch that grows alone.
+    /// Memory for the second foot of a branch that grows alone.
     second_scratch: Scratch,
-    /// How many were ever begun.
+    /// Number of branches begun so far.
     begun: u64,
 }
 
 impl Branches {
-    /// None yet.
+    /// No branch, with reserved memory. Allocates.
     pub fn new(placement: &FootPlacementConfig) -> Self {
         Self {
             branches: (0..BRANCHES_MAX).map(|_| Branch::new(placement)).collect(),
@@ -258,20 +247,23 @@ impl Branches {
         }
     }
 
-    /// Forgets all branches.
+    /// Removes all branches.
     pub fn clear(&mut self) {
         self.count = 0;
     }
 
-    /// How many there are.
+    /// Number of branches.
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Begins another branch. There must be fewer than [`BRANCHES_MAX`].
-    pub fn begin(&mut self, begin: BranchRequest) {
+    /// Begins a branch.
+    ///
+    /// # Panics
+    /// There are [`BRANCHES_MAX`] branches already.
+    pub fn begin(&mut self, request: BranchRequest) {
         let branch = &mut self.branches[self.count];
-        let BranchRequest { kind, extension, from, vertices_max } = begin;
+        let BranchRequest { kind, extension, from, vertices_max } = request;
         (branch.kind, branch.extension, branch.from, branch.vertices_max) =
             (kind, extension, from, vertices_max);
         (branch.name, branch.end, branch.untested_stride) = (self.begun, None, None);
@@ -280,13 +272,13 @@ impl Branches {
         self.count += 1;
     }
 
-    /// All of them, in order.
+    /// All branches, in order.
     pub fn all(&self) -> &[Branch] {
         &self.branches[..self.count]
     }
 
-    /// Extends them by at most `budget` vertices in total, none of them blocked. Returns the work
-    /// units spent; less than the budget means that all branches have ended.
+    /// Extends the branches by at most `budget` vertices in total, none of them blocked. Returns
+    /// the work units spent; fewer than the budget mean that all branches have ended.
     pub fn advance(
         &mut self,
         context: &StageContext<'_>,
@@ -295,7 +287,7 @@ impl Branches {
         budget: u64,
     ) -> u64 {
         let inputs = (context, placements);
-        let several = context.threads.count().min(2);
+        let task_count = context.threads.count().min(2);
         let grow = |branch: &mut Branch| branch.grow(inputs, &is_blocked, 0);
         let mut spent = 0;
         while spent < budget {
@@ -303,12 +295,12 @@ impl Branches {
             let mut growing = branches.iter_mut().filter(|branch| !branch.has_ended());
             spent += match (growing.next(), growing.next()) {
                 (None, _) => break,
-                (Some(alone), None) if several > 1 => {
+                (Some(alone), None) if task_count > 1 => {
                     alone.grow_alone(inputs, &is_blocked, &mut self.second_scratch)
                 }
                 _ => work_budget::advance_several(
                     branches,
-                    several,
+                    task_count,
                     budget - spent,
                     context.threads,
                     grow,

@@ -5,14 +5,15 @@ use crate::base::arena::{ArenaSlice, reserve};
 use crate::constraints::foothold::FootPlacement;
 use crate::possibility::edge_labels::Label;
 use crate::possibility::tree::{PossibilityTree, Vertex};
-use crate::possibility::vertex_candidates::{PLACEMENTS_MAX, StageContext, VertexCandidate};
+use crate::possibility::tuning::VERTEX_PLACEMENTS_MAX;
+use crate::possibility::vertex_candidates::{StageContext, VertexCandidate};
 
-/// How many edges stage P has labelled.
+/// Number of labelled edges of stage P.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct LabelStats {
-    /// Edges of the trees.
+    /// All labelled edges.
     pub edges: u64,
-    /// Those of them that are possible.
+    /// Edges labelled possible.
     pub possible: u64,
 }
 
@@ -25,12 +26,12 @@ pub(crate) struct Forest {
 }
 
 impl Forest {
-    /// Two empty trees with capacity for `vertices_max` vertices each.
+    /// Two empty trees with capacity for `vertices_max` vertices each. Allocates.
     pub fn new(vertices_max: usize) -> Self {
         let trees = [(); 2].map(|()| PossibilityTree::new(vertices_max));
         Self {
             trees,
-            placements: reserve(vertices_max * PLACEMENTS_MAX / 2),
+            placements: reserve(vertices_max * VERTEX_PLACEMENTS_MAX / 2),
             labelled: LabelStats::default(),
         }
     }
@@ -47,7 +48,7 @@ impl Forest {
         }
         let root = Vertex::root(candidate.pose, candidate.pair);
         let vertex = Vertex {
-            placements: self.keep(candidate)?,
+            placements: self.store_placements(candidate)?,
             parent,
             heading_offset,
             is_upright: candidate.is_upright,
@@ -56,7 +57,7 @@ impl Forest {
         Some(self.trees[tree].add(vertex))
     }
 
-    /// Labels the edge that leads to a vertex.
+    /// Labels the edge from the parent of a vertex to it, and counts it.
     pub fn label_edge(&mut self, (tree, vertex): (usize, u32), context: &StageContext<'_>) {
         let ends = [self.trees[tree][vertex as usize].parent, vertex].map(|index| index as usize);
         let [from, to] = ends.map(|index| context.pair_of(&mut self.trees[tree][index]));
@@ -73,7 +74,8 @@ impl Forest {
             + self.placements.capacity() * size_of::<FootPlacement>()
     }
 
-    fn keep(&mut self, candidate: &VertexCandidate) -> Option<ArenaSlice> {
+    /// Stores the placements of a candidate; `None` if the arena is full.
+    fn store_placements(&mut self, candidate: &VertexCandidate) -> Option<ArenaSlice> {
         let first = self.placements.len() as u32;
         if self.placements.len() + candidate.placements.len() > self.placements.capacity() {
             return None;

@@ -1,34 +1,32 @@
-//! A guide route: vertices from the start to the goal.
+//! The guide route: vertices from the start to the goal [Grey 3.2].
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::scenario::StancePose;
 
 use crate::base::arena::reserve;
-
 use crate::constraints::foothold::{FootPair, FootPlacement};
 use crate::possibility::edge_labels::Label;
 use crate::possibility::forest::LabelStats;
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tree::Vertex;
+use crate::possibility::tuning::ALIGNED_DISTANCE;
 use crate::possibility::vertex_sampling::BACKWARD;
 
-/// A foot within this distance of a vertex (metric of Gamma_P, m) has the heading of the robot
-/// there. A half turn counts 0.94 m.
-const ALIGNED_WITHIN: f64 = 0.6;
-
-/// Vertices from start to goal, both included. Their placements are kept by the route search.
+/// Vertices from start to goal, both included. The route search keeps their placements.
 #[derive(Debug)]
 pub struct GuideRoute {
     pub(crate) vertices: Vec<Vertex>,
-    /// The label of the edge that leads to each vertex from the one before it; the first has none.
+    /// The label of the edge that leads to each vertex; that of the first is not used.
     pub(crate) labels: Vec<Label>,
+    /// Stance widths at start and goal, m.
     stance_width: [f64; 2],
+    /// Memory in which a changed route is assembled.
     spare: Vec<Vertex>,
 }
 
 impl GuideRoute {
-    /// An empty route with reserved capacity.
+    /// An empty route with capacity for two trees of `vertices_max` vertices. Allocates.
     pub(crate) fn new(start: &StancePose, goal: &StancePose, vertices_max: usize) -> Self {
         Self {
             vertices: reserve(2 * vertices_max),
@@ -38,17 +36,19 @@ impl GuideRoute {
         }
     }
 
+    /// Sets the stance width of another start stance.
     pub(crate) fn set_start(&mut self, start: &StancePose) {
         self.stance_width[0] = start.stance_width;
     }
 
+    /// Removes all vertices.
     pub(crate) fn clear(&mut self) {
         self.vertices.clear();
         self.labels.clear();
     }
 
-    /// Replaces the vertices between two of the route. `is_upright`: whether the upright robot has
-    /// room on the edge to the second.
+    /// Replaces the vertices between two of the route. `is_upright` is whether the upright robot
+    /// fits on the edge to the second.
     pub(crate) fn splice(&mut self, [from, to]: [usize; 2], between: &[Vertex], is_upright: bool) {
         self.spare.clear();
         self.spare.extend_from_slice(&self.vertices[..=from]);
@@ -60,8 +60,8 @@ impl GuideRoute {
         std::mem::swap(&mut self.spare, &mut self.vertices);
     }
 
-    /// Replaces the vertices of a full route from `first` to `last` by this route, and becomes the
-    /// result; becomes the full route if the result does not fit.
+    /// Inserts this route, a detour, into a full route in place of the vertices from `first` to
+    /// `last`. This route becomes the result; it becomes the full route if the result does not fit.
     pub(crate) fn insert_into(&mut self, full_route: &mut Vec<Vertex>, [first, last]: [usize; 2]) {
         if full_route.len() + self.vertices.len() > self.spare.capacity() {
             std::mem::swap(full_route, &mut self.vertices);
@@ -85,7 +85,7 @@ impl GuideRoute {
         self.labels[index]
     }
 
-    /// How many edges it has, and how many of them are possible.
+    /// Number of edges, and of those that are possible.
     pub fn labelled(&self) -> LabelStats {
         let edges = self.labels.len().saturating_sub(1) as u64;
         LabelStats {
@@ -94,14 +94,15 @@ impl GuideRoute {
         }
     }
 
-    /// Whether primitives use a placement at a vertex.
+    /// Whether a primitive along the route uses a placement at a vertex.
     pub fn is_used_by_primitives(&self, index: usize, placement: &FootPlacement) -> bool {
-        let leads = |label: Option<&Label>| matches!(label, Some(Label::Primitive { .. }));
-        let is_possible = leads(self.labels.get(index)) || leads(self.labels.get(index + 1));
+        let is_primitive = |label: Option<&Label>| matches!(label, Some(Label::Primitive { .. }));
+        let is_possible =
+            is_primitive(self.labels.get(index)) || is_primitive(self.labels.get(index + 1));
         is_possible && self.pair(index).is_some_and(|pair| pair.contains(placement))
     }
 
-    /// The placements of a vertex, left and right.
+    /// The pair of placements of a vertex.
     pub fn pair(&self, index: usize) -> Option<&FootPair> {
         self.vertices[index].pair.as_ref()
     }
@@ -122,16 +123,16 @@ impl GuideRoute {
         self.vertices[about].iter().all(|vertex| vertex.is_upright)
     }
 
-    /// Whether it is walked backward, at least in part.
+    /// Whether a part of the route is walked backward.
     pub fn is_backward(&self) -> bool {
         self.vertices.iter().any(|vertex| vertex.heading_offset == BACKWARD)
     }
 
     /// Whether a foot at `pose` has the heading of the robot on this route. On a route that is
-    /// fraction backward, feet that face ahead would lead the search back to earlier failures.
+    /// partly walked backward, feet that face forward would repeat earlier failures.
     pub fn is_aligned_with(&self, pose: &MidFeetPose) -> bool {
         !self.is_backward()
-            || self.vertices.iter().any(|vertex| vertex.pose.distance(pose) < ALIGNED_WITHIN)
+            || self.vertices.iter().any(|vertex| vertex.pose.distance(pose) < ALIGNED_DISTANCE)
     }
 
     /// The pose of a vertex.
@@ -139,7 +140,7 @@ impl GuideRoute {
         self.vertices[index].pose
     }
 
-    /// The index of the vertex that is nearest to a position (world, m).
+    /// The index of the vertex nearest to a position (world, m); the first of several.
     pub fn nearest_vertex(&self, position: DVec3) -> usize {
         let distance = |index: usize| self.pose(index).position_distance_squared(position);
         let nearer =

@@ -5,18 +5,10 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle, yaw_of};
 use surefoot_shared_types::config::scenario::StancePose;
 
-/// Weight of height in the metric: stairs cost more than floors.
-const HEIGHT_WEIGHT: f64 = 2.0;
-/// Weight of heading in the metric, m/rad.
-const HEADING_WEIGHT: f64 = 0.3;
-/// A target nearer than this (m) is approached without turning to face it.
-const TURNING_DISTANCE_MIN: f64 = 0.5;
-/// Largest turn in place from one vertex to the next, rad: a step can turn a foot by as much.
-const TURN_IN_PLACE_MAX: f64 = 0.2;
-/// Largest turn while walking from one vertex to the next, rad.
-const TURN_WALKING_MAX: f64 = 0.35;
-/// Farther than this (rad) off its heading the robot turns before it walks.
-const WALKING_DEVIATION_MAX: f64 = 0.7;
+use crate::possibility::tuning::{
+    HEADING_WEIGHT, HEIGHT_WEIGHT, TURN_IN_PLACE_MAX, TURN_WALKING_MAX, TURNING_DISTANCE_MIN,
+    WALKING_DEVIATION_MAX, WALKING_STRIDE_SHARE_MIN,
+};
 
 /// The pose midway between both soles ("mid-feet frame", IHMC).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,26 +30,26 @@ impl MidFeetPose {
         Self { position: world_from_sole.translation, yaw: yaw_of(world_from_sole.rotation) }
     }
 
-    /// The mid-feet frame: x ahead, z up.
+    /// The mid-feet frame in the world: x forward, z up.
     pub fn world_from_mid_feet(&self) -> Pose {
         Pose::from_parts(self.position, rotation_about(DVec3::Z, self.yaw))
     }
 
-    /// Ideal sole pose of a foot, `stance_width` metres beside the other sole.
+    /// Ideal sole pose of a foot in the world, `stance_width` metres beside the other sole.
     pub fn world_from_ideal_sole(&self, limb: usize, stance_width: f64) -> Pose {
         let side = if limb == 0 { 0.5 } else { -0.5 };
         self.world_from_mid_feet()
             * Pose::from_parts(DVec3::Y * side * stance_width, glam::DQuat::IDENTITY)
     }
 
-    /// The metric of Gamma_P: the distance between positions, heights counted double, and a third
-    /// of a metre a radian.
+    /// The metric of Gamma_P, m: Euclidean over the position, with a weight on height, and the
+    /// heading, weighted by 0.3 m/rad.
     pub fn distance(&self, other: &Self) -> f64 {
         let turn = HEADING_WEIGHT * wrap_angle(other.yaw - self.yaw);
         libm::sqrt(self.position_distance_squared(other.position) + turn * turn)
     }
 
-    /// The squared distance to a position, without the heading.
+    /// The squared distance to a position in the same metric without the heading, m^2.
     pub fn position_distance_squared(&self, position: DVec3) -> f64 {
         let offset = position - self.position;
         DVec3::new(offset.x, offset.y, HEIGHT_WEIGHT * offset.z).length_squared()
@@ -86,12 +78,12 @@ impl MidFeetPose {
             libm::atan2(offset.y, offset.x) + heading_offset
         };
         let turn = wrap_angle(heading - self.yaw);
-        let walks = length > 0.2 * stride
+        let is_walking = length > WALKING_STRIDE_SHARE_MIN * stride
             && (turn.abs() <= WALKING_DEVIATION_MAX || length < TURNING_DISTANCE_MIN);
-        let turn_max = if walks { TURN_WALKING_MAX } else { TURN_IN_PLACE_MAX };
-        let share = if walks { (stride / length).min(1.0) } else { 0.0 };
+        let turn_max = if is_walking { TURN_WALKING_MAX } else { TURN_IN_PLACE_MAX };
+        let fraction = if is_walking { (stride / length).min(1.0) } else { 0.0 };
         Self {
-            position: self.position + (share * offset).extend(0.0),
+            position: self.position + (fraction * offset).extend(0.0),
             yaw: self.yaw + turn.clamp(-turn_max, turn_max),
         }
     }
@@ -119,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_that_is_walked_from_its_end_is_faced_backward() {
+    fn a_path_walked_from_its_end_has_the_opposite_heading() {
         let (goal, target) = (pose(0.0, 0.0, 0.0), pose(-3.0, 0.0, 0.0));
         let walked = goal.step_toward(&target, 0.25, PI);
         assert!(walked.yaw.abs() < 1e-12 && walked.position.x < -0.2);
@@ -132,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn it_turns_before_it_walks_off_sideways() {
+    fn the_robot_turns_in_place_before_it_walks_sideways() {
         let turned = pose(0.0, 0.0, 0.0).step_toward(&pose(0.0, 3.0, 0.0), 0.25, 0.0);
         assert_eq!(turned.position, DVec3::ZERO);
         assert!((turned.yaw - TURN_IN_PLACE_MAX).abs() < 1e-12);

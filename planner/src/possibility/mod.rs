@@ -1,15 +1,13 @@
-//! Stage P: where the robot could perhaps go [Grey 3, 4.1 to 4.3].
+//! Stage P: guide routes over mid-feet poses [Grey 3, 4.1 to 4.3].
 //!
-//! Gamma_P, a pair of trees over the root's pose, grows from the start and from the goal. Only the
-//! low-dimensional distance between root poses steers it; whole-body configurations are stage M's
-//! business. A pose becomes a vertex where the necessary conditions C_N hold: both feet find
-//! placements within reach, and the upper body collides with nothing. The
-//! sufficient conditions C_S are soft: routes that keep the upright robot free are sought first and
-//! the demand relaxed only when there are none. Out comes a guide route whose placements stage M
-//! reuses.
+//! Gamma_P is a pair of trees over the mid-feet pose, which grow from the start and from the goal.
+//! Only the distance between poses directs them; stage M plans whole-body configurations. A pose
+//! becomes a vertex if the necessary conditions C_N hold: both feet find placements within reach,
+//! and the upper body is free. The sufficient conditions C_S are soft: routes on which the upright
+//! robot is free come first, and C_S is dropped only if there are none. The result is a guide
+//! route, whose placements stage M uses.
 //!
-//! The root's pose is described by the ground under it: a point midway between both soles, and the
-//! heading. Crouch and lean are found by trying a list of them.
+//! The trees leave height and pitch of the root open; the crouch profile chooses them.
 
 pub(crate) mod blocked_regions;
 pub mod crouch_profile;
@@ -37,3 +35,4 @@ mod branch;
 mod extension;
 mod forest;
 mod tree;
+mod tuning;

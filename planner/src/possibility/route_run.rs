@@ -1,8 +1,8 @@
 //! The state of one search for a guide route, or for a detour.
 
 use crate::geometry::bvh::Aabb;
-use crate::possibility::branch::BRANCHES_MAX;
 use crate::possibility::tree::Vertex;
+use crate::possibility::tuning::BRANCHES_MAX;
 use crate::possibility::vertex_sampling::{bounds_around, is_short, samples_max};
 
 /// Result of an advance of the search.
@@ -44,7 +44,7 @@ pub struct Join {
     pub heading_offset: f64,
 }
 
-/// The branches that follow those that grow.
+/// The state of the merge of ended branches, and the branches that follow them.
 #[derive(Debug, Default)]
 pub struct Joins {
     /// Number of ended branches that are part of the trees.
@@ -60,11 +60,11 @@ pub struct Run {
     pub activity: Activity,
     /// The roots of the trees: start and goal, or both ends of a detour.
     pub ends: [Vertex; 2],
-    /// Where samples are drawn (world, m).
+    /// The region in which samples are drawn (world, m).
     pub bounds: Aabb,
     /// Number of samples drawn.
     pub samples: u32,
-    /// Whether C_N alone is enough.
+    /// Whether C_N alone suffices.
     pub relaxed: bool,
     /// Heading offset of the robot unless it sidesteps, rad.
     pub heading_offset: f64,
@@ -83,9 +83,9 @@ impl Run {
         self.relaxed = false;
     }
 
-    /// Whether the robot may also sidestep: where half of the samples found no other way. On a long
-    /// course only once stage M has rejected a route: there the search relaxes C_S before, since
-    /// arms have too little clearance in more places than feet.
+    /// Whether the robot may sidestep: once half of the samples are spent. In a long region only
+    /// after stage M has rejected a route, because C_S is relaxed first: places where arms collide
+    /// are more frequent than passages narrower than the shoulders.
     pub fn may_sidestep(&self) -> bool {
         let is_late = 2 * self.samples >= samples_max(&self.bounds);
         is_late && (self.generation > 0 || is_short(&self.bounds))

@@ -1,5 +1,4 @@
-//! The search for a guide route in Gamma_P: two trees grow toward each other, vertex by vertex
-//! [Grey 3, 4.3].
+//! The search for a guide route in Gamma_P: a bidirectional RRT over mid-feet poses [Grey 3, 4.3].
 
 use surefoot_shared_types::config::scenario::StancePose;
 
@@ -9,9 +8,7 @@ use crate::constraints::foothold::{FootPair, FootPlacement};
 use crate::foot_placement::FootPlacementConfig;
 use crate::geometry::bvh::Aabb;
 use crate::possibility::blocked_regions::BlockedRegions;
-use crate::possibility::branch::{
-    BRANCHES_MAX, Branch, BranchEnd, BranchKind, BranchRequest, Branches,
-};
+use crate::possibility::branch::{Branch, BranchEnd, BranchKind, BranchRequest, Branches};
 use crate::possibility::edge_labels::Label;
 use crate::possibility::extension::Extension;
 use crate::possibility::forest::{Forest, LabelStats};
@@ -20,26 +17,16 @@ use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::route_run::{Activity, Detour, Join, Joins, Progress, Run};
 use crate::possibility::route_shortcuts::RouteShortcuts;
 use crate::possibility::tree::{Vertex, push_branch};
+use crate::possibility::tuning::{
+    BACKWARD_EVERY, BRANCHES_MAX, PARALLEL_BRANCHES_MIN, SAMPLES_PER_BRANCH, STRAIGHT_END_DISTANCE,
+};
 use crate::possibility::vertex_candidates::StageContext;
 use crate::possibility::vertex_sampling::{BACKWARD, SIDES, SampleRequest, sample, samples_max};
-use crate::possibility::vertex_sampling::{bounds_around, is_short};
 
-/// Branches that grow in parallel toward samples at first, one of each tree. No branch uses the
-/// results of the others, so a short search has few.
-const PARALLEL_BRANCHES_MIN: usize = 2;
-/// One more for each so many samples.
-const SAMPLES_PER_BRANCH: u32 = 32;
-
-/// The first of every this many restarted routes is walked backward.
-const BACKWARD_EVERY: u64 = 3;
-
-/// The straight line ends this near to the goal, in the metric of Gamma_P, m.
-const STRAIGHT_END_DISTANCE: f64 = 0.02;
-
-/// Where the trees may grow.
+/// Limits of the trees.
 #[derive(Debug)]
 struct GrowthBounds {
-    /// Greatest distance between two vertices, m.
+    /// Largest distance between two vertices, m.
     spacing: f64,
     /// The bounds of the world, m.
     world: Aabb,
@@ -64,8 +51,8 @@ pub struct RouteSearch {
 }
 
 impl RouteSearch {
-    /// Trees of at most `vertices_max` vertices from both `ends`, start and goal, at most `spacing`
-    /// metres apart, inside `world` (m).
+    /// A search between two `ends`, start and goal, with trees of at most `vertices_max` vertices,
+    /// at most `spacing` metres apart, inside the bounds `world`, m. Allocates.
     pub fn new(
         ends: [&StancePose; 2],
         spacing: f64,
@@ -120,7 +107,7 @@ impl RouteSearch {
         self.endpoints.map(|end| end.pose)
     }
 
-    /// How many edges of the trees were labelled so far, and how many of these are possible.
+    /// Number of edges of the trees labelled so far, and of those that are possible.
     pub fn labelled(&self) -> LabelStats {
         self.forest.labelled
     }
@@ -156,8 +143,8 @@ impl RouteSearch {
     pub fn use_straight_line(&mut self) {
         self.route.clear();
         let [mut at, goal] = self.run.ends.map(|end| end.pose);
-        let fits = self.route.vertices.capacity() - 1;
-        while self.route.vertices.len() < fits && at.distance(&goal) > STRAIGHT_END_DISTANCE {
+        let count_max = self.route.vertices.capacity() - 1;
+        while self.route.vertices.len() < count_max && at.distance(&goal) > STRAIGHT_END_DISTANCE {
             self.route.vertices.push(Vertex { is_upright: false, ..Vertex::root(at, None) });
             let spacing = self.region.spacing;
             at = at.step_toward(&goal, spacing, 0.0);
@@ -227,8 +214,8 @@ impl RouteSearch {
         (self.finish_batch(context), spent + 1)
     }
 
-    /// All branches have ended: one after the other becomes part of the trees, or of the route, and
-    /// the next ones begin.
+    /// All branches have ended: adds the next one to the trees or the route, or begins new
+    /// branches.
     fn finish_batch(&mut self, context: &StageContext<'_>) -> Progress {
         match self.run.activity {
             Activity::Growing => self.merge(context),
@@ -247,8 +234,8 @@ impl RouteSearch {
         Progress::Growing
     }
 
-    /// The straight line is tried first: from the start, or from the farthest vertex that stage M
-    /// has reached, to the goal.
+    /// Begins a search between two ends with a straight branch from the start, or from the farthest
+    /// vertex that stage M has reached, to the goal.
     fn begin(&mut self, ends: [Vertex; 2]) {
         self.run.begin(ends, &self.region.world);
         self.reset_trees();
@@ -265,7 +252,7 @@ impl RouteSearch {
         self.reuse_traversed();
     }
 
-    /// Straight to the goal, from the vertex that is nearest to it.
+    /// Begins a straight branch to the goal from the vertex nearest to it.
     fn connect_directly(&mut self) {
         self.run.activity = Activity::Growing;
         self.clear_branches();
@@ -274,13 +261,14 @@ impl RouteSearch {
         self.join(Join { tree: 0, tip, other: 0, heading_offset: self.run.heading_offset });
     }
 
+    /// Makes the traversed part of the route the tree of the start, unless a detour is searched.
     fn reuse_traversed(&mut self) {
         if self.detour.between.is_none() && !self.traversed.is_empty() {
             self.forest.trees[0].set(&self.traversed);
         }
     }
 
-    /// Begins to grow a tree from one of its vertices toward one of the other tree.
+    /// Begins a branch from a vertex of a tree toward a vertex of the other tree.
     fn join(&mut self, Join { tree, tip, other, heading_offset }: Join) {
         let target = self.forest.trees[1 - tree][other as usize].pose;
         let extension = self.extension(tree, target, heading_offset, true);
@@ -291,10 +279,12 @@ impl RouteSearch {
         );
     }
 
+    /// Begins a branch without a limit of its vertices.
     fn grow(&mut self, kind: BranchKind, extension: Extension, from: Vertex) {
         self.branches.begin(BranchRequest { kind, extension, from, vertices_max: usize::MAX });
     }
 
+    /// The extension of a branch of a tree toward a target.
     fn extension(
         &self,
         tree: usize,
@@ -312,25 +302,25 @@ impl RouteSearch {
         }
     }
 
-    /// Clears the branches that have ended; returns the joins that follow them.
+    /// Removes the branches that have ended. Returns the joins that follow them.
     fn clear_branches(&mut self) -> heapless::Vec<Join, BRANCHES_MAX> {
         self.branches.clear();
         std::mem::take(&mut self.joins).next
     }
 
-    /// Begins the next branches: those that join, and others toward samples, the more the longer
-    /// they have been drawn. The first joins run alone, because a straight route needs no samples.
+    /// Begins the next branches: the joins, and branches toward samples, whose number grows with
+    /// the samples drawn. The first joins grow alone, because a straight route needs no samples.
     fn begin_branches(&mut self, seed: u64) {
         let joins = self.clear_branches();
         joins.iter().for_each(|&join| self.join(join));
         let is_first = self.run.samples == 0 && !joins.is_empty();
-        let at_once = if is_first {
+        let count_max = if is_first {
             0
         } else {
             (PARALLEL_BRANCHES_MIN + (self.run.samples / SAMPLES_PER_BRANCH) as usize)
                 .min(BRANCHES_MAX)
         };
-        while self.branches.len() < at_once && self.run.samples < samples_max(&self.run.bounds) {
+        while self.branches.len() < count_max && self.run.samples < samples_max(&self.run.bounds) {
             self.sample(seed);
         }
         if self.branches.len() == 0 {
@@ -338,6 +328,7 @@ impl RouteSearch {
         }
     }
 
+    /// Draws a sample and begins a branch toward it.
     fn sample(&mut self, seed: u64) {
         let Run { samples, relaxed, generation, heading_offset, .. } = self.run;
         let object = u64::from(samples) << 1 | u64::from(relaxed);
@@ -358,7 +349,8 @@ impl RouteSearch {
         self.grow(BranchKind::Sample { tip }, extension, self.forest.trees[tree][tip as usize]);
     }
 
-    /// No route meets C_S: C_N alone suffices from then on. The trees meet C_N.
+    /// No route meets C_S: the search continues under C_N alone, with the same trees; if it already
+    /// did, it is over.
     fn relax(&mut self) {
         if self.run.relaxed {
             self.run.activity = Activity::Over(Progress::Exhausted);
@@ -380,8 +372,8 @@ impl RouteSearch {
         self.relax();
     }
 
-    /// Adds the next branch to its tree, and once all are added begins others; or makes a route of
-    /// the first that reaches the other tree.
+    /// Adds the next branch to its tree. The first branch that reaches the other tree makes a
+    /// route; once all are added, new branches begin.
     fn merge(&mut self, context: &StageContext<'_>) {
         let Some(&Branch { kind, extension, end, .. }) = self.branches.all().get(self.joins.merged)
         else {
@@ -403,7 +395,7 @@ impl RouteSearch {
         self.joins.merged += 1;
     }
 
-    /// Adds a branch to its tree; returns its tip, or `None` if an arena is full.
+    /// Adds a branch to its tree. Returns its tip; `None` if an arena is full.
     fn add(
         &mut self,
         branch: usize,
@@ -418,9 +410,9 @@ impl RouteSearch {
         Some(tip)
     }
 
-    /// What follows where a branch came to its end at a tip: if it grew toward a sample, or was the
-    /// first try, the other tree grows toward its tip. If it grew toward the other tree itself,
-    /// with the heading offset of the route, it tries once more sideways.
+    /// The join that follows a branch that ended at a tip. After a branch toward a sample, or the
+    /// first branch, the other tree grows toward its tip. After a branch toward the other tree with
+    /// the heading offset of the route, it is tried again with a sidestep.
     fn join_after(&self, branch: usize, (tree, tip): (usize, u32)) -> Option<Join> {
         let Branch { kind, extension, ref grown, .. } = self.branches.all()[branch];
         if let BranchKind::Connect { other, .. } = kind
@@ -467,7 +459,7 @@ impl RouteSearch {
         Progress::Route
     }
 
-    /// The trees are connected: the route leads from the start over both vertices to the goal.
+    /// Makes the route from the start over two connected vertices to the goal.
     fn connect(&mut self, tree: usize, tip: u32, other: u32) {
         let tips = if tree == 0 { [tip, other] } else { [other, tip] };
         self.route.clear();
@@ -481,7 +473,7 @@ impl RouteSearch {
             if is_straight { Activity::Over(Progress::Route) } else { Activity::Shortcutting };
     }
 
-    /// Takes the shortcuts that were found, and begins the next ones.
+    /// Inserts the shortcuts found, and begins the next ones.
     fn shortcut_route(&mut self, seed: u64) {
         let extension = self.extension(0, self.run.ends[1].pose, self.run.heading_offset, true);
         let Self { forest, branches, route, shortcuts, run, .. } = self;

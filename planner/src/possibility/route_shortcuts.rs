@@ -1,26 +1,14 @@
-//! Shortcuts of a route: branches between two of its vertices replace longer paths [Grey 4.3].
+//! Shortcuts of a guide route: branches between two of its vertices replace longer parts
+//! [Grey 4.3].
 
 use crate::base::random::{Random, Stream};
-use crate::possibility::branch::{
-    BRANCHES_MAX, Branch, BranchEnd, BranchKind, BranchRequest, Branches,
-};
+use crate::possibility::branch::{Branch, BranchEnd, BranchKind, BranchRequest, Branches};
 use crate::possibility::extension::Extension;
 use crate::possibility::forest::Forest;
 use crate::possibility::guide_route::GuideRoute;
-
-/// Shortcuts that are tried in parallel, on a short and on a long route. Of those that overlap at
-/// most one is taken.
-const PARALLEL_SHORTCUTS: [usize; 2] = [2, BRANCHES_MAX];
-/// Shortcuts that are tried on a route of up to [`SHORTCUT_SPAN_MAX`] vertices, each by one
-/// extension.
-const SHORTCUTS_MAX: usize = 12;
-/// The same on a longer route, for each [`SHORTCUT_SPAN_MAX`] of its vertices.
-const LONG_SHORTCUTS_MAX: usize = 36;
-/// Most vertices that a shortcut spans; half as many on a longer route, which is about the average
-/// on a short one.
-const SHORTCUT_SPAN_MAX: usize = 96;
-/// Fewest vertices that a shortcut spans.
-const SHORTCUT_SPAN_MIN: usize = 3;
+use crate::possibility::tuning::{
+    LONG_SHORTCUTS_MAX, PARALLEL_SHORTCUTS, SHORTCUT_SPAN_MAX, SHORTCUT_SPAN_MIN, SHORTCUTS_MAX,
+};
 
 /// The trees, the branches and the route that shortcuts use.
 type Parts<'a> = (&'a mut Forest, &'a mut Branches, &'a mut GuideRoute);
@@ -33,9 +21,9 @@ pub struct RouteShortcuts {
 }
 
 impl RouteShortcuts {
-    /// Inserts the shortcuts that reached their target, and begins the next ones. Each grows like
-    /// `extension`, to its own target. `name` is the seed and the index of its random stream.
-    /// Returns whether all are tried.
+    /// Inserts the shortcuts that reached their target, and begins the next ones. Each is extended
+    /// like `extension`, to its own target. `name` holds the seed and the generation of the random
+    /// stream. Returns whether all are tried.
     pub fn advance(
         &mut self,
         (forest, branches, route): Parts<'_>,
@@ -69,7 +57,7 @@ impl RouteShortcuts {
     }
 }
 
-/// The random ends of a shortcut.
+/// The random ends of a shortcut, as indices of route vertices.
 fn ends_of_shortcut(
     (seed, generation): (u64, u64),
     index: usize,
@@ -85,11 +73,11 @@ fn ends_of_shortcut(
 }
 
 /// Replaces the vertices between the ends of branches that reached their target, from the last to
-/// the first, except those that overlap one before.
+/// the first. A branch that overlaps an inserted one is skipped.
 fn splice_all((forest, branches, route): Parts<'_>, heading_offset: f64) {
     let mut end = usize::MAX;
     loop {
-        let arrived = |(index, branch): (usize, &Branch)| match (branch.kind, branch.end) {
+        let reached = |(index, branch): (usize, &Branch)| match (branch.kind, branch.end) {
             (BranchKind::Shortcut { from, to }, Some(BranchEnd::Reached { is_upright }))
                 if to <= end =>
             {
@@ -98,7 +86,7 @@ fn splice_all((forest, branches, route): Parts<'_>, heading_offset: f64) {
             _ => None,
         };
         let Some((from, to, index, is_upright)) =
-            branches.all().iter().enumerate().filter_map(arrived).max()
+            branches.all().iter().enumerate().filter_map(reached).max()
         else {
             return;
         };

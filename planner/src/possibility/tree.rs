@@ -4,23 +4,20 @@ use std::ops::{Deref, DerefMut};
 
 use crate::base::arena::{ArenaSlice, reserve, slice_at};
 use crate::constraints::foothold::{FootPair, FootPlacement};
-use crate::possibility::branch::Tip;
 use crate::possibility::mid_feet_pose::MidFeetPose;
-
-/// Vertices within this distance (metric of Gamma_P, m) count as neighbours.
-const NEIGHBOUR_RADIUS: f64 = 0.5;
+use crate::possibility::tuning::NEIGHBOUR_RADIUS;
 
 /// A vertex of a tree.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Vertex {
     pub pose: MidFeetPose,
-    /// The vertex it was reached from; the root's is itself.
+    /// Index of the parent vertex; the root is its own parent.
     pub parent: u32,
     /// Its placements, in the arena.
     pub placements: ArenaSlice,
-    /// The placements that it stands on, if it has two that are apart.
+    /// The pair of placements below the pose, if their feet do not collide.
     pub pair: Option<FootPair>,
-    /// Whether primitives lead over it; `None` until it is tested.
+    /// Whether primitives are possible on its pair (C_S); `None` until tested.
     pub has_primitives: Option<bool>,
     /// Whether the upper body of the upright robot is free there.
     pub is_upright: bool,
@@ -33,6 +30,7 @@ pub(crate) struct Vertex {
 }
 
 impl Vertex {
+    /// A vertex without placements that is its own parent.
     pub(crate) fn root(pose: MidFeetPose, pair: Option<FootPair>) -> Self {
         Self {
             pose,
@@ -57,17 +55,17 @@ pub(crate) struct PossibilityTree {
 }
 
 impl PossibilityTree {
-    /// An empty tree with capacity for `vertices_max` vertices.
+    /// An empty tree with capacity for `vertices_max` vertices. Allocates.
     pub fn new(vertices_max: usize) -> Self {
         Self { vertices: reserve(vertices_max), poses: reserve(vertices_max) }
     }
 
-    /// Whether it holds as many vertices as fit.
+    /// Whether the arena of vertices is full.
     pub fn is_full(&self) -> bool {
         self.vertices.len() == self.vertices.capacity()
     }
 
-    /// Replaces its vertices, if the new ones fit.
+    /// Replaces the vertices; does nothing if the new ones do not fit.
     pub fn set(&mut self, vertices: &[Vertex]) {
         if vertices.len() > self.vertices.capacity() {
             return;
@@ -78,8 +76,8 @@ impl PossibilityTree {
         self.poses.extend(vertices.iter().map(|vertex| vertex.pose));
     }
 
-    /// Adds a vertex and updates the neighbour counts. The tree must not be full. Returns the
-    /// vertex's index.
+    /// Adds a vertex and updates the neighbour counts. Returns its index. The tree must not be
+    /// full.
     pub fn add(&mut self, mut vertex: Vertex) -> u32 {
         let at = vertex.pose;
         let is_near = |near: &MidFeetPose| {
@@ -95,7 +93,7 @@ impl PossibilityTree {
         (self.vertices.len() - 1) as u32
     }
 
-    /// The vertex whose pose has the least distance.
+    /// Index of the vertex whose pose has the least distance; the first of several.
     pub fn nearest(&self, distance: impl Fn(&MidFeetPose) -> f64) -> u32 {
         let mut best = (0, f64::INFINITY);
         for (index, pose) in self.poses.iter().enumerate() {
@@ -114,7 +112,7 @@ impl PossibilityTree {
     }
 }
 
-/// Its vertices. Their poses must not be changed.
+/// The vertices. Their poses must not be changed.
 impl Deref for PossibilityTree {
     type Target = [Vertex];
 
@@ -129,14 +127,23 @@ impl DerefMut for PossibilityTree {
     }
 }
 
-/// A vertex as the end of a branch, with its placements, or at least those that it stands on.
+/// The last vertex of a branch.
+#[derive(Debug, Clone, Copy)]
+pub struct Tip<'a> {
+    /// The pose.
+    pub pose: &'a MidFeetPose,
+    /// The placements there; empty if they are not known.
+    pub placements: &'a [FootPlacement],
+}
+
+/// The tip at a vertex, with all its placements if they are kept, else with its pair.
 pub(crate) fn tip_at<'a>(vertex: &'a Vertex, placements: &'a [FootPlacement]) -> Tip<'a> {
     let kept = slice_at(placements, vertex.placements);
     let known = if kept.is_empty() { vertex.pair.as_ref().map_or(kept, |pair| pair) } else { kept };
     Tip { pose: &vertex.pose, placements: known }
 }
 
-/// Appends a vertex and those it was reached from, the root last.
+/// Appends a vertex and its ancestors to `out`, the root last, up to the capacity of `out`.
 pub(crate) fn push_branch(tree: &[Vertex], tip: u32, out: &mut Vec<Vertex>) {
     let mut at = tip as usize;
     while out.len() < out.capacity() {

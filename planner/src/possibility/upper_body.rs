@@ -8,19 +8,11 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::collision::model::CollisionModel;
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::tuning::{LEG_HALF_WIDTH, SOLE_CLEARANCE, UPPER_BODY_CROUCHES};
 use crate::preparation::build::Preparation;
 use crate::robot::configuration::Configuration;
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
-
-/// Crouches that are tried: fraction of the standing height and pitch, rad.
-const CROUCHES: [(f64, f64); 6] =
-    [(1.0, 0.0), (0.92, 0.1), (0.84, 0.2), (0.75, 0.3), (0.66, 0.35), (1.06, 0.0)];
-
-/// Height above the soles at which the test of the legs begins, m: clears rough ground.
-const SOLE_LIFT: f64 = 0.05;
-/// Half the thickness of the box from a hip to a sole, m.
-const LEG_HALF_WIDTH: f64 = 0.005;
 
 /// Postures in which the upper body is free at a pose (C_N).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -39,7 +31,9 @@ pub enum UpperBodyFit {
 #[derive(Debug, Clone)]
 pub struct UpperBody {
     root_from_links: Vec<Pose>,
+    /// For each link: whether it is rigid with the root.
     is_core: Vec<bool>,
+    /// For each link: whether no leg moves it.
     is_upper: Vec<bool>,
     /// The root in the mid-feet frame, the robot upright.
     mid_feet_from_root: Pose,
@@ -47,7 +41,7 @@ pub struct UpperBody {
 }
 
 impl UpperBody {
-    /// Compiles the upper body of a robot.
+    /// Compiles the upper body of a robot. Allocates.
     pub fn new(model: &RobotModel, robot: &Mechanism) -> Self {
         let at_origin = Configuration { world_from_root: Pose::IDENTITY, q: robot.standing_q };
         let standing = KinematicState::new(robot, &at_origin);
@@ -94,20 +88,20 @@ impl UpperBody {
         let is_free = |crouch: (f64, f64), selected: &[bool]| {
             self.are_links_free(collision, &(world_from_mid_feet * self.crouched(crouch)), selected)
         };
-        if is_free(CROUCHES[0], &self.is_upper) {
+        if is_free(UPPER_BODY_CROUCHES[0], &self.is_upper) {
             UpperBodyFit::Upright
-        } else if CROUCHES[1..].iter().any(|&crouch| is_free(crouch, &self.is_upper)) {
+        } else if UPPER_BODY_CROUCHES[1..].iter().any(|&crouch| is_free(crouch, &self.is_upper)) {
             UpperBodyFit::Crouched
-        } else if CROUCHES.iter().any(|&crouch| is_free(crouch, &self.is_core)) {
+        } else if UPPER_BODY_CROUCHES.iter().any(|&crouch| is_free(crouch, &self.is_core)) {
             UpperBodyFit::Core
         } else {
             UpperBodyFit::None
         }
     }
 
-    /// Whether a leg can extend down to the soles: in some crouch with a free core, the line from a
-    /// hip to its sole or from the hips' middle to the soles' middle is free. If all three are
-    /// blocked there is a floor or a ceiling between them, through which no elevation is projected
+    /// Whether a leg can extend down to the soles. In some crouch with a free core, the line from a
+    /// hip to its sole or from the midpoint of the hips to that of the soles is free. If all three
+    /// are blocked, a floor or a ceiling lies between them, through which no elevation is projected
     /// [Grey 4.3].
     pub fn are_legs_free(
         &self,
@@ -115,7 +109,7 @@ impl UpperBody {
         pose: &MidFeetPose,
         world_from_soles: [&Pose; 2],
     ) -> bool {
-        let soles = world_from_soles.map(|pose| *pose * (DVec3::Z * SOLE_LIFT));
+        let soles = world_from_soles.map(|pose| *pose * (DVec3::Z * SOLE_CLEARANCE));
         let is_blocked = |from: DVec3, to: DVec3| {
             let offset = to - from;
             let rotation = DQuat::from_rotation_arc(DVec3::Z, offset.normalize());
@@ -126,7 +120,7 @@ impl UpperBody {
                 )
                 .is_some()
         };
-        CROUCHES.iter().any(|&crouch| {
+        UPPER_BODY_CROUCHES.iter().any(|&crouch| {
             let world_from_root = pose.world_from_mid_feet() * self.crouched(crouch);
             let hips = self.root_from_hips.map(|hip| world_from_root * hip);
             let lines = [
@@ -148,7 +142,7 @@ impl UpperBody {
         world_from_soles: [&Pose; 2],
     ) -> bool {
         let world_from_mid_feet = pose.world_from_mid_feet();
-        CROUCHES.iter().any(|&crouch| {
+        UPPER_BODY_CROUCHES.iter().any(|&crouch| {
             let root_from_world = (world_from_mid_feet * self.crouched(crouch)).inverse();
             (0..2).all(|limb| {
                 preparation.may_reach(limb, root_from_world * world_from_soles[limb].translation)

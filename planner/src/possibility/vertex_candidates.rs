@@ -8,72 +8,59 @@ use surefoot_shared_types::Pose;
 
 use crate::base::threads::Threads;
 use crate::constraints::constraints::Constraints;
-use crate::constraints::foothold::Foothold;
-use crate::constraints::foothold::{FootPair, FootPlacement, is_whole};
+use crate::constraints::foothold::{FootPair, FootPlacement, Foothold, is_whole};
 use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
 use crate::possibility::mid_feet_pose::MidFeetPose;
+use crate::possibility::tuning::{
+    AWAY_FROM_TARGET_COST, FIT_STEP, FOOT_PLACEMENTS_MAX, HEIGHT_DIFFERENCE_COST,
+    PLACEMENT_REACH_Z, STEPS_TRIED_MAX, VERTEX_PLACEMENTS_MAX,
+};
 use crate::possibility::upper_body::{UpperBody, UpperBodyFit};
 use crate::preparation::build::Preparation;
 use crate::primitives::transition_configuration::is_step;
 
-/// How far below and above the ideal a placement may be, m.
-const REACH_Z: [f64; 2] = [-0.5, 0.5];
-/// Placements kept for each foot.
-const KEPT_MAX: usize = 6;
-/// Placements kept at a vertex.
-pub const PLACEMENTS_MAX: usize = 2 * KEPT_MAX;
-/// Steps between two vertices that are tried by inverse kinematics.
-const STEPS_TRIED_MAX: usize = 8;
-/// Longest distance between two tests of the upper body, m: shorter than any upper body is thick.
-const FIT_STEP: f64 = 0.12;
-/// Sample limits under C_S: geometric candidates only.
+/// Limits of the placement search under C_S: geometric candidates only.
 const LIMITS: SampleLimits = SampleLimits { geometric_max: 64, perturbed_max: 0, sampled_max: 0 };
-/// Sample limits under C_N alone.
+/// Limits of the placement search under C_N alone.
 const RELAXED_LIMITS: SampleLimits =
     SampleLimits { geometric_max: 64, perturbed_max: 8, sampled_max: 24 };
-/// What a metre between the feet's heights costs when a pair is chosen.
-const HEIGHT_DIFFERENCE_COST: f64 = 2.0;
-/// What a metre of height away from the target costs: elevation is projected toward it where there
-/// is a choice [Grey 4.3].
-const AWAY_FROM_TARGET_COST: f64 = 0.5;
-
-/// Constants of stage P.
+/// Read-only inputs of stage P.
 #[derive(Debug, Clone, Copy)]
 pub struct StageContext<'a> {
-    /// The robot and the world's geometry.
+    /// The robot, and its collision model in the world.
     pub constraints: &'a Constraints,
-    /// Where soles can rest.
+    /// Surfaces on which soles can be placed.
     pub surfaces: &'a Surfaces,
     /// The upper body.
     pub upper_body: &'a UpperBody,
-    /// What the legs may reach, and where primitives hold.
+    /// Reachable spaces, step limits and the range of primitives.
     pub preparation: &'a Preparation<'static>,
-    /// The seed of all streams.
+    /// The seed of all random streams.
     pub seed: u64,
     /// Ideal lateral distance between the soles, m.
     pub stance_width: f64,
-    /// The threads that share the work.
+    /// The threads.
     pub threads: &'a Threads,
 }
 
-/// The memory in which the placements of both feet are found.
+/// Memory of the placement searches of both feet.
 #[derive(Debug)]
 pub enum FootScratch<'a> {
-    /// One foot after the other.
+    /// One memory for one foot after the other.
     Shared(&'a mut Scratch),
-    /// In parallel.
+    /// One memory for each foot, which are searched in parallel.
     Each([&'a mut Scratch; 2]),
 }
 
 /// A root pose that meets the necessary conditions C_N.
 #[derive(Debug, Clone)]
 pub struct VertexCandidate {
-    /// The requested pose, moved onto the ground (elevation projection).
+    /// The requested pose, projected to the ground (elevation projection).
     pub pose: MidFeetPose,
     /// The placements of both feet.
-    pub placements: heapless::Vec<FootPlacement, PLACEMENTS_MAX>,
-    /// The pair of them below the pose, unless its feet collide.
+    pub placements: heapless::Vec<FootPlacement, VERTEX_PLACEMENTS_MAX>,
+    /// The pair of placements below the pose, unless their feet collide.
     pub pair: Option<FootPair>,
     /// Whether the upper body of the upright robot is free.
     pub is_upright: bool,
@@ -86,7 +73,7 @@ pub struct VertexQuery {
     pub pose: MidFeetPose,
     /// Height of the branch's target, m.
     pub target_height: f64,
-    /// Whether C_N alone is enough.
+    /// Whether C_N alone suffices.
     pub relaxed: bool,
     /// The name of the query in the random stream.
     pub name: u64,
@@ -94,8 +81,8 @@ pub struct VertexQuery {
 
 impl StageContext<'_> {
     /// Finds placements for both feet near a pose and moves the pose over the best pair of them:
-    /// vertically, and laterally where the ground is narrow. `None` where C_N fails, or C_S unless
-    /// the query is relaxed.
+    /// vertically, and laterally where the ground is narrow. `None` if C_N fails, or if C_S fails
+    /// and the query is not relaxed.
     pub fn find_candidate(
         &self,
         query: &VertexQuery,
@@ -133,22 +120,23 @@ impl StageContext<'_> {
         to: &MidFeetPose,
         relaxed: bool,
     ) -> Option<UpperBodyFit> {
-        let pieces = libm::ceil(from.position.distance(to.position) / FIT_STEP).max(2.0);
-        (1..pieces as usize).try_fold(UpperBodyFit::Upright, |least, piece| {
-            let fit = self
-                .upper_body
-                .fit(&self.constraints.collision, &from.interpolate(to, piece as f64 / pieces));
+        let interval_count = libm::ceil(from.position.distance(to.position) / FIT_STEP).max(2.0);
+        (1..interval_count as usize).try_fold(UpperBodyFit::Upright, |least, index| {
+            let fit = self.upper_body.fit(
+                &self.constraints.collision,
+                &from.interpolate(to, index as f64 / interval_count),
+            );
             (fit >= fit_min(relaxed)).then_some(fit.min(least))
         })
     }
 
-    /// Whether a step leads from one of these placements to one of those, by inverse kinematics
-    /// [Grey 4.4.2]; only the shortest few of those that the robot may make are tried. True where
-    /// no placements are known.
+    /// Whether a step leads from one of the placements `from` to one of `to`, by inverse kinematics
+    /// [Grey 4.4.2]. Only the shortest steps within the step limits are tested. `true` if `from` is
+    /// empty.
     pub fn has_step_between(&self, from: &[FootPlacement], to: &[FootPlacement]) -> bool {
         let mut steps: heapless::Vec<
             (f64, [&FootPlacement; 2]),
-            { PLACEMENTS_MAX * PLACEMENTS_MAX },
+            { VERTEX_PLACEMENTS_MAX * VERTEX_PLACEMENTS_MAX },
         > = heapless::Vec::new();
         let possible = self.preparation.step_limits();
         for from in from {
@@ -172,12 +160,12 @@ impl StageContext<'_> {
         from.is_empty() || steps.iter().take(STEPS_TRIED_MAX).any(is_step)
     }
 
-    /// Placements of the left foot, then of the right one; `None` where one of them has none.
+    /// Placements of the left foot, then of the right one; `None` if a foot has none.
     fn find_both_placements(
         &self,
         query: &VertexQuery,
         scratch: &mut FootScratch<'_>,
-    ) -> Option<heapless::Vec<FootPlacement, PLACEMENTS_MAX>> {
+    ) -> Option<heapless::Vec<FootPlacement, VERTEX_PLACEMENTS_MAX>> {
         let (left, right) = match scratch {
             FootScratch::Each([left, right]) => self.threads.join(
                 || self.find_placements(query, 0, left),
@@ -195,22 +183,23 @@ impl StageContext<'_> {
         has_both.then(|| left.into_iter().chain(right).collect())
     }
 
+    /// Placements of a foot near its ideal pose.
     fn find_placements(
         &self,
         query: &VertexQuery,
         limb: usize,
         scratch: &mut Scratch,
-    ) -> heapless::Vec<FootPlacement, KEPT_MAX> {
+    ) -> heapless::Vec<FootPlacement, FOOT_PLACEMENTS_MAX> {
         let mut placements = heapless::Vec::new();
         let foothold_query = FootholdQuery {
             limb,
             ideal: query.pose.world_from_ideal_sole(limb, self.stance_width),
-            reach_z: REACH_Z,
+            reach_z: PLACEMENT_REACH_Z,
             yaw_spread: YAW_SPREAD_MAX.min(self.preparation.step_limits().turn_max()),
             seed: self.seed,
             name: (query.name << 1 | limb as u64 | 1 << 60, 0),
             limits: if query.relaxed { RELAXED_LIMITS } else { LIMITS },
-            kept_max: KEPT_MAX,
+            kept_max: FOOT_PLACEMENTS_MAX,
         };
         foothold_query.run((self.constraints, self.surfaces), scratch, &mut |placement| {
             let is_whole = is_whole(&self.constraints.robot, limb, &placement.support.polygon);
@@ -226,9 +215,9 @@ impl StageContext<'_> {
         placements
     }
 
-    /// The pair of soles of least cost (near their ideals, level, toward the target's height), the
-    /// point midway between them, and whether the soles are apart. Soles that collide count only if
-    /// all pairs do. Both soles of a pair must be reachable at once according to R.
+    /// The pair of placements of least cost, the point midway between its soles (world, m), and
+    /// whether its feet are free of each other. A pair whose feet collide counts only if all pairs
+    /// do. Both soles of a pair must be reachable at once according to R.
     fn best_pair(
         &self,
         query: &VertexQuery,
@@ -258,6 +247,8 @@ impl StageContext<'_> {
         apart.or(any).map(|(_, middle, pair)| (middle, pair, are_apart))
     }
 
+    /// Cost of a pair of soles and the point midway between them, world, m. The cost is the sum of
+    /// the distances to the ideal soles, and weighted differences in height.
     fn pair_cost(&self, query: &VertexQuery, [left, right]: [&Pose; 2]) -> (f64, DVec3) {
         let middle = left.translation.midpoint(right.translation);
         let ideals = [0, 1]
@@ -269,7 +260,7 @@ impl StageContext<'_> {
     }
 }
 
-/// The least fit that a pose must have.
+/// The least fit of the upper body under C_S, or under C_N alone.
 fn fit_min(relaxed: bool) -> UpperBodyFit {
     if relaxed { UpperBodyFit::Core } else { UpperBodyFit::Crouched }
 }

@@ -1,8 +1,8 @@
 //! Samples of stage P: poses anywhere, and poses ahead of vertices with few neighbours
 //! [Grey 3, 4.3].
 //!
-//! Poses drawn anywhere suffice in a short region. In a region much longer than wide they rarely
-//! hit the few metres where a tree may grow; samples ahead of a vertex do at any length.
+//! Poses anywhere suffice in a short region. In a region much longer than wide they rarely hit the
+//! few metres where a tree can grow; poses ahead of a vertex do so at any length.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,30 +13,11 @@ use crate::base::random::Random;
 use crate::geometry::bvh::Aabb;
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tree::{PossibilityTree, Vertex};
+use crate::possibility::tuning::{
+    AHEAD_DISTANCES, AHEAD_RISE_MAX, AHEAD_TURN_MAX, ANYWHERE_EVERY, NEIGHBOURS_PER_METRE,
+    RECENT_VERTICES, REGION_MARGIN, REGION_SAMPLES_MAX, SAMPLED_LENGTH, SHORT_LENGTH_MAX,
+};
 
-/// Samples drawn under C_S, and as many under C_N alone, for each [`SAMPLED_LENGTH`] of the
-/// region.
-const SAMPLES_MAX: f64 = 384.0;
-/// Length of a region for which that many samples suffice, m.
-const SAMPLED_LENGTH: f64 = 10.0;
-/// Longest region that counts as short, m.
-const SHORT_LENGTH_MAX: f64 = 12.0;
-/// How far beyond the box around both ends the root is sampled, at least, m, and as a share of
-/// their distance.
-const REACH: (f64, f64) = (2.5, 0.5);
-/// One of so many samples of a tree lies anywhere; the others lie ahead of a vertex.
-const ANYWHERE_EVERY: u32 = 4;
-/// Only this many of the latest vertices are extended; older ones are assumed to be exhausted.
-const RECENT: usize = 192;
-/// In a long region each metre from the root of the other tree counts as this many neighbours, so
-/// that the front of the tree is extended first.
-const NEIGHBOURS_PER_METRE: f64 = 2.0;
-/// How far ahead of the vertex, m.
-const AHEAD: [f64; 2] = [0.5, 1.5];
-/// How far off its heading, rad.
-const AHEAD_TURN_MAX: f64 = 1.0;
-/// How far above or below it, m.
-const AHEAD_RISE_MAX: f64 = 0.4;
 /// Heading offset of a robot that walks backward, rad.
 pub(crate) const BACKWARD: f64 = PI;
 /// Heading offsets of a robot that sidesteps, rad.
@@ -44,23 +25,24 @@ pub(crate) const SIDES: [f64; 2] = [FRAC_PI_2, -FRAC_PI_2];
 
 /// Region in which poses are drawn: around both ends (world, m), within the world's bounds.
 pub(crate) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
-    let (least, share) = REACH;
+    let (margin_min, distance_share) = REGION_MARGIN;
     let around = Aabb { min: start.min(goal), max: start.max(goal) }
-        .grown((share * start.distance(goal)).max(least));
+        .grown((distance_share * start.distance(goal)).max(margin_min));
     let (min, max) = (around.min.max(world.min), around.max.min(world.max));
     Aabb { min: min.min(max), max: max.max(min) }
 }
 
 /// Number of samples for a region.
 pub(crate) fn samples_max(bounds: &Aabb) -> u32 {
-    (SAMPLES_MAX * (length(bounds) / SAMPLED_LENGTH).max(1.0)) as u32
+    (REGION_SAMPLES_MAX * (length(bounds) / SAMPLED_LENGTH).max(1.0)) as u32
 }
 
-/// Whether a region is so short that one passage decides whether there is a route.
+/// Whether a region is so short that a single passage decides whether a route exists.
 pub(crate) fn is_short(bounds: &Aabb) -> bool {
     length(bounds) <= SHORT_LENGTH_MAX
 }
 
+/// Length of the horizontal diagonal of a region, m.
 fn length(bounds: &Aabb) -> f64 {
     (bounds.max - bounds.min).truncate().length()
 }
@@ -70,10 +52,10 @@ fn length(bounds: &Aabb) -> f64 {
 pub(crate) struct SampleRequest<'a> {
     /// Region in which poses are drawn.
     pub bounds: &'a Aabb,
-    /// Where the other tree began.
+    /// Root of the other tree, world, m.
     pub toward: DVec3,
-    /// Whether it grows from the goal: it is walked toward its root, so that its vertices face away
-    /// from where it grows.
+    /// Whether the tree grows from the goal. It is then walked toward its root, so the heading at
+    /// its vertices is opposite to the direction of growth.
     pub backward: bool,
     /// Heading offset of the robot unless it sidesteps, rad.
     pub heading_offset: f64,
@@ -112,8 +94,8 @@ fn sample_anywhere(
     (tree.nearest(|pose| pose.position_distance_squared(position)), target, request.heading_offset)
 }
 
-/// Of the latest vertices the one with the fewest neighbours (of several the last), and a pose
-/// ahead of it. In a long region the distance behind the front counts as neighbours.
+/// The latest vertex with the fewest neighbours (the last of several), and a pose ahead of it. In a
+/// long region the distance to the root of the other tree counts as neighbours.
 fn sample_ahead(
     tree: &mut PossibilityTree,
     request: &SampleRequest<'_>,
@@ -128,7 +110,7 @@ fn sample_ahead(
         .iter()
         .enumerate()
         .rev()
-        .take(RECENT)
+        .take(RECENT_VERTICES)
         .filter(|(_, vertex)| request.bounds.contains(vertex.pose.position));
     let tip = inside
         .min_by(|(_, a), (_, b)| density(a).total_cmp(&density(b)))
@@ -136,7 +118,8 @@ fn sample_ahead(
     tree[tip].neighbour_count += 1;
     let Vertex { pose: at, heading_offset: offset, .. } = tree[tip];
     let yaw = at.yaw - offset + random.uniform(-AHEAD_TURN_MAX, AHEAD_TURN_MAX);
-    let distance = random.uniform(AHEAD[0], AHEAD[1]) * if request.backward { -1.0 } else { 1.0 };
+    let distance = random.uniform(AHEAD_DISTANCES[0], AHEAD_DISTANCES[1])
+        * if request.backward { -1.0 } else { 1.0 };
     let displacement = DVec3::new(distance, 0.0, random.uniform(-AHEAD_RISE_MAX, AHEAD_RISE_MAX));
     let heading_offset = if request.may_sidestep {
         [request.heading_offset, SIDES[0], SIDES[1]][random.below(3)]
@@ -174,7 +157,7 @@ mod tests {
         }
     }
 
-    /// Vertices along x that are no neighbours of each other.
+    /// A tree of vertices along x that are not neighbours.
     fn tree(along_x: &[f64]) -> PossibilityTree {
         let mut tree = PossibilityTree::new(1_000);
         for &x in along_x {
@@ -186,8 +169,8 @@ mod tests {
         tree
     }
 
-    /// How far a tree gets along a corridor whatever its length, where each sample ahead adds a
-    /// vertex a stride toward it.
+    /// The length of corridor that a tree covers, m, if each sample ahead adds a vertex one stride
+    /// toward it.
     fn farthest(samples: u32) -> f64 {
         let mut tree = tree(&[0.0]);
         for count in 0..samples {
@@ -199,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn twice_the_samples_lead_about_twice_as_far() {
+    fn twice_the_samples_cover_about_twice_the_length() {
         let [near, far] = [250, 500].map(farthest);
         assert!(near > 4.0 && far > 1.6 * near && far < 55.0, "{near} m, {far} m");
     }

@@ -6,7 +6,19 @@
 //! such bytes and reads them in place. One robot and one set of margins give the same bytes on any
 //! number of threads. [`necessary`] and [`sufficient`] evaluate C_N and C_S with it.
 
+use crate::collision::error::CollisionError;
+use crate::geometry::voxel_grid::VoxelGrid;
+use crate::kinematics::Leg;
+use crate::kinematics::leg::LegError;
+use crate::preparation::expanded_geometry::ExpandedGeometry;
+use crate::preparation::file_format::{Contents, PreparationError, Writer};
+use crate::preparation::primitive_range::{Lattice, PairRange, RangeHeader};
+use crate::preparation::primitive_sweep::{PrimitiveSweep, constraints_in_empty_world};
+use crate::preparation::reachable_space::{ReachableSpace, ReachableSpaceHeader};
+use crate::preparation::step_limits::StepLimits;
 use crate::preparation::{file_format, gait_search, reach_sweep, reachable_space};
+use crate::primitives::Gait;
+use crate::robot::mechanism::MechanismError;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::DVec3;
@@ -15,19 +27,7 @@ use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::collision::error::CollisionError;
-use crate::geometry::voxel_grid::VoxelGrid;
-use crate::kinematics::Leg;
-use crate::kinematics::leg::LegError;
-use crate::preparation::expanded_geometry::ExpandedGeometry;
 pub(crate) use crate::preparation::file_format::key;
-use crate::preparation::file_format::{Contents, PreparationError, Writer};
-use crate::preparation::primitive_range::{Lattice, PairRange, RangeHeader};
-use crate::preparation::primitive_sweep::{PrimitiveSweep, constraints_in_empty_world};
-use crate::preparation::reachable_space::{ReachableSpace, ReachableSpaceHeader};
-use crate::preparation::step_limits::StepLimits;
-use crate::primitives::Gait;
-use crate::robot::mechanism::MechanismError;
 
 /// A robot that cannot be prepared.
 #[derive(Debug, thiserror::Error)]

@@ -125,7 +125,7 @@ impl KinematicState {
     }
 
     /// Pose of a node in the world.
-    pub(crate) fn world_from_node(&self, node: usize) -> Pose {
+    pub fn world_from_node(&self, node: usize) -> Pose {
         self.world_from_root * pose(&self.root_from_nodes[node])
     }
 

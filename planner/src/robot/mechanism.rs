@@ -69,8 +69,8 @@ impl Mechanism {
     /// Compiles a robot.
     ///
     /// # Errors
-    /// The robot is not a biped, has more than [`LINKS_MAX`] links, or has a leg with too few or too
-    /// many joints.
+    /// The robot is not a biped, has more than [`LINKS_MAX`] links, or has a leg with too few or
+    /// too many joints.
     pub fn new(model: &RobotModel, config: &PlannerConfig) -> Result<Self, MechanismError> {
         let [left, right] = model.feet.as_slice() else {
             return Err(MechanismError::FeetCount { feet: model.feet.len() });
@@ -115,11 +115,7 @@ impl Mechanism {
         configuration: &mut Configuration,
         world_from_soles: &[Pose; 2],
     ) -> bool {
-        let root_from_world = configuration.world_from_root.inverse();
-        self.legs
-            .iter()
-            .zip(world_from_soles)
-            .all(|(leg, sole)| leg.solve(&(root_from_world * *sole), &mut configuration.q))
+        self.place_soles_by(configuration, world_from_soles, Leg::solve)
     }
 
     /// Does the same with [`Leg::solve_near`], which is cheaper where there is no solution: for
@@ -129,11 +125,20 @@ impl Mechanism {
         configuration: &mut Configuration,
         world_from_soles: &[Pose; 2],
     ) -> bool {
+        self.place_soles_by(configuration, world_from_soles, Leg::solve_near)
+    }
+
+    fn place_soles_by(
+        &self,
+        configuration: &mut Configuration,
+        world_from_soles: &[Pose; 2],
+        solve: impl Fn(&Leg, &Pose, &mut [f64]) -> bool,
+    ) -> bool {
         let root_from_world = configuration.world_from_root.inverse();
         self.legs
             .iter()
             .zip(world_from_soles)
-            .all(|(leg, sole)| leg.solve_near(&(root_from_world * *sole), &mut configuration.q))
+            .all(|(leg, sole)| solve(leg, &(root_from_world * *sole), &mut configuration.q))
     }
 
     /// Reach of the shorter leg, m.

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber};
-use surefoot_planner::channel::plan_publisher::{DeliveryOutcome, PlanPublisher};
+use surefoot_planner::channel::plan_publisher::PlanPublisher;
+use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::{ChannelError, random_id};

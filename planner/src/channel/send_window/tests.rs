@@ -1,9 +1,13 @@
+//! The send window against scripted feedback.
+
 use bytemuck::Zeroable;
+use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::instance::ChannelError;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
+use surefoot_shared_types::message::{Check, Feedback, PlanChunk, WithCrc};
 
-use surefoot_shared_types::message::WithCrc;
-
-use crate::channel::send_window::*;
+use crate::channel::send_window::{DeliveryOutcome, SendWindow};
+use crate::channel::tuning::{GO_BACKS_MAX, IDLE_HEARTBEATS};
 
 const SESSION: u64 = 77;
 
@@ -16,7 +20,7 @@ fn stream(len: u64) -> Vec<PlanChunk> {
     chunks
 }
 
-fn feedback(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
+fn feedback(controller_id: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> Feedback {
     let stream = if accepted == 0 {
         Digest::default()
     } else {
@@ -24,7 +28,7 @@ fn feedback(instance: u64, count: u64, accepted: u64, chunks: &[PlanChunk]) -> F
     };
     with_crc(Feedback {
         schema: FEEDBACK_SCHEMA,
-        controller_id: instance,
+        controller_id,
         count,
         session: SESSION,
         plan_id: 1,
@@ -43,7 +47,7 @@ fn send_all(window: &mut SendWindow<'_>) -> Vec<u64> {
     let mut sent = Vec::new();
     while let Some((index, _)) = window.to_send() {
         sent.push(window.chunk(index).sequence);
-        window.note_sent();
+        window.record_sent();
     }
     sent
 }
@@ -68,7 +72,7 @@ fn chunks_are_resent_to_an_idle_controller_only() {
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
     window.receive(&feedback(5, 1, 0, &chunks));
     send_all(&mut window);
-    assert!(!window.go_back(), "a silent controller may be walking");
+    assert!(!window.go_back(), "a silent controller may be executing chunks");
     window.receive(&feedback(5, 2, 1, &chunks));
     for count in 3..3 + IDLE_HEARTBEATS {
         assert!(!window.go_back());
@@ -94,7 +98,7 @@ fn a_new_controller_starts_at_its_own_index_and_the_old_one_is_ignored() {
 }
 
 #[test]
-fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
+fn a_new_planner_continues_the_same_stream_but_not_another_one() {
     let chunks = stream(6);
     let mut foreign = stream(6);
     foreign[2].waypoints[0].time = 1.0;
@@ -111,7 +115,7 @@ fn a_new_planner_goes_on_where_the_stream_stands_but_not_in_another_one() {
 }
 
 #[test]
-fn refusals_end_it_unless_they_are_of_another_session() {
+fn refusals_end_the_delivery_unless_they_are_of_another_session() {
     let chunks = stream(6);
     let refused = |session| {
         with_crc(Feedback {
@@ -205,7 +209,7 @@ fn a_busy_controller_is_not_idle() {
 }
 
 #[test]
-fn a_plan_that_was_made_again_meanwhile_is_out_of_date() {
+fn a_later_epoch_supersedes_the_delivery() {
     let chunks = stream(4);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
     window.receive(&with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }));

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
-use surefoot_planner::channel::plan_publisher::{DeliveryOutcome, PlanPublisher};
+use surefoot_planner::channel::plan_publisher::PlanPublisher;
+use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::participant::WINDOW_CHUNKS;

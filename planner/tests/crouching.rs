@@ -1,15 +1,15 @@
-//! Below obstacles lower than the robot is tall, it crouches along the whole route.
+//! Under obstacles lower than the robot is tall, a crouch profile makes the walk possible.
 
 mod common;
 
 use common::{Case, run};
 use surefoot_planner::Outcome;
 
-/// Work units. Without a crouch profile all 4 million are spent without a plan.
+/// Limit of the search, work units. Without a crouch profile 4 million find no plan.
 const WORK_MAX: u64 = 400_000;
 
-/// `pass_under` with its bars 0.1 m lower: two at 1.20 and one at 1.10, for a robot 1.5 to 1.6 m
-/// tall.
+/// `pass_under` with its bars 0.1 m lower: two at 1.20 m and one at 1.10 m, for a robot 1.5 to
+/// 1.6 m tall.
 fn lowered() -> Case {
     let mut case = Case::shipped("pass_under").configured(|config| config.work_max = WORK_MAX);
     let bars: Vec<_> =
@@ -19,7 +19,7 @@ fn lowered() -> Case {
     case
 }
 
-/// A slab over the middle 1.4 m of a level floor.
+/// A level floor with a slab above its middle 1.4 m, its underside at a height, m.
 fn under_a_slab(underside: f64) -> Case {
     Case::shipped("flat_walk")
         .with_box([1.5, 0.0, underside + 0.1], [0.7, 1.0, 0.1])
@@ -27,7 +27,7 @@ fn under_a_slab(underside: f64) -> Case {
 }
 
 #[test]
-fn bars_a_hand_lower_than_a_crouch_are_passed() {
+fn a_robot_passes_under_lowered_bars() {
     for seed in 1..5 {
         let mut planner = lowered().with_seed(seed).planner(1);
         assert_eq!(run(&mut planner, 4096), Outcome::Found, "seed {seed}");
@@ -39,7 +39,7 @@ fn bars_a_hand_lower_than_a_crouch_are_passed() {
 }
 
 #[test]
-fn a_low_ceiling_is_walked_under() {
+fn a_robot_walks_under_a_low_slab() {
     for seed in 1..4 {
         assert_eq!(
             run(&mut under_a_slab(1.25).with_seed(seed).planner(1), 4096),

@@ -1,4 +1,4 @@
-//! What happens to a walk after its motions are found.
+//! Steps are removed from a walk after its motions are found [Grey 4.4.6].
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -7,6 +7,7 @@ mod common;
 use common::{Case, run};
 use surefoot_planner::Outcome;
 
+/// Number of steps of a walk that is found with at most as many rounds of step removal.
 fn steps(name: &str, seed: u64, step_removal_rounds_max: u32) -> u64 {
     let case = Case::shipped(name)
         .with_seed(seed)
@@ -17,9 +18,9 @@ fn steps(name: &str, seed: u64, step_removal_rounds_max: u32) -> u64 {
 }
 
 #[test]
-fn a_walk_loses_needless_steps() {
+fn unnecessary_steps_are_removed() {
     let pairs: Vec<[u64; 2]> =
         (1..6).map(|seed| [0, 6].map(|rounds| steps("stairs", seed, rounds))).collect();
-    assert!(pairs.iter().all(|[as_found, shortened]| shortened <= as_found), "{pairs:?}");
-    assert!(pairs.iter().any(|[as_found, shortened]| shortened < as_found), "{pairs:?}");
+    assert!(pairs.iter().all(|[as_found, reduced]| reduced <= as_found), "{pairs:?}");
+    assert!(pairs.iter().any(|[as_found, reduced]| reduced < as_found), "{pairs:?}");
 }

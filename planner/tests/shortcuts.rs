@@ -1,5 +1,5 @@
-//! Post-processing of the motions of a walk: shorter, valid, within its share of the work, and the
-//! same however it is run.
+//! Shortcuts of the motions of a walk: shorter, valid, within their share of the work, independent
+//! of threads and budgets [Grey 4.4.6].
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a plan is not found")]
 
@@ -18,14 +18,13 @@ use surefoot_planner::motion::local_planner::{LocalPath, LocalPlanner, Progress,
 use surefoot_planner::motion::shortcut::{Pass, Shortcutting, distance, length};
 use surefoot_planner::motion::swing_shapes::MotionShape;
 use surefoot_planner::motion::workspace::Workspace;
-use surefoot_planner::pipeline::stage::Stage;
 use surefoot_planner::pipeline::{SearchStats, WorkCategory};
 use surefoot_planner::plan::self_check::{configuration_of, mode_of, self_check};
 use surefoot_planner::robot::configuration::Configuration;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::PlanChunk;
 
-const POLISH: usize = WorkCategory::Shortcuts as usize;
+const SHORTCUT_WORK: usize = WorkCategory::Shortcuts as usize;
 
 fn case(name: &str, seed: u64, share: f64) -> Case {
     Case::shipped(name).with_seed(seed).configured(|planner| planner.shortcut_work_share = share)
@@ -69,23 +68,23 @@ fn motions_become_shorter_and_none_longer() {
             let ends = [(&old[0], &new[0]), (&old[old.len() - 1], &new[new.len() - 1])];
             assert!(
                 ends.iter().all(|(old, new)| distance(old, new) < 1e-12),
-                "{name}: a motion ends elsewhere than before"
+                "{name}: a motion has other ends than before"
             );
         }
         let [old, new] = [&before, &after]
             .map(|motions| motions.iter().map(|motion| length(motion)).sum::<f64>());
-        assert!(new < 0.95 * old, "{name}: {old} became {new}");
+        assert!(new < 0.95 * old, "{name}: length {old} became {new}");
     }
 }
 
 #[test]
-fn without_a_share_nothing_is_spent_and_with_one_no_more_than_that() {
+fn shortcuts_spend_at_most_their_share_of_the_work() {
     let off = found(&case("ibeam_gap", 1, 0.0), 1, u64::MAX).stats();
-    assert_eq!(off.work_by_category[POLISH], 0);
+    assert_eq!(off.work_by_category[SHORTCUT_WORK], 0);
     let search = off.work - off.work_by_category[WorkCategory::Chunks as usize];
     for share in [0.02, 0.1, 0.5] {
         let on = found(&case("ibeam_gap", 1, share), 1, u64::MAX).stats();
-        let spent = on.work_by_category[POLISH];
+        let spent = on.work_by_category[SHORTCUT_WORK];
         assert!(
             spent > 0 && spent <= (share * search as f64) as u64 + 2,
             "{spent} units of {search}"
@@ -94,9 +93,9 @@ fn without_a_share_nothing_is_spent_and_with_one_no_more_than_that() {
     }
 }
 
-/// Whatever the bound on the work, a plan that is found without post-processing is found with it.
+/// A plan that is found within a work limit without shortcuts is found within it with shortcuts.
 #[test]
-fn no_plan_is_lost_for_lack_of_work() {
+fn shortcuts_do_not_cost_a_plan() {
     let needed = found(&case("stepping_stones", 1, 0.0), 1, u64::MAX).stats().work;
     for more in [0, 1, 2, 50, 100, 101, 102, 103, 200, 300] {
         let mut planner = case("stepping_stones", 1, 1.0)
@@ -107,15 +106,15 @@ fn no_plan_is_lost_for_lack_of_work() {
 }
 
 #[test]
-fn neither_threads_nor_steps_change_anything() {
+fn threads_and_budgets_do_not_change_the_shortcuts() {
     let plan = |threads, step| -> (Digest, SearchStats) {
         let planner = found(&case("ibeam_gap", 1, 1.0), threads, step);
         (planner.digest(), planner.stats())
     };
     let alone = plan(1, u64::MAX);
-    assert!(alone.1.work_by_category[POLISH] > 0);
+    assert!(alone.1.work_by_category[SHORTCUT_WORK] > 0);
     for (threads, step) in [(2, u64::MAX), (3, 1_000), (4, 7), (1, 1)] {
-        assert_eq!(plan(threads, step), alone, "{threads} threads, steps of {step}");
+        assert_eq!(plan(threads, step), alone, "{threads} threads, {step} work units per step");
     }
 }
 
@@ -131,10 +130,10 @@ fn a_step_never_exceeds_its_work() {
             break;
         }
     }
-    assert!(planner.stats().work_by_category[POLISH] > 0);
+    assert!(planner.stats().work_by_category[SHORTCUT_WORK] > 0);
 }
 
-/// The robot on both feet at the start of a walk, and the mode it is in.
+/// The mode and the state at the start of a walk.
 fn standing(planner: &Planner) -> (Mode, ModeState) {
     let chunk = &planner.chunks()[0];
     let mode = mode_of(chunk).unwrap();
@@ -143,7 +142,7 @@ fn standing(planner: &Planner) -> (Mode, ModeState) {
     (mode, state)
 }
 
-/// The robot with its root moved aside, m.
+/// A state with its root displaced by a vector, m.
 fn moved(constraints: &Constraints, mode: &Mode, state: &ModeState, by: DVec3) -> ModeState {
     let mut desired = *state;
     desired.configuration.world_from_root.translation += by;
@@ -166,7 +165,7 @@ fn path_over(constraints: &Constraints, mode: &Mode, states: &[ModeState]) -> Ve
         loop {
             let progress = local_planner.advance(constraints, mode).unwrap();
             if progress != Progress::ShorterStep {
-                path.push(local_planner.here().configuration);
+                path.push(local_planner.state().configuration);
             }
             if progress == Progress::Reached {
                 break;
@@ -194,7 +193,7 @@ fn shortened(
 }
 
 #[test]
-fn a_detour_is_cut_off_and_corners_are_rounded() {
+fn a_detour_is_removed_and_corners_are_cut() {
     let planner = found(&case("flat_walk", 1, 0.0), 1, u64::MAX);
     let constraints = planner.constraints();
     let (mode, here) = standing(&planner);
@@ -219,6 +218,6 @@ fn a_detour_is_cut_off_and_corners_are_rounded() {
     let rounded = shortened(constraints, &mode, &detour, Pass::Corners, 10_000);
     assert!(length(&rounded) < length(&detour) && rounded.len() <= detour.len());
 
-    let as_it_was = shortened(constraints, &mode, &detour, Pass::Shortcuts, 0);
-    assert_eq!(as_it_was.len(), detour.len());
+    let unchanged = shortened(constraints, &mode, &detour, Pass::Shortcuts, 0);
+    assert_eq!(unchanged.len(), detour.len());
 }

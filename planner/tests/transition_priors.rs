@@ -1,5 +1,5 @@
-//! What inverse kinematics says about pairs of placements: a hint that makes a transition dear,
-//! never a verdict.
+//! Transition priors from inverse kinematics: they raise the cost of a transition and never exclude
+//! it [Grey 4.4.2].
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -12,11 +12,11 @@ use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, single_mode};
 use surefoot_planner::constraints::rejection::Rejection;
 use surefoot_planner::foot_placement::{FootPlacementConfig, Scratch, Surfaces};
-use surefoot_planner::motion::mode_graph::{ModeGraph, TransitionPrior};
+use surefoot_planner::motion::mode_graph::ModeGraph;
+use surefoot_planner::motion::transition::TransitionPrior;
 use surefoot_planner::motion::transition_prior::transition_prior;
-use surefoot_planner::motion::transition_sampling::ATTEMPTS_MAX;
-use surefoot_planner::pipeline::stand_on;
-use surefoot_planner::pipeline::{Endpoint, FootholdSampler, PERTURBATIONS_MAX};
+use surefoot_planner::motion::tuning::ATTEMPTS_MAX;
+use surefoot_planner::pipeline::{Endpoint, FootholdSampler, PERTURBATIONS_MAX, stand_on};
 use surefoot_planner::primitives::transition_configuration::{
     FAR_REACHING_POSTURES, TransitionPair, first_valid_posture, is_reached, sample,
 };
@@ -44,7 +44,7 @@ fn stand() -> Stand {
 }
 
 impl Stand {
-    /// The right foot's placement, moved (m).
+    /// The right foothold, displaced by a vector, m.
     fn right(&self, by: DVec3) -> Foothold {
         let foothold = &self.end.footholds[1];
         let pose = foothold.world_from_sole;
@@ -60,12 +60,12 @@ impl Stand {
         is_reached(&self.constraints, &single_mode(stance), TransitionPair { stance, other })
     }
 
-    /// What the transition begins with that has the left foot as stance.
+    /// The prior of the transition from the left stance foothold.
     fn prior(&self, other: &Foothold) -> TransitionPrior {
         self.prior_where(other, false)
     }
 
-    /// The same, where scant support `may_be_partial`.
+    /// The same, where partial support may be allowed.
     fn prior_where(&self, other: &Foothold, may_be_partial: bool) -> TransitionPrior {
         let mut graph = ModeGraph::new(2, 2, 1, 1.0);
         let [left, right] = [&self.end.footholds[0], other]
@@ -81,7 +81,7 @@ impl Stand {
 }
 
 #[test]
-fn what_no_posture_reaches_costs_more_and_is_not_forbidden() {
+fn a_transition_that_no_posture_reaches_costs_more_and_stays_possible() {
     let stand = stand();
     let (near, far) =
         (stand.right(DVec3::new(0.25, 0.0, 0.0)), stand.right(DVec3::new(0.85, 0.0, 0.0)));
@@ -90,7 +90,7 @@ fn what_no_posture_reaches_costs_more_and_is_not_forbidden() {
     assert_eq!(near, TransitionPrior::default());
     assert!(
         far.attempts == ATTEMPTS_MAX && far.extra_attempts > ATTEMPTS_MAX,
-        "its cost counts more attempts than were spared: {far:?}"
+        "its cost counts more attempts than sampling skips: {far:?}"
     );
 }
 
@@ -100,7 +100,7 @@ fn crossed_feet_are_less_likely_than_the_same_step_uncrossed() {
     let width = stand.end.footholds[0].distance(&stand.end.footholds[1]);
     let [uncrossed, crossed] =
         [0.97, 1.03].map(|share| stand.prior(&stand.right(DVec3::new(0.3, share * width, 0.0))));
-    assert_eq!(uncrossed.attempts, crossed.attempts, "the postures do not mind a few millimetres");
+    assert_eq!(uncrossed.attempts, crossed.attempts, "the postures tolerate a few millimetres");
     assert!(crossed.extra_attempts > uncrossed.extra_attempts);
 }
 
@@ -119,7 +119,7 @@ fn partial_support_costs_more_unless_it_is_allowed() {
 }
 
 #[test]
-fn a_step_too_long_is_perturbed_until_it_is_reached() {
+fn a_step_that_is_too_long_is_perturbed_until_it_is_reached() {
     let mut stand = stand();
     let (left, far) = (stand.end.footholds[0].clone(), stand.right(DVec3::new(0.8, 0.0, 0.0)));
     assert!(!stand.is_reached(&far));
@@ -133,25 +133,23 @@ fn a_step_too_long_is_perturbed_until_it_is_reached() {
         steps,
         seed: 1,
     };
-    let mut vary = |tried| sampler.perturbation(0, (tried as u64, 0), &graph, &mut stand.scratch);
-    let [stance, other] = &(0..PERTURBATIONS_MAX).find_map(&mut vary).unwrap();
+    let mut perturb =
+        |tried| sampler.perturbation(0, (tried as u64, 0), &graph, &mut stand.scratch);
+    let [stance, other] = &(0..PERTURBATIONS_MAX).find_map(&mut perturb).unwrap();
     assert!(is_reached(&stand.constraints, &single_mode(stance), TransitionPair { stance, other }));
     assert!(
         stance.distance(&graph.footholds()[0]) < 0.3 && other.distance(&graph.footholds()[1]) < 0.3,
-        "near where they were"
+        "the perturbed footholds are near the original ones"
     );
 }
 
 #[test]
-fn crossing_legs_cost_as_much_as_what_is_out_of_reach() {
+fn crossed_legs_cost_as_much_as_unreachable_footholds() {
     let stand = stand();
     let (stance, width) = (&stand.end.footholds[0], 0.35);
     let other = stand.right(DVec3::new(0.3, width, 0.0));
     let (mode, pair) = (single_mode(stance), TransitionPair { stance, other: &other });
-    assert!(
-        is_reached(&stand.constraints, &mode, pair),
-        "each leg by itself reaches its placement"
-    );
+    assert!(is_reached(&stand.constraints, &mode, pair), "each leg by itself reaches its foothold");
     assert_eq!(
         first_valid_posture(&stand.constraints, &mode, pair),
         None,
@@ -161,11 +159,14 @@ fn crossing_legs_cost_as_much_as_what_is_out_of_reach() {
     assert_eq!(first_valid_posture(&stand.constraints, &mode, side_by_side), Some(0));
     let holds =
         |attempt: u64| sample(&stand.constraints, &mode, side_by_side, (1, 0), attempt).is_ok();
-    assert!(FAR_REACHING_POSTURES.into_iter().all(holds), "and so do the others");
+    assert!(
+        FAR_REACHING_POSTURES.into_iter().all(holds),
+        "the far-reaching postures are valid, too"
+    );
 }
 
 #[test]
-fn what_is_not_reached_fails_in_the_postures_that_reach_farthest() {
+fn unreached_footholds_fail_in_the_far_reaching_postures() {
     let stand = stand();
     let (stance, mut unreached) = (&stand.end.footholds[0], 0);
     let mode = single_mode(stance);
