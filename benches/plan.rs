@@ -1,7 +1,7 @@
-//! How long whole plans take: `cargo bench --bench plan [-- [--json] SCENARIO..]` plans each
-//! scenario with the seeds 1 to 10, as `surefoot bench thesis` does.
+//! Planning times: `cargo bench --bench plan [-- [--json] SCENARIO..]` plans each scenario with the
+//! seeds 1 to 10, as `surefoot bench thesis` does.
 
-#![allow(missing_docs, reason = "a command that times")]
+#![allow(missing_docs, reason = "a benchmark command")]
 
 use std::process::ExitCode;
 
@@ -27,5 +27,5 @@ fn main() -> ExitCode {
     let scenarios = scenarios.into_iter().flat_map(|scenario| ["--scenario".to_owned(), scenario]);
     let arguments =
         Arguments::parse_from(bench.map(str::to_owned).into_iter().chain(json).chain(scenarios));
-    ExitCode::from(surefoot::commands::session::run(&arguments))
+    ExitCode::from(surefoot::commands::dispatch::run(&arguments))
 }

@@ -1,14 +1,22 @@
 //! The parts of the `surefoot` command.
 //!
-//! Read [`commands::walk`] first: it starts a planner and a controller process, which are
-//! [`commands::plan`] and [`commands::control`] of the same program, and reads their
-//! [`line::RoleEvent`]s. A [`report::Report`] collects the lines, [`progress`] shows them while
-//! they come, and [`verdict`] prints the summary at the end.
+//! [`commands::walk`] starts a planner and a controller process, which run [`commands::plan`] and
+//! [`commands::control`] of the same program. [`supervisor`] reads their
+//! [`report::event::RoleEvent`]s, [`report::run_report::Report`] collects them,
+//! [`report::progress`] shows them, and [`report::summary`] prints the result.
+//!
+//! All folders except [`system`] belong to the command and need the default feature `cli`.
 
+#[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "cli")]
 pub mod commands;
+#[cfg(feature = "cli")]
 pub mod input;
+#[cfg(feature = "cli")]
 pub mod picture;
+#[cfg(feature = "cli")]
 pub mod report;
+#[cfg(feature = "cli")]
 pub mod supervisor;
 pub mod system;

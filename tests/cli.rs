@@ -146,7 +146,7 @@ fn outputs_that_cannot_be_written_are_refused_before_anything_is_planned() {
         ("--export", test_folder.path("missing/plan.json"), "missing"),
         ("--json", test_folder.path("missing/report.json"), "missing"),
         ("--json", test_folder.path("."), "folder"),
-        ("--json", "/dev/null".into(), "no ordinary file"),
+        ("--json", "/dev/null".into(), "not a regular file"),
         ("--picture", test_folder.path("missing/walk.png"), "missing"),
         ("--picture", test_folder.path("walk.gif"), ".apng"),
         ("--picture", test_folder.path("walk"), ".png"),

@@ -1,6 +1,6 @@
-//! Whole walks: two processes, real shared memory, the shipped scenarios.
+//! Whole walks of the shipped scenarios: two processes over shared memory.
 
-#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+#![allow(clippy::unwrap_used, reason = "a command that fails unexpectedly fails the test")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
@@ -11,7 +11,7 @@ use std::fs;
 use command::{assert_nothing_left, run, scenario};
 use serde_json::Value;
 
-/// A walk that must succeed, and what it left.
+/// A successful walk with its output.
 struct Walk {
     folder: tempfile::TempDir,
     report: Value,
@@ -46,7 +46,7 @@ impl Walk {
 }
 
 fn count(value: &Value) -> u64 {
-    value.as_u64().unwrap_or_else(|| panic!("{value} is no count"))
+    value.as_u64().unwrap_or_else(|| panic!("{value} is not a count"))
 }
 
 fn assert_complete(name: &str, report: &Value) {
@@ -107,7 +107,7 @@ fn ibeam_gap() {
 }
 
 #[test]
-fn no_way_ends_at_a_bound_that_is_named() {
+fn an_impossible_walk_names_the_bound_that_ended_it() {
     for name in ["no_way_wall", "no_way_ceiling", "no_way_island", "no_way_slope"] {
         let folder = tempfile::tempdir().unwrap();
         let [plan, json, picture] =
@@ -136,12 +136,12 @@ fn no_way_ends_at_a_bound_that_is_named() {
         let failures = report["diagnosis"]["bottleneck"]["failures"].as_u64();
         assert!(
             failures > Some(0) && output.out.contains("\n  bottleneck "),
-            "{name}: where it got stuck is not in {report}: {}",
+            "{name}: no bottleneck in {report}: {}",
             output.out
         );
-        assert!(!plan.exists() && !picture.exists(), "{name}: a plan where there is none");
+        assert!(!plan.exists() && !picture.exists(), "{name}: a plan or picture exists");
         assert_eq!(count(&report["chunks"]["sent"]), 0);
-        assert_eq!(output.err, "", "{name}: quiet is quiet");
+        assert_eq!(output.err, "", "{name}: output in spite of --quiet");
         assert_nothing_left(output.pid);
     }
 }

@@ -1,6 +1,6 @@
 //! The two processes of a walk: started by hand, ended by signals, killed.
 
-#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+#![allow(clippy::unwrap_used, reason = "a command that fails unexpectedly fails the test")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
@@ -19,14 +19,14 @@ fn instance(name: &str) -> String {
     format!("test-{name}-{}", std::process::id())
 }
 
-/// A walk that searches for a very long time.
-struct Endless {
+/// A walk with a practically unlimited search.
+struct EndlessWalk {
     folder: tempfile::TempDir,
     child: Child,
     err: BufReader<std::process::ChildStderr>,
 }
 
-impl Endless {
+impl EndlessWalk {
     /// Starts it and waits until its planner searches.
     fn start(more: &[&str]) -> Self {
         let folder = tempfile::tempdir().unwrap();
@@ -47,7 +47,7 @@ impl Endless {
         Self { folder, child, err }
     }
 
-    /// The process of a role, by the command subcommand it was started with.
+    /// The process of a role, identified by its subcommand.
     fn role(&self, subcommand: &str) -> String {
         let pid = self.child.id();
         let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap();
@@ -62,7 +62,7 @@ impl Endless {
             .to_owned()
     }
 
-    /// Its exit code, and what else it output on stderr.
+    /// Its exit code, the rest of its stderr, and its folder.
     fn end(mut self) -> (i32, String, tempfile::TempDir) {
         let mut rest = String::new();
         self.err.read_to_string(&mut rest).unwrap();
@@ -80,7 +80,7 @@ fn is_alive(pid: &str) -> bool {
     fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| !stat.contains(") Z "))
 }
 
-/// Waits for the last steps of a process that is ending.
+/// Waits until a process has ended, at most 5 s.
 fn wait_for_end(pid: &str) {
     for _ in 0..1000 {
         if !is_alive(pid) {
@@ -88,19 +88,19 @@ fn wait_for_end(pid: &str) {
         }
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
-    panic!("process {pid} lives on");
+    panic!("process {pid} still runs");
 }
 
 #[test]
 fn signals_end_both_processes_and_clean_up() {
     for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
-        let walk = Endless::start(&[]);
+        let walk = EndlessWalk::start(&[]);
         let (planner, controller) = (walk.role("plan"), walk.role("control"));
         kill(signal, &walk.child.id().to_string());
         let (ended, err, folder) = walk.end();
         assert_eq!(ended, code, "{err}");
         assert!(!is_alive(&planner) && !is_alive(&controller), "an orphan after {signal}");
-        assert!(!folder.path().join("report.json").exists(), "half a report");
+        assert!(!folder.path().join("report.json").exists(), "a partial report");
     }
 }
 
@@ -109,7 +109,7 @@ fn a_role_that_is_killed_too_often_is_named_and_the_other_one_ended() {
     for (subcommand, name, other) in
         [("plan", "planner", "control"), ("control", "controller", "plan")]
     {
-        let walk = Endless::start(&["--restarts-max", "0"]);
+        let walk = EndlessWalk::start(&["--restarts-max", "0"]);
         let survivor = walk.role(other);
         kill("-KILL", &walk.role(subcommand));
         let (code, err, folder) = walk.end();
@@ -120,7 +120,7 @@ fn a_role_that_is_killed_too_often_is_named_and_the_other_one_ended() {
                 && err.contains("SIGKILL"),
             "{err}"
         );
-        assert!(!is_alive(&survivor), "the {other} process lives on");
+        assert!(!is_alive(&survivor), "the {other} process still runs");
         let report: Value =
             serde_json::from_slice(&fs::read(folder.path().join("report.json")).unwrap()).unwrap();
         assert_eq!(report["outcome"], format!("{name}_failed"));
@@ -129,15 +129,15 @@ fn a_role_that_is_killed_too_often_is_named_and_the_other_one_ended() {
 
 #[test]
 fn the_roles_do_not_outlive_a_killed_supervisor() {
-    let walk = Endless::start(&[]);
+    let walk = EndlessWalk::start(&[]);
     let roles = [walk.role("plan"), walk.role("control")];
     kill("-KILL", &walk.child.id().to_string());
-    let Endless { mut child, mut err, folder: _folder } = walk;
+    let EndlessWalk { mut child, mut err, folder: _folder } = walk;
     child.wait().unwrap();
     // The roles share the supervisor's stderr, which ends with the last of them.
     err.read_to_string(&mut String::new()).unwrap();
     roles.iter().for_each(|role| wait_for_end(role));
-    // The last one out cleans up; where both leave in the same instant, whoever starts next does.
+    // The last process cleans up. If both end at the same time, the next start does.
     Instance::clean_dead().unwrap();
     assert_nothing_left(child.id());
 }

@@ -1,10 +1,10 @@
-//! Another user of the machine can neither read, nor write, nor stop, nor enter a running pair.
+//! Another user of the machine cannot read, write, remove or stop a running planner and controller.
 //!
-//! Needs root, to become somebody else; says so and skips otherwise, or fails where
+//! Needs root, to run commands as another user. Skipped otherwise, or failed if
 //! `SUREFOOT_REQUIRE_ALL` is set.
 
 #![allow(clippy::print_stdout, reason = "a test prints its results")]
-#![allow(clippy::unwrap_used, reason = "a test ends where a system call does not do its part")]
+#![allow(clippy::unwrap_used, reason = "a system call that fails unexpectedly fails the test")]
 
 #[path = "common/absent.rs"]
 mod absent;
@@ -20,10 +20,10 @@ use std::process::{Child, Command};
 use command::{finish, scenario, surefoot};
 use surefoot_shared_types::instance::instance::Instance;
 
-/// `nobody`.
-const STRANGER: u32 = 65_534;
+/// The user id of `nobody`.
+const OTHER_USER: u32 = 65_534;
 
-/// Whether this process may become somebody else.
+/// Whether this process can run commands as another user.
 fn is_root() -> bool {
     // SAFETY: geteuid has no preconditions and cannot fail.
     let root = unsafe { libc::geteuid() } == 0;
@@ -33,18 +33,19 @@ fn is_root() -> bool {
     root
 }
 
-/// Runs a shell line as a stranger; answers its exit code.
-fn as_stranger(line: &str) -> i32 {
+/// Runs a shell command as another user; returns its exit code.
+fn as_other_user(line: &str) -> i32 {
     Command::new("sh")
         .args(["-c", line])
-        .uid(STRANGER)
-        .gid(STRANGER)
+        .uid(OTHER_USER)
+        .gid(OTHER_USER)
         .status()
         .unwrap()
         .code()
         .unwrap_or(-1)
 }
 
+/// A controller and a handle on its instance.
 struct Pair {
     control: Child,
     instance: Instance,
@@ -66,46 +67,46 @@ impl Pair {
         panic!("{}", finish(control).err);
     }
 
-    /// Everything that it put into shared memory: folders, files, segments.
-    fn things(&self) -> Vec<PathBuf> {
+    /// Its folders, files and segments in shared memory.
+    fn paths(&self) -> Vec<PathBuf> {
         let segments = fs::read_dir("/dev/shm").unwrap().flatten().map(|entry| entry.path());
         let prefix = self.instance.segment_prefix().to_owned();
-        let mut things: Vec<PathBuf> = segments
+        let mut paths: Vec<PathBuf> = segments
             .filter(|path| path.file_name().unwrap().to_string_lossy().starts_with(&prefix))
             .collect();
-        things.push(self.instance.root().to_owned());
-        things.push(self.instance.root().join("robot"));
-        things.push(self.instance.root().join("lock"));
-        things
+        paths.push(self.instance.root().to_owned());
+        paths.push(self.instance.root().join("robot"));
+        paths.push(self.instance.root().join("lock"));
+        paths
     }
 }
 
 #[test]
-fn a_stranger_can_neither_read_nor_write_nor_remove_nor_stop() {
+fn another_user_cannot_read_write_remove_or_stop() {
     if !is_root() {
         return;
     }
-    let pair = Pair::start("stranger");
-    let things = pair.things();
-    assert!(things.len() >= 5, "{things:?}");
-    for thing in &things {
-        let path = thing.display();
+    let pair = Pair::start("other-user");
+    let paths = pair.paths();
+    assert!(paths.len() >= 5, "{paths:?}");
+    for path in &paths {
+        let shown = path.display();
         assert_ne!(
-            as_stranger(&format!(
-                "cat '{path}' >/dev/null 2>&1 || ls '{path}' >/dev/null 2>&1 && test -d '{path}'"
+            as_other_user(&format!(
+                "cat '{shown}' >/dev/null 2>&1 || ls '{shown}' >/dev/null 2>&1 && test -d '{shown}'"
             )),
             0,
-            "{path} read"
+            "{shown} read"
         );
         assert_ne!(
-            as_stranger(&format!("(printf x >> '{path}') 2>/dev/null")),
+            as_other_user(&format!("(printf x >> '{shown}') 2>/dev/null")),
             0,
-            "{path} written"
+            "{shown} written"
         );
-        assert_ne!(as_stranger(&format!("rm -rf '{path}' 2>/dev/null")), 0, "{path} removed");
-        assert!(thing.exists());
+        assert_ne!(as_other_user(&format!("rm -rf '{shown}' 2>/dev/null")), 0, "{shown} removed");
+        assert!(path.exists());
     }
-    assert_ne!(as_stranger(&format!("kill -9 {} 2>/dev/null", pair.control.id())), 0, "stopped");
+    assert_ne!(as_other_user(&format!("kill -9 {} 2>/dev/null", pair.control.id())), 0, "stopped");
     let Pair { control, instance } = pair;
     let walked =
         command::run(&["plan", &scenario("flat_walk"), "--quiet", "--instance", instance.name()]);
@@ -115,14 +116,14 @@ fn a_stranger_can_neither_read_nor_write_nor_remove_nor_stop() {
 }
 
 #[test]
-fn a_folder_that_a_stranger_made_first_is_refused() {
+fn a_folder_of_another_user_is_refused() {
     if !is_root() {
         return;
     }
     let base = tempfile::Builder::new().prefix("sf-squat").tempdir_in("/dev/shm").unwrap();
     let not_private = base.path().join("base");
     fs::create_dir(&not_private).unwrap();
-    std::os::unix::fs::chown(&not_private, Some(STRANGER), Some(STRANGER)).unwrap();
+    std::os::unix::fs::chown(&not_private, Some(OTHER_USER), Some(OTHER_USER)).unwrap();
     let error = Instance::create_in(&not_private, "walk").unwrap_err();
     assert!(error.to_string().contains("belongs to user 65534"), "{error}");
     assert_eq!(fs::read_dir(&not_private).unwrap().count(), 0);

@@ -1,11 +1,10 @@
-//! Full shared memory and full disks: one clear line, exit code 2, nothing half-written, and no
-//! crash.
+//! Full shared memory and full disks: one line of error, exit code 2, no partial file and no crash.
 //!
-//! Needs root, to mount small file systems in a namespace of its own; says so and skips otherwise,
-//! or fails where `SUREFOOT_REQUIRE_ALL` is set.
+//! Needs root, to mount small file systems in a private namespace. Skipped otherwise, or failed if
+//! `SUREFOOT_REQUIRE_ALL` is set.
 
-#![allow(clippy::print_stdout, reason = "a test says what it skips")]
-#![allow(clippy::unwrap_used, reason = "a test ends where a system call does not do its part")]
+#![allow(clippy::print_stdout, reason = "a test prints why it is skipped")]
+#![allow(clippy::unwrap_used, reason = "a system call that fails unexpectedly fails the test")]
 
 #[path = "common/absent.rs"]
 mod absent;
@@ -14,7 +13,7 @@ use std::process::{Command, Output};
 
 const SUREFOOT: &str = env!("CARGO_BIN_EXE_surefoot");
 
-/// Whether this process may mount in a namespace of its own.
+/// Whether this process may mount file systems in a private namespace.
 fn may_mount() -> bool {
     let mounted = Command::new("unshare")
         .args(["-m", "sh", "-c", "mount -t tmpfs -o size=1m tmpfs /mnt"])
@@ -26,7 +25,7 @@ fn may_mount() -> bool {
     may
 }
 
-/// Runs a shell line after mounting a tmpfs of a size at a place, seen by nobody else.
+/// Runs a shell command in a private namespace with a tmpfs of a size mounted at `place`.
 fn with_tmpfs(size: &str, place: &str, line: &str) -> Output {
     let script = format!("mount -t tmpfs -o mode=1777,size={size} tmpfs {place} && {line}");
     let mut command = Command::new("unshare");
@@ -43,7 +42,7 @@ fn text(bytes: &[u8]) -> String {
 }
 
 #[test]
-fn full_shared_memory_is_an_error_and_never_a_crash() {
+fn full_shared_memory_is_an_error_without_a_crash() {
     if !may_mount() {
         return;
     }
@@ -71,7 +70,7 @@ fn full_shared_memory_is_an_error_and_never_a_crash() {
 }
 
 #[test]
-fn a_full_disk_is_an_error_and_leaves_nothing_half_written() {
+fn a_full_disk_is_an_error_without_a_partial_file() {
     if !may_mount() {
         return;
     }

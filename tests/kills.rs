@@ -1,17 +1,17 @@
-//! Kills and stops the processes of running walks at random moments and asks that nothing is lost
-//! and nothing walked twice.
+//! Kills and stops the processes of running walks at random times. No chunk may be lost, and none
+//! executed twice, according to the command's report and to all feedback that an observer receives.
 //!
-//! Two witnesses: the command's own report, and a logger that listens to the controllers' words all
-//! the time. The long version runs by command:
-//! `cargo test --release --test kills -- --ignored --nocapture`. A run is named by its seed:
-//! `SUREFOOT_KILLS_SEED=7` replays another one.
+//! The long version: `cargo test --release --test kills -- --ignored --nocapture`.
+//! `SUREFOOT_KILLS_SEED=7` sets another seed.
 
 #![allow(clippy::print_stdout, reason = "a test prints its results")]
-#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+#![allow(clippy::unwrap_used, reason = "a command that fails unexpectedly fails the test")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
 mod command;
+#[path = "common/random.rs"]
+mod random;
 
 use std::fs;
 use std::process::Child;
@@ -19,51 +19,40 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use command::{assert_nothing_left, finish, run, scenario, surefoot};
+use random::Random;
 use serde_json::Value;
-use surefoot_shared_types::instance::instance::{Instance, InstanceError};
+use surefoot_shared_types::instance::error::InstanceError;
+use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 use surefoot_shared_types::message::Feedback;
 
 const SCENARIO: &str = "stepping_stones";
-/// Disturbances that one walk suffers at the most.
+/// Most faults in one walk.
 const PER_WALK_MAX: u64 = 12;
-/// The longest time between two disturbances.
+/// Longest time between two faults, ms.
 const GAP_MILLIS_MAX: u64 = 220;
-/// The longest stop.
+/// Longest stop, ms.
 const STOP_MILLIS_MAX: u64 = 120;
 
-/// A small generator: the moments need no more.
-struct Dice(u64);
-
-impl Dice {
-    fn roll(&mut self, sides: u64) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ (z >> 31)) % sides
-    }
-}
-
 #[derive(Clone, Copy, PartialEq)]
-enum Harm {
+enum Fault {
     Kill(&'static str),
     Stop(&'static str),
 }
 
-/// The harms to do, in an order that the dice choose; as many to the one side as to the other.
-fn harms(kills: u64, stops: u64, dice: &mut Dice) -> Vec<Harm> {
+/// Faults in random order, equally many for both roles.
+fn faults(kills: u64, stops: u64, random: &mut Random) -> Vec<Fault> {
     let side = |index: u64| if index.is_multiple_of(2) { "plan" } else { "control" };
-    let kills = (0..kills).map(|index| Harm::Kill(side(index)));
-    let stops = (0..stops).map(|index| Harm::Stop(side(index)));
-    let mut harms: Vec<Harm> = kills.chain(stops).collect();
-    for last in (1..harms.len()).rev() {
-        harms.swap(last, dice.roll(last as u64 + 1) as usize);
+    let kills = (0..kills).map(|index| Fault::Kill(side(index)));
+    let stops = (0..stops).map(|index| Fault::Stop(side(index)));
+    let mut faults: Vec<Fault> = kills.chain(stops).collect();
+    for last in (1..faults.len()).rev() {
+        faults.swap(last, random.below(last as u64 + 1) as usize);
     }
-    harms
+    faults
 }
 
-/// The running process of a role, by the command subcommand it was started with.
+/// The running process of a role, identified by its subcommand.
 fn role(walk: u32, subcommand: &str) -> Option<libc::pid_t> {
     let children = fs::read_to_string(format!("/proc/{walk}/task/{walk}/children")).ok()?;
     let is_role = |child: &&str| {
@@ -82,26 +71,25 @@ fn sleep(millis: u64) {
     std::thread::sleep(Duration::from_millis(millis));
 }
 
-/// Does harm to a walk until it is over or has suffered enough; answers how many of `harms` were
-/// done.
-fn harm(walk: &mut Child, harms: &[Harm], dice: &mut Dice) -> usize {
+/// Injects faults into a walk until it ends or has [`PER_WALK_MAX`]; returns how many.
+fn inject(walk: &mut Child, faults: &[Fault], random: &mut Random) -> usize {
     let mut done = 0;
-    while done < harms.len() && (done as u64) < PER_WALK_MAX {
-        sleep(dice.roll(GAP_MILLIS_MAX));
+    while done < faults.len() && (done as u64) < PER_WALK_MAX {
+        sleep(random.below(GAP_MILLIS_MAX));
         if walk.try_wait().unwrap().is_some() {
             break;
         }
-        done += match harms[done] {
-            Harm::Kill(subcommand) => usize::from(
+        done += match faults[done] {
+            Fault::Kill(subcommand) => usize::from(
                 role(walk.id(), subcommand).is_some_and(|pid| signal(pid, libc::SIGKILL)),
             ),
-            Harm::Stop(subcommand) => {
+            Fault::Stop(subcommand) => {
                 let Some(pid) =
                     role(walk.id(), subcommand).filter(|pid| signal(*pid, libc::SIGSTOP))
                 else {
                     continue;
                 };
-                sleep(dice.roll(STOP_MILLIS_MAX));
+                sleep(random.below(STOP_MILLIS_MAX));
                 usize::from(signal(pid, libc::SIGCONT))
             }
         };
@@ -109,9 +97,9 @@ fn harm(walk: &mut Child, harms: &[Harm], dice: &mut Dice) -> usize {
     done
 }
 
-/// Listens to all controllers of a walk; returns the last feedback. Fails where the robot's
-/// progress ever goes back.
-fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
+/// Observes all controllers of a walk; returns the last feedback. Fails if the robot's progress
+/// ever decreases.
+fn observe(name: &str, over: &AtomicBool) -> Option<Feedback> {
     let mut observer = None;
     let mut last: Option<Feedback> = None;
     while !over.load(Ordering::Relaxed) {
@@ -128,7 +116,7 @@ fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
             if let Some(before) = &last {
                 assert!(
                     feedback.walked >= before.walked,
-                    "walked went back: {} after {}",
+                    "walked decreases: {} after {}",
                     feedback.walked,
                     before.walked
                 );
@@ -141,7 +129,7 @@ fn log(name: &str, over: &AtomicBool) -> Option<Feedback> {
             }
             assert_eq!(
                 feedback.walked, feedback.next_sequence,
-                "a chunk was walked twice or left out"
+                "a chunk was executed twice or left out"
             );
             last = Some(feedback);
         }
@@ -168,8 +156,8 @@ fn undisturbed() -> (Value, u64) {
     (report["digest"].clone(), report["chunks"]["accepted"].as_u64().unwrap())
 }
 
-/// One walk that suffers; answers how many harms it took.
-fn suffer(harms: &[Harm], dice: &mut Dice, expected: &(Value, u64)) -> usize {
+/// One walk with faults; returns how many were injected.
+fn walk_with_faults(faults: &[Fault], random: &mut Random, expected: &(Value, u64)) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let json = folder.path().join("report.json");
     let arguments = [
@@ -187,8 +175,8 @@ fn suffer(harms: &[Harm], dice: &mut Dice, expected: &(Value, u64)) -> usize {
     let name = format!("walk-{}", walk.id());
     let over = AtomicBool::new(false);
     let (done, output, feedback) = std::thread::scope(|scope| {
-        let logger = scope.spawn(|| log(&name, &over));
-        let done = harm(&mut walk, harms, dice);
+        let logger = scope.spawn(|| observe(&name, &over));
+        let done = inject(&mut walk, faults, random);
         let output = finish(walk);
         over.store(true, Ordering::Relaxed);
         (done, output, logger.join().unwrap())
@@ -221,20 +209,20 @@ fn suffer(harms: &[Harm], dice: &mut Dice, expected: &(Value, u64)) -> usize {
 fn survive(kills: u64, stops: u64) {
     let seed =
         std::env::var("SUREFOOT_KILLS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
-    let mut dice = Dice(seed);
-    let harms = harms(kills, stops, &mut dice);
+    let mut random = Random(seed);
+    let faults = faults(kills, stops, &mut random);
     let expected = undisturbed();
     let (mut done, mut walks) = (0, 0);
-    while done < harms.len() {
-        done += suffer(&harms[done..], &mut dice, &expected);
+    while done < faults.len() {
+        done += walk_with_faults(&faults[done..], &mut random, &expected);
         walks += 1;
         if walks % 10 == 0 {
-            println!("{walks} walks, {done} of {} harms", harms.len());
+            println!("{walks} walks, {done} of {} faults", faults.len());
         }
-        assert!(walks < 20 + 10 * harms.len(), "the walks are over before any harm is done");
+        assert!(walks < 20 + 10 * faults.len(), "the walks end before a fault is injected");
     }
     println!(
-        "seed {seed}: {walks} walks survived {kills} kills and {stops} stops: 0 chunks lost, 0 walked twice, nothing left"
+        "seed {seed}: {walks} walks survived {kills} kills and {stops} stops: 0 chunks lost, 0 executed twice, no shared memory remains"
     );
 }
 
@@ -244,7 +232,7 @@ fn walks_survive_a_few_kills_and_stops() {
 }
 
 #[test]
-#[ignore = "takes a quarter of an hour; run it by command"]
+#[ignore = "takes 15 minutes"]
 fn walks_survive_a_thousand_kills_and_two_hundred_stops() {
     survive(1000, 200);
 }

@@ -1,9 +1,9 @@
-//! The Python listener hears a running walk. Skipped where the `iceoryx2` package is missing, or
-//! fails there if `SUREFOOT_REQUIRE_ALL` is set; `SUREFOOT_PYTHON` names another interpreter, such
-//! as that of an environment which has it.
+//! The Python listener receives the messages of a running walk. Skipped without the `iceoryx2`
+//! package, or failed if `SUREFOOT_REQUIRE_ALL` is set. `SUREFOOT_PYTHON` names another
+//! interpreter.
 
-#![allow(clippy::print_stdout, reason = "a test says what it skips")]
-#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+#![allow(clippy::print_stdout, reason = "a test prints why it is skipped")]
+#![allow(clippy::unwrap_used, reason = "a command that fails unexpectedly fails the test")]
 
 #[path = "common/absent.rs"]
 mod absent;
@@ -18,8 +18,8 @@ use command::{finish, scenario, surefoot};
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::observer::Observer;
 
-/// Chunks that a listener may miss: who falls eight behind on a busy machine does, and nobody waits
-/// for it.
+/// Most chunks that the listener may miss: on a busy machine it may fall behind by more than its
+/// buffer of eight, and no process waits for it.
 const MISSED_MAX: usize = 8;
 
 #[test]
@@ -56,7 +56,7 @@ fn a_python_program_receives_the_chunks_and_the_robot_state() {
     let number = |line: &str| {
         line.strip_prefix("chunk ")?.split_once(" of plan 1, epoch 0: ")?.0.parse::<usize>().ok()
     };
-    let heard: Vec<usize> = rest.lines().filter_map(number).collect();
+    let received: Vec<usize> = rest.lines().filter_map(number).collect();
     let accepted: usize = control
         .out
         .split(" chunks walked")
@@ -69,10 +69,14 @@ fn a_python_program_receives_the_chunks_and_the_robot_state() {
         .parse()
         .unwrap();
     assert!(
-        heard.is_sorted_by(|a, b| a < b) && heard.last().is_some_and(|last| *last < accepted),
+        received.is_sorted_by(|a, b| a < b) && received.last().is_some_and(|last| *last < accepted),
         "{rest}"
     );
-    assert!(heard.len() + MISSED_MAX >= accepted, "{} of {accepted} heard: {rest}", heard.len());
+    assert!(
+        received.len() + MISSED_MAX >= accepted,
+        "{} of {accepted} received: {rest}",
+        received.len()
+    );
     let is_robot = |line: &str| {
         line.starts_with("robot at ")
             && line.contains(" s: centre of mass ")

@@ -1,6 +1,6 @@
-//! A planner and a controller that stay up, clients that ask them, and a monitor that listens.
+//! A serving planner and a serving controller, clients that send requests, and a monitor.
 
-#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+#![allow(clippy::unwrap_used, reason = "a command that fails unexpectedly fails the test")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
 #[path = "common/command.rs"]
@@ -12,7 +12,7 @@ use command::{CommandOutput, finish, run, scenario, surefoot};
 use serde_json::Value;
 use surefoot_shared_types::instance::instance::Instance;
 
-/// A pair that stays up.
+/// A serving planner and a serving controller.
 struct Pair {
     name: String,
     control: Child,
@@ -32,11 +32,11 @@ impl Pair {
         Self { name, control, plan }
     }
 
-    fn request(&self, wish: &[&str]) -> CommandOutput {
-        run(&[&["request", "--instance", &self.name], wish].concat())
+    fn request(&self, arguments: &[&str]) -> CommandOutput {
+        run(&[&["request", "--instance", &self.name], arguments].concat())
     }
 
-    /// Ends both; answers what the planner output.
+    /// Ends both; returns the output of the planner.
     fn end(self) -> String {
         for child in [&self.plan, &self.control] {
             assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
@@ -46,7 +46,7 @@ impl Pair {
         let left = Instance::attach(&self.name).err().map(|error| error.to_string());
         assert!(
             left.is_some_and(|error| error.contains("does not exist")),
-            "the instance lives on"
+            "the instance still exists"
         );
         plan.out
     }
@@ -111,18 +111,18 @@ fn clients_request_one_walk_after_the_other_and_a_monitor_receives_them() {
         received.out
     );
     let planner_output = pair.end();
-    for word in [
+    for text in [
         "plan 1.0: accepted",
         "the goal is invalid",
         "the start is invalid",
         "there is nothing to stand on",
     ] {
-        assert!(planner_output.contains(word), "'{word}' is not in: {planner_output}");
+        assert!(planner_output.contains(text), "'{text}' is not in: {planner_output}");
     }
 }
 
 #[test]
-fn a_walk_that_was_cancelled_goes_on_from_where_the_robot_stands() {
+fn after_a_cancel_the_next_walk_starts_at_the_rest_state() {
     let pair = Pair::start("cancel");
     let long =
         surefoot(&["request", "--instance", &pair.name, "--goal", "9.0,0,0,0"]).spawn().unwrap();

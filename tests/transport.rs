@@ -1,29 +1,35 @@
-//! The transport end to end: both ends in one process, on two threads, over real shared memory.
+//! The transport end to end: publisher and subscriber on two threads of one process, over shared
+//! memory.
 //!
-//! Every chunk is checked exactly once per controller, in order, whichever process is restarted and
-//! however slow the controller is; damaged chunks are refused; no shared memory is left behind.
+//! Every chunk is checked exactly once and in order, after restarts of either side and with a slow
+//! controller. Damaged chunks are refused. No shared memory remains.
 
-#![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
+#![allow(clippy::unwrap_used, reason = "a transport that cannot be opened fails the test")]
+
+#[path = "common/private_folder.rs"]
+mod private_folder;
 
 use std::fs;
-use std::os::unix::fs::PermissionsExt;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
 use bytemuck::Zeroable;
+use private_folder::private_folder;
 use surefoot_controller_sim::channel::plan_subscriber::{
     ChunkDecision, PlanSubscriber, ReceiverStats, Refusal, StreamEnd,
 };
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
-use surefoot_shared_types::instance::{Participant, random_id};
+use surefoot_shared_types::instance::participant::Participant;
+use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Check, Margins, PlanChunk, Waypoint, WithCrc};
 
-/// An instance in a folder of its own; checks at the end that no shared memory is left.
+/// An instance in a folder of its own. [`TestInstance::close`] checks that no shared memory
+/// remains.
 struct TestInstance {
     base: tempfile::TempDir,
     instance: Option<Instance>,
@@ -31,17 +37,12 @@ struct TestInstance {
 
 impl TestInstance {
     fn new() -> Self {
-        let private = fs::Permissions::from_mode(0o700);
-        let base = tempfile::Builder::new()
-            .prefix("sf-test")
-            .permissions(private)
-            .tempdir_in("/dev/shm")
-            .unwrap();
+        let base = private_folder("sf-test");
         let instance = Instance::create_in(base.path(), "transport").unwrap();
         Self { base, instance: Some(instance) }
     }
 
-    /// Another handle, as another process would get it.
+    /// Another handle on the instance, as in another process.
     fn attach(&self) -> Instance {
         Instance::attach_in(self.base.path(), "transport").unwrap()
     }
@@ -52,12 +53,8 @@ impl TestInstance {
         let segments = fs::read_dir("/dev/shm")
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap());
-        assert_eq!(
-            segments.filter(|name| name.starts_with(&prefix)).count(),
-            0,
-            "segments left behind"
-        );
-        assert!(!self.base.path().join("transport").exists(), "root left behind");
+        assert_eq!(segments.filter(|name| name.starts_with(&prefix)).count(), 0, "segments remain");
+        assert!(!self.base.path().join("transport").exists(), "the root folder remains");
     }
 }
 
@@ -76,7 +73,7 @@ fn plan(len: u64) -> Vec<PlanChunk> {
     chunks
 }
 
-/// Accepts every chunk after `time_per_chunk` and records the sequence numbers.
+/// Accepts every chunk after `time_per_chunk` and records its sequence number.
 fn accept_all(
     seen: &mut Vec<u64>,
     time_per_chunk: Duration,
@@ -91,7 +88,7 @@ fn accept_all(
     }
 }
 
-/// Repeats the last feedback until the planner has left. No further chunk is executed.
+/// Repeats the last feedback until the planner leaves. A further chunk is an error.
 fn linger(subscriber: &mut PlanSubscriber) {
     let mut check_chunk = |_: &PlanChunk, _: &mut dyn FnMut()| panic!("a chunk after the end");
     assert_eq!(
@@ -165,7 +162,7 @@ fn lost_and_delayed_feedback_loses_no_chunk() {
 }
 
 #[test]
-fn a_controller_slower_than_the_resend_time_gets_nothing_twice() {
+fn a_controller_slower_than_the_resend_time_receives_no_chunk_twice() {
     let test_instance = TestInstance::new();
     let chunks = plan(20);
     let (delivery, (_, seen, stats)) = std::thread::scope(|scope| {
@@ -180,7 +177,7 @@ fn a_controller_slower_than_the_resend_time_gets_nothing_twice() {
 }
 
 #[test]
-fn restarted_controllers_continue_where_the_robot_stands() {
+fn restarted_controllers_continue_from_the_rest_state() {
     let test_instance = TestInstance::new();
     let chunks = plan(200);
     let (delivery, runs) = std::thread::scope(|scope| {
@@ -221,7 +218,7 @@ fn restarted_controllers_continue_where_the_robot_stands() {
 }
 
 #[test]
-fn restarted_planners_continue_where_the_controller_stands() {
+fn restarted_planners_continue_from_the_acknowledged_chunk() {
     let test_instance = TestInstance::new();
     let chunks = plan(200);
     let (deliveries, (ended, seen, stats)) = std::thread::scope(|scope| {
@@ -288,7 +285,7 @@ fn a_finished_plan_is_not_executed_again_for_a_new_planner_but_another_plan_is()
 }
 
 #[test]
-fn a_refusal_ends_the_delivery_with_its_reason() {
+fn a_refusal_ends_the_delivery_and_names_its_check() {
     let test_instance = TestInstance::new();
     let chunks = plan(30);
     let (delivery, ended) = std::thread::scope(|scope| {
@@ -351,7 +348,7 @@ fn damaged_chunks_are_refused_over_shared_memory() {
 }
 
 #[test]
-fn without_a_controller_the_delivery_ends_with_its_reason() {
+fn without_a_controller_the_delivery_reports_it_lost() {
     let test_instance = TestInstance::new();
     let instance = test_instance.attach();
     let chunks = plan(3);

@@ -1,24 +1,27 @@
-//! The planner on one core and the controller on another, over a whole walk at the pace of a real
-//! robot.
+//! Planner and controller on two cores, over a walk with the timing of a real robot.
 //!
-//! Every chunk must be there before the robot needs it; what the transport adds to a verdict is put
-//! beside a raw ping-pong through shared memory in the same run. Only counts, orders and ratios are
-//! asserted. On one core the pinning is skipped.
+//! Every chunk must arrive before the robot needs it. The time of the transport is compared with a
+//! raw ping-pong through shared memory in the same run. Only counts, orders and ratios are
+//! asserted. On a machine with one core nothing is pinned.
 
 #![allow(clippy::print_stdout, reason = "a test prints its results")]
-#![allow(clippy::unwrap_used, reason = "a test ends where the transport cannot be opened")]
+#![allow(clippy::unwrap_used, reason = "a transport that cannot be opened fails the test")]
 
+#[path = "common/executor.rs"]
+mod executor;
 #[path = "../planner/tests/common/preparation.rs"]
 mod preparation;
+#[path = "common/private_folder.rs"]
+mod private_folder;
 
-use std::fs;
 use std::io::{Read, Write};
-use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use executor::executor;
 use preparation::preparation_for;
+use private_folder::private_folder;
 use surefoot::system::cores;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
@@ -27,19 +30,19 @@ use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::{Planner, Status};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::instance::instance::Instance;
-use surefoot_shared_types::instance::random_id;
-use surefoot_shared_types::message::PlanChunk;
+use surefoot_shared_types::instance::sender::random_id;
+use surefoot_shared_types::message::{Feedback, PlanChunk};
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::world::load::load_world;
 
-/// Faster than real time, so that a test is over soon: seconds of the walk in a second of the test.
-const HASTE: f64 = 4.0;
-/// What the median outside the check may be of that of two sides that sleep in the kernel between
-/// pings: with a generous factor for a machine that does other work beside.
+/// Seconds of the walk per second of the test.
+const SPEED_UP: f64 = 4.0;
+/// Largest ratio of the median time outside the check to the median round trip of two threads that
+/// block between pings. Large, for machines with other load.
 const RATIO_MAX: f64 = 100.0;
-/// Pings of the sleeping sides.
-const SLEEPY_PINGS: u64 = 200;
-/// Round trips of the ping-pong.
+/// Round trips of the blocking ping-pong.
+const BLOCKING_PINGS: u64 = 200;
+/// Round trips of the spinning ping-pong.
 const PINGS: u64 = 20_000;
 
 #[allow(clippy::disallowed_methods, reason = "this test measures time")]
@@ -47,43 +50,32 @@ fn now() -> Instant {
     Instant::now()
 }
 
-/// What the controller's side saw.
+/// The controller's measurements.
 #[derive(Default)]
 struct Log {
-    /// Seconds by which each chunk came before the robot reached its start; negative means that the
-    /// robot waited.
+    /// Time between the arrival of each chunk and its start, s; negative if the robot waited.
     ahead: Vec<f64>,
-    /// Sequence numbers in the order in which they were checked.
+    /// Sequence numbers in the order of the checks.
     order: Vec<u64>,
-    /// Seconds that each check took.
+    /// Duration of each check, s.
     check_seconds: Vec<f64>,
 }
 
-/// The robot's pace: judges a chunk when it comes, and counts when it would have been needed.
+/// Runs a controller: checks each chunk on arrival and records when the robot needs it.
 fn control(instance: &Instance, scenario: &str) -> Log {
-    let scenario = load_scenario(scenario.as_ref()).unwrap();
-    let (model, world) =
-        (load_robot(&scenario.robot_path).unwrap(), load_world(&scenario.world_path).unwrap());
     let id = random_id();
-    let identity = Identity {
-        controller_id: id,
-        robot: model.digest,
-        world: world.digest,
-        config: scenario.digest,
-    };
-    let mut executor =
-        ChunkExecutor::new(Checker::new(model, world, scenario.checker).unwrap(), identity);
+    let (mut executor, _) = executor(scenario, id);
     let mut subscriber = PlanSubscriber::open(instance, id).unwrap();
     let mut log = Log::default();
     let mut walk_began: Option<Instant> = None;
     let mut check_chunk = |chunk: &PlanChunk, heartbeat: &mut dyn FnMut()| {
-        let came = now();
-        let began = *walk_began.get_or_insert(came);
-        let needed = chunk.waypoints()[0].time / HASTE;
-        log.ahead.push(needed - came.duration_since(began).as_secs_f64());
+        let arrived = now();
+        let began = *walk_began.get_or_insert(arrived);
+        let needed = chunk.waypoints()[0].time / SPEED_UP;
+        log.ahead.push(needed - arrived.duration_since(began).as_secs_f64());
         log.order.push(chunk.sequence);
         let margins = executor.check_and_execute(chunk).unwrap();
-        log.check_seconds.push(came.elapsed().as_secs_f64());
+        log.check_seconds.push(arrived.elapsed().as_secs_f64());
         heartbeat();
         ChunkDecision::Accepted(margins, executor.stream())
     };
@@ -97,7 +89,7 @@ fn control(instance: &Instance, scenario: &str) -> Log {
     log
 }
 
-/// Plans the walk; its chunks.
+/// The chunks of a scenario's plan.
 fn plan(scenario: &str) -> Vec<PlanChunk> {
     let scenario = load_scenario(scenario.as_ref()).unwrap();
     let (model, world) =
@@ -141,9 +133,9 @@ fn ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
     })
 }
 
-/// The median round trip of a byte between two sides that sleep until it comes, as ours do while a
-/// chunk is checked, s.
-fn sleepy_ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
+/// The median round trip of a byte between two threads that block until it arrives, as planner and
+/// controller do while a chunk is checked, s.
+fn blocking_ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
     let (mut near, mut far) = UnixStream::pair().unwrap();
     std::thread::scope(|scope| {
         scope.spawn(move || {
@@ -156,7 +148,7 @@ fn sleepy_ping_pong(cores: (Option<usize>, Option<usize>)) -> f64 {
         let driver = scope.spawn(move || {
             cores::pin(cores.0);
             let mut trips: Vec<f64> = Vec::new();
-            for _ in 0..SLEEPY_PINGS {
+            for _ in 0..BLOCKING_PINGS {
                 std::thread::sleep(Duration::from_millis(2));
                 let sent = now();
                 near.write_all(&[1]).unwrap();
@@ -189,18 +181,13 @@ fn histogram(seconds: &[f64]) -> String {
         .join(", ")
 }
 
-fn walk_at_pace(name: &str) {
+fn walk_in_real_time(name: &str) {
     let scenario = format!("configs/scenarios/{name}.toml");
     let cores = cores::cores_of_roles(1);
     if cores.1.is_none() {
         println!("one core: nothing is pinned");
     }
-    let private = fs::Permissions::from_mode(0o700);
-    let base = tempfile::Builder::new()
-        .prefix("sf-two")
-        .permissions(private)
-        .tempdir_in("/dev/shm")
-        .unwrap();
+    let base = private_folder("sf-two");
     let instance = Instance::create_in(base.path(), "two").unwrap();
     let chunks = plan(&scenario);
     let (log, verdicts) = std::thread::scope(|scope| {
@@ -211,12 +198,12 @@ fn walk_at_pace(name: &str) {
         let planner = scope.spawn(|| {
             cores::pin(cores.0);
             let mut sender = PlanPublisher::open(&instance, random_id()).unwrap();
-            // One on its way at a time: the time between two verdicts is then a publication, a
-            // judgement and an answer.
+            // One chunk at a time, so that the time between two verdicts is one publication, one
+            // check and one feedback.
             sender.set_window_chunks(1);
             let mut verdicts = Vec::new();
             let mut received = (0, now());
-            let mut note = |feedback: &surefoot_shared_types::message::Feedback| {
+            let mut note = |feedback: &Feedback| {
                 if feedback.next_sequence > received.0 {
                     verdicts.push(received.1.elapsed().as_secs_f64());
                     received = (feedback.next_sequence, now());
@@ -233,8 +220,8 @@ fn walk_at_pace(name: &str) {
         (controller.join().unwrap(), planner.join().unwrap())
     });
     assert_eq!(log.order, (0..chunks.len() as u64).collect::<Vec<_>>());
-    let starved = log.ahead.iter().skip(1).filter(|ahead| **ahead < 0.0).count();
-    assert_eq!(starved, 0, "{name}: the robot waited for {starved} chunks: {:?}", log.ahead);
+    let late = log.ahead.iter().skip(1).filter(|ahead| **ahead < 0.0).count();
+    assert_eq!(late, 0, "{name}: the robot waited for {late} chunks: {:?}", log.ahead);
     assert_eq!(verdicts.len(), chunks.len());
     let mut overhead: Vec<f64> = verdicts
         .iter()
@@ -242,25 +229,25 @@ fn walk_at_pace(name: &str) {
         .skip(1)
         .map(|(verdict, checked)| verdict - checked)
         .collect();
-    let (raw, sleepy) = (ping_pong(cores), sleepy_ping_pong(cores));
+    let (raw, blocking) = (ping_pong(cores), blocking_ping_pong(cores));
     println!("{name}: publication to verdict: {}", histogram(&verdicts[1..]));
-    println!("{name}: of it outside the check: {}", histogram(&overhead));
+    println!("{name}: outside the check: {}", histogram(&overhead));
     let median = median(&mut overhead);
     println!(
-        "{name}: median outside the check {:.1} us: {:.1} times a spinning ping-pong, {:.1} times a sleeping one",
+        "{name}: median outside the check {:.1} us: {:.1} times a spinning ping-pong, {:.1} times a blocking one",
         1e6 * median,
         median / raw,
-        median / sleepy
+        median / blocking
     );
-    assert!(median < RATIO_MAX * sleepy, "{name}: {median} s against {sleepy} s");
+    assert!(median < RATIO_MAX * blocking, "{name}: {median} s against {blocking} s");
 }
 
 #[test]
-fn flat_walk_never_starves_the_robot() {
-    walk_at_pace("flat_walk");
+fn the_robot_never_waits_on_flat_walk() {
+    walk_in_real_time("flat_walk");
 }
 
 #[test]
-fn stepping_stones_never_starve_the_robot() {
-    walk_at_pace("stepping_stones");
+fn the_robot_never_waits_on_stepping_stones() {
+    walk_in_real_time("stepping_stones");
 }

@@ -1,5 +1,5 @@
-//! What a peer needs to work on the same problem: the robot's names, the pairs of links not
-//! checked, and the weight shift.
+//! The problem description for the peers: the robot's names, its unchecked pairs of links, and the
+//! weight shift.
 
 use serde_json::{Value, json};
 use surefoot_planner::robot::configuration::Configuration;

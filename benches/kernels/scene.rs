@@ -1,5 +1,4 @@
-//! What the kernels work on: a robot standing at a scenario's start, one step it can take, and the
-//! world about it.
+//! The scene of the kernels: a robot at a scenario's start, one step from there, and the world.
 
 use std::path::Path;
 
@@ -23,9 +22,9 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
-/// How long the step is, m.
+/// Length of the step, m.
 const STEP: f64 = 0.25;
-/// The seed of all draws.
+/// The seed of all random streams.
 pub const SEED: u64 = 1;
 /// Attempts at each transition of the step.
 const ATTEMPTS: u64 = 200;
@@ -39,9 +38,9 @@ pub fn shipped(name: &str) -> Inputs {
     .unwrap()
 }
 
-/// The inputs with so many boxes about the start that the world holds `count` shapes, none in the
-/// robot's way, all within its reach.
-pub fn crowded(mut inputs: Inputs, count: usize) -> Inputs {
+/// The inputs with boxes around the start, so that the world holds `count` shapes. All are within
+/// the robot's reach and none collides with it.
+pub fn cluttered(mut inputs: Inputs, count: usize) -> Inputs {
     let middle = inputs.scenario.start.position;
     for index in inputs.world.shapes.len()..count {
         let angle = std::f64::consts::TAU * index as f64 / count as f64;
@@ -57,7 +56,7 @@ pub fn crowded(mut inputs: Inputs, count: usize) -> Inputs {
     inputs
 }
 
-/// A robot at a start.
+/// A robot at the start of a scenario.
 pub struct Scene {
     pub model: RobotModel,
     pub world: World,
@@ -91,7 +90,7 @@ impl Scene {
         &self.end.state.configuration
     }
 
-    /// A step of the left foot ahead, if the ground there carries.
+    /// A step of the left foot forward, if the ground supports it.
     pub fn step(&mut self) -> Option<Step> {
         let [left, right] = self.end.footholds.clone();
         let mut ahead = left.world_from_sole;
@@ -114,7 +113,7 @@ impl Scene {
     }
 }
 
-/// A step: all weight on the left foot, all on the right, and the left foot set down ahead.
+/// A step: weight on the left foot, weight on the right foot, left foot placed ahead.
 pub struct Step {
     pub left: Foothold,
     pub right: Foothold,
@@ -122,12 +121,12 @@ pub struct Step {
 }
 
 impl Step {
-    /// Bringing the weight from the left foot to the right.
+    /// The weight shift from the left foot to the right.
     pub fn shift(&self) -> SingleModeProblem {
         self.problem(double_mode(&self.left, &self.right), 0)
     }
 
-    /// Swinging the left foot ahead.
+    /// The swing of the left foot.
     pub fn swing(&self) -> SingleModeProblem {
         self.problem(single_mode(&self.right), 1)
     }

@@ -6,9 +6,9 @@ use std::time::Instant;
 use serde::Serialize;
 use surefoot::commands::bench::statistics::Summary;
 
-/// Batches, of which the median and the fastest are reported.
+/// Batches of a measurement.
 const BATCHES: usize = 41;
-/// What a batch should take at least, s: much more than reading the clock takes.
+/// Shortest duration of a batch, s; much longer than reading the clock.
 const BATCH_SECONDS: f64 = 2e-3;
 /// Most calls of a batch.
 const CALLS_MAX: usize = 1 << 20;
@@ -26,22 +26,22 @@ pub struct Kernel {
     pub median_ns: f64,
     /// Nanoseconds per call: the fastest batch.
     pub best_ns: f64,
-    /// Seconds per call, of the batches.
+    /// Seconds per call: mean, standard deviation and percentiles over the batches.
     pub mean_seconds: f64,
     pub std_seconds: f64,
     pub p50_seconds: f64,
     pub p95_seconds: f64,
     pub max_seconds: f64,
-    /// Work units of the search per call, where a call is one or more of them.
+    /// Work units per call, if a call counts as work.
     pub mean_work: Option<f64>,
-    /// Good results per second, where not every call has one.
+    /// Valid results per second, if not every call has one.
     pub per_second: Option<f64>,
-    /// What there is besides, such as how many calls succeed.
+    /// A remark, such as the share of valid results.
     pub note: String,
 }
 
-/// Times a function that is told which call it is, counting from 0 in each batch, and answers the
-/// work it spent.
+/// Times a function. Its argument is the index of the call in its batch; its result is the work of
+/// the call.
 pub fn time(name: impl Into<String>, mut call: impl FnMut(usize) -> u64) -> Kernel {
     let mut batch = |calls: usize| {
         let begin = Instant::now();

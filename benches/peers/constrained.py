@@ -1,4 +1,6 @@
-"""The peer of single-mode planning: OMPL's RRTConnect on its constrained state spaces, with Pinocchio's constraints and Coal's collisions.
+"""The peer of single-mode planning: OMPL's RRTConnect on constrained state spaces.
+
+Constraints by Pinocchio, collisions by Coal.
 
 The problem is Surefoot's weight shift in double support: from one configuration to another, both soles fixed, the centre of mass inside the
 support polygon, joints within limits, nothing colliding. A state is the root's position and rotation vector, then the joints.

@@ -1,6 +1,8 @@
-"""Surefoot beside Pinocchio, Coal and OMPL in one run: same robot, same scene, same configurations. Prints times, ratios and versions.
+"""Compares Surefoot with Pinocchio, Coal and OMPL in one run.
 
-All times are the fastest of some batches. A ratio above 1 says how many times faster Surefoot is. What the peers leave out is said beside each line.
+Robot, scene and configurations are the same. Prints times, ratios and versions. All times are the
+fastest of some batches. A ratio above 1 is the factor by which Surefoot is faster. A note in each
+line names the work that a peer leaves out.
 """
 
 import argparse
@@ -22,12 +24,13 @@ from robot import Robot
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 SCENARIOS = ("ibeam_gap", "stepping_stones", "cinder_blocks")
-# Surefoot lifts stance feet by this much before it tests them; the peers are given configurations raised by it, m.
+# Surefoot lifts stance feet by this height before a collision test; the peers receive
+# configurations raised by it, m.
 LIFT = 0.0015
 
 
 def cargo(*arguments):
-    """Runs one of Surefoot's own measurements and reads its JSON."""
+    """The JSON output of one of Surefoot's measurements."""
     result = subprocess.run(["cargo", *arguments], cwd=ROOT, stdout=subprocess.PIPE, text=True)
     if result.returncode not in (0, 3):
         raise SystemExit(2)
@@ -35,7 +38,7 @@ def cargo(*arguments):
 
 
 def best_seconds(call, batches=21):
-    """The least time of a call, s: what a busy machine distorts least."""
+    """The shortest time of a call, s: the one least affected by other load."""
     call()
     times = []
     for _ in range(batches):
@@ -74,7 +77,7 @@ def kinematics(report, ours, robot, configuration):
     forward = each(lambda: pin.forwardKinematics(model, data, q)) - empty
     both = each(lambda: pin.centerOfMass(model, data, q, False)) - empty
     note = "each call crosses from Python to C++"
-    both_ours = ours["snapshot: forward kinematics, centre of mass"]["best_ns"] * 1e-9
+    both_ours = ours["kinematic state: forward kinematics, centre of mass"]["best_ns"] * 1e-9
     report.add("forward kinematics and centre of mass", both_ours, "Pinocchio centerOfMass(q)", both, note)
     report.add("the same", both_ours, "Pinocchio forwardKinematics alone", forward, note)
 

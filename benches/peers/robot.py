@@ -1,4 +1,4 @@
-"""A robot and its scene for Pinocchio and Coal, built from what Surefoot says of the same problem."""
+"""A robot and its scene for Pinocchio and Coal, built from Surefoot's description of the same problem."""
 
 import os
 import xml.etree.ElementTree as xml

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Measures Surefoot beside Pinocchio, Coal and OMPL: run.sh [--robot ROBOT.toml]. Sets its Python environment up on first use (PyPI).
+# Compares Surefoot with Pinocchio, Coal and OMPL: run.sh [--robot ROBOT.toml].
+# Installs its Python environment on first use (PyPI).
 # Exit: 0 all measured and agreed, 1 a disagreement, 2 it could not run.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)

@@ -1,4 +1,6 @@
-"""The peer of stance sampling: random root and free joints, legs by damped least squares with Pinocchio, collision by Coal.
+"""The peer of posture sampling: random root and free joints.
+
+Legs by damped least squares with Pinocchio, collisions by Coal.
 
 The draws are those of Surefoot's uniform transition samples: root turned up to 0.6 rad about the vertical, 0.25 about the
 forward and 0.3 about the sideways axis, free joints up to 0.5 rad from standing, the centre of mass over one foot.

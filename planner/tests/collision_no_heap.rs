@@ -1,11 +1,11 @@
 //! Queries of the collision model allocate no memory. The test is alone in its file because the
 //! allocator counts for the whole process.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+#[path = "common/allocations.rs"]
+mod allocations;
 
 use glam::{DQuat, DVec3};
+use std::path::Path;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::{CollisionModel, FootPhase, Hit};
 use surefoot_planner::robot::configuration::Configuration;
@@ -16,27 +16,6 @@ use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
-
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: every call is passed unchanged to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: the caller meets the same requirements.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller meets the same requirements.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// A world with one shape of each kind around the robot, and a mesh of 20 000 triangles below it.
 fn world_of_every_shape() -> World {
@@ -96,7 +75,7 @@ fn queries_allocate_no_memory() {
     let mut q = mechanism.standing_q;
     let mut world_hits = vec![0; 6];
     let (mut self_hits, mut free, mut foot_hits) = (0, 0, 0);
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let before = allocations::count();
     for sample in 0..5_000 {
         let mut random = Random::new(1, Stream::Preparation, 3, sample);
         for (value, joint) in q.iter_mut().zip(&robot.joints) {
@@ -124,7 +103,7 @@ fn queries_allocate_no_memory() {
         );
         assert!(model.motion_bound(&kinematic_state, &kinematic_state) < 1e-9);
     }
-    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before, "queries allocated");
+    assert_eq!(allocations::count(), before, "queries allocated");
     assert!(
         world_hits.iter().all(|&count| count > 0) && self_hits > 0 && free > 0 && foot_hits > 0,
         "{world_hits:?} {self_hits} {free} {foot_hits}"

@@ -2,36 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends where its world does not compile")]
 
+#[path = "common/allocations.rs"]
+mod allocations;
 mod foot_placement_worlds;
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use foot_placement_worlds::*;
 use surefoot_planner::foot_placement::{
     FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, Surfaces,
 };
-
-struct Counting;
-
-static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
-
-// SAFETY: every call is passed on to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promises are passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// One test only: others running beside it would be counted too.
 #[test]
@@ -41,7 +19,7 @@ fn queries_do_not_allocate_and_count_what_they_drop() {
     for (i, shapes) in worlds.into_iter().enumerate() {
         let surfaces = surfaces(shapes);
         let mut scratch = Scratch::new(surfaces.config());
-        let before = ALLOCATIONS.load(Ordering::Relaxed);
+        let before = allocations::count();
         for object in 0..20 {
             let ideal = turned(0.05 * object as f64, 0.1, 0.2, 0.3 * object as f64);
             let limits = SampleLimits { sampled_max: 500, ..SampleLimits::default() };
@@ -49,7 +27,7 @@ fn queries_do_not_allocate_and_count_what_they_drop() {
             surfaces.propose(&mut scratch, &query, &mut |_| true);
             let _either_way = surfaces.support(&mut scratch, &polygon, &ideal);
         }
-        assert_eq!(ALLOCATIONS.load(Ordering::Relaxed) - before, 0, "world {i}");
+        assert_eq!(allocations::count() - before, 0, "world {i}");
     }
     a_small_scratch_counts_what_it_drops();
 }
@@ -65,8 +43,8 @@ fn a_small_scratch_counts_what_it_drops() {
     let surfaces = Surfaces::new(&world(ibeams()), config.clone()).unwrap();
     let mut scratch = Scratch::new(&config);
     let polygon = sole();
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let before = allocations::count();
     surfaces.propose(&mut scratch, &query(&polygon, at(0.0, 0.0, 0.2)), &mut |_| true);
-    assert_eq!(ALLOCATIONS.load(Ordering::Relaxed), before);
+    assert_eq!(allocations::count(), before);
     assert!(scratch.dropped() > 0);
 }

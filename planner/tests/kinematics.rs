@@ -3,9 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 mod common;
+#[path = "common/pinocchio.rs"]
+mod pinocchio;
 
-use common::{Hinge, chain_robot, hinge, hubo, random_positions, repository, with_split_hip};
+use common::{Hinge, chain_robot, hinge, hubo, random_positions, with_split_hip};
 use glam::{DQuat, DVec3};
+use pinocchio::{numbers, reference};
 use serde_json::Value;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::kinematics::leg::LegError;
@@ -23,10 +26,6 @@ const X: [f64; 3] = [1.0, 0.0, 0.0];
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
 const Z: [f64; 3] = [0.0, 0.0, 1.0];
 const ORIGIN: [f64; 3] = [0.0; 3];
-
-fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
-}
 
 fn vector(value: &Value) -> DVec3 {
     DVec3::from_slice(&numbers(value))
@@ -90,9 +89,7 @@ fn within_limits(leg: &Leg, q: &[f64]) -> bool {
 
 #[test]
 fn link_poses_and_the_centre_of_mass_agree_with_pinocchio() {
-    let text =
-        std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
-    let data: Value = serde_json::from_str(&text).unwrap();
+    let data = reference();
     let model = hubo();
     let kinematics = Kinematics::new(&model);
     assert!((kinematics.mass() - data["mass"].as_f64().unwrap()).abs() < 1e-9);

@@ -6,51 +6,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
+#[path = "common/allocations.rs"]
+mod allocations;
 mod common;
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{Case, WALKS, run};
 use surefoot_planner::Outcome;
 use surefoot_planner::pipeline::outcome::Bound;
-
-struct Counting;
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-fn count_allocation() {
-    ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-}
-
-// SAFETY: every call is passed unchanged to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count_allocation();
-        // SAFETY: the caller meets the same requirements.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count_allocation();
-        // SAFETY: the caller meets the same requirements.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count_allocation();
-        // SAFETY: the caller meets the same requirements.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller meets the same requirements.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// A rough mesh and, in an optimised build, a course of several segments.
 const OTHER_WALKS: &[&str] =
@@ -58,9 +20,9 @@ const OTHER_WALKS: &[&str] =
 
 /// Allocations of all threads while `search` runs.
 fn allocations_of<T>(search: impl FnOnce() -> T) -> (usize, T) {
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    let before = allocations::count();
     let result = search();
-    (ALLOCATIONS.load(Ordering::Relaxed) - before, result)
+    (allocations::count() - before, result)
 }
 
 /// Number of threads of this process.

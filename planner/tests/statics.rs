@@ -3,10 +3,12 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 mod common;
+#[path = "common/pinocchio.rs"]
+mod pinocchio;
 
-use common::{hubo, random_positions, repository};
+use common::{hubo, random_positions};
 use glam::{DQuat, DVec2, DVec3};
-use serde_json::Value;
+use pinocchio::{numbers, reference};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::geometry::convex_region::ConvexRegion;
 use surefoot_planner::kinematics::Kinematics;
@@ -23,10 +25,6 @@ use surefoot_shared_types::base::spatial::rotation_from_rpy;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::{JointKind, RobotModel};
 use surefoot_shared_types::world::world::GRAVITY;
-
-fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
-}
 
 fn poses_of(kinematics: &Kinematics, world_from_root: &Pose, q: &[f64]) -> Vec<Pose> {
     let mut poses = vec![Pose::IDENTITY; LINKS_MAX];
@@ -54,9 +52,7 @@ fn torques_of(model: &RobotModel, poses: &[Pose], loads: &[FootLoad; 2]) -> Vec<
 
 #[test]
 fn torques_in_single_support_agree_with_pinocchio() {
-    let text =
-        std::fs::read_to_string(repository().join("tests/data/pinocchio_hubo.json")).unwrap();
-    let data: Value = serde_json::from_str(&text).unwrap();
+    let data = reference();
     let model = hubo();
     let kinematics = Kinematics::new(&model);
     let names: Vec<&str> =

@@ -1,8 +1,9 @@
-//! Data that Surefoot's processes share.
+//! The data that Surefoot's processes share: robots, worlds, scenarios, plan files, messages and
+//! the shared memory that carries them. It plans nothing and checks nothing.
 //!
-//! Data, parsing and message layouts; no planning and no checking. `robot`, `scene`
-//! and `config` each turn a raw file into a validated value; `plan_file` is the exported plan
-//! (`biped-plan/1`); `message` is what crosses shared memory.
+//! [`robot`], [`world`] and [`config`] turn files into validated values. [`plan_file`] reads and
+//! writes exported plans (`biped-plan/1`). [`message`] holds the layouts in shared memory, and
+//! [`instance`] the shared memory itself.
 
 pub mod base;
 pub mod config;

@@ -1,4 +1,4 @@
-//! Plan files: what is written comes back, and what is broken is refused.
+//! Plan files: a saved plan loads unchanged, an invalid one is refused.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
 
@@ -70,7 +70,7 @@ fn plan(folder: &Folder) -> PlanFile {
 }
 
 #[test]
-fn chunks_become_waypoints_and_phases_that_tile() {
+fn chunks_become_waypoints_and_consecutive_phases() {
     let plan = plan(&Folder::new());
     assert_eq!(
         plan.waypoints.iter().map(|waypoint| waypoint.t).collect::<Vec<_>>(),
@@ -81,14 +81,13 @@ fn chunks_become_waypoints_and_phases_that_tile() {
     assert_eq!(phases, [("double", 0, 5), ("left", 5, 8), ("double", 8, 8), ("right", 8, 9)]);
     assert_eq!(plan.robot.urdf, "../stilts.urdf");
     assert_eq!(plan.joint_names, ["left_hip", "right_hip"]);
-    assert!(
-        matches!(&plan.start, EndBlock::Feet { soles, tol } if soles["left"].xyz == [0.0, 0.1, 0.0] && *tol == 2e-3)
-    );
+    let EndBlock::Feet { soles, tol } = &plan.start else { panic!("{:?}", plan.start) };
+    assert_eq!((soles["left"].xyz, *tol), ([0.0, 0.1, 0.0], 2e-3));
     assert!(matches!(&plan.goal, EndBlock::Feet { tol, .. } if *tol == 0.10));
 }
 
 #[test]
-fn a_saved_plan_comes_back_bit_for_bit() {
+fn a_saved_plan_loads_bit_for_bit() {
     let folder = Folder::new();
     let plan = plan(&folder);
     let path = folder.path("plans/plan.json");
@@ -102,7 +101,7 @@ fn a_saved_plan_comes_back_bit_for_bit() {
 }
 
 #[test]
-fn a_plan_carries_its_robot_and_world() {
+fn a_plan_holds_its_robot_and_world() {
     let folder = Folder::new();
     let plan = plan(&folder);
     let (plans, path) = (folder.path("plans"), folder.path("plans/plan.json"));
@@ -119,7 +118,7 @@ fn a_plan_carries_its_robot_and_world() {
 }
 
 #[test]
-fn a_plan_carries_which_meshes_are_taken_as_they_are() {
+fn a_plan_names_the_links_with_exact_meshes() {
     let folder = Folder::new();
     assert!(plan(&folder).robot.exact_meshes.is_empty());
     folder.write("robot.toml", format!("exact_meshes = [\"right_foot\"]\n{ROBOT}").as_bytes());
@@ -129,7 +128,7 @@ fn a_plan_carries_which_meshes_are_taken_as_they_are() {
 }
 
 #[test]
-fn joint_names_may_come_in_any_order_but_must_be_the_robots() {
+fn joint_names_may_have_any_order_but_must_be_the_robots() {
     let folder = Folder::new();
     let robot = load_robot(&folder.path("robot.toml")).unwrap();
     let mut plan = plan(&folder);
@@ -165,8 +164,7 @@ fn an_impossible_plan_or_path_is_not_saved() {
     assert!(!path.exists());
 }
 
-/// Loads the good plan with the value at a JSON pointer replaced; `Null` removes nothing, it is
-/// written as null.
+/// Loads the valid plan with the value at a JSON pointer replaced. `Null` is written as null.
 fn load_with(pointer: &str, value: Value) -> Result<PlanFile, InputError> {
     let folder = Folder::new();
     let mut json = serde_json::to_value(plan(&folder)).unwrap();
@@ -176,7 +174,7 @@ fn load_with(pointer: &str, value: Value) -> Result<PlanFile, InputError> {
 }
 
 #[test]
-fn broken_plans_are_refused() {
+fn invalid_plans_are_refused() {
     for (pointer, value, complaint) in [
         ("/schema", json!("biped-plan/2"), "only 'biped-plan/1'"),
         ("/scene/mu", json!(1e7), "scene: mu"),
@@ -220,7 +218,7 @@ fn broken_plans_are_refused() {
 }
 
 #[test]
-fn no_damage_panics() {
+fn damaged_plans_cause_no_panic() {
     let folder = Folder::new();
     let text = serde_json::to_string(&plan(&folder)).unwrap();
     check_no_panic("plan.json", text.as_bytes(), |folder: &Path| {

@@ -1,5 +1,5 @@
-//! Robots from outside the project load as they are. They live beside the repository; without them
-//! there is nothing to test, with or without `SUREFOOT_REQUIRE_ALL`: a clone has none.
+//! Robots of other projects load unchanged. Their files lie beside the repository. Without them the
+//! tests pass, also with `SUREFOOT_REQUIRE_ALL`: a clone does not have them.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! World and scenario files: good ones load as they say, every broken one gives one clear error.
+//! World and scenario files: a valid file loads as written, an invalid one gives one error line.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
 
@@ -23,7 +23,7 @@ fn scenario(folder: &Path) -> Result<Scenario, InputError> {
 }
 
 #[test]
-fn a_good_world_loads_as_written() {
+fn a_valid_world_loads_as_written() {
     let folder = Folder::new();
     let world = world(&folder.path("")).unwrap();
     assert_eq!(world.mu, 0.6);
@@ -63,7 +63,7 @@ fn the_world_digest_covers_file_and_meshes() {
 }
 
 #[test]
-fn broken_worlds_are_refused() {
+fn invalid_worlds_are_refused() {
     let points = "points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]";
     let ball = "sphere = { radius = 0.1 }";
     let cases = [
@@ -169,7 +169,7 @@ fn broken_worlds_are_refused() {
 }
 
 #[test]
-fn a_good_scenario_loads_as_written() {
+fn a_valid_scenario_loads_as_written() {
     let folder = Folder::new();
     let scenario = scenario(&folder.path("")).unwrap();
     assert_eq!((scenario.name.as_str(), scenario.seed), ("scenario", 7));
@@ -185,7 +185,7 @@ fn a_good_scenario_loads_as_written() {
 }
 
 #[test]
-fn the_scenario_digest_ignores_names_and_sees_numbers() {
+fn the_scenario_digest_covers_numbers_and_not_names() {
     let digest = |from: &str, to: &str| {
         let folder = Folder::new();
         assert!(SCENARIO.contains(from));
@@ -206,7 +206,7 @@ fn the_scenario_digest_ignores_names_and_sees_numbers() {
 }
 
 #[test]
-fn broken_scenarios_are_refused() {
+fn invalid_scenarios_are_refused() {
     let work = "work_max = 1000";
     let cases = [
         Spoiling { from: "robot = \"robot.toml\"", to: "", complaint: &["scenario.toml", "robot"] },
@@ -338,7 +338,7 @@ fn broken_scenarios_are_refused() {
 }
 
 #[test]
-fn no_damage_panics() {
+fn damaged_files_cause_no_panic() {
     check_no_panic("world.toml", WORLD.as_bytes(), world);
     check_no_panic("scenario.toml", SCENARIO.as_bytes(), scenario);
     check_no_panic("meshes/foot.obj", FOOT_OBJ.as_bytes(), world);

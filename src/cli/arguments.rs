@@ -1,4 +1,4 @@
-//! What the command line offers.
+//! The commands and their options, except those of `surefoot bench`.
 
 use std::path::PathBuf;
 
@@ -7,16 +7,13 @@ use surefoot_shared_types::NUMBER_MAX;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 
 use crate::cli::bench_arguments::BenchArguments;
-use crate::system::cores::default_threads;
+use crate::system::cores::{THREADS_MAX, default_threads};
 
-/// The fastest simulated time, in real times.
+/// Largest rate of simulated time, in multiples of real time.
 const RATE_MAX: f64 = 1e6;
-/// Most planner threads.
-pub const THREADS_MAX: i64 = 256;
-/// How often a plan is made again where the world turns out to be another, by default:
-/// for as many differences as a controller can report.
+/// Default of the number of replans: the most differences that a controller can report.
 const REPLANS_MAX: u32 = CORRECTIONS_MAX as u32;
-/// How often a killed process is started again, by default.
+/// Default of the number of restarts.
 const RESTARTS_MAX: u32 = 8;
 /// The package's version and the commit that it is built from (`build.rs`).
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SUREFOOT_COMMIT"), ")");
@@ -30,27 +27,27 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (", env!("SUREFOOT_CO
     after_help = "Exit codes: 0 done; 2 bad input or environment; 3 no plan within the budget; 4 refused by the controller's checks; 128 and the signal's number when interrupted."
 )]
 pub struct Arguments {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// What to do.
+/// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Plan a walk in one process and have it checked and walked by another
+    /// Plan a walk in one process; check it and execute it in another
     Walk(WalkArguments),
-    /// Plan a walk; with an instance, also deliver it to the controller that listens there
+    /// Plan a walk; with --instance, also deliver it to that instance's controller
     Plan(PlanArguments),
-    /// Listen for a plan in an instance, check it and walk it
+    /// Receive a plan in an instance, check it and execute it
     Control(ControlArguments),
-    /// Ask a planner that stays up for a walk, or for its end
+    /// Request a walk from a planner that serves, or cancel one
     Request(RequestArguments),
-    /// Listen to a planner and its controller, and print their messages
+    /// Print the messages of a planner and its controller
     Monitor(MonitorArguments),
-    /// Make what is made once per robot, so that no walk has to wait for it
+    /// Prepare a robot once, so that no walk has to wait for it
     Prepare(PrepareArguments),
-    /// Make the controller's checks on an exported plan
+    /// Run the controller's checks on an exported plan
     Check(CheckArguments),
     /// Measure on this machine
     Bench(BenchArguments),
@@ -67,12 +64,12 @@ pub struct WalkArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub outputs: OutputArguments,
-    /// How often a process that was killed is started again, both counted together
+    /// Most restarts of processes that were killed, of both together
     #[arg(long, value_name = "N", default_value_t = RESTARTS_MAX)]
     pub restarts_max: u32,
     /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
     /// by name
-    #[arg(long, value_name = "WORLD")]
+    #[arg(long, alias = "truth", value_name = "WORLD")]
     pub ground_truth: Option<PathBuf>,
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
     /// publish the state of the robot
@@ -96,7 +93,7 @@ pub struct PlanArguments {
     /// Deliver the plan to the controller in this instance
     #[arg(long, value_name = "NAME")]
     pub instance: Option<String>,
-    /// Stay up, and plan what `surefoot request` asks for
+    /// Keep running, and plan what `surefoot request` asks for
     #[arg(long, requires = "instance")]
     pub serve: bool,
     #[command(flatten)]
@@ -107,17 +104,17 @@ pub struct PlanArguments {
 /// `surefoot control`.
 #[derive(Debug, Args)]
 pub struct ControlArguments {
-    /// The scenario that the plan must be made for
+    /// The scenario of the plan
     pub scenario: PathBuf,
-    /// The seed that the plan must be made with, in place of the scenario's
+    /// The seed of the plan, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Where to listen
+    /// The instance to receive plans in
     #[arg(long, value_name = "NAME")]
     pub instance: String,
     /// The actual world in which the robot walks, if it is not the scenario's; shapes are matched
     /// by name
-    #[arg(long, value_name = "WORLD")]
+    #[arg(long, alias = "truth", value_name = "WORLD")]
     pub ground_truth: Option<PathBuf>,
     /// Walk in simulated time, this many times as fast as real time (0: as fast as possible), and
     /// publish the state of the robot
@@ -127,7 +124,7 @@ pub struct ControlArguments {
     /// this seed determines
     #[arg(long, value_name = "SEED")]
     pub disturb: Option<u64>,
-    /// Stay up for further plans until a signal comes
+    /// Keep running for further plans until a signal comes
     #[arg(long)]
     pub serve: bool,
     #[command(flatten)]
@@ -139,36 +136,48 @@ pub struct ControlArguments {
 #[derive(Debug, Args)]
 #[command(group = clap::ArgGroup::new("request").required(true).args(["goal", "cancel", "replan"]))]
 pub struct RequestArguments {
-    /// Where the planner stays up
+    /// The instance of the planner that serves
     #[arg(long, value_name = "NAME")]
     pub instance: String,
-    /// Walk there: the middle between both soles (m) and the heading (rad)
+    /// The goal: point midway between both soles (m) and heading (rad)
     #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = stance)]
     pub goal: Option<StanceArgument>,
-    /// Walk from there, and not from where the robot stands
-    #[arg(long, value_name = "X,Y,Z,YAW", allow_hyphen_values = true, value_parser = stance, requires = "goal")]
+    /// The start, instead of the robot's rest state
+    #[arg(
+        long,
+        value_name = "X,Y,Z,YAW",
+        allow_hyphen_values = true,
+        value_parser = stance,
+        requires = "goal"
+    )]
     pub start: Option<StanceArgument>,
     /// Lateral distance between the soles, m
-    #[arg(long, value_name = "M", default_value_t = 0.2, allow_hyphen_values = true, value_parser = positive)]
+    #[arg(
+        long,
+        value_name = "M",
+        default_value_t = 0.2,
+        allow_hyphen_values = true,
+        value_parser = positive
+    )]
     pub stance_width: f64,
-    /// Cancel what is planned or walked now
+    /// Cancel the current request
     #[arg(long)]
     pub cancel: bool,
-    /// Plan again to the goal that was asked for last
+    /// Plan again to the goal of the last request
     #[arg(long)]
     pub replan: bool,
     /// The seed of the search
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Work units that the search may use; 0 means as many as the scenario allows
+    /// Work limit of the search, units; 0: the scenario's
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub work_max: u64,
 }
 
-/// A stance as the command line names it.
+/// A stance on the command line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StanceArgument {
-    /// The middle between both, m.
+    /// Point midway between both soles, m.
     pub position: [f64; 3],
     /// The heading, rad.
     pub yaw: f64,
@@ -196,13 +205,13 @@ fn positive(text: &str) -> Result<f64, String> {
 /// `surefoot monitor`.
 #[derive(Debug, Args)]
 pub struct MonitorArguments {
-    /// The instance to listen to [default: the only one that is running]
+    /// The instance to monitor [default: the only one that runs]
     #[arg(long, value_name = "NAME")]
     pub instance: Option<String>,
     /// Print one JSON object a line
     #[arg(long)]
     pub json: bool,
-    /// Stop after so many seconds
+    /// Stop after this many seconds
     #[arg(long, value_name = "S", value_parser = positive)]
     pub seconds: Option<f64>,
 }
@@ -236,22 +245,21 @@ pub struct DoctorArguments {
     pub scenario: Option<PathBuf>,
 }
 
-/// What to search for, and how.
+/// The inputs of a search.
 #[derive(Debug, Args)]
 pub struct SearchArguments {
-    /// Robot, world, start, goal and budget
+    /// The file that names robot, world, start, goal and work limit
     pub scenario: PathBuf,
-    /// The seed, in place of the scenario's
+    /// The seed of the search, instead of the scenario's
     #[arg(long, value_name = "N")]
     pub seed: Option<u64>,
-    /// Planner threads, without influence on the plan [default: 2, or the cores there are]
+    /// Planner threads; the plan does not depend on them [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
-    /// How often the rest of the way is planned again where the world turns out to be another
+    /// Most replans after the controller encountered a world that differs
     #[arg(long, value_name = "N", default_value_t = REPLANS_MAX)]
     pub replans_max: u32,
-    /// Keep all of the planner's memory from being paged out; a warning where the system does not
-    /// permit it
+    /// Lock the planner's memory, so that it is not paged out; warns if the system refuses
     #[arg(long)]
     pub lock_memory: bool,
 }
@@ -263,13 +271,13 @@ impl SearchArguments {
     }
 }
 
-/// What to leave behind.
+/// The files that a command writes.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
     /// Write the plan as a biped-plan/1 file
     #[arg(long, value_name = "PLAN.json")]
     pub export: Option<PathBuf>,
-    /// Draw the walk: still (.png) or moving (.apng)
+    /// Draw the walk: still (.png) or animated (.apng)
     #[arg(long, value_name = "OUT.png|OUT.apng")]
     pub picture: Option<PathBuf>,
     /// Write a report
@@ -280,13 +288,13 @@ pub struct OutputArguments {
     pub quiet: bool,
 }
 
-/// How a supervisor runs a role.
+/// Options that a supervisor passes to a role's process.
 #[derive(Debug, Clone, Args)]
 pub struct RoleArguments {
     /// Run on this core
     #[arg(long, hide = true, value_name = "N")]
     pub core: Option<usize>,
-    /// Report in JSON lines on stdout, and end with the process that reads them
+    /// Report events as JSON lines on stdout, and end with the parent process
     #[arg(long, hide = true)]
     pub report_lines: bool,
 }

@@ -1,39 +1,36 @@
-//! What `surefoot bench` offers.
+//! The options of `surefoot bench`.
 
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::cli::arguments::THREADS_MAX;
-use crate::commands::bench::footholds::footholds_bench::FootholdsArguments;
-use crate::commands::bench::ipc::IpcArguments;
-use crate::system::cores::default_threads;
+use crate::system::cores::{THREADS_MAX, default_threads};
 
 /// `surefoot bench`.
 #[derive(Debug, Args)]
 pub struct BenchArguments {
-    /// What to measure
+    /// The bench to run
     #[command(subcommand)]
     pub bench: BenchCommand,
 }
 
-/// What can be measured.
+/// The benches.
 #[derive(Debug, Subcommand)]
 pub enum BenchCommand {
-    /// Tables 4.1 and 4.2 of the thesis beside our own times
+    /// Our planning times beside tables 4.1 and 4.2 of the thesis
     Thesis(ThesisArguments),
-    /// Planning time against the time of checking the plan once
+    /// Planning time against the time of checking the plan once, its lower bound
     LowerBound(LowerBoundArguments),
-    /// How long planning again takes after the controller refused a chunk
+    /// Time of planning again after the controller refused a chunk
     Replan(ReplanArguments),
-    /// How long the planner's steps take when a control loop gives it little work at a time
+    /// Times of the planner's steps inside a control loop, with little work per step
     Steps(StepsArguments),
-    /// How cost grows with longer courses and larger worlds
+    /// Growth of the cost with longer scenarios and larger worlds
     Scale(ScaleArguments),
-    /// Real chunks over our transport beside raw memory, a socket and plain iceoryx2
+    /// Chunks over our transport beside raw memory, a socket and plain iceoryx2
     Ipc(IpcArguments),
-    /// How often foot placement sampling succeeds: figure 4.10 of the thesis, and further features
+    /// Success rates of foot placement sampling: figure 4.10 of the thesis, and further features
     Footholds(FootholdsArguments),
 }
 
@@ -41,7 +38,12 @@ pub enum BenchCommand {
 #[derive(Debug, Args)]
 pub struct ThesisArguments {
     /// Searches per scenario, with the seeds 1, 2, 3 and so on
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 100,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -49,13 +51,13 @@ pub struct ThesisArguments {
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub threads: ThreadArguments,
-    /// Have every plan verified by the controller's checks, outside the measured time
+    /// Run the controller's checks on every plan, outside the measured time
     #[arg(long)]
     pub check: bool,
-    /// Keep the results in this folder, and take up there again after an interruption
+    /// Keep the results in this folder, and continue from them after an interruption
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Forget the results that the folder holds
+    /// Delete the results in the folder first
     #[arg(long, requires = "out")]
     pub fresh: bool,
     /// Print JSON
@@ -67,7 +69,12 @@ pub struct ThesisArguments {
 #[derive(Debug, Args)]
 pub struct LowerBoundArguments {
     /// Searches per scenario, with the seeds 1, 2, 3 and so on
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 10,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -84,10 +91,20 @@ pub struct LowerBoundArguments {
 #[derive(Debug, Args)]
 pub struct ReplanArguments {
     /// Plans per scenario, with the seeds 1, 2, 3 and so on
-    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 25,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
     pub trials: u64,
     /// Refusals of each plan, spread over its length
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=1_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 4,
+        value_parser = clap::value_parser!(u64).range(1..=1_000)
+    )]
     pub refusals: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
@@ -109,8 +126,13 @@ pub struct StepsArguments {
     /// Run on this core [default: the last]
     #[arg(long, value_name = "N")]
     pub core: Option<usize>,
-    /// Microseconds that a step shall take
-    #[arg(long, value_name = "US", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    /// Intended duration of a step, microseconds
+    #[arg(
+        long,
+        value_name = "US",
+        default_value_t = 1000,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
     pub step: u32,
     /// Print JSON
     #[arg(long)]
@@ -123,19 +145,36 @@ pub struct ScaleArguments {
     /// Only this part
     #[arg(long)]
     pub part: Option<ScalePart>,
-    /// Copies of the course
-    #[arg(long, value_name = "N,..", value_delimiter = ',', default_values_t = [1, 2, 4, 8], value_parser = clap::value_parser!(u64).range(1..=1000))]
+    /// Numbers of copies of the gauntlet
+    #[arg(
+        long,
+        value_name = "N,..",
+        value_delimiter = ',',
+        default_values_t = [1, 2, 4, 8],
+        value_parser = clap::value_parser!(u64).range(1..=1000)
+    )]
     pub gauntlets: Vec<u64>,
-    /// Triangles of the world
-    #[arg(long, value_name = "N,..", value_delimiter = ',', default_values_t = [10_000, 100_000, 1_000_000], value_parser = clap::value_parser!(u64).range(10_000..=100_000_000))]
+    /// Numbers of triangles of the world
+    #[arg(
+        long,
+        value_name = "N,..",
+        value_delimiter = ',',
+        default_values_t = [10_000, 100_000, 1_000_000],
+        value_parser = clap::value_parser!(u64).range(10_000..=100_000_000)
+    )]
     pub triangles: Vec<u64>,
     /// Searches per size, with the seeds 1, 2, 3 and so on
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 5,
+        value_parser = clap::value_parser!(u64).range(1..=1_000_000)
+    )]
     pub trials: u64,
     #[command(flatten)]
     #[allow(missing_docs, reason = "the field's type says it")]
     pub threads: ThreadArguments,
-    /// Where the gauntlets are, and flat_walk, whose robot walks over the meshes
+    /// The folder of the gauntlets, and of flat_walk, whose robot walks over the meshes
     #[arg(long, value_name = "DIR", default_value = "configs/scenarios")]
     pub configs: PathBuf,
     /// Write scale.json and a plot of each part into this folder
@@ -149,28 +188,72 @@ pub struct ScaleArguments {
 /// A part of `surefoot bench scale`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ScalePart {
-    /// Longer courses
+    /// Longer scenarios
     Gauntlet,
     /// Larger worlds
     Terrain,
 }
 
-/// Which scenarios to run.
+/// `surefoot bench footholds`.
+#[derive(Debug, Args)]
+pub struct FootholdsArguments {
+    /// Queries per world
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
+    pub queries: u32,
+    /// The seed of all queries
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// The robot whose sole is placed
+    #[arg(long, value_name = "ROBOT.toml", default_value = "configs/robots/hubo/robot.toml")]
+    pub robot: PathBuf,
+    /// The folder of the worlds
+    #[arg(long, value_name = "DIR", default_value = "configs/worlds")]
+    pub worlds: PathBuf,
+    /// Write footholds.csv and footholds.svg into this folder
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot bench ipc`.
+#[derive(Debug, Args)]
+pub struct IpcArguments {
+    /// Round trips of each transport
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 20_000,
+        value_parser = clap::value_parser!(u32).range(100..=10_000_000)
+    )]
+    pub rounds: u32,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The scenarios to run.
 #[derive(Debug, Clone, Args)]
 pub struct ScenarioArguments {
     /// Only this scenario, by its name or its file; may be given several times
     /// [default: all that belong to the bench]
     #[arg(long = "scenario", value_name = "NAME")]
     pub scenarios: Vec<String>,
-    /// Where scenarios given by name are
+    /// The folder of scenarios given by name
     #[arg(long, value_name = "DIR", default_value = "configs/scenarios")]
     pub configs: PathBuf,
 }
 
-/// How many threads plan.
+/// The number of planner threads.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadArguments {
-    /// Planner threads [default: 2, or the cores there are]
+    /// Planner threads [default: 2, or 1 on one core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=THREADS_MAX))]
     pub threads: Option<u16>,
 }

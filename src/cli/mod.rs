@@ -1,4 +1,4 @@
-//! cli.
+//! The command line: commands, options and their limits.
 
 pub mod arguments;
 pub mod bench_arguments;

@@ -1,5 +1,5 @@
-//! `surefoot control`: checks and walks the plan that arrives in an instance. Also the controller
-//! process of a walk.
+//! `surefoot control`: checks the plan that arrives in an instance and executes it. Also the
+//! controller process of a walk.
 
 pub mod chunk_handler;
 
@@ -11,7 +11,7 @@ use surefoot_controller_sim::channel::plan_subscriber::{PlanSubscriber, StreamEn
 use surefoot_controller_sim::{
     Checker, CheckerError, ChunkExecutor, Disturbance, GroundTruth, Identity,
 };
-use surefoot_shared_types::instance::random_id;
+use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
@@ -26,87 +26,119 @@ use crate::report::event::{CheckSummary, Refusal, RoleEvent};
 use crate::report::reporter::Reporter;
 use crate::system::signals;
 
-/// How long the last feedback is repeated for a planner that stays connected, at most.
+/// Longest time that the last feedback is repeated for a planner that stays connected.
 const LINGER_TIME_MAX: Duration = Duration::from_secs(10);
 
 /// Runs the command.
 ///
 /// # Errors
-/// When an input cannot be used, the transport fails, or a signal comes.
+/// An input cannot be used, the transport fails, or a signal comes.
 pub fn run(arguments: &ControlArguments) -> Result<CommandOutcome, CommandError> {
     prepare_process(&arguments.role);
-    let Inputs { scenario, model, world } = Inputs::load(&arguments.scenario, arguments.seed)?;
-    let mut reporter = Reporter::new(arguments.role.report_lines, false);
-    let id = random_id();
-    let identity = Identity {
-        controller_id: id,
-        robot: model.digest,
-        world: world.digest,
-        config: scenario.digest,
-    };
-    let (ground_truth, world) = actual_world(arguments, &model, world)?;
-    let checker = Checker::new(model, world, scenario.checker)?;
-    let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
-    let executor = match subscriber.taken_over() {
-        Some(feedback) => ChunkExecutor::take_over(checker, identity, feedback),
-        None => ChunkExecutor::new(checker, identity),
-    };
-    let simulated = arguments.rate.map(|rate| Simulated::new(&subscriber, id, rate)).transpose()?;
-    let mut handler = ChunkHandler::new(
-        executor,
-        ground_truth,
-        arguments.disturb.map(Disturbance::new),
-        simulated,
-    );
-    if let Some(feedback) = subscriber.taken_over() {
-        handler.mark_reported(feedback.corrections());
-    }
-    if let Some(seed) = arguments.disturb {
-        subscriber.inject_faults(seed);
-    }
-    reporter.emit(&RoleEvent::ControllerReady)?;
-    let keep_going = || signals::raised().is_none();
-    let mut ended = match subscriber.stream_end() {
-        Some(ended) => ended,
-        None => {
-            subscriber.run(&mut |chunk, heartbeat| handler.handle(chunk, heartbeat), &keep_going)?
-        }
-    };
-    // A supervisor ends this process; until then a restarted planner may connect.
-    let linger_max = (!arguments.role.report_lines && !arguments.serve).then_some(LINGER_TIME_MAX);
-    loop {
-        let refusal = match ended {
-            StreamEnd::Finished => None,
-            StreamEnd::Refused(chunk) => Some(Refusal::of(chunk, handler.detail().to_owned())),
-            StreamEnd::PlannerLeft => {
-                reporter
-                    .emit(&RoleEvent::Holding { accepted: subscriber.feedback().next_sequence })?;
-                ended = subscriber
-                    .run(&mut |chunk, heartbeat| handler.handle(chunk, heartbeat), &keep_going)?;
-                continue;
-            }
-            StreamEnd::Stopped => {
-                return Err(CommandError::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)));
-            }
+    let mut controller = Controller::open(arguments)?;
+    controller.reporter.emit(&RoleEvent::ControllerReady)?;
+    controller.run()
+}
+
+/// A controller that is connected to an instance.
+struct Controller {
+    subscriber: PlanSubscriber,
+    handler: ChunkHandler,
+    reporter: Reporter,
+    /// How long the controller stays after a plan; without limit if `None`.
+    linger_max: Option<Duration>,
+}
+
+impl Controller {
+    fn open(arguments: &ControlArguments) -> Result<Self, CommandError> {
+        let Inputs { scenario, model, world } = Inputs::load(&arguments.scenario, arguments.seed)?;
+        let id = random_id();
+        let identity = Identity {
+            controller_id: id,
+            robot: model.digest,
+            world: world.digest,
+            config: scenario.digest,
         };
-        handler.error()?;
-        let checked = handler.summary(subscriber.stats().duplicates, refusal);
-        reporter.emit(&RoleEvent::Checked(checked.clone()))?;
-        reporter.print(|| summary(&checked));
-        match subscriber.linger(
-            &mut |chunk, heartbeat| handler.handle(chunk, heartbeat),
-            linger_max,
-            &keep_going,
-        )? {
-            Some(next) => ended = next,
-            None => {
-                return Ok(if checked.refusal.is_some() {
-                    CommandOutcome::Refused
-                } else {
-                    CommandOutcome::Done
-                });
+        let (ground_truth, world) = actual_world(arguments, &model, world)?;
+        let checker = Checker::new(model, world, scenario.checker)?;
+        let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
+        let executor = match subscriber.taken_over() {
+            Some(feedback) => ChunkExecutor::take_over(checker, identity, feedback),
+            None => ChunkExecutor::new(checker, identity),
+        };
+        let simulated =
+            arguments.rate.map(|rate| Simulated::new(&subscriber, id, rate)).transpose()?;
+        let disturbance = arguments.disturb.map(Disturbance::new);
+        let mut handler = ChunkHandler::new(executor, ground_truth, disturbance, simulated);
+        if let Some(feedback) = subscriber.taken_over() {
+            handler.mark_reported(feedback.corrections());
+        }
+        if let Some(seed) = arguments.disturb {
+            subscriber.inject_faults(seed);
+        }
+        // A supervisor ends this process; until then a restarted planner may connect.
+        let stays = arguments.role.report_lines || arguments.serve;
+        let reporter = Reporter::new(arguments.role.report_lines, false);
+        Ok(Self { subscriber, handler, reporter, linger_max: (!stays).then_some(LINGER_TIME_MAX) })
+    }
+
+    /// Receives, checks and executes plans until the time to linger is over or a signal comes.
+    fn run(&mut self) -> Result<CommandOutcome, CommandError> {
+        let mut ended = match self.subscriber.stream_end() {
+            Some(ended) => ended,
+            None => self.receive()?,
+        };
+        loop {
+            let refusal = match ended {
+                StreamEnd::Finished => None,
+                StreamEnd::Refused(chunk) => {
+                    Some(Refusal::of(chunk, self.handler.detail().to_owned()))
+                }
+                StreamEnd::PlannerLeft => {
+                    let accepted = self.subscriber.feedback().next_sequence;
+                    self.reporter.emit(&RoleEvent::Holding { accepted })?;
+                    ended = self.receive()?;
+                    continue;
+                }
+                StreamEnd::Stopped => return Err(CommandError::interrupted()),
+            };
+            let is_refused = refusal.is_some();
+            self.report(refusal)?;
+            match self.linger()? {
+                Some(next) => ended = next,
+                None if is_refused => return Ok(CommandOutcome::Refused),
+                None => return Ok(CommandOutcome::Done),
             }
         }
+    }
+
+    /// Receives chunks until their stream ends.
+    fn receive(&mut self) -> Result<StreamEnd, CommandError> {
+        let handler = &mut self.handler;
+        Ok(self
+            .subscriber
+            .run(&mut |chunk, heartbeat| handler.handle(chunk, heartbeat), &|| {
+                signals::raised().is_none()
+            })?)
+    }
+
+    /// Repeats the last feedback. Returns the end of the next stream, if another one comes.
+    fn linger(&mut self) -> Result<Option<StreamEnd>, CommandError> {
+        let handler = &mut self.handler;
+        Ok(self.subscriber.linger(
+            &mut |chunk, heartbeat| handler.handle(chunk, heartbeat),
+            self.linger_max,
+            &|| signals::raised().is_none(),
+        )?)
+    }
+
+    /// Reports the summary of a plan.
+    fn report(&mut self, refusal: Option<Refusal>) -> Result<(), CommandError> {
+        self.handler.error()?;
+        let checked = self.handler.summary(self.subscriber.stats().duplicates, refusal);
+        self.reporter.emit(&RoleEvent::Checked(checked.clone()))?;
+        self.reporter.print(|| summary(&checked));
+        Ok(())
     }
 }
 
@@ -125,7 +157,7 @@ fn actual_world(
 
 fn summary(checked: &CheckSummary) -> String {
     let so_far = format!(
-        "{} chunks walked and accepted; margins: {}",
+        "{} chunks accepted and executed; margins: {}",
         checked.accepted,
         checked.margins.describe()
     );

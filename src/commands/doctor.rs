@@ -1,5 +1,6 @@
-//! `surefoot doctor`: whether this machine can run a walk, and what to do where it cannot.
+//! `surefoot doctor`: whether this machine can run a walk, and what to change if it cannot.
 
+mod finding;
 mod machine;
 mod round_trip;
 
@@ -10,46 +11,10 @@ use surefoot_planner::Planner;
 use surefoot_shared_types::instance::instance::Instance;
 
 use crate::cli::arguments::DoctorArguments;
+use crate::commands::doctor::finding::Finding;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::{cores, terminal};
-
-/// Something found out.
-#[derive(Debug, Clone, PartialEq, Eq)]
-struct Finding {
-    grade: Grade,
-    text: String,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Grade {
-    Good,
-    Advice,
-    Missing,
-}
-
-impl Finding {
-    fn good(text: impl Into<String>) -> Self {
-        Self { grade: Grade::Good, text: text.into() }
-    }
-
-    fn advice(text: impl Into<String>) -> Self {
-        Self { grade: Grade::Advice, text: text.into() }
-    }
-
-    fn missing(text: impl Into<String>) -> Self {
-        Self { grade: Grade::Missing, text: text.into() }
-    }
-
-    fn line(&self) -> String {
-        let label = match self.grade {
-            Grade::Good => "good",
-            Grade::Advice => "advice",
-            Grade::Missing => "MISSING",
-        };
-        format!("{label:<8} {}", self.text)
-    }
-}
 
 /// Runs the command.
 ///
@@ -58,7 +23,7 @@ impl Finding {
 pub fn run(arguments: &DoctorArguments) -> Result<CommandOutcome, CommandError> {
     let mut missing = 0;
     let mut show = |findings: Vec<Finding>| {
-        missing += findings.iter().filter(|finding| finding.grade == Grade::Missing).count();
+        missing += findings.iter().filter(|finding| finding.is_missing()).count();
         findings.iter().for_each(|finding| terminal::print_result(&finding.line()));
     };
     show(machine::shared_memory());
@@ -81,7 +46,7 @@ fn transport() -> Vec<Finding> {
         Ok(instance) => instance,
         Err(error) => return vec![Finding::missing(format!("instance: {error}"))],
     };
-    let root = Finding::good(format!("instance: {} is ours alone", instance.root().display()));
+    let root = Finding::good(format!("instance: {} is private", instance.root().display()));
     let chunks = match round_trip::run(&instance) {
         Ok(round_trip) => Finding::good(format!("iceoryx2: {round_trip}")),
         Err(reason) => Finding::missing(format!("iceoryx2: {reason}")),
@@ -132,13 +97,13 @@ fn on_one_foot(inputs: &Inputs, planner: &Planner) -> Finding {
     };
     let (joint, percent) = (&inputs.model.joints[joint].name, 100.0 * postures[limb].effort_use);
     let asked = format!(
-        "robot: '{robot}' on '{foot}' alone needs {percent:.0} % of what '{joint}' may give"
+        "robot: '{robot}' on '{foot}' alone needs {percent:.0} % of the effort limit of '{joint}'"
     );
     if percent <= 100.0 {
         return Finding::good(asked);
     }
     let share = inputs.scenario.planner.effort_share;
     Finding::advice(format!(
-        "{asked}: hardly any walk will be found; planner.effort_share is {share} of its effort, which the URDF gives"
+        "{asked}: few walks can be found; planner.effort_share allows {share} of the URDF's limit"
     ))
 }

@@ -1,8 +1,9 @@
-//! commands.
+//! The commands, one file or folder each, and the dispatcher that runs them.
 
 pub mod bench;
 pub mod check;
 pub mod control;
+pub mod dispatch;
 pub mod doctor;
 pub mod monitor;
 pub mod plan;

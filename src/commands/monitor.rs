@@ -16,17 +16,17 @@ use crate::system::{signals, terminal};
 
 use crate::commands::monitor::statistics::{MonitorEvent, MonitorStats};
 
-/// Time between two looks; short enough that no reader's buffer overflows at the rates of a walk.
+/// Time between two polls. It is short enough that no reader's buffer overflows during a walk.
 const POLL_INTERVAL: Duration = Duration::from_micros(500);
 /// Time between two summaries, s.
 const SUMMARY_SECONDS: f64 = 1.0;
-/// An instance without messages for this long is over, s.
+/// An instance without messages for this long has ended, s.
 const SILENCE_SECONDS_MAX: f64 = 5.0;
 
 /// Runs the command.
 ///
 /// # Errors
-/// When there is no such instance, the transport fails, or a signal comes.
+/// There is no such instance, the transport fails, or a signal comes.
 pub fn run(arguments: &MonitorArguments) -> Result<CommandOutcome, CommandError> {
     signals::install();
     let name = match &arguments.instance {
@@ -34,49 +34,82 @@ pub fn run(arguments: &MonitorArguments) -> Result<CommandOutcome, CommandError>
         None => only_instance(&Instance::running()?)?,
     };
     let observer = Observer::open(&Instance::attach(&name)?)?;
-    let print = |event: &MonitorEvent| {
-        terminal::print_result(&if arguments.json { event.json() } else { event.line() })
-    };
-    let mut stats = MonitorStats::default();
-    let watch = Stopwatch::start();
-    let (mut received_at, mut summed_up_at) = (0.0, 0.0);
-    loop {
-        let now = watch.seconds();
+    let mut monitor =
+        Monitor { observer, json: arguments.json, stats: MonitorStats::default(), summary_at: 0.0 };
+    monitor.run(arguments.seconds.unwrap_or(f64::INFINITY))
+}
+
+struct Monitor {
+    observer: Observer,
+    /// Whether events are printed as JSON.
+    json: bool,
+    stats: MonitorStats,
+    /// Time of the last summary, s.
+    summary_at: f64,
+}
+
+impl Monitor {
+    /// Prints messages until the instance is silent, `seconds` have passed, or a signal comes.
+    fn run(&mut self, seconds: f64) -> Result<CommandOutcome, CommandError> {
+        let watch = Stopwatch::start();
+        let mut received_at = 0.0;
+        loop {
+            let now = watch.seconds();
+            if self.receive(now)? {
+                received_at = now;
+            }
+            let is_silent =
+                self.observer.publisher_count() == 0 || now - received_at > SILENCE_SECONDS_MAX;
+            if (is_silent && self.stats.has_received()) || now >= seconds {
+                self.print_summary(now);
+                return Ok(CommandOutcome::Done);
+            }
+            if let Some(signal) = signals::raised() {
+                self.print_summary(now);
+                return Err(CommandError::Interrupted(signal));
+            }
+            if now - self.summary_at >= SUMMARY_SECONDS {
+                self.print_summary(now);
+            }
+            std::thread::sleep(POLL_INTERVAL);
+        }
+    }
+
+    /// Reads all new messages. Returns whether there was one.
+    fn receive(&mut self, now: f64) -> Result<bool, CommandError> {
         let mut received = false;
-        while let Some(chunk) = observer.chunk()? {
+        while let Some(chunk) = self.observer.chunk()? {
             received = true;
-            stats.record_chunk(&chunk, now).iter().for_each(print);
+            let events = self.stats.record_chunk(&chunk, now);
+            self.print(&events);
         }
-        while let Some(feedback) = observer.feedback()? {
+        while let Some(feedback) = self.observer.feedback()? {
             received = true;
-            stats.record_feedback(&feedback, now).iter().for_each(print);
+            let events = self.stats.record_feedback(&feedback, now);
+            self.print(&events);
         }
-        while let Some(state) = observer.state()? {
+        while let Some(state) = self.observer.state()? {
             received = true;
-            stats.record_state(&state);
+            self.stats.record_state(&state);
         }
-        while let Some(status) = observer.status()? {
+        while let Some(status) = self.observer.status()? {
             received = true;
-            stats.record_status(&status, now).iter().for_each(print);
+            let event = self.stats.record_status(&status, now);
+            self.print(event.as_slice());
         }
-        if received {
-            received_at = now;
+        Ok(received)
+    }
+
+    fn print_summary(&mut self, now: f64) {
+        let summary = self.stats.summary(now, now - self.summary_at);
+        self.summary_at = now;
+        self.print(&[summary]);
+    }
+
+    fn print(&self, events: &[MonitorEvent]) {
+        for event in events {
+            terminal::print_result(&if self.json { event.json() } else { event.line() });
         }
-        let over = observer.publisher_count() == 0 || now - received_at > SILENCE_SECONDS_MAX;
-        if (over && stats.has_received()) || arguments.seconds.is_some_and(|seconds| now >= seconds)
-        {
-            print(&stats.summary(now, now - summed_up_at));
-            return Ok(CommandOutcome::Done);
-        }
-        if let Some(signal) = signals::raised() {
-            print(&stats.summary(now, now - summed_up_at));
-            return Err(CommandError::Interrupted(signal));
-        }
-        if now - summed_up_at >= SUMMARY_SECONDS {
-            print(&stats.summary(now, now - summed_up_at));
-            summed_up_at = now;
-        }
-        std::thread::sleep(POLL_INTERVAL);
     }
 }
 
@@ -84,10 +117,10 @@ fn only_instance(running: &[String]) -> Result<String, CommandError> {
     match running {
         [name] => Ok(name.clone()),
         [] => Err(CommandError::Usage(
-            "no pair is running; start one, or name its instance with --instance".into(),
+            "no instance is running; start one, or name it with --instance".into(),
         )),
         several => Err(CommandError::Usage(format!(
-            "several pairs are running; choose one with --instance: {}",
+            "several instances are running; choose one with --instance: {}",
             several.join(", ")
         ))),
     }

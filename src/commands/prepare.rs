@@ -1,4 +1,4 @@
-//! `surefoot prepare`: makes what is made once per robot, so that no walk has to wait for it.
+//! `surefoot prepare`: prepares a robot once, so that no walk has to wait for it.
 
 use surefoot_planner::preparation::build::Preparation;
 use surefoot_planner::primitives::Gait;
@@ -13,7 +13,7 @@ use crate::system::terminal;
 /// Runs the command.
 ///
 /// # Errors
-/// When the robot cannot be used.
+/// The robot cannot be used.
 pub fn run(arguments: &PrepareArguments) -> Result<CommandOutcome, CommandError> {
     let model = load_robot(&arguments.robot)?;
     let prepared = obtain(&model, &PlannerConfig::default(), arguments.quiet)?;

@@ -1,9 +1,10 @@
-//! `surefoot request`: sends a request to a planner that stays up, and reports its result.
+//! `surefoot request`: sends a request to a planner that serves, and prints its result.
 
 use bytemuck::Zeroable;
 use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::participant::Participant;
 use surefoot_shared_types::instance::requests::RequestClient;
-use surefoot_shared_types::instance::{Participant, random_id};
+use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::request::StancePoseData;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
@@ -14,7 +15,7 @@ use crate::system::{signals, terminal};
 
 /// Longest time until a planner acknowledges a request, s.
 const ACKNOWLEDGE_SECONDS_MAX: f64 = 10.0;
-/// Time between two looks at the status.
+/// Time between two polls of the status.
 const POLL_INTERVAL: std::time::Duration = std::time::Duration::from_millis(2);
 /// Time after which a request without acknowledgement is repeated, s.
 const REPEAT_SECONDS: f64 = 0.02;
@@ -115,16 +116,16 @@ fn command_outcome(
         Some(RequestState::Refused) => Ok(CommandOutcome::Refused),
         Some(RequestState::ControllerLost) => Err(CommandError::ControllerLost),
         Some(RequestState::Cancelled) => {
-            Err(CommandError::Usage("somebody asked for something else meanwhile".into()))
+            Err(CommandError::Usage("another client's request replaced this one".into()))
         }
         Some(RequestState::StartInvalid) => Err(CommandError::Usage(
-            "the robot cannot stand at the start; the planner says why".into(),
+            "the start stance is invalid; the planner's output gives the reason".into(),
         )),
         Some(RequestState::GoalInvalid) => Err(CommandError::Usage(
-            "the robot cannot stand at the goal; the planner says why".into(),
+            "the goal stance is invalid; the planner's output gives the reason".into(),
         )),
         _ => Err(CommandError::Usage(
-            "the request makes no sense, or it is not known where the robot stands".into(),
+            "the request is invalid, or the robot's rest state is unknown".into(),
         )),
     }
 }

@@ -27,7 +27,7 @@ pub fn run(
     emit: &mut dyn FnMut(&RoleEvent) -> Result<(), CommandError>,
 ) -> Result<Planned, CommandError> {
     let ended = run_until(planner, work_max, emit, &mut || false)?;
-    ended.ok_or_else(|| CommandError::Interrupted(signals::raised().unwrap_or(libc::SIGTERM)))
+    ended.ok_or_else(|| CommandError::interrupted())
 }
 
 /// Like [`run`], but nothing once a signal asks for the end, or `is_over` says so between two

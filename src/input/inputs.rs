@@ -1,4 +1,4 @@
-//! What a run is about: scenario, robot and world.
+//! The inputs of a run: scenario, robot and world.
 
 use std::path::Path;
 
@@ -13,8 +13,9 @@ use surefoot_shared_types::world::world::World;
 
 use crate::input::preparation_cache;
 use crate::report::command_error::CommandError;
+use crate::report::run_report::RunNames;
 
-/// A scenario with all that it names.
+/// A scenario with its robot and its world.
 #[derive(Debug, Clone)]
 pub struct Inputs {
     /// The scenario.
@@ -26,10 +27,10 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Loads a scenario, its robot and its world; `seed` takes the place of the scenario's own.
+    /// Loads a scenario, its robot and its world; `seed` replaces the scenario's.
     ///
     /// # Errors
-    /// When one of the files cannot be used.
+    /// One of the files cannot be used.
     pub fn load(path: &Path, seed: Option<u64>) -> Result<Self, InputError> {
         let scenario = load_scenario(path)?;
         let scenario = match seed {
@@ -41,11 +42,22 @@ impl Inputs {
         Ok(Self { scenario, model, world })
     }
 
-    /// What is prepared for the robot, from the cache or made now; `quiet` shows no progress.
+    /// The robot's preparation, from the cache or built now. `quiet` shows no progress.
     ///
     /// # Errors
-    /// When the robot is none that the planner can move.
+    /// The planner cannot move the robot.
     pub fn preparation(&self, quiet: bool) -> Result<Preparation<'static>, CommandError> {
         Ok(preparation_cache::obtain(&self.model, &self.scenario.planner, quiet)?.preparation)
+    }
+
+    /// The names of the inputs in reports.
+    pub fn names(&self) -> RunNames {
+        let world = self.scenario.world_path.file_stem();
+        RunNames {
+            scenario: self.scenario.name.clone(),
+            robot: self.model.name.clone(),
+            world: world.map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
+            seed: self.scenario.seed,
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! input.
+//! The files that commands read, write and cache.
 
 pub mod inputs;
 pub mod output_files;

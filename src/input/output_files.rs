@@ -1,4 +1,5 @@
-//! The files that a run leaves behind: checked before it begins, complete or not at all.
+//! The files that a run writes. Their paths are checked before the run; each is written completely or
+//! not at all.
 
 use std::fs::Permissions;
 use std::io::Write;
@@ -14,11 +15,11 @@ use crate::picture::PictureScene;
 use crate::picture::render::{check_extension, render};
 use crate::report::command_error::CommandError;
 
-/// Checks that every file asked for can be written, so that a long run need not fail at its end.
+/// Checks that every requested file can be written, so that a long run does not fail at its end.
 ///
 /// # Errors
-/// When a folder is missing or cannot be written to, a name is a folder's, a device's or a link's,
-/// two names are one, or a picture's extension is unknown.
+/// A folder is missing or cannot be written to, a path is a folder, a device or a link, two paths
+/// are equal, or a picture's extension is unknown.
 pub fn check(outputs: &OutputArguments) -> Result<(), CommandError> {
     if let Some(picture) = &outputs.picture {
         check_extension(picture)?;
@@ -29,7 +30,7 @@ pub fn check(outputs: &OutputArguments) -> Result<(), CommandError> {
     check_distinct(&paths)
 }
 
-/// Refuses two paths of one file, of which the later would replace the earlier.
+/// Refuses two paths of the same file.
 fn check_distinct(paths: &[&PathBuf]) -> Result<(), CommandError> {
     let location = |path: &Path| {
         (folder_of(path).canonicalize().ok(), path.file_name().map(std::ffi::OsStr::to_owned))
@@ -39,7 +40,7 @@ fn check_distinct(paths: &[&PathBuf]) -> Result<(), CommandError> {
     };
     match (0..paths.len()).find(is_repeated) {
         Some(index) => {
-            Err(unwritable(paths[index], "two outputs have this name; give each its own"))
+            Err(unwritable(paths[index], "two outputs have this path; use different paths"))
         }
         None => Ok(()),
     }
@@ -48,7 +49,7 @@ fn check_distinct(paths: &[&PathBuf]) -> Result<(), CommandError> {
 /// Draws a plan.
 ///
 /// # Errors
-/// When the plan cannot be drawn or the file cannot be written.
+/// The plan cannot be drawn or the file cannot be written.
 pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), CommandError> {
     let scene = PictureScene::new(&inputs.model, &inputs.world, plan)?;
     Ok(render(&scene, path)?)
@@ -57,7 +58,7 @@ pub fn draw(inputs: &Inputs, plan: &PlanFile, path: &Path) -> Result<(), Command
 /// Checks that files can be written into a folder.
 ///
 /// # Errors
-/// When it is missing or cannot be written to.
+/// It is missing or cannot be written to.
 pub fn check_folder(folder: &Path) -> Result<(), CommandError> {
     if !folder.is_dir() {
         return Err(unwritable(folder, "the folder does not exist; create it first"));
@@ -68,7 +69,7 @@ pub fn check_folder(folder: &Path) -> Result<(), CommandError> {
 /// Writes a text file.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// The file cannot be written.
 pub fn write_text(text: &str, path: &Path) -> Result<(), CommandError> {
     let failed = |error: std::io::Error| unwritable(path, &error.to_string());
     let mut file = temporary_beside(path).map_err(failed)?;
@@ -79,14 +80,14 @@ pub fn write_text(text: &str, path: &Path) -> Result<(), CommandError> {
 /// Writes a value as a JSON file.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// The file cannot be written.
 pub fn write_json(value: &impl Serialize, path: &Path) -> Result<(), CommandError> {
     let text = serde_json::to_string_pretty(value)
         .map_err(|error| unwritable(path, &error.to_string()))?;
     write_text(&format!("{text}\n"), path)
 }
 
-/// The folder that a file stands in.
+/// The folder of a file.
 pub fn folder_of(path: &Path) -> PathBuf {
     path.parent()
         .filter(|folder| !folder.as_os_str().is_empty())
@@ -101,10 +102,7 @@ fn check_path(path: &Path) -> Result<(), CommandError> {
         return Err(unwritable(path, "its folder does not exist; create it first"));
     }
     if std::fs::symlink_metadata(path).is_ok_and(|there| !there.is_file()) {
-        return Err(unwritable(
-            path,
-            "what has this name is no ordinary file; choose another name",
-        ));
+        return Err(unwritable(path, "it exists and is not a regular file; choose another name"));
     }
     temporary_beside(path)
         .map(drop)

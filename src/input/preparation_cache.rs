@@ -1,6 +1,6 @@
-//! Where the preparation of a robot comes from: a file of the user's cache, or made now and kept
-//! there. The cache is only ever a convenience: what is damaged in it is made again, and where
-//! nothing can be kept a line says so.
+//! Preparations of robots, read from the user's cache or built and saved there.
+//!
+//! A damaged file is built again. If nothing can be saved, a warning is printed.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -23,46 +23,45 @@ use crate::system::terminal;
 /// Steps of the progress bar.
 const BAR_STEPS: f64 = 1000.0;
 
-/// A preparation, for as long as the program runs.
+/// A preparation that lives as long as the program.
 #[derive(Debug, Clone)]
 pub struct Prepared {
-    /// What was prepared.
+    /// The preparation.
     pub preparation: Preparation<'static>,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
     bytes: &'static [u8],
 }
 
-/// Where a preparation comes from.
+/// The origin of a preparation.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Origin {
     /// A file of the cache.
     Cached(PathBuf),
-    /// Made just now.
+    /// Built now.
     Built {
-        /// How long it took, s.
+        /// Time it took, s.
         seconds: f64,
-        /// Where it is kept, if anywhere.
+        /// The file that holds it, if it could be saved.
         saved: Option<PathBuf>,
     },
 }
 
 impl Prepared {
-    /// All of it as bytes.
+    /// The preparation as bytes.
     pub fn bytes(&self) -> &'static [u8] {
         self.bytes
     }
 }
 
-/// What this process has obtained so far, by what it was made from.
+/// The preparations that this process has obtained, by the digest of their inputs.
 static OBTAINED: Mutex<BTreeMap<Digest, Prepared>> = Mutex::new(BTreeMap::new());
 
-/// The preparation of a robot, from the cache or else made now, once in a process. It stays in
-/// memory until the program ends: whoever plans needs it to the last. `quiet` shows no progress and
-/// no warning.
+/// The preparation of a robot, from the cache or built now, once per process. It stays in memory
+/// until the program ends. `quiet` shows neither progress nor warnings.
 ///
 /// # Errors
-/// When the robot is none that the planner can move.
+/// The planner cannot move the robot.
 pub fn obtain(
     model: &RobotModel,
     config: &PlannerConfig,
@@ -107,12 +106,12 @@ fn find_or_make(
 
 fn warn(reason: &str) {
     terminal::print_note(&format!(
-        "warning: the robot's preparation cannot be kept, so the next run makes it again: {reason}"
+        "warning: the robot's preparation cannot be saved; the next run builds it again: {reason}"
     ));
 }
 
-/// What the cache holds for `key`, mapped for good. A file that is damaged counts as none; it will
-/// be replaced.
+/// The file of the cache for `key`, mapped until the program ends; `None` if it is missing or
+/// damaged.
 fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
     let file = File::open(path).ok()?;
     // SAFETY: files of the cache are never changed in place, only replaced as a whole.
@@ -141,7 +140,7 @@ fn new_bar() -> ProgressBar {
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Writes a file of the cache as a whole or not at all.
+/// Writes a file of the cache completely or not at all.
 fn save(bytes: &[u8], path: &Path) -> Result<(), String> {
     let folder = path.parent().unwrap_or(Path::new("."));
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());

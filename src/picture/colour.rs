@@ -56,7 +56,7 @@ impl Encoder {
         Self((0..Self::LEVELS).map(|level| byte(level) as u8).collect())
     }
 
-    /// The sRGB bytes of a colour; what is out of range is clamped.
+    /// The sRGB bytes of a colour; components out of range are clamped.
     pub fn bytes(&self, colour: Colour) -> [u8; 3] {
         colour.0.map(|channel| {
             self.0[(channel.clamp(0.0, 1.0) * (Self::LEVELS - 1) as f32 + 0.5) as usize]

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The file's name says neither still nor moving.
-    #[error("{}: a picture's name must end in .png (several instants in one picture) or .apng (moving)", path.display())]
+    #[error("{}: the name must end in .png (still) or .apng (animated)", path.display())]
     Extension {
         /// The file.
         path: PathBuf,
     },
     /// The file cannot be written.
-    #[error("{}: cannot write the picture: {source}; choose a place that can be written to", path.display())]
+    #[error("{}: cannot write the picture: {source}; choose another folder", path.display())]
     Write {
         /// The file.
         path: PathBuf,
@@ -22,7 +22,7 @@ pub enum PictureError {
     /// The plan does not belong to the robot, or contradicts itself.
     #[error("the plan cannot be drawn: {reason}; export it again from the same robot")]
     Plan {
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
     /// A convex hull without volume.

@@ -1,4 +1,4 @@
-//! What is drawn on the ground: footholds, support polygons, start and goal.
+//! Drawings on the ground: footholds, support polygons, start and goal.
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
@@ -35,7 +35,7 @@ pub struct Foothold {
     pub first: usize,
 }
 
-/// A stretch of waypoints on the same feet.
+/// Consecutive waypoints on the same feet.
 #[derive(Debug, Clone)]
 pub struct Stance {
     /// First waypoint.

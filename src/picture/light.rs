@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plate_shades_what_is_under_it_but_not_itself() {
+    fn a_plate_shades_the_ground_but_not_itself() {
         let toward = DVec3::new(0.0, 0.01, 1.0).normalize();
         let mut sun = Sun::new(toward, &[DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, 1.0, 1.0)]);
         sun.cast(&square(0.3, 0.5));

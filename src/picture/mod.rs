@@ -1,4 +1,4 @@
-//! picture.
+//! Pictures of a walk, drawn by a software renderer.
 
 pub mod animation;
 pub mod camera;

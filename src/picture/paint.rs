@@ -79,7 +79,7 @@ pub struct Finish<'a> {
     pub paints: &'a [Paint],
     /// The haze.
     pub haze: Haze,
-    /// What is seen where there is nothing, and through the haze.
+    /// The colour behind all surfaces, and of the haze.
     pub backdrop: Backdrop,
 }
 

@@ -33,7 +33,7 @@ pub struct Figure {
     pub progress: f32,
 }
 
-/// What is drawn on the ground.
+/// Drawings on the ground.
 #[derive(Debug, Clone, Copy)]
 pub enum Ground {
     /// All footholds and the support polygons of all double supports.

@@ -6,14 +6,15 @@ use surefoot_controller_sim::CheckerError;
 use surefoot_planner::PlannerError;
 use surefoot_planner::preparation::build::BuildError;
 use surefoot_shared_types::InputError;
-use surefoot_shared_types::instance::ChannelError;
-use surefoot_shared_types::instance::instance::InstanceError;
+use surefoot_shared_types::instance::error::ChannelError;
+use surefoot_shared_types::instance::error::InstanceError;
 use surefoot_shared_types::world::correction::CorrectionError;
 
 use crate::picture::PictureError;
-use crate::supervisor::supervisor::Role;
+use crate::report::role::Role;
+use crate::system::signals;
 
-/// The outcome of a command that answered.
+/// The outcome of a completed command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CommandOutcome {
     /// Everything asked for was done: 0.
@@ -35,7 +36,7 @@ impl CommandOutcome {
     }
 }
 
-/// The error of a command that did not answer: bad input or environment.
+/// The error of a command that did not complete: bad input or environment.
 #[derive(Debug, thiserror::Error)]
 pub enum CommandError {
     /// A file cannot be used.
@@ -49,7 +50,7 @@ pub enum CommandError {
         /// Why.
         source: BuildError,
     },
-    /// What was just prepared does not hold together.
+    /// A preparation that was just built is inconsistent.
     #[error("the preparation {0}; please report this with the robot's files")]
     Preparation(String),
     /// The planner cannot use the robot or the world.
@@ -72,7 +73,8 @@ pub enum CommandError {
     ResultNotPrinted,
     /// The controller walks the last plan or epoch that can be numbered.
     #[error(
-        "the controller walks plan {plan_id}, epoch {epoch}, and no number is left for the next; start the controller anew"
+        "the controller executes plan {plan_id}, epoch {epoch}, and no larger number exists; restart the \
+         controller"
     )]
     IdsExhausted {
         /// Its plan.
@@ -80,7 +82,7 @@ pub enum CommandError {
         /// Its epoch.
         epoch: u64,
     },
-    /// What was asked for cannot be done.
+    /// The arguments or the request are invalid.
     #[error("{0}")]
     Usage(String),
     /// No planner serves requests.
@@ -99,7 +101,7 @@ pub enum CommandError {
     Output {
         /// The file.
         path: PathBuf,
-        /// What is wrong and what to do.
+        /// The reason and what to do.
         reason: String,
     },
     /// A process cannot be started.
@@ -129,12 +131,10 @@ pub enum CommandError {
         how: String,
     },
     /// No controller answers.
-    #[error(
-        "no controller answers: its process hangs or was never started; start 'surefoot control' with the same instance name"
-    )]
+    #[error("no controller answers; start 'surefoot control' with the same instance name")]
     ControllerLost,
     /// Something that every walk needs is missing.
-    #[error("this machine cannot run a walk: {missing} of the findings above must be seen to")]
+    #[error("this machine cannot run a walk: {missing} requirements above are missing")]
     MissingRequirements {
         /// How many.
         missing: usize,
@@ -148,6 +148,11 @@ pub enum CommandError {
 }
 
 impl CommandError {
+    /// The error of a command that a signal ends.
+    pub fn interrupted() -> Self {
+        Self::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))
+    }
+
     /// The exit code: 2, or 128 and the signal's number.
     pub fn code(&self) -> u8 {
         match self {

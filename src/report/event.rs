@@ -38,14 +38,14 @@ pub enum RoleEvent {
     ControllerReady,
     /// The controller has checked the plan.
     Checked(CheckSummary),
-    /// The rest of the way is planned again from where the robot stands.
+    /// The rest of the plan is planned again from the robot's rest state.
     Replanning {
         /// The new epoch.
         epoch: u64,
-        /// Differences of the world that are known now.
+        /// Known differences of the world.
         corrections: u64,
     },
-    /// No plan leads on from where the robot stands: the planner looks for one that retraces first.
+    /// No plan was found from the rest state; the planner searches for one that retraces first.
     Retracing,
     /// The planner waits for requests.
     PlannerServes,
@@ -68,7 +68,7 @@ pub enum RoleEvent {
     },
 }
 
-/// How far a search is.
+/// The progress of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SearchProgress {
     /// Work units used.
@@ -102,7 +102,7 @@ pub struct Planned {
     pub work: u64,
     /// Sequences tried.
     pub sequences: u64,
-    /// What is known of why there is no plan, where there is none.
+    /// The diagnosis of a search without a plan.
     pub diagnosis: Option<Box<Diagnosis>>,
     /// Edges of the guide route.
     pub route_edges: u64,
@@ -120,7 +120,7 @@ pub struct Planned {
     pub chunks: u64,
 }
 
-/// Why a search found no plan, as far as it knows.
+/// The diagnosis of a search without a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// Whether stage P found no guide route, so that a straight route was tried.
@@ -196,7 +196,7 @@ pub enum DeliveryResult {
     Accepted,
     /// A chunk is refused.
     Refused,
-    /// The controller walks what another planner planned later.
+    /// The controller executes a later plan of another planner.
     Superseded,
     /// The controller does not answer.
     ControllerLost,

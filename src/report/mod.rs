@@ -1,9 +1,10 @@
-//! report.
+//! Events, reports, errors and messages of the commands.
 
 pub mod command_error;
 pub mod event;
 pub mod margins;
 pub mod progress;
 pub mod reporter;
+pub mod role;
 pub mod run_report;
 pub mod summary;

@@ -21,7 +21,7 @@ pub enum Progress {
 }
 
 impl Progress {
-    /// What suits the terminal.
+    /// A bar on a terminal, lines elsewhere, nothing if `quiet`.
     pub fn new(quiet: bool) -> Self {
         match (quiet, terminal::is_watched()) {
             (true, _) => Self::Quiet,
@@ -43,7 +43,7 @@ impl Progress {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&mut self) {
         if let Self::Bar(bar) = self {
             clear(bar);
@@ -58,15 +58,15 @@ fn milestone(event: &RoleEvent) -> Option<String> {
             *arena_bytes as f64 / f64::from(1 << 20)
         )),
         RoleEvent::Planned(planned) => Some(format!(
-            "{} in {:.3} s, {} work units",
+            "{} ({:.3} s, {} work units)",
             planned.description, planned.plan_seconds, planned.work
         )),
         RoleEvent::Replanning { epoch, corrections } => Some(format!(
-            "the world differs in {corrections} places: planning again from here, epoch {epoch}"
+            "replanning from the rest state: {corrections} differences of the world, epoch {epoch}"
         )),
-        RoleEvent::Retracing => {
-            Some("no plan leads on from here: looking for one that retraces first".to_owned())
-        }
+        RoleEvent::Retracing => Some(
+            "no plan found from the rest state; searching for one that retraces first".to_owned(),
+        ),
         RoleEvent::PlannerServes => Some("waiting for requests".to_owned()),
         RoleEvent::Holding { accepted } => Some(format!(
             "no planner is connected: the robot holds its position after {accepted} chunks"

@@ -1,16 +1,14 @@
-//! What became of a run, collected event by event.
+//! The report of a run, collected from its events.
 
 use serde::Serialize;
 
-use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{
     CheckSummary, Delivered, DeliveryResult, Diagnosis, PlanResult, Planned, Refusal, RoleEvent,
 };
 use crate::report::margins::WorstMargins;
-use crate::system::signals;
 
-/// The report of a run; `--json` writes it. What a run did not come to is null or 0.
+/// The report of a run, written by `--json`. Values that a run did not reach are null or 0.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Report {
     /// The planner's outcome, or once a plan was delivered `accepted`, `refused`, `stopped`,
@@ -41,7 +39,7 @@ pub struct Report {
     pub work: u64,
     /// Sequences tried.
     pub sequences: u64,
-    /// What is known of why there is no plan, where a bound ended the search.
+    /// The diagnosis of a search that a bound ended.
     pub diagnosis: Option<Box<Diagnosis>>,
     /// Edges of the guide route.
     pub route_edges: u64,
@@ -57,15 +55,15 @@ pub struct Report {
     pub arena_bytes: u64,
     /// Heap allocations of the planner process during the search.
     pub allocations_after_ready: u64,
-    /// What became of the chunks.
+    /// Counts of the chunks.
     pub chunks: Chunks,
     /// The worst margin of each check.
     pub margins: WorstMargins,
-    /// What was refused.
+    /// The refusal, if there was one.
     pub refusal: Option<Refusal>,
-    /// How often the rest of the way was planned again.
+    /// Number of replans.
     pub replans: u64,
-    /// How often a killed process was started again.
+    /// Number of restarts of killed processes.
     pub restarts: u64,
     #[serde(skip)]
     result: Option<PlanResult>,
@@ -75,7 +73,20 @@ pub struct Report {
     description: String,
 }
 
-/// What became of a plan's chunks.
+/// The names of a run's inputs, and its seed.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct RunNames {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The robot's name.
+    pub robot: String,
+    /// The world's name.
+    pub world: String,
+    /// The seed of the search.
+    pub seed: u64,
+}
+
+/// Counts of a plan's chunks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Chunks {
     /// Chunks sent, each counted once.
@@ -89,26 +100,15 @@ pub struct Chunks {
     /// Chunks that the controller received again after it had accepted them, and did not walk
     /// again.
     pub duplicated: u64,
-    /// How often a chunk was sent again.
+    /// Number of times that a chunk was sent again.
     pub resent: u64,
 }
 
 impl Report {
     /// The report of a run that has not begun.
-    pub fn new(inputs: &Inputs, threads: usize) -> Self {
-        let scenario = &inputs.scenario;
-        Self {
-            scenario: scenario.name.clone(),
-            robot: inputs.model.name.clone(),
-            world: scenario
-                .world_path
-                .file_stem()
-                .map(|stem| stem.to_string_lossy().into_owned())
-                .unwrap_or_default(),
-            seed: scenario.seed,
-            threads,
-            ..Self::default()
-        }
+    pub fn new(names: RunNames, threads: usize) -> Self {
+        let RunNames { scenario, robot, world, seed } = names;
+        Self { scenario, robot, world, seed, threads, ..Self::default() }
     }
 
     /// Records an event of a role.
@@ -145,21 +145,20 @@ impl Report {
         self.result == Some(PlanResult::Found)
     }
 
-    /// How the search ended, in one line for a person.
+    /// The result of the search, as one line of text.
     pub fn description(&self) -> &str {
         &self.description
     }
 
-    /// How the delivery ended, if there was one.
+    /// The result of the delivery, if there was one.
     pub fn delivery_result(&self) -> Option<DeliveryResult> {
         self.delivery_result
     }
 
-    /// How the command ends.
+    /// The outcome of the command.
     ///
     /// # Errors
-    /// When that is no answer: the robot cannot stand at an end, no controller answers, or a signal
-    /// came.
+    /// The start or the goal is invalid, no controller answers, or a signal came.
     pub fn command_outcome(&self) -> Result<CommandOutcome, CommandError> {
         match (self.result, self.delivery_result) {
             (Some(PlanResult::NoPlan), _) => Ok(CommandOutcome::NoPlan),
@@ -174,7 +173,7 @@ impl Report {
             (Some(PlanResult::StartInvalid | PlanResult::GoalInvalid), _) => {
                 Err(CommandError::Endpoint(self.description.clone()))
             }
-            _ => Err(CommandError::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))),
+            _ => Err(CommandError::interrupted()),
         }
     }
 

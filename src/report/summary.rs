@@ -100,7 +100,7 @@ fn headline(report: &Report) -> String {
         Some(DeliveryResult::Accepted) => format!("{found}, walked and accepted"),
         Some(DeliveryResult::Refused) => format!("{found}, but refused by the controller"),
         Some(DeliveryResult::Superseded) => {
-            format!("{found}, but another planner planned again meanwhile")
+            format!("{found}, but another planner has replanned")
         }
         Some(DeliveryResult::ControllerLost) => format!("{found}, but no controller answers"),
         Some(DeliveryResult::Stopped) => format!("{found}, delivery stopped"),

@@ -1,4 +1,6 @@
-//! supervisor.
+//! The process that starts the planner and the controller, reads their events and ends them.
 
 pub mod process;
+pub mod role_processes;
 pub mod supervisor;
+pub mod walk_state;

@@ -7,10 +7,9 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use crate::report::event::RoleEvent;
+use crate::report::role::Role;
 use crate::system::clock::Stopwatch;
 use crate::system::signals;
-
-use crate::supervisor::supervisor::Role;
 
 /// Longest line of a role, bytes.
 const LINE_BYTES_MAX: u64 = 1 << 16;

@@ -1,125 +1,163 @@
-//! Starts the role processes, receives their events, notices when they end, and ends them.
+//! Starts the processes of both roles, reads their events, restarts a process that ends too early,
+//! and ends both when they have reported their results.
 //!
-//! Each process's lines are read by a thread of its own and queued; [`Supervisor::next_event`] is
-//! the only place where anything is decided. A role that ended can be started again: nothing of the
-//! process before it remains.
+//! [`Supervisor::step`] runs one stage; [`TRANSITIONS`] holds the stage that follows.
 
 use std::process::Command;
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::time::Duration;
 
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
-use crate::system::signals;
+use crate::report::role::Role;
+use crate::supervisor::role_processes::{ProcessEvent, RoleProcesses};
+use crate::supervisor::walk_state::WalkState;
 
-use crate::supervisor::process::{Process, ProcessOutput};
-
-/// Time between two looks at the signals.
-const POLL_INTERVAL: Duration = Duration::from_millis(50);
-
-/// What a process does.
+/// A stage of the supervision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// Plans and delivers.
-    Planner,
-    /// Checks and walks.
-    Controller,
+enum Stage {
+    /// Start both processes.
+    Start,
+    /// Read their next event.
+    Read,
+    /// Start the process again that ended too early.
+    Restart,
+    /// End the processes that still run.
+    End,
+    /// Nothing is left to do.
+    Over,
 }
 
-impl std::fmt::Display for Role {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Planner => "planner",
-            Self::Controller => "controller",
-        })
+/// The event that ends a stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Event {
+    Started,
+    Reported,
+    EndedEarly,
+    Complete,
+    Ended,
+}
+
+/// The transitions between the stages. An error of a stage ends the supervision.
+const TRANSITIONS: [(Stage, Event, Stage); 6] = [
+    (Stage::Start, Event::Started, Stage::Read),
+    (Stage::Read, Event::Reported, Stage::Read),
+    (Stage::Read, Event::EndedEarly, Stage::Restart),
+    (Stage::Read, Event::Complete, Stage::End),
+    (Stage::Restart, Event::Started, Stage::Read),
+    (Stage::End, Event::Ended, Stage::Over),
+];
+
+/// The stage that follows `stage` after `event`.
+fn next(stage: Stage, event: Event) -> Stage {
+    let found = TRANSITIONS.iter().find(|row| (row.0, row.1) == (stage, event));
+    found.map_or(Stage::End, |row| row.2)
+}
+
+/// Supervises the two processes of a walk.
+pub struct Supervisor<'a> {
+    /// The command line of a role's process.
+    command_of: &'a dyn Fn(Role) -> Result<Command, CommandError>,
+    /// Receives every event of the roles and every restart.
+    on_event: &'a mut dyn FnMut(&RoleEvent),
+    processes: RoleProcesses,
+    state: WalkState,
+    restarts_left: u32,
+    /// The role whose process ended too early, and its exit status.
+    ended: Option<(Role, String)>,
+}
+
+impl<'a> Supervisor<'a> {
+    /// A supervisor that starts processes again at most `restarts_max` times in all.
+    pub fn new(
+        command_of: &'a dyn Fn(Role) -> Result<Command, CommandError>,
+        on_event: &'a mut dyn FnMut(&RoleEvent),
+        restarts_max: u32,
+    ) -> Self {
+        Self {
+            command_of,
+            on_event,
+            processes: RoleProcesses::default(),
+            state: WalkState::default(),
+            restarts_left: restarts_max,
+            ended: None,
+        }
     }
-}
 
-/// Something that happened to a role.
-#[derive(Debug, Clone, PartialEq)]
-pub enum SupervisorEvent {
-    /// It reported an event.
-    Reported(RoleEvent),
-    /// Its process is over.
-    Ended {
-        /// Whose.
-        role: Role,
-        /// Its exit status.
-        how: String,
-    },
-}
-
-/// Runs the role processes. Dropped, it ends those that still run.
-#[derive(Debug)]
-pub struct Supervisor {
-    processes: Vec<(Role, Process)>,
-    sender: Sender<(Role, ProcessOutput)>,
-    receiver: Receiver<(Role, ProcessOutput)>,
-}
-
-impl Default for Supervisor {
-    fn default() -> Self {
-        let (sender, receiver) = channel();
-        Self { processes: Vec::new(), sender, receiver }
-    }
-}
-
-impl Supervisor {
-    /// Starts a role's process.
+    /// Runs both processes until they have reported their results.
     ///
     /// # Errors
-    /// When the system does not start it.
-    pub fn start(&mut self, role: Role, command: Command) -> Result<(), CommandError> {
-        let process = Process::start(command, role, self.sender.clone())
-            .map_err(|source| CommandError::Start { role, source })?;
-        self.processes.push((role, process));
+    /// A process cannot be started, reports an error or ends too often, or a signal asks this
+    /// process to end.
+    pub fn run(mut self) -> Result<(), CommandError> {
+        let mut stage = Stage::Start;
+        while stage != Stage::Over {
+            stage = next(stage, self.step(stage)?);
+        }
         Ok(())
     }
 
-    /// Waits for the next event.
-    ///
-    /// # Errors
-    /// When a signal asks this process to end, or a role reports that it cannot go on.
-    pub fn next_event(&mut self) -> Result<SupervisorEvent, CommandError> {
-        loop {
-            if let Some(signal) = signals::raised() {
-                return Err(CommandError::Interrupted(signal));
-            }
-            match self.receiver.recv_timeout(POLL_INTERVAL) {
-                Ok((role, ProcessOutput::Event(RoleEvent::Failed { message }))) => {
-                    return Err(CommandError::Role { role, message });
-                }
-                Ok((_, ProcessOutput::Event(event))) => {
-                    return Ok(SupervisorEvent::Reported(event));
-                }
-                Ok((role, ProcessOutput::NonEvent(text))) => {
-                    return Err(CommandError::Role {
-                        role,
-                        message: format!(
-                            "said '{text}', which is no report; use the same surefoot for both"
-                        ),
-                    });
-                }
-                Ok((role, ProcessOutput::Closed)) => {
-                    return Ok(SupervisorEvent::Ended { role, how: self.reap(role) });
-                }
-                Err(_) => {}
-            }
+    fn step(&mut self, stage: Stage) -> Result<Event, CommandError> {
+        match stage {
+            Stage::Start => self.start(),
+            Stage::Read => self.read(),
+            Stage::Restart => self.restart(),
+            Stage::End | Stage::Over => Ok(self.end()),
         }
     }
 
-    /// Waits for the end of a process that closed its stdout, and returns its exit status.
-    fn reap(&mut self, role: Role) -> String {
-        match self.processes.iter().position(|(other, _)| *other == role) {
-            Some(index) => self.processes.swap_remove(index).1.wait(),
-            None => "it was not running".to_owned(),
+    fn start(&mut self) -> Result<Event, CommandError> {
+        for role in [Role::Controller, Role::Planner] {
+            self.processes.start(role, (self.command_of)(role)?)?;
         }
+        Ok(Event::Started)
+    }
+
+    fn read(&mut self) -> Result<Event, CommandError> {
+        match self.processes.next_event()? {
+            ProcessEvent::Reported(event) => {
+                self.state.record(&event);
+                (self.on_event)(&event);
+            }
+            ProcessEvent::Ended { role, how } if self.state.needs(role) => {
+                self.ended = Some((role, how));
+                return Ok(Event::EndedEarly);
+            }
+            ProcessEvent::Ended { .. } => {}
+        }
+        Ok(if self.state.is_over() { Event::Complete } else { Event::Reported })
+    }
+
+    fn restart(&mut self) -> Result<Event, CommandError> {
+        let Some((role, how)) = self.ended.take() else { return Ok(Event::Started) };
+        if self.restarts_left == 0 {
+            return Err(CommandError::EndedEarly { role, how });
+        }
+        self.restarts_left -= 1;
+        (self.on_event)(&RoleEvent::Restarted { role: role.to_string(), how });
+        self.processes.start(role, (self.command_of)(role)?)?;
+        Ok(Event::Started)
+    }
+
+    fn end(&mut self) -> Event {
+        self.processes = RoleProcesses::default();
+        Event::Ended
     }
 }
 
-impl Drop for Supervisor {
-    fn drop(&mut self) {
-        self.processes.iter().for_each(|(_, process)| process.ask_to_end());
-        self.processes.drain(..).for_each(|(_, process)| drop(process.wait()));
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stage_leads_to_the_end() {
+        for stage in [Stage::Start, Stage::Read, Stage::Restart, Stage::End] {
+            let mut reached = vec![stage];
+            for _ in 0..TRANSITIONS.len() {
+                let following =
+                    TRANSITIONS.iter().filter(|row| reached.contains(&row.0)).map(|row| row.2);
+                let following: Vec<Stage> = following.collect();
+                reached.extend(following);
+            }
+            assert!(reached.contains(&Stage::Over), "{stage:?}");
+        }
     }
 }

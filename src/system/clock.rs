@@ -1,5 +1,4 @@
-//! The command's only clock. Time is reported and paces the display; it never decides what is
-//! planned.
+//! The command's only clock. Time is reported and paces the display; no plan depends on it.
 
 use std::time::Instant;
 

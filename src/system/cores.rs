@@ -1,4 +1,7 @@
-//! Which process runs on which core.
+//! Cores: their number, and the assignment of processes to them.
+
+/// Most planner threads that the command line accepts.
+pub const THREADS_MAX: i64 = 256;
 
 /// Binds this thread, and all that it starts, to a core. Without effect where there is no such
 /// core.

@@ -1,4 +1,4 @@
-//! Memory as the system sees it: locking it, and how much of it is in use.
+//! The process's memory: locking it, and its resident size.
 
 /// Keeps all of this process's memory, now and later, from being paged out.
 ///
@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn memory_in_use_grows_with_what_is_written() {
+    fn memory_in_use_grows_with_written_pages() {
         let before = resident_bytes();
         let block = std::hint::black_box(vec![1_u8; 64 << 20]);
         assert!(before > 0 && resident_bytes() > before + (32 << 20), "{} {}", before, block.len());

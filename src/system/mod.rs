@@ -1,4 +1,4 @@
-//! system.
+//! The operating system: clock, cores, memory, signals and the terminal.
 
 pub mod allocations;
 pub mod clock;

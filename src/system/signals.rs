@@ -1,4 +1,5 @@
-//! Signals that ask the process to end: noted here, obeyed between two pieces of work.
+//! Signals that ask the process to end. They are recorded here and checked between two pieces of
+//! work.
 
 use std::sync::atomic::{AtomicI32, Ordering};
 

@@ -1,7 +1,7 @@
-//! Skips a test where the machine lacks a requirement.
+//! Skips tests on machines that lack a requirement.
 
-/// Prints that a test is skipped because `what` is absent; fails instead where
-/// `SUREFOOT_REQUIRE_ALL` is set.
+/// Prints that a test is skipped because `what` is absent. Fails instead if `SUREFOOT_REQUIRE_ALL`
+/// is set.
 pub fn skip(what: &str) {
     assert!(
         std::env::var_os("SUREFOOT_REQUIRE_ALL").is_none(),

@@ -11,7 +11,7 @@ pub struct CommandOutput {
     pub pid: u32,
 }
 
-/// The command with these arguments, not started yet, in the repository's folder.
+/// The command with these arguments in the repository's folder, before its start.
 pub fn surefoot(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_surefoot"));
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments);
@@ -43,7 +43,7 @@ pub fn scenario(name: &str) -> String {
     format!("configs/scenarios/{name}.toml")
 }
 
-/// Fails if anything in shared memory still carries the name of this process's instance.
+/// Fails if shared memory still holds a file or folder of this process's instance.
 pub fn assert_nothing_left(pid: u32) {
     let name = format!("walk-{pid}");
     let is_ours = |path: &PathBuf| {
@@ -58,7 +58,7 @@ pub fn assert_nothing_left(pid: u32) {
         .collect();
     found.extend(bases.iter().flat_map(|base| entries(base)));
     found.retain(is_ours);
-    assert!(found.is_empty(), "left behind: {found:?}");
+    assert!(found.is_empty(), "these remain: {found:?}");
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use memmap2::MmapMut;
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::message::{Feedback, JournalRecord, Layout, WithCrc};
 

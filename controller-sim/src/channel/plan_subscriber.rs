@@ -11,14 +11,16 @@ use std::time::{Duration, Instant};
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::instance::Participant;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
-use surefoot_shared_types::instance::participant::{FEEDBACK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
-use surefoot_shared_types::instance::wake_pipe::{PEER_POLLING_TIME, WakePipe, keep_polling};
+use surefoot_shared_types::instance::participant::Participant;
+use surefoot_shared_types::instance::tuning::{
+    FEEDBACK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
+};
+use surefoot_shared_types::instance::wake_pipe::{WakePipe, keep_polling};
 use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, WorldCorrection};
 
-pub use surefoot_shared_types::instance::ChannelError;
+pub use surefoot_shared_types::instance::error::ChannelError;
 
 use crate::channel::state_publisher::StatePublisher;
 
@@ -137,12 +139,14 @@ impl PlanSubscriber {
         }
         let participant = Participant::open(instance)?;
         let (journal, record) = Journal::open(instance)?;
+        let making = participant.making()?;
         let subscriber =
             participant.chunks.subscriber_builder().buffer_size(WINDOW_CHUNKS).create();
         let subscriber = subscriber
             .map_err(|error| ChannelError::transport("creating the chunk subscriber", error))?;
         let feedback_publisher = FeedbackPublisher::open(&participant)?;
         instance.reserve_segments()?;
+        drop(making);
         let stream_state = record
             .map_or_else(|| StreamState::new(id), |record| StreamState::take_over(id, &record));
         let taken_over = record.map(|record| record.feedback);
@@ -332,7 +336,7 @@ impl PlanSubscriber {
             return Ok(());
         }
         if self.cleaned_at.elapsed() >= CLEANUP_INTERVAL {
-            self.participant.node.try_cleanup_dead_nodes();
+            self.participant.clean_up_dead();
             self.cleaned_at = now();
         }
         self.feedback_publisher.loan_pool.refill(LOANS_AHEAD)?;

@@ -1,9 +1,11 @@
 //! Publishes the state of the simulated robot at every tick. A slow subscriber loses ticks; the
 //! controller does not wait for it.
 
+use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
-use surefoot_shared_types::instance::participant::{LOANS_AHEAD, STATE_POOL, Service};
-use surefoot_shared_types::instance::{ChannelError, Participant};
+use surefoot_shared_types::instance::participant::Participant;
+use surefoot_shared_types::instance::services::Service;
+use surefoot_shared_types::instance::tuning::{LOANS_AHEAD, STATE_POOL};
 use surefoot_shared_types::message::SimulationState;
 
 /// The controller's end of the state service.
@@ -15,6 +17,7 @@ pub struct StatePublisher {
 impl StatePublisher {
     /// Joins the service of an instance.
     pub(crate) fn open(participant: &Participant) -> Result<Self, ChannelError> {
+        let _making = participant.making()?;
         let service = participant.open_state()?;
         let publisher = service.publisher_builder().max_loaned_samples(STATE_POOL).create();
         let publisher = publisher

@@ -7,7 +7,7 @@
 
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
-use surefoot_shared_types::instance::{SenderStatus, SenderTracker};
+use surefoot_shared_types::instance::sender::{SenderStatus, SenderTracker};
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{

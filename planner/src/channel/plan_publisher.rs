@@ -11,14 +11,16 @@ use iceoryx2::port::SendError;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
 use iceoryx2::sample_mut::SampleMut;
-use surefoot_shared_types::instance::Participant;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
-use surefoot_shared_types::instance::participant::{CHUNK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
-use surefoot_shared_types::instance::wake_pipe::{PEER_POLLING_TIME, keep_polling};
+use surefoot_shared_types::instance::participant::Participant;
+use surefoot_shared_types::instance::tuning::PEER_POLLING_TIME;
+use surefoot_shared_types::instance::tuning::{CHUNK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
+use surefoot_shared_types::instance::wake_pipe::keep_polling;
+use surefoot_shared_types::message::Check;
 use surefoot_shared_types::message::{Feedback, PlanChunk, WithCrc};
 
-pub use surefoot_shared_types::instance::ChannelError;
+pub use surefoot_shared_types::instance::error::ChannelError;
 
 use crate::channel::send_window::{DeliveryOutcome, SendWindow};
 use crate::channel::tuning::{
@@ -87,6 +89,7 @@ impl PlanPublisher {
             return Err(ChannelError::Id);
         }
         let participant = Participant::open(instance)?;
+        let making = participant.making()?;
         let publisher = participant
             .chunks
             .publisher_builder()
@@ -99,6 +102,7 @@ impl PlanPublisher {
                 ChannelError::transport("creating the feedback subscriber", error)
             })?;
         instance.reserve_segments()?;
+        drop(making);
         let loans = LoanPool::new(publisher, CHUNK_POOL, LOANS_AHEAD)?;
         Ok(Self {
             loans,
@@ -316,7 +320,7 @@ impl PlanPublisher {
     /// Frees the resources of dead processes, so that a restarted controller can connect.
     fn clean_up_if_silent(&self, state: &mut DeliveryState<'_>) {
         if state.silence > CLEANUP_INTERVAL && state.cleaned_up_at.elapsed() > CLEANUP_INTERVAL {
-            self.participant.node.try_cleanup_dead_nodes();
+            self.participant.clean_up_dead();
             state.cleaned_up_at = now();
         }
     }

@@ -7,7 +7,8 @@
 //! planner nor a restarted controller takes the progress of another plan for its own.
 
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::instance::{ChannelError, SenderStatus, SenderTracker};
+use surefoot_shared_types::instance::error::ChannelError;
+use surefoot_shared_types::instance::sender::{SenderStatus, SenderTracker};
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 
 use crate::channel::tuning::{GO_BACKS_MAX, IDLE_HEARTBEATS};

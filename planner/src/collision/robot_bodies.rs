@@ -105,13 +105,7 @@ impl Part {
     fn all(link: &Link, node_from_link: &Pose) -> Result<Vec<Self>, ShapeError> {
         let parts = link.shapes.iter().enumerate().map(|(index, placed)| {
             let owner = format!("link '{}', shape {index}", link.name);
-            if !placed.link_from_shape.is_finite() {
-                return Err(ShapeError::BadNumber {
-                    owner,
-                    what: "the pose",
-                    requirement: "finite",
-                });
-            }
+            ShapeError::require_finite(&placed.link_from_shape, &owner)?;
             let solid = Solid::new(&placed.shape, &owner)?;
             let node_from_part = *node_from_link * placed.link_from_shape;
             let BoundingSphere { center, radius } = shape_sphere(&placed.shape);

@@ -49,13 +49,7 @@ impl WorldShapes {
         let mut bounds = Vec::with_capacity(world.shapes.len());
         for shape in &world.shapes {
             let owner = format!("world shape '{}'", shape.name);
-            if !shape.world_from_shape.is_finite() {
-                return Err(ShapeError::BadNumber {
-                    owner,
-                    what: "the pose",
-                    requirement: "finite",
-                });
-            }
+            ShapeError::require_finite(&shape.world_from_shape, &owner)?;
             let solid = Solid::new(&shape.shape, &owner)?;
             let rotation = DMat3::from_quat(shape.world_from_shape.rotation);
             bounds.push(solid.aabb().transformed(&rotation, shape.world_from_shape.translation));

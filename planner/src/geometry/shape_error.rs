@@ -1,5 +1,7 @@
 //! Errors of shapes.
 
+use surefoot_shared_types::Pose;
+
 /// Why a shape cannot be used for collision checks.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ShapeError {
@@ -32,4 +34,15 @@ pub enum ShapeError {
         /// The requirement.
         requirement: &'static str,
     },
+}
+
+impl ShapeError {
+    /// Requires the pose of `owner` to be finite.
+    pub(crate) fn require_finite(pose: &Pose, owner: &str) -> Result<(), Self> {
+        pose.is_finite().then_some(()).ok_or_else(|| Self::BadNumber {
+            owner: owner.into(),
+            what: "the pose",
+            requirement: "finite",
+        })
+    }
 }

@@ -1,8 +1,8 @@
-//! Content digests: SHA-256, and the chain of a chunk stream.
+//! Content digests: SHA-256 of byte strings, and the hash chain of a chunk stream.
 
 use sha2::{Digest as _, Sha256};
 
-/// 32 bytes that name a content.
+/// A SHA-256 digest, which identifies a content.
 #[derive(
     Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, bytemuck::Pod, bytemuck::Zeroable,
 )]
@@ -10,7 +10,7 @@ use sha2::{Digest as _, Sha256};
 pub struct Digest(pub [u8; 32]);
 
 impl Digest {
-    /// The digest of some byte strings, each preceded by its length so that their borders count.
+    /// The digest of byte strings, each preceded by its length, so that boundaries count.
     pub fn of(parts: &[&[u8]]) -> Self {
         let mut hasher = Sha256::new();
         for part in parts {
@@ -20,12 +20,12 @@ impl Digest {
         Self(hasher.finalize().into())
     }
 
-    /// The digest of a stream that so far has digest `self`, after `bytes`.
+    /// The next link of a hash chain: the digest of `self` followed by `bytes`.
     pub fn chain(&self, bytes: &[u8]) -> Self {
         self.chain_pieces(&[bytes])
     }
 
-    /// As [`Self::chain`], of bytes that lie in several pieces.
+    /// As [`Self::chain`], of the concatenation of `pieces`.
     pub fn chain_pieces(&self, pieces: &[&[u8]]) -> Self {
         let mut hasher = Sha256::new();
         hasher.update((self.0.len() as u64).to_le_bytes());

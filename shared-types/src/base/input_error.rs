@@ -1,34 +1,48 @@
-//! What is wrong with a file that a user gave us.
+//! Errors in files of the user: robots, worlds, scenarios and plans.
 
 use std::path::{Path, PathBuf};
 
-/// A file that cannot be used: which one, where in it, and what to do. Ends a command with exit
-/// code 2.
+/// An unusable file: its path, the location in it, the error and how to correct it. A command ends
+/// with exit code 2.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{}{}: {}{message}", path.display(), line.map(|l| format!(":{l}")).unwrap_or_default(), element.as_ref().map(|e| format!("{e}: ")).unwrap_or_default())]
 pub struct InputError {
-    /// The file at fault.
+    /// The file.
     pub path: PathBuf,
-    /// The line at fault, from 1, where known.
+    /// The line, counted from 1, if known.
     pub line: Option<usize>,
-    /// The element at fault, such as `joint 'left_knee'`, where there is one.
+    /// The element of the file, such as `joint 'left_knee'`, if it is one.
     pub element: Option<String>,
-    /// What is wrong and what to do, one line.
+    /// The error and how to correct it, one line.
     pub message: String,
 }
 
+impl std::fmt::Display for InputError {
+    /// `<path>[:<line>]: [<element>: ]<message>`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        write!(f, ": ")?;
+        if let Some(element) = &self.element {
+            write!(f, "{element}: ")?;
+        }
+        write!(f, "{}", self.message)
+    }
+}
+
 impl InputError {
-    /// An error about the whole of a file.
+    /// An error in a file as a whole.
     pub fn file(path: &Path, message: impl Into<String>) -> Self {
         Self { path: path.to_owned(), line: None, element: None, message: message.into() }
     }
 
-    /// An error about one named element of a file.
+    /// An error in one named element of a file.
     pub fn element(path: &Path, element: impl Into<String>, message: impl Into<String>) -> Self {
         Self { element: Some(element.into()), ..Self::file(path, message) }
     }
 
-    /// The same error, with the line it stands in.
+    /// The same error with its line, counted from 1.
     pub fn at_line(self, line: usize) -> Self {
         Self { line: Some(line), ..self }
     }

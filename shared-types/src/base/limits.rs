@@ -1,12 +1,12 @@
-//! The fixed sizes of messages.
+//! Fixed sizes of messages and of the arrays in them.
 
 /// Most moving joints of a robot.
 pub const JOINTS_MAX: usize = 48;
 /// Most waypoints of one chunk.
 pub const CHUNK_WAYPOINTS_MAX: usize = 32;
-/// Most contacts of one chunk (a biped uses 2).
+/// Most contacts of one chunk. A biped uses 2.
 pub const CONTACTS_MAX: usize = 4;
 /// Most vertices of a sole or support polygon.
 pub const POLYGON_VERTICES_MAX: usize = 16;
-/// Most differences between the actual world and the planner's world that a controller can report.
+/// Most world corrections that a controller can report.
 pub const CORRECTIONS_MAX: usize = 32;

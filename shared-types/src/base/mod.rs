@@ -1,4 +1,4 @@
-//! base.
+//! Rigid motions, digests, text files, input errors and the sizes of messages.
 
 pub mod digest;
 pub mod input_error;

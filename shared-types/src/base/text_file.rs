@@ -1,5 +1,4 @@
-//! Reads text files and keeps the location of each element, so that every error names a file and a
-//! line.
+//! Text files of the user, with the line of each element, so that every error names its line.
 
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
@@ -8,12 +7,12 @@ use serde::de::DeserializeOwned;
 
 use crate::base::input_error::InputError;
 
-/// Largest robot, world, scenario or URDF file, bytes.
+/// Largest size of a robot, world, scenario or URDF file, bytes.
 pub(crate) const TEXT_BYTES_MAX: u64 = 64 << 20;
-/// Largest magnitude of any number in a file, in its own unit.
+/// Largest magnitude of a number in a file, in the number's unit.
 pub const NUMBER_MAX: f64 = 1e6;
 
-/// Deepest nesting of XML elements.
+/// Largest depth of nested XML elements.
 const XML_DEPTH_MAX: usize = 64;
 
 /// A text file in memory.
@@ -23,7 +22,7 @@ pub(crate) struct TextFile {
     pub(crate) text: String,
 }
 
-/// A file and a line: the location that an error names.
+/// A location in a file, for errors: the path and the line.
 #[derive(Debug, Clone)]
 pub(crate) struct FileLocation {
     path: PathBuf,
@@ -31,7 +30,7 @@ pub(crate) struct FileLocation {
 }
 
 impl FileLocation {
-    /// A file as a whole.
+    /// The location of a file as a whole.
     pub(crate) fn file(path: &Path) -> Self {
         Self { path: path.to_owned(), line: None }
     }
@@ -93,8 +92,8 @@ pub(crate) fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String>
     Ok(bytes)
 }
 
-/// Refuses XML that is nested so deeply that a recursive reader would overflow its stack; the error
-/// holds the byte offset.
+/// An error if XML elements are nested deeper than [`XML_DEPTH_MAX`], where a recursive reader
+/// could overflow its stack. The error holds the byte offset.
 pub(crate) fn check_xml_depth(text: &str) -> Result<(), (usize, String)> {
     use quick_xml::events::Event;
     let mut reader = quick_xml::Reader::from_str(text);
@@ -121,8 +120,8 @@ pub(crate) fn check_xml_depth(text: &str) -> Result<(), (usize, String)> {
     }
 }
 
-/// The absolute path of a file, symbolic links in its folder resolved (the file itself may be one:
-/// what lies beside it counts).
+/// The absolute path of a file. Symbolic links in the path of its folder are resolved, the file
+/// itself is not: paths relative to a file refer to the folder in which it is named.
 pub(crate) fn absolute(path: &Path) -> PathBuf {
     let lexical = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     match (lexical.parent().and_then(|folder| folder.canonicalize().ok()), lexical.file_name()) {
@@ -131,7 +130,7 @@ pub(crate) fn absolute(path: &Path) -> PathBuf {
     }
 }
 
-/// The path of the absolute `target` as seen from the absolute `folder`, with forward slashes.
+/// The absolute path `target` relative to the absolute path `folder`, with forward slashes.
 pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
     let target: Vec<Component> = target.components().collect();
     let folder: Vec<Component> = folder.components().collect();
@@ -142,34 +141,34 @@ pub(crate) fn relative_to(target: &Path, folder: &Path) -> String {
 }
 
 /// An error unless all numbers are finite and at most [`NUMBER_MAX`] in magnitude.
-pub(crate) fn check_numbers(what: &str, numbers: &[f64]) -> Result<(), String> {
+pub(crate) fn check_numbers(name: &str, numbers: &[f64]) -> Result<(), String> {
     match numbers.iter().find(|number| number.is_nan() || number.abs() > NUMBER_MAX) {
         Some(number) => Err(format!(
-            "{what} holds {number}; every number must be finite and at most {NUMBER_MAX:e} in magnitude"
+            "{name} holds {number}; every number must be finite and at most {NUMBER_MAX:e} in magnitude"
         )),
         None => Ok(()),
     }
 }
 
 /// An error unless all numbers are positive, finite and at most [`NUMBER_MAX`].
-pub(crate) fn check_positive(what: &str, numbers: &[f64]) -> Result<(), String> {
-    check_each(what, numbers, |number| number > 0.0, "be positive")
+pub(crate) fn check_positive(name: &str, numbers: &[f64]) -> Result<(), String> {
+    check_each(name, numbers, |number| number > 0.0, "be positive")
 }
 
 /// An error unless all numbers are zero or positive, finite and at most [`NUMBER_MAX`].
-pub(crate) fn check_not_negative(what: &str, numbers: &[f64]) -> Result<(), String> {
-    check_each(what, numbers, |number| number >= 0.0, "not be negative")
+pub(crate) fn check_not_negative(name: &str, numbers: &[f64]) -> Result<(), String> {
+    check_each(name, numbers, |number| number >= 0.0, "not be negative")
 }
 
 fn check_each(
-    what: &str,
+    name: &str,
     numbers: &[f64],
-    is_good: fn(f64) -> bool,
-    must: &str,
+    is_valid: fn(f64) -> bool,
+    requirement: &str,
 ) -> Result<(), String> {
-    check_numbers(what, numbers)?;
-    match numbers.iter().find(|number| !is_good(**number)) {
-        Some(number) => Err(format!("{what} is {number}; it must {must}")),
+    check_numbers(name, numbers)?;
+    match numbers.iter().find(|number| !is_valid(**number)) {
+        Some(number) => Err(format!("{name} is {number}; it must {requirement}")),
         None => Ok(()),
     }
 }

@@ -1,4 +1,5 @@
-//! The digest of what in a scenario influences a plan and has no digest of its own.
+//! The digest of a scenario: of all its fields that change a plan, except the robot and the world,
+//! which have digests of their own.
 
 use serde::Serialize;
 
@@ -30,8 +31,16 @@ impl From<&StancePose> for StanceContent {
     }
 }
 
-/// The digest of a scenario's content; names and paths do not count.
-pub(crate) fn digest(scenario: &Scenario) -> Digest {
+impl Scenario {
+    /// The same scenario with another seed and the digest of the result.
+    pub fn with_seed(self, seed: u64) -> Self {
+        let scenario = Self { seed, ..self };
+        Self { digest: content_digest(&scenario), ..scenario }
+    }
+}
+
+/// The digest of a scenario's content. Names and paths do not count.
+fn content_digest(scenario: &Scenario) -> Digest {
     let content = Content {
         seed: scenario.seed,
         start: (&scenario.start).into(),
@@ -41,7 +50,6 @@ pub(crate) fn digest(scenario: &Scenario) -> Digest {
         planner: &scenario.planner,
         checker: &scenario.checker,
     };
-    let bytes = serde_json::to_vec(&content)
-        .expect("structs of plain numbers can always be written as JSON");
+    let bytes = serde_json::to_vec(&content).expect("a struct of numbers has a JSON form");
     Digest::of(&[&bytes])
 }

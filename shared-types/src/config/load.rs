@@ -8,7 +8,6 @@ use toml::Spanned;
 use crate::base::digest::Digest;
 use crate::base::input_error::InputError;
 use crate::base::text_file::{TEXT_BYTES_MAX, TextFile, check_numbers, check_positive};
-
 use crate::config::planner::{CheckerConfig, PlannerConfig};
 use crate::config::scenario::{Scenario, StancePose};
 use crate::config::validation::check_relations;
@@ -55,52 +54,70 @@ struct RawGoal {
 /// The file names `robot` and `world` (paths relative to it), `seed` (default 1), `[start]` and
 /// `[goal]` (`xyz` in m, `yaw` in rad, `stance_width` in m; the goal also `position_tolerance` in m
 /// and `yaw_tolerance` in rad), and optionally `[planner]` ([`PlannerConfig`]) and `[checker]`
-/// ([`CheckerConfig`]). The robot and the world themselves are not opened.
+/// ([`CheckerConfig`]). The files of the robot and the world are not opened.
 ///
 /// # Errors
-/// When the file cannot be read, a number is out of range, or a planner margin is not strictly
-/// stronger than what the checker tolerates.
+/// The file cannot be read, a number is out of range, or a margin of the planner is not strictly
+/// stronger than the checker's tolerance.
 pub fn load_scenario(path: &Path) -> Result<Scenario, InputError> {
     let source = TextFile::read(path, TEXT_BYTES_MAX)?;
     let raw: RawScenario = source.parse_toml()?;
-    let (start_location, goal_location) =
-        (source.location(raw.start.span().start), source.location(raw.goal.span().start));
-    let spans = [raw.planner.as_ref().map(Spanned::span), raw.checker.as_ref().map(Spanned::span)];
-    let [planner_span, checker_span] = &spans;
-    let config_location = |field: &str| {
-        let of_its_table = if field.starts_with("checker.") { checker_span } else { planner_span };
-        let table = of_its_table.as_ref().or(planner_span.as_ref()).or(checker_span.as_ref());
-        source.location(table.map_or(0, |span| span.start))
-    };
-    let (start, goal) = (raw.start.into_inner(), raw.goal.into_inner());
-    let planner = raw.planner.map(Spanned::into_inner).unwrap_or_default();
-    let checker = raw.checker.map(Spanned::into_inner).unwrap_or_default();
-    let start_stance = stance_pose(start.xyz, start.yaw, start.stance_width)
-        .map_err(|message| start_location.error("[start]", message))?;
-    let goal_stance = stance_pose(goal.xyz, goal.yaw, goal.stance_width)
-        .and_then(|stance| {
-            check_positive("position_tolerance", &[goal.position_tolerance]).map(|()| stance)
-        })
-        .and_then(|stance| check_positive("yaw_tolerance", &[goal.yaw_tolerance]).map(|()| stance))
-        .map_err(|message| goal_location.error("[goal]", message))?;
-    check_relations(&planner, &checker)
-        .map_err(|(field, message)| config_location(&field).error(field, message))?;
-    let base_dir = path.parent().unwrap_or(Path::new(""));
+    let start = start_stance(&raw.start, &source)?;
+    let goal = goal_stance(&raw.goal, &source)?;
+    let (planner, checker) = configs(raw.planner, raw.checker, &source)?;
+    let raw_goal = raw.goal.into_inner();
+    let folder = path.parent().unwrap_or(Path::new(""));
     let scenario = Scenario {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.to_owned(),
-        robot_path: base_dir.join(raw.robot),
-        world_path: base_dir.join(raw.world),
-        start: start_stance,
-        goal: goal_stance,
-        goal_position_tolerance: goal.position_tolerance,
-        goal_yaw_tolerance: goal.yaw_tolerance,
+        robot_path: folder.join(raw.robot),
+        world_path: folder.join(raw.world),
+        start,
+        goal,
+        goal_position_tolerance: raw_goal.position_tolerance,
+        goal_yaw_tolerance: raw_goal.yaw_tolerance,
         seed: raw.seed,
         planner,
         checker,
         digest: Digest::default(),
     };
     Ok(scenario.with_seed(raw.seed))
+}
+
+fn start_stance(start: &Spanned<RawStart>, source: &TextFile) -> Result<StancePose, InputError> {
+    let RawStart { xyz, yaw, stance_width } = *start.get_ref();
+    stance_pose(xyz, yaw, stance_width)
+        .map_err(|message| source.location(start.span().start).error("[start]", message))
+}
+
+fn goal_stance(goal: &Spanned<RawGoal>, source: &TextFile) -> Result<StancePose, InputError> {
+    let RawGoal { xyz, yaw, stance_width, position_tolerance, yaw_tolerance } = *goal.get_ref();
+    let stance = || {
+        let stance = stance_pose(xyz, yaw, stance_width)?;
+        check_positive("position_tolerance", &[position_tolerance])?;
+        check_positive("yaw_tolerance", &[yaw_tolerance])?;
+        Ok(stance)
+    };
+    stance().map_err(|message: String| source.location(goal.span().start).error("[goal]", message))
+}
+
+/// Both tables with their defaults. An error names the table of the parameter, or the other one if
+/// that table does not exist.
+fn configs(
+    planner: Option<Spanned<PlannerConfig>>,
+    checker: Option<Spanned<CheckerConfig>>,
+    source: &TextFile,
+) -> Result<(PlannerConfig, CheckerConfig), InputError> {
+    let planner_start = planner.as_ref().map(|table| table.span().start);
+    let checker_start = checker.as_ref().map(|table| table.span().start);
+    let planner = planner.map(Spanned::into_inner).unwrap_or_default();
+    let checker = checker.map(Spanned::into_inner).unwrap_or_default();
+    check_relations(&planner, &checker).map_err(|(field, message)| {
+        let own = if field.starts_with("checker.") { checker_start } else { planner_start };
+        let start = own.or(planner_start).or(checker_start).unwrap_or(0);
+        source.location(start).error(field, message)
+    })?;
+    Ok((planner, checker))
 }
 
 fn stance_pose(xyz: [f64; 3], yaw: f64, stance_width: f64) -> Result<StancePose, String> {

@@ -1,4 +1,5 @@
-//! config.
+//! Scenarios: their file format, the parameters of planner and checker, and the relations between
+//! them.
 
 pub(crate) mod content_digest;
 pub mod load;

@@ -1,55 +1,53 @@
-//! The parameters of the planner and of the checker, with the relations that must hold between
-//! them.
+//! The parameters of the planner and of the checker.
 
-/// A stance foot may be this far from its place between two waypoints of a plan, m.
+/// Largest drift of a stance foot from its pose between two waypoints of a plan, m.
 pub const FOOT_DRIFT_MAX: f64 = 1.0e-3;
-/// A stance foot may be turned this far between two waypoints of a plan, rad.
+/// Largest rotation of a stance foot from its pose between two waypoints of a plan, rad.
 pub const FOOT_TURN_MAX: f64 = 1.7e-3;
-/// A surface carries a planned sole within this distance of its plane, m.
+/// Largest distance of a supporting surface from the plane of a planned sole, m.
 pub const CONTACT_GAP_MAX: f64 = 1e-3;
-/// A surface carries a planned sole within this tilt of its normal, rad.
+/// Largest angle between the normals of a supporting surface and a planned sole, rad.
 pub const CONTACT_TILT_MAX: f64 = 4.0 * std::f64::consts::PI / 180.0;
 
-/// Everything that bounds or shapes the search. Deserialised from a scenario's `[planner]` table,
-/// each field optional.
+/// The planner's parameters: a scenario's `[planner]` table, in which every field is optional.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlannerConfig {
-    /// Work units the whole plan may use; a unit is the least that the search advances by, some ten
-    /// microseconds on the average (`surefoot bench steps` measures each kind).
+    /// Most work units of the whole search. A work unit is the smallest step of the search, about
+    /// 10 µs on average (`surefoot bench steps` measures each kind).
     pub work_max: u64,
     /// Most vertices in each tree of stage P.
     pub tree_vertices_max: u32,
-    /// Most foot placements in the graph.
+    /// Most footholds of stage M.
     pub footholds_max: u32,
-    /// Most transitions in the graph.
+    /// Most transitions of stage M.
     pub transitions_max: u32,
-    /// Most transitions for which a configuration is found; four times as many motions between them
-    /// can be on record.
+    /// Most transition configurations. The roadmap holds up to four times as many motions between
+    /// them.
     pub configurations_max: u32,
-    /// Most waypoints of a plan, those shared by two chunks counted once.
+    /// Most waypoints of a plan. A waypoint shared by two chunks counts once.
     pub waypoints_max: u32,
-    /// Sequences tried to remove steps from a complete segment; 0 removes none.
+    /// Most sequences tried to remove steps from a complete route segment; 0 removes no steps.
     pub step_removal_rounds_max: u32,
-    /// Work of path shortcutting, as a share of the work that finding the plan took; 0 disables it.
+    /// Work of path shortcutting as a share of the work before it; 0 disables shortcutting.
     pub shortcut_work_share: f64,
-    /// Clearance between the robot and the world, and between its own links, at every sampled
+    /// Smallest distance between the robot and the world, and between links, at every sampled
     /// configuration, m.
     pub clearance: f64,
-    /// How far the centre of mass stays inside the support polygon, m; of a small polygon at most
-    /// 60 % of its depth. A robot with soft joints sways by about a centimetre.
+    /// Smallest distance of the centre of mass from the edge of the support polygon, m; for a small
+    /// polygon at most 60 % of its depth. A robot with compliant joints sways by about 1 cm.
     pub com_margin: f64,
-    /// The share of a joint's effort limit that may be used, 0 to 1.
+    /// Largest share of a joint's effort limit in use, 0 to 1.
     pub effort_share: f64,
-    /// How far joints stay from their position limits, rad or m.
+    /// Smallest distance of a joint from its position limits, rad or m.
     pub joint_margin: f64,
-    /// The longest joint motion between two waypoints, rad.
+    /// Largest joint motion between two waypoints, rad.
     pub waypoint_joint_step: f64,
-    /// The longest motion of any point of the robot between two collision samples, m.
+    /// Largest motion of any point of the robot between two collision checks, m.
     pub collision_step: f64,
-    /// The smallest support area of a foot placement, m2; of a small sole at most 26 % of it, which
-    /// is what the default asks of the reference robot's, but in any case a fifth more than the
-    /// checker asks for.
+    /// Smallest support area of a foot placement, m2; for a small sole at most 26 % of its area
+    /// (the share that the default requires of the reference robot), but at least 1.2 times the
+    /// checker's `support_area_min`.
     pub support_area_min: f64,
     /// Distance between the guide-route vertices at which footholds are sampled, m.
     pub route_vertex_spacing: f64,
@@ -78,31 +76,31 @@ impl Default for PlannerConfig {
     }
 }
 
-/// The checker's tolerances. Deserialised from a scenario's `[checker]` table, each field optional.
-/// The loader refuses a scenario whose planner margins are not strictly larger than these.
+/// The checker's tolerances: a scenario's `[checker]` table, in which every field is optional. The
+/// planner's margins must be strictly stronger; the loader checks it.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct CheckerConfig {
-    /// How far a stance sole may be from its declared place, m.
+    /// Largest distance of a stance sole from its declared position, m.
     pub foot_position_max: f64,
-    /// How far a stance sole may be turned from its declared pose, rad.
+    /// Largest rotation of a stance sole from its declared pose, rad.
     pub foot_rotation_max: f64,
-    /// A sole point counts as supported within this distance of a surface, m; also how deep a
-    /// stance foot may press.
+    /// Largest distance between a supported point of a sole and the surface, m; also the largest
+    /// penetration of a stance foot.
     pub contact_gap_max: f64,
-    /// How far a supporting surface's normal may be from the sole's, rad.
+    /// Largest angle between the normals of a supporting surface and the sole, rad.
     pub contact_tilt_max: f64,
-    /// The smallest support area of a stance sole, m2.
+    /// Smallest support area of a stance sole, m2.
     pub support_area_min: f64,
-    /// How deep two things may overlap before it counts as a collision, m.
+    /// Largest penetration of two bodies that is not yet a collision, m.
     pub penetration_max: f64,
-    /// How far inside the equilibrium region the centre of mass must be, m.
+    /// Smallest distance of the centre of mass from the edge of the equilibrium region, m.
     pub com_margin: f64,
-    /// The share of a joint's effort limit that may be used.
+    /// Largest share of a joint's effort limit in use, 0 to 1.
     pub effort_share: f64,
-    /// The longest joint motion between two waypoints, rad.
+    /// Largest joint motion between two waypoints, rad.
     pub joint_step_max: f64,
-    /// The longest root motion between two waypoints, m.
+    /// Largest root motion between two waypoints, m.
     pub root_step_max: f64,
 }
 

@@ -1,25 +1,25 @@
-//! The relations that must hold within and between the planner's and the checker's parameters.
+//! Ranges of the parameters, and the relations between the planner's and the checker's.
 
 use crate::base::text_file::NUMBER_MAX;
+use crate::config::planner::{
+    CONTACT_GAP_MAX, CONTACT_TILT_MAX, CheckerConfig, FOOT_DRIFT_MAX, FOOT_TURN_MAX, PlannerConfig,
+};
 
-use crate::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX, FOOT_DRIFT_MAX, FOOT_TURN_MAX};
-use crate::config::planner::{CheckerConfig, PlannerConfig};
-
-/// The shortest steps that a scenario may ask for, rad or m: shorter ones keep a machine busy for
-/// nothing.
+/// Smallest `waypoint_joint_step` and `collision_step`, rad or m. Smaller steps add work without
+/// use.
 const STEP_MIN: f64 = 1e-3;
-/// The smallest support area that a scenario may ask for, m2.
+/// Smallest `support_area_min` of the planner, m2.
 const AREA_MIN: f64 = 1e-6;
-/// The smallest distance between route vertices that a scenario may ask for, m.
+/// Smallest `route_vertex_spacing`, m.
 const SPACING_MIN: f64 = 0.02;
-/// The widest margin of joints that a scenario may ask for, rad or m.
+/// Largest `joint_margin`, rad or m.
 const JOINT_MARGIN_MAX: f64 = 0.5;
 
-/// A parameter's name and what is wrong with it.
+/// A parameter's name and its error.
 type FieldError = (String, String);
 
-/// Names the first parameter that is out of range, or not strictly stronger than what the
-/// checker tolerates.
+/// The first parameter that is out of range, or of which the planner's value is not strictly
+/// stronger than the checker's.
 pub(crate) fn check_relations(
     planner: &PlannerConfig,
     checker: &CheckerConfig,
@@ -103,7 +103,7 @@ fn check_margins(planner: &PlannerConfig, checker: &CheckerConfig) -> Result<(),
     Ok(())
 }
 
-/// The checker tolerates more than what the planner itself keeps to.
+/// The checker's tolerances exceed the planner's fixed ones.
 fn check_tolerances(checker: &CheckerConfig) -> Result<(), FieldError> {
     for (field, value, kept) in [
         ("checker.foot_position_max", checker.foot_position_max, FOOT_DRIFT_MAX),
@@ -114,7 +114,7 @@ fn check_tolerances(checker: &CheckerConfig) -> Result<(), FieldError> {
         if value <= kept {
             return field_error(
                 field,
-                format!("is {value}; it must be above {kept}, which the planner keeps to"),
+                format!("is {value}; it must be above {kept}, the tolerance of the planner"),
             );
         }
     }
@@ -156,7 +156,7 @@ fn fraction(field: &str, value: f64) -> Result<(), FieldError> {
     if value > 0.0 && value <= 1.0 {
         return Ok(());
     }
-    field_error(field, format!("is {value}; a fraction lies stronger 0 and at most at 1"))
+    field_error(field, format!("is {value}; it must be above 0 and at most 1"))
 }
 
 fn field_error(field: &str, message: impl Into<String>) -> Result<(), FieldError> {

@@ -1,14 +1,15 @@
-//! Convex hulls of points, in the plane and in space.
+//! Convex hulls of points in the plane and in space.
 
 use glam::{DVec2, DVec3};
 
-/// Hulls of more points than this are reduced to their corners.
+/// Most points of a hull that may include interior ones. Larger sets are reduced to the vertices of
+/// the hull.
 const HULL_POINTS_KEPT_MAX: usize = 256;
-/// A point set thinner than this share of its longest extent spans no volume.
+/// Smallest thickness of a point set that spans a volume, as a share of its longest extent.
 const THICKNESS_RATIO_MIN: f64 = 1e-6;
 
-/// The corners of the convex hull of points in the plane, counter-clockwise, without collinear ones
-/// (monotone chain).
+/// The vertices of the convex hull of points in the plane, counter-clockwise, without collinear
+/// ones (Andrew's monotone chain).
 pub(crate) fn convex_polygon(points: &[DVec2]) -> Vec<DVec2> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
@@ -42,11 +43,11 @@ pub(crate) fn polygon_area(polygon: &[DVec2]) -> f64 {
     0.5 * polygon.iter().zip(next).map(|(a, b)| a.perp_dot(*b)).sum::<f64>()
 }
 
-/// The points that matter to a convex hull: without repetitions, and only the corners if there are
-/// very many.
+/// Points with the same convex hull: without duplicates, and without interior points if there are
+/// more than [`HULL_POINTS_KEPT_MAX`].
 ///
 /// # Errors
-/// When the points span no volume.
+/// The points span no volume.
 pub(crate) fn hull_points(mut points: Vec<DVec3>) -> Result<Vec<DVec3>, String> {
     points.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)));
     points.dedup();
@@ -59,7 +60,7 @@ pub(crate) fn hull_points(mut points: Vec<DVec3>) -> Result<Vec<DVec3>, String> 
     Ok(points)
 }
 
-/// Corners and outward triangles of the convex hull of points that span a volume.
+/// Vertices and outward triangles of the convex hull of points that span a volume.
 pub(crate) fn hull_triangles(points: &[DVec3]) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), String> {
     parry3d_f64::transformation::try_convex_hull(points)
         .map_err(|error| format!("has no convex hull: {error}"))

@@ -1,16 +1,16 @@
-//! The shapes of robots and worlds.
+//! Shapes of robots and worlds.
 
 use glam::DVec3;
 
-/// A solid in its own frame, metres. A mesh is a closed surface with outward normals.
+/// A solid in its own frame, lengths in m. A mesh is a closed surface with outward normals.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
     /// A box centred on the origin.
     Box {
-        /// Half of each side.
+        /// Half of each side length.
         half_extents: DVec3,
     },
-    /// A ball centred on the origin.
+    /// A sphere centred on the origin.
     Sphere {
         /// Its radius.
         radius: f64,
@@ -19,7 +19,7 @@ pub enum Shape {
     Cylinder {
         /// Its radius.
         radius: f64,
-        /// Half of its full length.
+        /// Half of its length.
         half_length: f64,
     },
     /// A capsule along z, centred on the origin.
@@ -40,16 +40,16 @@ pub enum Shape {
         vertices: Vec<DVec3>,
         /// Vertex indices, counter-clockwise seen from outside.
         triangles: Vec<[u32; 3]>,
-        /// The file it came from, as written (needed to export it again).
+        /// The mesh file, which an exported plan names.
         source: MeshSource,
     },
 }
 
-/// Where a mesh or hull came from.
+/// The file of a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshSource {
     /// Absolute path of the file.
     pub path: std::path::PathBuf,
-    /// The scale applied to its vertices.
+    /// The scale factors of its vertices along x, y and z.
     pub scale: DVec3,
 }

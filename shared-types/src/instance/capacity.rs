@@ -1,5 +1,5 @@
-//! Whether shared memory has room. A touch of a page that cannot be had any more would end the
-//! process by SIGBUS, so room is looked for before anything is opened, and taken for good right
+//! Capacity of shared memory. A process that accesses a page when shared memory is full ends with
+//! SIGBUS. So free space is checked before anything is opened, and every page is allocated right
 //! after.
 
 use std::ffi::CString;
@@ -7,17 +7,14 @@ use std::fs::{OpenOptions, Permissions};
 use std::io;
 use std::os::fd::AsRawFd;
 use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::{OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
-use crate::instance::directory::io_error;
-use crate::instance::instance::InstanceError;
+use crate::instance::error::{InstanceError, io_error};
+use crate::instance::tuning::NEEDED_KIB;
+use crate::instance::unfinished::is_unfinished;
 
-/// What one process puts into shared memory at the most: its pool of chunks, its feedback and
-/// iceoryx2's own tables, KiB.
-const NEEDED_KIB: u64 = 8 * 1024;
-
-/// Checks that the file system of `path` has room for one more process.
+/// Checks that the file system of `path` has [`NEEDED_KIB`] free, enough for one more process.
 pub(crate) fn check(path: &Path) -> Result<(), InstanceError> {
     match free_kib(path) {
         Some(free_kib) if free_kib < NEEDED_KIB => {
@@ -27,9 +24,16 @@ pub(crate) fn check(path: &Path) -> Result<(), InstanceError> {
     }
 }
 
-/// Closes a segment to other users (iceoryx2 leaves one of its own open to all) and allocates every
-/// page of it. Its content stays; one that is gone meanwhile needs nothing.
+/// Closes a segment to other users (iceoryx2 leaves one of its own open to all) and allocates all
+/// its pages. Its content stays. No error if the segment does not exist. A segment that its process
+/// has not finished is left to that process.
 pub(crate) fn reserve(segment: &Path) -> Result<(), InstanceError> {
+    if segment
+        .symlink_metadata()
+        .is_ok_and(|metadata| is_unfinished(metadata.len(), metadata.mode()))
+    {
+        return Ok(());
+    }
     let opened =
         OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(segment);
     let file = match opened {
@@ -56,10 +60,10 @@ pub(crate) fn reserve(segment: &Path) -> Result<(), InstanceError> {
     }
 }
 
-/// Free space of the file system of `path`, KiB; nothing where it cannot be asked.
+/// Free space of the file system of `path`, KiB; `None` if the system does not report it.
 fn free_kib(path: &Path) -> Option<u64> {
     let path = CString::new(path.as_os_str().as_bytes()).ok()?;
-    // SAFETY: an all-zero statvfs is a valid one.
+    // SAFETY: all-zero bytes are a valid statvfs.
     let mut stat: libc::statvfs = unsafe { std::mem::zeroed() };
     // SAFETY: both pointers outlive the call.
     let result = unsafe { libc::statvfs(path.as_ptr(), &mut stat) };

@@ -1,4 +1,4 @@
-//! Private folders, and the segments that iceoryx2 puts into `/dev/shm`.
+//! Private folders, and the shared-memory segments of iceoryx2 in `/dev/shm`.
 
 use std::fs;
 use std::fs::{DirBuilder, DirEntry};
@@ -7,14 +7,14 @@ use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-use crate::instance::instance::InstanceError;
+use crate::instance::error::{InstanceError, io_error};
 use crate::instance::lock::LOCK_FILE;
 
-/// Where Linux shows POSIX shared memory.
+/// The folder in which Linux shows POSIX shared memory.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The folder of all instances of this user: in `/dev/shm`, or in the folder for temporary files
-/// where that is unusable.
+/// if `/dev/shm` is unusable.
 pub(crate) fn default_base() -> Result<PathBuf, InstanceError> {
     let folder = format!("surefoot-{}", effective_uid());
     let base = Path::new(SHARED_MEMORY).join(&folder);
@@ -25,8 +25,8 @@ pub(crate) fn default_base() -> Result<PathBuf, InstanceError> {
     }
 }
 
-/// Creates a folder with mode 0700, or checks that it is private to this user. False if it existed
-/// and another process removed it meanwhile.
+/// Creates a folder with mode 0700, or checks that an existing one is private to this user. `false`
+/// if it existed and another process removed it before the check.
 pub(crate) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
     match DirBuilder::new().mode(0o700).create(path) {
         Ok(()) => Ok(true),
@@ -35,8 +35,8 @@ pub(crate) fn ensure_private(path: &Path) -> Result<bool, InstanceError> {
     }
 }
 
-/// As [`ensure_private`] for a folder in the base; false also if another process removed the base
-/// meanwhile.
+/// As [`ensure_private`] for a folder in the base; `false` also if another process removed the base
+/// in between.
 pub(crate) fn ensure_private_root(root: &Path) -> Result<bool, InstanceError> {
     unless_missing(ensure_private(root))
 }
@@ -46,7 +46,7 @@ pub(crate) fn is_ours(path: &Path) -> Result<bool, InstanceError> {
     unless_missing(check_private(path).map(|()| true))
 }
 
-/// False where something is not there.
+/// `false` instead of the error that a file does not exist.
 fn unless_missing(found: Result<bool, InstanceError>) -> Result<bool, InstanceError> {
     match found {
         Err(InstanceError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => Ok(false),
@@ -75,13 +75,13 @@ fn check_private(path: &Path) -> Result<(), InstanceError> {
     let mode = metadata.mode() & 0o7777;
     if mode & 0o077 != 0 {
         return not_private(format!(
-            "its mode is {mode:04o}, so others may enter it; 0700 is needed"
+            "its mode is {mode:04o}, so other users may enter it; 0700 is needed"
         ));
     }
     Ok(())
 }
 
-/// Refuses segments of our prefix that belong to another user.
+/// An error if a segment with this prefix belongs to another user.
 pub(crate) fn refuse_foreign_segments(prefix: &str) -> Result<(), InstanceError> {
     for segment in segments(prefix)? {
         match segment.path().symlink_metadata() {
@@ -95,10 +95,11 @@ pub(crate) fn refuse_foreign_segments(prefix: &str) -> Result<(), InstanceError>
     Ok(())
 }
 
-/// Removes the segments of a prefix from shared memory: iceoryx2 leaves one behind for each.
+/// Removes all segments whose names begin with `prefix`. iceoryx2 itself leaves one behind for
+/// each prefix.
 ///
 /// # Errors
-/// The system does not permit it.
+/// The operating system does not permit it.
 pub fn remove_segments(prefix: &str) -> Result<(), InstanceError> {
     for segment in segments(prefix)? {
         unless_gone(fs::remove_file(segment.path()), &segment.path())?;
@@ -106,7 +107,7 @@ pub fn remove_segments(prefix: &str) -> Result<(), InstanceError> {
     Ok(())
 }
 
-/// Removes everything in the root but the lock.
+/// Removes everything in the root except the lock file.
 pub(crate) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
     for entry in entries(root)? {
         if entry.file_name() == LOCK_FILE {
@@ -122,8 +123,8 @@ pub(crate) fn empty_except_lock(root: &Path) -> Result<(), InstanceError> {
     Ok(())
 }
 
-/// Removes the root, and the base folder if it was the last one in it. The lock goes last: a
-/// process that finds none creates its own, and then the root stays.
+/// Removes the root, and the base folder if it is empty then. The lock file goes last: a process
+/// that finds no lock file creates its own, and the root stays.
 pub(crate) fn remove_root(root: &Path) -> Result<(), InstanceError> {
     empty_except_lock(root)?;
     let lock = root.join(LOCK_FILE);
@@ -132,22 +133,17 @@ pub(crate) fn remove_root(root: &Path) -> Result<(), InstanceError> {
         Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => return Ok(()),
         removed => unless_gone(removed, root)?,
     }
-    // Fails while other instances exist there, as it should.
+    // Fails while other instances exist in the base folder, as it must.
     let _ = root.parent().map(fs::remove_dir);
     Ok(())
 }
 
-/// The names of what stands in `folder`; none when it does not exist.
+/// The names of the entries of `folder`, sorted; empty if it does not exist.
 pub(crate) fn child_names(folder: &Path) -> Result<Vec<String>, InstanceError> {
     let mut names: Vec<String> =
         entries(folder)?.iter().filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.sort();
     Ok(names)
-}
-
-/// The error `source` at `path`.
-pub(crate) fn io_error(path: &Path, source: io::Error) -> InstanceError {
-    InstanceError::Io { path: path.to_owned(), source }
 }
 
 /// The segments whose names begin with `prefix`.

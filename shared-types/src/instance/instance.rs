@@ -1,90 +1,26 @@
-//! An instance: the private part of shared memory that one planner and one controller share.
+//! An instance: the shared memory that one planner, one controller and their clients use, closed
+//! to other users and programs.
 //!
-//! Its root folder is `/dev/shm/surefoot-<uid>/<name>`, mode 0700, and every segment carries a
-//! prefix of its own, so that nothing is shared with other users or other iceoryx2 programs.
-//! Every process of the instance holds a shared lock on the file `lock` in the root; the kernel
-//! drops the locks of killed processes. Only a process that holds the lock exclusively may remove
-//! the root and its segments: the last process that leaves does so, and so does the next
-//! [`Instance::create`] or [`Instance::clean_dead`] after a crash.
+//! Its root folder is `/dev/shm/surefoot-<uid>/<name>`, mode 0700, and the name of every
+//! shared-memory segment begins with the instance's prefix. Every process of the instance holds a
+//! shared lock on the file `lock` in the root; the kernel drops the locks of killed processes.
+//! Only a process that holds the lock exclusively removes the root and its segments: the last
+//! process that leaves, or after a crash [`Instance::create`] or [`Instance::clean_dead`].
 
-use crate::instance::capacity;
-use crate::instance::directory;
-use crate::instance::lock;
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use iceoryx2::prelude::{Config, FileName, Path as IoxPath, SemanticString};
 
-use crate::instance::directory::remove_segments;
+use crate::instance::capacity;
+use crate::instance::directory;
+use crate::instance::error::InstanceError;
+use crate::instance::location::Location;
+use crate::instance::lock;
+use crate::instance::tuning::LOCK_ATTEMPTS_MAX;
 
-use crate::base::digest::Digest;
-
-/// Longest name of an instance, bytes.
-pub const NAME_LEN_MAX: usize = 32;
-/// Longest path of a base folder, bytes; leaves room for iceoryx2's own folders below it.
-const BASE_PATH_LEN_MAX: usize = 64;
-/// How often a lock is tried while another process creates or removes the same instance.
-const LOCK_ATTEMPTS_MAX: usize = 20;
-
-/// Why an instance cannot be entered.
-#[derive(Debug, thiserror::Error)]
-pub enum InstanceError {
-    /// The name is not usable.
-    #[error("instance name '{name}': use 1 to {NAME_LEN_MAX} of the characters a-z, 0-9, _ and -")]
-    Name {
-        /// The name as given.
-        name: String,
-    },
-    /// Another user owns the folder, or others may enter it.
-    #[error("{}: {reason}; remove it, or choose another instance name", path.display())]
-    NotPrivate {
-        /// The folder or segment.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// Other processes use it.
-    #[error("instance '{name}' is in use; end its processes or choose another name")]
-    InUse {
-        /// Its name.
-        name: String,
-    },
-    /// It was not created.
-    #[error("instance '{name}' does not exist ({}); start its creator first", root.display())]
-    Missing {
-        /// Its name.
-        name: String,
-        /// Where it was looked for.
-        root: PathBuf,
-    },
-    /// The path does not fit iceoryx2's limits.
-    #[error("{}: the path is not absolute, not plain text, or longer than {BASE_PATH_LEN_MAX} bytes", path.display())]
-    Path {
-        /// The base folder.
-        path: PathBuf,
-    },
-    /// Shared memory is full.
-    #[error(
-        "shared memory is full: {free_kib} KiB free, {needed_kib} KiB are needed; free some in /dev/shm, or enlarge it (in a container: --shm-size=256m)"
-    )]
-    Full {
-        /// Free memory.
-        free_kib: u64,
-        /// Needed memory.
-        needed_kib: u64,
-    },
-    /// The file system refused.
-    #[error("{}: {source}", path.display())]
-    Io {
-        /// The file or folder.
-        path: PathBuf,
-        /// The error of the system.
-        source: std::io::Error,
-    },
-}
-
-/// A handle on an instance. Clones share it; with the last one the process leaves.
+/// A handle on an instance. Clones share it; when the last one is dropped the process leaves.
 #[derive(Debug, Clone)]
 pub struct Instance {
     membership: Arc<Membership>,
@@ -96,19 +32,11 @@ struct Membership {
     lock: File,
 }
 
-/// Name, root folder and segment prefix of an instance.
-#[derive(Debug, Clone)]
-pub(crate) struct Location {
-    name: String,
-    root: PathBuf,
-    prefix: String,
-}
-
 impl Instance {
-    /// Creates an instance under the default base folder, after removing what a crash left of it.
+    /// Creates an instance below the default base folder. Removes files that a crash left there.
     ///
     /// # Errors
-    /// The name is invalid, the instance is in use, its folder belongs to somebody else, or the
+    /// The name is invalid, the instance is in use, its folder belongs to another user, or the
     /// file system fails.
     pub fn create(name: &str) -> Result<Self, InstanceError> {
         Self::create_in(&directory::default_base()?, name)
@@ -117,29 +45,29 @@ impl Instance {
     /// Enters an instance that another process created.
     ///
     /// # Errors
-    /// The name is invalid, the instance does not exist, its folder belongs to somebody else, or
+    /// The name is invalid, the instance does not exist, its folder belongs to another user, or
     /// the file system fails.
     pub fn attach(name: &str) -> Result<Self, InstanceError> {
         Self::attach_in(&directory::default_base()?, name)
     }
 
-    /// Like [`Self::create`], with the base folder given: an absolute path, created with mode 0700
-    /// when missing.
+    /// As [`Self::create`], below the folder `base`: an absolute path, created with mode 0700 if
+    /// it does not exist.
     ///
     /// # Errors
-    /// As [`Self::create`]; also where the base folder's path is relative or too long.
+    /// As [`Self::create`]; also if the path of `base` is relative or too long.
     pub fn create_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let location = Location::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
             directory::refuse_foreign_segments(&location.prefix)?;
-            // Nothing slow from here to the lock: `clean_dead` takes a folder without a lock for
-            // dead.
-            let is_there =
+            // Nothing slow between the folder and its lock: `clean_dead` counts a folder without a
+            // lock as dead.
+            let exists =
                 directory::ensure_private(base)? && directory::ensure_private_root(&location.root)?;
-            if is_there && let Some(lock) = lock::lock_exclusive(&location.root)? {
+            if exists && let Some(lock) = lock::lock_exclusive(&location.root)? {
                 lock::mark_unready(&lock, &location.root)?;
                 directory::empty_except_lock(&location.root)?;
-                remove_segments(&location.prefix)?;
+                directory::remove_segments(&location.prefix)?;
                 lock::mark_ready(&lock, &location.root)?;
                 if lock::downgrade(&lock, &location.root)? {
                     return Ok(Self { membership: Arc::new(Membership { location, lock }) });
@@ -150,10 +78,10 @@ impl Instance {
         Err(InstanceError::InUse { name: location.name })
     }
 
-    /// Like [`Self::attach`], with the base folder given.
+    /// As [`Self::attach`], below the folder `base`.
     ///
     /// # Errors
-    /// As [`Self::attach`]; also where the base folder's path is relative or too long.
+    /// As [`Self::attach`]; also if the path of `base` is relative or too long.
     pub fn attach_in(base: &Path, name: &str) -> Result<Self, InstanceError> {
         let location = Location::new(base, name)?;
         for _ in 0..LOCK_ATTEMPTS_MAX {
@@ -169,8 +97,7 @@ impl Instance {
         Err(InstanceError::Missing { name: location.name, root: location.root })
     }
 
-    /// Removes every instance of this user without a running process; returns how many.
-    /// Call it at start-up.
+    /// Removes every instance of this user that has no running process, and returns how many.
     ///
     /// # Errors
     /// The base folder cannot be read, or a dead instance cannot be locked or removed.
@@ -178,7 +105,7 @@ impl Instance {
         Self::clean_dead_in(&directory::default_base()?)
     }
 
-    /// Like [`Self::clean_dead`], with the base folder given.
+    /// As [`Self::clean_dead`], below the folder `base`.
     ///
     /// # Errors
     /// As [`Self::clean_dead`].
@@ -189,18 +116,18 @@ impl Instance {
             if !matches!(directory::is_ours(&location.root), Ok(true)) {
                 continue;
             }
-            if let Some(lock) = lock::lock_exclusive(&location.root)? {
-                location.remove(&lock)?;
+            if let Some(_exclusive) = lock::lock_exclusive(&location.root)? {
+                location.remove()?;
                 removed += 1;
             }
         }
         Ok(removed)
     }
 
-    /// The names of all instances of this user with a running process.
+    /// The names of all instances of this user that have a running process.
     ///
     /// # Errors
-    /// The folder of all instances is not private to this user.
+    /// The base folder is not private to this user.
     pub fn running() -> Result<Vec<String>, InstanceError> {
         let base = directory::default_base()?;
         let mut names = directory::child_names(&base)?;
@@ -221,23 +148,19 @@ impl Instance {
         &self.membership.location.root
     }
 
-    /// What every shared-memory segment's name of this instance begins with.
+    /// The beginning of the name of every shared-memory segment of this instance.
     pub fn segment_prefix(&self) -> &str {
         &self.membership.location.prefix
     }
 
-    /// Checks that shared memory has room for what a process of this instance puts there.
-    ///
-    /// # Errors
-    /// It has not.
+    /// Checks that shared memory has space for one more process of this instance.
     pub(crate) fn check_capacity(&self) -> Result<(), InstanceError> {
         capacity::check(self.root())?;
         capacity::check(Path::new(directory::SHARED_MEMORY))
     }
 
-    /// Takes the memory of all segments of this instance from the system now, so that no later
-    /// touch of them can find none left, and closes them to other users. Call it after opening
-    /// ports.
+    /// Allocates the memory of all segments of this instance, so that no later access of a page
+    /// fails, and closes them to other users. Call it after opening ports.
     ///
     /// # Errors
     /// Shared memory is full.
@@ -247,7 +170,7 @@ impl Instance {
             .try_for_each(|segment| capacity::reserve(&segment.path()))
     }
 
-    /// iceoryx2's configuration for this instance. Nothing is looked up in files.
+    /// iceoryx2's configuration for this instance. No configuration file is read.
     pub(crate) fn config(&self) -> Result<Config, InstanceError> {
         let location = &self.membership.location;
         let unusable = || InstanceError::Path { path: location.root.clone() };
@@ -259,42 +182,11 @@ impl Instance {
     }
 }
 
-impl Location {
-    fn new(base: &Path, name: &str) -> Result<Self, InstanceError> {
-        let fits = (1..=NAME_LEN_MAX).contains(&name.len());
-        if !fits
-            || !name.bytes().all(|byte| {
-                byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'_' || byte == b'-'
-            })
-        {
-            return Err(InstanceError::Name { name: name.to_owned() });
-        }
-        let path =
-            base.to_str().filter(|path| base.is_absolute() && path.len() <= BASE_PATH_LEN_MAX);
-        let path = path.ok_or_else(|| InstanceError::Path { path: base.to_owned() })?;
-        let tag = Digest::of(&[path.as_bytes()]).to_string();
-        Ok(Self {
-            name: name.to_owned(),
-            root: base.join(name),
-            prefix: format!("surefoot-{}-{name}.", &tag[..12]),
-        })
-    }
-
-    /// Removes root and segments. `_exclusive` is the exclusive lock that makes it lawful.
-    fn remove(&self, _exclusive: &File) -> Result<(), InstanceError> {
-        remove_segments(&self.prefix)?;
-        directory::remove_root(&self.root)
-    }
-}
-
 impl Drop for Membership {
     fn drop(&mut self) {
         if lock::upgrade(&self.lock) {
-            // A failure leaves files that the next start removes; it is not reported.
-            let _ = self.location.remove(&self.lock);
+            // The next start removes files that a failure leaves here; it is not reported.
+            let _ = self.location.remove();
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,5 +1,5 @@
-//! Slots of shared memory that are loaned before they are needed: loaning one costs an allocation,
-//! using it costs none.
+//! A pool of messages in shared memory, loaned before they are needed. Loaning a message allocates,
+//! writing and sending it does not.
 
 use std::mem::MaybeUninit;
 
@@ -7,10 +7,10 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::ipc;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
 
-use crate::instance::participant::ChannelError;
+use crate::instance::error::ChannelError;
 use crate::message::Layout;
 
-/// A slot that was loaned and not written yet.
+/// A loaned message that is not written yet.
 pub type Slot<M> = SampleMutUninit<ipc::Service, MaybeUninit<M>, ()>;
 
 /// A publisher with a pool of loaned slots.
@@ -20,11 +20,11 @@ pub struct LoanPool<M: Layout> {
 }
 
 impl<M: Layout> LoanPool<M> {
-    /// Touches `pool` slots, so that no page is touched for the first time later, and keeps `len`
-    /// of them loaned. The publisher must be allowed to loan `pool` slots at a time.
+    /// Loans and writes `pool` slots, so that the first access of each page happens here, and keeps
+    /// `len` of them loaned. The publisher's limit of loans must be at least `pool`.
     ///
     /// # Errors
-    /// The publisher has not so many.
+    /// The publisher cannot loan `pool` slots.
     pub fn new(
         publisher: Publisher<ipc::Service, M, ()>,
         pool: usize,
@@ -40,10 +40,10 @@ impl<M: Layout> LoanPool<M> {
         Ok(Self { slots, publisher })
     }
 
-    /// A slot of the pool, or a new loan if the pool is empty.
+    /// Takes a slot of the pool, or a new loan if the pool is empty.
     ///
     /// # Errors
-    /// The pool is used up.
+    /// The publisher cannot loan another slot.
     pub fn take(&mut self) -> Result<Slot<M>, ChannelError> {
         match self.slots.pop() {
             Some(slot) => Ok(slot),
@@ -51,10 +51,10 @@ impl<M: Layout> LoanPool<M> {
         }
     }
 
-    /// Fills the pool up to `len` slots again. Call it while idle.
+    /// Fills the pool up to `len` slots. It allocates: call it while idle.
     ///
     /// # Errors
-    /// The pool is used up.
+    /// The publisher cannot loan another slot.
     pub fn refill(&mut self, len: usize) -> Result<(), ChannelError> {
         while self.slots.len() < len {
             self.slots.push(loan(&self.publisher)?);

@@ -1,13 +1,13 @@
-//! The lock file of an instance: processes hold it shared, creation and removal hold it
-//! exclusively.
+//! The lock file of an instance. A process in the instance holds it shared; a process that creates
+//! or removes the instance holds it exclusively.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
-use crate::instance::directory::io_error;
-use crate::instance::instance::InstanceError;
+use crate::instance::error::{InstanceError, io_error};
+use crate::instance::tuning::LOCK_PAUSE;
 
 /// The lock file's name in the root.
 pub(crate) const LOCK_FILE: &str = "lock";
@@ -28,7 +28,7 @@ pub(crate) fn is_locked(root: &Path) -> Result<bool, InstanceError> {
     }
 }
 
-/// The lock, held shared; none while `root` is not created completely or is being removed.
+/// The lock, held shared; `None` while `root` is being created or removed.
 pub(crate) fn lock_shared(root: &Path) -> Result<Option<File>, InstanceError> {
     let Some(file) = open(root, false)? else { return Ok(None) };
     let is_ready = |file: &File| file.metadata().is_ok_and(|metadata| metadata.len() > 0);
@@ -46,7 +46,8 @@ pub(crate) fn mark_unready(exclusive: &File, root: &Path) -> Result<(), Instance
     exclusive.set_len(0).map_err(|error| io_error(&root.join(LOCK_FILE), error))
 }
 
-/// Turns an exclusive lock into a shared one. False if another process removed the root in between.
+/// Turns an exclusive lock into a shared one. `false` if another process removed the root between
+/// the two.
 pub(crate) fn downgrade(file: &File, root: &Path) -> Result<bool, InstanceError> {
     Ok(granted(file.try_lock_shared(), root)? && is_current_file(file, root))
 }
@@ -56,9 +57,9 @@ pub(crate) fn upgrade(file: &File) -> bool {
     file.try_lock().is_ok()
 }
 
-/// Waits a moment for the holder of the lock.
+/// Waits for [`LOCK_PAUSE`], in which the holder of the lock may release it.
 pub(crate) fn pause() {
-    std::thread::sleep(std::time::Duration::from_millis(5));
+    std::thread::sleep(LOCK_PAUSE);
 }
 
 fn open(root: &Path, create: bool) -> Result<Option<File>, InstanceError> {

@@ -1,16 +1,30 @@
-//! instance.
+//! The shared memory of one planner, one controller and their clients: the private folder, its
+//! locks, iceoryx2's services, wake pipes, requests and observers.
 
 pub(crate) mod capacity;
-pub mod directory;
+pub(crate) mod directory;
+pub mod error;
 pub mod instance;
 pub mod loan_pool;
+pub(crate) mod location;
 pub(crate) mod lock;
+pub(crate) mod making;
 pub mod observer;
 pub mod participant;
 pub mod requests;
 pub mod sender;
+pub mod services;
+#[cfg(test)]
+mod tests;
+pub mod tuning;
+pub(crate) mod unfinished;
+pub(crate) mod unfinished_watch;
 pub mod wake_pipe;
 
 pub use directory::remove_segments;
-pub use participant::{ChannelError, Participant, RequestServices};
+pub use error::{ChannelError, InstanceError};
+pub use instance::Instance;
+pub use making::Making;
+pub use participant::Participant;
 pub use sender::{SenderStatus, SenderTracker, random_id};
+pub use services::{RequestServices, Service};

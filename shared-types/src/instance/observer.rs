@@ -1,15 +1,16 @@
 //! Receives all messages of a planner and its controller: for monitors and loggers.
 //!
-//! An observer's mapping of the messages is read-only. One that reads too slowly misses messages;
-//! no process waits for it.
+//! An observer maps the messages read-only. A slow observer misses messages; no process waits for
+//! it.
 
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{PortFactory, ipc};
 
+use crate::instance::error::ChannelError;
 use crate::instance::instance::Instance;
-use crate::instance::participant::{
-    ChannelError, Participant, RequestServices, STATE_BUFFER, Service, WINDOW_CHUNKS,
-};
+use crate::instance::participant::Participant;
+use crate::instance::services::{RequestServices, Service};
+use crate::instance::tuning::{STATE_BUFFER, WINDOW_CHUNKS};
 use crate::message::{Feedback, Layout, PlanChunk, PlanStatus, SimulationState, WithCrc};
 
 /// Subscribers of all messages in an instance.
@@ -25,12 +26,13 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// Attaches to an instance.
+    /// Subscribes to all services of an instance.
     ///
     /// # Errors
-    /// The transport fails, or the other processes lay their messages out differently.
+    /// The transport fails, or another process has another message layout.
     pub fn open(instance: &Instance) -> Result<Self, ChannelError> {
         let participant = Participant::open(instance)?;
+        let making = participant.making()?;
         let (services, state_service) =
             (participant.open_request_services()?, participant.open_state()?);
         let failed = |error| ChannelError::transport("creating a subscriber", error);
@@ -47,6 +49,7 @@ impl Observer {
             .buffer_size(STATE_BUFFER)
             .create()
             .map_err(failed)?;
+        drop(making);
         Ok(Self {
             chunks,
             feedback,
@@ -58,7 +61,7 @@ impl Observer {
         })
     }
 
-    /// The next chunk, if one came and is undamaged.
+    /// The next undamaged chunk, if one arrived.
     ///
     /// # Errors
     /// The transport fails.
@@ -66,7 +69,7 @@ impl Observer {
         next(&self.chunks, PlanChunk::crc_matches)
     }
 
-    /// The controller's next feedback, if one came and is well-formed.
+    /// The controller's next well-formed feedback, if one arrived.
     ///
     /// # Errors
     /// The transport fails.
@@ -74,7 +77,7 @@ impl Observer {
         next(&self.feedback, Feedback::is_well_formed)
     }
 
-    /// The next status of a planner that stays up, if one came and is well-formed.
+    /// The next well-formed status of a serving planner, if one arrived.
     ///
     /// # Errors
     /// The transport fails.
@@ -82,7 +85,7 @@ impl Observer {
         next(&self.status, |status| status.known_state().is_some())
     }
 
-    /// The simulated robot's next state, if one came and is well-formed.
+    /// The simulated robot's next well-formed state, if one arrived.
     ///
     /// # Errors
     /// The transport fails.
@@ -90,23 +93,23 @@ impl Observer {
         next(&self.state, SimulationState::is_well_formed)
     }
 
-    /// Planners and controllers attached, killed ones included until a process cleans up.
+    /// Number of attached planners and controllers. Killed ones count until a process cleans up.
     pub fn publisher_count(&self) -> usize {
         self.participant.chunks.dynamic_config().number_of_publishers()
             + self.participant.feedback.dynamic_config().number_of_publishers()
     }
 }
 
-/// The next message that `is_sound`; others are skipped.
+/// The next message that `is_well_formed`; others are skipped.
 fn next<M: Layout>(
     subscriber: &Subscriber<ipc::Service, M, ()>,
-    is_sound: impl Fn(&M) -> bool,
+    is_well_formed: impl Fn(&M) -> bool,
 ) -> Result<Option<M>, ChannelError> {
     loop {
         let received =
             subscriber.receive().map_err(|error| ChannelError::transport("receiving", error))?;
         let Some(sample) = received else { return Ok(None) };
-        if is_sound(sample.payload()) {
+        if is_well_formed(sample.payload()) {
             return Ok(Some(*sample.payload()));
         }
     }

@@ -1,4 +1,4 @@
-//! The request server of a planner that stays up, and its clients.
+//! The request server of a serving planner, and its clients.
 //!
 //! A client repeats its request until the server's status names it; the server takes each request
 //! once. Damaged and malformed requests are ignored.
@@ -7,12 +7,12 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{BackpressureStrategy, ipc};
 
-use crate::instance::participant::{ChannelError, Participant, RequestServices, WINDOW_CHUNKS};
+use crate::instance::error::ChannelError;
+use crate::instance::participant::Participant;
+use crate::instance::services::RequestServices;
+use crate::instance::tuning::{CLIENTS_MAX, WINDOW_CHUNKS};
 use crate::message::request::{REQUEST_SCHEMA, STATUS_SCHEMA};
 use crate::message::{PlanRequest, PlanStatus, RequestKind, WithCrc};
-
-/// How many clients are remembered, so that a repeated request of theirs is known.
-const CLIENTS_MAX: usize = 64;
 
 /// The request server: the planner's side.
 #[derive(Debug)]
@@ -31,6 +31,7 @@ impl RequestServer {
     /// # Errors
     /// The transport fails.
     pub fn open(participant: &Participant, session: u64) -> Result<Self, ChannelError> {
+        let _making = participant.making()?;
         let services = participant.open_request_services()?;
         let requests = services.requests.subscriber_builder().buffer_size(WINDOW_CHUNKS).create();
         let requests = requests
@@ -49,7 +50,7 @@ impl RequestServer {
         })
     }
 
-    /// The next request that was not served yet, with its kind.
+    /// The next well-formed request that was not taken before, with its kind.
     ///
     /// # Errors
     /// The transport fails.
@@ -69,7 +70,7 @@ impl RequestServer {
         }
     }
 
-    /// Publishes a status to all clients; schema, session, count and CRC are filled in.
+    /// Publishes a status to all clients. Writes its schema, session, count and CRC.
     ///
     /// # Errors
     /// The transport fails.
@@ -88,7 +89,7 @@ impl RequestServer {
             .map_err(|error| ChannelError::transport("sending the status", error))
     }
 
-    /// Whether a request is newer than all of its client before; notes it if so.
+    /// Whether a request's number exceeds all earlier ones of its client. Remembers the number.
     fn is_new(&mut self, request: &PlanRequest) -> bool {
         if let Some((_, number)) =
             self.served.iter_mut().find(|(client, _)| *client == request.client)
@@ -116,15 +117,16 @@ pub struct RequestClient {
 }
 
 impl RequestClient {
-    /// Opens the request services. `id` must not be 0 and must differ from that of every client
-    /// before (`instance::random_id`).
+    /// Opens the request services. `id` must not be 0 and must differ from the id of every earlier
+    /// client ([`random_id`](crate::instance::sender::random_id)).
     ///
     /// # Errors
-    /// The transport fails.
+    /// The id is 0, or the transport fails.
     pub fn open(participant: Participant, id: u64) -> Result<Self, ChannelError> {
         if id == 0 {
             return Err(ChannelError::Id);
         }
+        let making = participant.making()?;
         let services = participant.open_request_services()?;
         let requests = services
             .requests
@@ -137,10 +139,12 @@ impl RequestClient {
         let status = status
             .map_err(|error| ChannelError::transport("creating the status subscriber", error))?;
         participant.instance.reserve_segments()?;
+        drop(making);
         Ok(Self { requests, status, _services: services, _participant: participant, id, number: 0 })
     }
 
-    /// Fills in schema, client, number and CRC. Send the result repeatedly until a status names it.
+    /// A copy of `request` with schema, client, number and CRC written. Send it repeatedly until a
+    /// status names it.
     pub fn stamp(&mut self, request: &PlanRequest) -> PlanRequest {
         self.number += 1;
         let mut stamped = PlanRequest {
@@ -153,7 +157,7 @@ impl RequestClient {
         stamped
     }
 
-    /// Sends a request as it is.
+    /// Sends a request unchanged.
     ///
     /// # Errors
     /// The transport fails.
@@ -164,7 +168,7 @@ impl RequestClient {
             .map_err(|error| ChannelError::transport("sending a request", error))
     }
 
-    /// The planner's latest status, if a new one came and is well-formed.
+    /// The planner's latest well-formed status, if a new one arrived.
     ///
     /// # Errors
     /// The transport fails.

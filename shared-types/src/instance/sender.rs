@@ -1,15 +1,13 @@
 //! Tracks which process id is current on a channel.
 //!
-//! A killed process leaves messages in flight that may arrive after its successor's. The random id
-//! that every process takes at its start tells them apart.
+//! A killed process leaves messages in flight, which may arrive after its successor's. The random
+//! id that every process draws at its start distinguishes them.
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 
-/// Stale ids that are kept.
-const REMEMBERED_MAX: usize = 32;
+use crate::instance::tuning::STALE_SENDERS_MAX;
 
-/// An id for a process's session or instance: random, never 0. It has no influence on a
-/// plan.
+/// A random id of a planner's session, a controller or a client, never 0. No plan depends on it.
 pub fn random_id() -> u64 {
     RandomState::new().build_hasher().finish().max(1)
 }
@@ -18,7 +16,7 @@ pub fn random_id() -> u64 {
 #[derive(Debug, Clone, Default)]
 pub struct SenderTracker {
     current: Option<u64>,
-    stale: [Option<u64>; REMEMBERED_MAX],
+    stale: [Option<u64>; STALE_SENDERS_MAX],
     stale_count: usize,
 }
 
@@ -27,9 +25,9 @@ pub struct SenderTracker {
 pub enum SenderStatus {
     /// The sender of the last accepted message.
     Current,
-    /// Not seen before; not adopted yet.
+    /// A sender that was never adopted.
     New,
-    /// Superseded by a later sender: its message is left over.
+    /// A sender before the current one: its message is left over.
     Stale,
 }
 
@@ -53,7 +51,7 @@ impl SenderTracker {
     /// Makes `id` the current sender; the one before it becomes stale.
     pub fn adopt(&mut self, id: u64) {
         if self.current.is_some() && self.current != Some(id) {
-            self.stale[self.stale_count % REMEMBERED_MAX] = self.current;
+            self.stale[self.stale_count % STALE_SENDERS_MAX] = self.current;
             self.stale_count += 1;
         }
         self.current = Some(id);

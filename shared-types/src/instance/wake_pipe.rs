@@ -1,9 +1,9 @@
-//! The wake pipe: a FIFO that wakes a process which waits for its peer.
+//! The wake pipe: a FIFO that wakes a process blocked on its peer.
 //!
-//! Nothing depends on it. A reader waits for a bounded time and then polls the service itself, so a
-//! notification that is lost, or sent by another process, costs at most that time. It is a named
-//! pipe in the instance's folder: iceoryx2's listeners are sockets whose paths may have 107 bytes
-//! only, which an instance's name and folder would not leave.
+//! Correctness does not depend on it. A reader blocks for a bounded time and then polls the
+//! service, so a lost or unrelated notification costs at most that time. The pipe is a FIFO in the
+//! instance's folder: the path of an iceoryx2 listener's socket is limited to 107 bytes, too few
+//! for an instance's folder and name.
 
 use std::ffi::CString;
 use std::fs::{File, OpenOptions};
@@ -15,19 +15,12 @@ use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 use std::time::Duration;
 
-use crate::instance::directory::io_error;
-use crate::instance::instance::{Instance, InstanceError};
+use crate::instance::error::{InstanceError, io_error};
+use crate::instance::instance::Instance;
+use crate::instance::tuning::{POLLING_TIME, SPINNING_TIME};
 
-/// Polling time before a reader blocks on the wake pipe.
-const POLLING_TIME: Duration = Duration::from_micros(500);
-/// Part of the polling time that spins; the rest yields the core.
-const SPINNING_TIME: Duration = Duration::from_micros(50);
-/// A peer that received a message within this time still polls. After it the peer may block and has
-/// to be notified.
-pub const PEER_POLLING_TIME: Duration = Duration::from_micros(250);
-
-/// Waits a moment without blocking. `false` once nothing has happened for the polling time: the
-/// caller then blocks on the wake pipe. `idle` is the time since the last message.
+/// Waits briefly without blocking: spins, later yields the core. `idle` is the time since the last
+/// message. `false` once it exceeds the polling time: the caller then blocks on the wake pipe.
 pub fn keep_polling(idle: Duration) -> bool {
     match idle {
         _ if idle < SPINNING_TIME => std::hint::spin_loop(),
@@ -37,19 +30,19 @@ pub fn keep_polling(idle: Duration) -> bool {
     true
 }
 
-/// A wake pipe of an instance. One process waits on it, any process may notify it.
+/// A wake pipe of an instance. One process waits on it; any process may notify it.
 #[derive(Debug)]
 pub struct WakePipe {
     pipe: File,
 }
 
 impl WakePipe {
-    /// Opens the wake pipe called `name`, creating it if it does not exist yet.
+    /// Opens the wake pipe called `name`; creates it if it does not exist.
     pub(crate) fn open(instance: &Instance, name: &str) -> Result<Self, InstanceError> {
         let path = instance.root().join(name);
         let failed = |error| io_error(&path, error);
         make_pipe(&path).map_err(failed)?;
-        // Open for both, so that it neither waits for the other side nor ends with it.
+        // Open for reading and writing, so that neither opening nor reading depends on the peer.
         let flags = libc::O_NONBLOCK | libc::O_NOFOLLOW;
         let pipe = OpenOptions::new()
             .read(true)

@@ -1,4 +1,4 @@
-//! A plan chunk: a statically stable piece of one mode.
+//! Plan chunks: a plan is sent as a stream of chunks, each within one support mode.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -9,20 +9,20 @@ use crate::base::spatial::Pose;
 use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
 
-/// The layout version that a chunk carries in [`PlanChunk::schema`].
+/// The layout version in [`PlanChunk::schema`].
 pub const CHUNK_SCHEMA: u64 = 1;
 /// Flag: the first chunk of its plan.
 pub const FLAG_FIRST: u32 = 1;
 /// Flag: the last chunk of its plan.
 pub const FLAG_LAST: u32 = 2;
 
-/// A whole-body configuration at an instant. Between two waypoints joints and root position move
-/// linearly, the root's rotation along the shortest arc.
+/// A configuration of the robot with its time. Between two waypoints the joints and the root
+/// position move linearly, the root rotation along the shortest arc.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.Waypoint.v1")]
 pub struct Waypoint {
-    /// Time since the plan's start, s; strictly increasing.
+    /// Time since the start of the plan, s; strictly increasing.
     pub time: f64,
     /// Root position in the world, m.
     pub root_position: [f64; 3],
@@ -33,38 +33,38 @@ pub struct Waypoint {
 }
 
 impl Waypoint {
-    /// The root's pose in the world.
+    /// The pose of the root in the world.
     pub fn world_from_root(&self) -> Pose {
         pose_from_parts(self.root_position, self.root_rotation)
     }
 }
 
-/// A foot that stands still during a chunk.
+/// A contact of a stance foot during a chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.Contact.v1")]
 pub struct Contact {
     /// Index of the foot in `RobotModel::feet`.
     pub limb: u32,
-    /// Vertices used in `polygon`.
+    /// Number of used entries of `polygon`.
     pub polygon_len: u32,
     /// Sole position in the world, m.
     pub position: [f64; 3],
     /// Sole rotation in the world, unit quaternion x, y, z, w.
     pub rotation: [f64; 4],
-    /// The part of the sole that the planner found supported: convex, counter-clockwise, sole
-    /// frame, m.
+    /// The supported part of the sole according to the planner: a convex polygon,
+    /// counter-clockwise, in the sole frame, m.
     pub polygon: [[f64; 2]; POLYGON_VERTICES_MAX],
 }
 
 impl Contact {
-    /// The sole's pose in the world.
+    /// The pose of the sole in the world.
     pub fn world_from_sole(&self) -> Pose {
         pose_from_parts(self.position, self.rotation)
     }
 }
 
-/// Which feet carry the robot.
+/// The support mode: the feet that carry the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum SupportMode {
@@ -77,7 +77,7 @@ pub enum SupportMode {
 }
 
 impl SupportMode {
-    /// The mode with this wire value, if there is one.
+    /// The mode with this wire value, if the value is valid.
     pub fn from_wire(value: u32) -> Option<Self> {
         [Self::Left, Self::Right, Self::Double].into_iter().find(|mode| *mode as u32 == value)
     }
@@ -87,7 +87,7 @@ impl SupportMode {
         ["left", "right", "double"][self as usize]
     }
 
-    /// Whether a limb carries the robot; none but 0, left, and 1, right, ever does.
+    /// Whether a limb carries the robot in this mode. Only limbs 0 (left) and 1 (right) do.
     pub fn carries(self, limb: usize) -> bool {
         match self {
             Self::Left => limb == 0,
@@ -97,33 +97,34 @@ impl SupportMode {
     }
 }
 
-/// A piece of a plan within one mode. Its first waypoint repeats the last one of the chunk before.
-/// Every waypoint is statically stable, so the robot may stop at either end forever.
+/// A part of a plan within one support mode. Its first waypoint repeats the last one of the chunk
+/// before. Every waypoint is statically stable; the robot may stop after any chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.PlanChunk.v1")]
 pub struct PlanChunk {
     /// [`CHUNK_SCHEMA`].
     pub schema: u64,
-    /// The planner process's session, drawn at its start.
+    /// The planner's session, a random id.
     pub session: u64,
-    /// The controller instance this chunk is meant for.
+    /// The id of the controller that the chunk is for.
     pub target_controller: u64,
-    /// Counts plans within a session.
+    /// Number of the plan in its session.
     pub plan_id: u64,
-    /// Counts replans within a plan.
+    /// Number of the replan within the plan.
     pub epoch: u64,
-    /// Position of this chunk in its plan, from 0.
+    /// Number of the chunk in its epoch, from 0.
     pub sequence: u64,
     /// [`FLAG_FIRST`], [`FLAG_LAST`].
     pub flags: u32,
     /// A [`SupportMode`] as its wire value.
     pub mode: u32,
-    /// Contacts used.
+    /// Number of used entries of `contacts`.
     pub contacts_len: u32,
-    /// Waypoints used, at least 2 except in a chunk that only repeats a transition.
+    /// Number of used entries of `waypoints`: at least 2, or 1 if the chunk only repeats a
+    /// transition.
     pub waypoints_len: u32,
-    /// Joints used in every waypoint.
+    /// Number of used entries of `q` in every waypoint.
     pub joints_len: u32,
     /// CRC-32 (IEEE) of all bytes of the chunk with this field zero.
     pub crc: u32,
@@ -131,11 +132,11 @@ pub struct PlanChunk {
     pub robot: Digest,
     /// Digest of the world.
     pub world: Digest,
-    /// Digest of the scenario and its configuration.
+    /// Digest of the scenario.
     pub config: Digest,
-    /// Digest of the plan's stream up to and without this chunk.
+    /// Digest of the stream before this chunk.
     pub stream: Digest,
-    /// The feet that stand still.
+    /// The contacts of the stance feet.
     pub contacts: [Contact; CONTACTS_MAX],
     /// The motion.
     pub waypoints: [Waypoint; CHUNK_WAYPOINTS_MAX],
@@ -148,7 +149,12 @@ const _: () = assert!(
         == 200 + CONTACTS_MAX * size_of::<Contact>() + CHUNK_WAYPOINTS_MAX * size_of::<Waypoint>()
 );
 
-layout!(Waypoint { time: f64, root_position: [f64; 3], root_rotation: [f64; 4], q: [f64; JOINTS_MAX] } with []);
+layout!(Waypoint {
+    time: f64,
+    root_position: [f64; 3],
+    root_rotation: [f64; 4],
+    q: [f64; JOINTS_MAX],
+} with []);
 layout!(Contact {
     limb: u32,
     polygon_len: u32,
@@ -192,18 +198,18 @@ impl PlanChunk {
     const SESSION_AT: usize = std::mem::offset_of!(Self, session);
     const TARGET_AT: usize = std::mem::offset_of!(Self, target_controller);
 
-    /// The waypoints in use.
+    /// The used entries of `waypoints`.
     pub fn waypoints(&self) -> &[Waypoint] {
         &self.waypoints[..(self.waypoints_len as usize).min(CHUNK_WAYPOINTS_MAX)]
     }
 
-    /// The contacts in use.
+    /// The used entries of `contacts`.
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts[..(self.contacts_len as usize).min(CONTACTS_MAX)]
     }
 
-    /// The digest of the stream after this chunk. Who sends it (session, target instance) does not
-    /// count: the same plan has the same digest from every sender.
+    /// The digest of the stream after this chunk. The fields of sender and receiver (session,
+    /// target controller, CRC) do not count: a plan has the same digest in every session.
     pub fn stream_after(&self) -> Digest {
         let bytes = bytemuck::bytes_of(self);
         let (head, rest) = bytes.split_at(std::mem::offset_of!(Self, robot));
@@ -215,10 +221,10 @@ impl PlanChunk {
     }
 }
 
-/// How far a rotation's length may be from 1.
+/// Largest difference of a unit quaternion's length from 1.
 const UNIT_ERROR_MAX: f64 = 1e-6;
 
-/// Whether a quaternion x, y, z, w is a rotation.
+/// Whether a quaternion x, y, z, w has unit length.
 pub(crate) fn is_rotation(quaternion: [f64; 4]) -> bool {
     (glam::DQuat::from_array(quaternion).length() - 1.0).abs() <= UNIT_ERROR_MAX
 }
@@ -244,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn only_two_limbs_carry() {
+    fn only_limbs_0_and_1_carry() {
         let carriers =
             |mode: SupportMode| (0..9).filter(|&limb| mode.carries(limb)).collect::<Vec<_>>();
         let modes = [SupportMode::Left, SupportMode::Right, SupportMode::Double];
@@ -276,16 +282,16 @@ mod tests {
     #[test]
     fn the_stream_digest_ignores_the_sender() {
         let chunk = with_crc();
-        let mut carried = chunk.clone();
-        (carried.session, carried.target_controller) = (1, 2);
-        carried.write_crc();
-        assert_eq!(carried.stream_after(), chunk.stream_after());
+        let mut other = chunk.clone();
+        (other.session, other.target_controller) = (1, 2);
+        other.write_crc();
+        assert_eq!(other.stream_after(), chunk.stream_after());
         let anonymous = PlanChunk { session: 0, target_controller: 0, crc: 0, ..*chunk };
         assert_eq!(
             chunk.stream_after(),
             Digest::of(&[&chunk.stream.0, bytemuck::bytes_of(&anonymous)])
         );
-        carried.waypoints[3].q[4] += 1e-9;
-        assert_ne!(carried.stream_after(), chunk.stream_after());
+        other.waypoints[3].q[4] += 1e-9;
+        assert_ne!(other.stream_after(), chunk.stream_after());
     }
 }

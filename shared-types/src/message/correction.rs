@@ -1,4 +1,5 @@
-//! Differences between the actual world and the world file, as a controller encountered them.
+//! World corrections: differences between the actual world and the world file that a controller
+//! encountered.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -7,46 +8,52 @@ use crate::base::spatial::Pose;
 use crate::message::chunk::is_rotation;
 use crate::message::layout::layout;
 
-/// [`WorldCorrection::shape`] where the correction concerns no shape of the world file.
+/// [`WorldCorrection::shape`] of a correction that concerns no shape of the world file.
 pub const NO_SHAPE: u32 = u32::MAX;
-/// No coordinate of a correction is larger than this, m.
+/// Largest coordinate of a correction, m.
 const COORDINATE_MAX: f64 = 1e4;
 
-/// The kinds of differences.
+/// The kind of a world correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum CorrectionKind {
-    /// The shape stands elsewhere: `position` and `rotation` are its true pose.
+    /// The shape has another pose: `position` and `rotation`.
     Moved = 1,
-    /// The shape is not there.
+    /// The shape does not exist.
     Missing = 2,
-    /// A box stands where the world file knows nothing: its pose and `half_extents`.
+    /// A box exists that is not in the world file: `position`, `rotation` and `half_extents`.
     Extra = 3,
-    /// Nothing carries the sole that should stand at `position` and `rotation`; `half_extents`
-    /// holds half of its length and width, and 0.
+    /// No surface supports the sole planned at `position` and `rotation`. `half_extents` holds half
+    /// of the sole's length and width, and 0.
     ContactMissing = 4,
 }
 
-/// One difference between the actual world and the planner's world.
+/// One difference between the actual world and the world file.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.WorldCorrection.v1")]
 pub struct WorldCorrection {
     /// A [`CorrectionKind`] as its wire value.
     pub kind: u32,
-    /// Index in `World::shapes` of the shape that moved or is missing, else [`NO_SHAPE`].
+    /// Index in `World::shapes` of a moved or missing shape, else [`NO_SHAPE`].
     pub shape: u32,
     /// Position in the world, m; see [`CorrectionKind`].
     pub position: [f64; 3],
     /// Rotation in the world, unit quaternion x, y, z, w.
     pub rotation: [f64; 4],
-    /// Half of each side of an extra box, or of a sole, m; else 0.
+    /// Half of each side length of an extra box or a sole, m; else 0.
     pub half_extents: [f64; 3],
 }
 
 const _: () = assert!(size_of::<WorldCorrection>() == 88);
 
-layout!(WorldCorrection { kind: u32, shape: u32, position: [f64; 3], rotation: [f64; 4], half_extents: [f64; 3] } with []);
+layout!(WorldCorrection {
+    kind: u32,
+    shape: u32,
+    position: [f64; 3],
+    rotation: [f64; 4],
+    half_extents: [f64; 3],
+} with []);
 
 impl CorrectionKind {
     /// The kind with this wire value, if there is one.
@@ -68,38 +75,39 @@ impl CorrectionKind {
 }
 
 impl WorldCorrection {
-    /// Shape number `shape` of the world stands at `world_from_shape`.
+    /// Shape `shape` of the world has the pose `world_from_shape`.
     pub fn moved(shape: u32, world_from_shape: &Pose) -> Self {
         Self::new(CorrectionKind::Moved, shape, world_from_shape, [0.0; 3])
     }
 
-    /// Shape number `shape` of the world is not there.
+    /// Shape `shape` of the world does not exist.
     pub fn missing(shape: u32) -> Self {
         Self::new(CorrectionKind::Missing, shape, &Pose::IDENTITY, [0.0; 3])
     }
 
-    /// An unknown box (half sides in m) stands at `world_from_box`.
+    /// A box that is not in the world file has the pose `world_from_box` and these half side
+    /// lengths (m).
     pub fn extra(world_from_box: &Pose, half_extents: [f64; 3]) -> Self {
         Self::new(CorrectionKind::Extra, NO_SHAPE, world_from_box, half_extents)
     }
 
-    /// Nothing carries a sole of this half length and half width (m) at `world_from_sole`.
+    /// No surface supports a sole of this half length and half width (m) at `world_from_sole`.
     pub fn contact_missing(world_from_sole: &Pose, half_sides: [f64; 2]) -> Self {
         let [length, width] = half_sides;
         Self::new(CorrectionKind::ContactMissing, NO_SHAPE, world_from_sole, [length, width, 0.0])
     }
 
-    /// Its kind, if it is a known one.
+    /// Its kind, if the wire value is valid.
     pub fn known_kind(&self) -> Option<CorrectionKind> {
         CorrectionKind::from_wire(self.kind)
     }
 
-    /// The pose it names.
+    /// The pose in the world of the shape, box or sole.
     pub fn pose(&self) -> Pose {
         Pose::from_parts(self.position.into(), glam::DQuat::from_array(self.rotation))
     }
 
-    /// Whether its numbers can be those of a difference.
+    /// Whether its kind is valid and its numbers fit that kind.
     pub fn is_well_formed(&self) -> bool {
         let bounded = |values: &[f64]| values.iter().all(|value| value.abs() <= COORDINATE_MAX);
         let sides = self.half_extents;
@@ -123,7 +131,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_is_well_formed_until_a_number_is_not() {
+    fn a_correction_with_an_invalid_number_is_malformed() {
         let pose = Pose::from_parts(glam::DVec3::new(1.0, 2.0, 3.0), glam::DQuat::IDENTITY);
         let good = [
             WorldCorrection::moved(3, &pose),

@@ -1,16 +1,16 @@
-//! Messages that carry the CRC of their own bytes.
+//! Messages that hold the CRC of their bytes.
 
 use crate::message::layout::Layout;
 
-/// A message with a CRC-32 (IEEE) over all its bytes, the field of the CRC counted as zero.
+/// A message that holds the CRC-32 (IEEE) of its bytes, in which the CRC field counts as zero.
 pub trait WithCrc: Layout {
-    /// Where the CRC lies, bytes from the message's start.
+    /// Offset of the CRC field, bytes.
     const CRC_AT: usize;
 
-    /// The field of the CRC.
+    /// The CRC field.
     fn crc_mut(&mut self) -> &mut u32;
 
-    /// The CRC that belongs to the message's bytes.
+    /// The CRC of the message's bytes.
     fn computed_crc(&self) -> u32 {
         let bytes = bytemuck::bytes_of(self);
         let mut hasher = crc32fast::Hasher::new();
@@ -20,18 +20,17 @@ pub trait WithCrc: Layout {
         hasher.finalize()
     }
 
-    /// Writes the CRC that belongs to the message's bytes. The last thing done to a message before
-    /// it is sent.
+    /// Writes the CRC of the message's bytes: the last change before the message is sent.
     fn write_crc(&mut self) {
         *self.crc_mut() = self.computed_crc();
     }
 
-    /// Whether the message carries the CRC of its bytes. No field is valid before
-    /// this is checked.
+    /// Whether the CRC field holds the CRC of the message's bytes. No field is valid before this is
+    /// checked.
     fn crc_matches(&self) -> bool {
-        let carried = bytemuck::pod_read_unaligned::<u32>(
+        let stored = bytemuck::pod_read_unaligned::<u32>(
             &bytemuck::bytes_of(self)[Self::CRC_AT..Self::CRC_AT + 4],
         );
-        carried == self.computed_crc()
+        stored == self.computed_crc()
     }
 }

@@ -1,4 +1,4 @@
-//! The controller's feedback: the chunks that it accepted, and the one that it refused.
+//! The controller's feedback: accepted chunks, a refused chunk, and the state of the robot.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -10,16 +10,16 @@ use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
 use crate::message::rest_state::RestState;
 
-/// The layout version that feedback carries in [`Feedback::schema`].
+/// The layout version in [`Feedback::schema`].
 pub const FEEDBACK_SCHEMA: u64 = 3;
 
-/// What a chunk can violate. The physical checks come first; the rest concern the message itself.
+/// The checks of a chunk: the physical ones first, then those of the message itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u32)]
 pub enum Check {
     /// Joint position limits.
     Limits = 0,
-    /// A stance foot leaves its declared pose, or its sole is not supported by the world.
+    /// A stance foot leaves its declared pose, or the world does not support its sole.
     Contact = 1,
     /// No contact forces balance the robot, or its centre of mass leaves the support polygon.
     Balance = 2,
@@ -27,35 +27,36 @@ pub enum Check {
     Collision = 3,
     /// The robot collides with itself.
     SelfCollision = 4,
-    /// A joint torque or force over its limit.
+    /// A joint torque or force exceeds its limit.
     Torque = 5,
-    /// Waypoints too far apart, or time not increasing.
+    /// Waypoints are too far apart, or their time does not increase.
     Spacing = 6,
     /// The chunk does not continue the one before.
     Continuity = 7,
-    /// Unknown schema, counts out of range, numbers not finite, quaternions not unit, wrong
-    /// contacts for the mode.
+    /// The schema is unknown, a count is out of range, a number is not finite, a quaternion is not
+    /// a unit quaternion, or the contacts do not fit the mode.
     Malformed = 8,
-    /// The CRC does not belong to the bytes.
+    /// The CRC does not match the bytes.
     Crc = 9,
-    /// The stream digest does not continue the accepted one.
+    /// The stream digest does not continue the accepted stream.
     Stream = 10,
-    /// Not the next expected sequence number.
+    /// The sequence number is not the next one.
     Sequence = 11,
-    /// Made for another robot.
+    /// The chunk is for another robot.
     Robot = 12,
-    /// Made for another world.
+    /// The chunk is for another world.
     World = 13,
-    /// Made for another scenario or configuration.
+    /// The chunk is for another scenario.
     Config = 14,
-    /// Meant for another controller instance.
+    /// The chunk is for another controller.
     Controller = 15,
-    /// The world differs from the planner's; [`Feedback::corrections`] holds the differences.
+    /// The actual world differs from the planner's; [`Feedback::corrections`] holds the
+    /// differences.
     WorldDiffers = 16,
-    /// The robot's feet stand elsewhere than planned, and the plan cannot continue from there;
-    /// [`Feedback::rest_state`] holds its configuration.
+    /// The feet are not at their planned poses, and the plan cannot continue from there;
+    /// [`Feedback::rest_state`] holds the configuration.
     FootMisplaced = 17,
-    /// A joint's speed changes faster than it may.
+    /// A joint's acceleration exceeds its limit.
     Acceleration = 18,
 }
 
@@ -83,7 +84,7 @@ impl Check {
         Self::Acceleration,
     ];
 
-    /// The check with this wire value, if there is one.
+    /// The check with this wire value, if the value is valid.
     pub fn from_wire(value: u32) -> Option<Self> {
         Self::ALL.get(value as usize).copied()
     }
@@ -114,40 +115,40 @@ impl Check {
     }
 }
 
-/// Decision on the newest chunk that the controller checked.
+/// The decision on the last chunk that the controller checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Verdict {
-    /// No chunk checked yet.
+    /// No chunk has been checked.
     Waiting = 0,
-    /// Walked and accepted.
+    /// The chunk is accepted and executed.
     Accepted = 1,
-    /// Refused; the robot stands at the end of the chunk before.
+    /// The chunk is refused; the robot stands at the end of the chunk before.
     Refused = 2,
 }
 
-/// The worst margins seen so far; positive is good. One number per physical check.
+/// The smallest margins so far, one for each physical check. A negative margin is a violation.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.Margins.v1")]
 pub struct Margins {
-    /// Distance to the nearest joint limit, rad or m.
+    /// Distance of a joint from its position limits, rad or m.
     pub limits: f64,
-    /// What remains of the stance foot's position tolerance, m.
+    /// Position tolerance of a stance foot minus its position error, m.
     pub contact: f64,
-    /// Distance of the centre of mass to the edge of the equilibrium region, m.
+    /// Distance of the centre of mass from the edge of the equilibrium region, m.
     pub balance: f64,
-    /// Distance between robot and world beside the stance soles, m, capped at 0.1; negative where
+    /// Distance between the robot and the world, stance soles excepted, m, at most 0.1; negative if
     /// they overlap.
     pub collision: f64,
-    /// Distance between links that may collide, m, capped at 0.1; negative where they overlap.
+    /// Distance between links that may collide, m, at most 0.1; negative if they overlap.
     pub self_collision: f64,
-    /// Share of a joint's effort limit that stays unused.
+    /// Unused share of a joint's effort limit.
     pub torque: f64,
 }
 
 impl Margins {
-    /// Nothing measured yet: every margin unbounded.
+    /// Before the first measurement: every margin is infinite.
     pub const UNMEASURED: Self = Self {
         limits: f64::INFINITY,
         contact: f64::INFINITY,
@@ -157,7 +158,7 @@ impl Margins {
         torque: f64::INFINITY,
     };
 
-    /// The smaller of each pair.
+    /// The smaller margin of each check.
     pub fn min(&self, other: &Self) -> Self {
         Self {
             limits: self.limits.min(other.limits),
@@ -170,62 +171,61 @@ impl Margins {
     }
 }
 
-/// The controller's feedback. Cumulative: every chunk below `next_sequence` is accepted. Sent
-/// again as a heartbeat.
+/// The controller's feedback, a cumulative acknowledgement: every chunk before `next_sequence` is
+/// accepted. It is repeated as a heartbeat.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.Feedback.v1")]
 pub struct Feedback {
     /// [`FEEDBACK_SCHEMA`].
     pub schema: u64,
-    /// The controller process's instance, drawn at its start; never 0.
+    /// The controller's id: random, never 0.
     pub controller_id: u64,
-    /// The planner session it listens to; 0 before the first chunk.
+    /// The planner's session; 0 before the first chunk.
     pub session: u64,
-    /// The plan it walks.
+    /// The plan that the controller executes.
     pub plan_id: u64,
-    /// The epoch it walks.
+    /// The epoch that the controller executes.
     pub epoch: u64,
-    /// The sequence number it expects next: all before are accepted.
+    /// The sequence number of the next chunk; all chunks before it are accepted.
     pub next_sequence: u64,
-    /// Counts this instance's feedback messages.
+    /// Number of this feedback message of the controller.
     pub count: u64,
-    /// A [`Verdict`] as its wire value. A refusal stays until the planner acknowledges it with a
-    /// new epoch.
+    /// A [`Verdict`] as its wire value. A refusal stays until the planner sends a new epoch.
     pub verdict: u32,
-    /// The violated [`Check`] as its wire value, when refused.
+    /// The violated [`Check`] as its wire value, of a refusal.
     pub check: u32,
-    /// The sequence number of the refused chunk, when refused.
+    /// The sequence number of the refused chunk, of a refusal.
     pub refused_sequence: u64,
-    /// Waypoint of the refused chunk of the violation.
+    /// The index of the waypoint that violates the check, of a refusal.
     pub refused_waypoint: u32,
     /// 1 once the last chunk of the plan is accepted.
     pub finished: u32,
-    /// Chunks received again after they had been accepted, and not walked again, since the
-    /// instance's start.
+    /// Accepted chunks that were received again, and not executed again, since the controller's
+    /// start.
     pub duplicated: u64,
-    /// Chunks received before their predecessors, and therefore ignored, since the instance's
+    /// Chunks that were received before their predecessors, and ignored, since the controller's
     /// start.
     pub gaps: u64,
-    /// Chunks that the robot walked since it was set on its start, whichever controller instances
-    /// moved it. A chunk walked twice makes it exceed the chunks accepted.
+    /// Chunks that the robot executed since it was set on its start, under all controllers. If a
+    /// chunk is executed twice, it exceeds the number of accepted chunks.
     pub walked: u64,
-    /// 1 while a chunk is being checked: such a heartbeat says only that the controller is running.
+    /// 1 while a chunk is being checked. Such a heartbeat shows only that the controller runs.
     pub busy: u32,
-    /// Corrections used.
+    /// Number of used entries of `corrections`.
     pub corrections_len: u32,
     /// Always 0.
     pub reserved: u32,
     /// CRC-32 (IEEE) of all bytes of the message with this field zero.
     pub crc: u32,
-    /// Digest of the stream of all accepted chunks; meaningless while `next_sequence` is 0.
+    /// Digest of the stream of all accepted chunks; undefined while `next_sequence` is 0.
     pub stream: Digest,
-    /// Worst margins of the accepted chunks.
+    /// Smallest margins of the accepted chunks.
     pub margins: Margins,
     /// The robot's rest state.
     pub rest_state: RestState,
-    /// All differences from the world file that were encountered so far, oldest first. Cumulative:
-    /// none is taken back.
+    /// All differences from the world file that were encountered so far, oldest first. None is
+    /// removed.
     pub corrections: [WorldCorrection; CORRECTIONS_MAX],
 }
 
@@ -236,7 +236,7 @@ const _: () = assert!(
 );
 
 impl Verdict {
-    /// The verdict with this wire value, if there is one.
+    /// The verdict with this wire value, if the value is valid.
     pub fn from_wire(value: u32) -> Option<Self> {
         [Self::Waiting, Self::Accepted, Self::Refused]
             .into_iter()
@@ -253,20 +253,21 @@ impl WithCrc for Feedback {
 }
 
 impl Feedback {
-    /// Differences from the world file that the controller encountered.
+    /// The used entries of `corrections`.
     pub fn corrections(&self) -> &[WorldCorrection] {
         &self.corrections[..(self.corrections_len as usize).min(CORRECTIONS_MAX)]
     }
 
-    /// Whether the message is undamaged and its numbers can be those of a controller.
+    /// Whether the message is undamaged, its schema and wire values are valid and its numbers are
+    /// in range.
     pub fn is_well_formed(&self) -> bool {
         let verdict = Verdict::from_wire(self.verdict);
-        let refusal_is_named =
+        let has_valid_refusal =
             verdict != Some(Verdict::Refused) || Check::from_wire(self.check).is_some();
         self.schema == FEEDBACK_SCHEMA
             && self.controller_id != 0
             && verdict.is_some()
-            && refusal_is_named
+            && has_valid_refusal
             && self.finished <= 1
             && self.busy <= 1
             && self.corrections_len as usize <= CORRECTIONS_MAX
@@ -276,7 +277,14 @@ impl Feedback {
     }
 }
 
-layout!(Margins { limits: f64, contact: f64, balance: f64, collision: f64, self_collision: f64, torque: f64 } with []);
+layout!(Margins {
+    limits: f64,
+    contact: f64,
+    balance: f64,
+    collision: f64,
+    self_collision: f64,
+    torque: f64,
+} with []);
 layout!(Feedback {
     schema: u64,
     controller_id: u64,
@@ -310,7 +318,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wire_values_come_back() {
+    fn every_check_has_its_wire_value() {
         for check in Check::ALL {
             assert_eq!(Check::from_wire(check as u32), Some(check));
             assert!(!check.name().is_empty());

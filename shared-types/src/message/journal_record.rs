@@ -1,4 +1,4 @@
-//! What outlives a controller: where the robot stands and how far it walked.
+//! The journal record of a controller: the state of the robot, which outlives the process.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -8,17 +8,18 @@ use crate::message::crc::WithCrc;
 use crate::message::feedback::Feedback;
 use crate::message::layout::{Layout, layout};
 
-/// A controller's last feedback and what else its successor needs. Kept in the instance's folder,
-/// never sent.
+/// A controller's last feedback and the stream that it belongs to, for the next controller. A file
+/// in the instance's folder; never sent.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.JournalRecord.v1")]
 pub struct JournalRecord {
     /// [`JournalRecord::HASH`].
     pub layout: u64,
-    /// Counts the records of an instance, from 1.
+    /// Number of this record in the instance, from 1.
     pub generation: u64,
-    /// Digest of the stream after its first chunk, by which a successor of the planner is known.
+    /// Digest of the stream after its first chunk. It identifies the plan of another planner
+    /// session.
     pub stream_after_first: Digest,
     /// The controller's last feedback.
     pub feedback: Feedback,
@@ -48,7 +49,7 @@ impl WithCrc for JournalRecord {
 }
 
 impl JournalRecord {
-    /// Whether the record is undamaged and can be what a controller left.
+    /// Whether the record is undamaged and its feedback is well-formed.
     pub fn is_well_formed(&self) -> bool {
         self.layout == Self::HASH
             && self.generation > 0

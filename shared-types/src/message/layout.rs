@@ -1,9 +1,8 @@
-//! What a message looks like in memory: every field's name, type, offset and size, and one hash
-//! over all of them.
+//! Memory layouts of messages: name, type, offset and size of every field, and a hash of them.
 //!
-//! Two programs may only share a service when their hashes agree: a type name and a size can stay
-//! the same while the fields change places. The mirrors of the messages in
-//! other languages are generated from the table.
+//! Two programs share a service only if their hashes are equal: type name and size alone do not
+//! show that fields changed places. The mirrors of the messages in other languages are generated
+//! from this table.
 
 use bytemuck::Pod;
 use iceoryx2::prelude::ZeroCopySend;
@@ -13,19 +12,19 @@ use iceoryx2::prelude::ZeroCopySend;
 pub struct Field {
     /// Its name in Rust.
     pub name: &'static str,
-    /// Its type as written in Rust.
+    /// Its type in Rust syntax.
     pub type_name: &'static str,
-    /// Bytes from the start of the message.
+    /// Offset in the message, bytes.
     pub offset: usize,
-    /// Bytes that it takes.
+    /// Size, bytes.
     pub size: usize,
 }
 
-/// A message whose fields are known.
+/// A message with a table of its fields.
 pub trait Layout: Pod + ZeroCopySend + std::fmt::Debug {
     /// All fields, in order of their offsets.
     const FIELDS: &'static [Field];
-    /// A hash over the message's size, [`Self::FIELDS`] and the hashes of the messages inside it.
+    /// The hash of the message's size, of [`Self::FIELDS`] and of the hashes of messages inside it.
     const HASH: u64;
 }
 
@@ -39,7 +38,8 @@ pub(crate) const fn fnv(mut hash: u64, bytes: &[u8]) -> u64 {
     hash
 }
 
-/// The hash of a message of `size` bytes with these fields, whose parts have the hashes `parts`.
+/// The layout hash of a message of `size` bytes with these fields. `parts` are the layout hashes of
+/// the messages inside it.
 pub(crate) const fn hash_of(size: usize, fields: &[Field], parts: &[u64]) -> u64 {
     let mut hash = fnv(0xcbf2_9ce4_8422_2325, &(size as u64).to_le_bytes());
     let mut at = 0;
@@ -59,9 +59,8 @@ pub(crate) const fn hash_of(size: usize, fields: &[Field], parts: &[u64]) -> u64
     hash
 }
 
-/// Implements [`Layout`]: `layout!(Name { field: type, ... } with [Message, ...])`, where the
-/// messages in brackets are those that stand inside. A field that is missing or has another type
-/// does not compile.
+/// Implements [`Layout`]: `layout!(Name { field: type, ... } with [Message, ...])`. The brackets
+/// hold the messages inside the message. A missing field or another type is a compile error.
 macro_rules! layout {
     ($message:ident { $($field:ident: $type:ty),+ $(,)? } with [$($part:ty),*]) => {
         impl $crate::message::layout::Layout for $message {
@@ -94,8 +93,7 @@ mod tests {
     use crate::message::correction::WorldCorrection;
     use crate::message::feedback::{Feedback, Margins};
     use crate::message::journal_record::JournalRecord;
-    use crate::message::request::StancePoseData;
-    use crate::message::request::{PlanRequest, PlanStatus};
+    use crate::message::request::{PlanRequest, PlanStatus, StancePoseData};
     use crate::message::rest_state::RestState;
 
     fn assert_no_gaps<M: Layout>() {

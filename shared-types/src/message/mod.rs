@@ -1,8 +1,13 @@
-//! What crosses shared memory: plain old data, no padding, no `usize`, sizes asserted at compile
-//! time.
+//! Messages in shared memory: plain old data without padding, pointers or `usize`. Sizes are
+//! asserted at compile time.
 
+pub mod chunk;
+pub mod correction;
 pub mod crc;
+pub mod feedback;
 pub mod journal_record;
+pub mod layout;
+pub mod request;
 pub mod rest_state;
 pub mod simulation_state;
 
@@ -15,9 +20,3 @@ pub use layout::Layout;
 pub use request::{PlanRequest, PlanStatus, RequestKind, RequestState};
 pub use rest_state::RestState;
 pub use simulation_state::SimulationState;
-
-pub mod chunk;
-pub mod correction;
-pub mod feedback;
-pub mod layout;
-pub mod request;

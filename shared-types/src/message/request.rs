@@ -1,4 +1,4 @@
-//! Requests to a planner that stays up, and their status.
+//! Requests to a serving planner, and their status.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -8,123 +8,121 @@ use crate::config::scenario::StancePose;
 use crate::message::crc::WithCrc;
 use crate::message::layout::layout;
 
-/// The layout version that a request carries in [`PlanRequest::schema`].
+/// The layout version in [`PlanRequest::schema`].
 pub const REQUEST_SCHEMA: u64 = 1;
-/// The layout version that a status carries in [`PlanStatus::schema`].
+/// The layout version in [`PlanStatus::schema`].
 pub const STATUS_SCHEMA: u64 = 1;
-/// Largest coordinate of a stance, m; also the largest angle, rad.
+/// Largest coordinate of a stance, m; also its largest heading, rad.
 const COORDINATE_MAX: f64 = 1e4;
 /// Largest lateral distance between the soles of a stance, m.
 const STANCE_WIDTH_MAX: f64 = 10.0;
 
-/// Kinds of requests.
+/// The kind of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum RequestKind {
-    /// Walk from where the robot stands to `goal`; from `start` where it stands nowhere yet.
+    /// Walk from the robot's rest state to `goal`; from `start` if the rest state is unknown.
     Goal = 1,
-    /// Walk from `start` to `goal`. Only a robot that stands nowhere yet, or stands there, will
-    /// accept the plan.
+    /// Walk from `start` to `goal`. The robot accepts the plan only if it stands at `start` or its
+    /// rest state is unknown.
     StartAndGoal = 2,
-    /// Cancel the current planning or delivery; the robot stays at the end of the last chunk
-    /// it walked.
+    /// Cancel the current search or delivery. The robot stays at the end of the last executed
+    /// chunk.
     Cancel = 3,
-    /// Plan again from where the robot stands to the goal that was asked for last, with `seed`.
+    /// Plan again from the robot's rest state to the last requested goal, with `seed`.
     Replan = 4,
 }
 
-/// A [`StancePose`] as it crosses shared memory.
+/// A [`StancePose`] in shared memory.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.StancePoseData.v1")]
 pub struct StancePoseData {
-    /// The middle between the two sole frames, on the ground, m.
+    /// Midpoint of the two sole frames in the world, m.
     pub position: [f64; 3],
-    /// The heading, rad.
+    /// Heading about the world's z axis, rad.
     pub yaw: f64,
-    /// The distance between the two sole frames, m.
+    /// Lateral distance between the two sole frames, m.
     pub stance_width: f64,
 }
 
-/// A client's request. Sent again until a [`PlanStatus`] names it, so a planner may see it more
-/// than once.
+/// A client's request. The client sends it repeatedly until a [`PlanStatus`] names it.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.PlanRequest.v1")]
 pub struct PlanRequest {
     /// [`REQUEST_SCHEMA`].
     pub schema: u64,
-    /// The client process, drawn at its start; never 0.
+    /// The client's id: random, never 0.
     pub client: u64,
-    /// Counts the client's requests, from 1.
+    /// Number of the client's request, from 1.
     pub number: u64,
     /// The seed of the search.
     pub seed: u64,
-    /// Work units that the search may use; 0 means as many as the scenario allows, and never more
-    /// than those.
+    /// Most work units of the search, at most those of the scenario; 0 stands for the scenario's.
     pub work_max: u64,
     /// A [`RequestKind`] as its wire value.
     pub kind: u32,
     /// CRC-32 (IEEE) of all bytes of the message with this field zero.
     pub crc: u32,
-    /// Start stance, of kinds that have one.
+    /// Start stance, for kinds that have one.
     pub start: StancePoseData,
-    /// Goal stance, of kinds that have one.
+    /// Goal stance, for kinds that have one.
     pub goal: StancePoseData,
 }
 
-/// States of a request.
+/// The state of a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum RequestState {
-    /// Nothing was asked yet.
+    /// No request has arrived.
     Idle = 0,
     /// The search runs.
     Planning = 1,
     /// The plan is being delivered.
     Delivering = 2,
-    /// The controller walked and accepted all of it.
+    /// The controller accepted and executed the whole plan.
     Accepted = 3,
-    /// No plan within the budget.
+    /// The search found no plan within its work limit.
     NoPlan = 4,
-    /// The controller refused a chunk, and planning again did not help.
+    /// The controller refused a chunk, and planning again found no accepted plan.
     Refused = 5,
-    /// Cancelled by a client.
+    /// A client cancelled it.
     Cancelled = 6,
     /// The request is malformed, or the robot's rest state is unknown.
     Invalid = 7,
-    /// No controller answers.
+    /// The controller sends no feedback.
     ControllerLost = 8,
-    /// The robot cannot stand at the start; the planner process reports why.
+    /// The robot cannot stand at the start; the planner reports the reason.
     StartInvalid = 9,
-    /// The robot cannot stand at the goal; the planner process reports why.
+    /// The robot cannot stand at the goal; the planner reports the reason.
     GoalInvalid = 10,
 }
 
-/// The planner's status of requests.
+/// The planner's status of its current request.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.PlanStatus.v1")]
 pub struct PlanStatus {
     /// [`STATUS_SCHEMA`].
     pub schema: u64,
-    /// The planner process's session.
+    /// The planner's session.
     pub session: u64,
-    /// Who asked for what is being done; 0 before the first request.
+    /// The client of the current request; 0 before the first request.
     pub client: u64,
-    /// The client's number of that request.
+    /// The number of the current request.
     pub number: u64,
-    /// Counts this planner's status messages.
+    /// Number of this status message in the session.
     pub count: u64,
-    /// The plan's number in this session.
+    /// Number of the plan in the session.
     pub plan_id: u64,
-    /// How often it was planned again.
+    /// Number of the replan within the plan.
     pub epoch: u64,
-    /// Work units spent on the search.
+    /// Work units of the search so far.
     pub work: u64,
     /// Chunks of the plan; 0 before it is found.
     pub chunks: u64,
-    /// Chunks that the controller accepted.
+    /// Chunks that the controller has accepted.
     pub accepted: u64,
     /// Digest of the plan's stream; zero before it is found.
     pub digest: Digest,
@@ -167,7 +165,7 @@ layout!(PlanStatus {
 } with []);
 
 impl RequestKind {
-    /// The kind with this wire value, if there is one.
+    /// The kind with this wire value, if the value is valid.
     pub fn from_wire(value: u32) -> Option<Self> {
         [Self::Goal, Self::StartAndGoal, Self::Cancel, Self::Replan]
             .into_iter()
@@ -205,7 +203,7 @@ impl RequestState {
         "goal_invalid",
     ];
 
-    /// The state with this wire value, if there is one.
+    /// The state with this wire value, if the value is valid.
     pub fn from_wire(value: u32) -> Option<Self> {
         Self::ALL.get(value as usize).copied()
     }
@@ -215,7 +213,7 @@ impl RequestState {
         Self::NAMES[self as usize]
     }
 
-    /// Whether nothing more becomes of the request.
+    /// Whether the request is finished.
     pub fn is_final(self) -> bool {
         !matches!(self, Self::Idle | Self::Planning | Self::Delivering)
     }
@@ -232,7 +230,7 @@ impl From<StancePose> for StancePoseData {
 }
 
 impl StancePoseData {
-    /// The stance, if its numbers can be those of one.
+    /// The stance, if its numbers are in range.
     pub fn stance_pose(&self) -> Option<StancePose> {
         let bounded =
             self.position.iter().chain([&self.yaw]).all(|number| number.abs() <= COORDINATE_MAX);
@@ -262,22 +260,22 @@ impl WithCrc for PlanStatus {
 }
 
 impl PlanRequest {
-    /// The kind of a request that is undamaged and whose numbers make sense; nothing otherwise.
+    /// The request's kind, if the request is undamaged and well-formed.
     pub fn known_kind(&self) -> Option<RequestKind> {
         let kind = RequestKind::from_wire(self.kind)?;
         let start = kind != RequestKind::StartAndGoal || self.start.stance_pose().is_some();
         let goal = !matches!(kind, RequestKind::Goal | RequestKind::StartAndGoal)
             || self.goal.stance_pose().is_some();
-        let named = self.schema == REQUEST_SCHEMA && self.client != 0 && self.number != 0;
-        (named && start && goal && self.crc_matches()).then_some(kind)
+        let has_ids = self.schema == REQUEST_SCHEMA && self.client != 0 && self.number != 0;
+        (has_ids && start && goal && self.crc_matches()).then_some(kind)
     }
 }
 
 impl PlanStatus {
-    /// The state of an undamaged status; nothing otherwise.
+    /// The status's state, if the status is undamaged and well-formed.
     pub fn known_state(&self) -> Option<RequestState> {
-        let sound = self.schema == STATUS_SCHEMA && self.session != 0 && self.crc_matches();
-        RequestState::from_wire(self.state).filter(|_| sound)
+        let well_formed = self.schema == STATUS_SCHEMA && self.session != 0 && self.crc_matches();
+        RequestState::from_wire(self.state).filter(|_| well_formed)
     }
 }
 
@@ -291,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn requests_that_make_no_sense_have_no_kind() {
+    fn malformed_requests_have_no_kind() {
         let stance = StancePoseData { position: [1.0, 2.0, 0.0], yaw: 0.5, stance_width: 0.2 };
         let request = PlanRequest {
             schema: REQUEST_SCHEMA,
@@ -325,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn states_come_back() {
+    fn every_state_has_its_wire_value() {
         for state in RequestState::ALL {
             let status = PlanStatus {
                 schema: STATUS_SCHEMA,

@@ -1,4 +1,4 @@
-//! The rest state of a robot.
+//! Rest states: configurations in which the robot may stop.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -9,18 +9,19 @@ use crate::config::scenario::StancePose;
 use crate::message::chunk::{Contact, SupportMode, Waypoint, is_rotation};
 use crate::message::layout::layout;
 
-/// A statically stable configuration with its contacts, in which the robot may stop.
+/// A statically stable configuration with its contacts.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.RestState.v1")]
 pub struct RestState {
-    /// A [`SupportMode`] as its wire value: which feet carry the robot.
+    /// A [`SupportMode`] as its wire value.
     pub mode: u32,
-    /// Contacts used: 0 while the robot stands nowhere yet, else one for each limb that ever stood.
+    /// Number of used entries of `contacts`: one for each limb that has been in contact. 0 if the
+    /// rest state is unknown.
     pub contacts_len: u32,
-    /// The configuration, and the plan's time at which it was reached.
+    /// The configuration and the time of the plan at which it was reached.
     pub waypoint: Waypoint,
-    /// Where each limb stands; of a lifted one, where it stood last.
+    /// The contact of each limb; of a lifted limb, its last contact.
     pub contacts: [Contact; CONTACTS_MAX],
 }
 
@@ -28,7 +29,12 @@ const _: () = assert!(
     size_of::<RestState>() == 8 + size_of::<Waypoint>() + CONTACTS_MAX * size_of::<Contact>()
 );
 
-layout!(RestState { mode: u32, contacts_len: u32, waypoint: Waypoint, contacts: [Contact; CONTACTS_MAX] } with [Waypoint, Contact]);
+layout!(RestState {
+    mode: u32,
+    contacts_len: u32,
+    waypoint: Waypoint,
+    contacts: [Contact; CONTACTS_MAX],
+} with [Waypoint, Contact]);
 
 impl RestState {
     /// Whether the rest state is known.
@@ -36,18 +42,17 @@ impl RestState {
         self.contacts_len > 0
     }
 
-    /// The contacts in use.
+    /// The used entries of `contacts`.
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts[..(self.contacts_len as usize).min(CONTACTS_MAX)]
     }
 
-    /// The contact of a limb, if it ever stood.
+    /// The contact or last contact of a limb, if it has one.
     pub fn contact_of(&self, limb: u32) -> Option<&Contact> {
         self.contacts().iter().find(|contact| contact.limb == limb)
     }
 
-    /// The stance of both feet, each where it stands or stood last: of a biped whose two limbs
-    /// are known.
+    /// The stance of limbs 0 and 1 at their contacts or last contacts, if both have one.
     pub fn stance_pose(&self) -> Option<StancePose> {
         let [left, right] = [0, 1].map(|limb| self.contact_of(limb).map(Contact::world_from_sole));
         let (left, right) = (left?, right?);
@@ -61,8 +66,8 @@ impl RestState {
         })
     }
 
-    /// The rest state at the end of a chunk that was walked from this one: `mode` and `contacts` are
-    /// the chunk's, `waypoint` its last. Lifted limbs keep the contact they had.
+    /// The rest state after a chunk that was executed from this one. `mode` and `contacts` are the
+    /// chunk's, `waypoint` is its last one. Lifted limbs keep their last contact.
     pub fn after(&self, mode: u32, contacts: &[Contact], waypoint: &Waypoint) -> Self {
         let mut next = Self { mode, waypoint: *waypoint, ..*self };
         for contact in contacts {
@@ -76,7 +81,7 @@ impl RestState {
         next
     }
 
-    /// Whether counts, modes, limbs and numbers can be those of a standing robot.
+    /// Whether counts, mode, limbs and rotations are valid and all numbers are finite.
     pub fn is_well_formed(&self) -> bool {
         let numbers = self
             .waypoint

@@ -1,4 +1,4 @@
-//! The simulated robot's state, which a controller publishes at every tick.
+//! The state of the simulated robot, published at every tick.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -7,56 +7,56 @@ use crate::base::limits::{CONTACTS_MAX, JOINTS_MAX};
 use crate::message::chunk::{SupportMode, Waypoint};
 use crate::message::layout::layout;
 
-/// The schema of [`SimulationState`].
+/// The layout version in [`SimulationState::schema`].
 pub const STATE_SCHEMA: u64 = 1;
 
-/// The force of the ground on a foot.
+/// The contact force on a foot.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.FootForce.v1")]
 pub struct FootForce {
-    /// Which limb.
+    /// Index of the foot in `RobotModel::feet`.
     pub limb: u64,
-    /// The force, N, in the world.
+    /// Force of the ground on the foot in the world frame, N.
     pub force: [f64; 3],
-    /// Where its pressure is centred, m, in the world.
+    /// Centre of pressure in the world frame, m.
     pub centre: [f64; 3],
 }
 
-/// The simulated robot at an instant.
+/// The state of the simulated robot at one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("surefoot.SimulationState.v1")]
 pub struct SimulationState {
     /// [`STATE_SCHEMA`].
     pub schema: u64,
-    /// The controller's instance.
+    /// The controller's id.
     pub controller_id: u64,
-    /// The plan it walks.
+    /// The plan that it executes.
     pub plan_id: u64,
-    /// The epoch it walks.
+    /// The epoch that it executes.
     pub epoch: u64,
-    /// The chunk it is in.
+    /// Sequence number of the chunk that it executes.
     pub sequence: u64,
-    /// Counts this controller's ticks from 1, so that a listener knows whether it missed one.
+    /// Number of this controller's tick, from 1; a gap shows a missed message.
     pub tick: u64,
-    /// A `SupportMode` as its wire value.
+    /// A [`SupportMode`] as its wire value.
     pub mode: u32,
-    /// Feet in use.
+    /// Number of used entries of `feet`.
     pub feet_len: u32,
-    /// The configuration, and the plan's time.
+    /// The configuration and the time of the plan.
     pub waypoint: Waypoint,
-    /// The centre of mass in the world, m.
+    /// Centre of mass in the world frame, m.
     pub centre_of_mass: [f64; 3],
-    /// How far the centre of mass may still move before no contact forces hold the robot, m.
+    /// Distance of the centre of mass from the edge of the equilibrium region, m.
     pub balance_margin: f64,
-    /// The largest share of its friction that a foot uses against sliding.
+    /// Largest share of the friction limit in use at a foot, 0 to 1.
     pub friction_use: f64,
-    /// The largest share of its effort limit that a joint uses.
+    /// Largest share of the effort limit in use at a joint, 0 to 1.
     pub torque_use: f64,
-    /// What the ground does to each stance foot.
+    /// Contact forces of the stance feet.
     pub feet: [FootForce; CONTACTS_MAX],
-    /// Torques of the moving joints, N m or N.
+    /// Efforts of the moving joints, N m or N.
     pub torques: [f64; JOINTS_MAX],
 }
 
@@ -86,12 +86,12 @@ layout!(SimulationState {
 } with [Waypoint, FootForce]);
 
 impl SimulationState {
-    /// The feet in use.
+    /// The used entries of `feet`.
     pub fn feet(&self) -> &[FootForce] {
         &self.feet[..(self.feet_len as usize).min(CONTACTS_MAX)]
     }
 
-    /// Whether its numbers are in range.
+    /// Whether the schema, the counts and the mode are valid and all numbers are finite.
     pub fn is_well_formed(&self) -> bool {
         let Self { waypoint, centre_of_mass, balance_margin, friction_use, torque_use, .. } = self;
         let pose =

@@ -1,24 +1,23 @@
-//! What must be true of a plan file by itself.
+//! Checks of a plan file that need neither the robot nor the world.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::base::text_file::{check_numbers, check_positive};
-use crate::robot::spec::FOOT_NAMES;
-use crate::world::shape_block::{pose_from_arrays, pose_from_block};
-
 use crate::plan_format::blocks::{
     EndBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA, WaypointBlock,
 };
+use crate::robot::spec::FOOT_NAMES;
+use crate::world::shape_block::{pose_from_arrays, pose_from_block};
 
-/// An element of the file and what is wrong with it.
+/// An element of the file and its error.
 type ElementError = (String, String);
 
-/// Names the first element of a plan that breaks a rule of the format.
+/// The first element of a plan that violates a rule of the format.
 pub(crate) fn check_plan(plan: &PlanFile) -> Result<(), ElementError> {
     if plan.schema != SCHEMA {
         return Err((
             "schema".into(),
-            format!("is '{}'; only '{SCHEMA}' is understood", plan.schema),
+            format!("is '{}'; only '{SCHEMA}' is supported", plan.schema),
         ));
     }
     check_robot(&plan.robot).map_err(|message| ("robot".to_owned(), message))?;

@@ -1,4 +1,4 @@
-//! plan_file.
+//! Reads, checks and writes plan files.
 
 pub(crate) mod check;
 pub mod read;

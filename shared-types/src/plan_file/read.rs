@@ -1,24 +1,22 @@
-//! Reads plan files as what they are: hostile input.
+//! Reads plan files as untrusted input.
 
 use std::path::Path;
 
 use crate::base::input_error::InputError;
 use crate::base::text_file::TextFile;
-use crate::robot::model::RobotModel;
-
 use crate::plan_file::check::check_plan;
 use crate::plan_format::blocks::PlanFile;
+use crate::robot::model::RobotModel;
 
-/// Largest plan file, bytes.
+/// Largest size of a plan file, bytes.
 const PLAN_BYTES_MAX: u64 = 1 << 30;
 
-/// Loads a plan file and checks all that can be checked without the robot and the world that it
-/// names.
+/// Loads a plan file and checks it as far as possible without the robot and the world.
 ///
 /// # Errors
-/// When the file cannot be read, is not `biped-plan/1`, holds a number that is not finite or beyond
-/// 1e6, a quaternion that is not unit within 1e-4, waypoints whose time does not increase, or
-/// phases that do not tile them.
+/// The file cannot be read or is not `biped-plan/1`; a number is not finite or exceeds 1e6; the
+/// length of a quaternion differs from 1 by more than 1e-4; the time of the waypoints does not
+/// increase; or the phases do not cover the waypoints in order.
 pub fn load_plan(path: &Path) -> Result<PlanFile, InputError> {
     let source = TextFile::read(path, PLAN_BYTES_MAX)?;
     let plan: PlanFile = serde_json::from_str(&source.text)
@@ -27,11 +25,11 @@ pub fn load_plan(path: &Path) -> Result<PlanFile, InputError> {
     Ok(plan)
 }
 
-/// Where in a waypoint's `q` each joint of the robot stands: `q[joint_order[j]]` is the position of
+/// The index of each joint of the robot in a waypoint's `q`: `q[joint_order[j]]` is the position of
 /// `robot.joints[j]`.
 ///
 /// # Errors
-/// When the plan's `joint_names` are not exactly the robot's moving joints, in any order.
+/// The plan's `joint_names` are not exactly the robot's moving joints, in any order.
 pub fn joint_order(
     plan: &PlanFile,
     robot: &RobotModel,
@@ -43,11 +41,11 @@ pub fn joint_order(
     {
         return input_error(format!("'{unknown}' is not a moving joint of robot '{}'", robot.name));
     }
-    let place_of = |name: &str| plan.joint_names.iter().position(|other| other == name);
+    let index_of = |name: &str| plan.joint_names.iter().position(|other| other == name);
     match robot
         .joints
         .iter()
-        .map(|joint| place_of(&joint.name).ok_or(&joint.name))
+        .map(|joint| index_of(&joint.name).ok_or(&joint.name))
         .collect::<Result<Vec<_>, _>>()
     {
         Ok(order) if order.len() == plan.joint_names.len() => Ok(order),

@@ -11,28 +11,26 @@ use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
 use crate::base::text_file::relative_to;
 use crate::config::scenario::{Scenario, StancePose};
-use crate::geometry::shape::MeshSource;
-use crate::geometry::shape::Shape;
+use crate::geometry::shape::{MeshSource, Shape};
 use crate::message::{Contact, PlanChunk, SupportMode, Waypoint};
-use crate::robot::model::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
-use crate::world::world::{World, WorldShape};
-
 use crate::plan_file::check::check_plan;
 use crate::plan_format::blocks::{
     ContactBlock, EndBlock, FootBlock, PhaseBlock, PlanFile, PoseBlock, RobotBlock, SCHEMA,
     SceneBlock, SceneShapeBlock, ShapeBlock, WaypointBlock,
 };
+use crate::robot::model::{ACCELERATION_DEFAULT, Foot, Link, RobotModel};
+use crate::world::world::{World, WorldShape};
 
-/// How far the first configuration's soles may be from the start stance, m.
+/// Largest distance of the first waypoint's soles from the start stance, m.
 const START_TOLERANCE: f64 = 2e-3;
-/// How far it may be from the configuration in which a walk was broken off, m and rad.
+/// Largest distance of the first waypoint from the start configuration, m and rad.
 const CONFIGURATION_TOLERANCE: f64 = 1e-3;
 
-/// The plan file of a stream of chunks, to be saved in `plan_dir` (absolute, or relative to the
-/// working directory).
+/// The plan file of a stream of chunks. Its paths are relative to `plan_dir`, the folder in which
+/// it is saved (absolute, or relative to the working directory).
 ///
-/// Every chunk's first waypoint repeats the last one of the chunk before and is written once.
-/// Neighbouring chunks with the same mode and the same sole poses become one phase.
+/// The first waypoint of a chunk repeats the last one of the chunk before and is written once.
+/// Consecutive chunks with equal modes and sole poses become one phase.
 pub fn plan_from_chunks(
     robot: &RobotModel,
     world: &World,
@@ -60,14 +58,14 @@ pub fn plan_from_chunks(
     }
 }
 
-/// Saves a plan file: whole or not at all.
+/// Saves a plan file atomically: writes a temporary file beside it and renames that.
 ///
 /// # Errors
-/// When the plan breaks a rule of its own format, or the file cannot be written.
+/// The plan violates a rule of the format, or the file cannot be written.
 pub fn save(plan: &PlanFile, path: &Path) -> Result<(), InputError> {
     check_plan(plan).map_err(|(element, message)| InputError::element(path, element, message))?;
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
-        return Err(InputError::file(path, "is not a file name to write to"));
+        return Err(InputError::file(path, "is not the name of a file"));
     };
     let part = folder.join(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
     let written = write_whole(plan, &part).and_then(|()| std::fs::rename(&part, path));
@@ -150,7 +148,7 @@ fn exact_meshes(robot: &RobotModel) -> Vec<String> {
     robot.links.iter().filter(has_mesh).map(|link| link.name.clone()).collect()
 }
 
-/// Of all joints that have one, locked ones included.
+/// The finite effort limits of all joints, locked ones included.
 fn effort_limits(robot: &RobotModel) -> BTreeMap<String, f64> {
     let joints = robot.joints.iter().chain(robot.locked_joints.iter().map(|locked| &locked.joint));
     joints
@@ -199,9 +197,9 @@ fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
     }
 }
 
-/// Where the plan's first chunk has the robot stand: on a slope the soles are not level, as the
-/// stance's are, and on one foot, where a plan goes on from a walk that was broken off, the whole
-/// configuration counts.
+/// The start as the first chunk holds it: the sole poses of its contacts, which on a slope are not
+/// level as the stance is. A plan that continues an interrupted walk may start on one foot; its
+/// start is the first configuration.
 fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) -> EndBlock {
     let contacts = chunks.first().map_or(&[][..], PlanChunk::contacts);
     if let Some([first, ..]) =

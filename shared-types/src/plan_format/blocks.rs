@@ -1,4 +1,4 @@
-//! The exported plan, `biped-plan/1`: what a person, a viewer or an independent judge reads.
+//! The exported plan `biped-plan/1`, for viewers and independent checkers.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// The `schema` field of every plan file.
 pub const SCHEMA: &str = "biped-plan/1";
 
-/// A whole plan file. Paths are relative to the file.
+/// A plan file. Paths in it are relative to its folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlanFile {
     /// [`SCHEMA`].
@@ -16,19 +16,19 @@ pub struct PlanFile {
     pub robot: RobotBlock,
     /// The world.
     pub scene: SceneBlock,
-    /// The order of `q` in the waypoints.
+    /// The moving joints, in the order of `q` in the waypoints.
     pub joint_names: Vec<String>,
     /// The motion.
     pub waypoints: Vec<WaypointBlock>,
-    /// Which feet stand where, over which waypoints.
+    /// The support phases, which cover all waypoints in order.
     pub phases: Vec<PhaseBlock>,
-    /// Where it begins.
+    /// The start.
     pub start: EndBlock,
-    /// Where it must end.
+    /// The goal.
     pub goal: EndBlock,
 }
 
-/// A pose: metres, unit quaternion x, y, z, w.
+/// A pose: position in m, rotation as unit quaternion x, y, z, w.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct PoseBlock {
     /// Position.
@@ -45,16 +45,16 @@ pub struct RobotBlock {
     pub urdf: String,
     /// The feet by name, "left" and "right".
     pub feet: BTreeMap<String, FootBlock>,
-    /// Joints that are not planned, with their positions.
+    /// Joints held still, with their positions, rad or m.
     #[serde(default)]
     pub locked_joints: BTreeMap<String, f64>,
-    /// Links whose collision meshes are taken as they are; those of others become convex hulls.
+    /// Links with exact collision meshes; meshes of other links become convex hulls.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub exact_meshes: Vec<String>,
-    /// Tighter effort limits by joint name, N m.
+    /// Effort limits by joint name, N m or N, where they are below the URDF's.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub effort_limits: BTreeMap<String, f64>,
-    /// Acceleration limits by joint name where they differ from the default, rad/s2 or m/s2.
+    /// Acceleration limits by joint name, rad/s2 or m/s2, where they differ from the default.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub acceleration_limits: BTreeMap<String, f64>,
     /// A factor on all effort limits, at most 1.
@@ -69,7 +69,7 @@ pub struct FootBlock {
     pub link: String,
     /// The sole frame in the link's frame.
     pub sole_pose: PoseBlock,
-    /// The sole's outline at z = 0 of the sole frame.
+    /// The sole's outline in the sole frame at z = 0, m.
     pub polygon: Vec<[f64; 2]>,
 }
 
@@ -93,21 +93,21 @@ pub struct SceneShapeBlock {
     pub shape: ShapeBlock,
 }
 
-/// A geometry. Cylinders and capsules lie along z; a cylinder's length is its full one, a capsule's
-/// that of its cylindrical part.
+/// A geometry, lengths in m. Cylinders and capsules lie along z. The length of a capsule is the
+/// length of its cylindrical part.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "lowercase")]
 #[allow(missing_docs, reason = "the fields are the plan format's own names")]
 pub enum ShapeBlock {
     /// A box.
     Box { half_extents: [f64; 3] },
-    /// A ball.
+    /// A sphere.
     Sphere { radius: f64 },
     /// A cylinder.
     Cylinder { radius: f64, length: f64 },
     /// A capsule.
     Capsule { radius: f64, length: f64 },
-    /// A convex hull, of points or of a file's vertices.
+    /// A convex hull of points or of the vertices of a mesh file.
     Convex {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         points: Option<Vec<[f64; 3]>>,
@@ -116,7 +116,7 @@ pub enum ShapeBlock {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         scale: Option<[f64; 3]>,
     },
-    /// A triangle mesh from a file.
+    /// A triangle mesh of a file.
     Mesh {
         path: String,
         #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -124,47 +124,48 @@ pub enum ShapeBlock {
     },
 }
 
-/// A configuration at an instant.
+/// A configuration with its time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct WaypointBlock {
-    /// Seconds since the start, strictly increasing.
+    /// Time since the start, s; strictly increasing.
     pub t: f64,
-    /// Root position.
+    /// Root position in the world, m.
     pub root_xyz: [f64; 3],
-    /// Root rotation.
+    /// Root rotation in the world, unit quaternion x, y, z, w.
     pub root_quat_xyzw: [f64; 4],
-    /// Joint positions.
+    /// Joint positions, rad or m.
     pub q: Vec<f64>,
 }
 
-/// A range of waypoints in one mode, both ends included.
+/// A range of waypoints with one support mode.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PhaseBlock {
-    /// First waypoint.
+    /// Index of the first waypoint.
     pub first: usize,
-    /// Last waypoint.
+    /// Index of the last waypoint, included.
     pub last: usize,
-    /// "left", "right" or "double".
+    /// Support mode: "left", "right" or "double".
     pub mode: String,
-    /// The feet that stand still.
+    /// The stance feet.
     pub contacts: Vec<ContactBlock>,
 }
 
-/// A foot that stands still.
+/// A stance foot.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ContactBlock {
     /// "left" or "right".
     pub foot: String,
-    /// Its sole frame in the world.
+    /// The sole frame in the world.
     pub sole_pose: PoseBlock,
 }
 
-/// How a plan begins or ends.
+/// The start or the goal of a plan. `tol` is a tolerance in m; a rotation error of 1 rad counts as
+/// 0.5 m.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 #[allow(missing_docs, reason = "the fields are the plan format's own names")]
 pub enum EndBlock {
-    /// At one configuration.
+    /// One configuration.
     Config {
         root_xyz: [f64; 3],
         root_quat_xyzw: [f64; 4],
@@ -172,7 +173,7 @@ pub enum EndBlock {
         #[serde(default = "config_tolerance")]
         tol: f64,
     },
-    /// With the root in a disc.
+    /// A region of the root: a disc, optionally with a range of heights and headings.
     RootRegion {
         xy: [f64; 2],
         radius: f64,
@@ -183,7 +184,7 @@ pub enum EndBlock {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         yaw_tol: Option<f64>,
     },
-    /// With the soles at some poses; rotation errors count half a metre a radian.
+    /// Poses of the soles.
     Feet {
         soles: BTreeMap<String, PoseBlock>,
         #[serde(default = "feet_tolerance")]

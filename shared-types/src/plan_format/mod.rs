@@ -1,3 +1,3 @@
-//! plan_format.
+//! The exported plan format `biped-plan/1` as serde types.
 
 pub mod blocks;

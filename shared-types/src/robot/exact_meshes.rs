@@ -1,7 +1,6 @@
-//! Which links keep their meshes as they are, though nobody asked for it: those whose convex hulls
-//! overlap where the meshes do not. Links that overlap in nearly every posture, or at position 0
-//! near each other, count as covers that may touch; if only their hulls did so, real collisions
-//! between them would go unseen.
+//! Finds the links that need exact meshes: links whose convex hulls overlap where the meshes do
+//! not. Links that overlap in nearly every posture, or at position 0, count as covers that may
+//! touch. If only their hulls overlapped there, collisions between them would not be detected.
 
 use glam::DVec3;
 use parry3d_f64::bounding_volume::{Aabb, BoundingVolume};
@@ -12,24 +11,25 @@ use crate::base::spatial::Pose;
 use crate::geometry::shape::Shape;
 use crate::robot::model::{Link, LinkIndex, LinkShape, RobotModel, joints_between};
 
-/// Links at most this many moving joints apart may touch in any case.
+/// Most moving joints between two links that may touch in any case.
 const NEIGHBOURS_MAX: usize = 1;
-/// Links of more triangles stay hulls: each distance to them would cost too much.
+/// Most triangles of an exact mesh. A link with more keeps its hull, because each distance to it
+/// would take too long.
 const TRIANGLES_MAX: usize = 3_000;
-/// Looser than any rounding when boxes around shapes are compared, m.
+/// Margin of the bounding boxes of shapes, m; above any rounding error.
 const SLACK: f64 = 1e-6;
 
-/// A collision shape at its place.
+/// A collision shape with its pose.
 struct PlacedShape {
     world_from_shape: Pose,
     shape: SharedShape,
     bounds: Aabb,
 }
 
-/// The links, with their exact shapes, whose hulls, but not they themselves, overlap another link
-/// with all joints as near to 0 as their limits allow, or in the standing posture alone; of two
-/// such links one, the one of fewer triangles, where that is enough. `exact` makes a link's shapes
-/// with its meshes as they are; where it fails, hulls stay.
+/// Links whose hull overlaps another link although the exact meshes do not, with their exact
+/// shapes. Tested with all joints as near to 0 as their limits allow, and in the standing posture.
+/// If one of two links is enough, it is the one with fewer triangles. `exact` makes a link with
+/// exact meshes; if it fails, the link keeps its hull.
 pub(crate) fn misleading_hulls(
     robot: &RobotModel,
     mut exact: impl FnMut(LinkIndex) -> Option<Link>,
@@ -63,7 +63,7 @@ fn has_hull(link: &Link) -> bool {
     link.shapes.iter().any(|part| matches!(part.shape, Shape::ConvexHull { .. }))
 }
 
-/// The pairs of links that are no neighbours, of which one at least is a hull.
+/// The pairs of links that are not neighbours, at least one of which has a hull.
 fn pairs_with_hulls(links: &[Link]) -> impl Iterator<Item = [LinkIndex; 2]> {
     let pairs = (0..links.len()).flat_map(|a| (a + 1..links.len()).map(move |b| [a, b]));
     pairs.filter(|&pair| {
@@ -71,7 +71,7 @@ fn pairs_with_hulls(links: &[Link]) -> impl Iterator<Item = [LinkIndex; 2]> {
     })
 }
 
-/// All links where they are in a posture: as hulls, and as they are once that was asked for.
+/// All links in one posture: their hulls, and their exact meshes once those are needed.
 struct OverlapTest<F> {
     poses: Vec<Pose>,
     hulls: Vec<Vec<PlacedShape>>,
@@ -79,7 +79,7 @@ struct OverlapTest<F> {
     exact: F,
 }
 
-/// A link as it is; without shapes where it is too heavy or cannot be made.
+/// A link with exact meshes; without shapes if it has too many triangles or cannot be made.
 #[derive(Default)]
 struct Surface {
     triangles: usize,
@@ -95,7 +95,7 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> OverlapTest<F> {
         Self { poses, hulls, surfaces: robot.links.iter().map(|_| None).collect(), exact }
     }
 
-    /// Whether two links overlap if those of `exact` are taken as they are.
+    /// Whether two links overlap if the links of `exact` have exact meshes.
     fn overlap(&self, pair: [LinkIndex; 2], exact: &[LinkIndex]) -> bool {
         let shapes = |at: LinkIndex| {
             self.surfaces[at]
@@ -107,8 +107,8 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> OverlapTest<F> {
         first.iter().any(|a| second.iter().any(|b| a.overlaps(b)))
     }
 
-    /// The fewest of two links' hulls that have to give way for the two not to overlap; none where
-    /// that does not help.
+    /// The fewest of two links that need exact meshes so that the two do not overlap; empty if
+    /// exact meshes do not suffice.
     fn separating_links(&mut self, pair: [LinkIndex; 2], links: &[Link]) -> Vec<LinkIndex> {
         let mut hulls = pair.to_vec();
         hulls.retain(|&at| has_hull(&links[at]) && !self.surface(at).shapes.is_empty());
@@ -122,10 +122,10 @@ impl<F: FnMut(LinkIndex) -> Option<Link>> OverlapTest<F> {
     fn surface(&mut self, at: LinkIndex) -> &Surface {
         let Self { poses, surfaces, exact, .. } = self;
         surfaces[at].get_or_insert_with(|| {
-            let light = exact(at)
+            let small_enough = exact(at)
                 .map(|link| (triangles_of(&link), link))
                 .filter(|(triangles, _)| *triangles <= TRIANGLES_MAX);
-            light.map_or_else(Surface::default, |(triangles, link)| {
+            small_enough.map_or_else(Surface::default, |(triangles, link)| {
                 let shapes = placed_shapes(&link, &poses[at]);
                 Surface { triangles, parts: link.shapes, shapes }
             })
@@ -164,12 +164,12 @@ impl PlacedShape {
     }
 }
 
-/// The shape for the tests here; nothing for what they cannot take.
+/// The shape for Parry's overlap tests; `None` if Parry cannot represent it.
 fn solid(shape: &Shape) -> Option<SharedShape> {
     Some(match shape {
         Shape::Box { half_extents } => SharedShape::new(Cuboid::new(*half_extents)),
         Shape::Sphere { radius } => SharedShape::new(Ball::new(*radius)),
-        // Parry's cylinders stand along y.
+        // Parry's cylinders lie along y.
         Shape::Cylinder { radius, half_length } => {
             let (vertices, _) = Cylinder::new(*half_length, *radius).to_trimesh(32);
             let turned: Vec<DVec3> =
@@ -198,8 +198,8 @@ mod tests {
     use crate::geometry::shape::MeshSource;
     use crate::robot::model::{Joint, JointKind};
 
-    /// Corners of a trough along y, 2 wide inside and 1 high, with walls 0.1 thick, from z = 0
-    /// upward.
+    /// Vertices and triangles of a trough along y from z = 0 upward: 2 wide inside, 1 high, walls
+    /// 0.1 thick.
     fn trough() -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let outline = [
             [-1.1, 0.0],
@@ -252,19 +252,20 @@ mod tests {
         }
     }
 
-    /// A trough, a link without shapes and a ball of a radius that slides upward, joined one after
-    /// another. With its joint at 0 it is so far above the middle of the trough, as the robot
-    /// stands in the middle.
+    /// The links that need exact meshes in a chain of a trough, a link without shapes and a sphere
+    /// that slides upward. At joint position 0 the sphere is `above` the middle of the trough; in
+    /// the standing posture it is in the middle.
     fn misleading_around(radius: f64, above: f64) -> Vec<LinkIndex> {
         let (vertices, triangles) = trough();
         let hull = Shape::ConvexHull { points: vertices.clone() };
-        let mut ball = link(Some(1), Some(Shape::Sphere { radius }));
-        ball.shapes[0].link_from_shape = Pose::from_translation(DVec3::new(0.0, 0.0, 0.55 + above));
+        let mut sphere = link(Some(1), Some(Shape::Sphere { radius }));
+        sphere.shapes[0].link_from_shape =
+            Pose::from_translation(DVec3::new(0.0, 0.0, 0.55 + above));
         let slide = Joint { kind: JointKind::Prismatic, lower: -9.0, upper: 9.0, ..joint(2) };
         let robot = RobotModel {
             name: String::new(),
             urdf_path: "trough.urdf".into(),
-            links: vec![link(None, Some(hull)), link(Some(0), None), ball.clone()],
+            links: vec![link(None, Some(hull)), link(Some(0), None), sphere.clone()],
             joints: vec![joint(1), slide],
             standing_q: vec![0.0, -above],
             feet: vec![],
@@ -274,23 +275,23 @@ mod tests {
         let source = MeshSource { path: "trough.obj".into(), scale: DVec3::ONE };
         let mesh = Shape::Mesh { vertices, triangles, source };
         let exact = |at: LinkIndex| {
-            Some(if at == 0 { link(None, Some(mesh.clone())) } else { ball.clone() })
+            Some(if at == 0 { link(None, Some(mesh.clone())) } else { sphere.clone() })
         };
         misleading_hulls(&robot, exact).into_iter().map(|(at, _)| at).collect()
     }
 
     #[test]
-    fn a_hull_that_swallows_what_its_mesh_leaves_free_is_misleading() {
+    fn a_hull_that_overlaps_where_its_mesh_does_not_is_misleading() {
         assert_eq!(misleading_around(0.3, 0.0), [0]);
     }
 
     #[test]
-    fn a_hull_is_right_where_the_mesh_overlaps_too() {
+    fn a_hull_is_not_misleading_where_its_mesh_overlaps_too() {
         assert!(misleading_around(0.5, 0.0).is_empty());
     }
 
     #[test]
-    fn so_is_one_that_does_so_only_as_the_robot_stands() {
+    fn the_standing_posture_is_tested_too() {
         assert_eq!((misleading_around(0.3, 5.0), misleading_around(0.5, 5.0)), (vec![0], vec![]));
     }
 

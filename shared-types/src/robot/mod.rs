@@ -1,4 +1,4 @@
-//! robot.
+//! Robots: URDF and robot file, and the validated model.
 
 pub(crate) mod exact_meshes;
 pub(crate) mod joints;

@@ -1,13 +1,12 @@
-//! A robot: what the URDF and the `robot.toml` beside it say, validated.
+//! The validated model of a robot, from its URDF and its robot file (`robot.toml`).
 //!
-//! The model is plain data. Each process compiles it into what its own algorithms need.
+//! The model is plain data. Planner and checker each compile it into their own representation.
 
 use glam::{DMat3, DVec3};
 
 use crate::base::digest::Digest;
 use crate::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
-use crate::base::spatial::Pose;
-use crate::base::spatial::rotation_about;
+use crate::base::spatial::{Pose, rotation_about};
 use crate::geometry::shape::Shape;
 
 /// Index into [`RobotModel::links`].
@@ -17,8 +16,7 @@ pub type JointIndex = usize;
 /// Index into [`RobotModel::feet`].
 pub type LimbIndex = usize;
 
-/// A validated robot. Links are sorted so that a parent stands before its children; link 0 is the
-/// root.
+/// A validated robot. A parent link precedes its children; link 0 is the root.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RobotModel {
     /// The URDF's robot name.
@@ -32,54 +30,54 @@ pub struct RobotModel {
     pub joints: Vec<Joint>,
     /// The feet. A biped has two: 0 is left, 1 is right.
     pub feet: Vec<Foot>,
-    /// Joint positions of the standing posture (rad or m), one per joint.
+    /// Joint positions of the standing posture, one per joint, rad or m.
     pub standing_q: Vec<f64>,
-    /// Joints that the robot file holds still; not part of `q`.
+    /// Joints that the robot file locks; not part of `q`.
     pub locked_joints: Vec<LockedJoint>,
     /// Digest of the URDF, the robot file and all meshes.
     pub digest: Digest,
 }
 
-/// One rigid body of the robot.
+/// A rigid body of the robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
     /// URDF name.
     pub name: String,
-    /// How it hangs on its parent; `None` for the root.
+    /// The joint to its parent; `None` for the root.
     pub parent: Option<Attachment>,
-    /// Mass in kg; 0 for a massless frame.
+    /// Mass, kg; 0 for a massless frame.
     pub mass: f64,
-    /// Centre of mass in the link frame.
+    /// Centre of mass in the link frame, m.
     pub com: DVec3,
-    /// Rotational inertia about the centre of mass, along the link frame's axes, kg m2.
+    /// Rotational inertia about the centre of mass in the axes of the link frame, kg m2.
     pub inertia: DMat3,
     /// Collision shapes.
     pub shapes: Vec<LinkShape>,
 }
 
-/// How a link hangs on its parent.
+/// The attachment of a link to its parent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attachment {
     /// The parent link; its index is smaller than the child's.
     pub parent: LinkIndex,
-    /// The joint frame in the parent link's frame, which is also the child's frame at position 0.
+    /// The joint frame in the parent link's frame; it equals the child's frame at position 0.
     pub parent_from_joint: Pose,
-    /// The moving joint, or `None` for a fixed one (also a locked one, whose position is folded
-    /// into the pose).
+    /// The moving joint. `None` for a fixed or locked joint; the position of a locked joint is part
+    /// of the pose.
     pub joint: Option<JointIndex>,
 }
 
 /// A collision shape of a link.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkShape {
-    /// The shape's frame in the link's.
+    /// The pose of the shape in the link frame.
     pub link_from_shape: Pose,
-    /// The shape. A mesh arrives here as its convex hull, unless the robot file asks for the exact
-    /// surface or the hull would hide collisions.
+    /// The shape. A mesh is replaced by its convex hull, unless the robot file requires the exact
+    /// mesh or the hull would hide collisions.
     pub shape: Shape,
 }
 
-/// What a moving joint moves along or about.
+/// The kind of a moving joint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JointKind {
     /// Rotation about the axis (rad).
@@ -107,23 +105,23 @@ pub struct Joint {
     pub effort: f64,
     /// Largest speed (rad/s or m/s), positive and finite.
     pub velocity: f64,
-    /// Largest acceleration (rad/s2 or m/s2), positive and finite: of the robot file, or
+    /// Largest acceleration (rad/s2 or m/s2), positive and finite: the robot file's, or
     /// [`ACCELERATION_DEFAULT`].
     pub acceleration: f64,
 }
 
-/// The largest acceleration of a joint of which the robot file says nothing (rad/s2 or m/s2): what
-/// geared joints of humanoids reach with little of their torque. URDF knows no such limit.
+/// Largest acceleration of a joint without one in the robot file (rad/s2 or m/s2). Geared joints of
+/// humanoids reach it with a small part of their torque. URDF has no such limit.
 pub const ACCELERATION_DEFAULT: f64 = 10.0;
 
-/// A joint that the robot file holds still. Links see it as fixed; its motor still has to hold it.
+/// A joint that the robot file locks. It is fixed in the kinematic tree; its motor has to hold it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LockedJoint {
-    /// The joint as it would be if it moved; what the URDF does not limit is infinite.
+    /// The joint if it were moving. Limits that the URDF does not give are infinite.
     pub joint: Joint,
-    /// Where it stands, rad or m.
+    /// Its position, rad or m.
     pub position: f64,
-    /// The joint frame in the parent link's frame, without the joint's own motion.
+    /// The joint frame in the parent link's frame at position 0.
     pub parent_from_joint: Pose,
 }
 
@@ -134,20 +132,20 @@ pub struct Foot {
     pub name: String,
     /// The link that carries the sole.
     pub link: LinkIndex,
-    /// The sole frame in the link's: z points out of the ground into the foot, x forward.
+    /// The sole frame in the link frame: z points from the ground into the foot, x forward.
     pub link_from_sole: Pose,
-    /// The sole's outline in the sole frame at z = 0: convex, counter-clockwise, at most
+    /// The sole's outline in the sole frame at z = 0, m: convex, counter-clockwise, at most
     /// [`POLYGON_VERTICES_MAX`] vertices.
     pub polygon: Vec<glam::DVec2>,
 }
 
 impl RobotModel {
-    /// Total mass in kg.
+    /// Total mass, kg.
     pub fn mass(&self) -> f64 {
         self.links.iter().map(|link| link.mass).sum()
     }
 
-    /// The same robot with its locked joints among the moving ones, after them.
+    /// The same robot with its locked joints as moving joints, after the others.
     pub fn unlocked(&self) -> Self {
         let mut robot = Self { locked_joints: Vec::new(), ..self.clone() };
         for locked in &self.locked_joints {
@@ -161,7 +159,7 @@ impl RobotModel {
         robot
     }
 
-    /// The pose of every link in the root's frame, the joints at `q`.
+    /// The pose of every link in the root frame at the joint positions `q`.
     pub(crate) fn root_from_links(&self, q: &[f64]) -> Vec<Pose> {
         let mut poses: Vec<Pose> = Vec::with_capacity(self.links.len());
         for link in &self.links {
@@ -188,7 +186,7 @@ impl RobotModel {
         joints
     }
 
-    /// The moving joints that carry one foot and no other, root first: those of its leg.
+    /// The moving joints of a leg, root first: those between the root and this foot and no other.
     pub fn leg(&self, limb: LimbIndex) -> Vec<JointIndex> {
         let mut joints = self.chain(self.feet[limb].link);
         let others = self.feet.iter().enumerate().filter(|(other, _)| *other != limb);
@@ -200,8 +198,8 @@ impl RobotModel {
 }
 
 impl JointKind {
-    /// How a child frame stands in its joint's frame, moved along or about `axis` (unit, joint
-    /// frame) to a position (rad or m).
+    /// The pose of the child frame in the joint frame at a position (rad or m). `axis` is a unit
+    /// vector in the joint frame.
     pub(crate) fn motion(self, axis: DVec3, position: f64) -> Pose {
         match self {
             Self::Revolute => Pose::from_rotation(rotation_about(axis, position)),
@@ -210,11 +208,11 @@ impl JointKind {
     }
 }
 
-/// The moving joints on the way from one link to another.
+/// The number of moving joints on the path between two links.
 pub fn joints_between(links: &[Link], pair: [LinkIndex; 2]) -> usize {
     let (mut at, mut count) = (pair, 0);
     while at[0] != at[1] {
-        // Parents stand before their children, so the later of two links is not an ancestor of the
+        // A parent precedes its children, so the later of two links is not an ancestor of the
         // other.
         let later = usize::from(at[1] > at[0]);
         let Some(attachment) = &links[at[later]].parent else { break };

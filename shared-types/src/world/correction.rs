@@ -1,4 +1,4 @@
-//! A world as it turned out to be.
+//! Applies the corrections of a controller to a world.
 
 use crate::base::digest::Digest;
 use crate::geometry::shape::Shape;
@@ -8,30 +8,29 @@ use crate::world::world::{World, WorldShape};
 /// Why a correction cannot be applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CorrectionError {
-    /// It names a shape that the world does not have.
+    /// It refers to a shape that the world does not have.
     #[error("a correction concerns shape {shape}, the world has {shapes}")]
     UnknownShape {
-        /// The shape.
+        /// The index of the shape.
         shape: u32,
-        /// How many there are.
+        /// Number of shapes in the world.
         shapes: usize,
     },
-    /// Its numbers are none of a difference.
+    /// Its kind or its numbers are invalid.
     #[error("correction {index} is malformed")]
     Malformed {
-        /// Its place in the list.
+        /// Its index in the list.
         index: usize,
     },
 }
 
 impl World {
-    /// The world as it is after corrections, oldest first. They name shapes by their place in this
-    /// world; a missing shape's place stays counted. A contact that is missing changes no shape:
-    /// the planner keeps out of its place. The digest is [`corrected_digest`]; without corrections
-    /// the world is the same.
+    /// The world after corrections, oldest first. Their indices refer to the shapes of this world,
+    /// also after a shape is missing. A missing contact changes no shape: the planner keeps out of
+    /// its area. The digest is [`corrected_digest`]. Without corrections the world is unchanged.
     ///
     /// # Errors
-    /// A correction names no shape of this world, or is malformed.
+    /// A correction refers to no shape of this world, or is malformed.
     pub fn corrected(&self, corrections: &[WorldCorrection]) -> Result<Self, CorrectionError> {
         let mut shapes: Vec<Option<WorldShape>> = self.shapes.iter().cloned().map(Some).collect();
         let mut added = vec![];
@@ -62,8 +61,7 @@ impl World {
     }
 }
 
-/// The digest of a world after corrections: what the chunks of a plan made in the corrected world
-/// carry.
+/// The digest of a world after corrections, which the chunks of a plan in the corrected world hold.
 pub fn corrected_digest(world: &Digest, corrections: &[WorldCorrection]) -> Digest {
     corrections
         .iter()
@@ -92,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn corrections_add_up_and_change_the_digest() {
+    fn corrections_accumulate_and_change_the_digest() {
         let world = world();
         assert_eq!(world.corrected(&[]).unwrap(), world);
         let place = Pose::from_parts(DVec3::new(3.0, 0.0, 0.5), glam::DQuat::IDENTITY);
@@ -113,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn corrections_of_nothing_are_refused() {
+    fn corrections_of_unknown_shapes_are_refused() {
         let world = world();
         let unknown = world.corrected(&[WorldCorrection::missing(2)]);
         assert_eq!(unknown, Err(CorrectionError::UnknownShape { shape: 2, shapes: 2 }));

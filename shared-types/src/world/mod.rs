@@ -1,4 +1,4 @@
-//! world.
+//! Worlds: their file format, the validated value and its corrections.
 
 pub mod correction;
 pub mod load;

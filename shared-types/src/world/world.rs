@@ -1,14 +1,13 @@
-//! A world: fixed shapes with one coefficient of friction. Nothing says which of them may be walked
-//! on.
+//! A world: fixed shapes with one coefficient of friction. The robot may step on any of them.
 
 use crate::base::digest::Digest;
 use crate::base::spatial::Pose;
 use crate::geometry::shape::Shape;
 
-/// A validated world. Gravity is 9.81 m/s2 along -z.
+/// A validated world. Gravity is [`GRAVITY`] along -z.
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
-    /// The coefficient of friction of everything, 0 to 10.
+    /// The coefficient of friction of all contacts, 0 to 10.
     pub mu: f64,
     /// The shapes, in file order.
     pub shapes: Vec<WorldShape>,
@@ -21,11 +20,11 @@ pub struct World {
 pub struct WorldShape {
     /// Its name, unique in the world.
     pub name: String,
-    /// The shape's frame in the world's.
+    /// The pose of the shape in the world.
     pub world_from_shape: Pose,
     /// The shape.
     pub shape: Shape,
 }
 
-/// Standard gravity as the plan format fixes it, m/s2.
+/// Gravity as the plan format defines it, m/s2.
 pub const GRAVITY: f64 = 9.81;

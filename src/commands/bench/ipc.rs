@@ -1,10 +1,10 @@
-//! `surefoot bench ipc`: real chunks there and verdicts back, over our transport and over others,
-//! in one run.
+//! `surefoot bench ipc`: round trips of chunks and feedback over our transport and over others.
 //!
-//! Every transport carries the same bytes between two pinned threads: a chunk is copied into its
-//! memory and out of it, and so is the word that answers it. Ours also seals and checks both. The
-//! digest of the stream is the judge's to make, while it checks; one row has a judge that does only
-//! that, and one does all of it over raw memory. Only ratios within one run mean anything.
+//! Every transport copies the same bytes between two pinned threads: a chunk into its memory and
+//! out of it, and the feedback back. Ours also writes and checks the CRC of both. In normal use the
+//! controller computes the digest of the stream while it checks a chunk; one row measures a
+//! controller that does only that, and one does all of it over raw memory. Only ratios within one
+//! run are meaningful.
 
 mod drive;
 mod integrity;
@@ -13,9 +13,9 @@ mod ours;
 mod raw;
 mod socket;
 
-use clap::Args;
 use serde::Serialize;
 
+use crate::cli::bench_arguments::IpcArguments;
 use crate::commands::bench::machine::Machine;
 use crate::commands::bench::statistics::Summary;
 use crate::report::command_error::{CommandError, CommandOutcome};
@@ -24,18 +24,7 @@ use crate::system::terminal;
 
 use crate::commands::bench::ipc::drive::Measured;
 
-/// `surefoot bench ipc`.
-#[derive(Debug, Args)]
-pub struct IpcArguments {
-    /// Round trips of each transport
-    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
-    pub rounds: u32,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// Everything that is reported.
+/// The report.
 #[derive(Debug, Serialize)]
 struct IpcReport {
     schema: &'static str,
@@ -43,14 +32,14 @@ struct IpcReport {
     rows: Vec<Row>,
 }
 
-/// One transport's line.
+/// The results of one transport.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Row {
-    /// What carried the chunks.
+    /// The transport's name.
     transport: &'static str,
     /// Round trips.
     trials: usize,
-    /// Times from publication to check_result, s.
+    /// Times from publication to feedback, s.
     mean_seconds: f64,
     std_seconds: f64,
     p50_seconds: f64,
@@ -59,7 +48,7 @@ struct Row {
     max_seconds: f64,
     /// The median over that of raw memory.
     ratio: f64,
-    /// Chunks per second with as many on their way as the transport allows.
+    /// Chunks per second with as many in flight as the transport allows.
     chunks_per_second: f64,
     /// Heap allocations of both sides during the round trips.
     allocations: u64,
@@ -68,12 +57,12 @@ struct Row {
 /// Runs the command.
 ///
 /// # Errors
-/// When shared memory cannot be used.
+/// Shared memory cannot be used.
 pub(crate) fn run(arguments: &IpcArguments) -> Result<CommandOutcome, CommandError> {
     let rounds = arguments.rounds as usize;
     if cores::cores() < 2 {
         terminal::print_note(
-            "one core only: both sides share it, so these figures are those of the scheduler",
+            "one core only: both sides share it, so the scheduler determines these figures",
         );
     }
     let machine = Machine::this()?;

@@ -1,6 +1,6 @@
-//! `surefoot bench lower-bound`: how near planning comes to its floor, the time of checking the plan
-//! once. The check is the planner's own, of every waypoint and every motion between two, in the
-//! planner's resolution, on one thread.
+//! `surefoot bench lower-bound`: planning time against its lower bound, the time of checking the
+//! plan once. The planner's self-check runs on one thread, over every waypoint and every motion between
+//! two waypoints, in the planner's resolution.
 
 use serde::Serialize;
 use surefoot_planner::Planner;
@@ -18,8 +18,7 @@ use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::clock::processor_seconds;
 use crate::system::terminal;
 
-/// The scenarios measured unless told otherwise: all that ship with a way, the longer gauntlets
-/// left out.
+/// The default scenarios: all that have a plan, without the longer gauntlets.
 const SCENARIOS: [&str; 18] = [
     "flat_walk",
     "ibeam_hallway",

@@ -19,8 +19,8 @@ pub struct Machine {
     pub memory_mib: u64,
     /// The kernel's version.
     pub kernel: String,
-    /// How many threads wanted to run, mean of the last minute before the bench began: more than a
-    /// fraction of the cores disturbs what is measured.
+    /// Load average of the last minute before the bench began. More than a fraction of the cores
+    /// disturbs the measurement.
     pub load: Option<f64>,
     /// The program's version.
     pub version: &'static str,

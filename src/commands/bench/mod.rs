@@ -1,4 +1,4 @@
-//! bench.
+//! `surefoot bench`: measurements on this machine.
 
 pub mod command;
 pub mod footholds;

@@ -1,4 +1,4 @@
-//! A search in pieces, each timed and told by its stage.
+//! A search in pieces, each timed and assigned to a stage.
 
 use surefoot_planner::pipeline::WorkCategory;
 use surefoot_planner::{Outcome, Planner, Status};
@@ -19,7 +19,7 @@ pub struct Piece {
     pub seconds: f64,
 }
 
-/// Searches to the end in pieces that `advance` makes, and tells of each.
+/// Searches to the end in pieces that `advance` makes, and emits each.
 ///
 /// # Errors
 /// When a signal comes.

@@ -58,7 +58,7 @@ pub struct Row {
     pub mean_waypoints: Option<f64>,
     /// Bytes of the planner's arenas, the largest.
     pub arena_bytes: u64,
-    /// Plans that the controller's checks judged.
+    /// Plans that the controller checked.
     pub checked: usize,
     /// Plans that they refused.
     pub refused: usize,

@@ -17,7 +17,7 @@ use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::clock::Stopwatch;
 use crate::system::{cores, memory, signals, terminal};
 
-/// The scenarios measured unless told otherwise.
+/// The default scenarios.
 const SCENARIOS: [&str; 4] = ["flat_walk", "ibeam_gap", "stepping_stones", "stairs"];
 
 /// Everything that is reported.

@@ -69,7 +69,7 @@ pub struct TrialSetup<'a> {
     pub seed: u64,
     /// Planner threads.
     pub threads: NonZeroUsize,
-    /// Whether the controller's checks shall judge the plan.
+    /// Whether the controller checks the plan.
     pub check: bool,
 }
 

@@ -5,7 +5,7 @@ use surefoot_controller_sim::execution::disturbance::DisturbedExecution;
 use surefoot_controller_sim::missing_contact;
 use surefoot_controller_sim::{ChunkExecutor, Disturbance, GroundTruth, Violation};
 use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
-use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::message::{Check, Margins, PlanChunk, WorldCorrection};
 
 use crate::commands::control::simulated::Simulated;

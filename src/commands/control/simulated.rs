@@ -6,7 +6,7 @@ use surefoot_controller_sim::ChunkExecutor;
 use surefoot_controller_sim::channel::StatePublisher;
 use surefoot_controller_sim::channel::plan_subscriber::PlanSubscriber;
 use surefoot_controller_sim::execution::simulation::Simulation;
-use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::message::PlanChunk;
 
 use crate::system::clock::Stopwatch;

@@ -8,8 +8,9 @@ use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubsc
 use surefoot_planner::channel::plan_publisher::PlanPublisher;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
-use surefoot_shared_types::instance::{ChannelError, random_id};
+use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Margins, PlanChunk};
 

@@ -10,7 +10,7 @@ use surefoot_shared_types::message::{
 use crate::commands::monitor::motion::{StateStats, StateSummary};
 use crate::report::margins::WorstMargins;
 
-/// Latencies that are remembered for the quantiles.
+/// Most latencies that are kept for the quantiles.
 const LATENCIES_MAX: usize = 4096;
 
 /// An event that the monitor prints.
@@ -21,19 +21,19 @@ pub(crate) enum MonitorEvent {
     Planner { seconds: f64, session: String },
     /// The first message of a controller process.
     Controller { seconds: f64, controller_id: String, next_sequence: u64 },
-    /// Another plan, or the same planned again.
+    /// A new plan, or a new epoch of the same plan.
     Plan { seconds: f64, plan_id: u64, epoch: u64 },
     /// A chunk is refused.
     Refused { seconds: f64, sequence: u64, check: String, waypoint: u32, corrections: u32 },
     /// The last chunk of the plan is accepted.
     Finished { seconds: f64, chunks: u64, margins: WorstMargins },
-    /// The state of a request at a planner that stays up.
+    /// The state of a request to a planner that serves requests.
     Request { seconds: f64, client: String, number: u64, state: String },
-    /// What passed since the summary before.
+    /// Statistics since the last summary.
     Summary(Summary),
 }
 
-/// A summary.
+/// Statistics of one period.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Summary {
     /// Time since the monitor's start, s.
@@ -44,8 +44,8 @@ pub(crate) struct Summary {
     chunks_per_second: f64,
     /// Feedback messages received per second.
     feedback_per_second: f64,
-    /// Time from a chunk's publication to its verdict as the monitor saw it, s: median, 95 of 100,
-    /// longest.
+    /// Time from a chunk's publication to its verdict, as the monitor observes it, s: median, 95 %
+    /// quantile, maximum.
     verdict_latency: Option<[f64; 3]>,
     /// The worst margins so far.
     margins: WorstMargins,
@@ -56,32 +56,47 @@ pub(crate) struct Summary {
 /// Statistics of the messages received so far.
 #[derive(Debug, Default)]
 pub(crate) struct MonitorStats {
-    session: Option<u64>,
-    controller_id: Option<u64>,
-    plan: Option<(u64, u64)>,
-    request: Option<(u64, u64, u32)>,
-    refused: Option<(u64, u64)>,
-    finished: Option<(u64, u64)>,
+    last: LastSeen,
     accepted: u64,
+    /// Chunks since the last summary.
     chunks: u64,
+    /// Feedback messages since the last summary.
     feedback_count: u64,
+    /// Times at which the chunks without a verdict were first seen, by sequence number, s.
     published: BTreeMap<u64, f64>,
     latencies: Vec<f64>,
     margins: WorstMargins,
     state_stats: StateStats,
 }
 
+/// The identities that were seen last. An event is printed when one of them changes.
+#[derive(Debug, Default)]
+struct LastSeen {
+    session: Option<u64>,
+    controller_id: Option<u64>,
+    /// Plan id and epoch.
+    plan: Option<(u64, u64)>,
+    /// Client, number and state.
+    request: Option<(u64, u64, u32)>,
+    /// Plan id and epoch of the last refusal.
+    refused: Option<(u64, u64)>,
+    /// Plan id and epoch of the last plan that was accepted completely.
+    finished: Option<(u64, u64)>,
+}
+
 impl MonitorStats {
     /// Whether any message was received.
     pub(crate) fn has_received(&self) -> bool {
-        self.session.is_some() || self.controller_id.is_some() || self.request.is_some()
+        self.last.session.is_some()
+            || self.last.controller_id.is_some()
+            || self.last.request.is_some()
     }
 
-    /// Takes in a chunk seen at `seconds`.
+    /// Records a chunk that arrived at `seconds`.
     pub(crate) fn record_chunk(&mut self, chunk: &PlanChunk, seconds: f64) -> Vec<MonitorEvent> {
         let mut events = vec![];
         self.chunks += 1;
-        if self.session.replace(chunk.session) != Some(chunk.session) {
+        if self.last.session.replace(chunk.session) != Some(chunk.session) {
             events.push(MonitorEvent::Planner {
                 seconds,
                 session: format!("{:016x}", chunk.session),
@@ -94,7 +109,7 @@ impl MonitorStats {
         events
     }
 
-    /// Takes in feedback received at `seconds`.
+    /// Records feedback that arrived at `seconds`.
     pub(crate) fn record_feedback(
         &mut self,
         feedback: &Feedback,
@@ -102,7 +117,7 @@ impl MonitorStats {
     ) -> Vec<MonitorEvent> {
         let mut events = vec![];
         self.feedback_count += 1;
-        if self.controller_id.replace(feedback.controller_id) != Some(feedback.controller_id) {
+        if self.last.controller_id.replace(feedback.controller_id) != Some(feedback.controller_id) {
             events.push(MonitorEvent::Controller {
                 seconds,
                 controller_id: format!("{:016x}", feedback.controller_id),
@@ -115,13 +130,15 @@ impl MonitorStats {
         let plan = (feedback.plan_id, feedback.epoch);
         events.extend(self.switch_plan(plan, seconds));
         self.record_progress(feedback, seconds);
-        if feedback.verdict == Verdict::Refused as u32 && self.refused.replace(plan) != Some(plan) {
+        if feedback.verdict == Verdict::Refused as u32
+            && self.last.refused.replace(plan) != Some(plan)
+        {
             let check = Check::from_wire(feedback.check).map_or("unknown", Check::name).to_owned();
             let (sequence, waypoint, corrections) =
                 (feedback.refused_sequence, feedback.refused_waypoint, feedback.corrections_len);
             events.push(MonitorEvent::Refused { seconds, sequence, check, waypoint, corrections });
         }
-        if feedback.finished == 1 && self.finished.replace(plan) != Some(plan) {
+        if feedback.finished == 1 && self.last.finished.replace(plan) != Some(plan) {
             events.push(MonitorEvent::Finished {
                 seconds,
                 chunks: feedback.next_sequence,
@@ -131,7 +148,7 @@ impl MonitorStats {
         events
     }
 
-    /// Takes in a status of a planner that stays up.
+    /// Records a status of a planner that serves requests.
     pub(crate) fn record_status(
         &mut self,
         status: &PlanStatus,
@@ -139,7 +156,7 @@ impl MonitorStats {
     ) -> Option<MonitorEvent> {
         let state = RequestState::from_wire(status.state)?;
         let request = (status.client, status.number, status.state);
-        let is_new = status.client != 0 && self.request.replace(request) != Some(request);
+        let is_new = status.client != 0 && self.last.request.replace(request) != Some(request);
         is_new.then(|| MonitorEvent::Request {
             seconds,
             client: format!("{:016x}", status.client),
@@ -148,12 +165,12 @@ impl MonitorStats {
         })
     }
 
-    /// Takes in a tick of the simulated robot.
+    /// Records a state of the simulated robot.
     pub(crate) fn record_state(&mut self, state: &SimulationState) {
         self.state_stats.record(state);
     }
 
-    /// What passed in the last `period` (s); starts a new one.
+    /// The summary of the last `period` (s). Starts a new period.
     pub(crate) fn summary(&mut self, seconds: f64, period: f64) -> MonitorEvent {
         let rate = |count: u64| if period > 0.0 { count as f64 / period } else { 0.0 };
         let summary = Summary {
@@ -170,10 +187,10 @@ impl MonitorStats {
     }
 
     fn switch_plan(&mut self, plan: (u64, u64), seconds: f64) -> Option<MonitorEvent> {
-        if self.plan >= Some(plan) {
+        if self.last.plan >= Some(plan) {
             return None;
         }
-        self.plan = Some(plan);
+        self.last.plan = Some(plan);
         self.accepted = 0;
         self.published.clear();
         Some(MonitorEvent::Plan { seconds, plan_id: plan.0, epoch: plan.1 })
@@ -203,7 +220,7 @@ fn quantiles(latencies: &mut [f64]) -> Option<[f64; 3]> {
 }
 
 impl MonitorEvent {
-    /// One line for a person.
+    /// The event as one line of text.
     pub(crate) fn line(&self) -> String {
         match self {
             Self::Planner { seconds, session } => {
@@ -272,7 +289,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn latencies_run_from_a_chunks_first_sight_to_its_verdict() {
+    fn latencies_run_from_a_chunks_first_arrival_to_its_verdict() {
         let mut stats = MonitorStats::default();
         let chunk =
             |sequence| PlanChunk { session: 5, plan_id: 1, sequence, ..PlanChunk::zeroed() };

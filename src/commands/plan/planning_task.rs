@@ -1,12 +1,14 @@
-//! What a planner plans next: start, goal, world, plan id and epoch.
+//! Planning tasks: start, goal, world, plan id and epoch of one search.
 
 use std::num::NonZeroUsize;
 
+use surefoot_planner::channel::plan_publisher::Delivery;
+use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::preparation::build::Preparation;
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::message::{
-    CorrectionKind, Feedback, PlanChunk, RestState, WorldCorrection,
+    Check, CorrectionKind, Feedback, PlanChunk, RestState, WorldCorrection,
 };
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::correction::CorrectionError;
@@ -15,42 +17,42 @@ use surefoot_shared_types::world::world::World;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::CommandError;
 
-/// Chunks that are remembered of what was walked: more than four dozen steps.
+/// Most executed chunks that a task keeps; they hold more than 48 steps.
 const WALKED_MAX: usize = 256;
 /// Most lift-offs that a plan retraces.
 const RETRACE_LIFT_OFFS_MAX: usize = 16;
-/// Units of work after which a search is given up for one from farther back: so many for each chunk
-/// of the plan before, which is several times of what these took.
+/// Work limit of a search that may be followed by one that retraces further, units per chunk of the
+/// preceding plan. It is several times the work that the preceding plan took.
 const WORK_PER_CHUNK: u64 = 300;
-/// The least of it.
+/// Smallest such work limit, units.
 const WORK_MIN: u64 = 20_000;
 
-/// What a planner plans next.
+/// A planning task.
 #[derive(Debug, Clone)]
 pub(crate) struct PlanningTask {
     /// The scenario with this task's start, goal and seed. Its digest stays that of the file, which
-    /// is what both sides know.
+    /// planner and controller have in common.
     pub(crate) scenario: Scenario,
-    /// The world as it is known now.
+    /// The world as the planner knows it.
     pub(crate) world: World,
-    /// Differences from the world file that the controller encountered so far.
+    /// Differences from the world file that the controller has encountered.
     pub(crate) corrections: Vec<WorldCorrection>,
-    /// Where the robot stands; nothing before it stands anywhere.
+    /// The robot's rest state; `None` before the first plan is executed.
     pub(crate) rest_state: Option<RestState>,
-    /// Chunks of the plan before.
+    /// Number of chunks of the preceding plan.
     chunks: u64,
-    /// The chunks that it walked last, the last one to there.
+    /// The chunks that the robot executed last; the final one ends at the rest state.
     walked: Vec<PlanChunk>,
-    /// To how many places back it goes first, at which a foot was lifted.
+    /// Number of lift-offs that the plan retraces first.
     retrace_depth: usize,
-    /// Which plan of the controller's it is.
+    /// The plan's id.
     pub(crate) plan_id: u64,
-    /// How often it was planned again.
+    /// Number of times that the plan was replanned.
     pub(crate) epoch: u64,
 }
 
 impl PlanningTask {
-    /// The scenario's own.
+    /// The task of the scenario itself.
     pub(crate) fn first(inputs: &Inputs) -> Self {
         Self {
             scenario: inputs.scenario.clone(),
@@ -65,8 +67,7 @@ impl PlanningTask {
         }
     }
 
-    /// Whether a task that begins farther back than a `planner` of this one may find what that one
-    /// did not.
+    /// Whether this task may find a plan by retracing further than its `planner` did.
     pub(crate) fn may_retrace_further(&self, planner: &Planner) -> bool {
         let gone = planner.retrace().depth;
         let is_farthest =
@@ -74,14 +75,14 @@ impl PlanningTask {
         self.rest_state.is_some() && !is_farthest
     }
 
-    /// Begins farther back than a `planner` of this task.
+    /// Retraces further than a `planner` of this task did.
     pub(crate) fn retrace_further(&mut self, planner: &Planner) {
         self.retrace_depth = (2 * planner.retrace().depth).max(1);
     }
 
     /// The rest of the plan from the rest state in the controller's `feedback`, in the world that
-    /// it describes, under a new epoch. `chunks` are this task's, the first `back` of which lead
-    /// back along what was walked before.
+    /// it describes, under a new epoch. `chunks` are this task's; the first `back` of them retrace
+    /// executed chunks.
     ///
     /// # Errors
     /// The feedback's corrections concern another world, or its epoch is the last one possible.
@@ -143,11 +144,11 @@ impl PlanningTask {
         self
     }
 
-    /// A planner that is ready for this task. Where the robot cannot stand as it does, its plan
-    /// leads back first.
+    /// A planner that is ready for this task. If the rest state violates the constraints, its plan
+    /// retraces first.
     ///
     /// # Errors
-    /// The robot or the world is none that it can use.
+    /// The planner cannot use the robot or the world.
     pub(crate) fn planner(
         &self,
         model: &RobotModel,
@@ -175,6 +176,12 @@ impl PlanningTask {
         Ok(planner)
     }
 
+    /// This task with its history of executed chunks, which stays behind without it.
+    pub(crate) fn take(&mut self) -> Self {
+        let walked = std::mem::take(&mut self.walked);
+        Self { walked, ..self.clone() }
+    }
+
     fn at_rest_state(
         mut self,
         inputs: &Inputs,
@@ -187,8 +194,7 @@ impl PlanningTask {
     }
 }
 
-/// What the robot has walked, of which it remembers so much, after the `accepted` chunks: the first
-/// `back` of them lead back.
+/// The executed chunks after the `accepted` ones, of which the first `back` retrace.
 fn walked_after(mut walked: Vec<PlanChunk>, accepted: &[PlanChunk], back: usize) -> Vec<PlanChunk> {
     let (retraced, onward) = accepted.split_at(back.min(accepted.len()));
     walked.truncate(walked.len().saturating_sub(retraced.len()));
@@ -197,7 +203,29 @@ fn walked_after(mut walked: Vec<PlanChunk>, accepted: &[PlanChunk], back: usize)
     walked
 }
 
-/// The number after one of the `feedback`'s, which may be any.
+/// Whether a new plan from the robot's rest state can help: the world differs, the feet stand
+/// elsewhere than planned, another planner has replanned, or the robot has executed more chunks of
+/// the preceding plan. `was_executing` says whether there was one.
+pub(crate) fn may_replan(delivery: &Delivery, was_executing: bool) -> bool {
+    let differs =
+        matches!(delivery.outcome, DeliveryOutcome::Refused { check: Check::WorldDiffers, .. });
+    let feedback = delivery.feedback.as_ref();
+    let corrected = differs && feedback.is_some_and(|feedback| feedback.corrections_len > 0);
+    let misplaced =
+        matches!(delivery.outcome, DeliveryOutcome::Refused { check: Check::FootMisplaced, .. });
+    let stands = feedback.is_some_and(|feedback| feedback.rest_state.is_known());
+    let is_out_of_date = matches!(
+        delivery.outcome,
+        DeliveryOutcome::Refused { check: Check::Continuity | Check::World, sequence: 0, .. }
+    );
+    corrected
+        || stands
+            && (misplaced
+                || was_executing && is_out_of_date
+                || delivery.outcome == DeliveryOutcome::Superseded)
+}
+
+/// The id after `number`, which the `feedback` holds.
 fn next_id(number: u64, feedback: &Feedback) -> Result<u64, CommandError> {
     number
         .checked_add(1)
@@ -224,10 +252,35 @@ mod tests {
         assert_eq!(
             sequences(walked_after(walked.clone(), &[10].map(chunk), 2)),
             [1, 2],
-            "it was stopped on the way back"
+            "it was stopped while it retraced"
         );
         let many: Vec<PlanChunk> = (0..WALKED_MAX as u64).map(chunk).collect();
-        assert_eq!(walked_after(walked, &many, 0), many, "the oldest are forgotten first");
+        assert_eq!(walked_after(walked, &many, 0), many, "the oldest are removed first");
+    }
+
+    #[test]
+    fn a_robot_that_executed_more_of_the_preceding_plan_is_replanned() {
+        let rest_state = RestState { contacts_len: 2, ..RestState::zeroed() };
+        let refused = |check, sequence, rest_state| Delivery {
+            outcome: DeliveryOutcome::Refused { sequence, check, waypoint: 0 },
+            sent: 8,
+            resent: 0,
+            accepted: 0,
+            feedback: Some(Feedback { rest_state, ..Feedback::zeroed() }),
+        };
+        for check in [Check::Continuity, Check::World] {
+            assert!(may_replan(&refused(check, 0, rest_state), true));
+            assert!(
+                !may_replan(&refused(check, 0, rest_state), false),
+                "the scenario's start is the start that was asked for"
+            );
+            assert!(
+                !may_replan(&refused(check, 3, rest_state), true),
+                "a chunk does not continue the one before it"
+            );
+            assert!(!may_replan(&refused(check, 0, RestState::zeroed()), true));
+        }
+        assert!(!may_replan(&refused(Check::Torque, 0, rest_state), true));
     }
 
     #[test]

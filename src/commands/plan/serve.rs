@@ -1,7 +1,7 @@
-//! `surefoot plan --serve`: stays up, and plans and delivers what clients ask for.
+//! `surefoot plan --serve`: plans and delivers what clients request, until a signal comes.
 //!
-//! The newest request counts: it replaces the current planning or delivery. Robot and
-//! world stay loaded.
+//! [`Server::step`] runs one stage; [`TRANSITIONS`] holds the stage that follows. A newer request
+//! replaces the one that is planned or delivered. The robot and the world stay loaded.
 
 use std::cell::RefCell;
 use std::num::NonZeroUsize;
@@ -9,16 +9,17 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use surefoot_planner::Planner;
+use surefoot_planner::channel::plan_publisher::Delivery;
 use surefoot_planner::channel::plan_publisher::PlanPublisher;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::preparation::build::Preparation;
-use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::instance::requests::RequestServer;
+use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
 use crate::cli::arguments::PlanArguments;
-use crate::commands::plan::may_replan;
-use crate::commands::plan::planning_task::PlanningTask;
+use crate::commands::plan::planning_task::{PlanningTask, may_replan};
+use crate::commands::plan::request_queue::RequestQueue;
 use crate::commands::search_loop;
 use crate::commands::session::enter_instance;
 use crate::input::inputs::Inputs;
@@ -30,16 +31,58 @@ use crate::system::signals;
 
 /// Time between two polls of the request server.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
-/// Longest time until a controller publishes its rest state.
+/// Longest wait until a controller publishes its rest state.
 const REST_STATE_WAIT_MAX: Duration = Duration::from_millis(300);
 
-/// A request with its kind.
-type IncomingRequest = (PlanRequest, RequestKind);
+/// A stage of serving.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// Wait for a request.
+    Wait,
+    /// Search for a plan.
+    Plan,
+    /// Deliver the plan to the controller.
+    Deliver,
+    /// Publish the request's final state.
+    Report,
+}
+
+/// The event that ends a stage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Event {
+    /// A request asks for a plan.
+    Requested,
+    /// A plan was found.
+    Found,
+    /// The rest of the plan must be planned again.
+    Replan,
+    /// The request has its final state.
+    Finished,
+    /// The final state is published.
+    Reported,
+}
+
+/// The transitions between the stages. An error of a stage ends the process.
+const TRANSITIONS: [(Stage, Event, Stage); 7] = [
+    (Stage::Wait, Event::Requested, Stage::Plan),
+    (Stage::Wait, Event::Finished, Stage::Report),
+    (Stage::Plan, Event::Found, Stage::Deliver),
+    (Stage::Plan, Event::Finished, Stage::Report),
+    (Stage::Deliver, Event::Replan, Stage::Plan),
+    (Stage::Deliver, Event::Finished, Stage::Report),
+    (Stage::Report, Event::Reported, Stage::Wait),
+];
+
+/// The stage that follows `stage` after `event`.
+fn next(stage: Stage, event: Event) -> Stage {
+    let found = TRANSITIONS.iter().find(|row| (row.0, row.1) == (stage, event));
+    found.map_or(Stage::Report, |row| row.2)
+}
 
 /// Serves until a signal comes.
 ///
 /// # Errors
-/// When no instance is named, the transport fails, or a signal comes.
+/// No instance is named, the transport fails, or a signal comes.
 pub(crate) fn run(
     arguments: &PlanArguments,
     inputs: &Inputs,
@@ -50,49 +93,25 @@ pub(crate) fn run(
         return Err(CommandError::Usage("--serve needs --instance NAME".into()));
     };
     let session = random_id();
-    let sender = PlanPublisher::open(&enter_instance(name)?, session)?;
-    let server = RequestServer::open(sender.participant(), session)?;
-    let queue = RefCell::new(RequestQueue { server, status: PlanStatus::zeroed(), next: None });
+    let publisher = PlanPublisher::open(&enter_instance(name)?, session)?;
+    let server = RequestServer::open(publisher.participant(), session)?;
+    let queue = RefCell::new(RequestQueue::new(server));
     let mut server = Server {
         arguments,
         inputs,
         preparation,
         reporter,
-        sender,
+        publisher,
         queue: &queue,
-        last: PlanningTask::first(inputs),
+        task: PlanningTask::first(inputs),
+        planner: None,
+        replans: 0,
+        result: RequestState::Invalid,
     };
     server.reporter.emit(&RoleEvent::PlannerServes)?;
+    let mut stage = Stage::Wait;
     loop {
-        let request = server.wait()?;
-        server.serve(request)?;
-    }
-}
-
-/// The request server, and the request that came while another one was served.
-struct RequestQueue {
-    server: RequestServer,
-    status: PlanStatus,
-    next: Option<IncomingRequest>,
-}
-
-impl RequestQueue {
-    /// Looks for a request; answers whether there is one now, or a signal.
-    fn is_interrupted(&mut self) -> bool {
-        if self.next.is_none() {
-            // A server that fails now fails again on the next wait.
-            self.next = self.server.take().unwrap_or(None);
-        }
-        self.next.is_some() || signals::raised().is_some()
-    }
-
-    fn publish(&mut self) -> Result<(), CommandError> {
-        Ok(self.server.publish(&self.status)?)
-    }
-
-    fn set_state(&mut self, state: RequestState) -> Result<(), CommandError> {
-        self.status.state = state as u32;
-        self.publish()
+        stage = next(stage, server.step(stage)?);
     }
 }
 
@@ -101,66 +120,72 @@ struct Server<'a> {
     inputs: &'a Inputs,
     preparation: Preparation<'static>,
     reporter: Reporter,
-    sender: PlanPublisher,
+    publisher: PlanPublisher,
     queue: &'a RefCell<RequestQueue>,
-    /// What was request for last.
-    last: PlanningTask,
+    /// The latest planning task.
+    task: PlanningTask,
+    /// The planner that holds the plan to deliver.
+    planner: Option<Planner>,
+    /// Number of times that the request was planned again.
+    replans: u32,
+    /// The final state of the request.
+    result: RequestState,
 }
 
 impl Server<'_> {
-    /// Waits for a request, publishing the status meanwhile.
-    fn wait(&mut self) -> Result<IncomingRequest, CommandError> {
-        loop {
-            let mut queue = self.queue.borrow_mut();
-            if let Some(signal) = signals::raised() {
-                return Err(CommandError::Interrupted(signal));
-            }
-            let request = match queue.next.take() {
-                Some(request) => Some(request),
-                None => queue.server.take()?,
-            };
-            if let Some(request) = request {
-                return Ok(request);
-            }
-            queue.publish()?;
-            drop(queue);
-            std::thread::sleep(POLL_INTERVAL);
+    fn step(&mut self, stage: Stage) -> Result<Event, CommandError> {
+        match stage {
+            Stage::Wait => self.wait(),
+            Stage::Plan => self.plan(),
+            Stage::Deliver => self.deliver(),
+            Stage::Report => self.report(),
         }
     }
 
-    /// Does what a request asks, unless another one comes.
-    fn serve(&mut self, (request, kind): IncomingRequest) -> Result<(), CommandError> {
-        self.queue.borrow_mut().status =
-            PlanStatus { client: request.client, number: request.number, ..PlanStatus::zeroed() };
-        let state = match self.task(&request, kind)? {
-            Some(task) => self.plan_and_deliver(task)?,
-            None if kind == RequestKind::Cancel => RequestState::Cancelled,
-            None => RequestState::Invalid,
-        };
-        let PlanStatus { plan_id, epoch, .. } = self.queue.borrow().status;
-        self.reporter.print(|| format!("plan {plan_id}.{epoch}: {}", state.name()));
-        self.queue.borrow_mut().set_state(state)
+    fn finish(&mut self, result: RequestState) -> Event {
+        self.result = result;
+        Event::Finished
     }
 
-    /// What is to be planned, if anything.
-    fn task(
+    /// Waits for a request, publishing the status meanwhile, and derives the planning task.
+    fn wait(&mut self) -> Result<Event, CommandError> {
+        let (request, kind) = loop {
+            if let Some(signal) = signals::raised() {
+                return Err(CommandError::Interrupted(signal));
+            }
+            if let Some(request) = self.queue.borrow_mut().take()? {
+                break request;
+            }
+            self.queue.borrow_mut().publish()?;
+            std::thread::sleep(POLL_INTERVAL);
+        };
+        self.queue.borrow_mut().status =
+            PlanStatus { client: request.client, number: request.number, ..PlanStatus::zeroed() };
+        if kind == RequestKind::Cancel {
+            return Ok(self.finish(RequestState::Cancelled));
+        }
+        let Some(task) = self.task_of(&request, kind)? else {
+            return Ok(self.finish(RequestState::Invalid));
+        };
+        (self.task, self.replans) = (task, 0);
+        Ok(Event::Requested)
+    }
+
+    /// The planning task of a request, if the request is valid.
+    fn task_of(
         &mut self,
         request: &PlanRequest,
         kind: RequestKind,
     ) -> Result<Option<PlanningTask>, CommandError> {
-        if kind == RequestKind::Cancel {
-            return Ok(None);
-        }
         let feedback =
-            self.sender.wait_until_idle(REST_STATE_WAIT_MAX, &|| signals::raised().is_none())?;
-        let Ok(here) = PlanningTask::fresh(self.inputs, feedback.as_ref()) else { return Ok(None) };
-        let goal = if kind == RequestKind::Replan {
-            Some(self.last.scenario.goal)
-        } else {
-            request.goal.stance_pose()
+            self.publisher.wait_until_idle(REST_STATE_WAIT_MAX, &|| signals::raised().is_none())?;
+        let Ok(task) = PlanningTask::fresh(self.inputs, feedback.as_ref()) else { return Ok(None) };
+        let goal = match kind {
+            RequestKind::Replan => Some(self.task.scenario.goal),
+            _ => request.goal.stance_pose(),
         };
         let Some(goal) = goal else { return Ok(None) };
-        let task = here.towards(goal, request.seed, request.work_max);
+        let task = task.towards(goal, request.seed, request.work_max);
         Ok(match kind {
             RequestKind::StartAndGoal => {
                 request.start.stance_pose().map(|start| task.starting_at(start))
@@ -169,84 +194,26 @@ impl Server<'_> {
         })
     }
 
-    /// Plans and delivers a task, again where the world turns out to be another.
-    fn plan_and_deliver(&mut self, task: PlanningTask) -> Result<RequestState, CommandError> {
-        let mut task = task;
-        self.last = task.clone();
-        for _ in 0..=self.arguments.search.replans_max {
-            let planner = match self.plan(&mut task)? {
-                Ok(planner) => planner,
-                Err(state) => return Ok(state),
-            };
-            self.queue.borrow_mut().set_state(RequestState::Delivering)?;
-            let queue = self.queue;
-            let mut accepted = 0;
-            let delivery = self.sender.deliver(
-                planner.chunks(),
-                &mut |feedback| {
-                    if feedback.next_sequence != accepted {
-                        accepted = feedback.next_sequence;
-                        let mut queue = queue.borrow_mut();
-                        queue.status.accepted = accepted;
-                        // A lost status is repaired by the final one.
-                        let _ = queue.publish();
-                    }
-                },
-                &|| !queue.borrow_mut().is_interrupted(),
-            )?;
-            match (delivery.outcome, delivery.feedback) {
-                (DeliveryOutcome::Accepted, _) => return Ok(RequestState::Accepted),
-                (DeliveryOutcome::Stopped, _) => return Ok(RequestState::Cancelled),
-                (DeliveryOutcome::ControllerLost, _) => return Ok(RequestState::ControllerLost),
-                (_, Some(feedback)) if may_replan(&delivery, task.rest_state.is_some()) => {
-                    match task.after(
-                        self.inputs,
-                        &feedback,
-                        planner.chunks(),
-                        planner.retrace().chunks,
-                    ) {
-                        Ok(next) => task = next,
-                        Err(_) => return Ok(RequestState::Refused),
-                    }
-                }
-                _ => return Ok(RequestState::Refused),
-            }
-        }
-        Ok(RequestState::Refused)
-    }
-
-    /// Searches, from farther back where nothing leads on; a planner with a plan, or the state in
-    /// which the request ends.
-    fn plan(
-        &mut self,
-        task: &mut PlanningTask,
-    ) -> Result<Result<Planner, RequestState>, CommandError> {
-        {
-            let mut queue = self.queue.borrow_mut();
-            (queue.status.plan_id, queue.status.epoch, queue.status.accepted) =
-                (task.plan_id, task.epoch, 0);
-            queue.set_state(RequestState::Planning)?;
-        }
+    /// Searches. If no plan is found, searches again from a state that the robot retraces to.
+    fn plan(&mut self) -> Result<Event, CommandError> {
+        let (plan_id, epoch) = (self.task.plan_id, self.task.epoch);
+        self.queue.borrow_mut().begin_plan(plan_id, epoch)?;
         let threads =
             NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
-            let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
-            let Some(planned) = self.search(&mut planner, task)? else {
-                return Ok(Err(RequestState::Cancelled));
+            let mut planner = self.task.planner(&self.inputs.model, self.preparation, threads)?;
+            let Some(planned) = self.search(&mut planner)? else {
+                return Ok(self.finish(RequestState::Cancelled));
             };
-            if planned.result != PlanResult::NoPlan || !task.may_retrace_further(&planner) {
-                return Ok(self.publish_result(planner, &planned, task));
+            if planned.result != PlanResult::NoPlan || !self.task.may_retrace_further(&planner) {
+                return self.record_planned(planner, &planned);
             }
-            task.retrace_further(&planner);
+            self.task.retrace_further(&planner);
         }
     }
 
-    /// Searches until it is over, or interrupted: nothing then.
-    fn search(
-        &mut self,
-        planner: &mut Planner,
-        task: &PlanningTask,
-    ) -> Result<Option<Planned>, CommandError> {
+    /// Searches to the end; `None` if a request or a signal interrupts the search.
+    fn search(&mut self, planner: &mut Planner) -> Result<Option<Planned>, CommandError> {
         let (queue, reporter) = (self.queue, &mut self.reporter);
         let mut emit = |event: &RoleEvent| {
             if let RoleEvent::Planning(progress) = event {
@@ -256,30 +223,111 @@ impl Server<'_> {
             }
             reporter.emit(event)
         };
-        search_loop::run_until(planner, task.scenario.planner.work_max, &mut emit, &mut || {
+        let work_max = self.task.scenario.planner.work_max;
+        search_loop::run_until(planner, work_max, &mut emit, &mut || {
             queue.borrow_mut().is_interrupted()
         })
     }
 
-    fn publish_result(
+    fn record_planned(
         &mut self,
         planner: Planner,
         planned: &Planned,
-        task: &PlanningTask,
-    ) -> Result<Planner, RequestState> {
-        self.reporter.print(|| {
-            summary::search_summary(&format!("plan {}.{}", task.plan_id, task.epoch), planned)
-        });
+    ) -> Result<Event, CommandError> {
+        let name = format!("plan {}.{}", self.task.plan_id, self.task.epoch);
+        self.reporter.print(|| summary::search_summary(&name, planned));
         let mut queue = self.queue.borrow_mut();
         queue.status.work = planned.work;
-        match planned.result {
+        let result = match planned.result {
             PlanResult::Found => {
                 (queue.status.chunks, queue.status.digest) = (planned.chunks, planner.digest());
-                Ok(planner)
+                self.planner = Some(planner);
+                return Ok(Event::Found);
             }
-            PlanResult::NoPlan => Err(RequestState::NoPlan),
-            PlanResult::StartInvalid => Err(RequestState::StartInvalid),
-            PlanResult::GoalInvalid => Err(RequestState::GoalInvalid),
+            PlanResult::NoPlan => RequestState::NoPlan,
+            PlanResult::StartInvalid => RequestState::StartInvalid,
+            PlanResult::GoalInvalid => RequestState::GoalInvalid,
+        };
+        drop(queue);
+        Ok(self.finish(result))
+    }
+
+    /// Delivers the plan. Plans the rest again if that can help.
+    fn deliver(&mut self) -> Result<Event, CommandError> {
+        let Some(planner) = self.planner.take() else {
+            return Ok(self.finish(RequestState::Refused));
+        };
+        self.queue.borrow_mut().set_state(RequestState::Delivering)?;
+        let delivery = self.send(&planner)?;
+        let result = match delivery.outcome {
+            DeliveryOutcome::Accepted => RequestState::Accepted,
+            DeliveryOutcome::Stopped => RequestState::Cancelled,
+            DeliveryOutcome::ControllerLost => RequestState::ControllerLost,
+            DeliveryOutcome::Refused { .. } | DeliveryOutcome::Superseded => {
+                return Ok(self.replan(&delivery, &planner));
+            }
+        };
+        Ok(self.finish(result))
+    }
+
+    fn send(&mut self, planner: &Planner) -> Result<Delivery, CommandError> {
+        let queue = self.queue;
+        let mut accepted = 0;
+        let delivery = self.publisher.deliver(
+            planner.chunks(),
+            &mut |feedback| {
+                if feedback.next_sequence != accepted {
+                    accepted = feedback.next_sequence;
+                    let mut queue = queue.borrow_mut();
+                    queue.status.accepted = accepted;
+                    // The final status repeats the number, so a lost one does no harm.
+                    let _ = queue.publish();
+                }
+            },
+            &|| !queue.borrow_mut().is_interrupted(),
+        )?;
+        Ok(delivery)
+    }
+
+    /// Sets the task that follows an incomplete delivery, if there is one.
+    fn replan(&mut self, delivery: &Delivery, planner: &Planner) -> Event {
+        let may_replan = self.replans < self.arguments.search.replans_max
+            && may_replan(delivery, self.task.rest_state.is_some());
+        let Some(feedback) = delivery.feedback.filter(|_| may_replan) else {
+            return self.finish(RequestState::Refused);
+        };
+        let retraced = planner.retrace().chunks;
+        let task = self.task.take().after(self.inputs, &feedback, planner.chunks(), retraced);
+        let Ok(task) = task else { return self.finish(RequestState::Refused) };
+        (self.task, self.replans) = (task, self.replans + 1);
+        Event::Replan
+    }
+
+    fn report(&mut self) -> Result<Event, CommandError> {
+        let PlanStatus { plan_id, epoch, .. } = self.queue.borrow().status;
+        let result = self.result;
+        self.reporter.print(|| format!("plan {plan_id}.{epoch}: {}", result.name()));
+        self.queue.borrow_mut().set_state(result)?;
+        Ok(Event::Reported)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_stage_leads_back_to_waiting() {
+        for stage in [Stage::Wait, Stage::Plan, Stage::Deliver, Stage::Report] {
+            let mut reached: Vec<Stage> =
+                TRANSITIONS.iter().filter(|row| row.0 == stage).map(|row| row.2).collect();
+            for _ in 0..TRANSITIONS.len() {
+                let following =
+                    TRANSITIONS.iter().filter(|row| reached.contains(&row.0)).map(|row| row.2);
+                let following: Vec<Stage> = following.collect();
+                reached.extend(following);
+            }
+            assert!(reached.contains(&Stage::Wait), "{stage:?}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::instance::ChannelError;
+use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, WithCrc};
 

@@ -1,20 +1,20 @@
-//! `surefoot bench footholds`: how often a sole finds a place, on parallel bars as in figure 4.10
-//! and on single features.
+//! `surefoot bench footholds`: success rates of foot placement queries, on parallel bars as in figure
+//! 4.10 and on single features.
 //!
-//! A query is successful as soon as one placement is found. Each world gets the same queries, asked
-//! four times: of Algorithm 1 as it is printed, of Algorithm 1 with its seeds, of the geometric
-//! proposals, and of the whole sampler.
+//! A query succeeds if one placement is found. Each world gets the same queries for four samplers:
+//! Algorithm 1 as printed, Algorithm 1 with its initial samples, the geometric proposals, and the
+//! whole sampler.
 
 use crate::commands::bench::footholds::plot;
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::world::load::load_world;
 
+use crate::cli::bench_arguments::FootholdsArguments;
 use crate::commands::bench::footholds::queries::{QueryResults, Sampler, run_queries};
 use crate::commands::bench::machine::Machine;
 use crate::input::output_files;
@@ -37,32 +37,9 @@ const FEATURES: [&str; 11] = [
     "features/v_groove",
     "m_groove",
 ];
-/// What may be said of the thesis's own curve.
+/// The thesis's own curve in words.
 const THESIS: &str = "The thesis draws its curve (figure 4.10, Algorithm 1 with the limits 40, 10 and 20) without printing a number; its text \
                       says that placements become rarer the further the bars are apart, and that the margin shrinks beyond 100 %.";
-
-/// `surefoot bench footholds`.
-#[derive(Debug, Args)]
-pub struct FootholdsArguments {
-    /// Queries per world
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub queries: u32,
-    /// The seed of all queries
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
-    /// Whose sole to place
-    #[arg(long, value_name = "ROBOT.toml", default_value = "configs/robots/hubo/robot.toml")]
-    pub robot: PathBuf,
-    /// Where the worlds are
-    #[arg(long, value_name = "DIR", default_value = "configs/worlds")]
-    pub worlds: PathBuf,
-    /// Write footholds.csv and footholds.svg into this folder
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
-}
 
 /// One world's results.
 #[derive(Debug, Serialize)]

@@ -27,7 +27,7 @@ pub enum Sampler {
     Printed,
     /// Algorithm 1 with seeded targets, seeded placements and a bound of the area that relaxes.
     Seeded,
-    /// What is read off the geometry.
+    /// Proposals from the geometry.
     Geometry,
     /// All of it, nests included.
     Whole,

@@ -1,4 +1,5 @@
-//! Our transport, with a judge that accepts at once, and may make the digest of the stream before.
+//! Our transport, with a controller that accepts every chunk, with or without computing the digest
+//! of the stream.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,8 +11,8 @@ use surefoot_planner::channel::plan_publisher::PlanPublisher;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::instance::instance::Instance;
-use surefoot_shared_types::instance::participant::WINDOW_CHUNKS;
-use surefoot_shared_types::instance::random_id;
+use surefoot_shared_types::instance::sender::random_id;
+use surefoot_shared_types::instance::tuning::WINDOW_CHUNKS;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Margins, PlanChunk};
 
@@ -20,23 +21,23 @@ use crate::report::command_error::CommandError;
 use crate::system::clock::Stopwatch;
 use crate::system::{allocations, cores};
 
-/// Chunks of one plan: as many as both ends have loaned ahead.
+/// Chunks of one plan: as many as both ends have loaned beforehand.
 const PLAN: usize = 48;
-/// Plans that warm everything up.
+/// Plans before the measurement.
 const WARM_PLANS: u64 = 4;
-/// How long a controller may take to arrive.
+/// Longest wait for the controller.
 const WAIT_MAX: Duration = Duration::from_secs(10);
 
-/// Where the judge has the digest of the stream from.
+/// The source of the stream's digests.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Digests {
-    /// It knows it: the transport alone is measured.
+    /// Computed before: the transport alone is measured.
     Known,
-    /// It makes it.
+    /// Computed by the controller.
     Made,
 }
 
-/// The digests of the plan on its way, after each of its chunks.
+/// The digests of the plan in flight, after each of its chunks.
 type KnownDigests = Mutex<Vec<Digest>>;
 
 /// Measures it.

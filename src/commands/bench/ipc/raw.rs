@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use memmap2::{MmapMut, MmapRaw};
-use surefoot_shared_types::instance::participant::WINDOW_CHUNKS;
+use surefoot_shared_types::instance::tuning::WINDOW_CHUNKS;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
 use crate::commands::bench::ipc::drive;

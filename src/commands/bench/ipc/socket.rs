@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::Duration;
 
-use surefoot_shared_types::instance::participant::WINDOW_CHUNKS;
+use surefoot_shared_types::instance::tuning::WINDOW_CHUNKS;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
 use crate::commands::bench::ipc::drive;

@@ -1,4 +1,4 @@
-//! replan.
+//! `surefoot bench replan`: planning times after refused chunks.
 
 pub mod refusals;
 pub mod replan_bench;

@@ -1,4 +1,4 @@
-//! What a controller says that refuses a chunk of a plan, and where the robot stands then.
+//! The feedback of a controller that refuses a chunk of a plan, with the robot's rest state.
 
 use bytemuck::Zeroable;
 use glam::DVec3;
@@ -9,12 +9,13 @@ use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::input::inputs::Inputs;
 
-/// Half of each side of the box that stands in the way, m.
+/// Half of each side of the box that blocks the route, m.
 const BOX_HALF_SIDE: f64 = 0.03;
-/// What is refused this near to where a foot must stand at the goal leaves no goal, m.
+/// Smallest distance of a refused contact from the goal's sole poses, m. A nearer one blocks the
+/// goal.
 const GOAL_CLEARANCE: f64 = 0.35;
 
-/// A foot that is set down, and the standings before it is lifted and before it lands.
+/// A foot that is set down, and the rest states before its lift-off and before its landing.
 struct Landing {
     contact: Contact,
     before_swing: RestState,

@@ -17,7 +17,7 @@ use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::system::terminal;
 
-/// The scenarios measured unless told otherwise.
+/// The default scenarios.
 const SCENARIOS: [&str; 3] = ["ibeam_gap", "stepping_stones", "cinder_blocks"];
 
 /// Everything that is reported.

@@ -1,4 +1,4 @@
-//! scale.
+//! `surefoot bench scale`: costs of longer scenarios and larger worlds.
 
 pub mod plot;
 pub mod scale_bench;

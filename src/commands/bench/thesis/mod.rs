@@ -1,4 +1,4 @@
-//! thesis.
+//! `surefoot bench thesis`: our planning times beside those of the thesis.
 
 pub mod published;
 pub mod report;

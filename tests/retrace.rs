@@ -65,7 +65,7 @@ fn the_robot_retraces_further_steps_where_one_is_not_enough() {
     let step = [("xyz = [1.8, 0.0, 0.22]", "xyz = [1.7916, 0.0091, 0.212]")];
     let (report, output) = walk_in_actual_world("stairs", 3, &step);
     assert_eq!(report["outcome"], "accepted");
-    assert!(output.contains("no plan leads on from here"), "{output}");
+    assert!(output.contains("no plan found from the rest state"), "{output}");
 }
 
 #[test]

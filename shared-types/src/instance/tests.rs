@@ -1,8 +1,13 @@
+//! Life of an instance: creation, attaching, removal, private folders and locks.
+
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::Path;
 
-use crate::instance::instance::*;
-use crate::instance::participant::{ChannelError, Participant};
+use crate::instance::error::{BASE_PATH_LEN_MAX, ChannelError, InstanceError, NAME_LEN_MAX};
+use crate::instance::instance::Instance;
+use crate::instance::participant::Participant;
+use crate::instance::{directory, lock};
 
 fn base() -> tempfile::TempDir {
     tempfile::Builder::new()
@@ -43,7 +48,7 @@ fn names_are_checked() {
 }
 
 #[test]
-fn the_last_one_out_removes_everything() {
+fn the_last_process_removes_everything() {
     let base = base();
     let inner = base.path().join("mine");
     let created = Instance::create_in(&inner, "walk").unwrap();
@@ -52,7 +57,7 @@ fn the_last_one_out_removes_everything() {
     let participant = Participant::open(&attached).unwrap();
     assert!(!segments_of(&attached).is_empty());
     drop(created);
-    assert!(attached.root().exists(), "an attached one keeps it");
+    assert!(attached.root().exists(), "an attached process keeps it");
     let probe = Instance::attach_in(&inner, "walk").unwrap();
     drop((participant, attached));
     let (root, prefix) = (probe.root().to_owned(), probe.segment_prefix().to_owned());
@@ -95,15 +100,11 @@ fn folders_that_are_not_private_are_refused() {
     let private = base.path().join("private");
     fs::create_dir(&private).unwrap();
     fs::set_permissions(&private, fs::Permissions::from_mode(0o700)).unwrap();
-    symlink(&private, base.path().join("participant")).unwrap();
-    refused(base.path(), "participant");
+    symlink(&private, base.path().join("link")).unwrap();
+    refused(base.path(), "link");
     fs::write(base.path().join("file"), "").unwrap();
     refused(base.path(), "file");
-    assert_eq!(
-        fs::read_dir(&private).unwrap().count(),
-        0,
-        "nothing was written through the participant"
-    );
+    assert_eq!(fs::read_dir(&private).unwrap().count(), 0, "nothing was written through the link");
 }
 
 #[test]
@@ -118,7 +119,7 @@ fn a_lock_that_is_a_link_is_refused() {
 }
 
 #[test]
-fn what_a_crash_left_is_removed() {
+fn files_of_a_crash_are_removed() {
     let base = base();
     let running = Instance::create_in(base.path(), "running").unwrap();
     let dead = Instance::create_in(base.path(), "dead").unwrap();
@@ -153,7 +154,7 @@ fn another_layout_is_refused() {
 }
 
 #[test]
-fn all_who_leave_at_once_leave_nothing() {
+fn processes_that_leave_at_once_remove_everything() {
     let base = base();
     let inner = base.path().join("mine");
     for round in 0..60 {
@@ -205,8 +206,8 @@ fn an_instance_can_be_created_while_others_try_to_attach() {
     });
 }
 
-/// Enters and leaves `rounds` times; what went wrong.
-fn come_and_go(base: &Path, name: &str, rounds: usize) -> Vec<String> {
+/// Creates and drops an instance `rounds` times; returns the errors.
+fn create_and_drop(base: &Path, name: &str, rounds: usize) -> Vec<String> {
     (0..rounds)
         .filter_map(|_| Instance::create_in(base, name).err())
         .map(|error| error.to_string())
@@ -214,7 +215,7 @@ fn come_and_go(base: &Path, name: &str, rounds: usize) -> Vec<String> {
 }
 
 #[test]
-fn the_last_process_of_another_instance_disturbs_no_other() {
+fn the_removal_of_one_instance_does_not_affect_another() {
     let base = base();
     let inner = base.path().join("mine");
     let over = std::sync::atomic::AtomicBool::new(false);
@@ -227,7 +228,8 @@ fn the_last_process_of_another_instance_disturbs_no_other() {
             }
             failed
         });
-        let walks = ["left", "right"].map(|name| scope.spawn(|| come_and_go(&inner, name, 2000)));
+        let walks =
+            ["left", "right"].map(|name| scope.spawn(|| create_and_drop(&inner, name, 2000)));
         let failed: Vec<String> = walks.into_iter().flat_map(|walk| walk.join().unwrap()).collect();
         over.store(true, std::sync::atomic::Ordering::Relaxed);
         assert!(failed.is_empty(), "{failed:?}");

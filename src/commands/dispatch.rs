@@ -1,0 +1,48 @@
+//! Runs the command that the command line names.
+
+use crate::cli::arguments::{Arguments, Command};
+use crate::commands::bench::command;
+use crate::commands::{check, control, doctor, monitor, plan, prepare, request, walk};
+use crate::report::command_error::CommandError;
+use crate::report::event::RoleEvent;
+use crate::report::reporter::Reporter;
+use crate::system::terminal;
+
+/// Runs a command and returns its exit code.
+pub fn run(arguments: &Arguments) -> u8 {
+    let result = match &arguments.command {
+        Command::Walk(arguments) => walk::run(arguments),
+        Command::Plan(arguments) => plan::run(arguments),
+        Command::Control(arguments) => control::run(arguments),
+        Command::Request(arguments) => request::run(arguments),
+        Command::Monitor(arguments) => monitor::run(arguments),
+        Command::Prepare(arguments) => prepare::run(arguments),
+        Command::Check(arguments) => check::run(arguments),
+        Command::Bench(arguments) => command::run(arguments),
+        Command::Doctor(arguments) => doctor::run(arguments),
+    };
+    match result {
+        Ok(_) if terminal::has_lost_output() => {
+            terminal::print_error(&CommandError::ResultNotPrinted);
+            CommandError::ResultNotPrinted.code()
+        }
+        Ok(outcome) => outcome.code(),
+        Err(error) => {
+            report_error(&error, arguments.reports_lines());
+            error.code()
+        }
+    }
+}
+
+/// Reports the error that ended a command: to the supervisor, or on the terminal.
+fn report_error(error: &CommandError, to_supervisor: bool) {
+    match error {
+        CommandError::Interrupted(_) | CommandError::ReportsClosed(_) if to_supervisor => {}
+        _ if to_supervisor => {
+            let emitted =
+                Reporter::Supervisor.emit(&RoleEvent::Failed { message: error.to_string() });
+            emitted.unwrap_or_else(|closed| terminal::print_error(&closed));
+        }
+        _ => terminal::print_error(error),
+    }
+}

@@ -1,0 +1,73 @@
+//! The request server of a planner process, with the status that it publishes.
+
+use bytemuck::Zeroable;
+use surefoot_shared_types::instance::requests::RequestServer;
+use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
+
+use crate::report::command_error::CommandError;
+use crate::system::signals;
+
+/// A request with its kind.
+pub(crate) type IncomingRequest = (PlanRequest, RequestKind);
+
+/// The request server, and the request that arrived while another one was served.
+pub(crate) struct RequestQueue {
+    server: RequestServer,
+    /// The status that is published.
+    pub(crate) status: PlanStatus,
+    next: Option<IncomingRequest>,
+}
+
+impl RequestQueue {
+    /// An empty queue.
+    pub(crate) fn new(server: RequestServer) -> Self {
+        Self { server, status: PlanStatus::zeroed(), next: None }
+    }
+
+    /// The next request, if there is one.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub(crate) fn take(&mut self) -> Result<Option<IncomingRequest>, CommandError> {
+        match self.next.take() {
+            Some(request) => Ok(Some(request)),
+            None => Ok(self.server.take()?),
+        }
+    }
+
+    /// Whether a request or a signal has arrived.
+    pub(crate) fn is_interrupted(&mut self) -> bool {
+        if self.next.is_none() {
+            // A server that fails here fails again in `take`.
+            self.next = self.server.take().unwrap_or(None);
+        }
+        self.next.is_some() || signals::raised().is_some()
+    }
+
+    /// Publishes the status.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub(crate) fn publish(&mut self) -> Result<(), CommandError> {
+        Ok(self.server.publish(&self.status)?)
+    }
+
+    /// Sets the request's state and publishes it.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub(crate) fn set_state(&mut self, state: RequestState) -> Result<(), CommandError> {
+        self.status.state = state as u32;
+        self.publish()
+    }
+
+    /// Publishes that the search for a plan begins.
+    ///
+    /// # Errors
+    /// The transport fails.
+    pub(crate) fn begin_plan(&mut self, plan_id: u64, epoch: u64) -> Result<(), CommandError> {
+        let status = &mut self.status;
+        (status.plan_id, status.epoch, status.accepted) = (plan_id, epoch, 0);
+        self.set_state(RequestState::Planning)
+    }
+}

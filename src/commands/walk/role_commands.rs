@@ -1,0 +1,96 @@
+//! The command lines of the planner and the controller process of a walk.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::Command;
+
+use crate::cli::arguments::WalkArguments;
+use crate::input::inputs::Inputs;
+use crate::report::command_error::CommandError;
+use crate::report::role::Role;
+use crate::system::cores::cores_of_roles;
+
+/// The inputs of both command lines.
+pub(crate) struct RoleCommands<'a> {
+    pub(crate) inputs: &'a Inputs,
+    /// The instance's name.
+    pub(crate) instance: &'a str,
+    pub(crate) arguments: &'a WalkArguments,
+    /// The file that the planner exports the plan to.
+    pub(crate) export: Option<&'a Path>,
+}
+
+impl RoleCommands<'_> {
+    /// The command line of a role's process.
+    ///
+    /// # Errors
+    /// The path of this program or of a file cannot be determined.
+    pub(crate) fn command_of(&self, role: Role) -> Result<Command, CommandError> {
+        match role {
+            Role::Controller => self.controller(),
+            Role::Planner => self.planner(),
+        }
+    }
+
+    fn controller(&self) -> Result<Command, CommandError> {
+        let role = Role::Controller;
+        let core = cores_of_roles(self.arguments.search.threads()).1;
+        let mut command = self.command("control", role, core)?;
+        if let Some(ground_truth) = &self.arguments.ground_truth {
+            let ground_truth = std::path::absolute(ground_truth)
+                .map_err(|source| CommandError::Start { role, source })?;
+            command.arg(option_with_path("--ground-truth", &ground_truth));
+        }
+        if let Some(rate) = self.arguments.rate {
+            command.arg("--rate").arg(rate.to_string());
+        }
+        if let Some(seed) = self.arguments.disturb {
+            command.arg("--disturb").arg(seed.to_string());
+        }
+        Ok(command)
+    }
+
+    fn planner(&self) -> Result<Command, CommandError> {
+        let search = &self.arguments.search;
+        let threads = search.threads();
+        let mut command = self.command("plan", Role::Planner, cores_of_roles(threads).0)?;
+        command.arg("--threads").arg(threads.to_string());
+        command.arg("--replans-max").arg(search.replans_max.to_string());
+        if search.lock_memory {
+            command.arg("--lock-memory");
+        }
+        if let Some(export) = self.export {
+            command.arg(option_with_path("--export", export));
+        }
+        Ok(command)
+    }
+
+    /// The part that both command lines have in common.
+    fn command(
+        &self,
+        subcommand: &str,
+        role: Role,
+        core: Option<usize>,
+    ) -> Result<Command, CommandError> {
+        let program =
+            std::env::current_exe().map_err(|source| CommandError::Start { role, source })?;
+        let scenario = std::path::absolute(&self.inputs.scenario.path)
+            .map_err(|source| CommandError::Start { role, source })?;
+        let mut command = Command::new(program);
+        command.arg(subcommand).arg(scenario).arg("--report-lines");
+        command.arg("--instance").arg(self.instance);
+        command.arg("--seed").arg(self.inputs.scenario.seed.to_string());
+        if let Some(core) = core {
+            command.arg("--core").arg(core.to_string());
+        }
+        Ok(command)
+    }
+}
+
+/// `--option=path` as one argument, so that a path that begins with `-` is not read as an option.
+fn option_with_path(option: &str, path: &Path) -> OsString {
+    let mut argument = OsString::from(option);
+    argument.push("=");
+    argument.push(path);
+    argument
+}
