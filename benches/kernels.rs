@@ -1,14 +1,14 @@
-//! How long each layer of the planner takes, from forward kinematics to a motion within a mode:
-//! `cargo bench --bench kernels [-- --json]` prints nanoseconds per call (the median and the
-//! fastest of some batches) and work units per call. `-- --robot ROBOT.toml` measures another
-//! robot, on the flat floor only. Whole plans: `--bench plan`.
+//! Times of the planner's layers, from forward kinematics to single-mode planning.
+//! `cargo bench --bench kernels [-- --json]` prints nanoseconds per call (median and fastest batch)
+//! and work units per call. `-- --robot ROBOT.toml` measures another robot, on the flat floor only.
+//! `--bench plan` measures whole plans.
 
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
     clippy::disallowed_methods,
     missing_docs,
-    reason = "a command that times"
+    reason = "a benchmark command"
 )]
 
 #[path = "kernels/dump.rs"]
@@ -22,7 +22,7 @@ use std::hint::black_box;
 use std::path::Path;
 
 use glam::DVec3;
-use scene::{SEED, Scene, crowded, shipped};
+use scene::{SEED, Scene, cluttered, shipped};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::FootPhase;
 use surefoot_planner::constraints::foothold::single_mode;
@@ -34,7 +34,8 @@ use surefoot_planner::motion::single_mode::solve;
 use surefoot_planner::motion::tree_pool::TreeNode;
 use surefoot_planner::motion::workspace::Workspace;
 use surefoot_planner::primitives::transition_configuration::{TransitionPair, sample};
-use surefoot_planner::robot::configuration::{Configuration, midway};
+use surefoot_planner::robot::configuration::Configuration;
+use surefoot_planner::robot::configuration::midway;
 use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
@@ -42,18 +43,18 @@ use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::robot::model::RobotModel;
 use timing::{Kernel, time};
 
-/// The scenarios whose worlds are measured, where they are shipped.
+/// The measured scenarios, as far as they exist.
 const SCENARIOS: [&str; 5] =
     ["flat_walk", "stepping_stones", "ibeam_hallway", "ibeam_gap", "cinder_blocks"];
-/// Shapes of the crowded world.
-const CROWD: usize = 60;
+/// Shapes of the cluttered world.
+const CLUTTER: usize = 60;
 /// Different leg poses in a batch.
 const POSES: usize = 2_048;
-/// Nodes of the tree in which the nearest is sought.
+/// Nodes of the tree of the nearest-neighbour search.
 const NODES: usize = 512;
 
-/// The robot with its left hip pitch axis off the point where the other hip axes meet, so that no
-/// closed form fits.
+/// The robot with its left hip pitch axis moved off the intersection of the other hip axes, so that
+/// no closed form applies.
 fn with_split_hip(model: &RobotModel) -> Option<RobotModel> {
     let mut model = model.clone();
     let child = model.joints.iter().find(|joint| joint.name == "left_hip_pitch")?.child;
@@ -61,7 +62,7 @@ fn with_split_hip(model: &RobotModel) -> Option<RobotModel> {
     Some(model)
 }
 
-/// Random joint positions, and near each of them a hint and the left sole that they reach.
+/// Sole poses at random joint positions, each with an initial guess of the joint positions.
 fn soles(model: &RobotModel, leg: &Leg) -> Vec<(Pose, Vec<f64>)> {
     let mut random = Random::new(SEED, Stream::Preparation, 0, 0);
     let one = |_| {
@@ -70,8 +71,8 @@ fn soles(model: &RobotModel, leg: &Leg) -> Vec<(Pose, Vec<f64>)> {
             .iter()
             .map(|joint| random.uniform(0.95 * joint.lower, 0.95 * joint.upper))
             .collect();
-        let hint = q.iter().map(|position| position + random.uniform(-0.04, 0.04)).collect();
-        (leg.root_from_sole(&q), hint)
+        let guess = q.iter().map(|position| position + random.uniform(-0.04, 0.04)).collect();
+        (leg.root_from_sole(&q), guess)
     };
     (0..POSES).map(one).collect()
 }
@@ -81,28 +82,28 @@ fn time_leg(name: &str, model: &RobotModel) -> Kernel {
     let soles = soles(model, &leg);
     let mut q = model.standing_q.clone();
     time(name, |call| {
-        let (sole, hint) = &soles[call % POSES];
-        q.copy_from_slice(hint);
+        let (sole, guess) = &soles[call % POSES];
+        q.copy_from_slice(guess);
         black_box(leg.solve(black_box(sole), &mut q));
         0
     })
 }
 
-/// What depends on the robot alone.
-fn time_body(scene: &Scene) -> Vec<Kernel> {
+/// Kernels that depend on the robot alone.
+fn time_robot(scene: &Scene) -> Vec<Kernel> {
     let (robot, standing) = (&scene.constraints.robot, scene.standing());
-    let mut kept = scene.kinematic_state.clone();
-    let whole = time("snapshot: forward kinematics, centre of mass", |call| {
+    let mut state = scene.kinematic_state.clone();
+    let whole = time("kinematic state: forward kinematics, centre of mass", |call| {
         let mut at = *black_box(standing);
-        // Every joint moves, those above the legs too.
+        // Every joint moves, also the upper body.
         at.q[..robot.joints_len]
             .iter_mut()
             .for_each(|position| *position += 1e-3 * (call % 2) as f64);
-        black_box(&mut kept).update(&robot, &at);
+        black_box(&mut state).update(&robot, &at);
         0
     });
-    let legs = time("snapshot, only the legs moved", |_| {
-        black_box(&mut kept).update(&robot, black_box(standing));
+    let legs = time("kinematic state, only the legs moved", |_| {
+        black_box(&mut state).update(&robot, black_box(standing));
         0
     });
     let leg = time_leg("leg inverse kinematics", &scene.model);
@@ -111,7 +112,7 @@ fn time_body(scene: &Scene) -> Vec<Kernel> {
     [whole, legs, leg].into_iter().chain(newton).collect()
 }
 
-/// What depends on the world too.
+/// Kernels that depend on the robot and the world.
 fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
     let (constraints, feet) = (&scene.constraints, [FootPhase::Stance; 2]);
     let mode = scene.standing_mode();
@@ -125,7 +126,7 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
     let mut whole = |what: &str, arms: f64| {
         time(format!("{name}: configuration check with IK and FK, {what}"), |call| {
             let mut at = *black_box(scene.standing());
-            // A little aside each time, so that no branch is learnt by heart.
+            // A slightly different pose in each call, against branch prediction.
             at.world_from_root.translation.z -= 1e-4 * (call % 64) as f64;
             constraints
                 .robot
@@ -138,7 +139,7 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
             0
         })
     };
-    let [held, whole] = [whole("arms held", 0.0), whole("all moves", 1e-4)];
+    let [arms_fixed, whole] = [whole("arms fixed", 0.0), whole("all moves", 1e-4)];
     let mut aside = *scene.standing();
     aside.world_from_root.translation.z -= 0.01;
     assert!(constraints.robot.place_soles(&mut aside, &soles));
@@ -155,7 +156,7 @@ fn time_checks(name: &str, scene: &Scene) -> Vec<Kernel> {
         0
     });
     let edge = edge.noted(format!("{shapes}, {between} configurations"));
-    [check, held, whole]
+    [check, arms_fixed, whole]
         .map(|kernel| kernel.noted(shapes.clone()))
         .into_iter()
         .chain([edge])
@@ -200,24 +201,24 @@ fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
 fn time_transitions(name: &str, scene: &Scene) -> Kernel {
     let [left, right] = &scene.end.footholds;
     let (mode, pair) = (single_mode(left), TransitionPair { stance: left, other: right });
-    let (mut good, mut tried) = (0_u64, 0_u64);
+    let (mut valid, mut tried) = (0_u64, 0_u64);
     let kernel = time(format!("{name}: transition sample, uniform"), |call| {
-        // Beyond the primitive postures and their neighbourhood all draws are uniform.
+        // Attempts after the primitive postures and their neighbourhood are uniform.
         let found = sample(&scene.constraints, &mode, pair, (SEED, 1), 1_000 + call as u64);
         tried += 1;
-        good += u64::from(found.is_ok());
+        valid += u64::from(found.is_ok());
         1
     });
-    holding(kernel, good, tried)
+    with_success_rate(kernel, valid, tried)
 }
 
-/// Random stances on both feet: the root within 3 cm and 0.1 rad of standing and up to 6 cm lower,
-/// every other joint within 0.1 rad.
+/// Random postures over both stance feet: the root within 3 cm and 0.1 rad of the standing posture
+/// and up to 6 cm lower, every free joint within 0.1 rad.
 fn time_stances(name: &str, scene: &Scene) -> Kernel {
     let (constraints, mode) = (&scene.constraints, scene.standing_mode());
     let (robot, soles) = (&constraints.robot, scene.end.state.world_from_soles);
     let mut random = Random::new(SEED, Stream::Preparation, 1, 0);
-    let mut draw = |_| {
+    let mut posture = |_| {
         let mut at = *scene.standing();
         let mut vector =
             |half: f64| DVec3::from_array(std::array::from_fn(|_| random.uniform(-half, half)));
@@ -230,30 +231,30 @@ fn time_stances(name: &str, scene: &Scene) -> Kernel {
         }
         at
     };
-    let draws: Vec<Configuration> = (0..POSES).map(&mut draw).collect();
+    let postures: Vec<Configuration> = (0..POSES).map(&mut posture).collect();
     let mut kinematic_state = scene.kinematic_state.clone();
-    let (mut good, mut tried) = (0_u64, 0_u64);
+    let (mut valid, mut tried) = (0_u64, 0_u64);
     let kernel = time(format!("{name}: random stance on both feet, checked"), |_| {
-        let mut at = *black_box(&draws[tried as usize % POSES]);
+        let mut at = *black_box(&postures[tried as usize % POSES]);
         tried += 1;
         if robot.place_soles(&mut at, &soles) {
-            kinematic_state.update(&robot, &at);
-            good += u64::from(
+            kinematic_state.update(robot, &at);
+            valid += u64::from(
                 constraints.check(&mode, &kinematic_state, [FootPhase::Stance; 2]).is_ok(),
             );
         }
         0
     });
-    holding(kernel, good, tried)
+    with_success_rate(kernel, valid, tried)
 }
 
-/// The kernel with how many good results it has per second.
-fn holding(kernel: Kernel, good: u64, tried: u64) -> Kernel {
-    let share = good as f64 / tried as f64;
+/// The kernel with its valid results per second.
+fn with_success_rate(kernel: Kernel, valid: u64, tried: u64) -> Kernel {
+    let share = valid as f64 / tried as f64;
     let per_second = share * 1e9 / kernel.median_ns;
     Kernel {
         per_second: Some(per_second),
-        ..kernel.noted(format!("{:.0} % hold: {per_second:.0}/s", 100.0 * share))
+        ..kernel.noted(format!("{:.0} % valid: {per_second:.0}/s", 100.0 * share))
     }
 }
 
@@ -307,8 +308,8 @@ fn main() {
     if let Some(path) = robot {
         flat.model = load_robot(Path::new(path)).unwrap();
     }
-    let mut kernels = time_body(&Scene::new(flat.clone()));
-    kernels.extend(time_checks("crowd", &Scene::new(crowded(flat.clone(), CROWD))));
+    let mut kernels = time_robot(&Scene::new(flat.clone()));
+    kernels.extend(time_checks("clutter", &Scene::new(cluttered(flat.clone(), CLUTTER))));
     if robot.is_some() {
         kernels.extend(time_scenario("flat_walk", Scene::new(flat.clone())));
     } else {

@@ -204,8 +204,9 @@ fn usage_errors_end_with_2() {
 }
 
 #[test]
-fn limit_compares_planning_with_checking() {
-    let output = TestFolder::new("").bench("limit", &["--trials", "2", "--threads", "1", "--json"]);
+fn the_lower_bound_compares_planning_with_checking() {
+    let output =
+        TestFolder::new("").bench("lower-bound", &["--trials", "2", "--threads", "1", "--json"]);
     assert_eq!(output.code, 0, "{}{}", output.out, output.err);
     let row = &json(&output)["rows"][0];
     assert_eq!((&row["found"], row["faults"].as_array().unwrap().len()), (&2.into(), 0), "{row}");
@@ -222,7 +223,9 @@ fn limit_compares_planning_with_checking() {
         checked >= 2.0 * waypoints - 1.0,
         "each waypoint, and one configuration between any two: {row}"
     );
-    assert!(TestFolder::new("").bench("limit", &["--trials", "1"]).out.contains("check once"));
+    assert!(
+        TestFolder::new("").bench("lower-bound", &["--trials", "1"]).out.contains("check once")
+    );
 }
 
 #[test]

@@ -224,7 +224,7 @@ fn the_doctor_reports_a_joint_too_weak_for_one_foot() {
     let advice =
         output.out.lines().find(|line| line.starts_with("advice   robot: 'hubo'")).unwrap();
     assert!(
-        advice.contains(" alone needs ") && advice.contains("planner.effort_share is 0.1"),
+        advice.contains(" alone needs ") && advice.contains("planner.effort_share allows 0.1"),
         "{advice}"
     );
 }

@@ -157,7 +157,7 @@ fn actual_world(
 
 fn summary(checked: &CheckSummary) -> String {
     let so_far = format!(
-        "{} chunks accepted and executed; margins: {}",
+        "{} chunks walked and accepted; margins: {}",
         checked.accepted,
         checked.margins.describe()
     );

@@ -19,7 +19,7 @@ use crate::system::{cores, terminal};
 /// Runs the command.
 ///
 /// # Errors
-/// When something essential is missing.
+/// A requirement of every walk is not met.
 pub fn run(arguments: &DoctorArguments) -> Result<CommandOutcome, CommandError> {
     let mut missing = 0;
     let mut show = |findings: Vec<Finding>| {
@@ -40,7 +40,7 @@ pub fn run(arguments: &DoctorArguments) -> Result<CommandOutcome, CommandError> 
     }
 }
 
-/// A private instance, and chunks through it.
+/// Whether chunks travel through a private instance.
 fn transport() -> Vec<Finding> {
     let instance = match Instance::create(&format!("doctor-{}", std::process::id())) {
         Ok(instance) => instance,
@@ -54,8 +54,8 @@ fn transport() -> Vec<Finding> {
     vec![root, chunks]
 }
 
-/// Whether the scenario can be searched, what memory that takes, and whether its robot can stand on
-/// one foot.
+/// Whether the scenario can be loaded, the memory of its planner, and whether its robot can stand
+/// on one foot.
 fn scenario(path: &Path) -> Vec<Finding> {
     let threads = NonZeroUsize::new(cores::default_threads()).unwrap_or(NonZeroUsize::MIN);
     let inputs = match Inputs::load(path, None) {
@@ -84,7 +84,7 @@ fn arenas(inputs: &Inputs, planner: &Planner) -> Finding {
     ))
 }
 
-/// What standing on the worse of the two feet asks of the joint that is strained most.
+/// The largest share of a joint's effort limit in single support on the worse foot.
 fn on_one_foot(inputs: &Inputs, planner: &Planner) -> Finding {
     let postures = planner.constraints().single_support_postures;
     let [left, right] = postures.each_ref().map(|posture| posture.effort_use);

@@ -8,19 +8,19 @@ use crate::report::event::{Bottleneck, Diagnosis, Planned, RoleEvent, SearchProg
 use crate::system::clock::Stopwatch;
 use crate::system::{allocations, signals};
 
-/// Fewest work units between two looks at the clock: a fraction of a second. How often it looks has
-/// no influence on the plan.
+/// Fewest work units between two readings of the clock: a fraction of a second. The plan does not
+/// depend on it.
 const WORK_PER_STEP_MIN: u64 = 20_000;
-/// A long search looks again after this share of what it has spent: so seldom that entering the
-/// planner's thread pool does not make its queue grow.
+/// A long search reads the clock after one part in this many of its work so far. Entering the
+/// planner's thread pool so seldom does not make its queue grow.
 const SHARE_PER_STEP: u64 = 16;
 /// Time between two progress events, s.
 const EMIT_INTERVAL_SECONDS: f64 = 0.1;
 
-/// Advances `planner` until its search ends, reporting its progress now and then.
+/// Advances `planner` until its search ends. Reports its progress at intervals.
 ///
 /// # Errors
-/// When a signal asks for the end, or reporting fails.
+/// A signal comes, or reporting fails.
 pub fn run(
     planner: &mut Planner,
     work_max: u64,
@@ -30,11 +30,10 @@ pub fn run(
     ended.ok_or_else(|| CommandError::interrupted())
 }
 
-/// Like [`run`], but nothing once a signal asks for the end, or `is_over` says so between two
-/// steps.
+/// Like [`run`], but returns `None` if a signal comes or `is_over` returns true between two steps.
 ///
 /// # Errors
-/// When reporting fails.
+/// Reporting fails.
 pub fn run_until(
     planner: &mut Planner,
     work_max: u64,

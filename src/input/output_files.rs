@@ -1,5 +1,5 @@
-//! The files that a run writes. Their paths are checked before the run; each is written completely or
-//! not at all.
+//! The files that a run writes. Their paths are checked before the run; each is written completely
+//! or not at all.
 
 use std::fs::Permissions;
 use std::io::Write;

@@ -1,4 +1,4 @@
-//! What each pixel shows: which body, how near, and its normal; then colours over it.
+//! The body, depth and normal of each pixel, and its colour.
 
 use glam::DVec3;
 

@@ -10,14 +10,14 @@ use crate::picture::surface::Surface;
 const TEXELS_MAX: usize = 2048;
 /// The finest texel, m.
 const TEXEL_MIN: f64 = 0.003;
-/// How far along its normal a point is lifted before it looks for the sun, in texels.
+/// Offset of a point along its normal before the shadow test, in texels.
 const LIFT_TEXELS: f64 = 2.0;
 /// The sun's strength.
 const SUN: f64 = 0.68;
 /// Light from above and from below.
 const SKY: [f64; 2] = [0.50, 0.28];
 
-/// The sun and what stands in its way.
+/// The sun and its shadow map.
 #[derive(Debug, Clone)]
 pub struct Sun {
     right: DVec3,

@@ -12,12 +12,12 @@ use crate::picture::scene::WorldKind;
 const GRID: f64 = 0.5;
 /// Half the width of a grid line, m.
 const GRID_HALF_WIDTH: f64 = 0.006;
-/// What remains of a colour on the outline between two bodies, and on a sharp edge of one.
+/// Remaining shares of a colour on the outline between two bodies and on a sharp edge of one.
 const OUTLINE: [f32; 2] = [0.42, 0.8];
 /// Normals of neighbouring pixels below this cosine make a sharp edge.
 const EDGE_COS: f32 = 0.75;
 
-/// How a body looks.
+/// The material of a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Paint {
     /// Its colour in full light.
@@ -45,7 +45,7 @@ impl Paint {
     }
 }
 
-/// What stands behind everything: the colours of the picture's top and bottom.
+/// The backdrop: the colours of the picture's top and bottom.
 #[derive(Debug, Clone, Copy)]
 pub struct Backdrop(Colour, Colour);
 
@@ -59,7 +59,7 @@ impl Backdrop {
 /// Where the haze begins and ends.
 #[derive(Debug, Clone, Copy)]
 pub struct Haze {
-    /// The middle of what matters.
+    /// The middle of the walk.
     pub centre: DVec3,
     /// Full sight up to this distance from it, m.
     pub near: f64,
@@ -69,7 +69,7 @@ pub struct Haze {
 
 /// Everything that decides a pixel's colour.
 pub struct Finish<'a> {
-    /// What the pixels show.
+    /// The pixels' bodies.
     pub canvas: &'a Canvas,
     /// From where.
     pub camera: &'a Camera,
@@ -107,7 +107,7 @@ impl Finish<'_> {
         if paint.haze { colour.mix(behind, self.haze.at(point)) } else { colour }
     }
 
-    /// What remains of the colour after outlines.
+    /// Remaining share of the colour after outlines.
     fn outline(&self, column: usize, row: usize) -> f32 {
         let Size { width, height } = self.canvas.size;
         let here = row * width + column;
@@ -142,7 +142,7 @@ impl Haze {
     }
 }
 
-/// What remains of the ground's colour under the grid; `pixel` is a pixel's width there, m.
+/// Remaining share of the ground's colour under the grid; `pixel` is a pixel's width there, m.
 fn grid(point: DVec3, pixel: f64) -> f32 {
     let strength = |period: f64, depth: f64| {
         let distance = |v: f64| (v - period * libm::floor(v / period + 0.5)).abs();

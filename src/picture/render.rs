@@ -2,11 +2,11 @@
 //! walking (APNG).
 //!
 //! The pictures are drawn by a small rasteriser of our own, so that they need neither a display nor
-//! a graphics card and are the same bytes everywhere. The way of a picture: a [`PictureScene`]
-//! holds what a plan, its robot and its world look like (`tessellate`, `surface`, `motion`,
-//! `marks`); `view` places the camera and finds out which walls hide the robot; `stage` draws the
-//! world once and the robot on it (`raster`, `canvas`), colours the pixels (`light`, `paint`,
-//! `stroke`); `output` writes the file.
+//! a graphics card and are the same bytes everywhere. A [`PictureScene`] holds the surfaces of a
+//! plan, its robot and its world (`tessellate`, `surface`, `motion`, `ground_overlay`); `view`
+//! places the camera and finds the walls that hide the robot; `renderer` draws the world once and
+//! the robot on it (`raster`, `canvas`), colours the pixels (`light`, `paint`, `stroke`); `output`
+//! writes the file.
 
 use crate::picture::animation;
 use crate::picture::output;

@@ -1,4 +1,4 @@
-//! The world as one camera sees it, on which the robot is put as often as wanted.
+//! Draws the world once for a camera, and the robot over it any number of times.
 
 use glam::DVec3;
 use rayon::prelude::*;

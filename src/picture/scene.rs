@@ -13,7 +13,7 @@ use crate::picture::motion::PlanMotion;
 use crate::picture::surface::Surface;
 use crate::picture::tessellate::triangles_of;
 
-/// Instants at which the robot is measured to find out what the camera must see.
+/// Instants at which the robot's extent is measured to place the camera.
 const SWEEP_MOMENTS: usize = 24;
 /// How high over a sole's plane something it rests on may reach, m.
 const CARRY_GAP: f64 = 0.01;
@@ -56,13 +56,13 @@ pub(crate) struct RobotBody {
 pub(crate) struct WorldBody {
     /// Its surface, world frame.
     pub surface: Surface,
-    /// What it looks like.
+    /// Its surface.
     pub kind: WorldKind,
     /// Whether a foot stands on it.
     pub carries: bool,
 }
 
-/// How a shape of the world is coloured. A matter of looks only.
+/// How a shape of the world is coloured; it affects the picture only.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WorldKind {
     /// Wide: a floor or a platform.

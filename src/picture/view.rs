@@ -1,4 +1,4 @@
-//! Where the camera stands, and what must not hide the robot from it.
+//! The camera's pose, and the bodies that would hide the robot from it.
 
 use glam::{DVec2, DVec3};
 use surefoot_shared_types::base::spatial::yaw_of;
@@ -7,19 +7,19 @@ use crate::picture::camera::{Camera, Size};
 use crate::picture::canvas::{Canvas, NOTHING};
 use crate::picture::scene::PictureScene;
 
-/// The raster on which it is measured what hides what.
+/// The raster on which hidden parts are measured.
 const PROBE: Size = Size { width: 320, height: 180 };
 /// Tangent of half the vertical angle of view.
 const TANGENT: f64 = 0.24;
-/// How far the camera stands ahead of the walk's side, rad: the robot comes a little towards it.
+/// Angle of the camera ahead of the walk's side, rad.
 const TURN_AHEAD: f64 = 0.55;
-/// How steeply it looks down, rad.
+/// Its pitch downward, rad.
 const LOOK_DOWN: f64 = 0.40;
-/// The share of the picture's half sides that what must be seen takes.
+/// The share of the picture's half sides that the walk fills.
 const FILL: f64 = 0.93;
 /// A body that hides more than this share of the walk is drawn as glass.
 const HIDING_MAX: f64 = 0.03;
-/// A walk whose root goes less far than this has no direction of its own, m.
+/// A walk whose root moves less than this has no direction, m.
 const WALK_MIN: f64 = 0.3;
 
 /// A camera and the bodies of the world that are glass to it.

@@ -90,7 +90,7 @@ pub enum CommandError {
         "no planner answers; start 'surefoot plan SCENARIO --serve' with the same instance name"
     )]
     NoPlanner,
-    /// The robot cannot stand where the scenario wants it to.
+    /// The start or the goal stance is invalid.
     #[error("{0}; change the scenario's stance, its world or the robot's posture")]
     Endpoint(String),
     /// No picture.
@@ -109,7 +109,7 @@ pub enum CommandError {
     Start {
         /// Which.
         role: Role,
-        /// What the system said.
+        /// The system's reason.
         source: std::io::Error,
     },
     /// A process reported why it cannot go on.

@@ -63,7 +63,7 @@ pub enum RoleEvent {
     },
     /// The process cannot go on.
     Failed {
-        /// Why and what to do, one line.
+        /// The reason and what to do, one line.
         message: String,
     },
 }
@@ -92,7 +92,7 @@ pub struct Planned {
     pub outcome: String,
     /// The parameter that ended it, if one did.
     pub bound: Option<String>,
-    /// The outcome in one line for a person.
+    /// The outcome as one line of text.
     pub description: String,
     /// Digest of the chunk stream, if there is one.
     pub digest: Option<String>,
@@ -213,7 +213,7 @@ pub struct Refusal {
     pub sequence: u64,
     /// Where in the chunk.
     pub waypoint: u32,
-    /// What, how much, the limit; empty where the controller did not report it.
+    /// The violation, its amount and the limit; empty if the controller did not report them.
     pub detail: String,
 }
 
@@ -228,7 +228,7 @@ impl Refusal {
         }
     }
 
-    /// One line for a person.
+    /// One line of text.
     pub fn describe(&self) -> String {
         let detail =
             if self.detail.is_empty() { String::new() } else { format!(": {}", self.detail) };

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use surefoot_shared_types::message::Margins;
 
-/// The worst margin of each check; nothing where nothing was measured.
+/// The worst margin of each check; `None` if it was not measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct WorstMargins {
     /// To the nearest joint limit, rad or m.
@@ -35,7 +35,7 @@ impl From<&Margins> for WorstMargins {
 }
 
 impl WorstMargins {
-    /// One line for a person, e.g. `limits 0.012 rad, contact 1.8 mm`.
+    /// One line of text, e.g. `limits 0.012 rad, contact 1.8 mm`.
     pub fn describe(&self) -> String {
         let named = [
             ("limits", self.limits),
@@ -52,7 +52,7 @@ impl WorstMargins {
     }
 }
 
-/// A margin of the check of this name, in the unit that a person reads best.
+/// A margin of the check of this name, with its unit.
 pub fn with_unit(check: &str, margin: f64) -> String {
     match check {
         "limits" => format!("{margin:.4} rad"),

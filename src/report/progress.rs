@@ -1,5 +1,4 @@
-//! Shows the events of the roles to a person: bars on a terminal, a few plain lines elsewhere,
-//! nothing if quiet.
+//! Shows the events of the roles: bars on a terminal, a few lines elsewhere, nothing if quiet.
 
 use indicatif::{ProgressBar, ProgressStyle};
 

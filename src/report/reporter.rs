@@ -11,12 +11,12 @@ use crate::report::progress::Progress;
 pub enum Reporter {
     /// A supervisor, by JSON lines on stdout.
     Supervisor,
-    /// A person.
+    /// The terminal.
     Person(Progress),
 }
 
 impl Reporter {
-    /// A supervisor, or a person who may want quiet.
+    /// The supervisor if `report_lines`, else the terminal, silent if `quiet`.
     pub fn new(report_lines: bool, quiet: bool) -> Self {
         if report_lines { Self::Supervisor } else { Self::Person(Progress::new(quiet)) }
     }
@@ -35,7 +35,7 @@ impl Reporter {
         }
     }
 
-    /// Prints a result for a person; a supervisor has received the event already.
+    /// Prints a result on the terminal; a supervisor has received the event already.
     pub fn print(&self, text: impl FnOnce() -> String) {
         if let Self::Person(_) = self {
             crate::system::terminal::print_result(&text());

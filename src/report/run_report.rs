@@ -196,8 +196,7 @@ impl Report {
     }
 
     fn record_delivered(&mut self, delivered: &Delivered) {
-        // A planner that was started again sent less than what was accepted: its predecessor sent
-        // the rest.
+        // A restarted planner sent fewer chunks than were accepted; its predecessor sent the rest.
         let sent = (delivered.sent - delivered.resent.min(delivered.sent)).max(delivered.accepted);
         let refused = delivered.result == DeliveryResult::Refused;
         self.delivery_result = Some(delivered.result);

@@ -1,4 +1,4 @@
-//! The summary of a run for a person.
+//! The summary of a run as text.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use crate::report::run_report::Report;
 /// Rejection reasons that are shown.
 const REASONS_SHOWN: usize = 3;
 
-/// The summary of a run, several lines without a line break at the end.
+/// The summary of a run: several lines, without a final line break.
 pub fn text(report: &Report) -> String {
     let mut text = format!(
         "{}, {}, seed {}: {}",
@@ -55,7 +55,7 @@ pub fn text(report: &Report) -> String {
     text
 }
 
-/// The summary of one search, several lines without a line break at the end.
+/// The summary of one search: several lines, without a final line break.
 pub fn search_summary(name: &str, planned: &Planned) -> String {
     let mut text = format!("{name}: {}", planned.description);
     if planned.result == PlanResult::Found {
@@ -119,7 +119,7 @@ fn bottleneck(Bottleneck { xyz: [x, y, z], failures }: &Bottleneck) -> String {
     format!("most often near x {x:.2}, y {y:.2}, z {z:.2} m: {failures} sequences failed there")
 }
 
-/// The commonest reasons, as shares of all.
+/// The most frequent reasons, as shares of all rejections.
 fn rejected(rejections: &BTreeMap<String, u64>) -> String {
     let total: u64 = rejections.values().sum();
     let mut reasons: Vec<_> = rejections.iter().collect();

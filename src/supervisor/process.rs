@@ -13,9 +13,9 @@ use crate::system::signals;
 
 /// Longest line of a role, bytes.
 const LINE_BYTES_MAX: u64 = 1 << 16;
-/// How long a process may take to end before it is killed, s.
+/// Longest time from SIGTERM to the end of a process before it is killed, s.
 const GRACE_SECONDS: f64 = 3.0;
-/// Time between two looks whether it has ended.
+/// Time between two checks whether it has ended.
 const POLL_INTERVAL: Duration = Duration::from_millis(2);
 
 /// Output of a role process.
@@ -23,9 +23,9 @@ const POLL_INTERVAL: Duration = Duration::from_millis(2);
 pub(crate) enum ProcessOutput {
     /// A line.
     Event(RoleEvent),
-    /// Something else.
+    /// A line that is not an event.
     NonEvent(String),
-    /// Nothing any more.
+    /// The end of the output.
     Closed,
 }
 
@@ -63,8 +63,7 @@ impl Process {
         signals::ask_to_end(&self.child);
     }
 
-    /// Waits for its end, which comes by force if it takes too long; answers its exit status in
-    /// words.
+    /// Waits for its end, kills it if it takes too long, and returns its exit status as text.
     pub(crate) fn wait(mut self) -> String {
         let watch = Stopwatch::start();
         loop {
@@ -72,7 +71,7 @@ impl Process {
                 Ok(Some(status)) => return status.to_string(),
                 Ok(None) if watch.seconds() < GRACE_SECONDS => std::thread::sleep(POLL_INTERVAL),
                 Ok(None) => {
-                    // Fails only if it has ended by itself meanwhile.
+                    // Fails only if the process has just ended.
                     let _ = self.child.kill();
                     return self.child.wait().map_or_else(
                         |error| error.to_string(),
@@ -85,7 +84,7 @@ impl Process {
     }
 }
 
-/// Queues every line until the end; a queue that nobody reads any more ends it too.
+/// Queues every line until the stream ends or the receiver is dropped.
 fn read_lines(stdout: ChildStdout, role: Role, sender: &Sender<(Role, ProcessOutput)>) {
     let mut reader = BufReader::new(stdout);
     let mut text = Vec::new();

@@ -1,11 +1,11 @@
-//! Counts heap allocations, to prove that a planner that is ready makes none.
+//! Counts heap allocations, to show that a search makes none.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 static COUNT: AtomicU64 = AtomicU64::new(0);
 
-/// The system's allocator, counted. A binary that wants to count makes it its global one.
+/// The system's allocator with a counter. A binary that counts sets it as its global allocator.
 #[derive(Debug, Clone, Copy)]
 pub struct CountingAllocator;
 

@@ -3,16 +3,15 @@
 /// Most planner threads that the command line accepts.
 pub const THREADS_MAX: i64 = 256;
 
-/// Binds this thread, and all that it starts, to a core. Without effect where there is no such
-/// core.
+/// Pins this thread and all threads that it starts to a core. No effect if the core does not exist.
 pub fn pin(core: Option<usize>) {
     if let Some(id) = core {
         core_affinity::set_for_current(core_affinity::CoreId { id });
     }
 }
 
-/// The cores of planner and controller, where there are two: the controller has the last one, and a
-/// planner of one thread the first. A planner of more threads sees to it by itself.
+/// The cores of planner and controller on a machine with at least two: the controller gets the
+/// last, a planner with one thread the first. A planner with more threads pins them itself.
 pub fn cores_of_roles(threads: usize) -> (Option<usize>, Option<usize>) {
     let cores: Vec<usize> =
         core_affinity::get_core_ids().unwrap_or_default().into_iter().map(|core| core.id).collect();

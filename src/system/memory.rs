@@ -3,7 +3,7 @@
 /// Keeps all of this process's memory, now and later, from being paged out.
 ///
 /// # Errors
-/// What the system said, most often that the limit of locked memory is too low.
+/// The system's reason, usually that the limit of locked memory is too low.
 pub fn lock() -> Result<(), String> {
     // SAFETY: mlockall touches no memory of ours.
     let answer = unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) };

@@ -17,7 +17,6 @@ use surefoot_shared_types::instance::participant::Participant;
 use surefoot_shared_types::instance::tuning::PEER_POLLING_TIME;
 use surefoot_shared_types::instance::tuning::{CHUNK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
 use surefoot_shared_types::instance::wake_pipe::keep_polling;
-use surefoot_shared_types::message::Check;
 use surefoot_shared_types::message::{Feedback, PlanChunk, WithCrc};
 
 pub use surefoot_shared_types::instance::error::ChannelError;

@@ -19,8 +19,8 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens `folder/name`, creating both where they are missing, and reads what it holds; `fresh`
-    /// empties it. Without a folder nothing is kept on disk.
+    /// Opens `folder/name`, creates both if they are missing, and reads the results; `fresh`
+    /// deletes them. Without a folder nothing is saved.
     ///
     /// # Errors
     /// When the file cannot be opened, another process writes to it, or a line in it is no result.

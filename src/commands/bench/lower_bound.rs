@@ -1,6 +1,6 @@
 //! `surefoot bench lower-bound`: planning time against its lower bound, the time of checking the
-//! plan once. The planner's self-check runs on one thread, over every waypoint and every motion between
-//! two waypoints, in the planner's resolution.
+//! plan once. The planner's self-check runs on one thread, over every waypoint and every motion
+//! between two waypoints, in the planner's resolution.
 
 use serde::Serialize;
 use surefoot_planner::Planner;
@@ -57,12 +57,11 @@ struct LowerBoundRow {
     search: Row,
     /// Mean processor time of checking the plan once, s.
     check_mean_seconds: Option<f64>,
-    /// Mean of the configurations that the check looks at.
+    /// Mean number of checked configurations.
     check_mean_configurations: Option<f64>,
-    /// Mean processor time of the search divided by mean check time: on a busy machine both suffer
-    /// alike.
+    /// Mean processor time of the search divided by mean check time. Load affects both alike.
     ratio: Option<f64>,
-    /// Plans that failed the check: a fault of the planner.
+    /// Plans that failed the check, which means an error of the planner.
     faults: Vec<String>,
 }
 

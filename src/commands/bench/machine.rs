@@ -1,4 +1,4 @@
-//! What a measurement was made with: the machine, and this very program.
+//! The machine and the program of a measurement.
 
 use std::fmt::Write;
 
@@ -60,7 +60,7 @@ impl Machine {
         })
     }
 
-    /// One line for a person.
+    /// One line of text.
     pub fn describe(&self) -> String {
         let mut text = format!(
             "{}, {} cores, {} MiB, Linux {}; surefoot {} ({})",

@@ -1,4 +1,4 @@
-//! What many searches of one scenario come to.
+//! Statistics of many searches of one scenario.
 
 use std::collections::BTreeMap;
 
@@ -30,12 +30,11 @@ pub struct Row {
     pub std_seconds: Option<f64>,
     /// Its median, s.
     pub p50_seconds: Option<f64>,
-    /// What 95 % of the searches stay below, s.
+    /// Its 95 % quantile, s.
     pub p95_seconds: Option<f64>,
     /// The slowest, s.
     pub max_seconds: Option<f64>,
-    /// Mean processor time of all threads, s: what remains of the time where others had the
-    /// processor too.
+    /// Mean processor time of all threads, s. It excludes the time of other processes.
     pub processor_mean_seconds: Option<f64>,
     /// Mean time to get ready, of all searches, s.
     pub ready_mean_seconds: Option<f64>,
@@ -44,7 +43,7 @@ pub struct Row {
     pub first_chunk_mean_seconds: Option<f64>,
     /// Its median, s.
     pub first_chunk_p50_seconds: Option<f64>,
-    /// What 95 % stay below, s.
+    /// Its 95 % quantile, s.
     pub first_chunk_p95_seconds: Option<f64>,
     /// The longest, s.
     pub first_chunk_max_seconds: Option<f64>,

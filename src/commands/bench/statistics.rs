@@ -1,6 +1,6 @@
 //! The statistics of measured values.
 
-/// What a bench says of some values; nothing where there were none.
+/// Summary statistics of some values; `None` if there are none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Summary {
     /// Arithmetic mean.

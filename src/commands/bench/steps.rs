@@ -1,6 +1,6 @@
-//! `surefoot bench steps`: how long `step` takes when it is given a millisecond's worth of work, as
-//! a control loop would give it, and what a unit of work of each stage costs. One thread, pinned to
-//! a core, memory locked where that is permitted.
+//! `surefoot bench steps`: times of `step` with a millisecond's work, as in a control loop, and the
+//! cost of a work unit of each stage. One thread, pinned to a core, with locked memory if
+//! permitted.
 
 use serde::Serialize;
 use surefoot_planner::pipeline::WorkCategory;
@@ -29,7 +29,7 @@ struct StepsReport {
     core: usize,
     /// `locked`, or why memory could not be locked.
     memory: String,
-    /// How long a step shall take, s.
+    /// Intended duration of a step, s.
     step_seconds: f64,
     rows: Vec<StepsRow>,
 }
@@ -44,7 +44,7 @@ struct StepsRow {
     found: usize,
     /// The search's outcome.
     outcome: &'static str,
-    /// Work units that take as long as a step shall, by the mean of a whole search.
+    /// Work units of the intended duration, by the mean of a whole search.
     step_work: u64,
     /// Steps made.
     steps: usize,
@@ -59,15 +59,15 @@ struct StepsRow {
     mean_work: f64,
     /// The most work units in one step.
     max_work: u64,
-    /// By how many units a step exceeded what it was given, at most.
+    /// Most work units by which a step exceeded its budget.
     overrun_work: u64,
     /// The plan's digest, if one was found.
     digest: Option<String>,
-    /// What the pieces of each stage cost.
+    /// Costs of the pieces of each stage.
     stages: Vec<StageRow>,
 }
 
-/// What the pieces of one stage cost; a piece is the least that the planner advances by.
+/// Costs of the pieces of one stage. A piece is the smallest advance of the planner.
 #[derive(Debug, Clone, Default, Serialize)]
 struct StageRow {
     stage: &'static str,
@@ -180,7 +180,7 @@ fn steps(inputs: &Inputs, step_work: u64) -> Result<Steps, CommandError> {
     }
 }
 
-/// A search in the smallest pieces: how long it took, and what each stage took of it.
+/// The time of a search in the smallest pieces, in all and by stage.
 fn pieces(inputs: &Inputs) -> Result<(f64, Vec<StageRow>), CommandError> {
     let mut planner = new_planner(inputs)?;
     let mut rows = WorkCategory::NAMES.map(|stage| StageRow { stage, ..StageRow::default() });

@@ -18,16 +18,15 @@ use crate::input::inputs::Inputs;
 use crate::report::command_error::CommandError;
 use crate::system::clock::{Stopwatch, processor_seconds};
 
-/// Work units between two looks at whether a signal came, while stages are timed.
+/// Work units between two checks for a signal while stages are timed.
 const STAGE_WORK: u64 = 20_000;
-/// The seeds up to this one are searched a second time, stage by stage, to see which stage takes
-/// how long.
+/// Seeds up to this one are searched a second time, to measure the time of each stage.
 const STAGED_SEEDS_MAX: u64 = 5;
 
-/// What was measured in one search.
+/// The measurements of one search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
-    /// Names all that the result depends on, see [`TrialSetup::key`].
+    /// Digest of everything that the result depends on, see [`TrialSetup::key`].
     pub key: String,
     /// The scenario's name.
     pub scenario: String,
@@ -41,7 +40,7 @@ pub struct Trial {
     pub ready_seconds: f64,
     /// Time from ready to the outcome, s.
     pub seconds: f64,
-    /// Processor time of all threads meanwhile, s.
+    /// Processor time of all threads during the search, s.
     pub processor_seconds: f64,
     /// Work units.
     pub work: u64,
@@ -55,12 +54,11 @@ pub struct Trial {
     pub arena_bytes: u64,
     /// The plan's digest.
     pub digest: Option<String>,
-    /// What the controller's checks say of the plan, where they were asked: `accepted` or the first
-    /// violation.
+    /// Result of the controller's checks, if they ran: `accepted` or the first violation.
     pub check_result: Option<String>,
 }
 
-/// What a trial is asked to find out.
+/// The setup of a trial.
 #[derive(Debug)]
 pub struct TrialSetup<'a> {
     /// Scenario, robot and world.
@@ -96,7 +94,7 @@ impl TrialSetup<'_> {
             .to_string()
     }
 
-    /// Searches and measures, and checks the plan where asked. Nothing else runs meanwhile.
+    /// Searches and measures, and checks the plan if requested. Nothing else runs meanwhile.
     ///
     /// # Errors
     /// When the planner cannot be made, the plan cannot be checked, or a signal comes.

@@ -1,4 +1,4 @@
-//! What the controller does with a chunk: checks it and executes it in the actual world.
+//! The controller's handling of a chunk: checks it and executes it in the actual world.
 
 use surefoot_controller_sim::channel::plan_subscriber::ChunkDecision;
 use surefoot_controller_sim::execution::disturbance::DisturbedExecution;
@@ -13,7 +13,7 @@ use crate::report::event::{CheckSummary, Refusal};
 use crate::report::margins::WorstMargins;
 use crate::system::clock::Stopwatch;
 
-/// Checks and executes chunks, and adds up the checking time.
+/// Checks and executes chunks, and sums the checking time.
 pub(crate) struct ChunkHandler {
     executor: ChunkExecutor,
     ground_truth: Option<GroundTruth>,
@@ -64,8 +64,7 @@ impl ChunkHandler {
         std::mem::replace(&mut self.simulated_result, Ok(()))
     }
 
-    /// Checks a chunk and executes it if it is accepted. `heartbeat` is called now and then
-    /// meanwhile.
+    /// Checks a chunk and executes it if it is accepted. Calls `heartbeat` repeatedly meanwhile.
     pub(crate) fn handle(
         &mut self,
         chunk: &PlanChunk,
@@ -121,7 +120,7 @@ impl ChunkHandler {
                     Check::WorldDiffers,
                     0,
                     Some(correction),
-                    format!("nothing carries foot {} where it comes down", contact.limb),
+                    format!("the ground does not support foot {} where it lands", contact.limb),
                 )
             }
         }
@@ -135,15 +134,15 @@ impl ChunkHandler {
             .and_then(|ground_truth| ground_truth.encountered(&self.executor, chunk, &violation));
         let check = match violation.check {
             _ if correction.is_some() => Check::WorldDiffers,
-            // The controller before this one knew how far the feet are off, and this one does not.
+            // A predecessor of this controller knew the feet's displacements; this one does not.
             Check::Continuity if self.disturbance.is_some() => Check::FootMisplaced,
             check => check,
         };
         self.hold(check, violation.waypoint as u32, correction, violation.detail)
     }
 
-    /// The robot stays at its actual pose. The encountered difference becomes part of the world, as
-    /// long as a feedback message has a slot for it.
+    /// Holds the robot at its actual pose. Adds the encountered difference to the world, as long as
+    /// a feedback message has a slot for it.
     fn hold(
         &mut self,
         check: Check,

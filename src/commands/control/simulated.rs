@@ -16,8 +16,8 @@ use crate::system::signals;
 const TICK_SECONDS: f64 = 0.01;
 /// The longest sleep while real time catches up.
 const SLEEP: Duration = Duration::from_millis(1);
-/// What a chunk that came so late is behind is made up for; a robot that waited longer has stood
-/// still, s.
+/// Longest delay of a chunk that the simulation makes up for; after a longer one the robot has
+/// stood still, s.
 const LATE_SECONDS_MAX: f64 = 0.1;
 
 /// The simulated walk of one controller.

@@ -1,4 +1,4 @@
-//! What the machine offers: shared memory, cores, limits.
+//! Shared memory, cores and limits of the machine.
 
 use std::ffi::CString;
 use std::path::Path;
@@ -14,7 +14,7 @@ const OPEN_FILES_MIN: u64 = 256;
 /// Memory that may be locked where nothing can be paged out by surprise, KiB.
 const LOCKED_KIB_MIN: u64 = 65_536;
 
-/// Whether shared memory can be written to, and how much of it there is.
+/// Whether shared memory can be written to, and its free size.
 pub(crate) fn shared_memory() -> Vec<Finding> {
     let writable =
         match tempfile::Builder::new().prefix("surefoot-doctor-").tempfile_in(SHARED_MEMORY) {
@@ -40,12 +40,12 @@ pub(crate) fn shared_memory() -> Vec<Finding> {
 /// Whether planner and controller can have a core each.
 pub(crate) fn cores() -> Finding {
     match cores::cores() {
-        1 => Finding::advice("cores: 1; planner and controller share it, give them two for speed"),
+        1 => Finding::advice("cores: 1; planner and controller share it; two cores are faster"),
         cores => Finding::good(format!("cores: {cores}; planner and controller have one each")),
     }
 }
 
-/// The limits that the system sets this process.
+/// The system's limits of this process.
 pub(crate) fn limits() -> Vec<Finding> {
     let open_files = match soft_limit(libc::RLIMIT_NOFILE) {
         Some(files) if files < OPEN_FILES_MIN => Finding::missing(format!(
@@ -70,7 +70,7 @@ fn describe_limit(limit: Option<u64>, unit: &str) -> String {
     limit.map_or("unlimited".to_owned(), |limit| format!("{limit}{unit}"))
 }
 
-/// The limit that holds; nothing if there is none.
+/// The soft limit; `None` if there is none.
 fn soft_limit(resource: libc::__rlimit_resource_t) -> Option<u64> {
     let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
     // SAFETY: `limit` outlives the call. It fails only for unknown resources.

@@ -60,7 +60,7 @@ impl StateStats {
 }
 
 impl StateSummary {
-    /// A part of a line for a person.
+    /// Part of a line of text.
     pub(crate) fn describe(&self) -> String {
         let Self { ticks_per_second, missed, plan_seconds, .. } = self;
         let margin = 1000.0 * self.balance_margin;

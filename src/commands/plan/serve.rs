@@ -9,12 +9,11 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use surefoot_planner::Planner;
-use surefoot_planner::channel::plan_publisher::Delivery;
-use surefoot_planner::channel::plan_publisher::PlanPublisher;
+use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::preparation::build::Preparation;
+use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::instance::requests::RequestServer;
-use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
 use crate::cli::arguments::PlanArguments;

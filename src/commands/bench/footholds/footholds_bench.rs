@@ -1,5 +1,5 @@
-//! `surefoot bench footholds`: success rates of foot placement queries, on parallel bars as in figure
-//! 4.10 and on single features.
+//! `surefoot bench footholds`: success rates of foot placement queries, on parallel bars as in
+//! figure 4.10 and on single features.
 //!
 //! A query succeeds if one placement is found. Each world gets the same queries for four samplers:
 //! Algorithm 1 as printed, Algorithm 1 with its initial samples, the geometric proposals, and the

@@ -37,7 +37,7 @@ impl Sampler {
     /// All of them, in the order of columns.
     pub const ALL: [Self; 4] = [Self::Printed, Self::Seeded, Self::Geometry, Self::Whole];
 
-    /// Its name for a person.
+    /// Its name in the table.
     pub fn name(self) -> &'static str {
         match self {
             Self::Printed => "Algorithm 1",
@@ -77,7 +77,7 @@ impl Sampler {
     }
 }
 
-/// What one sampler answered.
+/// The results of one sampler.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct QueryResults {
     /// Who.

@@ -25,7 +25,7 @@ pub(crate) trait Far {
     fn serve(&mut self) -> Result<(), CommandError>;
 }
 
-/// What was measured.
+/// The measurements.
 #[derive(Debug)]
 pub(crate) struct Measured {
     /// Each round trip, s.

@@ -1,4 +1,4 @@
-//! What both ends do to trust the bytes: the same work as our transport does, for raw memory.
+//! CRC and digests over raw memory, the same work as in our transport.
 
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::{Feedback, PlanChunk, WithCrc};

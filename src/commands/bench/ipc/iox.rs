@@ -10,8 +10,8 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{Config, FileName, NodeBuilder, SemanticString, SignalHandlingMode, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
-use surefoot_shared_types::instance::directory::remove_segments;
 use surefoot_shared_types::instance::error::ChannelError;
+use surefoot_shared_types::instance::remove_segments;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
 use crate::commands::bench::ipc::drive;
@@ -38,7 +38,7 @@ pub(crate) fn measure(rounds: usize) -> Result<Measured, CommandError> {
     measured
 }
 
-/// What the names of its segments begin with.
+/// Prefix of the names of its segments.
 fn prefix() -> String {
     format!("sfbench-{}-", std::process::id())
 }

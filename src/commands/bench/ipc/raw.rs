@@ -29,7 +29,7 @@ struct Board {
 #[derive(Clone)]
 struct Shared(Arc<MmapRaw>);
 
-/// Measures it; `with_crc` adds what our transport does to trust the bytes.
+/// Measures it; `with_crc` adds the CRC and digests of our transport.
 pub(crate) fn measure(rounds: usize, with_crc: bool) -> Result<Measured, CommandError> {
     let map = MmapMut::map_anon(size_of::<Board>() + 64).map_err(CommandError::ReportsClosed)?;
     let shared = Shared(Arc::new(MmapRaw::from(map)));
@@ -62,7 +62,7 @@ impl Shared {
 impl<M: Copy> Slot<M> {
     fn put(&self, message: &M, number: u64) {
         // SAFETY: the other side reads a slot only after its number changed, and never more than
-        // `WINDOW_CHUNKS` messages are on their way, so nobody reads this one now.
+        // `WINDOW_CHUNKS` messages are in flight, so no one reads this slot.
         unsafe { *self.message.get() = *message };
         self.number.store(number, Ordering::Release);
     }

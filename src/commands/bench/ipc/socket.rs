@@ -11,7 +11,7 @@ use crate::commands::bench::ipc::drive;
 use crate::commands::bench::ipc::drive::{Far, Measured, Near, feedback};
 use crate::report::command_error::CommandError;
 
-/// How long the far end waits before it looks whether all is over.
+/// Time that the far end waits before it checks whether the bench is over.
 const WAIT_MAX: Duration = Duration::from_millis(100);
 
 /// Measures it.

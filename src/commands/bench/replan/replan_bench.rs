@@ -1,6 +1,5 @@
-//! `surefoot bench replan`: how long it takes to plan again from where the robot stands, after the
-//! controller refused a chunk. From the controller's feedback on it is what the planner process
-//! does, without the transport.
+//! `surefoot bench replan`: time of replanning from the rest state after the controller refused a
+//! chunk. It runs the planner process's code from the controller's feedback on, without transport.
 
 use crate::commands::bench::replan::refusals;
 use serde::Serialize;

@@ -1,4 +1,4 @@
-//! What `surefoot bench thesis` prints.
+//! The report of `surefoot bench thesis`.
 
 use serde::Serialize;
 
@@ -7,7 +7,7 @@ use crate::commands::bench::row::{Row, stages};
 use crate::commands::bench::table::{aligned, count, seconds};
 use crate::commands::bench::thesis::published::{Published, of_scenario};
 
-/// What nobody may forget who compares.
+/// Limits of the comparison.
 const CAVEAT: &str = "The thesis prints no dimension of its worlds: the geometry is our reconstruction. Its times were taken on an Intel Xeon E3-1290 v2 \
                       (3.70 GHz, 16 GB) with a timeout of one hour; ours are of the machine above. A ratio compares whole systems, not algorithms.";
 

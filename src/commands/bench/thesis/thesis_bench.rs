@@ -1,8 +1,7 @@
 //! `surefoot bench thesis`: tables 4.1 and 4.2 beside our own times [Grey 4.5].
 //!
-//! One search runs at a time, with all its threads, and nothing is drawn while it runs. What a plan
-//! needs beyond the search (checks, the second search for the time of each stage) is done outside
-//! the measured time.
+//! One search runs at a time, with all its threads, and nothing is drawn while it runs. Checks and
+//! the second search, for the time of each stage, run outside the measured time.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -83,7 +82,7 @@ fn progress_bar(length: u64) -> ProgressBar {
         .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// The worst of what the rows came to.
+/// The worst outcome of the rows.
 fn command_outcome(rows: &[&Row]) -> CommandOutcome {
     if rows.iter().any(|row| row.refused > 0) {
         CommandOutcome::Refused
