@@ -264,9 +264,9 @@ fn broken_urdfs_are_refused() {
             complaint: &["joint 'left_hip'", "lock it"],
         },
         Spoiling {
-            from: "effort=\"80\"",
-            to: "",
-            complaint: &["joint 'left_hip'", "effort must be positive"],
+            from: "upper=\"1.5\" effort=\"80\" velocity=\"5\"/>\n  </joint>\n  <joint name=\"imu_mount\"",
+            to: "upper=\"1.5\" velocity=\"5\"/>\n  </joint>\n  <joint name=\"imu_mount\"",
+            complaint: &["joint 'right_hip'", "has no effort", "[effort_limits]"],
         },
         Spoiling {
             from: "effort=\"80\"",

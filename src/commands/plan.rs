@@ -15,7 +15,7 @@ use std::num::NonZeroUsize;
 use surefoot_planner::Planner;
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::preparation::build::Preparation;
-use surefoot_shared_types::instance::random_id;
+use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::PlanChunk;
 use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
 use surefoot_shared_types::plan_format::blocks::PlanFile;

@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+/// Most complaints that are shown at once.
+const SHOWN_MAX: usize = 60;
+
 /// An unusable file: its path, the location in it, the error and how to correct it. A command ends
 /// with exit code 2.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct InputError {
     /// The file.
     pub path: PathBuf,
@@ -14,27 +17,15 @@ pub struct InputError {
     pub element: Option<String>,
     /// The error and how to correct it, one line.
     pub message: String,
-}
-
-impl std::fmt::Display for InputError {
-    /// `<path>[:<line>]: [<element>: ]<message>`.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", self.path.display())?;
-        if let Some(line) = self.line {
-            write!(f, ":{line}")?;
-        }
-        write!(f, ": ")?;
-        if let Some(element) = &self.element {
-            write!(f, "{element}: ")?;
-        }
-        write!(f, "{}", self.message)
-    }
+    /// What else is wrong, in the order of lines; shown after it, each in its own line.
+    pub others: Vec<InputError>,
 }
 
 impl InputError {
     /// An error in a file as a whole.
     pub fn file(path: &Path, message: impl Into<String>) -> Self {
-        Self { path: path.to_owned(), line: None, element: None, message: message.into() }
+        let (line, element, others) = (None, None, Vec::new());
+        Self { path: path.to_owned(), line, element, message: message.into(), others }
     }
 
     /// An error in one named element of a file.
@@ -46,4 +37,45 @@ impl InputError {
     pub fn at_line(self, line: usize) -> Self {
         Self { line: Some(line), ..self }
     }
+
+    /// One error of many, in the order of files and lines.
+    ///
+    /// # Errors
+    /// When there are any.
+    pub(crate) fn all(mut errors: Vec<Self>) -> Result<(), Self> {
+        errors.sort_by(|a, b| (&a.path, a.line).cmp(&(&b.path, b.line)));
+        errors.dedup();
+        let mut errors = errors.into_iter();
+        match errors.next() {
+            Some(first) => Err(Self { others: errors.collect(), ..first }),
+            None => Ok(()),
+        }
+    }
+
+    fn write_line(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.path.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        let element = self.element.iter().map(|element| format!("{element}: "));
+        // A file may hold what a terminal would obey.
+        let text = element.collect::<String>() + &self.message;
+        write!(f, ": {}", text.replace(char::is_control, "\u{fffd}"))
+    }
 }
+
+impl std::fmt::Display for InputError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.write_line(f)?;
+        for other in self.others.iter().take(SHOWN_MAX) {
+            write!(f, "\nerror: ")?;
+            other.write_line(f)?;
+        }
+        match self.others.len().saturating_sub(SHOWN_MAX) {
+            0 => Ok(()),
+            more => write!(f, "\nerror: {}: {more} more complaints", self.path.display()),
+        }
+    }
+}
+
+impl std::error::Error for InputError {}

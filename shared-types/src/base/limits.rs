@@ -10,3 +10,5 @@ pub const CONTACTS_MAX: usize = 4;
 pub const POLYGON_VERTICES_MAX: usize = 16;
 /// Most world corrections that a controller can report.
 pub const CORRECTIONS_MAX: usize = 32;
+/// Links of a robot that are kept apart. Of more, those that are fixed to each other become one.
+pub const LINKS_KEPT_MAX: usize = 192;

@@ -5,3 +5,4 @@ pub mod input_error;
 pub mod limits;
 pub mod spatial;
 pub mod text_file;
+pub(crate) mod xml;

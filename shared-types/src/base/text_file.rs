@@ -12,9 +12,6 @@ pub(crate) const TEXT_BYTES_MAX: u64 = 64 << 20;
 /// Largest magnitude of a number in a file, in the number's unit.
 pub const NUMBER_MAX: f64 = 1e6;
 
-/// Largest depth of nested XML elements.
-const XML_DEPTH_MAX: usize = 64;
-
 /// A text file in memory.
 #[derive(Debug, Clone)]
 pub(crate) struct TextFile {
@@ -90,34 +87,6 @@ pub(crate) fn read_bytes(path: &Path, bytes_max: u64) -> Result<Vec<u8>, String>
         return Err(format!("is larger than {} MiB", bytes_max >> 20));
     }
     Ok(bytes)
-}
-
-/// An error if XML elements are nested deeper than [`XML_DEPTH_MAX`], where a recursive reader
-/// could overflow its stack. The error holds the byte offset.
-pub(crate) fn check_xml_depth(text: &str) -> Result<(), (usize, String)> {
-    use quick_xml::events::Event;
-    let mut reader = quick_xml::Reader::from_str(text);
-    let mut depth = 0_usize;
-    loop {
-        match reader.read_event() {
-            Ok(Event::Start(_)) if depth == XML_DEPTH_MAX => {
-                return Err((
-                    reader.buffer_position() as usize,
-                    format!("its elements are nested deeper than {XML_DEPTH_MAX}"),
-                ));
-            }
-            Ok(Event::Start(_)) => depth += 1,
-            Ok(Event::End(_)) => depth = depth.saturating_sub(1),
-            Ok(Event::Eof) => return Ok(()),
-            Ok(_) => {}
-            Err(error) => {
-                return Err((
-                    reader.error_position() as usize,
-                    format!("is not well-formed XML: {error}"),
-                ));
-            }
-        }
-    }
 }
 
 /// The absolute path of a file. Symbolic links in the path of its folder are resolved, the file

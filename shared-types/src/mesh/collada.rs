@@ -7,9 +7,11 @@ use glam::{DAffine3, DMat3, DVec3};
 use roxmltree::{Document, Node};
 
 use crate::base::spatial::rotation_about;
-use crate::base::text_file::{check_positive, check_xml_depth};
-use crate::mesh::collada_geometry::{Triangle, geometry_triangles};
-use crate::mesh::store::Welder;
+use crate::base::text_file::check_positive;
+use crate::base::xml::plain_xml;
+use crate::mesh::collada_geometry::{Face, geometry_faces};
+use crate::mesh::file_name::percent_decoded;
+use crate::mesh::raw_mesh::{MeshError, Welder};
 
 /// Most children of a scene's nodes, counted at each instance: nodes that instantiate each other
 /// would have no end.
@@ -22,24 +24,29 @@ const QUOTED_MAX: usize = 24;
 
 /// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does
 /// not count: ROS takes coordinates as they stand, and its robots rely on that.
-pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
-    let text = std::str::from_utf8(bytes)
-        .map_err(|_| "is not STL, OBJ or COLLADA by its name, nor text".to_owned())?;
-    check_xml_depth(text).map_err(|(_, message)| message)?;
-    let document =
-        Document::parse(text).map_err(|error| format!("cannot be parsed as COLLADA: {error}"))?;
+pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err("is UTF-16 text; save it as UTF-8".into());
+    }
+    // Names in another encoding do no harm.
+    let text = String::from_utf8_lossy(bytes);
+    let text = plain_xml(&text).map_err(|error| MeshError::at(error.line, error.message))?;
+    let document = Document::parse(&text).map_err(|error| {
+        MeshError::at(error.pos().row as usize, format!("cannot be parsed as COLLADA: {error}"))
+    })?;
     let root = document.root_element();
     if !root.has_tag_name("COLLADA") {
-        return Err(format!("is not COLLADA: its root is <{}>", root.tag_name().name()));
+        return Err(format!("is not COLLADA: its root is <{}>", root.tag_name().name()).into());
     }
     let mesh_from_scene = DAffine3::from_scale(DVec3::splat(metres_per_unit(root)?));
     let mut reader = Reader { ids: Ids::below(root), geometries: BTreeMap::new(), welder };
     if let Some(scene) = reader.scene(root)? {
-        return reader.walk(scene, mesh_from_scene);
+        return Ok(reader.walk(scene, mesh_from_scene)?);
     }
-    root.descendants().filter(|node| node.has_tag_name("geometry")).try_for_each(|geometry| {
-        place(&geometry_triangles(geometry)?, &mesh_from_scene, reader.welder)
-    })
+    for geometry in root.descendants().filter(|node| node.has_tag_name("geometry")) {
+        place(&geometry_faces(geometry)?, &mesh_from_scene, reader.welder)?;
+    }
+    Ok(())
 }
 
 /// The elements below one that others refer to, by tag and id. Of several with the same id the
@@ -65,7 +72,9 @@ impl<'a, 'input> Ids<'a, 'input> {
         tag: &str,
     ) -> Result<Node<'a, 'input>, String> {
         let url = from.attribute(attribute).unwrap_or_default();
-        let found = url.strip_prefix('#').and_then(|id| self.0.get(&(tag, id)));
+        let id = url.strip_prefix('#').unwrap_or_default();
+        let decoded = percent_decoded(id);
+        let found = self.0.get(&(tag, id)).or_else(|| self.0.get(&(tag, decoded.as_str())));
         found.copied().ok_or_else(|| {
             damaged(from, format!("refers to the <{tag}> '{}', which is not there", quoted(url)))
         })
@@ -75,7 +84,7 @@ impl<'a, 'input> Ids<'a, 'input> {
 struct Reader<'a, 'input, 'w> {
     ids: Ids<'a, 'input>,
     /// The geometries read so far, by id.
-    geometries: BTreeMap<&'a str, Vec<Triangle>>,
+    geometries: BTreeMap<&'a str, Vec<Face>>,
     welder: &'w mut Welder,
 }
 
@@ -87,14 +96,16 @@ impl<'a, 'input> Reader<'a, 'input, '_> {
         }
     }
 
-    /// Places all geometries below a scene, in the order of the document.
+    /// Places all geometries below a scene, in the order of the document. How a node stands
+    /// matters only where it holds a geometry: cameras may be placed in any way.
     fn walk(&mut self, scene: Node<'a, 'input>, mesh_from_scene: DAffine3) -> Result<(), String> {
-        let mut ahead = vec![(scene, mesh_from_scene)];
+        let mut ahead = vec![(scene, Ok(mesh_from_scene))];
         let mut elements = 0;
         while let Some((node, mesh_from_parent)) = ahead.pop() {
-            let mesh_from_node = mesh_from_parent * parent_from_node(node)?;
+            let mesh_from_node: Result<DAffine3, String> =
+                mesh_from_parent.and_then(|parent| Ok(parent * parent_from_node(node)?));
             let siblings = ahead.len();
-            for part in node.children() {
+            for part in node.children().filter(Node::is_element) {
                 elements += 1;
                 if elements > SCENE_ELEMENTS_MAX {
                     return Err(format!(
@@ -102,16 +113,12 @@ impl<'a, 'input> Reader<'a, 'input, '_> {
                     ));
                 }
                 match part.tag_name().name() {
-                    "node" => ahead.push((part, mesh_from_node)),
+                    "node" => ahead.push((part, mesh_from_node.clone())),
                     "instance_node" => {
-                        ahead.push((self.ids.find(part, "url", "node")?, mesh_from_node))
+                        ahead.push((self.ids.find(part, "url", "node")?, mesh_from_node.clone()))
                     }
-                    "instance_geometry" => self.place_instance(part, &mesh_from_node)?,
-                    "instance_controller" => return Err(
-                        "is deformed by an <instance_controller>; export it without skin or morph"
-                            .into(),
-                    ),
-                    _ => {}
+                    "instance_geometry" => self.place_instance(part, &mesh_from_node.clone()?)?,
+                    tag => check_without_surface(tag)?,
                 }
             }
             ahead[siblings..].reverse();
@@ -123,25 +130,37 @@ impl<'a, 'input> Reader<'a, 'input, '_> {
         let geometry = self.ids.find(instance, "url", "geometry")?;
         let id = geometry.attribute("id").unwrap_or_default();
         if !self.geometries.contains_key(id) {
-            self.geometries.insert(id, geometry_triangles(geometry)?);
+            self.geometries.insert(id, geometry_faces(geometry)?);
         }
         place(&self.geometries[id], mesh_from_node, self.welder)
     }
 }
 
-/// Adds triangles at their place. A mirroring one keeps their normals outward.
-fn place(
-    triangles: &[Triangle],
-    mesh_from_node: &DAffine3,
-    welder: &mut Welder,
-) -> Result<(), String> {
-    if welder.mesh.triangles.len() + triangles.len() > TRIANGLES_MAX {
-        return Err(format!("has more than {TRIANGLES_MAX} triangles; export it coarser"));
+/// Refuses what may stand in a node and hold a surface that is not read.
+fn check_without_surface(tag: &str) -> Result<(), String> {
+    match tag {
+        "instance_controller" => {
+            Err("is deformed by an <instance_controller>; export it without skin or morph".into())
+        }
+        "matrix" | "translate" | "rotate" | "scale" | "lookat" | "skew" | "asset" | "extra"
+        | "instance_camera" | "instance_light" | "evaluate_scene" => Ok(()),
+        _ => Err(format!("has a <{tag}> in a <node>, which is not read; export it without")),
     }
+}
+
+/// Adds faces at their place. A mirroring one keeps their normals outward.
+fn place(faces: &[Face], mesh_from_node: &DAffine3, welder: &mut Welder) -> Result<(), String> {
     let is_mirrored = mesh_from_node.matrix3.determinant() < 0.0;
-    for triangle in triangles {
-        let [a, b, c] = triangle.map(|vertex| mesh_from_node.transform_point3(vertex));
-        welder.push(if is_mirrored { [a, c, b] } else { [a, b, c] })?;
+    for face in faces {
+        if welder.mesh.triangles.len() + face.len() > TRIANGLES_MAX {
+            return Err(format!("has more than {TRIANGLES_MAX} triangles; export it coarser"));
+        }
+        let mut corners: Face =
+            face.iter().map(|vertex| mesh_from_node.transform_point3(*vertex)).collect();
+        if is_mirrored {
+            corners[1..].reverse();
+        }
+        welder.push_polygon(&corners, None)?;
     }
     Ok(())
 }

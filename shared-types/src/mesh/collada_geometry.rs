@@ -3,14 +3,19 @@
 use glam::DVec3;
 use roxmltree::Node;
 
-use crate::mesh::collada::{Ids, child, children, damaged, numbers, quoted};
+use crate::mesh::accessor::positions;
+use crate::mesh::collada::{child, children, damaged, numbers, quoted};
 
-/// The corners of a triangle, in the geometry's frame and unit.
-pub(crate) type Triangle = [DVec3; 3];
+/// A face: the positions of its corners, in the geometry's frame and unit.
+pub(crate) type Face = Vec<DVec3>;
 
-/// The triangles of a `<geometry>`.
-pub(crate) fn geometry_triangles(geometry: Node) -> Result<Vec<Triangle>, String> {
+/// The faces of a `<geometry>`.
+pub(crate) fn geometry_faces(geometry: Node) -> Result<Vec<Face>, String> {
     let Some(mesh) = child(geometry, "mesh") else {
+        // A spline is a curve: no surface.
+        if child(geometry, "spline").is_some() {
+            return Ok(Vec::new());
+        }
         let id = geometry.attribute("id").unwrap_or_default();
         return Err(format!(
             "has a <geometry> '{}' that is not a <mesh>; export it as triangles",
@@ -20,57 +25,32 @@ pub(crate) fn geometry_triangles(geometry: Node) -> Result<Vec<Triangle>, String
     let vertices =
         child(mesh, "vertices").ok_or_else(|| damaged(mesh, "has no <vertices>".into()))?;
     let positions = positions(mesh, vertices)?;
-    let mut triangles = Vec::new();
-    for primitive in mesh.children() {
-        let position = |index: u32| {
-            let vertex = positions.get(index as usize);
+    let mut placed = Vec::new();
+    for primitive in mesh.children().filter(Node::is_element) {
+        let position = |index: &u32| {
+            let vertex = positions.get(*index as usize);
             vertex.copied().ok_or_else(|| {
                 damaged(primitive, format!("has a corner at vertex {index} of {}", positions.len()))
             })
         };
-        for [a, b, c] in faces(primitive, vertices)? {
-            triangles.push([position(a)?, position(b)?, position(c)?]);
+        for face in faces(primitive, vertices)? {
+            if face.len() < 3 {
+                let complaint = format!("has a face of {} corners; 3 belong there", face.len());
+                return Err(damaged(primitive, complaint));
+            }
+            placed.push(face.iter().map(position).collect::<Result<_, _>>()?);
         }
     }
-    Ok(triangles)
+    Ok(placed)
 }
 
-/// The positions of a mesh. Ids are looked up in the mesh alone: some exporters use the same ones
-/// in every geometry.
-fn positions(mesh: Node, vertices: Node) -> Result<Vec<DVec3>, String> {
-    let ids = Ids::below(mesh);
-    let source = ids.find(input(vertices, "POSITION")?, "source", "source")?;
-    let accessor =
-        child(source, "technique_common").and_then(|technique| child(technique, "accessor"));
-    let accessor = accessor.ok_or_else(|| damaged(source, "has no <accessor>".into()))?;
-    let array = ids.find(accessor, "source", "float_array")?;
-    let numbers: Vec<f64> = numbers(array)?;
-    check_count(array, numbers.len())?;
-    let (offset, stride) =
-        (whole_number(accessor, "offset", 0)?, whole_number(accessor, "stride", 1)?);
-    if stride < 3 {
-        return Err(damaged(
-            accessor,
-            format!("has positions of {stride} numbers each; 3 belong there"),
-        ));
-    }
-    let items = numbers
-        .get(offset..)
-        .unwrap_or_default()
-        .chunks(stride)
-        .filter_map(|item| item.first_chunk());
-    let count = whole_number(accessor, "count", usize::MAX)?;
-    let positions: Vec<DVec3> = items.take(count).map(|item| DVec3::from_array(*item)).collect();
-    check_count(accessor, positions.len())?;
-    Ok(positions)
-}
-
-/// The triangles of a primitive, by the indices of their vertices. What is not made of faces has
-/// none.
-fn faces(primitive: Node, vertices: Node) -> Result<Vec<[u32; 3]>, String> {
+/// The faces of a primitive, by the indices of their vertices.
+fn faces(primitive: Node, vertices: Node) -> Result<Vec<Vec<u32>>, String> {
     let tag = primitive.tag_name().name();
-    if !matches!(tag, "triangles" | "polylist" | "polygons" | "trifans" | "tristrips") {
-        return Ok(Vec::new());
+    match tag {
+        "triangles" | "polylist" | "polygons" | "trifans" | "tristrips" => {}
+        "source" | "vertices" | "lines" | "linestrips" | "extra" | "asset" => return Ok(Vec::new()),
+        _ => return Err(format!("has a <{tag}> in a <mesh>; export it as triangles")),
     }
     if child(primitive, "ph").is_some() {
         return Err("has polygons with holes (<ph>); export it as triangles".into());
@@ -78,14 +58,21 @@ fn faces(primitive: Node, vertices: Node) -> Result<Vec<[u32; 3]>, String> {
     let lists = corner_lists(primitive, vertices)?;
     if matches!(tag, "triangles" | "polylist") {
         let corners = lists.concat();
-        return Ok(polygons(primitive, &corners)?.into_iter().flat_map(fan).collect());
+        return Ok(polygons(primitive, &corners)?.into_iter().map(<[u32]>::to_vec).collect());
     }
     check_count(primitive, lists.len())?;
+    if tag == "polygons" {
+        return Ok(lists);
+    }
+    if let Some(short) = lists.iter().find(|list| list.len() < 3) {
+        let complaint = format!("has a strip or fan of {} corners", short.len());
+        return Err(damaged(primitive, complaint));
+    }
     let lists = lists.iter().map(Vec::as_slice);
     Ok(if tag == "tristrips" {
-        lists.flat_map(strip).collect()
+        lists.flat_map(strip).map(Vec::from).collect()
     } else {
-        lists.flat_map(fan).collect()
+        lists.flat_map(fan).map(Vec::from).collect()
     })
 }
 
@@ -149,13 +136,20 @@ fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
         .map(|(at, of)| if at % 2 == 0 { [of[0], of[1], of[2]] } else { [of[0], of[2], of[1]] })
 }
 
-fn input<'a, 'input>(node: Node<'a, 'input>, semantic: &str) -> Result<Node<'a, 'input>, String> {
+pub(crate) fn input<'a, 'input>(
+    node: Node<'a, 'input>,
+    semantic: &str,
+) -> Result<Node<'a, 'input>, String> {
     let mut inputs = children(node, "input");
     let found = inputs.find(|input| input.attribute("semantic") == Some(semantic));
     found.ok_or_else(|| damaged(node, format!("has no <input semantic=\"{semantic}\">")))
 }
 
-fn whole_number(element: Node, attribute: &str, default: usize) -> Result<usize, String> {
+pub(crate) fn whole_number(
+    element: Node,
+    attribute: &str,
+    default: usize,
+) -> Result<usize, String> {
     let Some(text) = element.attribute(attribute) else { return Ok(default) };
     text.trim()
         .parse()
@@ -163,7 +157,7 @@ fn whole_number(element: Node, attribute: &str, default: usize) -> Result<usize,
 }
 
 /// An error unless as much was found in an element as its `count` says.
-fn check_count(element: Node, found: usize) -> Result<(), String> {
+pub(crate) fn check_count(element: Node, found: usize) -> Result<(), String> {
     match whole_number(element, "count", found)? {
         said if said != found => {
             Err(damaged(element, format!("says count=\"{said}\" but holds {found}")))

@@ -1,6 +1,5 @@
 //! Triangle meshes from STL, OBJ and COLLADA files.
 
-use crate::mesh::collada;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -12,6 +11,9 @@ use crate::base::text_file::{NUMBER_MAX, absolute, read_bytes};
 use crate::geometry::convex_hull::hull_points;
 use crate::geometry::shape::MeshSource;
 use crate::geometry::shape::Shape;
+use crate::mesh::format::{Format, foreign, format_of};
+use crate::mesh::raw_mesh::{BentFace, MeshError, RawMesh, Welder};
+use crate::mesh::{collada, obj, stl};
 
 /// Largest mesh file, bytes.
 const MESH_BYTES_MAX: u64 = 1 << 30;
@@ -20,6 +22,8 @@ const DOUBLE_AREA_SQUARED_MIN: f64 = 1e-24;
 /// The coarsest grid of vertices that is still exact enough, m. STL and OBJ files are read in
 /// single precision.
 const GRID_MAX: f64 = 5e-4;
+/// Corners of a face further off its plane leave open where its surface is, m.
+const OFF_PLANE_MAX: f64 = 1e-3;
 
 /// Meshes by file, each read once, with the digests of all of them in the order of first use.
 #[derive(Debug, Default)]
@@ -28,16 +32,11 @@ pub(crate) struct MeshStore {
     digests: Vec<Digest>,
 }
 
-#[derive(Debug, Default)]
-pub(crate) struct RawMesh {
-    vertices: Vec<DVec3>,
-    pub(crate) triangles: Vec<[u32; 3]>,
-}
-
 impl MeshStore {
     /// The surface in a file, scaled. A mirroring scale keeps its normals outward.
     pub(crate) fn surface(&mut self, path: &Path, scale: DVec3) -> Result<Shape, String> {
         let (vertices, mut triangles) = self.scaled(path, scale)?;
+        self.check_flat_faces(path, scale)?;
         if scale.x * scale.y * scale.z < 0.0 {
             triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
         }
@@ -46,6 +45,11 @@ impl MeshStore {
             return Err(format!("mesh {} has no triangle of any area", path.display()));
         }
         Ok(Shape::Mesh { vertices, triangles, source: MeshSource { path: absolute(path), scale } })
+    }
+
+    /// Whether a file holds any triangles. CAD programs write files without for frames.
+    pub(crate) fn has_triangles(&mut self, path: &Path) -> Result<bool, String> {
+        Ok(!self.load(path)?.triangles.is_empty())
     }
 
     /// The convex hull of a file's triangles, scaled.
@@ -67,27 +71,52 @@ impl MeshStore {
             return Err("scale holds 0; leave it out to keep the file's size".into());
         }
         let mesh = self.load(path)?;
+        if mesh.triangles.is_empty() {
+            return Err(format!("mesh {} holds no triangles", path.display()));
+        }
         let vertices: Vec<DVec3> = mesh.vertices.iter().map(|vertex| *vertex * scale).collect();
         let farthest = vertices.iter().map(|vertex| vertex.abs().max_element()).fold(0.0, f64::max);
         if farthest > NUMBER_MAX {
             return Err(format!(
-                "mesh {} has a vertex at {farthest}, beyond {NUMBER_MAX:e}",
-                path.display()
+                "mesh {} has a vertex at {farthest} m, beyond {NUMBER_MAX:e} m{}",
+                path.display(),
+                question(scale)
             ));
         }
-        if !is_collada(path) && farthest * f64::from(f32::EPSILON) > GRID_MAX {
+        if mesh.is_single && farthest * f64::from(f32::EPSILON) > GRID_MAX {
             return Err(format!(
-                "mesh {} reaches {farthest} m from its origin, where single precision is too coarse; move it there and give the shape a pose",
-                path.display()
+                "mesh {} reaches {farthest} m from its origin, where single precision is too coarse{}; if metres are meant, move it there and give the shape a pose",
+                path.display(),
+                question(scale)
             ));
         }
         Ok((vertices, mesh.triangles.clone()))
     }
 
+    /// Refuses a face that has no surface because it is no plane polygon.
+    fn check_flat_faces(&mut self, path: &Path, scale: DVec3) -> Result<(), String> {
+        let Some(BentFace { off_plane, line }) = &self.load(path)?.most_bent else { return Ok(()) };
+        let off_plane = off_plane * scale.abs().max_element();
+        if off_plane <= OFF_PLANE_MAX {
+            return Ok(());
+        }
+        let how = if off_plane.is_finite() {
+            format!("with corners {:.1} mm off its plane", 1e3 * off_plane)
+        } else {
+            "whose outline crosses itself".into()
+        };
+        let line = line.map(|line| format!(":{line}")).unwrap_or_default();
+        Err(format!("mesh {}{line} has a face {how}; export it as triangles", path.display()))
+    }
+
     fn load(&mut self, path: &Path) -> Result<&RawMesh, String> {
         if !self.files.contains_key(path) {
-            let in_file = |message: String| format!("mesh {} {message}", path.display());
-            let bytes = read_bytes(path, MESH_BYTES_MAX).map_err(in_file)?;
+            let in_file = |MeshError { line, message }: MeshError| match line {
+                Some(line) => format!("mesh {}:{line} {message}", path.display()),
+                None => format!("mesh {} {message}", path.display()),
+            };
+            let bytes =
+                read_bytes(path, MESH_BYTES_MAX).map_err(|message| in_file(message.into()))?;
             let mesh = parse(path, &bytes).map_err(in_file)?;
             self.digests.push(Digest::of(&[&bytes]));
             self.files.insert(path.to_owned(), mesh);
@@ -96,73 +125,32 @@ impl MeshStore {
     }
 }
 
-fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, String> {
+/// The longest side of the box around points.
+pub(crate) fn extent(points: &[DVec3]) -> f64 {
+    let low = points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = points.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    (high - low).max_element()
+}
+
+/// Asks whether a file that comes out huge is in millimetres.
+fn question(scale: DVec3) -> &'static str {
+    if scale == DVec3::ONE { ": millimetres? set scale = 0.001" } else { ": is its scale right?" }
+}
+
+/// The content of a file.
+pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<RawMesh, MeshError> {
     let mut welder = Welder::default();
-    if is_collada(path) {
-        collada::read(bytes, &mut welder)?;
-    } else {
-        read_stl_or_obj(path, bytes, &mut welder)?;
-    }
-    if welder.mesh.triangles.is_empty() {
-        return Err("holds no triangles".into());
-    }
+    let format = format_of(path, bytes)?;
+    welder.mesh.is_single = format != Format::Collada;
+    let read = match format {
+        Format::Stl => stl::read(bytes, &mut welder),
+        Format::Obj => obj::read(bytes, &mut welder),
+        Format::Collada => collada::read(bytes, &mut welder),
+    };
+    // What a file is says more than where it differs from what its name says.
+    let foreign = || foreign(path, bytes).filter(|_| format != Format::Stl || !stl::is_text(bytes));
+    read.map_err(|error| foreign().map_or(error, MeshError::from))?;
     Ok(welder.mesh)
-}
-
-fn is_collada(path: &Path) -> bool {
-    !matches!(
-        path.extension().and_then(std::ffi::OsStr::to_str),
-        Some("stl" | "STL" | "obj" | "OBJ")
-    )
-}
-
-fn read_stl_or_obj(path: &Path, bytes: &[u8], welder: &mut Welder) -> Result<(), String> {
-    let no_side_files = |_: &Path| Err(std::io::Error::from(std::io::ErrorKind::NotFound));
-    // mesh-loader 0.1.13 reads STL and OBJ with checked accesses throughout: no damage makes it
-    // panic.
-    let scene = mesh_loader::Loader::default()
-        .load_from_slice_with_reader(bytes, path, no_side_files)
-        .map_err(|error| format!("cannot be parsed: {error}"))?;
-    for part in &scene.meshes {
-        for face in &part.faces {
-            let [a, b, c] = face.map(|index| {
-                let vertex = part.vertices.get(index as usize);
-                vertex.ok_or_else(|| {
-                    format!("has a triangle with vertex {index} of {}", part.vertices.len())
-                })
-            });
-            welder.push([*a?, *b?, *c?].map(|vertex| DVec3::from_array(vertex.map(f64::from))))?;
-        }
-    }
-    Ok(())
-}
-
-/// Joins vertices at the same place, which STL files repeat for every triangle.
-#[derive(Default)]
-pub(crate) struct Welder {
-    index: BTreeMap<[u64; 3], u32>,
-    pub(crate) mesh: RawMesh,
-}
-
-impl Welder {
-    pub(crate) fn push(&mut self, corners: [DVec3; 3]) -> Result<(), String> {
-        if let Some(vertex) = corners.iter().find(|vertex| !vertex.is_finite()) {
-            return Err(format!("has a vertex that is not finite: {vertex}"));
-        }
-        let triangle = corners.map(|vertex| self.weld(vertex));
-        self.mesh.triangles.push(triangle);
-        Ok(())
-    }
-
-    fn weld(&mut self, vertex: DVec3) -> u32 {
-        // The sum turns -0 into 0.
-        let vertex = vertex + DVec3::ZERO;
-        let next = self.mesh.vertices.len() as u32;
-        *self.index.entry(vertex.to_array().map(f64::to_bits)).or_insert_with(|| {
-            self.mesh.vertices.push(vertex);
-            next
-        })
-    }
 }
 
 fn has_area([a, b, c]: [DVec3; 3]) -> bool {

@@ -5,7 +5,7 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
@@ -91,11 +91,7 @@ fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<
         let first = waypoints.len().saturating_sub(1);
         let repeated = usize::from(!waypoints.is_empty());
         waypoints.extend(
-            chunk
-                .waypoints()
-                .iter()
-                .skip(repeated)
-                .map(|waypoint| waypoint_block(waypoint, robot.joints.len())),
+            chunk.waypoints().iter().skip(repeated).map(|waypoint| waypoint_block(waypoint, robot)),
         );
         let last = waypoints.len().saturating_sub(1);
         let mode = SupportMode::from_wire(chunk.mode).map_or("unknown", SupportMode::name);
@@ -109,13 +105,22 @@ fn motion(robot: &RobotModel, chunks: &[PlanChunk]) -> (Vec<WaypointBlock>, Vec<
     (waypoints, phases)
 }
 
-fn waypoint_block(waypoint: &Waypoint, joints: usize) -> WaypointBlock {
-    WaypointBlock {
-        t: waypoint.time,
-        root_xyz: waypoint.root_position,
-        root_quat_xyzw: waypoint.root_rotation,
-        q: waypoint.q.iter().take(joints).copied().collect(),
+fn waypoint_block(waypoint: &Waypoint, robot: &RobotModel) -> WaypointBlock {
+    let (root_xyz, root_quat_xyzw) = root_pose(waypoint, robot);
+    let q = waypoint.q.iter().take(robot.joints.len()).copied().collect();
+    WaypointBlock { t: waypoint.time, root_xyz, root_quat_xyzw, q }
+}
+
+/// Where the URDF's root link is: a plan file knows no other root.
+fn root_pose(waypoint: &Waypoint, robot: &RobotModel) -> ([f64; 3], [f64; 4]) {
+    let (position, rotation) = (waypoint.root_position, waypoint.root_rotation);
+    let root_from_urdf_root = robot.root_from_urdf_root();
+    if root_from_urdf_root == Pose::IDENTITY {
+        return (position, rotation);
     }
+    let world_from_root = Pose::from_parts(position.into(), DQuat::from_array(rotation));
+    let pose = pose_block(&(world_from_root * root_from_urdf_root));
+    (pose.xyz, pose.quat_xyzw)
 }
 
 fn contact_block(contact: &Contact, robot: &RobotModel) -> ContactBlock {
@@ -205,7 +210,7 @@ fn start_block(robot: &RobotModel, scenario: &Scenario, chunks: &[PlanChunk]) ->
     if let Some([first, ..]) =
         chunks.first().map(PlanChunk::waypoints).filter(|_| contacts.len() < robot.feet.len())
     {
-        let (root_xyz, root_quat_xyzw) = (first.root_position, first.root_rotation);
+        let (root_xyz, root_quat_xyzw) = root_pose(first, robot);
         return EndBlock::Config {
             root_xyz,
             root_quat_xyzw,

@@ -1,15 +1,17 @@
 //! Validates joints: kinds, axes, limits, and which of them are locked.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
 use crate::base::input_error::InputError;
 use crate::base::spatial::Pose;
-use crate::base::spatial::rotation_from_rpy;
-use crate::base::text_file::FileLocation;
+use crate::base::text_file::{FileLocation, NUMBER_MAX};
 
 use crate::robot::model::{ACCELERATION_DEFAULT, Joint, JointKind, LockedJoint};
 use crate::robot::spec::{JointValues, RobotSpec};
 use crate::robot::urdf::Urdf;
+use crate::robot::urdf_joint::{JointType, Limit, UrdfJoint};
 
 /// What becomes of a URDF joint.
 pub(crate) enum JointRole {
@@ -22,78 +24,90 @@ pub(crate) enum JointRole {
     Locked(Pose, LockedJoint),
 }
 
-/// The joint frame in the parent link's frame.
-pub(crate) fn parent_from_joint(joint: &urdf_rs::Joint) -> Pose {
-    pose_from_origin(&joint.origin)
-}
-
-/// The pose that a URDF `<origin>` states.
-pub(crate) fn pose_from_origin(origin: &urdf_rs::Pose) -> Pose {
-    let [roll, pitch, yaw] = *origin.rpy;
-    Pose::from_parts(DVec3::from_array(*origin.xyz), rotation_from_rpy(roll, pitch, yaw))
-}
-
 /// Decides what a URDF joint becomes under a robot file.
 pub(crate) fn joint_role(
     urdf: &Urdf,
     index: usize,
     spec: &RobotSpec,
 ) -> Result<JointRole, InputError> {
-    let joint = &urdf.robot.joints[index];
+    let joint = &urdf.joints[index];
     let kind = match joint.joint_type {
-        urdf_rs::JointType::Fixed => return Ok(JointRole::Fixed(parent_from_joint(joint))),
-        urdf_rs::JointType::Revolute | urdf_rs::JointType::Continuous => JointKind::Revolute,
-        urdf_rs::JointType::Prismatic => JointKind::Prismatic,
-        _ => {
+        JointType::Fixed => return Ok(JointRole::Fixed(joint.parent_from_joint)),
+        JointType::Revolute | JointType::Continuous => JointKind::Revolute,
+        JointType::Prismatic => JointKind::Prismatic,
+        JointType::Floating | JointType::Planar => {
             return Err(input_error(
-                urdf,
-                index,
-                "moves in more than one direction; only revolute, continuous, prismatic and fixed joints are supported",
+                joint,
+                "moves in more than one direction; only revolute, continuous, prismatic and fixed joints are supported, and one floating joint from a bare root link",
             ));
         }
     };
-    let axis = unit_axis(joint).map_err(|message| input_error(urdf, index, message))?;
+    let axis = joint.axis;
     let position = match spec.locked.get(&joint.name) {
         Some((position, location)) => {
-            check_locked_position(urdf, index, *position, location)?;
+            check_locked_position(joint, *position, location)?;
             Some(*position)
         }
         None => followed_position(urdf, index, spec)?,
     };
     match position {
-        None => moving_joint(urdf, index, kind, axis, spec),
+        None => moving_joint(joint, kind, axis, spec),
         Some(position) => {
-            let locked = locked_joint(urdf, index, (kind, axis), position, spec)?;
+            let locked = locked_joint(joint, (kind, axis), position, spec)?;
             Ok(JointRole::Locked(locked.parent_from_joint * kind.motion(axis, position), locked))
         }
     }
 }
 
-/// Where a joint is held that mimics one that is held; `None` for one that mimics none.
+/// Where a joint is held that mimics one that is held, or that never moves; `None` for one that
+/// mimics none, or none that the file has.
 fn followed_position(
     urdf: &Urdf,
     index: usize,
     spec: &RobotSpec,
 ) -> Result<Option<f64>, InputError> {
-    let Some(mimic) = &urdf.robot.joints[index].mimic else { return Ok(None) };
-    let Some((leader, _)) = spec.locked.get(&mimic.joint) else {
+    let joint = &urdf.joints[index];
+    let Some(mimic) = &joint.mimic else { return Ok(None) };
+    let Some(leader) = held_position(urdf, &mimic.joint, spec) else {
+        if !urdf.joints.iter().any(|joint| joint.name == mimic.joint) || mimic.joint == joint.name {
+            return Ok(None);
+        }
         let message = format!(
             "mimics '{}', which moves; lock that one in the robot file, and this one is held with it",
             mimic.joint
         );
-        return Err(input_error(urdf, index, message));
+        return Err(input_error(joint, message));
     };
-    let position = mimic.multiplier.unwrap_or(1.0) * leader + mimic.offset.unwrap_or(0.0);
-    match locked_limits(urdf, index) {
+    let position = mimic.multiplier * leader + mimic.offset;
+    match locked_limits(joint) {
         (lower, upper) if (lower..=upper).contains(&position) => Ok(Some(position)),
         (lower, upper) => {
             let message = format!(
                 "mimics '{}' to {position}, outside its limits {lower}..{upper}; lock it, too",
                 mimic.joint
             );
-            Err(input_error(urdf, index, message))
+            Err(input_error(joint, message))
         }
     }
+}
+
+/// Where a joint is held: locked, fixed, or by the joint that it mimics.
+fn held_position(urdf: &Urdf, name: &str, spec: &RobotSpec) -> Option<f64> {
+    let (mut name, mut factor, mut offset) = (name, 1.0, 0.0);
+    // More steps than joints would go round in a circle.
+    for _ in 0..urdf.joints.len() {
+        if let Some((position, _)) = spec.locked.get(name) {
+            return Some(factor * position + offset);
+        }
+        let joint = urdf.joints.iter().find(|joint| joint.name == name)?;
+        if joint.joint_type == JointType::Fixed {
+            return Some(offset);
+        }
+        let mimic = joint.mimic.as_ref()?;
+        (name, offset) = (&mimic.joint, offset + factor * mimic.offset);
+        factor *= mimic.multiplier;
+    }
+    None
 }
 
 /// Refuses names in a table that are not moving joints of the URDF.
@@ -101,56 +115,62 @@ pub(crate) fn check_names(
     urdf: &Urdf,
     table: &str,
     values: &JointValues,
-) -> Result<(), InputError> {
+    complaints: &mut Vec<InputError>,
+) {
     for (name, (_, location)) in values {
-        let input_error = |message: &str| Err(location.error(format!("{table} '{name}'"), message));
-        match urdf.robot.joints.iter().find(|joint| joint.name == *name) {
-            None => return input_error("the URDF has no joint of this name"),
-            Some(joint) if joint.joint_type == urdf_rs::JointType::Fixed => {
-                return input_error("this joint is fixed; remove the entry");
+        let message = match urdf.joints.iter().find(|joint| joint.name == *name) {
+            None => "the URDF has no joint of this name",
+            Some(joint) if joint.joint_type == JointType::Fixed => {
+                "this joint is fixed; remove the entry"
             }
-            Some(_) => {}
-        }
+            Some(_) => continue,
+        };
+        complaints.push(location.error(format!("{table} '{name}'"), message));
     }
-    Ok(())
 }
 
 fn moving_joint(
-    urdf: &Urdf,
-    index: usize,
+    joint: &UrdfJoint,
     kind: JointKind,
     axis: DVec3,
     spec: &RobotSpec,
 ) -> Result<JointRole, InputError> {
-    let joint = &urdf.robot.joints[index];
-    let facts = &urdf.joint_facts[index];
-    let refuse = |message: String| Err(input_error(urdf, index, message));
-    if !facts.has_limit {
-        return refuse(
-            "has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file"
-                .into(),
-        );
-    }
-    let (lower, upper) = position_limits(joint);
-    if lower >= upper || !lower.is_finite() || !upper.is_finite() {
-        return refuse(format!(
+    let Some(limit) = &joint.limit else {
+        return Err(input_error(
+            joint,
+            "has no <limit>; state lower, upper, effort and velocity, or lock it in the robot file",
+        ));
+    };
+    let (lower, upper) = position_limits(joint, limit);
+    let mut errors = Vec::new();
+    let mut refuse = |message: String| {
+        errors.push(limit.location.error(format!("joint '{}'", joint.name), message))
+    };
+    if !(lower < upper && lower.is_finite() && upper.is_finite()) {
+        refuse(format!(
             "its limits {lower}..{upper} leave no room to move; correct them or lock it in the robot file"
         ));
     }
-    if !(joint.limit.effort > 0.0 && joint.limit.effort.is_finite()) {
-        return refuse(format!(
-            "effort must be positive, but is {}; state it in <limit>, or lock the joint in the robot file",
-            joint.limit.effort
-        ));
-    }
-    if !(joint.limit.velocity > 0.0 && joint.limit.velocity.is_finite()) {
-        return refuse(format!(
-            "velocity must be positive, but is {}; state it in <limit>, or lock the joint in the robot file",
-            joint.limit.velocity
-        ));
-    }
-    let effort = tightened_effort(joint, joint.limit.effort, spec)?;
-    let (velocity, acceleration) = (joint.limit.velocity, acceleration(joint, spec)?);
+    let mut positive = |name: &str, stated: Option<f64>, instead: &str| match stated {
+        Some(number) if number > 0.0 => number.min(NUMBER_MAX),
+        Some(number) => {
+            refuse(format!(
+                "{name} must be positive, but is {number}; state it in <limit>{instead}, or lock the joint in the robot file"
+            ));
+            0.0
+        }
+        None => {
+            refuse(format!("its <limit> has no {name}; state it{instead}, or lock the joint"));
+            0.0
+        }
+    };
+    let stated_here = spec.effort_limits.get(&joint.name).map(|(effort, _)| *effort);
+    let stated_effort = limit.effort.filter(|effort| *effort != 0.0).or(stated_here);
+    let effort = positive("effort", stated_effort.or(limit.effort), " or under [effort_limits]");
+    let velocity = positive("velocity", limit.velocity, "");
+    InputError::all(errors)?;
+    let effort = tightened_effort(joint, effort, spec)?;
+    let acceleration = acceleration(joint, spec)?;
     Ok(JointRole::Moving(Joint {
         name: joint.name.clone(),
         kind,
@@ -166,19 +186,18 @@ fn moving_joint(
 
 /// A locked joint needs no limits of its own: what is not stated is not limited.
 fn locked_joint(
-    urdf: &Urdf,
-    index: usize,
+    joint: &UrdfJoint,
     (kind, axis): (JointKind, DVec3),
     position: f64,
     spec: &RobotSpec,
 ) -> Result<LockedJoint, InputError> {
-    let joint = &urdf.robot.joints[index];
-    let stated = |limit: f64| {
-        if urdf.joint_facts[index].has_limit && limit > 0.0 { limit } else { f64::INFINITY }
+    let stated = |limit: fn(&Limit) -> Option<f64>| {
+        let limit = joint.limit.as_ref().and_then(limit);
+        limit.filter(|limit| *limit > 0.0).unwrap_or(f64::INFINITY)
     };
-    let effort = tightened_effort(joint, stated(joint.limit.effort), spec)?;
-    let (lower, upper) = locked_limits(urdf, index);
-    let (velocity, acceleration) = (stated(joint.limit.velocity), acceleration(joint, spec)?);
+    let effort = tightened_effort(joint, stated(|limit| limit.effort), spec)?;
+    let (lower, upper) = locked_limits(joint);
+    let (velocity, acceleration) = (stated(|limit| limit.velocity), acceleration(joint, spec)?);
     let joint_model = Joint {
         name: joint.name.clone(),
         kind,
@@ -190,29 +209,27 @@ fn locked_joint(
         velocity,
         acceleration,
     };
-    Ok(LockedJoint { joint: joint_model, position, parent_from_joint: parent_from_joint(joint) })
+    Ok(LockedJoint { joint: joint_model, position, parent_from_joint: joint.parent_from_joint })
 }
 
 /// Where a joint may be locked.
-fn locked_limits(urdf: &Urdf, index: usize) -> (f64, f64) {
-    let joint = &urdf.robot.joints[index];
-    let is_bounded =
-        urdf.joint_facts[index].has_limit && joint.joint_type != urdf_rs::JointType::Continuous;
-    if is_bounded { position_limits(joint) } else { (f64::NEG_INFINITY, f64::INFINITY) }
+fn locked_limits(joint: &UrdfJoint) -> (f64, f64) {
+    let range = joint.limit.as_ref().and_then(|limit| limit.range);
+    range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY))
 }
 
-fn position_limits(joint: &urdf_rs::Joint) -> (f64, f64) {
+/// Where a joint may move. One turn for a joint that turns on and on, whichever way the file says
+/// so.
+fn position_limits(joint: &UrdfJoint, limit: &Limit) -> (f64, f64) {
+    let range = limit.range.unwrap_or((0.0, 0.0));
     match joint.joint_type {
-        urdf_rs::JointType::Continuous => (-std::f64::consts::PI, std::f64::consts::PI),
-        _ => (joint.limit.lower, joint.limit.upper),
+        JointType::Continuous => (-PI, PI),
+        JointType::Revolute if range == (f64::NEG_INFINITY, f64::INFINITY) => (-PI, PI),
+        _ => range,
     }
 }
 
-fn tightened_effort(
-    joint: &urdf_rs::Joint,
-    stated: f64,
-    spec: &RobotSpec,
-) -> Result<f64, InputError> {
+fn tightened_effort(joint: &UrdfJoint, stated: f64, spec: &RobotSpec) -> Result<f64, InputError> {
     let limit = match spec.effort_limits.get(&joint.name) {
         None => stated,
         Some((effort, _)) if *effort > 0.0 && *effort <= stated => *effort,
@@ -225,24 +242,31 @@ fn tightened_effort(
     Ok(limit * spec.effort_scale)
 }
 
-fn acceleration(joint: &urdf_rs::Joint, spec: &RobotSpec) -> Result<f64, InputError> {
+/// The acceleration of the robot file, at most that of the URDF, where one of them says one.
+fn acceleration(joint: &UrdfJoint, spec: &RobotSpec) -> Result<f64, InputError> {
+    let stated = joint.limit.as_ref().and_then(|limit| limit.acceleration);
+    let stated = stated.filter(|stated| stated.is_finite());
     match spec.accelerations.get(&joint.name) {
-        None => Ok(ACCELERATION_DEFAULT),
-        Some((limit, _)) if *limit > 0.0 => Ok(*limit),
-        Some((limit, location)) => Err(location.error(
-            format!("[accelerations] '{}'", joint.name),
-            format!("is {limit}; it must be positive"),
-        )),
+        None => Ok(stated.unwrap_or(ACCELERATION_DEFAULT)),
+        Some((limit, _)) if *limit > 0.0 && stated.is_none_or(|stated| *limit <= stated) => {
+            Ok(*limit)
+        }
+        Some((limit, location)) => {
+            let most = stated.map(|stated| format!(" and at most the URDF's {stated}"));
+            Err(location.error(
+                format!("[accelerations] '{}'", joint.name),
+                format!("is {limit}; it must be positive{}", most.unwrap_or_default()),
+            ))
+        }
     }
 }
 
 fn check_locked_position(
-    urdf: &Urdf,
-    index: usize,
+    joint: &UrdfJoint,
     position: f64,
     location: &FileLocation,
 ) -> Result<(), InputError> {
-    let (name, (lower, upper)) = (&urdf.robot.joints[index].name, locked_limits(urdf, index));
+    let (name, (lower, upper)) = (&joint.name, locked_limits(joint));
     if !(lower..=upper).contains(&position) {
         return Err(location.error(
             format!("[locked] '{name}'"),
@@ -252,16 +276,6 @@ fn check_locked_position(
     Ok(())
 }
 
-fn unit_axis(joint: &urdf_rs::Joint) -> Result<DVec3, String> {
-    let axis = DVec3::from_array(*joint.axis.xyz);
-    match axis.try_normalize() {
-        Some(axis) => Ok(axis),
-        None => Err(format!("its axis {:?} has no direction", *joint.axis.xyz)),
-    }
-}
-
-fn input_error(urdf: &Urdf, index: usize, message: impl Into<String>) -> InputError {
-    urdf.joint_facts[index]
-        .location
-        .error(format!("joint '{}'", urdf.robot.joints[index].name), message)
+fn input_error(joint: &UrdfJoint, message: impl Into<String>) -> InputError {
+    joint.location.error(format!("joint '{}'", joint.name), message)
 }

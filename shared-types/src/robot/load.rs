@@ -6,19 +6,22 @@ use crate::base::digest::Digest;
 use crate::base::input_error::InputError;
 use crate::base::limits::JOINTS_MAX;
 use crate::base::spatial::Pose;
-use crate::base::spatial::yaw_of;
+use crate::base::spatial::{wrap_angle, yaw_of};
 use crate::base::text_file::absolute;
 use crate::mesh::store::MeshStore;
 use crate::plan_format::blocks::RobotBlock;
 
 use crate::robot::exact_meshes::misleading_hulls;
-use crate::robot::joints::{JointRole, check_names, joint_role, parent_from_joint};
+use crate::robot::feet::build_feet;
+use crate::robot::joints::{JointRole, check_names, joint_role};
 use crate::robot::links::{build_link, check_moving_masses};
-use crate::robot::model::{Attachment, Foot, Joint, Link, LockedJoint, RobotModel};
+use crate::robot::merge::merge_fixed_links;
+use crate::robot::mesh_size::check_mesh_sizes;
+use crate::robot::model::{Attachment, Joint, Link, LockedJoint, RobotModel};
 use crate::robot::robot_file::{read_robot_file, spec_from_block};
-use crate::robot::sole::check_sole;
-use crate::robot::spec::{FootSpec, RobotSpec};
+use crate::robot::spec::RobotSpec;
 use crate::robot::tree::{TreeLink, sort_links};
+use crate::robot::turned_root::turn_root;
 use crate::robot::urdf::{Urdf, read_urdf};
 
 /// Feet turned farther out or in than this (rad) do not point ahead.
@@ -28,15 +31,15 @@ const FORWARD_TURN_MAX: f64 = std::f64::consts::FRAC_PI_4;
 ///
 /// The file names the `urdf` (relative to it) and the two `[[feet]]` (`name` "left" or "right",
 /// `link`, `sole_xyz` in m and `sole_rpy` in rad in the link frame, `polygon` in m in the sole
-/// frame), and optionally the `root` link it expects, `exact_meshes` (links whose collision meshes
+/// frame), and optionally the `root` link it expects, how the planned root stands in it
+/// (`root_rpy`, rad), `exact_meshes` (links whose collision meshes
 /// are kept; others become convex hulls, unless these alone would overlap), and the tables
 /// `[standing]` (joint positions; joints not listed stand as near to 0 as their limits allow),
 /// `[locked]` (joints held still, and with them those that mimic one) and `[effort_limits]` (N m or
 /// N, at most the URDF's). A `continuous` joint gets the limits -pi and pi.
 ///
 /// # Errors
-/// The first thing in the file, the URDF or a mesh that is out of order, with its file, line and
-/// element.
+/// All that is out of order in the file, the URDF and its meshes, with file, line and element.
 pub fn load_robot(robot_toml: &Path) -> Result<RobotModel, InputError> {
     let spec = read_robot_file(robot_toml)?;
     let robot = build_robot(&spec)?;
@@ -44,22 +47,34 @@ pub fn load_robot(robot_toml: &Path) -> Result<RobotModel, InputError> {
     Ok(robot)
 }
 
-/// Refuses a foot that does not point where the root does.
+/// Refuses feet that do not point where the root does.
 fn check_forward(robot: &RobotModel, spec: &RobotSpec) -> Result<(), InputError> {
     let root_from_links = robot.root_from_links(&robot.standing_q);
-    for (foot, foot_spec) in robot.feet.iter().zip(&spec.feet) {
-        let toes = yaw_of((root_from_links[foot.link] * foot.link_from_sole).rotation);
+    let toes: Vec<f64> = robot
+        .feet
+        .iter()
+        .map(|foot| yaw_of((root_from_links[foot.link] * foot.link_from_sole).rotation))
+        .collect();
+    let is_apart = |yaw: &f64| wrap_angle(yaw - toes[0]).abs() > FORWARD_TURN_MAX;
+    let remedy = if toes.iter().any(is_apart) {
+        "turn the sole (sole_rpy)".to_owned()
+    } else {
+        let turn = robot.root_from_urdf_root().rotation.inverse();
+        let yaw = wrap_angle(yaw_of(turn) + toes[0]);
+        format!("root_rpy = [0, 0, {yaw:.5}] in the robot file turns the root")
+    };
+    let mut complaints = Vec::new();
+    for ((foot, foot_spec), toes) in robot.feet.iter().zip(&spec.feet).zip(&toes) {
         if toes.abs() > FORWARD_TURN_MAX {
             let root = &robot.links[0].name;
             let message = format!(
-                "its sole's x points {:.0} degrees off the x axis of the root link '{root}' in the standing posture; both must point ahead: \
-                 turn the sole, or hang the root on a new root link by a fixed joint that turns it",
+                "its sole's x points {:.0} degrees off the x axis of the root link '{root}' in the standing posture; both must point ahead: {remedy}",
                 toes.to_degrees()
             );
-            return Err(foot_spec.location.error(format!("foot '{}'", foot.name), message));
+            complaints.push(foot_spec.location.error(format!("foot '{}'", foot.name), message));
         }
     }
-    Ok(())
+    InputError::all(complaints)
 }
 
 /// Builds the robot that a plan file names. Its URDF is relative to `base_dir`; errors in the block
@@ -77,85 +92,154 @@ pub fn robot_from_block(
     build_robot(&spec_from_block(block, base_dir, plan_path)?)
 }
 
+/// Builds the robot, or finds as many mistakes at once as it can.
 fn build_robot(spec: &RobotSpec) -> Result<RobotModel, InputError> {
-    let urdf = read_urdf(&spec.urdf_path)?;
-    check_names(&urdf, "[standing]", &spec.standing)?;
-    check_names(&urdf, "[locked]", &spec.locked)?;
-    check_names(&urdf, "[effort_limits]", &spec.effort_limits)?;
-    check_names(&urdf, "[accelerations]", &spec.accelerations)?;
-    let tree = sort_links(&urdf)?;
-    check_root(&urdf, &tree, spec)?;
+    let mut complaints = Vec::new();
+    let urdf = read_urdf(&spec.urdf_path, &mut complaints)?;
+    check_names(&urdf, "[standing]", &spec.standing, &mut complaints);
+    check_names(&urdf, "[locked]", &spec.locked, &mut complaints);
+    check_names(&urdf, "[effort_limits]", &spec.effort_limits, &mut complaints);
+    check_names(&urdf, "[accelerations]", &spec.accelerations, &mut complaints);
+    check_exact_meshes(&urdf, spec, &mut complaints);
+    let roles = joint_roles(&urdf, spec, &mut complaints);
     let mut meshes = MeshStore::default();
-    let (links, joints) = build_bodies(&urdf, &tree, spec, &mut meshes)?;
-    check_moving_masses(&urdf, &tree, &links)?;
-    let feet = build_feet(spec, &links)?;
+    let tree = sort_links(&urdf, &mut complaints);
+    let (Some(tree), Some(roles)) = (&tree, roles) else {
+        // Meshes may be wrong as well.
+        let mut build = |at| build_link(&urdf, at, false, &mut meshes, &mut complaints);
+        (0..urdf.links.len()).for_each(|at| drop(build(at)));
+        return Err(first_of(complaints, &urdf));
+    };
+    check_root(&urdf, tree, spec, &mut complaints);
+    let known = complaints.len();
+    let mut links = build_links(&urdf, tree, spec, &mut meshes, &mut complaints);
+    let has_all_shapes = complaints.len() == known;
+    let joints = attach_all(&urdf, tree, roles, &mut links);
+    check_count(&urdf, &joints, &mut complaints);
+    check_moving_masses(&urdf, tree, &links, &mut complaints);
+    // Without all shapes, a sole would be blamed for what its foot lacks.
+    let mut foot_complaints = Vec::new();
+    let (feet, several) = build_feet(spec, &links, &joints.locked, &mut foot_complaints);
+    complaints.extend(foot_complaints.into_iter().filter(|_| has_all_shapes));
     let mut robot = RobotModel {
-        name: urdf.robot.name.clone(),
+        name: urdf.name.clone(),
         urdf_path: absolute(&spec.urdf_path),
-        standing_q: standing_posture(spec, &joints)?,
+        standing_q: standing_posture(spec, &joints, &mut complaints),
         links,
         joints: joints.moving,
         feet,
         locked_joints: joints.locked,
         digest: Digest::default(),
     };
-    keep_surfaces(&urdf, &tree, &mut robot, &mut meshes);
-    robot.digest = Digest::of(&[urdf.source.text.as_bytes(), &spec.bytes, &meshes.digest().0]);
+    InputError::all(complaints)?;
+    check_mesh_sizes(&robot, &urdf, tree)?;
+    keep_surfaces(&urdf, tree, &mut robot, &mut meshes);
+    several.iter().for_each(|parts| parts.join(&mut robot.links));
+    merge_fixed_links(&mut robot);
+    if let Some(urdf_root_from_root) = spec.urdf_root_from_root {
+        turn_root(&mut robot, urdf_root_from_root);
+    }
+    robot.digest = Digest::of(&[&urdf.bytes, &spec.bytes, &meshes.digest().0]);
     Ok(robot)
+}
+
+/// The complaints, of which there is one at least, as one error.
+fn first_of(complaints: Vec<InputError>, urdf: &Urdf) -> InputError {
+    match InputError::all(complaints) {
+        Err(error) => error,
+        Ok(()) => InputError::file(&urdf.source.path, "its joints form no tree"),
+    }
 }
 
 /// Gives links their exact meshes whose hulls would hide collisions, whichever joints are locked:
 /// which links may touch is decided with all of them moving.
 fn keep_surfaces(urdf: &Urdf, tree: &[TreeLink], robot: &mut RobotModel, meshes: &mut MeshStore) {
-    let exact = |at: usize| build_link(urdf, tree[at].urdf_link, true, meshes).ok();
+    let exact = |at: usize| {
+        let mut complaints = Vec::new();
+        let link = build_link(urdf, tree[at].urdf_link, true, meshes, &mut complaints);
+        complaints.is_empty().then_some(link)
+    };
     for (at, shapes) in misleading_hulls(&robot.unlocked(), exact) {
         robot.links[at].shapes = shapes;
     }
 }
 
-fn check_root(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec) -> Result<(), InputError> {
-    let root = &urdf.robot.links[tree[0].urdf_link].name;
-    match &spec.root {
-        Some((stated, location)) if stated != root => {
-            Err(location
-                .error("root", format!("is '{stated}', but the URDF's root link is '{root}'")))
-        }
-        _ => Ok(()),
+fn check_root(urdf: &Urdf, tree: &[TreeLink], spec: &RobotSpec, complaints: &mut Vec<InputError>) {
+    let root = &urdf.links[tree[0].urdf_link].name;
+    if let Some((stated, location)) = spec.root.as_ref().filter(|(stated, _)| stated != root) {
+        let message = format!("is '{stated}', but the URDF's root link is '{root}'");
+        complaints.push(location.error("root", message));
     }
 }
 
-fn build_bodies(
+fn check_exact_meshes(urdf: &Urdf, spec: &RobotSpec, complaints: &mut Vec<InputError>) {
+    for (name, location) in &spec.exact_meshes {
+        if !urdf.links.iter().any(|link| link.name == *name) {
+            complaints
+                .push(location.error("exact_meshes", format!("the URDF has no link '{name}'")));
+        }
+    }
+}
+
+/// What becomes of each joint of the URDF; `None` where complaints about one were or are made.
+fn joint_roles(
+    urdf: &Urdf,
+    spec: &RobotSpec,
+    complaints: &mut Vec<InputError>,
+) -> Option<Vec<JointRole>> {
+    let mut roles = Vec::with_capacity(urdf.joints.len());
+    for (at, joint) in urdf.joints.iter().enumerate() {
+        if joint.is_broken {
+            continue;
+        }
+        match joint_role(urdf, at, spec) {
+            Ok(role) => roles.push(role),
+            Err(mut error) => {
+                let others = std::mem::take(&mut error.others);
+                complaints.push(error);
+                complaints.extend(others);
+            }
+        }
+    }
+    (roles.len() == urdf.joints.len()).then_some(roles)
+}
+
+fn build_links(
     urdf: &Urdf,
     tree: &[TreeLink],
     spec: &RobotSpec,
     meshes: &mut MeshStore,
-) -> Result<(Vec<Link>, Joints), InputError> {
-    for (name, location) in &spec.exact_meshes {
-        if !urdf.robot.links.iter().any(|link| link.name == *name) {
-            return Err(location.error("exact_meshes", format!("the URDF has no link '{name}'")));
-        }
-    }
-    let mut links = Vec::with_capacity(tree.len());
+    complaints: &mut Vec<InputError>,
+) -> Vec<Link> {
+    let mut build = |node: &TreeLink| {
+        let name = &urdf.links[node.urdf_link].name;
+        let exact = spec.exact_meshes.iter().any(|(exact, _)| exact == name);
+        build_link(urdf, node.urdf_link, exact, meshes, complaints)
+    };
+    tree.iter().map(&mut build).collect()
+}
+
+/// Hangs all links on their parents, and sorts their joints as the tree does.
+fn attach_all(urdf: &Urdf, tree: &[TreeLink], roles: Vec<JointRole>, links: &mut [Link]) -> Joints {
     let mut joints = Joints::default();
+    let mut roles: Vec<Option<JointRole>> = roles.into_iter().map(Some).collect();
     for (at, node) in tree.iter().enumerate() {
-        let exact = spec
-            .exact_meshes
-            .iter()
-            .any(|(name, _)| *name == urdf.robot.links[node.urdf_link].name);
-        let mut link = build_link(urdf, node.urdf_link, exact, meshes)?;
-        if let Some((parent, joint)) = node.parent {
-            link.parent = Some(attach(urdf, spec, (parent, joint, at), &mut joints)?);
-        }
-        links.push(link);
+        let Some((parent, joint)) = node.parent else { continue };
+        let Some(role) = roles[joint].take() else { continue };
+        let parent_from_joint = urdf.joints[joint].parent_from_joint;
+        links[at].parent = Some(attach(role, (parent, at), parent_from_joint, &mut joints));
     }
+    joints
+}
+
+fn check_count(urdf: &Urdf, joints: &Joints, complaints: &mut Vec<InputError>) {
     if joints.moving.len() > JOINTS_MAX {
         let message = format!(
             "{} joints move; at most {JOINTS_MAX} may. Lock some in the robot file",
             joints.moving.len()
         );
-        return Err(InputError::file(&urdf.source.path, message));
+        complaints.push(InputError::file(&urdf.source.path, message));
     }
-    Ok((links, joints))
 }
 
 /// All joints that are not fixed.
@@ -165,14 +249,14 @@ struct Joints {
     locked: Vec<LockedJoint>,
 }
 
-/// Hangs link `child` on link `parent` by a URDF joint, which joins `joints` unless it is fixed.
+/// Hangs link `child` on link `parent` by a joint, which joins `joints` unless it is fixed.
 fn attach(
-    urdf: &Urdf,
-    spec: &RobotSpec,
-    (parent, urdf_joint, child): (usize, usize, usize),
+    role: JointRole,
+    (parent, child): (usize, usize),
+    parent_from_joint: Pose,
     joints: &mut Joints,
-) -> Result<Attachment, InputError> {
-    Ok(match joint_role(urdf, urdf_joint, spec)? {
+) -> Attachment {
+    match role {
         JointRole::Fixed(parent_from_child) => {
             Attachment { parent, parent_from_joint: parent_from_child, joint: None }
         }
@@ -183,68 +267,32 @@ fn attach(
         }
         JointRole::Moving(joint) => {
             joints.moving.push(Joint { child, ..joint });
-            let parent_from_joint = parent_from_joint(&urdf.robot.joints[urdf_joint]);
             Attachment { parent, parent_from_joint, joint: Some(joints.moving.len() - 1) }
         }
-    })
-}
-
-fn build_feet(spec: &RobotSpec, links: &[Link]) -> Result<Vec<Foot>, InputError> {
-    spec.feet
-        .iter()
-        .map(|foot_spec| {
-            let element = format!("foot '{}'", foot_spec.name);
-            let Some(link) = links.iter().position(|link| link.name == foot_spec.link) else {
-                return Err(foot_spec
-                    .location
-                    .error(element, format!("the URDF has no link '{}'", foot_spec.link)));
-            };
-            let (link, link_from_named) = shaped_ancestor(links, link);
-            let FootSpec { name, link_from_sole, polygon, .. } = foot_spec;
-            let foot = Foot {
-                name: name.clone(),
-                link,
-                link_from_sole: link_from_named * *link_from_sole,
-                polygon: polygon.clone(),
-            };
-            check_sole(&foot, &links[link], foot_spec)?;
-            Ok(foot)
-        })
-        .collect()
-}
-
-/// The nearest link from one toward the root that has shapes and to which that one is fixed, as a
-/// frame of a sole is to its foot, and the frame's pose there; the link itself where there is none.
-fn shaped_ancestor(links: &[Link], link: usize) -> (usize, Pose) {
-    let (mut at, mut at_from_link) = (link, Pose::IDENTITY);
-    while links[at].shapes.is_empty() {
-        let Some(Attachment { parent, parent_from_joint, joint: None }) = &links[at].parent else {
-            return (link, Pose::IDENTITY);
-        };
-        (at, at_from_link) = (*parent, *parent_from_joint * at_from_link);
     }
-    (at, at_from_link)
 }
 
-fn standing_posture(spec: &RobotSpec, joints: &Joints) -> Result<Vec<f64>, InputError> {
+fn standing_posture(
+    spec: &RobotSpec,
+    joints: &Joints,
+    complaints: &mut Vec<InputError>,
+) -> Vec<f64> {
     let is_locked = |name: &String| joints.locked.iter().any(|locked| locked.joint.name == *name);
-    if let Some((name, (_, location))) = spec.standing.iter().find(|(name, _)| is_locked(name)) {
+    for (name, (_, location)) in spec.standing.iter().filter(|(name, _)| is_locked(name)) {
         let message = "this joint is locked, or mimics one that is; remove one of the two entries";
-        return Err(location.error(format!("[standing] '{name}'"), message));
+        complaints.push(location.error(format!("[standing] '{name}'"), message));
     }
-    joints
-        .moving
-        .iter()
-        .map(|joint| match spec.standing.get(&joint.name) {
-            None => Ok(0.0_f64.clamp(joint.lower, joint.upper)),
-            Some((position, _)) if (joint.lower..=joint.upper).contains(position) => Ok(*position),
-            Some((position, location)) => Err(location.error(
+    let mut position = |joint: &Joint| {
+        let neutral = 0.0_f64.clamp(joint.lower, joint.upper);
+        let Some((position, location)) = spec.standing.get(&joint.name) else { return neutral };
+        if !(joint.lower..=joint.upper).contains(position) {
+            let limits = format!("{}..{}", joint.lower, joint.upper);
+            complaints.push(location.error(
                 format!("[standing] '{}'", joint.name),
-                format!(
-                    "is {position}, outside the joint's limits {}..{}",
-                    joint.lower, joint.upper
-                ),
-            )),
-        })
-        .collect()
+                format!("is {position}, outside the joint's limits {limits}"),
+            ));
+        }
+        *position
+    };
+    joints.moving.iter().map(&mut position).collect()
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use glam::DQuat;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -22,6 +23,7 @@ use crate::robot::spec::{FOOT_NAMES, FootSpec, JointValues, RobotSpec};
 struct RawRobot {
     urdf: String,
     root: Option<Spanned<String>>,
+    root_rpy: Option<Spanned<[f64; 3]>>,
     #[serde(default)]
     exact_meshes: Vec<Spanned<String>>,
     #[serde(default)]
@@ -62,6 +64,7 @@ pub(crate) fn read_robot_file(path: &Path) -> Result<RobotSpec, InputError> {
         feet: left_and_right(feet, &location)?,
         urdf_path: path.parent().unwrap_or(Path::new("")).join(raw.urdf),
         root: raw.root.map(named),
+        urdf_root_from_root: raw.root_rpy.map(|rpy| root_turn(&rpy, &source)).transpose()?,
         exact_meshes: raw.exact_meshes.into_iter().map(named).collect(),
         standing: joint_values("[standing]", raw.standing, &source)?,
         locked: joint_values("[locked]", raw.locked, &source)?,
@@ -104,6 +107,7 @@ pub(crate) fn spec_from_block(
         feet: left_and_right(feet, &location)?,
         urdf_path: base_dir.join(&block.urdf),
         root: None,
+        urdf_root_from_root: None,
         exact_meshes: block
             .exact_meshes
             .iter()
@@ -124,6 +128,13 @@ fn foot_from_file(foot: Spanned<RawFoot>, source: &TextFile) -> Result<FootSpec,
     let link_from_sole = sole_pose(sole_xyz, sole_rpy)
         .map_err(|message| location.error(format!("foot '{name}'"), message))?;
     FootSpec::new(name, link, link_from_sole, &polygon, location)
+}
+
+fn root_turn(rpy: &Spanned<[f64; 3]>, source: &TextFile) -> Result<DQuat, InputError> {
+    let [roll, pitch, yaw] = *rpy.get_ref();
+    check_numbers("it", rpy.get_ref())
+        .map_err(|message| source.location(rpy.span().start).error("root_rpy", message))?;
+    Ok(rotation_from_rpy(roll, pitch, yaw))
 }
 
 fn sole_pose(xyz: [f64; 3], rpy: [f64; 3]) -> Result<Pose, String> {

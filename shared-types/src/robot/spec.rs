@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use glam::DVec2;
+use glam::{DQuat, DVec2};
 
 use crate::base::input_error::InputError;
 use crate::base::limits::POLYGON_VERTICES_MAX;
@@ -24,6 +24,8 @@ pub(crate) struct RobotSpec {
     pub(crate) urdf_path: PathBuf,
     /// The URDF's root link, if the file states it.
     pub(crate) root: Option<(String, FileLocation)>,
+    /// How the planned root stands in it; as it does unless the file turns it.
+    pub(crate) urdf_root_from_root: Option<DQuat>,
     /// Links whose meshes stay meshes.
     pub(crate) exact_meshes: Vec<(String, FileLocation)>,
     /// The feet, in the order of [`FOOT_NAMES`].

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::base::input_error::InputError;
 
 use crate::robot::urdf::Urdf;
+use crate::robot::urdf_joint::UrdfJoint;
 
 /// A link in the order of the tree: depth first, children in document order.
 pub(crate) struct TreeLink {
@@ -14,60 +15,67 @@ pub(crate) struct TreeLink {
     pub(crate) parent: Option<(usize, usize)>,
 }
 
-/// All links of the URDF, each after its parent.
-///
-/// # Errors
-/// When a joint names an unknown link, a link has two parents, or the joints do not form one tree.
-pub(crate) fn sort_links(urdf: &Urdf) -> Result<Vec<TreeLink>, InputError> {
+/// All links of the URDF, each after its parent; `None` where joints name unknown links, a link
+/// has two parents, or the joints do not form one tree, which joins `complaints`.
+pub(crate) fn sort_links(urdf: &Urdf, complaints: &mut Vec<InputError>) -> Option<Vec<TreeLink>> {
+    let known = complaints.len();
     let index: BTreeMap<&str, usize> =
-        urdf.robot.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
-    let mut parent_joint: Vec<Option<usize>> = vec![None; urdf.robot.links.len()];
-    let mut children: Vec<Vec<(usize, usize)>> = vec![Vec::new(); urdf.robot.links.len()];
-    for (j, joint) in urdf.robot.joints.iter().enumerate() {
-        let input_error = |message: String| {
-            Err(urdf.joint_facts[j].location.error(format!("joint '{}'", joint.name), message))
+        urdf.links.iter().enumerate().map(|(i, link)| (link.name.as_str(), i)).collect();
+    let mut parent_joint: Vec<Option<usize>> = vec![None; urdf.links.len()];
+    let mut children: Vec<Vec<(usize, usize)>> = vec![Vec::new(); urdf.links.len()];
+    for (j, joint) in urdf.joints.iter().enumerate() {
+        let mut input_error = |message: String| {
+            complaints.push(joint.location.error(format!("joint '{}'", joint.name), message));
         };
-        let Some(&parent) = index.get(joint.parent.link.as_str()) else {
-            return input_error(format!(
-                "its parent link '{}' is not in the file",
-                joint.parent.link
-            ));
-        };
-        let Some(&child) = index.get(joint.child.link.as_str()) else {
-            return input_error(format!(
-                "its child link '{}' is not in the file",
-                joint.child.link
-            ));
-        };
+        let ends = [("parent", &joint.parent), ("child", &joint.child)].map(|(end, name)| {
+            let link = index.get(name.as_str()).copied();
+            // That a name is missing is known already.
+            if link.is_none() && !name.is_empty() {
+                input_error(format!("its {end} link '{name}' is not in the file"));
+            }
+            link
+        });
+        let [Some(parent), Some(child)] = ends else { continue };
         if let Some(other) = parent_joint[child] {
-            return input_error(format!(
+            input_error(format!(
                 "its child link '{}' already hangs on joint '{}'",
-                joint.child.link, urdf.robot.joints[other].name
+                joint.child, urdf.joints[other].name
             ));
+            continue;
         }
         parent_joint[child] = Some(j);
         children[parent].push((child, j));
     }
-    let root = only_root(urdf, &parent_joint)?;
+    let has_all_ends = complaints.len() == known && urdf.joints.iter().all(UrdfJoint::has_ends);
+    if !has_all_ends {
+        return None;
+    }
+    let root = only_root(urdf, &parent_joint, complaints)?;
     let sorted = depth_first(root, &children);
-    check_all_reached(urdf, &sorted)?;
-    Ok(sorted)
+    check_all_reached(urdf, &sorted, complaints);
+    (complaints.len() == known).then_some(sorted)
 }
 
-fn only_root(urdf: &Urdf, parent_joint: &[Option<usize>]) -> Result<usize, InputError> {
+fn only_root(
+    urdf: &Urdf,
+    parent_joint: &[Option<usize>],
+    complaints: &mut Vec<InputError>,
+) -> Option<usize> {
     let mut roots = (0..parent_joint.len()).filter(|link| parent_joint[*link].is_none());
-    let name = |link: usize| &urdf.robot.links[link].name;
-    match (roots.next(), roots.next()) {
-        (Some(root), None) => Ok(root),
-        (Some(first), Some(second)) => Err(urdf.link_locations[second].error(
-            format!("link '{}'", name(second)),
-            format!("is a second root beside '{}'; connect them with a joint", name(first)),
-        )),
-        (None, _) => Err(urdf.joint_facts[0].location.error(
-            format!("joint '{}'", urdf.robot.joints[0].name),
-            "the joints form a cycle; no link is the root",
-        )),
+    let Some(first) = roots.next() else {
+        let joint = &urdf.joints[0];
+        let message = "the joints form a cycle; no link is the root";
+        complaints.push(joint.location.error(format!("joint '{}'", joint.name), message));
+        return None;
+    };
+    let mut is_only = true;
+    for other in roots {
+        let (name, link) = (&urdf.links[first].name, &urdf.links[other]);
+        let message = format!("is a second root beside '{name}'; connect them with a joint");
+        complaints.push(link.location.error(format!("link '{}'", link.name), message));
+        is_only = false;
     }
+    is_only.then_some(first)
 }
 
 fn depth_first(root: usize, children: &[Vec<(usize, usize)>]) -> Vec<TreeLink> {
@@ -86,15 +94,12 @@ fn depth_first(root: usize, children: &[Vec<(usize, usize)>]) -> Vec<TreeLink> {
     sorted
 }
 
-fn check_all_reached(urdf: &Urdf, sorted: &[TreeLink]) -> Result<(), InputError> {
-    let mut reached = vec![false; urdf.robot.links.len()];
+fn check_all_reached(urdf: &Urdf, sorted: &[TreeLink], complaints: &mut Vec<InputError>) {
+    let mut reached = vec![false; urdf.links.len()];
     sorted.iter().for_each(|link| reached[link.urdf_link] = true);
-    match reached.iter().position(|reached| !reached) {
-        None => Ok(()),
-        Some(link) => {
-            let name = &urdf.robot.links[link].name;
-            Err(urdf.link_locations[link]
-                .error(format!("link '{name}'"), "hangs on a cycle of joints, not on the root"))
-        }
+    if let Some(at) = reached.iter().position(|reached| !reached) {
+        let link = &urdf.links[at];
+        let message = "hangs on a cycle of joints, not on the root";
+        complaints.push(link.location.error(format!("link '{}'", link.name), message));
     }
 }

@@ -1,218 +1,161 @@
-//! Reads URDF files: `urdf-rs` supplies the types, this module the strictness and the line numbers
-//! that it lacks.
-//!
-//! `urdf-rs` drops what it cannot read as a number, converts a missing `<limit>` into 0..0 and
-//! knows no lines. So the raw XML is walked first, and every number of every link and joint is
-//! checked where it stands.
+//! Reads URDF files, versions 1.0 to 1.2, and notes every complaint with its line.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use roxmltree::{Document, Node};
 
 use crate::base::input_error::InputError;
-use crate::base::text_file::{
-    FileLocation, TEXT_BYTES_MAX, TextFile, check_numbers, check_xml_depth,
-};
+use crate::base::text_file::{TEXT_BYTES_MAX, TextFile};
+use crate::base::xml::plain_xml;
 
-/// Most links of a robot.
+use crate::robot::element::{Element, is_xacro_text, own_children};
+use crate::robot::urdf_joint::{JointType, UrdfJoint, read_joint};
+use crate::robot::urdf_link::{UrdfLink, read_link};
+
+/// Most links of a file.
 const LINKS_MAX: usize = 4096;
-/// The joint types of the URDF specification.
-const JOINT_TYPES: [&str; 6] =
-    ["revolute", "continuous", "prismatic", "fixed", "floating", "planar"];
-/// The elements that are shapes.
-const SHAPES: [&str; 5] = ["box", "sphere", "cylinder", "capsule", "mesh"];
-/// Which attributes hold how many numbers.
-const NUMERIC: [(&str, &[(&str, usize)]); 12] = [
-    ("origin", &[("xyz", 3), ("rpy", 3)]),
-    ("axis", &[("xyz", 3)]),
-    ("box", &[("size", 3)]),
-    ("sphere", &[("radius", 1)]),
-    ("cylinder", &[("radius", 1), ("length", 1)]),
-    ("capsule", &[("radius", 1), ("length", 1)]),
-    ("mesh", &[("scale", 3)]),
-    ("mass", &[("value", 1)]),
-    ("inertia", &[("ixx", 1), ("ixy", 1), ("ixz", 1), ("iyy", 1), ("iyz", 1), ("izz", 1)]),
-    ("limit", &[("lower", 1), ("upper", 1), ("effort", 1), ("velocity", 1)]),
-    ("mimic", &[("multiplier", 1), ("offset", 1)]),
-    ("color", &[("rgba", 4)]),
-];
+/// The newest version that is read.
+const VERSION_MAX: f64 = 1.2;
 
-/// A parsed URDF, with what `urdf-rs` does not keep.
+/// A parsed URDF.
 pub(crate) struct Urdf {
-    /// The file.
     pub(crate) source: TextFile,
-    /// All links and joints in document order.
-    pub(crate) robot: urdf_rs::Robot,
-    /// Where each of `robot.links` stands.
-    pub(crate) link_locations: Vec<FileLocation>,
-    /// Where each of `robot.joints` stands, and what its `<limit>` says.
-    pub(crate) joint_facts: Vec<JointFacts>,
+    /// The file as it is, for the digest.
+    pub(crate) bytes: Vec<u8>,
+    /// The robot's name; the file's where it has none.
+    pub(crate) name: String,
+    /// All links in document order.
+    pub(crate) links: Vec<UrdfLink>,
+    /// All joints in document order.
+    pub(crate) joints: Vec<UrdfJoint>,
+    /// The packages that its meshes are in, also those of looks.
+    pub(crate) packages: BTreeSet<String>,
 }
 
-/// What the raw XML of a joint says.
-pub(crate) struct JointFacts {
-    pub(crate) location: FileLocation,
-    /// Whether it has a `<limit>`.
-    pub(crate) has_limit: bool,
-}
-
-/// Reads a URDF and checks everything that can be checked element by element.
-pub(crate) fn read_urdf(path: &Path) -> Result<Urdf, InputError> {
+/// Reads a URDF. What is wrong with its elements joins `complaints`.
+///
+/// # Errors
+/// When it is no URDF.
+pub(crate) fn read_urdf(path: &Path, complaints: &mut Vec<InputError>) -> Result<Urdf, InputError> {
     let source = TextFile::read(path, TEXT_BYTES_MAX)?;
-    check_xml_depth(&source.text)
-        .map_err(|(offset, message)| source.location(offset).error("<robot>", message))?;
+    let plain = plain_xml(&source.text)
+        .map_err(|error| InputError::file(path, error.message).at_line(error.line))?;
+    let bytes = source.text.into_bytes();
+    let source = TextFile { path: source.path, text: plain };
     let document = Document::parse(&source.text).map_err(|error| {
         InputError::file(path, error.to_string()).at_line(error.pos().row as usize)
     })?;
     let root = document.root_element();
-    if root.tag_name().name() != "robot" {
-        return Err(element_location(&source, root).error(
-            format!("<{}>", root.tag_name().name()),
-            "is not a URDF; its root must be <robot>",
-        ));
-    }
-    let link_locations = named_elements(&source, root, "link")?;
-    let joint_locations = named_elements(&source, root, "joint")?;
-    if link_locations.is_empty() {
-        return Err(InputError::file(path, "holds no links"));
-    }
-    if link_locations.len() > LINKS_MAX {
-        return Err(InputError::file(
-            path,
-            format!("has {} links; at most {LINKS_MAX} are supported", link_locations.len()),
-        ));
-    }
-    let joint_facts: Vec<JointFacts> = children(root, "joint")
-        .zip(joint_locations)
-        .map(|(joint, location)| joint_facts(joint, location))
-        .collect::<Result<_, _>>()?;
-    for element in children(root, "link").chain(children(root, "joint")) {
-        element
-            .descendants()
-            .filter(Node::is_element)
-            .try_for_each(|node| check_element_numbers(&source, element, node))?;
-    }
-    let robot = urdf_rs::read_from_string(&essence(&source.text, root))
-        .map_err(|error| FileLocation::file(path).error("<robot>", error.to_string()))?;
-    if robot.links.len() != link_locations.len() || robot.joints.len() != joint_facts.len() {
-        return Err(InputError::file(path, "links and joints must stand directly below <robot>"));
-    }
-    Ok(Urdf { link_locations, joint_facts, robot, source })
-}
-
-/// The text without what planning does not read, in which real files hold much that `urdf-rs` does
-/// not expect: looks, sensors, transmissions, what other programs add in namespaces of their own or
-/// inside a shape.
-fn essence(text: &str, root: Node) -> String {
-    let is_passed_over = |node: &Node| {
-        let parent = node.parent_element().map_or("", |parent| parent.tag_name().name());
+    check_root(&source, root)?;
+    let (mut links, mut joints) = (Vec::new(), Vec::new());
+    let mut names = BTreeSet::new();
+    for node in own_children(root) {
         let tag = node.tag_name().name();
-        let is_wanted = match parent {
-            "robot" => matches!(tag, "link" | "joint"),
-            "link" => matches!(tag, "inertial" | "collision"),
-            _ => !SHAPES.contains(&parent),
-        };
-        node.is_element() && (is_foreign(root, *node) || !is_wanted)
-    };
-    let mut kept = String::with_capacity(text.len());
-    let mut end = 0;
-    for passed_over in root.descendants().filter(is_passed_over).map(|node| node.range()) {
-        if passed_over.start >= end {
-            kept.push_str(&text[end..passed_over.start]);
-            end = passed_over.end;
+        let mut element = Element { source: &source, node, complaints: &mut *complaints };
+        if matches!(tag, "link" | "joint") {
+            check_name(&mut element, &mut names);
+        }
+        match tag {
+            "link" => links.push(read_link(&mut element)),
+            "joint" => joints.push(read_joint(&mut element)),
+            _ => check_tag(&mut element),
         }
     }
-    kept + &text[end..]
+    if links.is_empty() {
+        return Err(InputError::file(path, "holds no links"));
+    }
+    if links.len() > LINKS_MAX {
+        let message = format!("has {} links; at most {LINKS_MAX} are supported", links.len());
+        return Err(InputError::file(path, message));
+    }
+    let packages = packages(root);
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let name = root.attribute("name").filter(|name| !name.trim().is_empty()).map(str::to_owned);
+    let name = name.or(stem).unwrap_or_default();
+    let mut urdf = Urdf { bytes, name, links, joints, packages, source };
+    urdf.remove_floating_base();
+    Ok(urdf)
 }
 
-fn is_foreign(root: Node, node: Node) -> bool {
-    node.tag_name().namespace() != root.tag_name().namespace()
+impl Urdf {
+    /// Removes a bare root link that carries the robot by a floating joint: every robot floats.
+    fn remove_floating_base(&mut self) {
+        let is_child = |name: &str| self.joints.iter().any(|joint| joint.child == name);
+        let Some(link) = self.links.iter().position(|link| !is_child(&link.name)) else { return };
+        let root = &self.links[link];
+        let is_bare = root.mass == 0.0 && root.collisions.is_empty();
+        let mut below = (0..self.joints.len()).filter(|at| self.joints[*at].parent == root.name);
+        let (Some(joint), None) = (below.next(), below.next()) else { return };
+        if is_bare && self.joints[joint].joint_type == JointType::Floating {
+            self.links.remove(link);
+            self.joints.remove(joint);
+        }
+    }
 }
 
-fn children<'a, 'input>(
-    root: Node<'a, 'input>,
-    tag: &'static str,
-) -> impl Iterator<Item = Node<'a, 'input>> {
-    root.children().filter(move |node| node.has_tag_name(tag) && !is_foreign(root, *node))
+/// Refuses a file that is no URDF, and says what it is.
+fn check_root(source: &TextFile, root: Node) -> Result<(), InputError> {
+    let tag = root.tag_name().name();
+    let refuse = |node: Node, message: &str| {
+        let location = source.location(node.range().start);
+        Err(location.error(format!("<{}>", node.tag_name().name()), message))
+    };
+    let is_macro = |node: &Node| {
+        let is_xacro = |namespace: &str| namespace.ends_with("xacro");
+        node.tag_name().namespace().is_some_and(is_xacro)
+    };
+    let ending = source.path.extension().unwrap_or_default();
+    let expand = "is a xacro file; expand it first: xacro FILE > robot.urdf";
+    if let Some(node) = root.descendants().find(is_macro) {
+        return refuse(node, expand);
+    }
+    if ending.eq_ignore_ascii_case("xacro")
+        && root.descendants().any(|node| node.attributes().any(|it| is_xacro_text(it.value())))
+    {
+        return refuse(root, expand);
+    }
+    match tag {
+        "robot" => {}
+        "sdf" | "gazebo" => return refuse(root, "is an SDF file, not a URDF; export a URDF"),
+        "mujoco" => return refuse(root, "is an MJCF file, not a URDF; export a URDF"),
+        _ => return refuse(root, "is not a URDF; its root must be <robot>"),
+    }
+    match root.attribute("version").map(|text| (text, text.trim().parse::<f64>())) {
+        Some((text, version)) if !matches!(version, Ok(version) if version <= VERSION_MAX) => {
+            refuse(root, &format!("is URDF {text}; versions up to {VERSION_MAX} are read"))
+        }
+        _ => Ok(()),
+    }
 }
 
-fn element_location(source: &TextFile, node: Node) -> FileLocation {
-    source.location(node.range().start)
-}
-
-/// The places of all elements with this tag, whose names must be there and unique.
-fn named_elements(
-    source: &TextFile,
-    root: Node,
-    tag: &'static str,
-) -> Result<Vec<FileLocation>, InputError> {
-    let mut names = std::collections::BTreeSet::new();
-    children(root, tag)
-        .map(|node| {
-            let location = element_location(source, node);
-            match node.attribute("name") {
-                None | Some("") => Err(location.error(format!("<{tag}>"), "has no name")),
-                Some(name) if !names.insert(name) => Err(location
-                    .error(format!("{tag} '{name}'"), format!("another {tag} has the same name"))),
-                Some(_) => Ok(location),
-            }
-        })
-        .collect()
-}
-
-fn joint_facts(joint: Node, location: FileLocation) -> Result<JointFacts, InputError> {
-    let name = joint.attribute("name").unwrap_or_default();
-    let input_error = |message: String| Err(location.error(format!("joint '{name}'"), message));
-    match joint.attribute("type") {
-        None => return input_error("has no type".into()),
-        Some(kind) if !JOINT_TYPES.contains(&kind) => {
-            return input_error(format!(
-                "has the unknown type '{kind}'; use one of {JOINT_TYPES:?}"
-            ));
+/// Refuses a link or joint without a name or with that of another one.
+fn check_name(element: &mut Element, names: &mut BTreeSet<(String, String)>) {
+    let node = element.node;
+    let tag = node.tag_name().name();
+    match node.attribute("name").map(str::trim) {
+        None | Some("") => element.input_error(node, "has no name"),
+        Some(name) if !names.insert((tag.to_owned(), name.to_owned())) => {
+            element.input_error(node, format!("another {tag} has the same name"));
         }
         Some(_) => {}
     }
-    for end in ["parent", "child"] {
-        if !joint.children().any(|node| node.has_tag_name(end) && node.has_attribute("link")) {
-            return input_error(format!("has no <{end} link=\"...\">"));
-        }
-    }
-    let limit = joint.children().find(|node| node.has_tag_name("limit"));
-    if limit.is_some_and(|limit| !limit.has_attribute("velocity")) {
-        return input_error("its <limit> has no velocity; state it".into());
-    }
-    Ok(JointFacts { has_limit: limit.is_some(), location })
 }
 
-fn check_element_numbers(source: &TextFile, owner: Node, node: Node) -> Result<(), InputError> {
-    let tag = node.tag_name().name();
-    let attributes = NUMERIC
-        .iter()
-        .filter(|(name, _)| *name == tag)
-        .flat_map(|(_, attributes)| attributes.iter());
-    for (attribute, count) in attributes {
-        let Some(text) = node.attribute(*attribute) else { continue };
-        if let Err(message) = check_attribute(text, *count) {
-            let owner_name = format!(
-                "{} '{}'",
-                owner.tag_name().name(),
-                owner.attribute("name").unwrap_or_default()
-            );
-            return Err(element_location(source, node)
-                .error(owner_name, format!("<{tag} {attribute}=\"{text}\"> {message}")));
-        }
-    }
-    Ok(())
+/// Refuses an element that looks like a link or joint, and is none.
+fn check_tag(element: &mut Element) {
+    element.check_child(element.node, &["link", "joint", "material", "transmission", "sensor"]);
 }
 
-fn check_attribute(text: &str, count: usize) -> Result<(), String> {
-    let numbers: Vec<f64> = text
-        .split_whitespace()
-        .map(str::parse)
-        .collect::<Result<_, _>>()
-        .map_err(|_| format!("is not {count} number{}", if count == 1 { "" } else { "s" }))?;
-    if numbers.len() != count {
-        return Err(format!("holds {} numbers instead of {count}", numbers.len()));
-    }
-    check_numbers("it", &numbers)
+/// The packages that files of the robot are in.
+fn packages(root: Node) -> BTreeSet<String> {
+    let files = root.descendants().filter_map(|node| node.attribute("filename"));
+    files.filter_map(package_of).map(|(package, _)| package.to_owned()).collect()
+}
+
+/// The package that a file name states, and the path in it.
+pub(crate) fn package_of(name: &str) -> Option<(&str, &str)> {
+    let name = name.trim();
+    let path = name.strip_prefix("package://").or_else(|| name.strip_prefix("model://"))?;
+    path.trim_start_matches('/').split_once(['/', '\\'])
 }

@@ -6,8 +6,10 @@ use std::path::Path;
 use crate::base::digest::Digest;
 use crate::base::input_error::InputError;
 use crate::base::text_file::{FileLocation, TEXT_BYTES_MAX, TextFile};
-use crate::mesh::store::MeshStore;
-use crate::plan_format::blocks::{SceneBlock, SceneShapeBlock};
+use crate::geometry::shape::Shape;
+use crate::mesh::store::{MeshStore, extent};
+use crate::mesh::undersides::remove_undersides;
+use crate::plan_format::blocks::{SceneBlock, SceneShapeBlock, ShapeBlock};
 
 use crate::world::shape_block::{pose_from_block, shape_from_block};
 use crate::world::world::{World, WorldShape};
@@ -15,6 +17,8 @@ use crate::world::world_file::RawWorld;
 
 /// The largest coefficient of friction.
 const MU_MAX: f64 = 10.0;
+/// A mesh file whose scale is not stated is asked about if it comes out wider than this, m.
+const EXTENT_MAX: f64 = 200.0;
 
 /// Loads a world file.
 ///
@@ -22,8 +26,8 @@ const MU_MAX: f64 = 10.0;
 /// `rpy` or `quat_xyzw`; metres and radians, identity by default) and exactly one geometry:
 /// `box = { half_extents }`, `sphere = { radius }`, `cylinder = { radius, length }` (along z, full
 /// length), `capsule = { radius, length }` (length of the cylindrical part), `convex = { points }`
-/// or `convex = { path, scale }`, `mesh = { path, scale }`. Paths are relative to the file; STL,
-/// OBJ and COLLADA are understood; `<up_axis>` does not count.
+/// or `convex = { path, scale }`, `mesh = { path, scale }` (one number or three). Paths are
+/// relative to the file; docs/FORMATS.md says how STL, OBJ and COLLADA files are read.
 ///
 /// # Errors
 /// When the file cannot be read or anything in it is out of order: the first such thing, with its
@@ -39,6 +43,8 @@ pub fn load_world(path: &Path) -> Result<World, InputError> {
         let element = format!("shape '{}'", shape.name);
         let block = shape.into_block().map_err(|message| location.error(element, message))?;
         builder.push(&block, &location)?;
+        check_unit(&block.shape, builder.shapes.last())
+            .map_err(|message| location.error(format!("shape '{}'", block.name), message))?;
     }
     builder.finish(raw.mu.into_inner(), &mu_location, source.text.as_bytes())
 }
@@ -61,6 +67,28 @@ pub fn world_from_block(
         builder.push(shape, &location)?;
     }
     builder.finish(block.mu, &location, &bytes)
+}
+
+/// Asks about a mesh file of which the scale is not stated and the extent is that of no location a
+/// robot walks through.
+fn check_unit(block: &ShapeBlock, loaded: Option<&WorldShape>) -> Result<(), String> {
+    let (ShapeBlock::Mesh { path, scale: None }
+    | ShapeBlock::Convex { path: Some(path), scale: None, .. }) = block
+    else {
+        return Ok(());
+    };
+    let Some(Shape::Mesh { vertices: points, .. } | Shape::ConvexHull { points }) =
+        loaded.map(|shape| &shape.shape)
+    else {
+        return Ok(());
+    };
+    let extent = extent(points);
+    if extent <= EXTENT_MAX {
+        return Ok(());
+    }
+    Err(format!(
+        "mesh {path} is {extent:.0} m across: millimetres? set scale = 0.001 (scale = 1 if metres are meant)"
+    ))
 }
 
 struct WorldBuilder<'a> {
@@ -91,7 +119,10 @@ impl<'a> WorldBuilder<'a> {
             return Err("another shape has the same name".into());
         }
         let world_from_shape = pose_from_block(&block.pose)?;
-        let shape = shape_from_block(&block.shape, self.base_dir, &mut self.meshes)?;
+        let mut shape = shape_from_block(&block.shape, self.base_dir, &mut self.meshes)?;
+        if let Shape::Mesh { vertices, triangles, .. } = &mut shape {
+            remove_undersides(vertices, triangles, world_from_shape.rotation);
+        }
         Ok(WorldShape { name: block.name.clone(), world_from_shape, shape })
     }
 

@@ -9,6 +9,7 @@ use crate::base::spatial::Pose;
 use crate::base::text_file::{check_numbers, check_positive};
 use crate::geometry::convex_hull::hull_points;
 use crate::geometry::shape::Shape;
+use crate::mesh::file_name::find_file;
 use crate::mesh::store::MeshStore;
 use crate::plan_format::blocks::{PoseBlock, ShapeBlock};
 
@@ -64,12 +65,14 @@ pub(crate) fn shape_from_block(
             hull_from_points(points)
         }
         ShapeBlock::Convex { points: None, path: Some(path), scale } => {
-            meshes.hull(&base_dir.join(path), scale_of(scale))
+            meshes.hull(&find_file(base_dir, path), scale_of(scale))
         }
         ShapeBlock::Convex { .. } => {
             Err("convex needs either points, or a path with an optional scale".into())
         }
-        ShapeBlock::Mesh { path, scale } => meshes.surface(&base_dir.join(path), scale_of(scale)),
+        ShapeBlock::Mesh { path, scale } => {
+            meshes.surface(&find_file(base_dir, path), scale_of(scale))
+        }
     }
 }
 

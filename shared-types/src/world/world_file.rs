@@ -55,14 +55,47 @@ struct RawRod {
 struct RawConvex {
     points: Option<Vec<[f64; 3]>>,
     path: Option<String>,
-    scale: Option<[f64; 3]>,
+    scale: Option<Scale>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawMesh {
     path: String,
-    scale: Option<[f64; 3]>,
+    scale: Option<Scale>,
+}
+
+/// A scale, written as one number or as three.
+struct Scale([f64; 3]);
+
+impl<'de> Deserialize<'de> for Scale {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OneOrThree;
+        impl<'de> serde::de::Visitor<'de> for OneOrThree {
+            type Value = Scale;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                f.write_str("a number or three numbers")
+            }
+
+            fn visit_f64<E>(self, number: f64) -> Result<Scale, E> {
+                Ok(Scale([number; 3]))
+            }
+
+            fn visit_i64<E>(self, number: i64) -> Result<Scale, E> {
+                Ok(Scale([number as f64; 3]))
+            }
+
+            fn visit_seq<A: serde::de::SeqAccess<'de>>(
+                self,
+                numbers: A,
+            ) -> Result<Scale, A::Error> {
+                Deserialize::deserialize(serde::de::value::SeqAccessDeserializer::new(numbers))
+                    .map(Scale)
+            }
+        }
+        deserializer.deserialize_any(OneOrThree)
+    }
 }
 
 impl RawShape {
@@ -78,9 +111,12 @@ impl RawShape {
             self.convex.map(|raw| ShapeBlock::Convex {
                 points: raw.points,
                 path: raw.path,
-                scale: raw.scale,
+                scale: raw.scale.map(|scale| scale.0),
             }),
-            self.mesh.map(|raw| ShapeBlock::Mesh { path: raw.path, scale: raw.scale }),
+            self.mesh.map(|raw| ShapeBlock::Mesh {
+                path: raw.path,
+                scale: raw.scale.map(|scale| scale.0),
+            }),
         ];
         let mut present = geometries.into_iter().flatten();
         match (present.next(), present.next()) {

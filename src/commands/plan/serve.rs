@@ -12,8 +12,8 @@ use surefoot_planner::Planner;
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::preparation::build::Preparation;
-use surefoot_shared_types::instance::random_id;
 use surefoot_shared_types::instance::requests::RequestServer;
+use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
 use crate::cli::arguments::PlanArguments;

@@ -1,0 +1,197 @@
+//! The links of a URDF.
+
+use glam::{DMat3, DQuat, DVec3};
+use roxmltree::Node;
+
+use crate::base::spatial::{Pose, rotation_from_rpy};
+use crate::base::text_file::FileLocation;
+
+use crate::robot::element::{Element, own_children};
+
+/// How far from 1 the length of a `quat_xyzw` may be, which files write with few digits.
+const QUATERNION_TOLERANCE: f64 = 1e-2;
+
+/// A link as it is written.
+pub(crate) struct UrdfLink {
+    pub(crate) name: String,
+    pub(crate) location: FileLocation,
+    /// kg; 0 where the file states none.
+    pub(crate) mass: f64,
+    /// The frame of its inertia, at its centre of mass.
+    pub(crate) link_from_com: Pose,
+    /// About the centre of mass, kg m2.
+    pub(crate) inertia: DMat3,
+    pub(crate) collisions: Vec<Collision>,
+}
+
+/// A collision shape as it is written.
+pub(crate) struct Collision {
+    pub(crate) location: FileLocation,
+    pub(crate) link_from_shape: Pose,
+    pub(crate) geometry: Geometry,
+}
+
+/// The geometry of a shape, full lengths in m.
+pub(crate) enum Geometry {
+    Box([f64; 3]),
+    Sphere(f64),
+    Cylinder { radius: f64, length: f64 },
+    Capsule { radius: f64, length: f64 },
+    Mesh { filename: String, scale: Option<DVec3> },
+}
+
+/// Reads the link that `element` stands for.
+pub(crate) fn read_link(element: &mut Element) -> UrdfLink {
+    let node = element.node;
+    element.check_children(node, &["inertial", "collision", "visual"]);
+    let mut link = UrdfLink {
+        name: node.attribute("name").unwrap_or_default().to_owned(),
+        location: element.source.location(node.range().start),
+        mass: 0.0,
+        link_from_com: Pose::IDENTITY,
+        inertia: DMat3::ZERO,
+        collisions: Vec::new(),
+    };
+    if let Some(inertial) = element.child(node, "inertial") {
+        read_inertial(element, inertial, &mut link);
+    }
+    for collision in own_children(node).filter(|child| child.tag_name().name() == "collision") {
+        link.collisions.extend(read_collision(element, collision));
+    }
+    link
+}
+
+/// The pose that an `<origin>` in `of` states.
+pub(crate) fn read_origin<'a, 'input>(
+    element: &mut Element<'a, 'input>,
+    of: Node<'a, 'input>,
+) -> Pose {
+    let Some(origin) = element.child(of, "origin") else { return Pose::IDENTITY };
+    element.check_attributes(origin, &["xyz", "rpy", "quat_xyzw"]);
+    let xyz = element.numbers(origin, "xyz").unwrap_or([0.0; 3]);
+    let rpy = element.numbers(origin, "rpy");
+    let rotation = match (element.numbers(origin, "quat_xyzw"), rpy) {
+        (Some(_), Some(_)) => {
+            element.input_error(origin, "<origin> has both rpy and quat_xyzw; keep one");
+            DQuat::IDENTITY
+        }
+        (None, rpy) => {
+            let [roll, pitch, yaw] = rpy.unwrap_or([0.0; 3]);
+            rotation_from_rpy(roll, pitch, yaw)
+        }
+        (Some(quaternion), None) => {
+            let length = DQuat::from_array(quaternion).length();
+            if (length - 1.0).abs() > QUATERNION_TOLERANCE {
+                let message = format!("<origin quat_xyzw> has length {length}; it must be 1");
+                element.input_error(origin, message);
+                return Pose::IDENTITY;
+            }
+            DQuat::from_array(quaternion).normalize()
+        }
+    };
+    Pose::from_parts(DVec3::from_array(xyz), rotation)
+}
+
+fn read_inertial<'a, 'input>(
+    element: &mut Element<'a, 'input>,
+    inertial: Node<'a, 'input>,
+    link: &mut UrdfLink,
+) {
+    element.check_children(inertial, &["origin", "mass", "inertia"]);
+    link.link_from_com = read_origin(element, inertial);
+    // What cannot be read is no reason for further complaints.
+    (link.mass, link.inertia) = (1.0, DMat3::IDENTITY);
+    match element.child(inertial, "mass") {
+        None => element.input_error(inertial, "its <inertial> has no <mass>; state it"),
+        Some(mass) => {
+            element.check_attributes(mass, &["value"]);
+            if let Some([value]) = element.required(mass, "value") {
+                if value < 0.0 {
+                    element
+                        .input_error(mass, format!("its mass is {value}; it must not be negative"));
+                }
+                link.mass = value;
+            }
+        }
+    }
+    let Some(inertia) = element.child(inertial, "inertia") else {
+        element.input_error(inertial, "its <inertial> has no <inertia>; state it");
+        return;
+    };
+    const MOMENTS: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
+    element.check_attributes(inertia, &MOMENTS);
+    let moments = MOMENTS.map(|moment| element.required::<1>(inertia, moment).map(|[it]| it));
+    if let [Some(ixx), Some(ixy), Some(ixz), Some(iyy), Some(iyz), Some(izz)] = moments {
+        link.inertia = DMat3::from_cols(
+            DVec3::new(ixx, ixy, ixz),
+            DVec3::new(ixy, iyy, iyz),
+            DVec3::new(ixz, iyz, izz),
+        );
+        if let Err(message) = super::links::check_inertia(link.mass, &link.inertia) {
+            element.input_error(inertia, message);
+        }
+    }
+}
+
+fn read_collision<'a, 'input>(
+    element: &mut Element<'a, 'input>,
+    collision: Node<'a, 'input>,
+) -> Option<Collision> {
+    element.check_children(collision, &["origin", "geometry"]);
+    let link_from_shape = read_origin(element, collision);
+    let Some(geometry) = element.child(collision, "geometry") else {
+        element.input_error(collision, "its <collision> has no <geometry>; state one or remove it");
+        return None;
+    };
+    let shapes: Vec<Node> = own_children(geometry).collect();
+    let [shape] = shapes[..] else {
+        let message = format!("its <geometry> holds {} shapes; one belongs there", shapes.len());
+        element.input_error(geometry, message);
+        return None;
+    };
+    let location = element.source.location(shape.range().start);
+    Some(Collision { location, link_from_shape, geometry: read_geometry(element, shape)? })
+}
+
+fn read_geometry<'a, 'input>(
+    element: &mut Element<'a, 'input>,
+    shape: Node<'a, 'input>,
+) -> Option<Geometry> {
+    let known: &[&str] = match shape.tag_name().name() {
+        "box" => &["size"],
+        "sphere" => &["radius"],
+        "cylinder" | "capsule" => &["radius", "length"],
+        "mesh" => &["filename", "scale"],
+        tag => {
+            let message = format!(
+                "has the geometry <{tag}>; only box, sphere, cylinder, capsule and mesh are read"
+            );
+            element.input_error(shape, message);
+            return None;
+        }
+    };
+    element.check_attributes(shape, known);
+    let tag = shape.tag_name().name();
+    if tag == "box" {
+        return element.required(shape, "size").map(Geometry::Box);
+    }
+    if tag == "mesh" {
+        let filename = shape.attribute("filename").unwrap_or_default().trim();
+        if filename.is_empty() {
+            element.input_error(shape, "its <mesh> has no filename");
+            return None;
+        }
+        let scale = element.numbers(shape, "scale").map(DVec3::from_array);
+        return Some(Geometry::Mesh { filename: filename.to_owned(), scale });
+    }
+    let [radius] = element.required(shape, "radius")?;
+    if tag == "sphere" {
+        return Some(Geometry::Sphere(radius));
+    }
+    let [length] = element.required(shape, "length")?;
+    Some(if tag == "cylinder" {
+        Geometry::Cylinder { radius, length }
+    } else {
+        Geometry::Capsule { radius, length }
+    })
+}
