@@ -26,7 +26,7 @@ use scene::{SEED, Scene, cluttered, shipped};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::collision::model::FootPhase;
 use surefoot_planner::constraints::foothold::single_mode;
-use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits};
+use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits, propose};
 use surefoot_planner::kinematics::Leg;
 use surefoot_planner::motion::cbirrt::SingleModeProblem;
 use surefoot_planner::motion::cbirrt::nearest;
@@ -189,7 +189,7 @@ fn time_footholds(name: &str, scene: &mut Scene) -> Vec<Kernel> {
             is_free: &is_free,
         };
         found = 0;
-        surfaces.propose(scratch, &query, &mut |_| {
+        propose(&surfaces, scratch, &query, &mut |_| {
             found += 1;
             true
         });

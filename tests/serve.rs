@@ -115,7 +115,7 @@ fn clients_request_one_walk_after_the_other_and_a_monitor_receives_them() {
         "plan 1.0: accepted",
         "the goal is invalid",
         "the start is invalid",
-        "there is nothing to stand on",
+        "no surface is below the sole",
     ] {
         assert!(planner_output.contains(text), "'{text}' is not in: {planner_output}");
     }

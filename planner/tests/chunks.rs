@@ -1,5 +1,4 @@
-//! The chunk stream of a plan that was found: what its receiver may rely on, recomputed from the
-//! chunks alone.
+//! The chunk stream of a plan: the guarantees to its receiver, recomputed from the chunks alone.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -17,10 +16,10 @@ use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
 
-/// How far a stance sole may be from its contact, m and rad.
+/// Largest distance of a stance sole from its contact, m and rad.
 const CONTACT_TOLERANCE: f64 = 1e-6;
-/// The share of a small support polygon's depth that `com_margin` takes up at most, as its
-/// documentation says.
+/// Largest share of a small support polygon's depth that `com_margin` takes up, as documented
+/// there.
 const MARGIN_SHARE_MAX: f64 = 0.6;
 
 fn for_each_walk(check: impl Fn(&Case, &Planner)) {
@@ -70,7 +69,7 @@ fn headers_identify_robot_world_and_scenario() {
 }
 
 #[test]
-fn the_digest_is_that_of_the_chain() {
+fn the_digest_is_the_hash_chain_of_the_chunks() {
     for_each_walk(|_, planner| {
         let mut stream = Digest::default();
         for chunk in planner.chunks() {
@@ -82,7 +81,7 @@ fn the_digest_is_that_of_the_chain() {
 }
 
 #[test]
-fn each_chunk_begins_where_and_when_the_last_one_ended() {
+fn each_chunk_begins_at_the_end_of_the_one_before() {
     for_each_walk(|_, planner| {
         assert_eq!(planner.chunks()[0].waypoints()[0].time, 0.0);
         for pair in planner.chunks().windows(2) {
@@ -167,7 +166,7 @@ fn steps_are_counted_as_the_contacts_change() {
 }
 
 #[test]
-fn contacts_are_those_of_the_mode() {
+fn contacts_match_the_mode() {
     for_each_walk(|case, planner| {
         for chunk in planner.chunks() {
             let limbs: Vec<u32> = chunk.contacts().iter().map(|contact| contact.limb).collect();
@@ -189,7 +188,7 @@ fn contacts_are_those_of_the_mode() {
 }
 
 #[test]
-fn time_runs_and_rotations_are_unit() {
+fn times_increase_and_rotations_are_unit() {
     for_each_walk(|_, planner| {
         for chunk in planner.chunks() {
             assert!(
@@ -206,7 +205,7 @@ fn time_runs_and_rotations_are_unit() {
 }
 
 #[test]
-fn joints_keep_their_margins_steps_and_speeds() {
+fn joint_margins_steps_and_speeds_are_within_their_limits() {
     for_each_walk(|case, planner| {
         let config = &case.scenario.planner;
         for chunk in planner.chunks() {
@@ -241,7 +240,7 @@ fn joints_keep_their_margins_steps_and_speeds() {
 }
 
 #[test]
-fn joints_start_stop_and_turn_within_their_accelerations() {
+fn joint_accelerations_are_within_their_limits() {
     for_each_walk(|case, planner| {
         for chunk in planner.chunks() {
             for (index, joint) in case.model.joints.iter().enumerate() {
@@ -271,7 +270,7 @@ fn joints_start_stop_and_turn_within_their_accelerations() {
 }
 
 #[test]
-fn stance_soles_stay_and_the_centre_of_mass_is_above_them() {
+fn stance_soles_are_fixed_and_the_centre_of_mass_is_above_them() {
     for_each_walk(|case, planner| {
         let robot = Mechanism::new(&case.model, &case.scenario.planner).unwrap();
         for chunk in planner.chunks() {

@@ -1,4 +1,4 @@
-//! Nested placements: found in the concave M where no random plane finds one, and held by friction
+//! Nested placements: found in the concave M, where random planes find none, and held by friction
 //! on both faces.
 
 mod foot_placement_worlds;
@@ -6,7 +6,7 @@ mod foot_placement_worlds;
 use foot_placement_worlds::*;
 use glam::{DVec2, DVec3};
 use surefoot_planner::foot_placement::{
-    PlacementQuery, SampleLimits, Scratch, Source, SupportedSole, Surfaces,
+    PlacementQuery, SampleLimits, Scratch, Source, SupportedSole, Surfaces, propose_nests,
 };
 use surefoot_shared_types::{Pose, Shape};
 
@@ -33,7 +33,7 @@ fn friction_angle() -> f64 {
 
 fn nests(surfaces: &Surfaces, query: &PlacementQuery) -> Vec<SupportedSole> {
     let mut found = Vec::new();
-    surfaces.propose_nests(&mut Scratch::new(surfaces.config()), query, &mut |placement| {
+    propose_nests(&surfaces, &mut Scratch::new(surfaces.config()), query, &mut |placement| {
         found.push(placement);
         true
     });
@@ -41,8 +41,8 @@ fn nests(surfaces: &Surfaces, query: &PlacementQuery) -> Vec<SupportedSole> {
 }
 
 /// Whether two forces within friction of the faces of a symmetric or asymmetric groove carry a
-/// weight above `x`: one at the valley, the other somewhere on the right face up to `far` (m along
-/// it). Tried on a grid, no formula.
+/// weight above `x`: one at the valley, the other on the right face up to `far` (m along it). A
+/// grid search, independent of the formula.
 fn is_carried(angles: [f64; 2], x: f64, far: f64) -> bool {
     let friction = friction_angle();
     let steps = |count: i32| (0..=count).map(move |step| f64::from(step) / f64::from(count));
@@ -91,7 +91,7 @@ fn the_m_holds_a_sole_with_its_toes_in_the_valley() {
 }
 
 #[test]
-fn random_planes_never_find_the_nest() {
+fn random_planes_do_not_find_the_nest() {
     let surfaces = surfaces(groove([1.25 * friction_angle(); 2]));
     let polygon = sole();
     for object in 0..50 {
@@ -103,7 +103,7 @@ fn random_planes_never_find_the_nest() {
 }
 
 #[test]
-fn what_friction_cannot_hold_is_no_nest() {
+fn a_placement_beyond_friction_is_no_nest() {
     let polygon = sole();
     let query = query(&polygon, turned(0.1, 0.0, 0.1, std::f64::consts::PI));
     let mut held = 0;

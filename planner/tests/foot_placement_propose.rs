@@ -1,11 +1,13 @@
-//! Proposed placements: found on every feature of section 4.2, near the ideal, and always the same.
+//! Proposed placements: found on every feature of section 4.2, near the ideal, and reproducible.
 
 mod foot_placement_worlds;
 
 use foot_placement_worlds::*;
 use glam::DVec3;
 use surefoot_planner::base::random::{Random, Stream};
-use surefoot_planner::foot_placement::{PlacementQuery, SampleLimits, Scratch, Source, Surfaces};
+use surefoot_planner::foot_placement::{
+    PlacementQuery, SampleLimits, Scratch, Source, Surfaces, propose,
+};
 use surefoot_shared_types::base::spatial::{rotation_from_rpy, yaw_of};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -25,7 +27,7 @@ fn rate(surfaces: &Surfaces, region: [[f64; 3]; 2], limits: SampleLimits, reach_
         let [x, y, z] = [0, 1, 2].map(|axis| random.uniform(region[0][axis], region[1][axis]));
         let ideal = turned(x, y, z, random.uniform(-3.1, 3.1));
         let query = PlacementQuery { limits, object, reach_xy, ..query(&polygon, ideal) };
-        surfaces.propose(&mut scratch, &query, &mut |_| false).stopped
+        propose(&surfaces, &mut scratch, &query, &mut |_| false).stopped
     };
     (0..queries).map(succeeds).filter(|&found| found).count() as f64 / queries as f64
 }
@@ -209,7 +211,7 @@ fn algorithm_1_finds_placements_by_itself() {
     }
 }
 
-/// Whether any pose across the bars carries, of a fine grid.
+/// Whether any pose of a fine grid across the bars has a support.
 fn any_placement_exists(bars: &Surfaces) -> bool {
     let grid = (-60..=60).flat_map(|shift| {
         (0..63).map(move |turn| (2e-3 * f64::from(shift), 0.025 * f64::from(turn)))
@@ -233,7 +235,7 @@ fn parallel_bars_are_found_as_long_as_any_placement_exists() {
 }
 
 #[test]
-fn placements_that_carry_much_come_before_those_that_carry_enough() {
+fn placements_with_a_large_support_precede_those_with_enough() {
     let polygon = sole();
     let beside_an_edge = surfaces(vec![block([1.0, 1.0, 0.3], [0.5, 0.0, 0.0])]);
     let query = PlacementQuery { limits: GEOMETRY_ONLY, ..query(&polygon, at(-0.03, 0.0, 0.0)) };
@@ -282,7 +284,7 @@ fn placements_stay_within_the_query() {
         ..query(&polygon, turned(0.0, 0.0, 0.2, 0.1))
     };
     let mut count = 0;
-    let stats = surfaces.propose(&mut Scratch::new(surfaces.config()), &query, &mut |p| {
+    let stats = propose(&surfaces, &mut Scratch::new(surfaces.config()), &query, &mut |p| {
         let moved = p.world_from_sole.translation - query.ideal.translation;
         assert!(
             moved.truncate().length() <= 0.2 + 1e-6
@@ -304,12 +306,12 @@ fn placements_stay_within_the_query() {
 }
 
 #[test]
-fn what_lies_just_out_of_reach_is_not_drawn_without_end() {
+fn surfaces_just_out_of_reach_do_not_exhaust_the_samples() {
     let polygon = sole();
     let floor = surfaces(vec![floor()]);
     let limits = SampleLimits { geometric_max: 0, perturbed_max: 0, sampled_max: 24 };
     let query = PlacementQuery { limits, reach_xy: 0.3, ..query(&polygon, at(5.27, 5.27, 0.0)) };
-    let stats = floor.propose(&mut Scratch::new(floor.config()), &query, &mut |_| true);
+    let stats = propose(&floor, &mut Scratch::new(floor.config()), &query, &mut |_| true);
     let examined: u32 = stats.examined.iter().sum();
     assert!(
         stats.features > 0 && stats.out_of_reach > 0,
@@ -332,8 +334,8 @@ fn the_same_query_gives_the_same_placements_and_another_seed_others() {
     let mut used = Scratch::new(surfaces.config());
     let mut again = Vec::new();
     let elsewhere = PlacementQuery { ideal: at(1.0, 0.0, 0.0), ..query };
-    surfaces.propose(&mut used, &elsewhere, &mut |_| true);
-    surfaces.propose(&mut used, &query, &mut |p| {
+    propose(&surfaces, &mut used, &elsewhere, &mut |_| true);
+    propose(&surfaces, &mut used, &query, &mut |p| {
         again.push(p);
         true
     });

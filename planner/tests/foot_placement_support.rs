@@ -1,4 +1,5 @@
-//! What carries a sole: areas against values worked out by hand, and each reason for refusal.
+//! The support of a sole: areas compared with values computed by hand, and each reason for having
+//! none.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where its world does not compile")]
 
@@ -39,7 +40,7 @@ fn both_ibeams_carry_and_one_does_not() {
 }
 
 #[test]
-fn a_stone_carries_what_lies_on_it() {
+fn a_stone_supports_the_part_of_the_sole_on_it() {
     let stones = surfaces(stones());
     assert!((area_at(&stones, &at(-0.02, 0.12, 0.0)) - SOLE_AREA).abs() < 1e-9);
     assert!(
@@ -64,7 +65,7 @@ fn friction_decides_the_steepest_slope() {
 }
 
 #[test]
-fn two_round_bars_carry_what_is_between_their_top_lines() {
+fn two_round_bars_support_the_area_between_their_top_lines() {
     let bars = surfaces(round_bars(2));
     let support = support(&bars, &at(0.06, 0.1, 0.0)).unwrap();
     assert!((support.area - 0.16 * 0.14).abs() < 1e-9, "{}", support.area);

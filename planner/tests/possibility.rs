@@ -19,7 +19,7 @@ use surefoot_planner::possibility::Progress;
 use surefoot_planner::possibility::{
     CrouchProfile, Label, MidFeetPose, RouteSearch, StageContext, UpperBody,
 };
-use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::Preparation;
 use surefoot_planner::robot::crouch::Crouch;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::base::spatial::{wrap_angle, yaw_of};
@@ -30,7 +30,7 @@ struct Fixture {
     constraints: Constraints,
     surfaces: Surfaces,
     upper_body: UpperBody,
-    preparation: Preparation<'static>,
+    preparation: Preparation,
     threads: Threads,
 }
 

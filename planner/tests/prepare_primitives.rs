@@ -1,5 +1,5 @@
-//! pi_S: wherever C_S holds, a primitive meets every constraint; and C_N holds wherever a plan
-//! leads [Grey 3.1, 4.1, 4.4.5].
+//! pi_S: where C_S holds, a primitive meets every constraint, and C_N holds along every plan
+//! [Grey 3.1, 4.1, 4.4.5].
 
 #![allow(
     clippy::unwrap_used,
@@ -18,7 +18,7 @@ use surefoot_planner::constraints::constraints::Constraints;
 use surefoot_planner::constraints::foothold::{Foothold, double_mode, single_mode};
 use surefoot_planner::constraints::mode::Mode;
 use surefoot_planner::constraints::mode_state::ModeState;
-use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::Preparation;
 use surefoot_planner::preparation::{necessary, sufficient, sufficient_shift};
 use surefoot_planner::primitives::level_sole::{LevelSole, PairOffset};
 use surefoot_planner::primitives::step_state::placement_of;
@@ -34,13 +34,13 @@ use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
-/// Seeds with which each scenario is planned.
+/// The seeds of each scenario.
 const SEEDS: u64 = 3;
 /// Distance between two triples, m.
 const SPACING: f64 = 6.0;
 
-/// A stance placement and two of the other foot, each on a pedestal of its own, with obstacles
-/// about.
+/// A stance placement and two of the other foot, each on its own pedestal, with obstacles around
+/// them.
 struct PlacementTriple {
     stance: Foothold,
     others: [Foothold; 2],
@@ -49,7 +49,7 @@ struct PlacementTriple {
 /// Draws placement triples and the world around them.
 struct Builder<'a> {
     robot: &'a Mechanism,
-    preparation: Preparation<'a>,
+    preparation: &'a Preparation,
     random: Random,
     shapes: Vec<WorldShape>,
 }
@@ -95,7 +95,7 @@ impl Builder<'_> {
 
     /// A pair in R_S.
     fn offset(&mut self, stance: usize, flat: bool) -> PairOffset {
-        let range = *self.preparation.range(stance);
+        let range = self.preparation.range(stance);
         let extent = range.extent().unwrap();
         loop {
             let [ahead, aside, above, turn] =
@@ -130,7 +130,7 @@ impl Builder<'_> {
     }
 }
 
-/// Checks waypoints as they come.
+/// Checks waypoints one by one.
 struct Checking<'a> {
     constraints: &'a Constraints,
     mode: Mode,
@@ -175,10 +175,10 @@ impl Checking<'_> {
     }
 }
 
-/// Emits and checks every primitive of a triple for which C_S holds; answers how many there were.
+/// Samples and checks every primitive of a triple for which C_S holds. Returns their number.
 fn primitives_hold_at(
     constraints: &Constraints,
-    preparation: &Preparation<'_>,
+    preparation: &Preparation,
     triple: &PlacementTriple,
     name: &str,
 ) -> usize {
@@ -248,7 +248,7 @@ fn primitives_hold(model: &RobotModel, triples: usize, seed: u64) {
     let preparation = preparation_for(model, &config);
     let robot = Mechanism::new(model, &config).unwrap();
     let random = Random::new(seed, Stream::Preparation, 3, 0);
-    let mut builder = Builder { robot: &robot, preparation, random, shapes: vec![] };
+    let mut builder = Builder { robot: &robot, preparation: &preparation, random, shapes: vec![] };
     let made: Vec<PlacementTriple> = (0..triples).map(|index| builder.triple(index)).collect();
     let world =
         World { mu: 0.6, shapes: std::mem::take(&mut builder.shapes), digest: Digest::default() };
@@ -265,7 +265,7 @@ fn primitives_hold(model: &RobotModel, triples: usize, seed: u64) {
     assert!(held * 4 > triples, "only {held} primitives over {triples} triples");
 }
 
-/// The Hubo with ankles that roll by no more than 0.26 rad, as those of many robots do.
+/// The Hubo with ankles that roll by 0.26 rad at most, as those of many robots.
 fn with_stiff_ankles() -> RobotModel {
     let mut model = hubo();
     for joint in model.joints.iter_mut().filter(|joint| joint.name.ends_with("ankle_roll")) {
@@ -292,7 +292,7 @@ fn of_hulls() -> RobotModel {
     model
 }
 
-/// The same robot as if its URDF named the legs before all else that hangs on the root.
+/// The same robot as if its URDF named the legs before the root's other children.
 fn with_legs_first(model: &RobotModel) -> RobotModel {
     let legs: Vec<usize> = model
         .feet
@@ -317,7 +317,7 @@ fn with_legs_first(model: &RobotModel) -> RobotModel {
 }
 
 #[test]
-fn the_order_of_links_does_not_matter() {
+fn the_order_of_links_does_not_change_the_preparation() {
     let before = of_hulls();
     let turned = with_legs_first(&before);
     assert!(before.links.iter().zip(&turned.links).any(|(a, b)| a.name != b.name));
@@ -354,7 +354,8 @@ fn primitives_hold_wherever_c_s_holds() {
 }
 
 /// Four thousand triples of the shipped robot, or six hundred of each of other robots:
-/// `SUREFOOT_ROBOTS=a/robot.toml:b/robot.toml cargo test --release -p surefoot-planner --test prepare_primitives -- --ignored --nocapture`
+/// `SUREFOOT_ROBOTS=a/robot.toml:b/robot.toml cargo test --release -p surefoot-planner`
+/// `--test prepare_primitives -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes"]
 fn thousands_of_primitives_hold() {
@@ -364,8 +365,7 @@ fn thousands_of_primitives_hold() {
     others.split(':').for_each(|path| primitives_hold(&load_robot(path.as_ref()).unwrap(), 600, 2));
 }
 
-/// The shipped scenarios that are walked in moments; in a build that is not optimised, a few of
-/// them.
+/// The shipped scenarios that are planned quickly; in a build without optimisation, a few of them.
 fn walked() -> Vec<String> {
     if cfg!(debug_assertions) {
         return WALKS.map(str::to_owned).into();
@@ -377,7 +377,7 @@ fn walked() -> Vec<String> {
 }
 
 /// The first configuration of the plan of a scenario that violates C_N or R, if any.
-fn first_denial(case: &Case, preparation: &Preparation<'_>) -> Option<String> {
+fn first_denial(case: &Case, preparation: &Preparation) -> Option<String> {
     let mut planner = case.planner(1);
     assert_eq!(run(&mut planner, u64::MAX), Outcome::Found, "{}", case.scenario.name);
     let Constraints { robot, collision, .. } = planner.constraints();
@@ -400,7 +400,7 @@ fn first_denial(case: &Case, preparation: &Preparation<'_>) -> Option<String> {
 }
 
 #[test]
-fn c_n_and_r_hold_wherever_a_plan_leads() {
+fn c_n_and_r_hold_along_every_plan() {
     let names = walked();
     assert!(names.len() >= WALKS.len(), "{names:?}");
     for (name, seed) in names.iter().flat_map(|name| (1..=SEEDS).map(move |seed| (name, seed))) {

@@ -1,5 +1,5 @@
-//! The step limits: hardly any pair of soles on which the robot can stand on one and touch the
-//! other is left out.
+//! The step limits: nearly all pairs of soles on which the robot can stand on one and touch the
+//! other are within them.
 
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
@@ -35,11 +35,12 @@ fn rotation(random: &mut Random, turn: f64) -> DQuat {
     }
 }
 
-/// Of the pairs on which sampling finds a configuration: how many there are, and how many do not
-/// count as possible.
+/// The number of pairs on which sampling finds a configuration, and the number of those outside the
+/// step limits.
 fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
     let config = PlannerConfig::default();
-    let steps = preparation_for(model, &config).step_limits();
+    let preparation = preparation_for(model, &config);
+    let steps = preparation.step_limits();
     let world = World { mu: 0.6, shapes: vec![], digest: Default::default() };
     let robot = Mechanism::new(model, &config).unwrap();
     let collision = CollisionModel::new(model, &world, config.clearance).unwrap();
@@ -67,15 +68,16 @@ fn left_out(model: &RobotModel, pairs: u64) -> (u64, u64) {
 }
 
 #[test]
-fn hardly_a_step_that_sampling_finds_is_left_out() {
+fn few_sampled_steps_exceed_the_step_limits() {
     let (found, left_out) = left_out(&hubo(), 4_000);
     assert!(found > 300 && left_out * 100 <= found, "{left_out} of {found}");
 }
 
 #[test]
-fn soles_that_no_posture_holds_on_are_left_out() {
+fn soles_without_a_valid_posture_exceed_the_step_limits() {
     let model = hubo();
-    let steps = preparation_for(&model, &PlannerConfig::default()).step_limits();
+    let preparation = preparation_for(&model, &PlannerConfig::default());
+    let steps = preparation.step_limits();
     let at = |x: f64, y: f64, z: f64| Pose::from_translation(DVec3::new(x, y, z));
     assert!(
         steps.may_touch(0, &Pose::IDENTITY, &at(0.2, -0.2, 0.0))

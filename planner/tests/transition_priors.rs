@@ -17,8 +17,9 @@ use surefoot_planner::motion::transition::TransitionPrior;
 use surefoot_planner::motion::transition_prior::transition_prior;
 use surefoot_planner::motion::tuning::ATTEMPTS_MAX;
 use surefoot_planner::pipeline::{Endpoint, FootholdSampler, PERTURBATIONS_MAX, stand_on};
+use surefoot_planner::primitives::FAR_REACHING_POSTURES;
 use surefoot_planner::primitives::transition_configuration::{
-    FAR_REACHING_POSTURES, TransitionPair, first_valid_posture, is_reached, sample,
+    TransitionPair, first_valid_posture, is_reached, sample,
 };
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::Pose;
@@ -126,7 +127,8 @@ fn a_step_that_is_too_long_is_perturbed_until_it_is_reached() {
     let mut graph = ModeGraph::new(4, 2, 1, 1.0);
     let [a, b] = [left, far].map(|foothold| graph.add_foothold(foothold).unwrap());
     graph.connect(a, b).unwrap();
-    let steps = preparation_for(&hubo(), &stand.constraints.config).step_limits();
+    let preparation = preparation_for(&hubo(), &stand.constraints.config);
+    let steps = preparation.step_limits();
     let sampler = FootholdSampler {
         constraints: &stand.constraints,
         surfaces: &stand.surfaces,

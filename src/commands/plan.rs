@@ -14,7 +14,7 @@ use std::num::NonZeroUsize;
 
 use surefoot_planner::Planner;
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
-use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::PlanChunk;
 use surefoot_shared_types::plan_file::write::{plan_from_chunks, save};
@@ -73,7 +73,7 @@ fn lock_memory() {
 struct Run<'a> {
     arguments: &'a PlanArguments,
     inputs: Inputs,
-    preparation: Preparation<'static>,
+    preparation: Preparation,
     report: Report,
     reporter: Reporter,
 }
@@ -117,7 +117,8 @@ impl Run<'_> {
             NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
             let watch = Stopwatch::start();
-            let mut planner = task.planner(&self.inputs.model, self.preparation, threads)?;
+            let mut planner =
+                task.planner(&self.inputs.model, self.preparation.clone(), threads)?;
             let arena_bytes = planner.arena_bytes().iter().map(|(_, bytes)| *bytes as u64).sum();
             self.emit(&RoleEvent::PlannerReady { ready_seconds: watch.seconds(), arena_bytes })?;
             let mut planned =

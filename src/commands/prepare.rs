@@ -1,6 +1,6 @@
 //! `surefoot prepare`: prepares a robot once, so that no walk has to wait for it.
 
-use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::Preparation;
 use surefoot_planner::primitives::Gait;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::load::load_robot;
@@ -29,11 +29,12 @@ fn summary(robot: &str, prepared: &Prepared) -> String {
         }
         Origin::Built { seconds, saved: None } => format!("made in {seconds:.2} s, not kept"),
     };
-    let head = format!("{robot}: {origin}\n  size         {} bytes", prepared.bytes().len());
+    let head =
+        format!("{robot}: {origin}\n  size         {} bytes", prepared.preparation.bytes().len());
     [head, reach_lines(&prepared.preparation), gait_lines(&prepared.preparation)].join("\n")
 }
 
-fn gait_lines(preparation: &Preparation<'_>) -> String {
+fn gait_lines(preparation: &Preparation) -> String {
     let gait = preparation.gait();
     let Gait { leg_extension, width, tilt, lift_height, roll, lean } = gait;
     let head = format!(
@@ -60,7 +61,7 @@ fn gait_lines(preparation: &Preparation<'_>) -> String {
     [head, line(0, "left"), line(1, "right")].join("\n")
 }
 
-fn reach_lines(preparation: &Preparation<'_>) -> String {
+fn reach_lines(preparation: &Preparation) -> String {
     let line = |limb: usize, name: &str| {
         let reach = preparation.reach(limb);
         format!(

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::config::scenario::Scenario;
@@ -46,7 +46,7 @@ impl Inputs {
     ///
     /// # Errors
     /// The planner cannot move the robot.
-    pub fn preparation(&self, quiet: bool) -> Result<Preparation<'static>, CommandError> {
+    pub fn preparation(&self, quiet: bool) -> Result<Preparation, CommandError> {
         Ok(preparation_cache::obtain(&self.model, &self.scenario.planner, quiet)?.preparation)
     }
 

@@ -3,15 +3,12 @@
 //! A damaged file is built again. If nothing can be saved, a warning is printed.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use memmap2::Mmap;
-use surefoot_planner::preparation::build;
-use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::PlannerConfig;
 use surefoot_shared_types::robot::model::RobotModel;
@@ -27,10 +24,9 @@ const BAR_STEPS: f64 = 1000.0;
 #[derive(Debug, Clone)]
 pub struct Prepared {
     /// The preparation.
-    pub preparation: Preparation<'static>,
+    pub preparation: Preparation,
     /// Its origin.
     pub origin: Origin,
-    bytes: &'static [u8],
 }
 
 /// The origin of a preparation.
@@ -47,18 +43,11 @@ pub enum Origin {
     },
 }
 
-impl Prepared {
-    /// The preparation as bytes.
-    pub fn bytes(&self) -> &'static [u8] {
-        self.bytes
-    }
-}
-
 /// The preparations that this process has obtained, by the digest of their inputs.
 static OBTAINED: Mutex<BTreeMap<Digest, Prepared>> = Mutex::new(BTreeMap::new());
 
-/// The preparation of a robot, from the cache or built now, once per process. It stays in memory
-/// until the program ends. `quiet` shows neither progress nor warnings.
+/// The preparation of a robot, from the cache or built now, once per process. `quiet` shows neither
+/// progress nor warnings.
 ///
 /// # Errors
 /// The planner cannot move the robot.
@@ -90,18 +79,17 @@ fn find_or_make(
     let watch = Stopwatch::start();
     let words = build(model, config, quiet)?;
     let seconds = watch.seconds();
-    let bytes: &'static [u8] = bytemuck::cast_slice(Vec::leak(words));
+    let preparation = Preparation::from_words(words, &key)
+        .map_err(|error| CommandError::Preparation(error.to_string()))?;
     let saved = match &path {
-        Some(path) => save(bytes, path).map(|()| path.clone()),
+        Some(path) => save(preparation.bytes(), path).map(|()| path.clone()),
         None => Err("neither XDG_CACHE_HOME nor HOME names an absolute folder".to_owned()),
     };
     if let (Err(reason), false) = (&saved, quiet) {
         warn(reason);
     }
     let saved = saved.ok();
-    let preparation = Preparation::from_bytes(bytes, &key)
-        .map_err(|error| CommandError::Preparation(error.to_string()))?;
-    Ok(Prepared { preparation, origin: Origin::Built { seconds, saved }, bytes })
+    Ok(Prepared { preparation, origin: Origin::Built { seconds, saved } })
 }
 
 fn warn(reason: &str) {
@@ -110,15 +98,10 @@ fn warn(reason: &str) {
     ));
 }
 
-/// The file of the cache for `key`, mapped until the program ends; `None` if it is missing or
-/// damaged.
+/// The preparation for `key` in the cache; `None` if it is missing or damaged.
 fn from_cache(path: &Path, key: &Digest) -> Option<Prepared> {
-    let file = File::open(path).ok()?;
-    // SAFETY: files of the cache are never changed in place, only replaced as a whole.
-    let map = unsafe { Mmap::map(&file) }.ok()?;
-    let bytes: &'static [u8] = Box::leak(Box::new(map));
-    let preparation = Preparation::from_bytes(bytes, key).ok()?;
-    Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()), bytes })
+    let preparation = Preparation::from_bytes(&std::fs::read(path).ok()?, key).ok()?;
+    Some(Prepared { preparation, origin: Origin::Cached(path.to_owned()) })
 }
 
 fn build(
@@ -127,7 +110,9 @@ fn build(
     quiet: bool,
 ) -> Result<Vec<u64>, CommandError> {
     let bar = if quiet || !terminal::is_watched() { ProgressBar::hidden() } else { new_bar() };
-    let built = build::build(model, config, &|share| bar.set_position((BAR_STEPS * share) as u64));
+    let built = surefoot_planner::preparation::build(model, config, &|share| {
+        bar.set_position((BAR_STEPS * share) as u64)
+    });
     bar.finish_and_clear();
     built.map_err(|source| CommandError::Robot { urdf: model.urdf_path.clone(), source })
 }

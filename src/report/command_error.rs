@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use surefoot_controller_sim::CheckerError;
 use surefoot_planner::PlannerError;
-use surefoot_planner::preparation::build::BuildError;
+use surefoot_planner::preparation::BuildError;
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::error::InstanceError;

@@ -1,7 +1,6 @@
 //! Placements read off the geometry: on the planes near the ideal, wholly on a face, or across a
 //! pair of features.
 
-use std::cmp::Ordering;
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec2, DVec3};
@@ -9,73 +8,24 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle};
 
-use crate::foot_placement::planes::Plane;
-use crate::foot_placement::propose::PlacementQuery;
+use crate::foot_placement::plane_features::{Candidate, Plane};
+use crate::foot_placement::planes::{list_footprints, list_planes};
+use crate::foot_placement::request::PlacementQuery;
 use crate::foot_placement::scratch::Scratch;
 use crate::foot_placement::sole_fit::{extent, shift_onto, shift_to_centre, shift_within};
 use crate::foot_placement::surfaces::Surfaces;
-use crate::geometry::polygon::area_and_centroid;
+use crate::foot_placement::tuning::{
+    EDGE_MARGINS, PAIR_SHIFTS, PAIRED_MAX, PARALLEL_COS, PARTIAL_COST, PARTIAL_SHIFT_SHARES,
+    SINGLES_MAX, SPAN_SHARES, TURN_COST, TURNS_ACROSS,
+};
 
-/// Most features of one plane that are proposed on one by one.
-const SINGLES_MAX: usize = 12;
-/// Most features of one plane that are paired.
-const PAIRED_MAX: usize = 8;
-/// How far inside a face's edges a sole is put: comfortably first, then just so, m.
-const EDGE_MARGINS: [f64; 2] = [0.01, 1e-3];
-/// Outer spans of a pair, as shares of the sole's extent across it, that a sole may bridge.
-const SPAN_SHARES: [f64; 2] = [0.4, 1.3];
-/// Shifts along a pair from the place nearest to the ideal, m.
-const SHIFTS_ALONG: [f64; 7] = [0.0, 0.07, -0.07, 0.14, -0.14, 0.25, -0.25];
-/// Turns away from straight across a pair, rad: askew, a sole reaches further.
-const TURNS_ACROSS: [f64; 5] = [0.0, 0.2, -0.2, 0.35, -0.35];
-/// What a radian of turn costs in the order of candidates, m.
-const TURN_COST: f64 = 0.2;
-/// What resting only partly costs in the order of candidates, m.
-const PARTIAL_COST: f64 = 0.05;
-
-/// A placement to examine.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Candidate {
-    /// Smaller is tried first, m.
-    pub cost: f64,
-    /// The placement.
-    pub world_from_sole: Pose,
-}
-
-impl Candidate {
-    /// Any fixed order among candidates of equal cost.
-    fn rank(&self) -> f64 {
-        let p = self.world_from_sole.translation;
-        p.x + 3.0 * p.y + 7.0 * p.z + 11.0 * self.world_from_sole.rotation.z
-    }
-}
-
-impl Ord for Candidate {
-    /// The better is the greater, so that a heap gives it first.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.cost.total_cmp(&self.cost).then_with(|| other.rank().total_cmp(&self.rank()))
-    }
-}
-
-impl PartialOrd for Candidate {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Candidate {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Candidate {}
-
-/// The sole in a plane frame, turned by `turn` about its own origin; wherever it lies there, it
-/// heads where the query lets it.
+/// The sole in a plane frame, turned by `turn` about its own origin, with a heading that the query
+/// allows.
 struct TurnedSole {
+    /// Turn from the ideal heading, rad.
     turn: f64,
-    rotation: DQuat,
+    plane_from_sole: DQuat,
+    /// The turned outline, m.
     outline: heapless::Vec<DVec2, POLYGON_VERTICES_MAX>,
 }
 
@@ -85,39 +35,40 @@ impl TurnedSole {
     }
 }
 
-impl Surfaces {
-    /// Begins to list candidates for a query whose features are gathered: the ideal on every
-    /// plane.
-    pub(crate) fn begin_candidates(&self, scratch: &mut Scratch, query: &PlacementQuery) {
-        scratch.candidates.clear();
-        scratch.waiting.clear();
-        self.list_planes(scratch, query);
-        scratch.planes.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance));
-        scratch.planes_listed = 0;
-        for i in 0..scratch.planes.len() {
-            let plane = scratch.planes[i];
-            Lister { scratch, query, plane }.ideal();
-        }
+/// Begins to list candidates for a query whose features are gathered: the ideal on each plane.
+pub(crate) fn begin_candidates(surfaces: &Surfaces, scratch: &mut Scratch, query: &PlacementQuery) {
+    scratch.candidates.best.clear();
+    scratch.candidates.waiting.clear();
+    list_planes(surfaces, scratch, query);
+    scratch.planes.nearest.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance));
+    scratch.planes.listed = 0;
+    for i in 0..scratch.planes.nearest.len() {
+        let plane = scratch.planes.nearest[i];
+        Lister { scratch, query, plane }.ideal();
     }
+}
 
-    /// Adds the next best candidate to `scratch.candidates`; returns whether there was one. What
-    /// else lies in a plane than the ideal is listed only once it may be next: most requests are
-    /// content with the first few.
-    pub(crate) fn next_candidate(&self, scratch: &mut Scratch, query: &PlacementQuery) -> bool {
-        while let Some(&plane) = scratch.planes.get(scratch.planes_listed)
-            && !scratch.waiting.is_full()
-            && scratch.waiting.peek().is_none_or(|next| plane.distance < next.cost)
-        {
-            scratch.planes_listed += 1;
-            self.list_footprints(scratch, &plane);
-            let mut lister = Lister { scratch, query, plane };
-            lister.singles();
-            lister.pairs();
-        }
-        let next = scratch.waiting.pop();
-        next.iter().for_each(|candidate| scratch.candidates.push(*candidate));
-        next.is_some()
+/// Adds the next best candidate to `scratch.candidates.best` and returns whether there was one. A
+/// plane's candidates other than the ideal are listed only when one of them may be the next: most
+/// queries end after the first few.
+pub(crate) fn next_candidate(
+    surfaces: &Surfaces,
+    scratch: &mut Scratch,
+    query: &PlacementQuery,
+) -> bool {
+    while let Some(&plane) = scratch.planes.nearest.get(scratch.planes.listed)
+        && !scratch.candidates.waiting.is_full()
+        && scratch.candidates.waiting.peek().is_none_or(|next| plane.distance < next.cost)
+    {
+        scratch.planes.listed += 1;
+        list_footprints(surfaces, scratch, &plane);
+        let mut lister = Lister { scratch, query, plane };
+        lister.singles();
+        lister.pairs();
     }
+    let next = scratch.candidates.waiting.pop();
+    next.iter().for_each(|candidate| scratch.candidates.best.push(*candidate));
+    next.is_some()
 }
 
 /// Lists the candidates of one plane.
@@ -128,7 +79,7 @@ struct Lister<'a, 'r> {
 }
 
 impl Lister<'_, '_> {
-    /// The sole turned; `None` where the query lets no sole head there.
+    /// The sole turned by `turn` (rad), or `None` if the query does not allow its heading.
     fn sole(&self, turn: f64) -> Option<TurnedSole> {
         let rotation = rotation_about(DVec3::Z, turn);
         let (sin, cos) = libm::sincos(turn);
@@ -140,20 +91,22 @@ impl Lister<'_, '_> {
                 .map(|p| DVec2::new(cos, sin).rotate(*p))
                 .collect()
         };
-        let heads = self.query.heads(self.plane.world_from_plane.rotation * rotation);
-        heads.then(|| TurnedSole { turn, rotation, outline: outline() })
+        let is_allowed = self.query.is_heading(self.plane.world_from_plane.rotation * rotation);
+        is_allowed.then(|| TurnedSole { turn, plane_from_sole: rotation, outline: outline() })
     }
 
-    /// Adds the sole turned and then shifted, if within the query's reach.
+    /// Adds the turned sole at a shift (m) in the plane, if within the query's reach.
     fn add(&mut self, sole: &TurnedSole, shift: DVec2, extra_cost: f64) {
         let position = self.plane.world_from_plane * shift.extend(0.0);
         if self.query.is_near(position) {
-            let world_from_sole =
-                Pose::from_parts(position, self.plane.world_from_plane.rotation * sole.rotation);
+            let world_from_sole = Pose::from_parts(
+                position,
+                self.plane.world_from_plane.rotation * sole.plane_from_sole,
+            );
             let cost = (position - self.query.ideal.translation).length()
                 + TURN_COST * sole.turn.abs()
                 + extra_cost;
-            self.scratch.waiting.push(Candidate { cost, world_from_sole });
+            self.scratch.candidates.waiting.push(Candidate { cost, world_from_sole });
         }
     }
 
@@ -167,23 +120,24 @@ impl Lister<'_, '_> {
     /// The ideal moved onto each feature, as it is and turned along the feature's sides.
     fn singles(&mut self) {
         let as_it_is = self.sole(0.0);
-        for i in 0..self.scratch.footprints.len().min(SINGLES_MAX) {
+        for i in 0..self.scratch.planes.footprints.len().min(SINGLES_MAX) {
             let [aligned, other] =
-                aligned_turns(self.scratch.footprints[i].across).map(|turn| self.sole(turn));
+                aligned_turns(self.scratch.planes.footprints[i].across).map(|turn| self.sole(turn));
             for sole in [&as_it_is, &aligned, &other].into_iter().flatten() {
                 self.single(i, sole);
             }
         }
     }
 
+    /// The sole shifted onto one feature: wholly if it fits, else partly.
     fn single(&mut self, feature: usize, sole: &TurnedSole) {
-        let footprint = &self.scratch.footprints[feature];
+        let footprint = &self.scratch.planes.footprints[feature];
         let whole = EDGE_MARGINS
             .iter()
             .find_map(|&margin| shift_onto(&footprint.outline, &sole.outline, margin));
         if let Some(shift) = whole {
             self.add(sole, shift, 0.0);
-            for share in [0.5, 0.75] {
+            for share in PARTIAL_SHIFT_SHARES {
                 self.add(sole, shift * share, PARTIAL_COST);
             }
             return;
@@ -200,14 +154,15 @@ impl Lister<'_, '_> {
 
     /// The sole across each pair of neighbouring parallel features.
     fn pairs(&mut self) {
-        let count = self.scratch.footprints.len().min(PAIRED_MAX);
+        let count = self.scratch.planes.footprints.len().min(PAIRED_MAX);
         let span_max = SPAN_SHARES[1] * 2.0 * self.query.sole_radius();
         for i in 0..count {
             for j in 0..i {
-                let (one, other) = (&self.scratch.footprints[i], &self.scratch.footprints[j]);
+                let (one, other) =
+                    (&self.scratch.planes.footprints[i], &self.scratch.planes.footprints[j]);
                 let across = one.across;
-                if across.dot(other.across).abs() < 0.985
-                    && across.perp_dot(other.across).abs() < 0.985
+                if across.dot(other.across).abs() < PARALLEL_COS
+                    && across.perp_dot(other.across).abs() < PARALLEL_COS
                 {
                     continue;
                 }
@@ -217,16 +172,16 @@ impl Lister<'_, '_> {
         }
     }
 
-    /// The sole across features `i` and `j`, which lie apart along `across`, unless they span more
-    /// than any sole could.
+    /// The sole across features `i` and `j`, if these are separate along `across` and span less
+    /// than `span_max` (m).
     fn pair(&mut self, i: usize, j: usize, across: DVec2, span_max: f64) {
-        let (one, other) = (&self.scratch.footprints[i], &self.scratch.footprints[j]);
+        let (one, other) = (&self.scratch.planes.footprints[i], &self.scratch.planes.footprints[j]);
         let [a, b] = [one.extent(across), other.extent(across)];
         let along = across.perp();
         let [c, d] = [one.extent(along), other.extent(along)];
         let lengthwise = [c[0].max(d[0]), c[1].min(d[1])];
-        let lie_apart = a[1] <= b[0] || b[1] <= a[0];
-        if !lie_apart || lengthwise[0] >= lengthwise[1] {
+        let are_separate = a[1] <= b[0] || b[1] <= a[0];
+        if !are_separate || lengthwise[0] >= lengthwise[1] {
             return;
         }
         let outer = [a[0].min(b[0]), a[1].max(b[1])];
@@ -241,8 +196,10 @@ impl Lister<'_, '_> {
         self.across_pair(outer, lengthwise, across, 0.0);
     }
 
+    /// The sole turned by `turn` (rad) across a pair: centred on its outer span, and moved into it
+    /// by the smallest shift; at several positions along the pair.
     fn across_pair(&mut self, outer: [f64; 2], lengthwise: [f64; 2], across: DVec2, turn: f64) {
-        if self.scratch.waiting.is_full() {
+        if self.scratch.candidates.waiting.is_full() {
             return;
         }
         let Some(sole) = self.sole(turn) else { return };
@@ -264,7 +221,7 @@ impl Lister<'_, '_> {
                     .unwrap_or_else(|| shift_to_centre(lengthwise, moved))
         };
         let start = lengthwise_at(0.0);
-        for shift in SHIFTS_ALONG.map(|shift| along * lengthwise_at(start + shift)) {
+        for shift in PAIR_SHIFTS.map(|shift| along * lengthwise_at(start + shift)) {
             for over in [Some(centred), nearest].into_iter().flatten() {
                 self.add(&sole, across * over + shift, 0.0);
             }
@@ -273,15 +230,15 @@ impl Lister<'_, '_> {
 }
 
 /// The two smallest turns that align a sole, heading along x, with a direction or its
-/// perpendicular: first the smaller.
+/// perpendicular, the smaller first, rad.
 fn aligned_turns(direction: DVec2) -> [f64; 2] {
     let angle = libm::atan2(direction.y, direction.x);
     let nearest = angle - FRAC_PI_2 * libm::round(angle / FRAC_PI_2);
     [nearest, if nearest > 0.0 { nearest - FRAC_PI_2 } else { nearest + FRAC_PI_2 }]
 }
 
-/// Where to shift a sole over a feature in one direction: into it if it fits; else centred, or
-/// flush with either end.
+/// Shifts of a sole over a feature in one direction, m: into it if it fits, else centred and flush
+/// with either end.
 fn shifts_over(face: [f64; 2], sole: [f64; 2]) -> heapless::Vec<f64, 3> {
     let fitting = EDGE_MARGINS.iter().find_map(|&margin| shift_within(face, sole, margin));
     match fitting {
@@ -294,25 +251,21 @@ fn shifts_over(face: [f64; 2], sole: [f64; 2]) -> heapless::Vec<f64, 3> {
     }
 }
 
-/// The centre of a sole polygon in the sole frame.
-pub(crate) fn centre_of(sole_polygon: &[DVec2]) -> DVec2 {
-    area_and_centroid(sole_polygon).1
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::foot_placement::config::FootPlacementConfig;
-    use crate::foot_placement::propose::SampleLimits;
+    use crate::foot_placement::features::gather;
+    use crate::foot_placement::request::SampleLimits;
     use glam::DVec3;
     use surefoot_shared_types::Shape;
     use surefoot_shared_types::world::world::{World, WorldShape};
 
     /// Five steps, each 0.12 m above the one before, and three bars beside them.
     fn steps_and_bars() -> Surfaces {
-        let block = |index: usize, half_extents: [f64; 3], place: [f64; 3]| WorldShape {
+        let block = |index: usize, half_extents: [f64; 3], position: [f64; 3]| WorldShape {
             name: format!("block {index}"),
-            world_from_shape: Pose::from_translation(DVec3::from(place)),
+            world_from_shape: Pose::from_translation(DVec3::from(position)),
             shape: Shape::Box { half_extents: DVec3::from(half_extents) },
         };
         let steps =
@@ -324,12 +277,12 @@ mod tests {
     }
 
     fn costs(surfaces: &Surfaces, scratch: &mut Scratch, query: &PlacementQuery) -> Vec<f64> {
-        while surfaces.next_candidate(scratch, query) {}
-        scratch.candidates.iter().map(|candidate| candidate.cost).collect()
+        while next_candidate(surfaces, scratch, query) {}
+        scratch.candidates.best.iter().map(|candidate| candidate.cost).collect()
     }
 
     #[test]
-    fn planes_listed_when_they_are_due_give_what_all_at_once_give() {
+    fn listing_planes_on_demand_gives_the_same_candidates_as_listing_all_at_once() {
         let surfaces = steps_and_bars();
         let mut scratch = Scratch::new(surfaces.config());
         let sole_polygon =
@@ -352,16 +305,16 @@ mod tests {
                 limits: SampleLimits::default(),
                 is_free: &|_| true,
             };
-            surfaces.gather(&mut scratch, &query);
-            surfaces.begin_candidates(&mut scratch, &query);
-            let when_due = costs(&surfaces, &mut scratch, &query);
-            assert!(when_due.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9), "best first");
-            surfaces.begin_candidates(&mut scratch, &query);
-            (0..scratch.planes.len()).for_each(|plane| scratch.planes[plane].distance = 0.0);
+            gather(&surfaces, &mut scratch, &query);
+            begin_candidates(&surfaces, &mut scratch, &query);
+            let on_demand = costs(&surfaces, &mut scratch, &query);
+            assert!(on_demand.windows(2).all(|pair| pair[0] <= pair[1] + 1e-9), "best first");
+            begin_candidates(&surfaces, &mut scratch, &query);
+            scratch.planes.nearest.iter_mut().for_each(|plane| plane.distance = 0.0);
             let at_once = costs(&surfaces, &mut scratch, &query);
             assert!(
-                when_due.iter().zip(&at_once).all(|(one, other)| (one - other).abs() < 1e-9)
-                    && when_due.len() == at_once.len()
+                on_demand.iter().zip(&at_once).all(|(one, other)| (one - other).abs() < 1e-9)
+                    && on_demand.len() == at_once.len()
             );
             assert_eq!(scratch.dropped(), 0);
         }

@@ -1,79 +1,76 @@
-//! The parameters of foot placement: what counts as support, and the bounds of the search for it.
+//! The parameters of foot placement: requirements on a support, and the bounds of the search for
+//! it.
 
 use glam::DVec2;
 use surefoot_shared_types::config::planner::{CONTACT_GAP_MAX, CONTACT_TILT_MAX};
 
 use crate::foot_placement::sole_support::SurfacesError;
+use crate::foot_placement::tuning::{
+    AREA_SHARE_MIN, CHECKED_AREA_FACTOR, EDGE_DISTANCE_SHARE_MIN, NEAR_TARGETS_MAX, NEIGHBORS_MAX,
+};
 use crate::geometry::polygon::{area_and_centroid, inner_distance};
 
-/// What counts as support, and the bounds of the search for it. All lengths in metres, angles in
-/// radians.
+/// Requirements on a support, and the bounds of the search for it. All lengths in metres, angles in
+/// radians. Values marked "measured" were chosen with `surefoot bench footholds`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FootPlacementConfig {
-    /// The smallest support area, m2 (ours: a quarter of a DRC-Hubo sole).
+    /// The smallest support area, m2: a quarter of a DRC-Hubo sole.
     pub support_area_min: f64,
-    /// Factor of `support_area_min` that is required at first; where too little is found the bound
-    /// relaxes to 1 [Grey 4.1.2].
+    /// Factor of `support_area_min` that is required at first. Where too few placements are found
+    /// it relaxes to 1 [Grey 4.1.2].
     pub support_area_inflation: f64,
     /// The smallest distance from the support polygon's centroid to its nearest edge, m
     /// [Grey 4.1.2].
     pub centroid_edge_distance_min: f64,
-    /// How far a surface may be from the sole's plane and still carry it, m.
+    /// Largest distance of a supporting surface from the sole's plane, m: the contact gap that the
+    /// checker allows.
     pub plane_distance_max: f64,
-    /// The smallest width of a carrying piece of a face under the sole, m: a corner or edge touched
-    /// by less carries nothing that a real foot could rely on, and may fall between the samples of
-    /// a checker's 5 mm grid (ours). Pieces of meshes are exempt: others may continue them.
+    /// The smallest width of a supporting piece of a face under the sole, m. A narrower corner or
+    /// edge is no reliable support, and may fall between the samples of the checker's 5 mm grid.
+    /// Pieces of meshes are exempt, because other faces may continue them.
     pub contact_width_min: f64,
-    /// How far a carrying surface's normal may be from the sole's, rad.
+    /// Largest angle between a supporting surface's normal and the sole's, rad: the contact tilt
+    /// that the checker allows.
     pub normal_tilt_max: f64,
-    /// How far the normals of features that are proposed on together may be apart, rad.
+    /// Largest angle between the normals of features that belong to one plane, rad.
     pub plane_tilt_max: f64,
-    /// How far a carrying surface stays inside the friction cone, rad.
+    /// Angle by which a supporting surface stays inside the friction cone, rad.
     pub friction_margin: f64,
-    /// Thickness of the plate above the sole in which nothing may be, m (the thesis's thin
-    /// rectangle, 4.2.2).
+    /// Thickness of the plate above the sole that must be free, m: the thin rectangle of
+    /// [Grey 4.2.2].
     pub plate_height: f64,
     /// Algorithm 1's targets per query, `N_SampleAttempts` [Grey 4.2.2, figure 4.10].
     pub sample_attempts_max: u32,
-    /// Of these targets the first ones, which lie at the ideal and half a foot about it
+    /// Number of these targets, the first ones, that lie at the ideal and half a foot around it
     /// [Grey 4.2.2]; at most five.
     pub sample_attempts_near_ideal: u32,
     /// Algorithm 1's triplets per target, `N_PlaneAttempts` [Grey 4.2.2, figure 4.10].
     pub plane_attempts_max: u32,
     /// Algorithm 1's placements and swaps per triplet, `N_MaxIterations` [Grey 4.2.2, figure 4.10].
     pub iterations_max: u32,
-    /// Of these placements the first ones, which are near the triplet's middle and keep about to
-    /// the ideal heading [Grey 4.2.2].
+    /// Number of these placements, the first ones, that are near the triplet's centroid and the
+    /// ideal heading [Grey 4.2.2].
     pub iterations_near_ideal: u32,
     /// The nearest intersection points a triplet is drawn from, `N_neighbors` [Grey 4.2.2].
     pub neighbors: usize,
-    /// Distance between intersection points along an edge or a line, m.
+    /// Distance between intersection points along an edge or a line, m; measured.
     pub point_spacing: f64,
-    /// Most surface elements looked at by one query of the support.
+    /// Most surface elements examined by one query of the support.
     pub support_elements_max: usize,
     /// Most contact points kept by one query of the support.
     pub contact_points_max: usize,
     /// Most features gathered by one query.
     pub features_max: usize,
-    /// Most planes that one query proposes on.
+    /// Most planes with candidates of one query.
     pub planes_max: usize,
     /// Most geometric candidates of one query.
     pub candidates_max: usize,
     /// Most intersection points of one query.
     pub intersection_points_max: usize,
-    /// Most points of the ground under a sole that is set down; what is beyond is not seen then,
-    /// and rejected later.
+    /// Most points of the ground under a sole that is set down. Further points are left out there;
+    /// the exact support rejects a sole that they obstruct.
     pub ground_points_max: usize,
 }
-
-/// Fraction of a small sole's area that must be supported where more is required: the default's
-/// fraction of the reference robot's sole.
-const AREA_SHARE_MIN: f64 = 0.26;
-/// The share, of the distance from a small sole's centroid to its nearest edge, that a support
-/// polygon's must have at least; as above.
-const EDGE_DISTANCE_SHARE_MIN: f64 = 0.29;
-/// For every sole, at least this multiple of the area that the checker requires.
-const OVER_CHECKED: f64 = 1.2;
 
 impl Default for FootPlacementConfig {
     fn default() -> Self {
@@ -107,8 +104,8 @@ impl Default for FootPlacementConfig {
 }
 
 impl FootPlacementConfig {
-    /// Algorithm 1 as it is printed: without near targets and placements, and with one bound of
-    /// the area [Grey 4.2.2].
+    /// Algorithm 1 as printed: without near targets and placements, and with one bound of the area
+    /// [Grey 4.2.2].
     pub fn as_printed() -> Self {
         Self {
             support_area_inflation: 1.0,
@@ -118,8 +115,8 @@ impl FootPlacementConfig {
         }
     }
 
-    /// With what a robot's soles (m, each in its sole frame) have to be carried by, where a
-    /// scenario asks for one support area and its checker for another, m2.
+    /// The parameters for a robot's soles (m, each in its sole frame). `required` is the support
+    /// area that the scenario demands, `checked` the one that its checker demands, m2.
     pub(crate) fn for_soles(soles: &[Vec<DVec2>], required: f64, checked: f64) -> Self {
         let standard = Self::default();
         let (mut area_min, mut edge_distance_min) = (required, standard.centroid_edge_distance_min);
@@ -130,13 +127,16 @@ impl FootPlacementConfig {
                 edge_distance_min.min(EDGE_DISTANCE_SHARE_MIN * inner_distance(sole, centroid));
         }
         Self {
-            support_area_min: area_min.max(required.min(OVER_CHECKED * checked)),
+            support_area_min: area_min.max(required.min(CHECKED_AREA_FACTOR * checked)),
             centroid_edge_distance_min: edge_distance_min,
             ..standard
         }
     }
 
-    /// Rejects values outside their range, naming the field.
+    /// Checks every value against its range.
+    ///
+    /// # Errors
+    /// The first field out of its range.
     pub(crate) fn validate(&self) -> Result<(), SurfacesError> {
         let reals = [
             ("support_area_min", self.support_area_min, 1e-6, 1.0),
@@ -189,17 +189,12 @@ impl FootPlacementConfig {
     }
 }
 
-/// The largest `sample_attempts_near_ideal`.
-pub(crate) const NEAR_TARGETS_MAX: usize = 5;
-/// The largest `neighbors`: they are kept on the stack.
-pub(crate) const NEIGHBORS_MAX: usize = 64;
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The support area and the distance to the edge that a sole needs, where the checker asks for
-    /// an area.
+    /// The support area (m2) and the distance to the edge (m) that a sole needs, where the checker
+    /// demands the area `checked` (m2).
     fn needs(length: f64, width: f64, checked: f64) -> (f64, f64) {
         let [x, y] = [0.5 * length, 0.5 * width];
         let sole = vec![DVec2::new(-x, -y), DVec2::new(x, -y), DVec2::new(x, y), DVec2::new(-x, y)];
@@ -208,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_small_sole_needs_a_share_of_itself_and_more_than_the_checker_asks_for() {
+    fn a_small_sole_needs_a_share_of_its_area_and_more_than_the_checker_demands() {
         assert_eq!(needs(0.22, 0.14, 5e-4), (0.008, 0.02));
         let (area, edge_distance) = needs(0.2, 0.04, 5e-4);
         assert!(

@@ -1,5 +1,4 @@
-//! Placements of one foot near an ideal pose, as both stages query them
-//! [Grey 4.2, 4.4.4].
+//! Placements of one foot near an ideal pose, as both stages query them [Grey 4.2, 4.4.4].
 
 use std::ops::ControlFlow;
 
@@ -7,27 +6,22 @@ use surefoot_shared_types::Pose;
 
 use crate::collision::model::FootPhase;
 use crate::constraints::constraints::Constraints;
-use crate::foot_placement::propose::{PlacementQuery, SampleLimits, SupportedSole};
+use crate::foot_placement::propose::propose;
+use crate::foot_placement::request::{PlacementQuery, SampleLimits, SupportedSole};
 use crate::foot_placement::scratch::Scratch;
 use crate::foot_placement::surfaces::Surfaces;
-
-/// How far from the ideal a placement may be, m.
-const REACH_XY: f64 = 0.35;
-/// How far a placement's heading may be from the ideal at the most, rad.
-pub const YAW_SPREAD_MAX: f64 = 0.8;
-/// How far from an ideal that is carried exactly more placements are of no use, m.
-const EXACT: f64 = 1e-3;
+use crate::foot_placement::tuning::{FOOTHOLD_REACH_XY, IDEAL_DISTANCE};
 
 /// A query for placements of a foot.
 #[derive(Debug, Clone, Copy)]
 pub struct FootholdQuery {
-    /// Which foot.
+    /// The foot: 0 left, 1 right.
     pub limb: usize,
-    /// Desired pose of its sole.
+    /// Desired pose of its sole in the world.
     pub ideal: Pose,
-    /// How far below and above that a placement may be, m.
+    /// The lowest and highest height of a placement relative to the ideal's, m.
     pub reach_z: [f64; 2],
-    /// How far its heading may be from the ideal, rad.
+    /// The largest turn away from the ideal heading, rad.
     pub yaw_spread: f64,
     /// The seed of the random streams.
     pub seed: u64,
@@ -40,9 +34,9 @@ pub struct FootholdQuery {
 }
 
 impl FootholdQuery {
-    /// Hands placements where the foot is free to `keep`, best first, until enough are kept or one
-    /// is the ideal itself. `keep` returns whether it kept the placement, or breaks if its list is
-    /// full.
+    /// Passes placements where the foot is free to `keep`, best first, until `kept_max` are kept or
+    /// one of them is the ideal. `keep` returns whether it keeps the placement, or breaks if its
+    /// list is full.
     pub fn run(
         &self,
         (constraints, surfaces): (&Constraints, &Surfaces),
@@ -52,7 +46,7 @@ impl FootholdQuery {
         let query = PlacementQuery {
             sole_polygon: &constraints.robot.soles[self.limb].polygon,
             ideal: self.ideal,
-            reach_xy: REACH_XY,
+            reach_xy: FOOTHOLD_REACH_XY,
             reach_z: self.reach_z,
             yaw_spread: self.yaw_spread,
             seed: self.seed,
@@ -64,12 +58,11 @@ impl FootholdQuery {
             },
         };
         let mut kept = 0;
-        surfaces.propose(scratch, &query, &mut |sole: SupportedSole| {
-            let is_ideal =
-                sole.world_from_sole.translation.distance(self.ideal.translation) < EXACT;
+        propose(surfaces, scratch, &query, &mut |sole: SupportedSole| {
+            let distance = sole.world_from_sole.translation.distance(self.ideal.translation);
             let ControlFlow::Continue(is_kept) = keep(sole) else { return false };
             kept += usize::from(is_kept);
-            kept < self.kept_max && !is_ideal
+            kept < self.kept_max && distance >= IDEAL_DISTANCE
         });
     }
 }

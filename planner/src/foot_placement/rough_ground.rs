@@ -1,5 +1,4 @@
-//! Soles set down on rough ground: as a rigid foot does, each comes to rest on three points, above
-//! which its middle is.
+//! Soles set down on rough ground: a rigid foot rests on three points around its centroid.
 
 use std::ops::ControlFlow;
 
@@ -7,40 +6,22 @@ use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::yaw_of;
 
-use crate::foot_placement::candidates::centre_of;
-use crate::foot_placement::propose::{Examined, PlacementQuery, Proposal, Source};
+use crate::foot_placement::elements::{Element, Face};
+use crate::foot_placement::plane_features::pose_on_plane;
+use crate::foot_placement::posed_sole::{PosedSole, SupportRequirement};
+use crate::foot_placement::proposal::{Examined, Proposal};
+use crate::foot_placement::request::{PlacementQuery, Source};
 use crate::foot_placement::scratch::Scratch;
-use crate::foot_placement::sole_support::{NoSupport, pose_on_plane};
-use crate::foot_placement::support::{PosedSole, SupportRequirement};
-use crate::foot_placement::surfaces::{Element, Face, Surfaces};
+use crate::foot_placement::sole_support::NoSupport;
+use crate::foot_placement::surfaces::Surfaces;
+use crate::foot_placement::tuning::{
+    PLANES_TRIED_MAX, REST_ITERATIONS, REST_OFFSETS, WIDE_SUPPORT_SHARE,
+};
 use crate::geometry::polygon::{clip_to_sides, cross, spanned};
 
-/// Where soles are set down: from the ideal in its heading, m.
-const OFFSETS: [DVec2; 13] = [
-    DVec2::ZERO,
-    DVec2::new(0.05, 0.0),
-    DVec2::new(-0.05, 0.0),
-    DVec2::new(0.0, 0.05),
-    DVec2::new(0.0, -0.05),
-    DVec2::new(0.08, 0.08),
-    DVec2::new(0.08, -0.08),
-    DVec2::new(-0.08, 0.08),
-    DVec2::new(-0.08, -0.08),
-    DVec2::new(0.15, 0.0),
-    DVec2::new(-0.15, 0.0),
-    DVec2::new(0.0, 0.15),
-    DVec2::new(0.0, -0.15),
-];
-/// The nearest faces whose planes are tested.
-const PLANES_TRIED_MAX: usize = 6;
-/// The share of the sole's area that a wide support has.
-const WIDE_SHARE: f64 = 0.6;
-/// Times that a sole is set down at an offset: as it tilts, its outline comes to lie over other
-/// ground.
-const REST_ITERATIONS: usize = 3;
-/// Times that the triangle below a sole climbs at the most.
+/// Most replacements of a corner of the triangle below a sole.
 const CLIMBS_MAX: usize = 48;
-/// How far a point may be above the plane of rest, m.
+/// Height above the plane of rest up to which a point counts as below it, m.
 const REST_SLACK: f64 = 1e-6;
 /// Twice the area of the smallest triangle that a sole rests on, m2.
 const AREA_MIN: f64 = 1e-8;
@@ -51,122 +32,121 @@ const BELOW: [DVec3; 3] = [
     DVec3::new(0.0, 20.0, -100.0),
 ];
 
-impl Proposal<'_, '_> {
-    /// Whether the ground near the ideal is a mesh without a plane there that the sole fits on.
-    pub(crate) fn is_rough(&self) -> bool {
-        let sole_area = self.query.sole_area();
-        let mesh_face = |&(_, id): &(f64, u32)| match self.surfaces.element(id) {
-            Element::Face(face, vertices) if face.of_mesh => Some((face, vertices)),
-            Element::Face(..) | Element::Curved(_) => None,
-        };
-        let features = &self.scratch.features;
-        let is_large_enough = |(plane, _): (&Face, &[DVec3])| {
-            let coplanar = features
-                .iter()
-                .filter_map(mesh_face)
-                .filter(|(face, _)| self.surfaces.are_coplanar(plane, face));
-            coplanar.map(|(_, vertices)| 0.5 * spanned(vertices).length()).sum::<f64>() >= sole_area
-        };
-        features.iter().all(|feature| mesh_face(feature).is_some())
-            && !features.iter().take(PLANES_TRIED_MAX).filter_map(mesh_face).any(is_large_enough)
-    }
+/// Whether the ground near the ideal is a mesh without a plane that the sole fits on.
+pub(crate) fn is_rough(proposal: &Proposal<'_, '_>) -> bool {
+    let surfaces = proposal.surfaces;
+    let sole_area = proposal.query.sole_area();
+    let mesh_face = |&(_, id): &(f64, u32)| match surfaces.element(id) {
+        Element::Face(face, vertices) if face.of_mesh => Some((face, vertices)),
+        Element::Face(..) | Element::Curved(_) => None,
+    };
+    let features = &proposal.scratch.features;
+    let is_large_enough = |(plane, _): (&Face, &[DVec3])| {
+        let coplanar = features
+            .iter()
+            .filter_map(mesh_face)
+            .filter(|(face, _)| are_coplanar(surfaces, plane, face));
+        coplanar.map(|(_, vertices)| 0.5 * spanned(vertices).length()).sum::<f64>() >= sole_area
+    };
+    features.iter().all(|feature| mesh_face(feature).is_some())
+        && !features.iter().take(PLANES_TRIED_MAX).filter_map(mesh_face).any(is_large_enough)
+}
 
-    /// Soles set down near the ideal that are carried widely, then those that are carried at all.
-    pub(crate) fn propose_on_rough_ground(&mut self) -> ControlFlow<()> {
-        let enough = self.requirement(0.0);
-        let wide = WIDE_SHARE * self.query.sole_area();
-        let requirement = SupportRequirement { area_min: enough.area_min.max(wide), ..enough };
-        let mut others: heapless::Vec<Pose, { OFFSETS.len() }> = heapless::Vec::new();
-        for offset in OFFSETS.iter().take(self.query.limits.geometric_max as usize) {
-            let Some(pose) = self.surfaces.rest_pose(self.scratch, self.query, *offset) else {
-                continue;
-            };
-            if self.query.reaches(&pose)
-                && self.examine(pose, Source::Geometric, requirement)?
-                    == Examined::Rejected(NoSupport::AreaTooSmall)
-            {
-                others.extend([pose]);
+/// Soles set down near the ideal: first those with a wide support, then those with enough.
+pub(crate) fn propose_on_rough_ground(proposal: &mut Proposal<'_, '_>) -> ControlFlow<()> {
+    let enough = proposal.requirement(0.0);
+    let wide = WIDE_SUPPORT_SHARE * proposal.query.sole_area();
+    let requirement = SupportRequirement { area_min: enough.area_min.max(wide), ..enough };
+    let mut others: heapless::Vec<Pose, { REST_OFFSETS.len() }> = heapless::Vec::new();
+    for offset in REST_OFFSETS.iter().take(proposal.query.limits.geometric_max as usize) {
+        let Some(pose) = rest_pose(proposal.surfaces, proposal.scratch, proposal.query, *offset)
+        else {
+            continue;
+        };
+        if proposal.query.is_in_reach(&pose)
+            && proposal.examine(pose, Source::Geometric, requirement)?
+                == Examined::Rejected(NoSupport::AreaTooSmall)
+        {
+            others.extend([pose]);
+        }
+    }
+    for pose in others {
+        proposal.examine(pose, Source::Geometric, enough)?;
+    }
+    ControlFlow::Continue(())
+}
+
+/// Whether two faces lie in one plane.
+fn are_coplanar(surfaces: &Surfaces, one: &Face, other: &Face) -> bool {
+    one.normal.dot(other.normal) >= surfaces.coplanar_cos
+        && (one.offset - other.offset).abs() <= surfaces.config().plane_distance_max
+}
+
+/// The pose at which the sole rests when it is set down at an offset from the ideal (m, x along
+/// the ideal heading) with the ideal heading; `None` where no ground is below its centroid or
+/// the ground is too steep.
+fn rest_pose(
+    surfaces: &Surfaces,
+    scratch: &mut Scratch,
+    query: &PlacementQuery,
+    offset: DVec2,
+) -> Option<Pose> {
+    let yaw = yaw_of(query.ideal.rotation);
+    let (sin, cos) = libm::sincos(yaw);
+    let position = query.ideal.translation + DVec2::new(cos, sin).rotate(offset).extend(0.0);
+    let mut pose = pose_on_plane(position, DVec3::Z, yaw);
+    let middle = query.sole_centroid();
+    let mut heights = query.reach_z;
+    for _ in 0..REST_ITERATIONS {
+        gather_ground(surfaces, scratch, query.sole_polygon, &pose, heights);
+        let [a, b, c] = resting_triangle(&scratch.ground, middle)?.map(|point| pose * point);
+        let normal = (b - a).cross(c - a).normalize();
+        if !surfaces.is_flat_enough(normal) {
+            return None;
+        }
+        let height = a.z - normal.truncate().dot(position.truncate() - a.truncate()) / normal.z;
+        pose = pose_on_plane(position.truncate().extend(height), normal, yaw);
+        heights = [-surfaces.config().plate_height, surfaces.config().plate_height];
+    }
+    Some(pose)
+}
+
+/// Fills `scratch.ground` with the corners, in the sole frame, of all surfaces under the sole
+/// between two heights relative to it, m.
+fn gather_ground(
+    surfaces: &Surfaces,
+    scratch: &mut Scratch,
+    outline: &[DVec2],
+    world_from_sole: &Pose,
+    [lowest, highest]: [f64; 2],
+) {
+    scratch.ground.clear();
+    let sole = PosedSole::new(outline, world_from_sole);
+    let region = sole.region(lowest, highest);
+    for id in surfaces.elements_in(&region).take(surfaces.config().support_elements_max) {
+        scratch.clip.polygon.clear();
+        match surfaces.element(id) {
+            Element::Face(face, vertices) if face.normal.z > 0.0 => {
+                scratch.clip.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
+            }
+            Element::Face(..) => {}
+            Element::Curved(curved) => {
+                let normal = curved.side_normal(world_from_sole.rotation * DVec3::Z);
+                let line = normal.map(|normal| curved.line_with_normal(normal));
+                scratch
+                    .clip
+                    .polygon
+                    .extend(line.into_iter().flatten().map(|end| sole.in_sole(end)));
             }
         }
-        for pose in others {
-            self.examine(pose, Source::Geometric, enough)?;
-        }
-        ControlFlow::Continue(())
+        clip_to_sides(&mut scratch.clip, &sole.sides, 0.0);
+        scratch.clip.polygon.iter().for_each(|&point| scratch.ground.push(point));
     }
 }
 
-impl Surfaces {
-    /// Whether two faces lie in one plane.
-    fn are_coplanar(&self, one: &Face, other: &Face) -> bool {
-        one.normal.dot(other.normal) >= self.coplanar_cos
-            && (one.offset - other.offset).abs() <= self.config.plane_distance_max
-    }
-
-    /// Where the sole comes to rest when it is set down at an offset, heading for the ideal yaw;
-    /// `None` where nothing holds its middle, or only what is too steep.
-    fn rest_pose(
-        &self,
-        scratch: &mut Scratch,
-        query: &PlacementQuery,
-        offset: DVec2,
-    ) -> Option<Pose> {
-        let yaw = yaw_of(query.ideal.rotation);
-        let (sin, cos) = libm::sincos(yaw);
-        let position = query.ideal.translation + DVec2::new(cos, sin).rotate(offset).extend(0.0);
-        let mut pose = pose_on_plane(position, DVec3::Z, yaw);
-        let middle = centre_of(query.sole_polygon);
-        let mut heights = query.reach_z;
-        for _ in 0..REST_ITERATIONS {
-            self.gather_ground(scratch, query.sole_polygon, &pose, heights);
-            let [a, b, c] = resting_triangle(&scratch.ground, middle)?.map(|point| pose * point);
-            let normal = (b - a).cross(c - a).normalize();
-            if !self.is_flat_enough(normal) {
-                return None;
-            }
-            let height = a.z - normal.truncate().dot(position.truncate() - a.truncate()) / normal.z;
-            pose = pose_on_plane(position.truncate().extend(height), normal, yaw);
-            heights = [-self.config.plate_height, self.config.plate_height];
-        }
-        Some(pose)
-    }
-
-    /// Fills `scratch.ground` with the corners of what lies under the sole, between two heights
-    /// from it, in the sole frame.
-    fn gather_ground(
-        &self,
-        scratch: &mut Scratch,
-        outline: &[DVec2],
-        world_from_sole: &Pose,
-        [lowest, highest]: [f64; 2],
-    ) {
-        scratch.ground.clear();
-        let sole = PosedSole::new(outline, world_from_sole);
-        let region = sole.region(lowest, highest);
-        for id in self.elements_in(&region).take(self.config.support_elements_max) {
-            scratch.clip.polygon.clear();
-            match self.element(id) {
-                Element::Face(face, vertices) if face.normal.z > 0.0 => {
-                    scratch.clip.polygon.extend(vertices.iter().map(|&v| sole.in_sole(v)));
-                }
-                Element::Face(..) => {}
-                Element::Curved(curved) => {
-                    let normal = curved.side_normal(world_from_sole.rotation * DVec3::Z);
-                    let line = normal.map(|normal| curved.line_with_normal(normal));
-                    scratch
-                        .clip
-                        .polygon
-                        .extend(line.into_iter().flatten().map(|end| sole.in_sole(end)));
-                }
-            }
-            clip_to_sides(&mut scratch.clip, &sole.sides, 0.0);
-            scratch.clip.polygon.iter().for_each(|&point| scratch.ground.push(point));
-        }
-    }
-}
-
-/// The three of some points over which a plane rests that is above `middle`, and below none of
-/// them: the triangle under `middle` climbs to the point that stands highest above it until there
-/// is none.
+/// The three of some points whose plane passes under `middle` and has no point above it. A
+/// triangle under `middle` repeatedly takes the point that is highest above it as a corner, until
+/// no point is above it.
 fn resting_triangle(points: &[DVec3], middle: DVec2) -> Option<[DVec3; 3]> {
     let mut triangle = BELOW;
     for _ in 0..CLIMBS_MAX {
@@ -181,7 +161,7 @@ fn resting_triangle(points: &[DVec3], middle: DVec2) -> Option<[DVec3; 3]> {
     None
 }
 
-/// The triangle with a point in place of the corner without which it is still below `middle`.
+/// The triangle with a point in place of that corner whose loss keeps `middle` deepest inside.
 fn climbed(triangle: &[DVec3; 3], point: DVec3, middle: DVec2) -> Option<[DVec3; 3]> {
     let replaced = [0, 1, 2].map(|corner| {
         let mut climbed = *triangle;
@@ -201,7 +181,7 @@ fn climbed(triangle: &[DVec3; 3], point: DVec3, middle: DVec2) -> Option<[DVec3;
     (depth(&best) >= -1e-9).then_some(best)
 }
 
-/// How high a point is above a triangle's plane, along z, as a function of the point.
+/// The height of a point above a triangle's plane along z, m, as a function of the point.
 fn height_above([a, b, c]: [DVec3; 3]) -> impl Fn(&DVec3) -> f64 {
     let normal = (b - a).cross(c - a);
     let slope = normal.truncate() / normal.z;
@@ -214,7 +194,7 @@ mod tests {
     use crate::base::random::{Random, Stream};
 
     #[test]
-    fn a_sole_rests_on_three_points_around_its_middle_and_under_none() {
+    fn a_sole_rests_on_three_points_around_its_centroid_with_no_point_above_them() {
         let mut random = Random::new(1, Stream::FootPlacement, 0, 0);
         for _ in 0..200 {
             let points: Vec<DVec3> = (0..60)
@@ -232,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn a_middle_with_ground_on_one_side_only_has_no_rest() {
+    fn a_centroid_with_ground_on_one_side_only_has_no_rest_pose() {
         let points = [
             DVec3::new(0.1, 0.0, 0.0),
             DVec3::new(0.2, 0.1, 0.0),

@@ -1,15 +1,15 @@
-//! Where in a plane a sole lies wholly on a face, or as well on it as it can.
+//! Shifts of a sole in a plane that bring it onto a face, wholly or as far as possible.
 
 use glam::DVec2;
 
 use crate::geometry::polygon::{HalfPlane, edges, inward_normal};
 
-/// How far a point may be outside a half-plane and still count as in it, m.
+/// Distance outside a half-plane up to which a point counts as inside, m.
 const FEASIBLE_SLACK: f64 = 1e-9;
-/// Most sides of a face for which the nearest whole placement is searched exactly.
+/// Most sides of a face for which the nearest whole placement is computed exactly.
 const SIDES_MAX: usize = 24;
 
-/// The extent of points along a direction.
+/// The least and the greatest coordinate of points along a direction, m.
 pub(crate) fn extent(points: impl Iterator<Item = DVec2>, direction: DVec2) -> [f64; 2] {
     points
         .map(|p| p.dot(direction))
@@ -26,9 +26,9 @@ pub(crate) fn narrowest_direction(outline: &[DVec2]) -> Option<DVec2> {
     across.min_by(|&m, &n| width(m).total_cmp(&width(n)))
 }
 
-/// The smallest translation after which the sole `sole` (already turned, at its present place) lies
-/// wholly on `face`, `margin` (m) from its edges, or `None` if the face is too small or has too
-/// many sides.
+/// The smallest translation that brings the turned outline `sole` wholly onto `face`, `margin` (m)
+/// from its edges, or `None` if the face is too small or has too many sides. Both are in the plane
+/// frame, m.
 pub(crate) fn shift_onto(face: &[DVec2], sole: &[DVec2], margin: f64) -> Option<DVec2> {
     let mut planes: heapless::Vec<HalfPlane, SIDES_MAX> = heapless::Vec::new();
     for (a, b) in edges(face) {
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sole_moves_no_further_than_it_must() {
+    fn the_shift_onto_a_face_is_the_smallest_one() {
         let sole = rectangle([-0.1, 0.1], [-0.05, 0.05]);
         assert_eq!(
             shift_onto(&rectangle([-1.0, 1.0], [-1.0, 1.0]), &sole, MARGIN),
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn extents_move_in_or_are_centred() {
+    fn extents_are_shifted_inside_or_centred() {
         assert_eq!(shift_within([0.0, 1.0], [0.4, 0.6], MARGIN), Some(0.0));
         assert!(
             (shift_within([0.5, 1.0], [0.4, 0.6], MARGIN).unwrap() - (0.1 + MARGIN)).abs() < 1e-12

@@ -1,32 +1,20 @@
-//! Where a foot can stand, on arbitrary geometry [Grey 4.1.2, 4.2].
-//!
-//! [`Surfaces`] is compiled once from a world: every planar face (coplanar triangles merged), every
-//! line and cap of a curved shape, and a bounding volume hierarchy over them. [`Surfaces::support`]
-//! computes what supports a sole at a pose; [`Surfaces::propose`] finds poses that carry: set
-//! down where the ground is rough, read off the geometry elsewhere, and by the thesis's Algorithm 1
-//! after; [`Surfaces::propose_nests`] finds those that only a second face holds. Both work in a
-//! [`Scratch`] of the caller and never touch the heap.
-//!
-//! What is deliberately absent: curved surfaces carry along a line or at a point only, never a
-//! strip; steep walls never carry; a solid that swallows the whole foot shows no surface near the
-//! sole, so the caller's collision test (`is_free`) must reject it.
+//! The support of a sole, why a sole has none, and why a world cannot be compiled.
 
-use glam::{DMat3, DQuat, DVec2, DVec3};
-use surefoot_shared_types::Pose;
+use glam::DVec2;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
-/// What carries a sole: the convex hull of its contacts.
+/// The support of a sole: the convex hull of its contacts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Support {
     /// The hull, in the sole frame, counter-clockwise, m.
     pub polygon: heapless::Vec<DVec2, POLYGON_VERTICES_MAX>,
     /// Its area, m2.
     pub area: f64,
-    /// From the hull's centroid to its nearest edge, m.
+    /// Distance from the hull's centroid to its nearest edge, m.
     pub edge_distance: f64,
 }
 
-/// Why a sole finds no support at a pose.
+/// Why a sole has no support at a pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum NoSupport {
     /// The sole polygon is not a convex counter-clockwise polygon of 3 to 16 vertices, or the pose
@@ -44,12 +32,13 @@ pub enum NoSupport {
     AreaTooSmall,
     /// The centroid of the support polygon is too near to its edge.
     CentroidNearEdge,
-    /// More surface elements under the sole than `support_elements_max`.
+    /// More surface elements are under the sole than `support_elements_max`.
     TooManyElements,
 }
 
 impl NoSupport {
-    /// Every reason, in the order of [`PlacementStats::rejected`].
+    /// Every reason, in the order of
+    /// [`PlacementStats::rejected`](crate::foot_placement::PlacementStats::rejected).
     pub const ALL: [Self; 8] = [
         Self::InvalidSole,
         Self::TooSteep,
@@ -61,19 +50,19 @@ impl NoSupport {
         Self::TooManyElements,
     ];
 
-    /// The reason for a person.
+    /// The reason as a clause for messages.
     pub fn describe(self) -> &'static str {
         match self {
             Self::InvalidSole => "the sole polygon or the pose is invalid",
-            Self::TooSteep => "it is too steep for the friction",
-            Self::NothingBelow => "there is nothing to stand on",
-            Self::Penetrates => "something stands in the sole's place",
+            Self::TooSteep => "the ground is too steep for the friction",
+            Self::NothingBelow => "no surface is below the sole",
+            Self::Penetrates => "an obstacle stands where the sole is",
             Self::FacesDown => {
-                "the ground there faces down (do its triangles wind clockwise, seen from above?)"
+                "the ground faces down (its triangles may wind clockwise, seen from above)"
             }
-            Self::AreaTooSmall => "too little of the sole is carried",
-            Self::CentroidNearEdge => "what carries it is too narrow",
-            Self::TooManyElements => "the mesh there is too fine for planner bounds",
+            Self::AreaTooSmall => "the supported area of the sole is too small",
+            Self::CentroidNearEdge => "the support is too narrow",
+            Self::TooManyElements => "the mesh there has too many faces for the planner's bounds",
         }
     }
 }
@@ -84,7 +73,7 @@ pub enum SurfacesError {
     /// A parameter is out of its range.
     #[error("foot placement parameter {field} = {value} must lie in {lower}..{upper}")]
     Config {
-        /// The field of [`FootPlacementConfig`].
+        /// The field of [`FootPlacementConfig`](crate::foot_placement::FootPlacementConfig).
         field: &'static str,
         /// Its value.
         value: f64,
@@ -93,24 +82,12 @@ pub enum SurfacesError {
         /// The largest allowed value.
         upper: f64,
     },
-    /// A shape is broken.
+    /// A shape cannot be compiled.
     #[error("shape '{shape}': {message}")]
     Shape {
         /// The name of the shape in the world.
         shape: String,
-        /// What is wrong and what to do.
+        /// The fault, and how to correct it.
         message: String,
     },
-}
-
-/// The pose at `position` whose z axis is `normal` (pointing up) and whose x axis, seen from above,
-/// heads for `yaw`.
-pub(crate) fn pose_on_plane(position: DVec3, normal: DVec3, yaw: f64) -> Pose {
-    let (sin, cos) = libm::sincos(yaw);
-    let heading = DVec3::new(cos, sin, 0.0);
-    let x = (heading * normal.z - DVec3::Z * heading.dot(normal)).normalize();
-    Pose::from_parts(
-        position,
-        DQuat::from_mat3(&DMat3::from_cols(x, normal.cross(x), normal)).normalize(),
-    )
 }

@@ -1,89 +1,30 @@
-//! What carries a sole at a given pose, exactly.
+//! The exact support of a sole at a given pose.
 
-use glam::{DMat3, DVec2, DVec3};
-use parry3d_f64::bounding_volume::Aabb;
+use glam::{DVec2, DVec3};
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
 
-use crate::foot_placement::scratch::{Bounded, Scratch};
+use crate::foot_placement::elements::{CurvedSurface, Element, Face, SurfaceEnds};
+use crate::foot_placement::posed_sole::{PosedSole, SupportRequirement, is_sole};
+use crate::foot_placement::scratch::{Contacts, Scratch};
 use crate::foot_placement::sole_support::{NoSupport, Support};
-use crate::foot_placement::surfaces::{CurvedSurface, Element, Face, SurfaceEnds, Surfaces};
+use crate::foot_placement::surfaces::Surfaces;
 use crate::geometry::bvh;
 use crate::geometry::polygon::{
-    Sides, area_and_centroid, clip, clip_to_sides, convex_hull, cross, distance_to, edges,
-    inner_distance, sides_of, simplify, width,
+    area_and_centroid, clip, clip_to_sides, convex_hull, distance_to, inner_distance, simplify,
+    width,
 };
 
-/// A surface that only touches the outline does not stand in it: how far inside it must be, m.
+/// Depth inside the outline from which a surface counts as standing in it, m. A surface that only
+/// touches the outline does not.
 const OUTLINE_INSET: f64 = 1e-4;
-/// How far a surface that faces down must be below the sole plane not to lie on top of the ground
+/// Depth below the sole plane from which a surface that faces down does not cover the ground
 /// there, m.
 const COVER_DEPTH: f64 = 1e-4;
 /// Halvings of the search for the point of a curved surface's axis nearest to the plate.
 const AXIS_SEARCH_STEPS: usize = 48;
 
-/// Requirements on a support.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SupportRequirement {
-    /// The smallest area, m2.
-    pub area_min: f64,
-    /// Whether surfaces steeper than friction holds carry too: something else keeps the foot from
-    /// sliding.
-    pub is_braced: bool,
-    /// Whether any surface that stands in the outline is enough to reject the sole; else it is the
-    /// highest that is remembered.
-    pub any_intrusion: bool,
-}
-
-/// A sole at a pose.
-pub(crate) struct PosedSole<'a> {
-    outline: &'a [DVec2],
-    /// The outline's sides.
-    pub(crate) sides: Sides,
-    world_from_sole: &'a Pose,
-    /// The rotation part of `sole_from_world`.
-    sole_from_world: DMat3,
-    normal: DVec3,
-    /// Whether steep surfaces carry it too.
-    is_braced: bool,
-}
-
-impl<'a> PosedSole<'a> {
-    /// A sole that only surfaces within the friction cone carry.
-    pub(crate) fn new(outline: &'a [DVec2], world_from_sole: &'a Pose) -> Self {
-        let rotation = DMat3::from_quat(world_from_sole.rotation);
-        Self {
-            outline,
-            sides: sides_of(outline),
-            world_from_sole,
-            sole_from_world: rotation.transpose(),
-            normal: rotation.z_axis,
-            is_braced: false,
-        }
-    }
-
-    /// A point of the world in the sole frame.
-    pub(crate) fn in_sole(&self, point: DVec3) -> DVec3 {
-        self.sole_from_world * (point - self.world_from_sole.translation)
-    }
-
-    /// The box in the world around the outline between two heights above the sole plane.
-    pub(crate) fn region(&self, lowest: f64, highest: f64) -> Aabb {
-        let corner = |p: &DVec2, z: f64| *self.world_from_sole * p.extend(z);
-        let corners = self.outline.iter().flat_map(|p| [corner(p, lowest), corner(p, highest)]);
-        let around = bvh::Aabb::of_points(corners);
-        Aabb::new(around.min, around.max)
-    }
-
-    /// The box in the sole frame around the outline between two heights above the sole plane.
-    fn plate(&self, lowest: f64, highest: f64) -> bvh::Aabb {
-        bvh::Aabb::of_points(
-            self.outline.iter().flat_map(|p| [p.extend(lowest), p.extend(highest)]),
-        )
-    }
-}
-
-/// What was found near a sole so far.
+/// Obstacles found near a sole.
 #[derive(Default)]
 struct Findings {
     /// The highest point, in the sole frame, of a surface that stands in the outline.
@@ -101,12 +42,12 @@ impl Findings {
 }
 
 impl Surfaces {
-    /// The exact support of a sole at a pose: the hull of all places within the outline where
+    /// The exact support of a sole at a pose: the hull of all points within the outline where
     /// a surface is within `plane_distance_max` of the sole plane, aligned with it and inside the
-    /// friction cone [Grey 4.1.2].
+    /// friction cone [Grey 4.1.2]. `sole_polygon` is in the sole frame, m.
     ///
     /// # Errors
-    /// Why there is none. `scratch` then holds the highest point of the obstacle.
+    /// Why there is no support. `scratch` then holds the highest point of the obstacle.
     pub fn support(
         &self,
         scratch: &mut Scratch,
@@ -121,7 +62,7 @@ impl Surfaces {
         self.support_of(scratch, sole_polygon, world_from_sole, requirement)
     }
 
-    /// The support of a sole at a pose if it meets the requirement.
+    /// The support of a sole at a pose, if it meets the requirement.
     pub(crate) fn support_of(
         &self,
         scratch: &mut Scratch,
@@ -129,7 +70,7 @@ impl Surfaces {
         world_from_sole: &Pose,
         requirement: SupportRequirement,
     ) -> Result<Support, NoSupport> {
-        scratch.intrusion = None;
+        scratch.contacts.intrusion = None;
         if !is_sole(sole_polygon) || !world_from_sole.is_finite() {
             return Err(NoSupport::InvalidSole);
         }
@@ -142,24 +83,25 @@ impl Surfaces {
         }
         let findings = self.examine(scratch, &sole, requirement.any_intrusion)?;
         if let Some(point) = findings.intrusion {
-            scratch.intrusion = Some(*world_from_sole * point);
-            let is_inside_out = findings.faces_down && scratch.contact_points.is_empty();
+            scratch.contacts.intrusion = Some(*world_from_sole * point);
+            let is_inside_out = findings.faces_down && scratch.contacts.points.is_empty();
             return Err(if is_inside_out { NoSupport::FacesDown } else { NoSupport::Penetrates });
         }
-        if scratch.contact_points.is_empty() {
+        if scratch.contacts.points.is_empty() {
             return Err(NoSupport::NothingBelow);
         }
         self.evaluate_contacts(scratch, requirement.area_min)
     }
 
-    /// Collects contact points and intrusions, or just one of these.
+    /// Collects contact points and the highest obstacle. With `any_intrusion` it ends at the first
+    /// obstacle.
     fn examine(
         &self,
         scratch: &mut Scratch,
         sole: &PosedSole,
         any_intrusion: bool,
     ) -> Result<Findings, NoSupport> {
-        scratch.contact_points.clear();
+        scratch.contacts.points.clear();
         let mut findings = Findings::default();
         let heights = [-self.config.plane_distance_max, self.config.plate_height];
         let (region, plate) =
@@ -221,13 +163,7 @@ impl Surfaces {
             if !face.of_mesh && width(&buffer.polygon) < self.config.contact_width_min {
                 return;
             }
-            for i in 0..scratch.clip.polygon.len() {
-                add_contact(
-                    &mut scratch.contact_points,
-                    &mut scratch.hull,
-                    scratch.clip.polygon[i].truncate(),
-                );
-            }
+            scratch.contacts.add_all(&scratch.clip.polygon);
         }
     }
 
@@ -252,7 +188,7 @@ impl Surfaces {
                 if point.z.abs() <= tolerance
                     && inner_distance(sole.outline, point.truncate()) >= 0.0
                 {
-                    add_contact(&mut scratch.contact_points, &mut scratch.hull, point.truncate());
+                    scratch.contacts.add(point.truncate());
                 }
             }
         }
@@ -267,17 +203,11 @@ impl Surfaces {
         clip_to_sides(buffer, &sole.sides, 0.0);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance - p.z);
         clip(&mut buffer.polygon, &mut buffer.spare, |p| tolerance + p.z);
-        for i in 0..scratch.clip.polygon.len() {
-            add_contact(
-                &mut scratch.contact_points,
-                &mut scratch.hull,
-                scratch.clip.polygon[i].truncate(),
-            );
-        }
+        scratch.contacts.add_all(&scratch.clip.polygon);
     }
 
-    /// Where a capsule or ball with the axis `a b` (sole frame) stands in the plate above the sole,
-    /// if it does.
+    /// The highest point of a capsule or ball with the axis `a b` (sole frame) within the plate
+    /// above the sole, if it stands in the plate.
     fn intrusion_of_curved(
         &self,
         sole: &PosedSole,
@@ -305,45 +235,42 @@ impl Surfaces {
             .then(|| point.truncate().extend((point.z + curved.radius).min(high)))
     }
 
-    /// The support that the collected contact points make.
+    /// The support that the collected contact points span.
     fn evaluate_contacts(
         &self,
         scratch: &mut Scratch,
         area_min: f64,
     ) -> Result<Support, NoSupport> {
-        convex_hull(&mut scratch.contact_points, &mut scratch.hull);
-        simplify(&mut scratch.hull, POLYGON_VERTICES_MAX);
-        let (area, centroid) = area_and_centroid(&scratch.hull);
+        let Contacts { points, hull, .. } = &mut scratch.contacts;
+        convex_hull(points, hull);
+        simplify(hull, POLYGON_VERTICES_MAX);
+        let (area, centroid) = area_and_centroid(hull);
         if area < area_min {
             return Err(NoSupport::AreaTooSmall);
         }
-        let edge_distance = inner_distance(&scratch.hull, centroid);
+        let edge_distance = inner_distance(hull, centroid);
         if edge_distance < self.config.centroid_edge_distance_min {
             return Err(NoSupport::CentroidNearEdge);
         }
-        Ok(Support { polygon: scratch.hull.iter().copied().collect(), area, edge_distance })
+        Ok(Support { polygon: hull.iter().copied().collect(), area, edge_distance })
     }
 }
 
-/// Whether a polygon is convex, counter-clockwise, and of a size that fits.
-fn is_sole(polygon: &[DVec2]) -> bool {
-    let n = polygon.len();
-    let turns_left =
-        |i: usize| cross(polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]) >= -1e-12;
-    (3..=POLYGON_VERTICES_MAX).contains(&n)
-        && polygon.iter().all(|p| p.is_finite())
-        && (0..n).all(turns_left)
-        && edges(polygon).map(|(a, b)| a.perp_dot(b)).sum::<f64>() > 0.0
-}
+impl Contacts {
+    /// Adds the vertices of a polygon in the sole frame.
+    fn add_all(&mut self, polygon: &[DVec3]) {
+        polygon.iter().for_each(|point| self.add(point.truncate()));
+    }
 
-/// Keeps a contact point; a full list is first reduced to its hull, which loses nothing.
-fn add_contact(points: &mut Bounded<DVec2>, hull: &mut Vec<DVec2>, point: DVec2) {
-    if points.is_full() {
-        convex_hull(points, hull);
-        points.clear();
-        for &corner in hull.iter() {
-            points.push(corner);
+    /// Adds a contact point. A full list is first reduced to its hull, which loses nothing.
+    fn add(&mut self, point: DVec2) {
+        if self.points.is_full() {
+            convex_hull(&mut self.points, &mut self.hull);
+            self.points.clear();
+            for &corner in &self.hull {
+                self.points.push(corner);
+            }
         }
+        self.points.push(point);
     }
-    points.push(point);
 }

@@ -6,93 +6,30 @@ use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy};
 use surefoot_shared_types::world::world::World;
 
 use crate::foot_placement::config::FootPlacementConfig;
+use crate::foot_placement::elements::{CurvedSurface, Element, Face};
 use crate::foot_placement::sole_support::SurfacesError;
 use crate::foot_placement::world_elements;
+use crate::geometry::polygon::closest_on_segment;
 
-/// A planar convex piece of the boundary of a shape.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Face {
-    /// Outward unit normal.
-    pub normal: DVec3,
-    /// `normal . p` of its points, m.
-    pub offset: f64,
-    /// The first of its vertices in [`Surfaces::vertices`].
-    pub first: u32,
-    /// How many vertices it has, at most [`FACE_VERTICES_MAX`].
-    pub count: u32,
-    /// Whether it is a mesh's, so that others may continue it in its plane.
-    pub of_mesh: bool,
-}
-
-/// How a curved shape ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum SurfaceEnds {
-    /// A cylinder: the flat caps and the side are also faces, for collision.
-    Flat,
-    /// A capsule or a ball.
-    Spherical,
-}
-
-/// The side of a cylinder, a capsule, or a ball (`a == b`).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct CurvedSurface {
-    /// One end of the axis.
-    pub a: DVec3,
-    /// The other end.
-    pub b: DVec3,
-    /// The radius, m.
-    pub radius: f64,
-    /// Its ends.
-    pub ends: SurfaceEnds,
-}
-
-impl CurvedSurface {
-    /// The axis direction, or `None` for a ball.
-    pub fn direction(&self) -> Option<DVec3> {
-        (self.b - self.a).try_normalize()
-    }
-
-    /// The line of the side where this is its unit normal, from end to end.
-    pub fn line_with_normal(&self, side_normal: DVec3) -> [DVec3; 2] {
-        [self.a, self.b].map(|end| end + side_normal * self.radius)
-    }
-
-    /// The unit normal of the side nearest to `normal`, or `None` where the axis is along it.
-    pub fn side_normal(&self, normal: DVec3) -> Option<DVec3> {
-        match self.direction() {
-            None => Some(normal),
-            Some(d) => (normal - d * normal.dot(d)).try_normalize(),
-        }
-    }
-}
-
-/// One element of the compiled world.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Element<'a> {
-    /// A face and its vertices, counter-clockwise seen from outside.
-    Face(&'a Face, &'a [DVec3]),
-    /// A curved surface.
-    Curved(&'a CurvedSurface),
-}
-
-/// Everything that a sole can rest on or bump into, compiled once from a world.
+/// All surfaces that a sole can rest on or collide with, compiled once from a world.
 #[derive(Debug, Clone)]
 pub struct Surfaces {
     pub(crate) config: FootPlacementConfig,
-    pub(crate) faces: Vec<Face>,
-    pub(crate) vertices: Vec<DVec3>,
-    pub(crate) curved_surfaces: Vec<CurvedSurface>,
+    faces: Vec<Face>,
+    vertices: Vec<DVec3>,
+    curved_surfaces: Vec<CurvedSurface>,
     bvh: Bvh,
-    /// The cosine of the steepest tilt of a carrying surface.
+    /// The cosine of the steepest tilt of a supporting surface: inside the friction cone.
     pub(crate) steepest_cos: f64,
-    /// The cosine of the largest angle between the normals of a sole and of what carries it.
+    /// The cosine of the largest angle between the normals of a sole and of a surface that supports
+    /// it.
     pub(crate) carrying_cos: f64,
     /// The cosine of the largest angle between the normals of features of one plane.
     pub(crate) coplanar_cos: f64,
 }
 
 impl Surfaces {
-    /// Compiles a world. Allocates; nothing after it does.
+    /// Compiles a world. Allocates; queries do not.
     ///
     /// # Errors
     /// A parameter out of range, or a shape without volume (named).
@@ -118,12 +55,12 @@ impl Surfaces {
         Ok(surfaces)
     }
 
-    /// The parameters it was compiled with.
+    /// The parameters of the compilation.
     pub fn config(&self) -> &FootPlacementConfig {
         &self.config
     }
 
-    /// How many faces and curved surfaces it holds.
+    /// The number of faces and curved surfaces.
     pub fn element_count(&self) -> u32 {
         (self.faces.len() + self.curved_surfaces.len()) as u32
     }
@@ -144,17 +81,17 @@ impl Surfaces {
         }
     }
 
-    /// The elements whose boxes overlap the box from `lower` to `upper`, in a fixed order.
+    /// The numbers of the elements whose boxes overlap a box in the world, in a fixed order.
     pub(crate) fn elements_in<'a>(&'a self, region: &'a Aabb) -> impl Iterator<Item = u32> + 'a {
         self.bvh.intersect_aabb(region)
     }
 
-    /// Whether a surface with this normal may carry.
+    /// Whether a surface with this normal may support a sole.
     pub(crate) fn is_flat_enough(&self, normal: DVec3) -> bool {
         normal.z >= self.steepest_cos
     }
 
-    /// Whether some part of the element may carry a sole.
+    /// Whether some part of the element may support a sole.
     pub(crate) fn may_carry(&self, id: u32) -> bool {
         match self.element(id) {
             Element::Face(face, _) => self.is_flat_enough(face.normal),
@@ -176,7 +113,7 @@ impl Surfaces {
             }
             Element::Curved(curved) => {
                 let (a, b) = (curved.a.truncate(), curved.b.truncate());
-                let near = crate::geometry::polygon::closest_on_segment(a, b, from);
+                let near = closest_on_segment(a, b, from);
                 let length = (b - a).length();
                 let share = if length < 1e-12 { 0.0 } else { (near - a).length() / length };
                 (
@@ -202,7 +139,7 @@ impl Surfaces {
     }
 }
 
-/// The point nearest to `from` of an upward face seen from above.
+/// The point of an upward face nearest to `from`, seen from above.
 fn nearest_on_outline(vertices: &[DVec3], from: DVec2) -> DVec2 {
     let sides = || {
         (0..vertices.len())
@@ -211,7 +148,7 @@ fn nearest_on_outline(vertices: &[DVec3], from: DVec2) -> DVec2 {
     if sides().all(|(a, b)| (b - a).perp_dot(from - a) >= 0.0) {
         return from;
     }
-    let near = sides().map(|(a, b)| crate::geometry::polygon::closest_on_segment(a, b, from));
+    let near = sides().map(|(a, b)| closest_on_segment(a, b, from));
     near.min_by(|p, q| p.distance_squared(from).total_cmp(&q.distance_squared(from)))
         .unwrap_or(from)
 }

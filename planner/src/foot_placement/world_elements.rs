@@ -7,15 +7,11 @@ use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
+use crate::foot_placement::elements::{CurvedSurface, Face, SurfaceEnds};
 use crate::foot_placement::sole_support::SurfacesError;
-use crate::foot_placement::surfaces::{CurvedSurface, Face, SurfaceEnds};
+use crate::foot_placement::tuning::{CYLINDER_SAGITTA, CYLINDER_SIDES_MAX};
 use crate::geometry::coplanar_faces::merge_coplanar;
 use crate::geometry::polygon::{FACE_VERTICES_MAX, spanned};
-
-/// How far the flat sides that stand for a cylinder may be inside it, m.
-const CYLINDER_SAGITTA: f64 = 2e-4;
-/// Most flat sides that stand for a cylinder.
-const CYLINDER_SIDES_MAX: usize = 256;
 
 /// The elements of a world.
 #[derive(Debug, Default)]
@@ -28,7 +24,10 @@ pub(crate) struct WorldElements {
     pub curved_surfaces: Vec<CurvedSurface>,
 }
 
-/// Takes a world apart.
+/// The elements of a world's shapes.
+///
+/// # Errors
+/// A convex hull without volume (named).
 pub(crate) fn elements_of(world: &World) -> Result<WorldElements, SurfacesError> {
     let mut elements = WorldElements::default();
     for shape in &world.shapes {
@@ -91,10 +90,10 @@ impl WorldElements {
         self.curved_surfaces.push(CurvedSurface { a: *pose * -end, b: *pose * end, radius, ends });
     }
 
-    /// The caps, and flat sides that show where the cylinder is to those who would step through it.
+    /// The caps, and flat sides that make the cylinder an obstacle to a sole that would cross it.
     fn add_cylinder_faces(&mut self, pose: &Pose, radius: f64, half_length: f64) {
-        let wanted = PI / libm::acos((1.0 - CYLINDER_SAGITTA / radius).max(0.5));
-        let sides = (wanted.ceil() as usize).clamp(16, CYLINDER_SIDES_MAX);
+        let sides_exact = PI / libm::acos((1.0 - CYLINDER_SAGITTA / radius).max(0.5));
+        let sides = (sides_exact.ceil() as usize).clamp(16, CYLINDER_SIDES_MAX);
         let rim = |i: usize, count: usize, z: f64| {
             let (sin, cos) = libm::sincos(TAU * i as f64 / count as f64);
             *pose * DVec3::new(radius * cos, radius * sin, z)
@@ -135,7 +134,7 @@ impl WorldElements {
         });
     }
 
-    /// Adds a convex polygon; one without an area is left out.
+    /// Adds a convex polygon. A polygon without area is left out.
     fn add_face(&mut self, corners: &[DVec3], of_mesh: bool) {
         let Some(normal) = spanned(corners).try_normalize() else { return };
         let offset = corners.iter().map(|&p| normal.dot(p)).sum::<f64>() / corners.len() as f64;

@@ -17,7 +17,8 @@ use crate::constraints::foothold::{
 use crate::constraints::mode::{Mode, StartBalance};
 use crate::constraints::mode_state::ModeState;
 use crate::constraints::rejection::Rejection;
-use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
+use crate::foot_placement::YAW_SPREAD_MAX;
+use crate::foot_placement::foothold_query::FootholdQuery;
 use crate::foot_placement::sole_support::{NoSupport, SurfacesError};
 use crate::foot_placement::{FootPlacementConfig, SampleLimits, Scratch, Surfaces};
 use crate::pipeline::outcome::EndpointError;

@@ -38,8 +38,8 @@ use crate::pipeline::stage::Stage;
 use crate::plan::chunk_builder::{ChunkBuilder, Provenance};
 use crate::plan::time_parameterization::TimeParameterization;
 use crate::possibility::{CrouchProfile, RouteSearch, UpperBody};
+use crate::preparation::Preparation;
 use crate::preparation::PreparationError;
-use crate::preparation::build::Preparation;
 use crate::preparation::planning_context::PlanningContext;
 use crate::robot::mechanism::{Mechanism, MechanismError};
 
@@ -78,7 +78,7 @@ pub struct PlannerBuilder<'a> {
     model: &'a RobotModel,
     world: &'a World,
     scenario: &'a Scenario,
-    preparation: Preparation<'static>,
+    preparation: Preparation,
     threads: NonZeroUsize,
     /// Plan id and epoch.
     plan_name: (u64, u64),
@@ -96,7 +96,7 @@ impl Planner {
         model: &'a RobotModel,
         world: &'a World,
         scenario: &'a Scenario,
-        preparation: Preparation<'static>,
+        preparation: Preparation,
     ) -> PlannerBuilder<'a> {
         PlannerBuilder {
             model,

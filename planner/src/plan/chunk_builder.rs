@@ -1,4 +1,4 @@
-//! Splits a walk into plan chunks at waypoints, all of which are statically stable, computes their
+//! Splits a walk into plan chunks at waypoints, which are all statically stable, computes their
 //! times and finalizes them.
 
 use surefoot_shared_types::base::digest::Digest;
@@ -13,10 +13,10 @@ use crate::constraints::foothold::Foothold;
 use crate::plan::time_parameterization::{TimeParameterization, accumulate};
 use crate::robot::configuration::Configuration;
 
-/// Waypoints of a chunk besides the one that it begins at.
+/// Most waypoints of a chunk after its first one.
 const STEPS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
 
-/// What a plan was made for: goes into every chunk.
+/// The inputs of a plan, as every chunk names them.
 #[derive(Debug, Clone, Copy)]
 pub struct Provenance {
     /// Digest of the robot.
@@ -25,11 +25,11 @@ pub struct Provenance {
     pub world: Digest,
     /// Digest of the scenario.
     pub config: Digest,
-    /// Joints in use.
+    /// Number of joints in use.
     pub joints_len: usize,
 }
 
-/// Motions that are written in parallel.
+/// Most motions that are written in parallel.
 pub const PARALLEL_MOTIONS_MAX: usize = 32;
 
 /// A motion within one mode.
@@ -37,16 +37,16 @@ pub const PARALLEL_MOTIONS_MAX: usize = 32;
 pub struct ModeMotion<'a> {
     /// The supporting feet.
     pub support: SupportMode,
-    /// The placements of the feet that stand.
+    /// The footholds of the feet that stand.
     pub stance: heapless::Vec<&'a Foothold, 2>,
-    /// Where it begins.
+    /// Its first configuration.
     pub first: Configuration,
-    /// Waypoints after that.
+    /// The configurations after that.
     pub path: &'a [Configuration],
 }
 
 impl ModeMotion<'_> {
-    /// How many chunks it takes.
+    /// The number of its chunks.
     fn chunks(&self) -> usize {
         self.path.len().div_ceil(STEPS_MAX)
     }
@@ -55,7 +55,7 @@ impl ModeMotion<'_> {
 /// Builds a plan's chunks into an arena allocated once.
 #[derive(Debug)]
 pub struct ChunkBuilder {
-    /// Those that are not written yet are zero.
+    /// All chunks; those that are not written are zero.
     chunks: Vec<PlanChunk>,
     written: usize,
     waypoints_max: u64,
@@ -72,9 +72,9 @@ struct FinalizedStream {
     epoch: u64,
     /// Number of finalized chunks.
     count: usize,
-    /// When they end, s.
+    /// The time at which they end, s.
     time: f64,
-    /// Their digest.
+    /// Digest of the stream up to their end.
     stream: Digest,
 }
 
@@ -85,7 +85,7 @@ enum Task<'a> {
 }
 
 impl ChunkBuilder {
-    /// An arena for plans of `waypoints_max` waypoints.
+    /// Reserves memory for plans of `waypoints_max` waypoints.
     pub fn new(waypoints_max: usize, provenance: Provenance, timing: TimeParameterization) -> Self {
         let chunks_max = waypoints_max.div_ceil(STEPS_MAX) + waypoints_max / 16;
         Self {
@@ -105,8 +105,8 @@ impl ChunkBuilder {
         }
     }
 
-    /// Sets which plan of its session the chunks belong to, and how often it was planned again; at
-    /// first plan 1, epoch 0. To be called before any is finalized.
+    /// Sets the plan's number in its session and its epoch, the number of replans. Both are 1 and 0
+    /// at first. Must be called before any chunk is finalized.
     pub fn set_plan_id(&mut self, plan_id: u64, epoch: u64) {
         (self.finalized.plan_id, self.finalized.epoch) = (plan_id, epoch);
     }
@@ -121,7 +121,7 @@ impl ChunkBuilder {
         &self.chunks[..self.written]
     }
 
-    /// Waypoints of the plan, those shared by two chunks counted once.
+    /// Number of waypoints of the plan. A waypoint that two chunks share counts once.
     pub fn waypoints(&self) -> u64 {
         self.waypoints
     }
@@ -130,22 +130,22 @@ impl ChunkBuilder {
     ///
     /// # Errors
     /// The arena is full.
-    pub fn append_reversed(&mut self, walked: &PlanChunk) -> Result<(), ArenaFull> {
+    pub fn append_reversed(&mut self, executed: &PlanChunk) -> Result<(), ArenaFull> {
         let at = self.written;
-        self.reserve(walked.waypoints().len() - 1, 1)?;
-        let waypoints = walked.waypoints().iter().rev().copied();
+        self.reserve(executed.waypoints().len() - 1, 1)?;
+        let waypoints = executed.waypoints().iter().rev().copied();
         write(
             &mut self.chunks[at],
             (&self.provenance, &self.timing),
-            walked.mode,
-            walked.contacts().iter().copied(),
+            executed.mode,
+            executed.contacts().iter().copied(),
             waypoints,
         );
         Ok(())
     }
 
-    /// Appends motions, and finalizes at most `finalized_max` of the chunks before them: times,
-    /// plan id, sequence number, flags and digest. The last chunk is left for
+    /// Appends motions and finalizes at most `finalized_max` of the chunks before them: times, plan
+    /// id, sequence number, flags and digest. The last chunk is finalized by
     /// [`ChunkBuilder::finalize_last`]. Returns the number of finalized chunks.
     ///
     /// # Errors
@@ -191,7 +191,7 @@ impl ChunkBuilder {
         self.written - self.finalized.count
     }
 
-    /// Reserves waypoints, not counting the one they begin at, and chunks.
+    /// Reserves waypoints, without the first one, and chunks.
     fn reserve(&mut self, waypoints: usize, chunks: usize) -> Result<(), ArenaFull> {
         self.waypoints = self.waypoints.max(1) + waypoints as u64;
         self.written += chunks;
@@ -204,6 +204,7 @@ impl ChunkBuilder {
 }
 
 impl FinalizedStream {
+    /// Completes a chunk and its digest.
     fn finalize(&mut self, chunk: &mut PlanChunk) {
         let used = chunk.waypoints_len as usize;
         self.time = accumulate(&mut chunk.waypoints[..used], self.time);
@@ -265,7 +266,7 @@ fn write(
     timing.set_intervals(&mut chunk.waypoints[..used]);
 }
 
-/// Its time is set when the chunk is finalized.
+/// The waypoint of a configuration. Its time is set when the chunk is finalized.
 fn waypoint(configuration: &Configuration) -> Waypoint {
     let pose = &configuration.world_from_root;
     Waypoint {
@@ -276,6 +277,7 @@ fn waypoint(configuration: &Configuration) -> Waypoint {
     }
 }
 
+/// The contact of a foothold.
 fn contact_of(foothold: &Foothold) -> Contact {
     let mut contact: Contact = bytemuck::Zeroable::zeroed();
     contact.limb = foothold.limb as u32;

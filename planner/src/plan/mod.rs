@@ -1,5 +1,6 @@
-//! plan.
+//! A motion as plan chunks: division, times, digests, and the planner's own check of a plan.
 
 pub(crate) mod chunk_builder;
 pub mod self_check;
 pub(crate) mod time_parameterization;
+mod tuning;

@@ -1,6 +1,6 @@
 //! Self-check of a finished plan with the planner's own constraints: every waypoint and every
-//! motion between two. Its time is a lower bound of planning with checks; benches compare the
-//! search with it.
+//! motion between two. Its time is a lower bound of planning with checks, with which benches
+//! compare the search.
 
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::message::{Contact, PlanChunk, SupportMode, Waypoint};
@@ -16,27 +16,27 @@ use crate::robot::kinematic_state::KinematicState;
 /// Statistics of a self-check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SelfCheckStats {
-    /// Waypoints checked; those that two chunks share count twice.
+    /// Number of waypoints checked. A waypoint that two chunks share counts twice.
     pub waypoints: u64,
-    /// Configurations checked between waypoints.
+    /// Number of configurations checked between waypoints.
     pub between: u64,
 }
 
 /// A waypoint that violates a constraint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SelfCheckError {
-    /// The chunk.
+    /// Index of the chunk.
     pub chunk: usize,
-    /// The waypoint in it, or the one at the end of the motion that violates a constraint.
+    /// Index of the waypoint in it; for a motion, of the waypoint at its end.
     pub waypoint: usize,
-    /// The constraint; `None` if the chunk's contacts are not those of its mode.
+    /// The violated constraint; `None` if the chunk's contacts are not those of its mode.
     pub rejection: Option<Rejection>,
 }
 
 /// Checks a plan's chunks.
 ///
-/// A swing foot that lacks the full clearance is checked as one that lifts off or lands: chunks do
-/// not say which it does.
+/// A swing foot without the full clearance is checked as one that lifts off or lands, because
+/// chunks do not name the phase.
 ///
 /// # Errors
 /// The first waypoint that violates a constraint.
@@ -54,6 +54,7 @@ pub fn self_check(
     Ok(stats)
 }
 
+/// Checks the waypoints of one mode and the motions between them.
 fn check_chunk(
     constraints: &Constraints,
     mode: &Mode,
@@ -82,8 +83,7 @@ fn check_chunk(
     Ok(())
 }
 
-/// Checks with a swing foot in the air, and where it is too near to the world for that, with one
-/// that lifts off or lands.
+/// Checks with a swing foot in the air and, if that collides, with one that lifts off or lands.
 fn check_either_phase<T>(
     mode: &Mode,
     mut check: impl FnMut([FootPhase; 2]) -> Result<T, Rejection>,
@@ -96,7 +96,7 @@ fn check_either_phase<T>(
     }
 }
 
-/// The mode of a chunk; nothing where its contacts are not those of its mode.
+/// The mode of a chunk; `None` where its contacts are not those of its mode.
 pub fn mode_of(chunk: &PlanChunk) -> Option<Mode> {
     let footholds: heapless::Vec<Foothold, 2> = chunk.contacts().iter().map(foothold_of).collect();
     let foot = |limb: usize| footholds.iter().find(|foothold| foothold.limb == limb);

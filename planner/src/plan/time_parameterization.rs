@@ -1,37 +1,27 @@
-//! Time parameterization of a chunk: the shortest times that the limits of the joints' speeds and
-//! accelerations and of the root's speed allow.
+//! Time parameterization of a chunk: short times within the limits of the joints' speeds and
+//! accelerations and of the root's speed (compare Kunz, Stilman 2012).
 //!
-//! Between waypoints all moves linearly, so the speed changes at waypoints alone: by
+//! Between waypoints the motion is linear, so speeds change only at waypoints: by
 //! `|v[k] - v[k-1]|`, over half the time of both intervals beside the waypoint. A chunk begins and
-//! ends at rest, because the robot may have to stand there for good: the next chunk may never come.
+//! ends at rest, because the next chunk may not arrive.
 //!
-//! An interval of `sqrt(2 d / a)` for a displacement `d` may begin and end at rest by itself. Where
-//! every interval is that long, each change of speed is at most the sum of two stops, which both
-//! intervals have the time for. From there sweeps shorten one interval after the other as far as
-//! its neighbours allow, so every sweep leaves times that hold.
+//! An interval of `sqrt(2 d / a)` for a displacement `d` may begin and end at rest. Where every
+//! interval is that long, each change of speed is at most the sum of two stops, for which both
+//! intervals have the time. From there, sweeps shorten one interval after the other as far as its
+//! neighbours allow, so the times are valid after every sweep.
 
 use surefoot_shared_types::base::limits::{CHUNK_WAYPOINTS_MAX, JOINTS_MAX};
 use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::robot::model::{Joint, RobotModel};
 
-/// The fastest joint of a plan, rad/s or m/s: slow enough to be quasi-static for every robot we
-/// tried in physical replay.
-const JOINT_SPEED_MAX: f64 = 0.4;
-/// The fastest root of a plan, m/s.
-const ROOT_SPEED_MAX: f64 = 0.12;
-/// The shortest time between two waypoints, s.
-const WAYPOINT_INTERVAL_MIN: f64 = 0.01;
-/// The share of the robot's own speed and acceleration limits that a plan uses.
-const LIMIT_SHARE: f64 = 0.95;
-/// Sweeps over the intervals, forward and backward in turn.
-const SWEEPS: usize = 4;
-/// Halvings in the search for an interval's shortest time.
-const HALVINGS: usize = 6;
+use crate::plan::tuning::{
+    HALVINGS, JOINT_SPEED_MAX, LIMIT_SHARE, ROOT_SPEED_MAX, SWEEPS, WAYPOINT_INTERVAL_MIN,
+};
 
 /// Most intervals of a chunk.
 pub const INTERVALS_MAX: usize = CHUNK_WAYPOINTS_MAX - 1;
 
-/// Limits of the joints of a robot in a plan. Unused joints have none.
+/// Limits of a robot's joints in a plan. Unused joints have infinite limits.
 #[derive(Debug, Clone)]
 pub struct TimeParameterization {
     /// Largest speeds, rad/s or m/s.
@@ -43,8 +33,8 @@ pub struct TimeParameterization {
 /// Displacement of every joint within an interval over its largest acceleration, s2.
 type Displacements = [f64; JOINTS_MAX];
 
-/// Accumulates the intervals between a chunk's waypoints to times, beginning at `begin` (s).
-/// Returns the time of the last waypoint.
+/// Accumulates the intervals between a chunk's waypoints to times, from `begin` (s) on. Returns the
+/// time of the last waypoint, s.
 pub fn accumulate(waypoints: &mut [Waypoint], begin: f64) -> f64 {
     waypoints.iter_mut().fold(begin, |time, waypoint| {
         waypoint.time += time;
@@ -53,7 +43,7 @@ pub fn accumulate(waypoints: &mut [Waypoint], begin: f64) -> f64 {
 }
 
 impl TimeParameterization {
-    /// For a robot.
+    /// The limits of a robot.
     pub fn new(model: &RobotModel) -> Self {
         let limits = |limit: fn(&Joint) -> f64| {
             let mut limits = [f64::INFINITY; JOINTS_MAX];
@@ -66,8 +56,8 @@ impl TimeParameterization {
         }
     }
 
-    /// Sets the time of each of a chunk's waypoints to what passes since the one before it, s; 0 at
-    /// the first.
+    /// Sets the time of each of a chunk's waypoints to the interval since the waypoint before it,
+    /// s; 0 at the first.
     pub fn set_intervals(&self, waypoints: &mut [Waypoint]) {
         let intervals = self.intervals(waypoints);
         for (waypoint, interval) in waypoints.iter_mut().zip([0.0].iter().chain(&intervals)) {
@@ -95,13 +85,14 @@ impl TimeParameterization {
         times
     }
 
+    /// The displacement of each joint in units of its largest acceleration, s2.
     fn displacements(&self, pair: &[Waypoint]) -> Displacements {
         std::array::from_fn(|joint| {
             (pair[1].q[joint] - pair[0].q[joint]) / self.accelerations[joint]
         })
     }
 
-    /// The shortest time within the speed limits.
+    /// The shortest time within the speed limits, s.
     fn shortest(&self, pair: &[Waypoint]) -> f64 {
         let joint = (0..JOINTS_MAX)
             .map(|joint| (pair[1].q[joint] - pair[0].q[joint]).abs() / self.speeds[joint]);
@@ -111,7 +102,7 @@ impl TimeParameterization {
     }
 }
 
-/// The shortest time of a displacement from rest to rest.
+/// The shortest time of a displacement from rest to rest, s.
 fn rest_to_rest(displacements: &Displacements) -> f64 {
     (2.0 * displacements
         .iter()
@@ -119,8 +110,8 @@ fn rest_to_rest(displacements: &Displacements) -> f64 {
     .sqrt()
 }
 
-/// The shortest time of an interval, not below `shortest`, with which the changes of speed at both
-/// its ends are allowed.
+/// The shortest time of an interval (s), not below `shortest`, for which the changes of speed at
+/// both of its ends are within the limits.
 fn shortened(displacements: &[Displacements], times: &[f64], index: usize, shortest: f64) -> f64 {
     if times[index] <= shortest {
         return times[index];
@@ -142,7 +133,8 @@ fn shortened(displacements: &[Displacements], times: &[f64], index: usize, short
     time
 }
 
-/// Whether no joint's speed changes too much at a waypoint between two intervals; none is rest.
+/// Whether every joint's change of speed at the waypoint between two intervals is within its limit.
+/// `None` is rest.
 fn change_fits(
     before: Option<(&Displacements, f64)>,
     after: Option<(&Displacements, f64)>,
@@ -191,10 +183,10 @@ mod tests {
         waypoints
     }
 
-    /// The largest acceleration, with rest at both ends.
-    fn hardest(waypoints: &[Waypoint]) -> f64 {
+    /// The largest acceleration, with rest at both ends, rad/s2.
+    fn largest_acceleration(waypoints: &[Waypoint]) -> f64 {
         let mut before = (0.0, 0.0);
-        let mut hardest: f64 = 0.0;
+        let mut largest: f64 = 0.0;
         let intervals = waypoints
             .windows(2)
             .map(|pair| (pair[1].time - pair[0].time, pair[1].q[3] - pair[0].q[3]));
@@ -202,10 +194,10 @@ mod tests {
             .map(|(seconds, displacement)| (seconds, displacement / seconds))
             .chain([(0.0, 0.0)])
         {
-            hardest = hardest.max((displacement - before.1).abs() / (0.5 * (seconds + before.0)));
+            largest = largest.max((displacement - before.1).abs() / (0.5 * (seconds + before.0)));
             before = (seconds, displacement);
         }
-        hardest
+        largest
     }
 
     #[test]
@@ -220,7 +212,7 @@ mod tests {
     fn a_long_displacement_reaches_full_speed_and_brakes() {
         let positions: Vec<f64> = (0..=INTERVALS_MAX).map(|index| 0.01 * index as f64).collect();
         let waypoints = timed(&positions);
-        assert!(hardest(&waypoints) <= LIMIT * (1.0 + 1e-9));
+        assert!(largest_acceleration(&waypoints) <= LIMIT * (1.0 + 1e-9));
         let speed = |at: usize| 0.01 / (waypoints[at + 1].time - waypoints[at].time);
         assert!((speed(INTERVALS_MAX / 2) - JOINT_SPEED_MAX).abs() < 1e-9);
         assert!(
@@ -239,7 +231,11 @@ mod tests {
             positions.push(positions.last().unwrap() + step);
         }
         let waypoints = timed(&positions);
-        assert!(hardest(&waypoints) <= LIMIT * (1.0 + 1e-9), "{}", hardest(&waypoints));
+        assert!(
+            largest_acceleration(&waypoints) <= LIMIT * (1.0 + 1e-9),
+            "{}",
+            largest_acceleration(&waypoints)
+        );
         assert!(
             waypoints
                 .windows(2)

@@ -9,7 +9,7 @@ use surefoot_shared_types::robot::model::RobotModel;
 use crate::collision::model::CollisionModel;
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tuning::{LEG_HALF_WIDTH, SOLE_CLEARANCE, UPPER_BODY_CROUCHES};
-use crate::preparation::build::Preparation;
+use crate::preparation::Preparation;
 use crate::robot::configuration::Configuration;
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
@@ -137,7 +137,7 @@ impl UpperBody {
     /// [Grey 4.2.1].
     pub fn may_reach(
         &self,
-        preparation: &Preparation<'_>,
+        preparation: &Preparation,
         pose: &MidFeetPose,
         world_from_soles: [&Pose; 2],
     ) -> bool {

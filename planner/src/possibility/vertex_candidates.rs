@@ -9,7 +9,8 @@ use surefoot_shared_types::Pose;
 use crate::base::threads::Threads;
 use crate::constraints::constraints::Constraints;
 use crate::constraints::foothold::{FootPair, FootPlacement, Foothold, is_whole};
-use crate::foot_placement::foothold_query::{FootholdQuery, YAW_SPREAD_MAX};
+use crate::foot_placement::YAW_SPREAD_MAX;
+use crate::foot_placement::foothold_query::FootholdQuery;
 use crate::foot_placement::{SampleLimits, Scratch, Surfaces};
 use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tuning::{
@@ -17,7 +18,7 @@ use crate::possibility::tuning::{
     PLACEMENT_REACH_Z, STEPS_TRIED_MAX, VERTEX_PLACEMENTS_MAX,
 };
 use crate::possibility::upper_body::{UpperBody, UpperBodyFit};
-use crate::preparation::build::Preparation;
+use crate::preparation::Preparation;
 use crate::primitives::transition_configuration::is_step;
 
 /// Limits of the placement search under C_S: geometric candidates only.
@@ -35,7 +36,7 @@ pub struct StageContext<'a> {
     /// The upper body.
     pub upper_body: &'a UpperBody,
     /// Reachable spaces, step limits and the range of primitives.
-    pub preparation: &'a Preparation<'static>,
+    pub preparation: &'a Preparation,
     /// The seed of all random streams.
     pub seed: u64,
     /// Ideal lateral distance between the soles, m.
@@ -153,7 +154,8 @@ impl StageContext<'_> {
         steps.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         let is_step = |(_, step): &(f64, [&FootPlacement; 2])| {
             let [from, to] = step.map(|placement| {
-                Foothold::whole(&self.constraints.robot, placement.limb, placement.world_from_sole)
+                let FootPlacement { limb, world_from_sole, .. } = *placement;
+                Foothold::whole(&self.constraints.robot, limb, world_from_sole)
             });
             is_step(self.constraints, [&from, &to])
         };

@@ -1,4 +1,4 @@
-//! The conditions C_N and C_S of equation 3.1, from the robot and the world's geometry
+//! The conditions C_N and C_S of equation 3.1, from the preparation and the world's geometry
 //! [Grey 3.1, 4.1].
 
 use glam::DVec3;
@@ -7,7 +7,7 @@ use surefoot_shared_types::Pose;
 use crate::collision::model::CollisionModel;
 use crate::constraints::foothold::FootPlacement;
 use crate::geometry::bvh::Aabb;
-use crate::preparation::build::Preparation;
+use crate::preparation::data::Preparation;
 use crate::preparation::expanded_geometry::{mean_heading, split_height};
 use crate::primitives::gait::SPLIT;
 use crate::primitives::level_sole::{LevelSole, side_of};
@@ -16,23 +16,23 @@ use crate::robot::mechanism::Mechanism;
 /// C_N of a root pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Necessary {
-    /// Whether the links rigid with the root collide with nothing.
+    /// Whether the links fixed to the root are free of collisions.
     pub is_root_free: bool,
-    /// By limb: whether anything of the world lies where the sole may be.
+    /// By limb: whether any part of the world lies where the sole may be.
     pub may_stand: [bool; 2],
 }
 
 impl Necessary {
-    /// Whether the robot can be there: the root free, and a foothold for at least one foot.
+    /// Whether the root is free and at least one foot may stand.
     pub fn holds(&self) -> bool {
         self.is_root_free && self.may_stand.contains(&true)
     }
 }
 
-/// C_N of a pose of the root: `holds() == false` is certain, whatever the joints
+/// C_N of a pose of the root. `holds() == false` is certain for all joint positions
 /// [Grey 4.1.1, 4.2.1].
 pub fn necessary(
-    preparation: &Preparation<'_>,
+    preparation: &Preparation,
     robot: &Mechanism,
     collision: &CollisionModel,
     world_from_root: &Pose,
@@ -44,9 +44,9 @@ pub fn necessary(
     Necessary { is_root_free, may_stand }
 }
 
-/// Whether anything of the world lies where a leg's sole may be.
+/// Whether any part of the world lies where a leg's sole may be.
 pub fn may_stand(
-    preparation: &Preparation<'_>,
+    preparation: &Preparation,
     robot: &Mechanism,
     collision: &CollisionModel,
     world_from_root: &Pose,
@@ -71,14 +71,13 @@ const CONTACT_GAP: f64 = 0.005;
 /// C_S of a transition: both primitives between the foot `stance` alone and the pair exist and
 /// collide with nothing of the world [Grey 4.1.1, 4.4.5].
 pub fn sufficient(
-    preparation: &Preparation<'_>,
+    preparation: &Preparation,
     robot: &Mechanism,
     collision: &CollisionModel,
     stance: &FootPlacement,
     other: &FootPlacement,
 ) -> bool {
-    let level_soles = [stance, other]
-        .map(|placement| LevelSole::of(&robot.legs[placement.limb], &placement.world_from_sole));
+    let level_soles = level_soles_of(robot, [stance, other]);
     are_placements_valid(preparation, &[stance, other], &level_soles)
         && preparation
             .range(stance.limb)
@@ -86,45 +85,55 @@ pub fn sufficient(
         && ExpandedTest { preparation, collision }.is_half_swing_free([stance, other], &level_soles)
 }
 
-/// C_S of everything that primitives do on two placements, the left one first: both transitions,
-/// and the shift between them.
+/// C_S of all primitives on two placements, the left one first: both transitions and the shift
+/// between them.
 pub fn sufficient_pair(
-    preparation: &Preparation<'_>,
+    preparation: &Preparation,
     robot: &Mechanism,
     collision: &CollisionModel,
     [left, right]: [&FootPlacement; 2],
 ) -> bool {
-    let level_soles = [left, right]
-        .map(|placement| LevelSole::of(&robot.legs[placement.limb], &placement.world_from_sole));
-    let turned = [level_soles[1], level_soles[0]];
+    let level_soles = level_soles_of(robot, [left, right]);
+    let swapped = [level_soles[1], level_soles[0]];
     let test = ExpandedTest { preparation, collision };
     are_placements_valid(preparation, &[left, right], &level_soles)
-        && preparation.range(0).contains(&level_soles[0].offset_to(&level_soles[1], 1))
-        && preparation.range(1).contains(&level_soles[1].offset_to(&level_soles[0], 0))
+        && is_in_both_ranges(preparation, &level_soles)
         && test.are_columns_free([left, right], &level_soles)
         && test.are_swing_boxes_free([left, right], &level_soles)
-        && test.are_swing_boxes_free([right, left], &turned)
+        && test.are_swing_boxes_free([right, left], &swapped)
         && test.is_shift_box_free(&level_soles)
 }
 
 /// C_S of the shift between a transition and its twin.
 pub fn sufficient_shift(
-    preparation: &Preparation<'_>,
+    preparation: &Preparation,
     robot: &Mechanism,
     collision: &CollisionModel,
     left: &FootPlacement,
     right: &FootPlacement,
 ) -> bool {
-    let level_soles = [left, right]
-        .map(|placement| LevelSole::of(&robot.legs[placement.limb], &placement.world_from_sole));
+    let level_soles = level_soles_of(robot, [left, right]);
     are_placements_valid(preparation, &[left, right], &level_soles)
-        && preparation.range(0).contains(&level_soles[0].offset_to(&level_soles[1], 1))
-        && preparation.range(1).contains(&level_soles[1].offset_to(&level_soles[0], 0))
+        && is_in_both_ranges(preparation, &level_soles)
         && ExpandedTest { preparation, collision }.is_shift_free([left, right], &level_soles)
 }
 
+/// The level soles of two placements.
+fn level_soles_of(robot: &Mechanism, placements: [&FootPlacement; 2]) -> [LevelSole; 2] {
+    placements
+        .map(|placement| LevelSole::of(&robot.legs[placement.limb], &placement.world_from_sole))
+}
+
+/// Whether a pair of level soles, the left one first, is in R_S with either foot as stance.
+fn is_in_both_ranges(preparation: &Preparation, [left, right]: &[LevelSole; 2]) -> bool {
+    preparation.range(0).contains(&left.offset_to(right, 1))
+        && preparation.range(1).contains(&right.offset_to(left, 0))
+}
+
+/// Whether two placements are of different feet, wholly supported and no steeper than primitives
+/// allow.
 fn are_placements_valid(
-    preparation: &Preparation<'_>,
+    preparation: &Preparation,
     placements: &[&FootPlacement; 2],
     level_soles: &[LevelSole; 2],
 ) -> bool {
@@ -136,7 +145,7 @@ fn are_placements_valid(
 
 /// Collision tests of the expanded geometry in a world.
 struct ExpandedTest<'a> {
-    preparation: &'a Preparation<'a>,
+    preparation: &'a Preparation,
     collision: &'a CollisionModel,
 }
 
@@ -201,7 +210,7 @@ impl ExpandedTest<'_> {
         )
     }
 
-    /// Whether both feet and the columns about both legs are free.
+    /// Whether the boxes of both feet and the columns around both legs are free.
     fn are_columns_free(
         &self,
         placements: [&FootPlacement; 2],
@@ -217,6 +226,7 @@ impl ExpandedTest<'_> {
         })
     }
 
+    /// Whether a box in a frame collides with nothing. An empty box is free.
     fn is_box_free(&self, world_from_frame: &Pose, bounds: &Aabb) -> bool {
         let half = bounds.half_extents();
         let is_empty = half.cmple(DVec3::ZERO).any();
@@ -228,11 +238,11 @@ impl ExpandedTest<'_> {
     }
 }
 
-/// Moved boxes of the expanded geometry.
+/// Boxes of the expanded geometry at their heights and positions.
 trait MovedBox {
     /// The box with its bottom at height 0.
     fn with_bottom_at_zero(self) -> Self;
-    /// The box around this one at both places.
+    /// The box around this one at two translations, m.
     fn swept(self, from: DVec3, to: DVec3) -> Self;
 }
 

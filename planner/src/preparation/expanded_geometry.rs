@@ -1,15 +1,16 @@
-//! The expanded geometry of C_S [Grey 4.1.1, 4.4.5]: boxes about a pair of placements that hold the
-//! robot through all primitives of the pair. They are sized by sweeping those primitives.
+//! The expanded geometry of C_S [Grey 4.1.1, 4.4.5]: boxes around a pair of placements that contain
+//! the robot throughout all primitives of the pair. A sweep of those primitives sizes them.
 //!
 //! The lowest box of each foot turns with its ankle; all others stay upright and turn with the
-//! heading. They divide space by height. Up to `SPLIT` above the higher placement there is only a
-//! column about each leg, and one beside the stance foot where the swing foot rises; above it there
-//! are the box of the body and the corridor of the swing leg. So whatever lies between the
-//! placements, up to `SPLIT`, does not matter.
+//! heading. A height, the split, divides them: `SPLIT` above the higher placement. Below it are a
+//! column around each leg and one beside the stance foot, in which the swing foot rises. Above it
+//! are the box of the upper body and the corridor of the swing leg. So obstacles between the
+//! placements up to the height `SPLIT` do not matter.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::wrap_angle;
 
 use crate::geometry::bvh::Aabb;
 use crate::preparation::shape_slices::{RobotPart, Slice};
@@ -19,7 +20,7 @@ use crate::primitives::step_path::ACROSS;
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
 
-/// A box in some frame, as plain data. One whose `min` is above its `max` is empty.
+/// A box in some frame, as plain data. A box whose `min` exceeds its `max` is empty.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Bounds {
@@ -29,13 +30,13 @@ pub struct Bounds {
     pub max: [f64; 3],
 }
 
-/// The boxes. Their heights begin where the split is; what is stored are their other sides.
+/// The boxes. Where a height is relative to the split, the split is their bottom or top.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct ExpandedGeometry {
     /// By limb: the foot in its sole's frame, from the ground to the top of its lift.
     pub soles: [Bounds; 2],
-    /// By limb: the column about a leg, in the frame of the foot's level sole. Its top is the
+    /// By limb: the column around a leg, in the frame of the foot's level sole. Its top is the
     /// split.
     pub columns: [Bounds; 2],
     /// By stance limb: the column in which the other foot rises, in the frame of the stance foot's
@@ -44,19 +45,18 @@ pub struct ExpandedGeometry {
     /// By stance limb: trunk, arms and stance leg, in the frame of the stance foot's level sole;
     /// heights from the split.
     pub bodies: [Bounds; 2],
-    /// By stance limb: the swing leg, about the swing foot's level sole along the stance foot's
+    /// By stance limb: the swing leg, at the swing foot's level sole along the stance foot's
     /// heading; heights from the split.
     pub swings: [Bounds; 2],
-    /// Everything during a shift, about the line between both level soles along their mean heading;
+    /// The robot during a shift, at the point between both level soles along their mean heading;
     /// heights from the split.
     pub shift: Bounds,
 }
 
-/// Part of a primitive to which a configuration belongs.
+/// The part of a primitive to which a configuration belongs.
 #[derive(Debug, Clone, Copy)]
-pub enum PrimitivePart {
-    /// A section of a half swing over the foot `stance`; `landing` if the swing foot is in its sole
-    /// box.
+pub(crate) enum PrimitivePart {
+    /// A section of a half swing over a stance foot.
     HalfSwing {
         /// The stance foot.
         stance: usize,
@@ -74,8 +74,8 @@ pub enum PrimitivePart {
 
 /// Boxes that grow around configurations.
 #[derive(Debug, Clone, Copy)]
-pub struct ExpandedBuilder {
-    /// How far a leg stays above the level of its sole, m.
+pub(crate) struct ExpandedBuilder {
+    /// The least height of a leg above the level of its sole, m.
     floor: f64,
     columns: [Aabb; 2],
     neutrals: [Aabb; 2],
@@ -85,7 +85,7 @@ pub struct ExpandedBuilder {
 }
 
 impl ExpandedBuilder {
-    /// Boxes around nothing, for legs that stay `floor` (m) above the level of their soles.
+    /// Empty boxes, for legs that stay `floor` (m) above the level of their soles.
     pub const fn empty(floor: f64) -> Self {
         let pair = [Aabb::EMPTY; 2];
         Self {
@@ -98,7 +98,7 @@ impl ExpandedBuilder {
         }
     }
 
-    /// The boxes around both.
+    /// The boxes around those of both builders.
     pub fn union(&self, other: &Self) -> Self {
         let both = |a: &[Aabb; 2], b: &[Aabb; 2]| [a[0].union(b[0]), a[1].union(b[1])];
         Self {
@@ -111,9 +111,9 @@ impl ExpandedBuilder {
         }
     }
 
-    /// Grows around a configuration of a primitive over two level soles, by limb; `swing` is where
-    /// the swing foot is. `false` where something is below the split that belongs to no column, or
-    /// a leg too near to the ground.
+    /// Grows the boxes around a configuration of a primitive over two level soles, by limb. `swing`
+    /// is the level sole of the swing foot. Returns `false` if a part of the robot outside the
+    /// columns is below the split, or a leg is too near to the ground.
     pub fn add(
         &mut self,
         slices: &[Slice],
@@ -130,23 +130,24 @@ impl ExpandedBuilder {
             let within = |world_from_frame: &Pose| {
                 bounds_in(world_from_frame, &world_from_slice, &slice.bounds)
             };
-            let rests = |limb: usize| match part {
+            let is_in_sole_box = |limb: usize| match part {
                 PrimitivePart::HalfSwing { stance, landing, .. } => limb == stance || landing,
                 PrimitivePart::Shift { .. } => true,
             };
-            if matches!(slice.robot_part, RobotPart::Foot(limb) if rests(limb)) {
+            if matches!(slice.robot_part, RobotPart::Foot(limb) if is_in_sole_box(limb)) {
                 return true;
             }
             let height = within(&Pose::IDENTITY);
-            let held_below = height.min.z >= split
+            let fits_below = height.min.z >= split
                 || self.add_below(slice.robot_part, level_soles, &frames, part, &within);
             if height.max.z > split {
                 self.add_above(slice.robot_part, &frames, part, &within);
             }
-            held_below
+            fits_below
         })
     }
 
+    /// Grows the boxes below the split around a slice. Returns `false` if none may contain it.
     fn add_below(
         &mut self,
         robot_part: RobotPart,
@@ -174,6 +175,7 @@ impl ExpandedBuilder {
         }
     }
 
+    /// Grows the boxes above the split around a slice.
     fn add_above(
         &mut self,
         robot_part: RobotPart,
@@ -197,7 +199,7 @@ impl ExpandedBuilder {
         }
     }
 
-    /// The boxes with `margin` (m) around them; `soles` are those of the feet.
+    /// The boxes with `margin` (m) around them. `soles` are the boxes of the feet.
     pub fn finish(&self, soles: [Aabb; 2], margin: f64) -> ExpandedGeometry {
         let grown = |bounds: &Aabb| {
             Bounds::of(&bounds.grown(if bounds.min.x <= bounds.max.x { margin } else { 0.0 }))
@@ -257,27 +259,23 @@ impl Frames {
     }
 }
 
-/// The heading halfway between two level soles, rad.
+/// The mean heading of two level soles, rad.
 pub fn mean_heading(level_soles: &[LevelSole; 2]) -> f64 {
-    level_soles[0].yaw
-        + 0.5
-            * surefoot_shared_types::base::spatial::wrap_angle(
-                level_soles[1].yaw - level_soles[0].yaw,
-            )
+    level_soles[0].yaw + 0.5 * wrap_angle(level_soles[1].yaw - level_soles[0].yaw)
 }
 
-/// The height above which the boxes of body and swing leg begin, m.
+/// The height of the split in the world, m.
 pub fn split_height(level_soles: &[LevelSole; 2]) -> f64 {
     level_soles[0].origin.z.max(level_soles[1].origin.z) + SPLIT
 }
 
 impl Bounds {
-    /// The same box.
+    /// A box as plain data.
     pub fn of(bounds: &Aabb) -> Self {
         Self { min: bounds.min.into(), max: bounds.max.into() }
     }
 
-    /// The same box.
+    /// The box.
     pub fn aabb(&self) -> Aabb {
         Aabb { min: self.min.into(), max: self.max.into() }
     }

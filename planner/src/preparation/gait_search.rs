@@ -6,45 +6,28 @@ use surefoot_shared_types::config::PlannerConfig;
 use crate::preparation::expanded_geometry::{ExpandedBuilder, ExpandedGeometry};
 use crate::preparation::primitive_range::Lattice;
 use crate::preparation::primitive_sweep::PrimitiveSweep;
+use crate::preparation::tuning::{
+    BOX_SLACK, GAIT_LEANS, GAIT_REACHES, GAIT_ROLLS, GAIT_SHORTLIST, GAIT_TILTS, GAIT_WIDTHS,
+    KEPT_PAIRS_SHARE, TASK_VERTICES,
+};
 use crate::primitives::Gait;
 use crate::primitives::gait::Style;
 
-/// Multiples of the standing posture's reach that are tried for the primitives.
-const REACHES: [f64; 3] = [1.0, 1.05, 0.95];
-/// Multiples of the standing posture's width that are tried.
-const WIDTHS: [f64; 4] = [1.0, 1.3, 0.8, 0.65];
-/// Rolls of the root over the stance foot that are tried, rad.
-const ROLLS: [f64; 4] = [0.0, 0.06, 0.12, 0.18];
-/// Shifts of the centre of mass inward of a sole's middle that are tried, as fractions of the space
-/// there.
-const LEANS: [f64; 2] = [0.0, 0.6];
-/// The steepest placements that are tried, rad.
-const TILTS: [f64; 3] = [0.1, 0.06, 0.02];
-/// A steeper one is taken if it leaves this share of the pairs.
-const TILT_WORTH: f64 = 0.8;
-/// Gaits that are tried on the whole coarse lattice: those that hold over most of its level pairs.
-const SHORTLIST: usize = 4;
-/// What the boxes are larger than what was swept, beyond the clearance: covers the pairs between
-/// those tried, m.
-const BOX_SLACK: f64 = 0.01;
-/// Vertices that one task tries.
-const TASK_VERTICES: usize = 64;
-
-/// What was derived.
+/// The primitives of a robot.
 #[derive(Debug)]
-pub struct Primitives {
-    /// The shape of the primitives.
+pub(crate) struct Primitives {
+    /// Their parameters.
     pub gait: Gait,
     /// The lattice of pairs.
     pub lattice: Lattice,
-    /// By stance limb: a bit for each cell of the lattice that holds.
+    /// By stance limb: a bit for each cell of the lattice, set where the primitives hold.
     pub cells: [Vec<u64>; 2],
-    /// The volume that the primitives occupy.
+    /// The volume that they occupy.
     pub expanded: ExpandedGeometry,
 }
 
-/// Derives the primitives of a robot; `progress` receives the fraction that is done.
-pub fn derive(
+/// Derives the primitives of a robot. `progress` receives the completed fraction, 0 to 1.
+pub(crate) fn derive(
     primitive_sweep: &PrimitiveSweep,
     config: &PlannerConfig,
     progress: &(dyn Fn(f64) + Sync),
@@ -70,8 +53,8 @@ pub fn derive(
     }
 }
 
-/// The gait that holds over most of the coarse lattice, the first of equals, for placements as
-/// steep as that leaves it.
+/// The gait that holds over most of the coarse lattice, the first of equals, with the steepest tilt
+/// that keeps [`KEPT_PAIRS_SHARE`] of those pairs.
 fn best_gait(primitive_sweep: &PrimitiveSweep, config: &PlannerConfig, lattice: &Lattice) -> Gait {
     let radius = primitive_sweep.foot_radius();
     let gait = |style: &Style| {
@@ -83,8 +66,8 @@ fn best_gait(primitive_sweep: &PrimitiveSweep, config: &PlannerConfig, lattice: 
             primitive_sweep.balance_margin(),
         )
     };
-    let [level, coarse] = [Lattice::is_level, Lattice::is_coarse].map(|is_wanted| {
-        (0..lattice.vertices()).filter(|&index| is_wanted(lattice, index)).collect::<Vec<usize>>()
+    let [level, coarse] = [Lattice::is_level, Lattice::is_coarse].map(|is_selected| {
+        (0..lattice.vertices()).filter(|&index| is_selected(lattice, index)).collect::<Vec<usize>>()
     });
     let holds = |style: &Style, index: usize| {
         [0, 1].iter().all(|&stance| {
@@ -98,32 +81,33 @@ fn best_gait(primitive_sweep: &PrimitiveSweep, config: &PlannerConfig, lattice: 
     let mut ranked: Vec<(usize, Style)> =
         styles().into_par_iter().map(|style| (count(&style, &level), style)).collect();
     ranked.sort_by_key(|&(count, _)| std::cmp::Reverse(count));
-    ranked.truncate(SHORTLIST);
+    ranked.truncate(GAIT_SHORTLIST);
     let counts: Vec<usize> = ranked.par_iter().map(|(_, style)| count(style, &coarse)).collect();
     let best = (0..ranked.len())
         .max_by_key(|&index| (counts[index], std::cmp::Reverse(index)))
         .unwrap_or(0);
     let style = ranked[best].1;
-    let steeper = TILTS.into_par_iter().map(|tilt| Style { tilt, ..style });
+    let steeper = GAIT_TILTS.into_par_iter().map(|tilt| Style { tilt, ..style });
     let held: Vec<(Style, usize)> = steeper.map(|style| (style, count(&style, &coarse))).collect();
-    let enough = TILT_WORTH * counts[best] as f64;
+    let enough = KEPT_PAIRS_SHARE * counts[best] as f64;
     let steepest = held.iter().find(|(_, count)| *count as f64 >= enough);
     gait(&steepest.map_or(style, |(style, _)| *style))
 }
 
-/// Styles for all but level placements, the plain ones first.
+/// All styles with the smallest tilt, the upright ones first.
 fn styles() -> Vec<Style> {
-    let tilt = TILTS[TILTS.len() - 1];
-    let postures = ROLLS.into_iter().flat_map(|roll| LEANS.map(|lean| (roll, lean)));
+    let tilt = GAIT_TILTS[GAIT_TILTS.len() - 1];
+    let postures = GAIT_ROLLS.into_iter().flat_map(|roll| GAIT_LEANS.map(|lean| (roll, lean)));
     let styles = |(roll, lean)| {
-        REACHES
-            .into_iter()
-            .flat_map(move |reach| WIDTHS.map(|width| Style { tilt, reach, width, roll, lean }))
+        GAIT_REACHES.into_iter().flat_map(move |reach| {
+            GAIT_WIDTHS.map(|width| Style { tilt, reach, width, roll, lean })
+        })
     };
     postures.flat_map(styles).collect()
 }
 
-/// Tries every vertex, in turn level and inclined.
+/// Tries every vertex, alternately level and inclined. Returns whether each holds, and their
+/// volume.
 fn sweep(
     primitive_sweep: &PrimitiveSweep,
     gait: &Gait,

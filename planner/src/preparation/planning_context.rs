@@ -3,7 +3,7 @@
 use crate::base::threads::Threads;
 use crate::constraints::constraints::Constraints;
 use crate::foot_placement::Surfaces;
-use crate::preparation::build::Preparation;
+use crate::preparation::data::Preparation;
 
 /// What every stage reads and none changes: robot, world, preparation, threads, seed.
 #[derive(Debug)]
@@ -12,8 +12,8 @@ pub struct PlanningContext {
     pub constraints: Constraints,
     /// The surfaces on which soles can rest.
     pub surfaces: Surfaces,
-    /// The data computed once for the robot.
-    pub preparation: Preparation<'static>,
+    /// The preparation of the robot.
+    pub preparation: Preparation,
     /// The threads that share the work.
     pub threads: Threads,
     /// The seed of all random streams.

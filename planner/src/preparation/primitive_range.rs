@@ -1,9 +1,13 @@
 //! R_S: the range of placement pairs over which every primitive was swept [Grey 4.4.5], read in
 //! place.
 
+use std::sync::Arc;
+
 use bytemuck::{Pod, Zeroable};
 
-use crate::preparation::file_format::Span;
+use crate::preparation::error::PreparationError;
+use crate::preparation::span::{SharedArray, Span};
+use crate::preparation::tuning::{RANGE_HEIGHTS, RANGE_TURNS};
 use crate::primitives::level_sole::PairOffset;
 
 /// Most vertices along an axis of a lattice.
@@ -13,59 +17,63 @@ const KNOTS_MAX: usize = 16;
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Lattice {
-    /// Where its vertices are along each axis, in rising order, m and rad; one more than there are
-    /// cells, the rest 0.
+    /// Coordinates of its vertices along each axis, in rising order, m and rad: one more than there
+    /// are cells, the rest 0.
     knots: [[f64; KNOTS_MAX]; 4],
     /// Cells along each axis.
     cells: [u32; 4],
 }
 
-/// A lattice, and where the bits of its cells are in a file.
+/// A lattice, and the span of its cells' bits.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub struct RangeHeader {
+pub(crate) struct RangeHeader {
     /// The lattice.
     pub lattice: Lattice,
     /// A bit for each cell, ahead fastest.
     pub bits: Span,
 }
 
-/// The pairs with one foot as stance.
-#[derive(Debug, Clone, Copy)]
-pub struct PairRange<'a> {
-    header: &'a RangeHeader,
-    words: &'a [u64],
+/// The range of placement pairs with one foot as stance.
+#[derive(Debug, Clone)]
+pub struct PairRange {
+    lattice: Lattice,
+    bits: SharedArray<u64>,
 }
 
-impl<'a> PairRange<'a> {
-    /// The range with this header; `None` where header and bits do not fit together.
-    pub fn new(header: &'a RangeHeader, words: &'a [u64]) -> Option<Self> {
-        let fits =
-            header.lattice.is_sound() && header.lattice.cells_total().div_ceil(64) == words.len();
-        fits.then_some(Self { header, words })
+impl PairRange {
+    /// The range with this header within the words of a preparation.
+    ///
+    /// # Errors
+    /// Header and bits do not fit together.
+    pub(crate) fn new(header: &RangeHeader, words: &Arc<[u64]>) -> Result<Self, PreparationError> {
+        let bits = SharedArray::new(words, header.bits)?;
+        let fits = header.lattice.is_sound()
+            && header.lattice.cells_total().div_ceil(64) as u64 == header.bits.len;
+        if fits {
+            Ok(Self { lattice: header.lattice, bits })
+        } else {
+            Err(PreparationError::Damaged)
+        }
     }
 
     /// Whether all primitives of a pair are known to hold.
     pub fn contains(&self, offset: &PairOffset) -> bool {
-        self.header.lattice.cell_of(offset).is_some_and(|cell| self.holds(cell))
+        self.lattice.cell_of(offset).is_some_and(|cell| self.bits.bit(cell))
     }
 
-    fn holds(&self, cell: usize) -> bool {
-        self.words[cell / 64] >> (cell % 64) & 1 == 1
-    }
-
-    /// How many cells hold, and how many there are.
+    /// The number of cells that hold, and of all cells.
     pub fn cells(&self) -> (u64, u64) {
-        let held = self.words.iter().map(|word| u64::from(word.count_ones())).sum();
-        (held, self.header.lattice.cells_total() as u64)
+        let held = self.bits.items().iter().map(|word| u64::from(word.count_ones())).sum();
+        (held, self.lattice.cells_total() as u64)
     }
 
-    /// The least and the greatest of ahead, aside, above and turn over all cells that hold; `None`
-    /// where none does.
+    /// The least and the greatest of ahead, aside, above (m) and turn (rad) over all cells that
+    /// hold; `None` where no cell holds.
     pub fn extent(&self) -> Option<[[f64; 2]; 4]> {
-        let Lattice { knots, cells } = &self.header.lattice;
+        let Lattice { knots, cells } = &self.lattice;
         let mut extent = [[f64::INFINITY, f64::NEG_INFINITY]; 4];
-        for cell in (0..self.header.lattice.cells_total()).filter(|&cell| self.holds(cell)) {
+        for cell in (0..self.lattice.cells_total()).filter(|&cell| self.bits.bit(cell)) {
             let mut rest = cell;
             for axis in 0..4 {
                 let at = rest % cells[axis] as usize;
@@ -79,12 +87,6 @@ impl<'a> PairRange<'a> {
     }
 }
 
-/// Heights of the vertices, as shares of the reach; those of pairs on one floor lie in the middle
-/// of a cell.
-const HEIGHTS: [f64; 6] = [-0.19, -0.09, -0.015, 0.015, 0.09, 0.19];
-/// Turns of the vertices, rad; those of feet that face the same way lie in the middle of a cell.
-const TURNS: [f64; 6] = [-0.3, -0.15, -0.04, 0.04, 0.15, 0.3];
-
 impl Lattice {
     /// The lattice of a leg that reaches `reach` (m).
     pub fn new(reach: f64) -> Self {
@@ -96,8 +98,8 @@ impl Lattice {
         for (index, knot) in lattice.knots[1][..9].iter_mut().enumerate() {
             *knot = (index as f64 + 2.0) * step;
         }
-        lattice.knots[2][..6].copy_from_slice(&HEIGHTS.map(|share| share * reach));
-        lattice.knots[3][..6].copy_from_slice(&TURNS);
+        lattice.knots[2][..6].copy_from_slice(&RANGE_HEIGHTS.map(|share| share * reach));
+        lattice.knots[3][..6].copy_from_slice(&RANGE_TURNS);
         lattice
     }
 
@@ -124,12 +126,12 @@ impl Lattice {
         })
     }
 
-    /// How many vertices there are.
+    /// The number of vertices.
     pub fn vertices(&self) -> usize {
         self.cells.iter().map(|&count| count as usize + 1).product()
     }
 
-    /// A vertex.
+    /// The pair at a vertex.
     pub fn vertex(&self, index: usize) -> PairOffset {
         let steps = self.steps(index);
         let [ahead, aside, above, turn] = std::array::from_fn(|axis| self.knots[axis][steps[axis]]);
@@ -142,7 +144,7 @@ impl Lattice {
         (0..4).all(|axis| steps[axis] % 2 == LEVEL[axis] % 2)
     }
 
-    /// Whether a coarse vertex is one of the few that stand for walking on a floor.
+    /// Whether a coarse vertex is one of the few that represent walking on a floor.
     pub fn is_level(&self, index: usize) -> bool {
         let steps = self.steps(index);
         self.is_coarse(index)
@@ -150,12 +152,12 @@ impl Lattice {
             && steps[0] % 4 == LEVEL[0] % 4
     }
 
-    /// Whether the sum of a vertex's coordinates is odd, counted from the lowest: half of the
-    /// vertices of every cell.
+    /// Whether the sum of a vertex's indices is odd: true for half of the vertices of every cell.
     pub fn is_odd(&self, index: usize) -> bool {
         self.steps(index).iter().sum::<usize>() % 2 == 1
     }
 
+    /// The indices of a vertex along each axis.
     fn steps(&self, index: usize) -> [usize; 4] {
         let mut rest = index;
         self.cells.map(|cells| {
@@ -195,7 +197,7 @@ impl Lattice {
     }
 }
 
-/// A vertex of a step ahead on a floor.
+/// The indices of a vertex that is a step ahead on a floor.
 const LEVEL: [usize; 4] = [11, 2, 2, 3];
 
 fn coordinates(offset: &PairOffset) -> [f64; 4] {
@@ -215,7 +217,7 @@ mod tests {
             (0..lattice.vertices()).map(|index| inside(&lattice.vertex(index))).collect();
         let words = lattice.cell_bits(&holds);
         let header = RangeHeader { lattice, bits: Span { first: 0, len: words.len() as u64 } };
-        let range = PairRange::new(&header, &words).unwrap();
+        let range = PairRange::new(&header, &words.into()).unwrap();
         let at = |ahead: f64, turn: f64| PairOffset { ahead, aside: 0.2, above: 0.01, turn };
         assert!(
             range.contains(&at(0.19, -0.14))

@@ -1,10 +1,10 @@
 //! The primitive sweep of a robot: the placement pairs over which its primitives hold, and the
 //! volume that they occupy.
 //!
-//! Every vertex of a lattice of pairs is tried, every other one with both soles inclined as far as
-//! primitives allow, under constraints with more margin than a plan needs. That margin is what
-//! covers the pairs between the vertices. A shift is tried with the left foot as stance only: the
-//! pairs are the same.
+//! Every vertex of a lattice of pairs is tried, every second one with both soles inclined as far as
+//! primitives allow, under constraints with larger margins than a plan's. The additional margin
+//! covers the pairs between the vertices. A shift is tried with the left foot as stance only,
+//! because both feet have the same pairs.
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
@@ -21,9 +21,13 @@ use crate::constraints::foothold::{Foothold, double_mode, single_mode};
 use crate::constraints::mode::Mode;
 use crate::constraints::mode_state::ModeState;
 use crate::geometry::bvh::Aabb;
-use crate::preparation::build::BuildError;
+use crate::preparation::error::BuildError;
 use crate::preparation::expanded_geometry::{ExpandedBuilder, PrimitivePart};
 use crate::preparation::shape_slices::{RobotPart, Slice, slices};
+use crate::preparation::tuning::{
+    BALANCE_SLACK, CLEARANCE_SLACK, EFFORT_FRACTION, FLOOR_SLACK, JOINT_SLACK, SECTION_SAMPLES,
+    SHIFT_SAMPLES,
+};
 use crate::primitives::level_sole::{LevelSole, PairOffset};
 use crate::primitives::step_path::{LANDING, SECTIONS, shift_at};
 use crate::primitives::step_state::{foot_phase, with_legs};
@@ -31,24 +35,9 @@ use crate::primitives::{Gait, HalfSwing, configuration};
 use crate::robot::kinematic_state::KinematicState;
 use crate::robot::mechanism::Mechanism;
 
-/// What is kept beyond a plan's clearance, m.
-const CLEARANCE_SLACK: f64 = 0.006;
-/// What a leg's links keep beyond a plan's clearance from the ground on which their foot stands, m.
-const FLOOR_SLACK: f64 = 0.002;
-/// What is kept beyond a plan's joint margin, rad.
-const JOINT_SLACK: f64 = 0.02;
-/// What is kept beyond a plan's balance margin, m.
-const BALANCE_SLACK: f64 = 0.004;
-/// The fraction of a plan's effort that is used.
-const EFFORT_SHARE: f64 = 0.95;
-/// Samples of each section of a half swing.
-const SECTION_SAMPLES: [usize; SECTIONS] = [2, 6, 2, 2];
-/// Samples of a shift.
-const SHIFT_SAMPLES: usize = 5;
-
-/// The robot in an empty world, under stricter constraints.
+/// The robot in an empty world, under stricter constraints than a plan's.
 #[derive(Debug)]
-pub struct PrimitiveSweep {
+pub(crate) struct PrimitiveSweep {
     constraints: Constraints,
     slices: Vec<Slice>,
 }
@@ -57,12 +46,12 @@ impl PrimitiveSweep {
     /// Compiles a robot.
     ///
     /// # Errors
-    /// The robot is none that the planner can move.
+    /// The planner cannot move the robot.
     pub fn new(model: &RobotModel, config: &PlannerConfig) -> Result<Self, BuildError> {
         let strict = PlannerConfig {
             clearance: config.clearance + CLEARANCE_SLACK,
             joint_margin: config.joint_margin + JOINT_SLACK,
-            effort_share: config.effort_share * EFFORT_SHARE,
+            effort_share: config.effort_share * EFFORT_FRACTION,
             ..config.clone()
         };
         let constraints = constraints_in_empty_world(model, strict)?;
@@ -80,7 +69,7 @@ impl PrimitiveSweep {
         &self.constraints.robot
     }
 
-    /// How far to the side any part of a foot is from its ankle, m.
+    /// The largest horizontal distance of any part of a foot from its ankle, m.
     pub fn foot_radius(&self) -> f64 {
         let radius = |limb: usize| {
             let ankle = self.robot().legs[limb].sole_from_ankle();
@@ -90,13 +79,13 @@ impl PrimitiveSweep {
         radius(0).max(radius(1))
     }
 
-    /// How near to the edge of its support the centre of mass may come, m.
+    /// The least distance of the centre of mass from the edge of its support, m.
     pub fn balance_margin(&self) -> f64 {
         self.constraints.config.com_margin + BALANCE_SLACK
     }
 
-    /// The box that each foot needs in its sole's frame from the ground to the top of its lift,
-    /// with `margin` (m) beside and above it.
+    /// The box of each foot in its sole's frame, from the ground to the top of its lift, with
+    /// `margin` (m) beside and above it.
     pub fn sole_boxes(&self, gait: &Gait, margin: f64) -> [Aabb; 2] {
         [0, 1].map(|limb| {
             let foot = self.constraints.collision.foot_bounds(limb);
@@ -108,13 +97,13 @@ impl PrimitiveSweep {
         })
     }
 
-    /// Empty boxes.
+    /// Empty boxes of the expanded geometry.
     pub fn empty_boxes(&self) -> ExpandedBuilder {
         ExpandedBuilder::empty(self.constraints.config.clearance - CLEARANCE_SLACK + FLOOR_SLACK)
     }
 
-    /// The volume that the primitives of a pair occupy; `None` if one does not hold. `vertex` names
-    /// the pair if its soles are inclined.
+    /// The volume that the primitives of a pair occupy; `None` if one of them violates a
+    /// constraint. `vertex` is the pair's number if its soles are inclined.
     pub fn try_pair(
         &self,
         gait: &Gait,
@@ -137,12 +126,14 @@ impl PrimitiveSweep {
         held.then_some(fitting)
     }
 
+    /// The level soles of a pair, by limb.
     fn level_soles(&self, stance: usize, offset: &PairOffset) -> [LevelSole; 2] {
         let about = LevelSole { origin: DVec3::ZERO, yaw: 0.0, tilt: 0.0 };
         let other = about.at_offset(offset, 1 - stance);
         if stance == 0 { [about, other] } else { [other, about] }
     }
 
+    /// Whether the half swing of a pair meets every constraint; adds its volume to `fitting`.
     fn half_swing_holds(
         &self,
         gait: &Gait,
@@ -171,7 +162,7 @@ impl PrimitiveSweep {
                 let part =
                     PrimitivePart::HalfSwing { stance, section, landing: section == LANDING };
                 let swing = LevelSole::of(leg, &state.world_from_soles[1 - stance]);
-                self.admits(&mode, &kinematic_state, feet)
+                self.is_valid(&mode, &kinematic_state, feet)
                     && fitting.add(
                         &self.slices,
                         (self.robot(), &kinematic_state),
@@ -183,6 +174,7 @@ impl PrimitiveSweep {
         })
     }
 
+    /// Whether the shift of a pair meets every constraint; adds its volume to `fitting`.
     fn shift_holds(
         &self,
         gait: &Gait,
@@ -201,7 +193,7 @@ impl PrimitiveSweep {
             let Ok(state) = with_legs(robot, moved) else { return false };
             seed = state;
             let kinematic_state = KinematicState::new(robot, &state.configuration);
-            self.admits(&mode, &kinematic_state, [FootPhase::Stance; 2])
+            self.is_valid(&mode, &kinematic_state, [FootPhase::Stance; 2])
                 && fitting.add(
                     &self.slices,
                     (robot, &kinematic_state),
@@ -212,7 +204,13 @@ impl PrimitiveSweep {
         })
     }
 
-    fn admits(&self, mode: &Mode, kinematic_state: &KinematicState, feet: [FootPhase; 2]) -> bool {
+    /// Whether a state meets every constraint, with the additional balance margin.
+    fn is_valid(
+        &self,
+        mode: &Mode,
+        kinematic_state: &KinematicState,
+        feet: [FootPhase; 2],
+    ) -> bool {
         mode.region.margin(kinematic_state.com.truncate())
             >= self.constraints.com_margin(mode) + BALANCE_SLACK
             && self.constraints.check(mode, kinematic_state, feet).is_ok()
@@ -222,8 +220,8 @@ impl PrimitiveSweep {
 /// A robot's constraints in an empty world.
 ///
 /// # Errors
-/// The robot is none that the planner can move.
-pub fn constraints_in_empty_world(
+/// The planner cannot move the robot.
+pub(crate) fn constraints_in_empty_world(
     model: &RobotModel,
     config: PlannerConfig,
 ) -> Result<Constraints, BuildError> {
@@ -233,12 +231,14 @@ pub fn constraints_in_empty_world(
     Ok(Constraints::new(robot, collision, config))
 }
 
-/// Joints of a leg whose positions follow from its sole: with more of them a neutral configuration
-/// is not unique.
+/// Number of joints of a leg whose positions follow from its sole's pose. With more joints a
+/// neutral configuration is not unique.
 const UNIQUE_JOINTS: usize = 6;
-/// Where a foot's box begins above the ground: a leaving foot's own clearance begins there, m.
+/// Height of the bottom of a foot's box above the ground, m: the clearance of a foot that lifts off
+/// begins there.
 const SOLE_GAP: f64 = 0.0005;
 
+/// The part of the robot that a link belongs to.
 fn robot_part_of(
     model: &RobotModel,
     robot: &Mechanism,
@@ -258,8 +258,8 @@ fn robot_part_of(
     }
 }
 
-/// The rotations of both soles: level, or inclined as far as primitives allow in directions that
-/// depend on the vertex.
+/// The rotations of both soles in the world: level, or inclined by `tilt` (rad) in random
+/// directions that depend on the vertex.
 fn inclinations(level_soles: &[LevelSole; 2], tilt: f64, vertex: Option<u64>) -> [glam::DQuat; 2] {
     [0, 1].map(|limb| {
         let level = rotation_about(DVec3::Z, level_soles[limb].yaw);

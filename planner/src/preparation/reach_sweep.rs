@@ -1,10 +1,11 @@
-//! The reachable space of a leg, built from the sole upward: what the joints k to n can reach is
-//! what the joints k + 1 to n can reach, swept by joint k. The limits are a box, so this is exact;
-//! what it adds is discretisation, and every step says by how much it may fall short. The sum is
-//! added around the result, so that nothing reachable is left out [Grey 4.2.1].
+//! The reachable space of a leg, computed from the sole upward: the set that the joints k to n
+//! reach is the set that the joints k + 1 to n reach, swept by joint k. The joint limits form a
+//! box, so this is exact except for the discretisation. Each step adds a bound of its
+//! discretisation error, and the result grows by the sum, so that it contains every reachable
+//! position [Grey 4.2.1].
 //!
-//! A sweep of a solid set is the set at one limit and the sweep of its border, because a point that
-//! enters the solid while the joint moves crosses its border.
+//! The sweep of a solid set is the set at one limit and the sweep of its border, because a point
+//! that enters the solid while the joint moves crosses the border.
 
 use glam::{DVec3, IVec3};
 use surefoot_shared_types::robot::model::JointKind;
@@ -13,31 +14,22 @@ use crate::geometry::bvh::Aabb;
 use crate::geometry::voxel_grid::VoxelGrid;
 use crate::kinematics::Leg;
 use crate::kinematics::leg_joint::LegJoint;
+use crate::preparation::tuning::{BOUNDS_HALF_ARC, COARSENING, FINE_SIDE, HALF_ARC, POINTS_MAX};
 
-/// The side of the cubes that are swept, m.
-const FINE_SIDE: f64 = 0.006;
-/// Fine cubes along a side of the cubes of the result.
-const COARSENING: u32 = 4;
-/// Half of the longest arc between two samples of a sweep, m.
-const HALF_ARC: f64 = 0.0025;
-/// The same where only the box around a sweep is asked for, m.
-const BOUNDS_HALF_ARC: f64 = 0.03;
-/// Points up to which a set is kept as points, without the rounding of cubes.
-const POINTS_MAX: usize = 50_000;
-/// From a cube's centre to its corner, in sides.
+/// Distance from a cube's centre to its corner, in sides.
 const CENTER_TO_CORNER: f64 = 0.866_025_403_784_438_7;
-/// Far more than what rounding moves a point, m.
+/// Upper bound of rounding errors, m.
 const ROUNDING: f64 = 1e-9;
 
-/// A set of sole positions, and how far (m) a member may lie from what stands for it.
+/// A set of sole positions, and the largest distance (m) of a member from its representation.
 enum SoleSet {
     Points(Vec<DVec3>, f64),
     Cubes(VoxelGrid, f64),
 }
 
-/// The outer bound of where a leg's sole can be relative to the root, any rotation, as cubes of
-/// side `COARSENING * FINE_SIDE`.
-pub fn reachable(leg: &Leg, step: &dyn Fn()) -> VoxelGrid {
+/// The outer bound of the positions of a leg's sole relative to the root, for any rotation, as
+/// cubes of side `COARSENING * FINE_SIDE`. `step` is called after each joint.
+pub(crate) fn reachable(leg: &Leg, step: &dyn Fn()) -> VoxelGrid {
     let sole =
         leg.root_from_sole(&[0.0; surefoot_shared_types::base::limits::JOINTS_MAX]).translation;
     let mut reached = SoleSet::Points(vec![sole], 0.0);
@@ -48,6 +40,7 @@ pub fn reachable(leg: &Leg, step: &dyn Fn()) -> VoxelGrid {
     grown(reached)
 }
 
+/// The set swept by a joint over its whole range.
 fn swept(reached: &SoleSet, joint: &LegJoint) -> SoleSet {
     let range = JointRange::new(joint);
     match reached {
@@ -84,8 +77,8 @@ fn swept_cubes(cubes: &VoxelGrid, range: &JointRange) -> VoxelGrid {
     swept
 }
 
-/// Sets every cube whose centre, moved back from the lower limit, lies in the set. The cubes of the
-/// set that have all their neighbours are then covered without a gap.
+/// Sets every cube whose centre, moved back from the lower limit, lies in the set. This covers the
+/// cubes of the set that have all their neighbours without a gap.
 fn fill_at_lower_limit(cubes: &VoxelGrid, range: &JointRange, swept: &mut VoxelGrid) {
     let back = range.joint.motion(range.lower).inverse();
     let dims = swept.dims.as_ivec3();
@@ -102,7 +95,7 @@ fn fill_at_lower_limit(cubes: &VoxelGrid, range: &JointRange, swept: &mut VoxelG
     }
 }
 
-/// The result in coarse cubes, grown by all that may be missing.
+/// The result in coarse cubes, grown by the sum of all errors.
 fn grown(reached: SoleSet) -> VoxelGrid {
     let (fine, error) = match reached {
         SoleSet::Cubes(cubes, error) => (cubes, error),
@@ -126,10 +119,10 @@ fn grown(reached: SoleSet) -> VoxelGrid {
     coarse
 }
 
-/// Sets every cube that comes within `reach` of a point.
+/// Sets every cube within `reach` (m) of a point.
 fn set_within(cubes: &mut VoxelGrid, point: DVec3, reach: f64) {
-    let place = |by: f64| cubes.in_cubes(point + DVec3::splat(by)).floor().as_ivec3();
-    let (low, high) = (place(-reach), place(reach));
+    let cube_at = |by: f64| cubes.in_cubes(point + DVec3::splat(by)).floor().as_ivec3();
+    let (low, high) = (cube_at(-reach), cube_at(reach));
     for z in low.z..=high.z {
         for y in low.y..=high.y {
             for x in low.x..=high.x {
@@ -143,7 +136,7 @@ fn set_within(cubes: &mut VoxelGrid, point: DVec3, reach: f64) {
     }
 }
 
-/// A joint and all its positions.
+/// A joint and its range of positions.
 struct JointRange<'a> {
     joint: &'a LegJoint,
     lower: f64,
@@ -153,11 +146,16 @@ struct JointRange<'a> {
 impl<'a> JointRange<'a> {
     fn new(joint: &'a LegJoint) -> Self {
         let (lower, upper) = (joint.lower, joint.upper);
-        let once_round = joint.kind == JointKind::Revolute && upper - lower > std::f64::consts::TAU;
-        Self { joint, lower, upper: if once_round { lower + std::f64::consts::TAU } else { upper } }
+        let exceeds_a_turn =
+            joint.kind == JointKind::Revolute && upper - lower > std::f64::consts::TAU;
+        Self {
+            joint,
+            lower,
+            upper: if exceeds_a_turn { lower + std::f64::consts::TAU } else { upper },
+        }
     }
 
-    /// The distance that a point travels over the whole range, m.
+    /// The distance that a point moves over the whole range, m.
     fn travel(&self, point: DVec3) -> f64 {
         let span = self.upper - self.lower;
         match self.joint.kind {
@@ -172,8 +170,8 @@ impl<'a> JointRange<'a> {
         libm::ceil(self.travel(point) / (2.0 * half_arc)).max(1.0) as usize
     }
 
-    /// Passes positions of the point to `take`; none on its path is farther than `half_arc` from
-    /// one of them.
+    /// Passes positions of the point to `take`. Every position on its path is within `half_arc` (m)
+    /// of one of them.
     fn sweep(&self, point: DVec3, half_arc: f64, take: &mut impl FnMut(DVec3)) {
         let count = self.samples(point, half_arc);
         let step = (self.upper - self.lower) / count as f64;
@@ -186,7 +184,7 @@ impl<'a> JointRange<'a> {
         }
     }
 
-    /// Sets the cubes at all places of a point, none of them farther than `HALF_ARC` from its path.
+    /// Sets the cubes at samples of a point's path, which are `HALF_ARC` apart at most.
     fn sweep_into(&self, point: DVec3, cubes: &mut VoxelGrid) {
         let count = self.samples(point, HALF_ARC);
         let step = (self.upper - self.lower) / count as f64;
@@ -198,12 +196,12 @@ impl<'a> JointRange<'a> {
             return;
         }
         let circle = Circle::new(self.joint, point);
-        let (middle, scale) = (cubes.in_cubes(circle.middle), 1.0 / cubes.side);
-        let scaled = Circle { middle, ahead: circle.ahead * scale, aside: circle.aside * scale };
+        let (centre, scale) = (cubes.in_cubes(circle.centre), 1.0 / cubes.side);
+        let scaled = Circle { centre, ahead: circle.ahead * scale, aside: circle.aside * scale };
         scaled.walk([first, step], count, &mut |sample| cubes.set_at(sample));
     }
 
-    /// A box around all places of some points, each with `margin` around it.
+    /// A box around the paths of some points, with `margin` (m) around them.
     fn bounds(&self, points: impl Iterator<Item = DVec3>, margin: f64) -> Aabb {
         let mut bounds = Aabb::EMPTY;
         for point in points {
@@ -217,24 +215,24 @@ impl<'a> JointRange<'a> {
 
 /// The circular path of a point about an axis.
 struct Circle {
-    middle: DVec3,
+    centre: DVec3,
     ahead: DVec3,
     aside: DVec3,
 }
 
 impl Circle {
     fn new(joint: &LegJoint, point: DVec3) -> Self {
-        let middle = joint.point + joint.axis * (point - joint.point).dot(joint.axis);
-        let ahead = point - middle;
-        Self { middle, ahead, aside: joint.axis.cross(ahead) }
+        let centre = joint.point + joint.axis * (point - joint.point).dot(joint.axis);
+        let ahead = point - centre;
+        Self { centre, ahead, aside: joint.axis.cross(ahead) }
     }
 
-    /// Hands over `count` places, the first angle and the step between them given, rad.
+    /// Passes `count` positions to `take`, from the angle `first` on in steps of `step`, rad.
     fn walk(&self, [first, step]: [f64; 2], count: usize, take: &mut impl FnMut(DVec3)) {
         let (mut sin, mut cos) = libm::sincos(first);
         let (step_sin, step_cos) = libm::sincos(step);
         for _ in 0..count {
-            take(self.middle + self.ahead * cos + self.aside * sin);
+            take(self.centre + self.ahead * cos + self.aside * sin);
             (sin, cos) = (sin * step_cos + cos * step_sin, cos * step_cos - sin * step_sin);
         }
     }
@@ -257,19 +255,19 @@ mod tests {
     }
 
     #[test]
-    fn every_place_of_a_point_is_near_a_sample() {
+    fn every_position_on_a_path_is_near_a_sample() {
         let (joint, point) = (hinge(), DVec3::new(0.4, 0.2, 0.3));
         let range = JointRange::new(&joint);
         let mut samples = vec![];
         range.sweep(point, HALF_ARC, &mut |sample| samples.push(sample));
         for i in 0..=1000 {
-            let place: DVec3 = joint.motion(-1.0 + 3.0 * f64::from(i) / 1000.0) * point;
-            assert!(samples.iter().any(|sample| sample.distance(place) <= HALF_ARC + 1e-9));
+            let position: DVec3 = joint.motion(-1.0 + 3.0 * f64::from(i) / 1000.0) * point;
+            assert!(samples.iter().any(|sample| sample.distance(position) <= HALF_ARC + 1e-9));
         }
     }
 
     #[test]
-    fn no_sole_is_left_out_where_hip_axes_do_not_meet() {
+    fn every_sole_is_reachable_where_hip_axes_do_not_meet() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../configs/robots/hubo/robot.toml");
         let mut model = surefoot_shared_types::robot::load::load_robot(&path).unwrap();
@@ -302,8 +300,8 @@ mod tests {
         let swept = swept_cubes(&cubes, &range);
         let inside = cubes.center(IVec3::splat(20));
         for i in 0..=300 {
-            let place: DVec3 = joint.motion(-1.0 + 3.0 * f64::from(i) / 300.0) * inside;
-            assert!(swept.is_set_at(swept.in_cubes(place)), "{i}");
+            let position: DVec3 = joint.motion(-1.0 + 3.0 * f64::from(i) / 300.0) * inside;
+            assert!(swept.is_set_at(swept.in_cubes(position)), "{i}");
         }
     }
 }

@@ -1,18 +1,17 @@
-//! The robot's shapes cut into slices, so that boxes around them are tight when links are inclined.
+//! The robot's shapes cut into slices, so that boxes around them stay tight when links are
+//! inclined.
 
 use glam::DVec3;
 use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::{Pose, Shape};
 
 use crate::geometry::bvh::Aabb;
-
-/// The thickest slice, m.
-const THICKNESS_MAX: f64 = 0.06;
+use crate::preparation::tuning::SLICE_THICKNESS_MAX;
 
 /// Part of the robot to which a slice belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RobotPart {
-    /// No leg.
+    /// Any link that belongs to no leg.
     Trunk,
     /// A leg's link above the foot.
     Leg(usize),
@@ -20,7 +19,7 @@ pub enum RobotPart {
     Foot(usize),
 }
 
-/// A piece of a link's shape: the box around it.
+/// The box around a piece of a link's shape.
 #[derive(Debug, Clone, Copy)]
 pub struct Slice {
     /// The link.
@@ -33,7 +32,8 @@ pub struct Slice {
     pub bounds: Aabb,
 }
 
-/// Cuts a shape fixed to a link across the longest side of the box around it.
+/// Cuts a shape of a link across the longest side of its box `bounds`, which is in the shape's
+/// frame.
 pub fn slices(
     link: usize,
     robot_part: RobotPart,
@@ -44,7 +44,7 @@ pub fn slices(
     let edges = edges(shape);
     let size = bounds.max - bounds.min;
     let axis = size.max_position();
-    let count = libm::ceil(size[axis] / THICKNESS_MAX).max(1.0) as usize;
+    let count = libm::ceil(size[axis] / SLICE_THICKNESS_MAX).max(1.0) as usize;
     let cut = |at: usize| bounds.min[axis] + size[axis] * at as f64 / count as f64;
     let slice = |index: usize| {
         let ends = [cut(index), cut(index + 1)];
@@ -61,7 +61,7 @@ pub fn slices(
     (0..count).filter_map(slice).collect()
 }
 
-/// The edges of a shape that has corners other than its box's.
+/// The edges of a mesh or convex hull; `None` for shapes that are sliced as their boxes.
 fn edges(shape: &Shape) -> Option<Vec<[DVec3; 2]>> {
     let (vertices, triangles) = match shape {
         Shape::Mesh { vertices, triangles, .. } => (vertices.clone(), triangles.clone()),
@@ -78,8 +78,8 @@ fn edges(shape: &Shape) -> Option<Vec<[DVec3; 2]>> {
     )
 }
 
-/// The box around what lies of a surface between two heights along an axis. Its corners are on the
-/// edges.
+/// The box around the part of a surface between two heights along an axis. The extreme points of
+/// that part lie on the edges.
 fn around(edges: &[[DVec3; 2]], axis: usize, [low, high]: [f64; 2]) -> Aabb {
     edges.iter().fold(Aabb::EMPTY, |bounds, &[a, b]| {
         let extent = b[axis] - a[axis];
@@ -94,7 +94,7 @@ fn around(edges: &[[DVec3; 2]], axis: usize, [low, high]: [f64; 2]) -> Aabb {
     })
 }
 
-/// What rounding may put a cut beside its plane, m.
+/// Distance of a rounded cut from its plane, m.
 const ROUNDING: f64 = 1e-9;
 
 #[cfg(test)]
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn slices_of_a_pyramid_get_smaller_and_cover_it() {
+    fn slices_of_a_pyramid_shrink_and_cover_it() {
         let bounds = Aabb { min: DVec3::new(-1.0, -1.0, 0.0), max: DVec3::new(1.0, 1.0, 3.0) };
         let cut = slices(0, RobotPart::Trunk, Pose::IDENTITY, &pyramid(), &bounds);
         assert_eq!(cut.len(), 50);
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ball_is_cut_as_the_box_around_it() {
+    fn a_ball_is_sliced_as_its_box() {
         let bounds = Aabb { min: DVec3::splat(-0.05), max: DVec3::splat(0.05) };
         let cut =
             slices(0, RobotPart::Leg(1), Pose::IDENTITY, &Shape::Sphere { radius: 0.05 }, &bounds);

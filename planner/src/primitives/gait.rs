@@ -6,49 +6,50 @@ use surefoot_shared_types::Pose;
 
 use crate::geometry::convex_region::ConvexRegion;
 use crate::primitives::level_sole::{LevelSole, side_of};
+use crate::primitives::tuning::{GAIT_LEG_EXTENSION_MAX, GAIT_LIFT_MARGIN};
 use crate::robot::mechanism::Mechanism;
 
-/// How far a neutral swing foot stays from what may lie between the placements, m: obstacles up to
-/// this height do not matter there.
+/// Height up to which obstacles between the placements do not matter, m: the neutral swing foot
+/// stays above it.
 pub const SPLIT: f64 = 0.02;
 
-/// What shapes the primitives of a robot.
+/// The parameters that shape the primitives of a robot.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Gait {
     /// The largest share of its reach that either leg uses in a primitive configuration.
     pub leg_extension: f64,
-    /// How far beside the stance foot the swing foot is in the middle of a swing, m.
+    /// Lateral distance of the swing foot from the stance foot in the middle of a swing, m.
     pub width: f64,
     /// The steepest placement that the primitives use, rad.
     pub tilt: f64,
-    /// How high a foot is lifted along its sole's normal before it travels, m.
+    /// Height to which a foot is lifted along its sole's normal before it moves across, m.
     pub lift_height: f64,
-    /// How far the root rolls over to the side of the foot that carries it, rad.
+    /// Roll of the root toward the stance foot, rad.
     pub roll: f64,
-    /// How far inward of the middle of the foot that carries it the centre of mass stands, m.
+    /// Distance of the centre of mass inward of the stance foot's centroid, m.
     pub lean: f64,
 }
 
-/// What is chosen of a gait, relative to the robot.
+/// The choices that define a gait, relative to the robot.
 #[derive(Debug, Clone, Copy)]
 pub struct Style {
     /// [`Gait::tilt`].
     pub tilt: f64,
-    /// The reach, as a multiple of what the standing posture uses.
+    /// The leg extension, as a multiple of the standing posture's.
     pub reach: f64,
     /// The width, as a multiple of the standing posture's.
     pub width: f64,
     /// [`Gait::roll`].
     pub roll: f64,
-    /// [`Gait::lean`], as a share of what the sole's width and the margin leave.
+    /// [`Gait::lean`], as a share of the space that the sole's width and the margin leave.
     pub lean: f64,
 }
 
 impl Gait {
-    /// The gait of a robot in a style. `foot_radius` (m) bounds how far any part of a foot is from
-    /// its ankle to the side, `margin` (m) how near to the edge of its support the centre of mass
-    /// may come.
+    /// The gait of a robot in a style. `foot_radius` (m) is the largest horizontal distance of any
+    /// part of a foot from its ankle, `margin` (m) the least distance of the centre of mass from
+    /// the edge of its support.
     pub fn new(
         robot: &Mechanism,
         style: &Style,
@@ -57,19 +58,19 @@ impl Gait {
         margin: f64,
     ) -> Self {
         let level_soles = [0, 1].map(|limb| standing_level_sole(robot, limb));
-        let apart = (level_soles[0].origin - level_soles[1].origin).truncate().length();
+        let distance = (level_soles[0].origin - level_soles[1].origin).truncate().length();
         let inward = [0, 1].map(|limb| inward_extent(&robot.soles[limb].polygon, limb) - margin);
         Self {
-            leg_extension: (style.reach * robot.standing_leg_extension).min(LEG_EXTENSION_MAX),
-            width: style.width * apart,
+            leg_extension: (style.reach * robot.standing_leg_extension).min(GAIT_LEG_EXTENSION_MAX),
+            width: style.width * distance,
             tilt: style.tilt,
-            lift_height: SPLIT + libm::sin(style.tilt) * foot_radius + clearance + LIFT_MARGIN,
+            lift_height: SPLIT + libm::sin(style.tilt) * foot_radius + clearance + GAIT_LIFT_MARGIN,
             roll: style.roll,
             lean: style.lean * inward[0].min(inward[1]).max(0.0),
         }
     }
 
-    /// Whether every number is one that a gait can have.
+    /// Whether every parameter is in its range.
     pub fn is_sound(&self) -> bool {
         let is_length = |value: f64| value > 0.0 && value < 2.0;
         let is_posture = self.leg_extension > 0.0
@@ -83,20 +84,15 @@ impl Gait {
     }
 }
 
-/// How far the edge of a sole is from its middle, toward the other foot, m.
+/// Distance from a sole's centroid to its edge toward the other foot, m.
 fn inward_extent(polygon: &[DVec2], limb: usize) -> f64 {
     let region = ConvexRegion::hull(polygon.iter().copied());
-    let middle = region.centroid();
-    let beyond = middle - side_of(limb) * DVec2::Y;
-    region.nearest_inside(beyond, 0.0).distance(middle)
+    let centroid = region.centroid();
+    let beyond = centroid - side_of(limb) * DVec2::Y;
+    region.nearest_inside(beyond, 0.0).distance(centroid)
 }
 
-/// The largest share of a leg's reach that a gait uses.
-const LEG_EXTENSION_MAX: f64 = 0.99;
-/// What a lift is higher than it must be, m.
-const LIFT_MARGIN: f64 = 0.004;
-
-/// Where a foot stands in the standing posture with the root at the origin.
+/// The level sole of a foot in the standing posture with the root at the origin.
 pub fn standing_level_sole(robot: &Mechanism, limb: usize) -> LevelSole {
     let root_from_sole: Pose = robot.legs[limb].root_from_sole(&robot.standing_q);
     LevelSole::of(&robot.legs[limb], &root_from_sole)

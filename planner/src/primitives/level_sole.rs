@@ -1,4 +1,5 @@
-//! Foot placements as the primitives see them: the ankle counts, the foot turns below it.
+//! Level soles: primitives depend on a placement's ankle and heading, and the foot turns below the
+//! ankle.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
@@ -7,28 +8,28 @@ use surefoot_shared_types::base::spatial::{rotation_about, wrap_angle, yaw_of};
 
 use crate::kinematics::Leg;
 
-/// Where a sole would be if its foot were level, with the ankle and the heading that it has.
+/// The pose of a sole without tilt, with the same ankle position and heading.
 #[derive(Debug, Clone, Copy)]
 pub struct LevelSole {
     /// The level sole's origin in the world, m.
     pub origin: DVec3,
-    /// Its heading, rad.
+    /// Its heading in the world, rad.
     pub yaw: f64,
-    /// How far the true sole is inclined, rad.
+    /// The inclination of the true sole, rad.
     pub tilt: f64,
 }
 
-/// Where one foot stands, seen from the other one's [`LevelSole`].
+/// The position and turn of one foot's [`LevelSole`] relative to the other's.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct PairOffset {
-    /// Ahead, m.
+    /// Distance ahead, m.
     pub ahead: f64,
-    /// To the side on which the foot belongs, m.
+    /// Distance to the side of the foot, m.
     pub aside: f64,
-    /// Above, m.
+    /// Height above, m.
     pub above: f64,
-    /// The turn outward, rad.
+    /// Outward turn, rad.
     pub turn: f64,
 }
 
@@ -53,7 +54,7 @@ impl LevelSole {
         Pose::from_parts(ankle - world_from_sole * leg.sole_from_ankle(), world_from_sole)
     }
 
-    /// Where the foot `limb` stands, seen from this one.
+    /// The offset of the other foot, `limb`, from this one.
     pub fn offset_to(&self, other: &Self, limb: usize) -> PairOffset {
         let offset = self.world_from_level_sole().inverse() * other.origin;
         let side = side_of(limb);
@@ -74,7 +75,7 @@ impl LevelSole {
     }
 }
 
-/// The side of the body on which a foot belongs: 1 for the left one, -1 for the right one.
+/// The lateral side of a foot: 1 for the left one, -1 for the right one.
 pub fn side_of(limb: usize) -> f64 {
     if limb == 0 { 1.0 } else { -1.0 }
 }

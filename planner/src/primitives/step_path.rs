@@ -1,11 +1,11 @@
 //! The primitive trajectories as functions of a parameter [Grey 4.4.5]. Between two placements the
-//! swing foot always passes its neutral place beside the stance foot, so that each half of a swing
-//! depends on one pair of placements only:
+//! swing foot always passes the neutral position beside the stance foot, so that each half of a
+//! swing depends on one pair of placements only:
 //!
 //! ```text
-//! place   neutral over a, up as high as b asks, across, down, onto b       the root moves while the foot goes across
-//! swing   a place backwards from the old placement, then a place to the new one
-//! shift   from the configuration over b to the one over a, both feet standing
+//! half swing  neutral over a, up by the rise to b, across (the root moves), down, onto b
+//! swing       a half swing backwards from the old placement, then a half swing to the new one
+//! shift       from the configuration over b to the one over a, both feet in contact
 //! ```
 
 use glam::DVec3;
@@ -22,9 +22,9 @@ use crate::robot::configuration::Configuration;
 use crate::robot::mechanism::Mechanism;
 use crate::robot::posture_ik::{Posture, solve_posture};
 
-/// Stretches of a place.
+/// Number of sections of a half swing.
 pub const SECTIONS: usize = 4;
-/// The section in which the root moves and the foot goes across.
+/// The section in which the root moves and the foot moves across.
 pub const ACROSS: usize = 1;
 /// The section that ends on the placement.
 pub const LANDING: usize = 3;
@@ -34,19 +34,19 @@ pub const LANDING: usize = 3;
 pub struct HalfSwing {
     /// The foot that swings.
     pub limb: usize,
-    /// The robot on its stance foot alone, the other beside it.
+    /// The robot on its stance foot alone, the swing foot beside it.
     pub neutral: ModeState,
-    /// The robot with its foot on the placement, all weight still on the stance foot.
+    /// The robot with its swing foot on the placement, all weight on the stance foot.
     pub placed: ModeState,
-    /// The swing sole at the ends of the sections.
+    /// The swing sole's poses at the ends of the sections.
     knots: [Pose; SECTIONS + 1],
 }
 
 impl HalfSwing {
-    /// The place over `stance` onto `other`.
+    /// The half swing over `stance` onto `other`.
     ///
     /// # Errors
-    /// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
+    /// A leg does not reach, or the centre of mass cannot be placed over the stance foot.
     pub fn new(
         robot: &Mechanism,
         gait: &Gait,
@@ -59,7 +59,7 @@ impl HalfSwing {
         Self::beside(neutral, robot, gait, stance, other)
     }
 
-    /// The place over the same stance foot onto another placement.
+    /// The half swing over the same stance foot onto another placement.
     ///
     /// # Errors
     /// As [`HalfSwing::new`].
@@ -73,6 +73,7 @@ impl HalfSwing {
         Self::beside(self.neutral, robot, gait, stance, other)
     }
 
+    /// The half swing from a known neutral state.
     fn beside(
         neutral: ModeState,
         robot: &Mechanism,
@@ -103,13 +104,13 @@ impl HalfSwing {
         Ok(Self { limb, neutral, placed, knots })
     }
 
-    /// How far the swing sole travels in a section, m.
+    /// The distance that the swing sole moves in a section, m.
     pub fn length(&self, section: usize) -> f64 {
         self.knots[section].translation.distance(self.knots[section + 1].translation)
     }
 
-    /// The state a share `t` of the way along a section, legs not yet brought to their soles;
-    /// `seed` gives their branch.
+    /// The state at the fraction `t` of a section, before the legs are solved for its soles. `seed`
+    /// selects the branch of their inverse kinematics.
     pub fn at(&self, section: usize, t: f64, seed: &ModeState) -> ModeState {
         let mut state = *seed;
         let moved = match section {
@@ -126,18 +127,18 @@ impl HalfSwing {
     }
 }
 
-/// Where the swing sole is beside the stance foot.
+/// The neutral pose of the swing sole beside the stance foot.
 fn neutral_sole(gait: &Gait, stance: &LevelSole, limb: usize) -> Pose {
     let beside = stance.world_from_level_sole()
         * DVec3::new(0.0, side_of(limb) * gait.width, gait.lift_height);
     Pose::from_parts(beside, rotation_about(DVec3::Z, stance.yaw))
 }
 
-/// The primitive configuration of a transition: all weight on `stance`, `other` in touch. It
-/// depends on nothing but the two placements.
+/// The primitive configuration of a transition: all weight on `stance`, `other` in contact. It
+/// depends on the two placements only.
 ///
 /// # Errors
-/// The legs do not reach, or the centre of mass does not come to rest over the stance foot.
+/// A leg does not reach, or the centre of mass cannot be placed over the stance foot.
 pub fn configuration(
     robot: &Mechanism,
     gait: &Gait,
@@ -171,8 +172,8 @@ fn solved_state(
     Ok(ModeState { configuration, world_from_soles })
 }
 
-/// The state a share `t` of the way from one primitive configuration to its twin, legs not yet
-/// brought to their soles.
+/// The state at the fraction `t` between a primitive configuration and its twin, before the legs
+/// are solved for its soles.
 pub fn shift_at(from: &Configuration, to: &Configuration, t: f64, seed: &ModeState) -> ModeState {
     let mut state = *seed;
     state.configuration.world_from_root =
@@ -180,6 +181,7 @@ pub fn shift_at(from: &Configuration, to: &Configuration, t: f64, seed: &ModeSta
     state
 }
 
+/// A pose translated by a vector, m.
 fn shifted(pose: &Pose, by: DVec3) -> Pose {
     Pose::from_parts(pose.translation + by, pose.rotation)
 }

@@ -1,4 +1,4 @@
-//! A primitive as it is sampled, waypoint by waypoint.
+//! A primitive trajectory, sampled waypoint by waypoint.
 
 use crate::collision::model::FootPhase;
 use crate::constraints::constraints::Constraints;
@@ -8,37 +8,34 @@ use crate::constraints::rejection::Rejection;
 use crate::primitives::gait::Gait;
 use crate::primitives::step_path::{HalfSwing, LANDING, SECTIONS, configuration, shift_at};
 use crate::primitives::step_state::{foot_phase, with_legs};
+use crate::primitives::tuning::{SECTION_STEP_FIRST, STEP_AIM, WAYPOINT_DISTANCE_MAX};
 
-/// The first step along a section that is tried, as a share of it.
-const STEP_FIRST: f64 = 0.25;
-/// The smallest step along a section, as a share of it: less means that a joint would jump.
-const STEP_MIN: f64 = 1.0 / 4096.0;
-/// The longest way of root or sole between two waypoints, m.
-const TRAVEL_MAX: f64 = 0.04;
-/// The share of the step limits that the next step is aimed at.
-const STEP_AIM: f64 = 0.95;
-/// A section shorter than this (m) is none.
-const LENGTH_MIN: f64 = 1e-6;
+/// The smallest step along a section, as a share of it. A smaller one means that a joint jumps.
+const SECTION_STEP_MIN: f64 = 1.0 / 4096.0;
+/// Length up to which a section is empty, m.
+const SECTION_LENGTH_MIN: f64 = 1e-6;
 
-/// The trajectory of one primitive. Ends that are joined hold the very same configurations.
+/// The trajectory of one primitive. Adjoining trajectories share the same end configuration.
 #[derive(Debug, Clone)]
 pub struct PrimitiveTrajectory {
     kind: TrajectoryKind,
     ends: [ModeState; 2],
+    /// The state of the last waypoint.
     here: ModeState,
-    /// The section that is followed, of all that the course has.
+    /// The index of the section that contains the next waypoint.
     section: usize,
-    /// The share of it that is done, and the step to try next.
+    /// The completed fraction of the section.
     done: f64,
+    /// The step to try next, as a fraction of the section.
     step: f64,
 }
 
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "a box would allocate during the search")]
 enum TrajectoryKind {
-    /// A place backwards, then a place.
+    /// A half swing backwards, then a half swing.
     Swing { lift_off_half: HalfSwing, landing_half: HalfSwing },
-    /// From one end to the other.
+    /// From one end to the other, both feet in contact.
     Shift,
 }
 
@@ -46,7 +43,7 @@ impl PrimitiveTrajectory {
     /// The swing over `stance` from the primitive configuration on `from` to the one on `to`.
     ///
     /// # Errors
-    /// A leg does not reach: not where C_S holds.
+    /// A leg does not reach. This cannot happen where C_S holds.
     pub fn swing(
         constraints: &Constraints,
         gait: &Gait,
@@ -75,7 +72,7 @@ impl PrimitiveTrajectory {
 
     fn begin(kind: TrajectoryKind, ends: [ModeState; 2]) -> Self {
         let mut trajectory =
-            Self { kind, here: ends[0], ends, section: 0, done: 0.0, step: STEP_FIRST };
+            Self { kind, here: ends[0], ends, section: 0, done: 0.0, step: SECTION_STEP_FIRST };
         trajectory.skip_empty();
         trajectory
     }
@@ -85,26 +82,29 @@ impl PrimitiveTrajectory {
         &self.ends
     }
 
-    /// Whether the last waypoint was sampled.
+    /// Whether the last waypoint is sampled.
     pub fn is_over(&self) -> bool {
         self.section == self.sections_count()
     }
 
-    /// Tries one step; answers the next waypoint and what the swing foot does on the way to it, or
-    /// `None` where the step was too long and a shorter one is to be tried. To be called until it
-    /// is over.
+    /// Tries one step. Returns the next waypoint and the swing foot's phase between the last
+    /// waypoint and it, or `None` if the step was too long: the next call tries a shorter one. Must
+    /// not be called after the last waypoint.
     ///
     /// # Errors
-    /// A leg does not reach or would jump: not where C_S holds.
+    /// A leg does not reach, or jumps. This cannot happen where C_S holds.
     pub fn advance(
         &mut self,
         constraints: &Constraints,
     ) -> Result<Option<(&ModeState, FootPhase)>, Rejection> {
-        if self.step < STEP_MIN {
+        if self.step < SECTION_STEP_MIN {
             return Err(Rejection::Discontinuous);
         }
-        let ahead =
-            if self.done + self.step > 1.0 - STEP_MIN { 1.0 } else { self.done + self.step };
+        let ahead = if self.done + self.step > 1.0 - SECTION_STEP_MIN {
+            1.0
+        } else {
+            self.done + self.step
+        };
         let (desired, foot) = self.at(ahead);
         let next = match self.exact_end() {
             Some(end) if ahead >= 1.0 => *end,
@@ -117,7 +117,7 @@ impl PrimitiveTrajectory {
         }
         (self.here, self.done) = (next, ahead);
         if ahead >= 1.0 {
-            (self.section, self.done, self.step) = (self.section + 1, 0.0, STEP_FIRST);
+            (self.section, self.done, self.step) = (self.section + 1, 0.0, SECTION_STEP_FIRST);
             self.skip_empty();
         }
         Ok(Some((&self.here, foot)))
@@ -130,17 +130,18 @@ impl PrimitiveTrajectory {
         }
     }
 
+    /// Advances to the next section that is not empty.
     fn skip_empty(&mut self) {
         while let TrajectoryKind::Swing { lift_off_half, landing_half } = &self.kind
             && self.section < 2 * SECTIONS
-            && length(lift_off_half, landing_half, self.section) <= LENGTH_MIN
+            && length(lift_off_half, landing_half, self.section) <= SECTION_LENGTH_MIN
         {
             self.section += 1;
         }
     }
 
-    /// The state a share of the way along the section, legs not yet brought to their soles, and
-    /// what the swing foot does.
+    /// The state at the fraction `t` of the section, before the legs are solved for its soles, and
+    /// the swing foot's phase.
     fn at(&self, t: f64) -> (ModeState, FootPhase) {
         match &self.kind {
             TrajectoryKind::Shift => (
@@ -158,7 +159,7 @@ impl PrimitiveTrajectory {
         }
     }
 
-    /// The configuration with which the section ends, where it is a known one.
+    /// The state at the end of the section, if it is known exactly.
     fn exact_end(&self) -> Option<&ModeState> {
         match &self.kind {
             TrajectoryKind::Shift => Some(&self.ends[1]),
@@ -172,7 +173,7 @@ impl PrimitiveTrajectory {
     }
 }
 
-/// How far the swing sole travels in a section of a swing, m.
+/// The distance that the swing sole moves in a section of a swing, m.
 fn length(lift_off_half: &HalfSwing, landing_half: &HalfSwing, section: usize) -> f64 {
     if section < SECTIONS {
         lift_off_half.length(SECTIONS - 1 - section)
@@ -181,13 +182,14 @@ fn length(lift_off_half: &HalfSwing, landing_half: &HalfSwing, section: usize) -
     }
 }
 
-/// The largest share of a step limit between two states.
+/// The step between two states as a share of the step limits: joint step, distance of root and
+/// soles.
 fn step_use(constraints: &Constraints, a: &ModeState, b: &ModeState) -> f64 {
     let joints = a.configuration.q.iter().zip(&b.configuration.q);
     let joint_step = joints.map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
     let [from, to] = [a, b].map(|state| state.configuration.world_from_root.translation);
     let soles = a.world_from_soles.iter().zip(&b.world_from_soles);
-    let travel =
+    let distance =
         soles.map(|(x, y)| x.translation.distance(y.translation)).fold(from.distance(to), f64::max);
-    (joint_step / constraints.config.waypoint_joint_step).max(travel / TRAVEL_MAX)
+    (joint_step / constraints.config.waypoint_joint_step).max(distance / WAYPOINT_DISTANCE_MAX)
 }

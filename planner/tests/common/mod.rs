@@ -47,19 +47,18 @@ pub fn with_split_hip(model: &RobotModel) -> RobotModel {
     model
 }
 
-/// What is prepared for a robot with the standard margins; the shipped robot is prepared once for
-/// all tests of a binary.
+/// The words of a robot's preparation with the standard margins. The shipped robot is prepared once
+/// for all tests of a binary.
 pub fn preparation_of(model: &RobotModel) -> Arc<Vec<u64>> {
     static HUBO: OnceLock<(RobotModel, Arc<Vec<u64>>)> = OnceLock::new();
-    let build = |model: &RobotModel| {
-        Arc::new(build::build(model, &PlannerConfig::default(), &|_| ()).unwrap())
-    };
+    let words_of =
+        |model: &RobotModel| Arc::new(build(model, &PlannerConfig::default(), &|_| ()).unwrap());
     let (known, words) = HUBO.get_or_init(|| {
         let model = hubo();
-        let words = build(&model);
+        let words = words_of(&model);
         (model, words)
     });
-    if known == model { words.clone() } else { build(model) }
+    if known == model { words.clone() } else { words_of(model) }
 }
 
 /// All that a planner is made from.

@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec3};
 use surefoot_planner::foot_placement::sole_support::{NoSupport, Support};
 use surefoot_planner::foot_placement::{
-    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SupportedSole, Surfaces,
+    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SupportedSole, Surfaces, propose,
 };
 use surefoot_shared_types::base::spatial::{rotation_about, rotation_from_rpy};
 use surefoot_shared_types::geometry::shape::MeshSource;
@@ -190,7 +190,7 @@ pub fn query<'a>(sole_polygon: &'a [DVec2], ideal: Pose) -> PlacementQuery<'a> {
 /// The first `count` placements of a query.
 pub fn first(surfaces: &Surfaces, query: &PlacementQuery, count: usize) -> Vec<SupportedSole> {
     let mut placements = Vec::new();
-    surfaces.propose(&mut Scratch::new(surfaces.config()), query, &mut |placement| {
+    propose(&surfaces, &mut Scratch::new(surfaces.config()), query, &mut |placement| {
         placements.push(placement);
         placements.len() < count
     });

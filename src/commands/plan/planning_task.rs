@@ -4,7 +4,7 @@ use std::num::NonZeroUsize;
 
 use surefoot_planner::channel::plan_publisher::Delivery;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
-use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::Preparation;
 use surefoot_planner::{Planner, PlannerError};
 use surefoot_shared_types::config::scenario::{Scenario, StancePose};
 use surefoot_shared_types::message::{
@@ -152,7 +152,7 @@ impl PlanningTask {
     pub(crate) fn planner(
         &self,
         model: &RobotModel,
-        preparation: Preparation<'static>,
+        preparation: Preparation,
         threads: NonZeroUsize,
     ) -> Result<Planner, PlannerError> {
         let mut builder = Planner::builder(model, &self.world, &self.scenario, preparation)

@@ -11,7 +11,7 @@ use bytemuck::Zeroable;
 use surefoot_planner::Planner;
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
-use surefoot_planner::preparation::build::Preparation;
+use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::instance::requests::RequestServer;
 use surefoot_shared_types::instance::sender::random_id;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
@@ -85,7 +85,7 @@ fn next(stage: Stage, event: Event) -> Stage {
 pub(crate) fn run(
     arguments: &PlanArguments,
     inputs: &Inputs,
-    preparation: Preparation<'static>,
+    preparation: Preparation,
     reporter: Reporter,
 ) -> Result<CommandOutcome, CommandError> {
     let Some(name) = &arguments.instance else {
@@ -117,7 +117,7 @@ pub(crate) fn run(
 struct Server<'a> {
     arguments: &'a PlanArguments,
     inputs: &'a Inputs,
-    preparation: Preparation<'static>,
+    preparation: Preparation,
     reporter: Reporter,
     publisher: PlanPublisher,
     queue: &'a RefCell<RequestQueue>,
@@ -200,7 +200,8 @@ impl Server<'_> {
         let threads =
             NonZeroUsize::new(self.arguments.search.threads()).unwrap_or(NonZeroUsize::MIN);
         loop {
-            let mut planner = self.task.planner(&self.inputs.model, self.preparation, threads)?;
+            let mut planner =
+                self.task.planner(&self.inputs.model, self.preparation.clone(), threads)?;
             let Some(planned) = self.search(&mut planner)? else {
                 return Ok(self.finish(RequestState::Cancelled));
             };

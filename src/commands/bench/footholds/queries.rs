@@ -5,7 +5,7 @@ use serde::Serialize;
 use surefoot_planner::PlannerError;
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::foot_placement::{
-    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, Surfaces,
+    FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, Surfaces, propose, propose_nests,
 };
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::rotation_about;
@@ -114,10 +114,10 @@ pub fn run_queries(
     let stopwatch = Stopwatch::start();
     for query in 0..u64::from(queries) {
         let request = PlacementQuery { limits: sampler.limits(), ..request(sole, seed, query) };
-        let mut stats = surfaces.propose(&mut scratch, &request, &mut |_| false);
+        let mut stats = propose(&surfaces, &mut scratch, &request, &mut |_| false);
         examined += stats.examined.iter().map(|&count| u64::from(count)).sum::<u64>();
         if !stats.stopped && sampler == Sampler::Whole {
-            stats = surfaces.propose_nests(&mut scratch, &request, &mut |_| false);
+            stats = propose_nests(&surfaces, &mut scratch, &request, &mut |_| false);
             examined += stats.examined.iter().map(|&count| u64::from(count)).sum::<u64>();
         }
         found += u32::from(stats.stopped);

@@ -10,8 +10,8 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{Config, FileName, NodeBuilder, SemanticString, SignalHandlingMode, ipc};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
-use surefoot_shared_types::instance::directory::remove_segments;
 use surefoot_shared_types::instance::error::ChannelError;
+use surefoot_shared_types::instance::remove_segments;
 use surefoot_shared_types::message::{Feedback, PlanChunk};
 
 use crate::commands::bench::ipc::drive;

@@ -26,7 +26,7 @@ fn every_plan_passes_its_self_check() {
 }
 
 #[test]
-fn damage_is_found_where_it_is() {
+fn a_violation_is_reported_at_its_waypoint() {
     let mut planner = Case::shipped("flat_walk").planner(1);
     run(&mut planner, u64::MAX);
     let check = |change: &dyn Fn(&mut surefoot_shared_types::message::PlanChunk)| {

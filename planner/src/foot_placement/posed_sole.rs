@@ -1,0 +1,83 @@
+//! A sole at a pose, and what its support must meet.
+
+use glam::{DMat3, DVec2, DVec3};
+use parry3d_f64::bounding_volume::Aabb;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::limits::POLYGON_VERTICES_MAX;
+
+use crate::geometry::bvh;
+use crate::geometry::polygon::{Sides, cross, edges, sides_of};
+
+/// Requirements on a support.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SupportRequirement {
+    /// The smallest area, m2.
+    pub area_min: f64,
+    /// Whether surfaces outside the friction cone support the sole, because another face keeps the
+    /// foot from sliding.
+    pub is_braced: bool,
+    /// Whether the first surface found in the outline ends the examination. Otherwise the highest
+    /// one is kept.
+    pub any_intrusion: bool,
+}
+
+/// A sole at a pose.
+pub(crate) struct PosedSole<'a> {
+    /// The outline in the sole frame.
+    pub(crate) outline: &'a [DVec2],
+    /// The outline's sides.
+    pub(crate) sides: Sides,
+    pub(crate) world_from_sole: &'a Pose,
+    /// The rotation part of `sole_from_world`.
+    pub(crate) sole_from_world: DMat3,
+    /// The sole plane's normal in the world.
+    pub(crate) normal: DVec3,
+    /// Whether steep surfaces support it.
+    pub(crate) is_braced: bool,
+}
+
+impl<'a> PosedSole<'a> {
+    /// A sole that only surfaces within the friction cone support.
+    pub(crate) fn new(outline: &'a [DVec2], world_from_sole: &'a Pose) -> Self {
+        let rotation = DMat3::from_quat(world_from_sole.rotation);
+        Self {
+            outline,
+            sides: sides_of(outline),
+            world_from_sole,
+            sole_from_world: rotation.transpose(),
+            normal: rotation.z_axis,
+            is_braced: false,
+        }
+    }
+
+    /// A point of the world in the sole frame.
+    pub(crate) fn in_sole(&self, point: DVec3) -> DVec3 {
+        self.sole_from_world * (point - self.world_from_sole.translation)
+    }
+
+    /// The box in the world around the outline between two heights above the sole plane.
+    pub(crate) fn region(&self, lowest: f64, highest: f64) -> Aabb {
+        let corner = |p: &DVec2, z: f64| *self.world_from_sole * p.extend(z);
+        let corners = self.outline.iter().flat_map(|p| [corner(p, lowest), corner(p, highest)]);
+        let around = bvh::Aabb::of_points(corners);
+        Aabb::new(around.min, around.max)
+    }
+
+    /// The box in the sole frame around the outline between two heights above the sole plane.
+    pub(crate) fn plate(&self, lowest: f64, highest: f64) -> bvh::Aabb {
+        bvh::Aabb::of_points(
+            self.outline.iter().flat_map(|p| [p.extend(lowest), p.extend(highest)]),
+        )
+    }
+}
+
+/// Whether a polygon is convex, counter-clockwise, and has 3 to [`POLYGON_VERTICES_MAX`] vertices.
+pub(crate) fn is_sole(polygon: &[DVec2]) -> bool {
+    let n = polygon.len();
+    let turns_left =
+        |i: usize| cross(polygon[i], polygon[(i + 1) % n], polygon[(i + 2) % n]) >= -1e-12;
+    (3..=POLYGON_VERTICES_MAX).contains(&n)
+        && polygon.iter().all(|p| p.is_finite())
+        && (0..n).all(turns_left)
+        && edges(polygon).map(|(a, b)| a.perp_dot(b)).sum::<f64>() > 0.0
+}

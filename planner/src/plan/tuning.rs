@@ -1,0 +1,15 @@
+//! The constants of a plan's timing. They decide how fast a plan moves.
+
+/// The fastest joint of a plan, rad/s or m/s: slow enough to be quasi-static for every robot that
+/// was replayed in a physics simulator.
+pub(crate) const JOINT_SPEED_MAX: f64 = 0.4;
+/// The fastest root of a plan, m/s, for the same reason.
+pub(crate) const ROOT_SPEED_MAX: f64 = 0.12;
+/// The shortest time between two waypoints, s.
+pub(crate) const WAYPOINT_INTERVAL_MIN: f64 = 0.01;
+/// The share of the robot's own speed and acceleration limits that a plan uses.
+pub(crate) const LIMIT_SHARE: f64 = 0.95;
+/// Sweeps over the intervals, forward and backward alternately. More sweeps give shorter times.
+pub(crate) const SWEEPS: usize = 4;
+/// Halvings in the search for an interval's shortest time. More halvings give shorter times.
+pub(crate) const HALVINGS: usize = 6;
