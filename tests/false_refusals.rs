@@ -2,8 +2,8 @@
 //! checked as a user would.
 //!
 //! `cargo test --release --test false_refusals -- --ignored --nocapture` makes 500 plans.
-//! `SUREFOOT_PLANS=N` makes N, and `SUREFOOT_PLANS_KEPT=DIR` keeps what is refused there, and every
-//! 33rd plan for another judge.
+//! `SUREFOOT_PLANS=N` makes N, and `SUREFOOT_PLANS_KEPT=DIR` keeps the refused plans there, and every
+//! 33rd plan for the independent judge.
 
 #![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
@@ -32,7 +32,7 @@ const SCENARIOS: [&str; 12] = [
     "cinder_blocks",
     "spiral_steps",
 ];
-/// One of so many plans is kept for another judge.
+/// One of so many plans is kept for the independent judge.
 const KEPT_EVERY: usize = 33;
 
 /// Makes a plan and checks it; whether it was found and, if so, what the checker refused.

@@ -22,7 +22,8 @@ fn walk_in_actual_world(name: &str, seed: u32, changes: &[(&str, &str)]) -> (Val
         assert_eq!(world.matches(assumed).count(), 1, "{assumed}");
         world = world.replace(assumed, actual);
     }
-    let (ground_truth, json, plan) = (path("truth.toml"), path("report.json"), path("plan.json"));
+    let (ground_truth, json, plan) =
+        (path("ground_truth.toml"), path("report.json"), path("plan.json"));
     fs::write(&ground_truth, world).unwrap();
     let output = run(&[
         "walk",

@@ -15,9 +15,8 @@ use std::time::Duration;
 
 use bytemuck::Zeroable;
 use private_folder::private_folder;
-use surefoot_controller_sim::channel::plan_subscriber::{
-    ChunkDecision, PlanSubscriber, ReceiverStats, Refusal, StreamEnd,
-};
+use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
+use surefoot_controller_sim::channel::{ReceiverStats, Refusal};
 use surefoot_planner::channel::plan_publisher::{Delivery, PlanPublisher};
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_shared_types::base::digest::Digest;

@@ -4,14 +4,14 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
-#[path = "common/footing.rs"]
-mod footing;
+#[path = "common/sole_support.rs"]
+mod sole_support;
 
-use footing::{
+use glam::{DVec3, dvec3};
+use sole_support::{
     LONGEST_STEP, SOLE_SIZE, bounds, contacts, half_extents, named, rests_wholly, shape, sole_at,
     support_area, top_face, world,
 };
-use glam::{DVec3, dvec3};
 use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::world::load::load_world;
 use surefoot_shared_types::world::world::World;
@@ -23,8 +23,9 @@ fn assert_near(actual: f64, expected: f64, what: &str) {
 }
 
 fn files(folder: &str) -> Vec<std::path::PathBuf> {
-    let entries =
-        std::fs::read_dir(footing::configs(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let entries = std::fs::read_dir(sole_support::configs(folder))
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
     let mut files: Vec<_> = entries
         .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
         .collect();
@@ -61,7 +62,7 @@ fn every_start_and_goal_has_both_soles_wholly_on_the_ground() {
         assert_near(scenario.goal_position_tolerance, 0.10, "position tolerance");
         assert_near(scenario.goal_yaw_tolerance, 0.35, "yaw tolerance");
         for stance in [scenario.start, scenario.goal] {
-            assert_near(stance.stance_width, 0.2, "feet apart");
+            assert_near(stance.stance_width, 0.2, "stance width");
             for sole in stance.world_from_soles() {
                 assert!(
                     rests_wholly(&world, &sole),
@@ -105,7 +106,7 @@ fn check_beams(world: &World, top: f64) -> f64 {
     centres[0]
 }
 
-/// A sole that faces across the beams has room enough over both tops together, and not over one top
+/// A sole that faces across the beams fits on both tops together, and not on one top
 /// alone.
 fn check_beam_support(world: &World, first_centre: f64, top: f64) {
     let (mut spanning, mut single) = (0, 0);
@@ -256,7 +257,7 @@ fn no_way_island_is_out_of_reach() {
     assert_eq!(world.shapes.len(), 2);
     let (floor, island) = (bounds(shape(&world, "floor")), bounds(shape(&world, "island")));
     assert!(island.0.x - floor.1.x - SOLE_SIZE.x > LONGEST_STEP);
-    let goal = load_scenario(&footing::configs("scenarios").join("no_way_island.toml"))
+    let goal = load_scenario(&sole_support::configs("scenarios").join("no_way_island.toml"))
         .unwrap()
         .goal
         .position;
@@ -278,7 +279,7 @@ fn no_way_wall_leaves_no_opening() {
     for side in [left, right] {
         assert!(side.0.x <= floor.0.x && side.1.x >= floor.1.x, "a side wall ends early");
     }
-    let goal = load_scenario(&footing::configs("scenarios").join("no_way_wall.toml")).unwrap();
+    let goal = load_scenario(&sole_support::configs("scenarios").join("no_way_wall.toml")).unwrap();
     assert!(goal.start.position.x < across.0.x && goal.goal.position.x > across.1.x);
 }
 

@@ -4,14 +4,14 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
-#[path = "common/footing.rs"]
-mod footing;
+#[path = "common/sole_support.rs"]
+mod sole_support;
 
-use footing::{
+use glam::{DVec2, DVec3, dvec2, dvec3};
+use sole_support::{
     LONGEST_STEP, SOLE, SOLE_SIZE, area, bounds, half_extents, heading, hull, named, rests_wholly,
     shape, sole_at, world,
 };
-use glam::{DVec2, DVec3, dvec2, dvec3};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::base::spatial::wrap_angle;
 use surefoot_shared_types::world::world::World;
@@ -58,7 +58,7 @@ fn stairs_climbs_six_steep_risers() {
 }
 
 #[test]
-fn beam_has_no_room_for_two_soles_side_by_side() {
+fn beam_is_too_narrow_for_two_soles_side_by_side() {
     let world = world("beam");
     let flange = bounds(shape(&world, "beam_top_flange"));
     assert_near(flange.1.y - flange.0.y, 0.12, "flange width");

@@ -3,16 +3,16 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
-#[path = "common/footing.rs"]
-mod footing;
+#[path = "common/sole_support.rs"]
+mod sole_support;
 
 use std::f64::consts::PI;
 
-use footing::{
+use glam::{DVec3, dvec3};
+use sole_support::{
     LONGEST_STEP, SOLE_SIZE, bounds, half_extents, heading, named, rests_wholly, shape, sole_at,
     world,
 };
-use glam::{DVec3, dvec3};
 use surefoot_shared_types::base::spatial::wrap_angle;
 use surefoot_shared_types::world::world::{World, WorldShape};
 

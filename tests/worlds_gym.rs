@@ -4,16 +4,16 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
-#[path = "common/footing.rs"]
-mod footing;
+#[path = "common/sole_support.rs"]
+mod sole_support;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use footing::{
+use glam::{DVec2, DVec3, dvec2, dvec3};
+use sole_support::{
     LONGEST_STEP, SOLE_SIZE, bounds, clip, half_extents, heading, named, rests_wholly, shape,
     sole_at, top_face, world,
 };
-use glam::{DVec2, DVec3, dvec2, dvec3};
 use surefoot_shared_types::Shape;
 use surefoot_shared_types::base::spatial::wrap_angle;
 use surefoot_shared_types::config::load::load_scenario;
@@ -128,7 +128,7 @@ fn beam_lies_from_south_east_to_south_west() {
     assert_near(top.1.z, 0.0, "level with the platforms");
     assert_near(top.1.z - bottom.0.z, 0.20, "height");
     assert_near(top.1.y - top.0.y, 0.12, "flange width");
-    assert!(top.1.y - top.0.y < 2.0 * SOLE_SIZE.y, "no room for two soles");
+    assert!(top.1.y - top.0.y < 2.0 * SOLE_SIZE.y, "two soles do not fit");
     assert_near(web.1.y - web.0.y, 0.015, "web thickness");
     assert_near(top.0.x, south_west.1.x, "meets the western platform");
     assert_near(top.1.x, south_east.0.x, "meets the eastern platform");
@@ -243,7 +243,8 @@ fn there_is_no_short_cut_between_the_ways() {
 fn start_and_goal_are_opposite_corners() {
     for name in GYMS {
         let scenario =
-            load_scenario(&footing::configs("scenarios").join(format!("{name}.toml"))).unwrap();
+            load_scenario(&sole_support::configs("scenarios").join(format!("{name}.toml")))
+                .unwrap();
         let [south_east, _, _, north_west] = platforms(&world(name));
         let middle = |(low, high): (DVec3, DVec3)| (0.5 * (low + high)).with_z(high.z);
         assert!((scenario.start.position - middle(south_east)).length() < EPSILON);

@@ -4,14 +4,14 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
-#[path = "common/footing.rs"]
-mod footing;
+#[path = "common/sole_support.rs"]
+mod sole_support;
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use footing::{LONGEST_STEP, bounds, half_extents, hull, named, shape, world};
 use glam::{DVec2, DVec3, EulerRot, dvec2, dvec3};
+use sole_support::{LONGEST_STEP, bounds, half_extents, hull, named, shape, world};
 use surefoot_shared_types::Pose;
 
 const EPSILON: f64 = 1e-6;
@@ -228,11 +228,11 @@ fn footholds(block: &Pose, obstacles: &[Vec<DVec2>]) -> Vec<Foothold> {
             half.x * along.x.abs() + half.y * along.y.abs(),
             half.x * along.y.abs() + half.y * along.x.abs(),
         );
-        let room = (HALF.truncate() - reach) / GRID.0;
+        let travel = (HALF.truncate() - reach) / GRID.0;
         let direction = block.rotation * along.extend(0.0);
         let heading = libm::atan2(direction.y, direction.x).rem_euclid(PI);
-        let steps = |room: f64| -(room.floor() as i32)..=room.floor() as i32;
-        for (i, j) in steps(room.x).flat_map(|i| steps(room.y).map(move |j| (i, j))) {
+        let steps = |travel: f64| -(travel.floor() as i32)..=travel.floor() as i32;
+        for (i, j) in steps(travel.x).flat_map(|i| steps(travel.y).map(move |j| (i, j))) {
             let centre = GRID.0 * dvec2(f64::from(i), f64::from(j));
             if !obstacles.iter().any(|polygon| overlaps(centre, along, half, polygon)) {
                 found.push(Foothold { centre: *block * centre.extend(HALF.z), heading });
@@ -254,7 +254,7 @@ static FOOTHOLDS: LazyLock<Vec<Vec<Foothold>>> = LazyLock::new(|| {
 });
 
 #[test]
-fn a_third_of_the_tops_lack_room_for_a_whole_sole() {
+fn a_third_of_the_tops_are_too_small_for_a_whole_sole() {
     let by_block = &*FOOTHOLDS;
     let without = by_block.iter().filter(|found| found.is_empty()).count();
     assert!(3 * without >= by_block.len(), "{without} of {}", by_block.len());

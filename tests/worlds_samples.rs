@@ -3,13 +3,13 @@
 #![allow(clippy::unwrap_used, reason = "a test ends where a shipped file does not load")]
 
 #[allow(dead_code, reason = "each test binary uses its own part")]
-#[path = "common/footing.rs"]
-mod footing;
+#[path = "common/sole_support.rs"]
+mod sole_support;
 
-use footing::{
+use glam::{DVec3, dvec3};
+use sole_support::{
     SOLE_SIZE, bounds, contacts, half_extents, heading, named, shape, sole_at, support_area, world,
 };
-use glam::{DVec3, dvec3};
 use surefoot_shared_types::Shape;
 
 const EPSILON: f64 = 2e-6;

@@ -389,7 +389,7 @@ fn a_robot_inside_a_closed_mesh_is_refused() {
     let triangles =
         quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
     let source = surefoot_shared_types::geometry::shape::MeshSource {
-        path: "room.stl".into(),
+        path: "rock.stl".into(),
         scale: DVec3::ONE,
     };
     let solid = Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source };

@@ -1,11 +1,10 @@
 //! `surefoot check`: the controller's checks on an exported plan.
 
 use serde::Serialize;
-use surefoot_controller_sim::PlanReport;
-use surefoot_controller_sim::check::checker::Reserves;
 use surefoot_controller_sim::check_plan;
 use surefoot_controller_sim::plan::EndpointReport;
 use surefoot_controller_sim::plan::plan_check::CheckResult;
+use surefoot_controller_sim::{PlanReport, Reserves};
 use surefoot_shared_types::plan_file::read::load_plan;
 
 use crate::cli::arguments::CheckArguments;
@@ -79,7 +78,7 @@ struct JsonReport {
     goal: JsonEnd,
 }
 
-/// See `surefoot_controller_sim::check::checker::Reserves`.
+/// See `surefoot_controller_sim::Reserves`.
 #[derive(Serialize)]
 struct JsonReserves {
     friction: Option<f64>,

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use surefoot_controller_sim::channel::plan_subscriber::Refusal as RefusedChunk;
+use surefoot_controller_sim::channel::Refusal as RefusedChunk;
 use surefoot_planner::Outcome;
 use surefoot_planner::channel::plan_publisher::Delivery;
 use surefoot_planner::channel::send_window::DeliveryOutcome;

@@ -225,8 +225,8 @@ fn collisions() -> Vec<Damage> {
             );
         }),
         ("the robot is inside a closed mesh", Violates(Check::Collision, "inside"), |damaged| {
-            std::fs::write(damaged.folder.join("room.obj"), cube_obj(20.0)).unwrap();
-            damaged.add(DVec3::ZERO, ShapeBlock::Mesh { path: "room.obj".into(), scale: None });
+            std::fs::write(damaged.folder.join("rock.obj"), cube_obj(20.0)).unwrap();
+            damaged.add(DVec3::ZERO, ShapeBlock::Mesh { path: "rock.obj".into(), scale: None });
         }),
         ("an arm reaches into the trunk", Violates(Check::SelfCollision, "overlaps"), |damaged| {
             damaged.bend("left_shoulder_roll", -0.5, damaged.everywhere());

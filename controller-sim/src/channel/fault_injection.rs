@@ -3,10 +3,7 @@
 use surefoot_shared_types::message::Feedback;
 
 use crate::base::random;
-
-/// Probability that a message is lost, and that it arrives one message late.
-const LOSS_PROBABILITY: f64 = 0.2;
-const DELAY_PROBABILITY: f64 = 0.2;
+use crate::channel::tuning::{DELAY_PROBABILITY, LOSS_PROBABILITY};
 
 /// Loses and delays feedback messages.
 #[derive(Debug)]

@@ -1,4 +1,4 @@
-//! Where the robot stands, stored in the instance's folder so that it outlives the controller's
+//! The robot's rest state, stored in the instance's folder so that it outlives the controller's
 //! process.
 //!
 //! A chunk counts as executed once its record is complete here, before feedback is published. So a
@@ -10,7 +10,6 @@
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::os::unix::fs::OpenOptionsExt;
-use std::time::Duration;
 
 use memmap2::MmapMut;
 use surefoot_shared_types::base::digest::Digest;
@@ -18,14 +17,12 @@ use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::message::{Feedback, JournalRecord, Layout, WithCrc};
 
+use crate::channel::tuning::{LOCK_ATTEMPTS_MAX, LOCK_PAUSE};
+
 /// The file's name in the instance's folder.
 const FILE: &str = "robot";
 /// Bytes of a record.
 const RECORD: usize = size_of::<JournalRecord>();
-/// Attempts to lock while a predecessor's process is being reaped.
-const LOCK_ATTEMPTS_MAX: usize = 40;
-/// Time between two attempts.
-const LOCK_PAUSE: Duration = Duration::from_millis(5);
 
 /// The record of one robot.
 #[derive(Debug)]
@@ -71,7 +68,7 @@ impl Journal {
         Ok((Self { slots, generation, _lock: file }, newest))
     }
 
-    /// Writes where the robot stands, in place. The record is complete once this returns.
+    /// Writes the robot's rest state, in place. The record is complete once this returns.
     pub(crate) fn write(&mut self, stream_after_first: Digest, feedback: &Feedback) {
         self.generation += 1;
         let slot = (self.generation % 2) as usize;

@@ -1,9 +1,11 @@
-//! channel.
+//! The controller's end of the transport.
 
 pub(crate) mod fault_injection;
 pub(crate) mod journal;
 pub mod plan_subscriber;
-pub mod state_publisher;
+pub(crate) mod state_publisher;
 pub(crate) mod stream_state;
+pub(crate) mod tuning;
 
 pub use state_publisher::StatePublisher;
+pub use stream_state::{ReceiverStats, Refusal};

@@ -22,16 +22,11 @@ use surefoot_shared_types::message::{Check, Feedback, Margins, PlanChunk, WorldC
 
 pub use surefoot_shared_types::instance::error::ChannelError;
 
-use crate::channel::state_publisher::StatePublisher;
-
 use crate::channel::fault_injection::FaultInjection;
 use crate::channel::journal::Journal;
-use crate::channel::stream_state::{ChunkTriage, StreamState};
-
-/// Time between two heartbeats while there is nothing to read.
-const HEARTBEAT_INTERVAL: Duration = Duration::from_millis(1);
-/// Time between two cleanings of what dead processes hold, while there is nothing to read.
-const CLEANUP_INTERVAL: Duration = Duration::from_millis(500);
+use crate::channel::state_publisher::StatePublisher;
+use crate::channel::stream_state::{ChunkTriage, ReceiverStats, Refusal, StreamState};
+use crate::channel::tuning::{CLEANUP_INTERVAL, HEARTBEAT_INTERVAL};
 
 /// Result of checking a chunk.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,9 +38,9 @@ pub enum ChunkDecision {
     AcceptedAs(Margins, Digest, Box<PlanChunk>),
     /// Not executed.
     Refused {
-        /// What it violates.
+        /// The violated check.
         check: Check,
-        /// Where in the chunk.
+        /// The waypoint of the violation.
         waypoint: u32,
         /// With [`Check::WorldDiffers`], the difference. From the next epoch on the chunks must
         /// carry the digest of the world so corrected
@@ -57,17 +52,6 @@ pub enum ChunkDecision {
 /// Checks chunks, each once and in order. While it works it may call `heartbeat` now and then, so
 /// that the planner receives a heartbeat.
 pub type ChunkCheck<'a> = dyn FnMut(&PlanChunk, &mut dyn FnMut()) -> ChunkDecision + 'a;
-
-/// A refused chunk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Refusal {
-    /// The place of the refused chunk: the one that was expected next.
-    pub sequence: u64,
-    /// What it violates.
-    pub check: Check,
-    /// Where in the chunk.
-    pub waypoint: u32,
-}
 
 /// How receiving ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,23 +65,6 @@ pub enum StreamEnd {
     PlannerLeft,
     /// The caller ended it.
     Stopped,
-}
-
-/// Counters of the chunks received since the instance's start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct ReceiverStats {
-    /// All of them.
-    pub received: u64,
-    /// Checked and accepted.
-    pub accepted: u64,
-    /// Accepted before, and not executed again.
-    pub duplicates: u64,
-    /// Ahead of a chunk that is still missing, and ignored: the planner sends them again.
-    pub gaps: u64,
-    /// Of a planner session or plan that is over.
-    pub stale: u64,
-    /// Meant for another controller.
-    pub foreign: u64,
 }
 
 /// Receives chunks and publishes feedback.
@@ -416,7 +383,7 @@ impl FeedbackPublisher {
 
 #[allow(
     clippy::disallowed_methods,
-    reason = "time decides only when feedback is repeated, never what is checked"
+    reason = "time decides when feedback is repeated and has no influence on the checks"
 )]
 fn now() -> Instant {
     Instant::now()

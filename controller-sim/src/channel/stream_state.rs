@@ -15,7 +15,33 @@ use surefoot_shared_types::message::{
     WorldCorrection,
 };
 
-use crate::channel::plan_subscriber::{ReceiverStats, Refusal};
+/// A refused chunk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refusal {
+    /// The sequence number of the refused chunk, which was expected next.
+    pub sequence: u64,
+    /// The violated check.
+    pub check: Check,
+    /// The waypoint of the violation.
+    pub waypoint: u32,
+}
+
+/// Counters of the chunks received since the instance's start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ReceiverStats {
+    /// All of them.
+    pub received: u64,
+    /// Checked and accepted.
+    pub accepted: u64,
+    /// Accepted before, and not executed again.
+    pub duplicates: u64,
+    /// Ahead of a chunk that is still missing, and ignored: the planner sends them again.
+    pub gaps: u64,
+    /// Of a planner session or plan that is over.
+    pub stale: u64,
+    /// Meant for another controller.
+    pub foreign: u64,
+}
 
 /// What to do with a received chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,26 +59,38 @@ pub(crate) enum ChunkTriage {
 pub(crate) struct StreamState {
     controller_id: u64,
     sessions: SenderTracker,
-    plan: Option<(u64, u64)>,
-    next: u64,
-    stream: Digest,
-    stream_after_first: Digest,
-    finished: bool,
-    refusal: Option<Refusal>,
-    margins: Margins,
+    progress: PlanProgress,
     rest_state: RestState,
+    /// Chunks that the robot executed since its start.
     walked: u64,
     corrections: heapless::Vec<WorldCorrection, CORRECTIONS_MAX>,
+    /// Whether a chunk is being checked.
     busy: bool,
     stats: ReceiverStats,
 }
 
-impl StreamState {
-    /// Before the first chunk.
-    pub(crate) fn new(controller_id: u64) -> Self {
+/// The accepted part of the plan in execution.
+#[derive(Debug)]
+struct PlanProgress {
+    /// The plan's id and epoch.
+    plan: Option<(u64, u64)>,
+    /// The sequence number expected next.
+    next: u64,
+    /// Digest of the accepted stream.
+    stream: Digest,
+    /// Digest of the stream after its first chunk.
+    stream_after_first: Digest,
+    /// Whether the last chunk is accepted.
+    finished: bool,
+    refusal: Option<Refusal>,
+    /// The worst margins of the accepted chunks.
+    margins: Margins,
+}
+
+impl PlanProgress {
+    /// No plan has begun.
+    fn none() -> Self {
         Self {
-            controller_id,
-            sessions: SenderTracker::default(),
             plan: None,
             next: 0,
             stream: Digest::default(),
@@ -60,26 +98,15 @@ impl StreamState {
             finished: false,
             refusal: None,
             margins: Margins::UNMEASURED,
-            rest_state: bytemuck::Zeroable::zeroed(),
-            walked: 0,
-            corrections: heapless::Vec::new(),
-            busy: false,
-            stats: ReceiverStats::default(),
         }
     }
 
-    /// Where the controller before this one left the robot.
-    pub(crate) fn take_over(controller_id: u64, record: &JournalRecord) -> Self {
+    /// The progress that a controller recorded.
+    fn of_record(record: &JournalRecord) -> Self {
         let feedback = &record.feedback;
-        let mut sessions = SenderTracker::default();
-        if feedback.session != 0 {
-            sessions.adopt(feedback.session);
-        }
-        let refused = feedback.verdict == Verdict::Refused as u32;
-        let refusal = Check::from_wire(feedback.check).filter(|_| refused);
+        let is_refused = feedback.verdict == Verdict::Refused as u32;
+        let refusal = Check::from_wire(feedback.check).filter(|_| is_refused);
         Self {
-            controller_id,
-            sessions,
             plan: (feedback.session != 0).then_some((feedback.plan_id, feedback.epoch)),
             next: feedback.next_sequence,
             stream: feedback.stream,
@@ -91,6 +118,77 @@ impl StreamState {
                 waypoint: feedback.refused_waypoint,
             }),
             margins: feedback.margins,
+        }
+    }
+
+    /// The start of a chunk's plan. The stream digests keep their values until a chunk is accepted.
+    fn begin(&mut self, chunk: &PlanChunk) {
+        self.plan = Some((chunk.plan_id, chunk.epoch));
+        self.next = 0;
+        self.finished = false;
+        self.refusal = None;
+        self.margins = Margins::UNMEASURED;
+    }
+
+    /// The checked chunk is accepted, with which the stream has digest `stream`.
+    fn accept(&mut self, chunk: &PlanChunk, stream: Digest, margins: &Margins) {
+        self.stream = stream;
+        if self.next == 0 {
+            self.stream_after_first = stream;
+        }
+        self.next += 1;
+        self.finished = chunk.flags & FLAG_LAST != 0;
+        self.margins = self.margins.min(margins);
+    }
+
+    fn is_of_plan(&self, chunk: &PlanChunk) -> bool {
+        self.plan == Some((chunk.plan_id, chunk.epoch))
+    }
+
+    /// Whether a chunk of a new session begins a stream other than the one in execution. A
+    /// restarted planner that made the same plan again does not.
+    fn begins_other_stream(&self, chunk: &PlanChunk) -> bool {
+        let repeats_ours = self.is_of_plan(chunk)
+            && self.next > 0
+            && chunk.stream_after() == self.stream_after_first;
+        chunk.sequence == 0 && !repeats_ours
+    }
+
+    fn verdict(&self) -> Verdict {
+        match (self.refusal, self.next) {
+            (Some(_), _) => Verdict::Refused,
+            (None, 0) => Verdict::Waiting,
+            (None, _) => Verdict::Accepted,
+        }
+    }
+}
+
+impl StreamState {
+    /// The state before the first chunk.
+    pub(crate) fn new(controller_id: u64) -> Self {
+        Self {
+            controller_id,
+            sessions: SenderTracker::default(),
+            progress: PlanProgress::none(),
+            rest_state: bytemuck::Zeroable::zeroed(),
+            walked: 0,
+            corrections: heapless::Vec::new(),
+            busy: false,
+            stats: ReceiverStats::default(),
+        }
+    }
+
+    /// The state in which the previous controller left the robot.
+    pub(crate) fn take_over(controller_id: u64, record: &JournalRecord) -> Self {
+        let feedback = &record.feedback;
+        let mut sessions = SenderTracker::default();
+        if feedback.session != 0 {
+            sessions.adopt(feedback.session);
+        }
+        Self {
+            controller_id,
+            sessions,
+            progress: PlanProgress::of_record(record),
             rest_state: feedback.rest_state,
             walked: feedback.walked,
             corrections: feedback.corrections().iter().copied().collect(),
@@ -107,7 +205,7 @@ impl StreamState {
     /// Digest of the stream after its first chunk, which identifies the plan of a restarted
     /// planner.
     pub(crate) fn stream_after_first(&self) -> Digest {
-        self.stream_after_first
+        self.progress.stream_after_first
     }
 
     /// Decides what to do with a chunk, counts it, and moves to a new planner session or plan where
@@ -115,7 +213,7 @@ impl StreamState {
     pub(crate) fn triage(&mut self, chunk: &PlanChunk) -> ChunkTriage {
         self.stats.received += 1;
         if !chunk.crc_matches() {
-            return if self.refusal.is_some() {
+            return if self.progress.refusal.is_some() {
                 ChunkTriage::Ignore
             } else {
                 ChunkTriage::Refuse(Check::Crc)
@@ -127,12 +225,15 @@ impl StreamState {
         }
         match self.sessions.status(chunk.session) {
             SenderStatus::Stale => return self.ignore_stale(),
-            SenderStatus::New if self.begins_other_stream(chunk) => self.begin_plan(chunk),
-            SenderStatus::New if self.is_of_plan(chunk) => self.sessions.adopt(chunk.session),
+            SenderStatus::New if self.progress.begins_other_stream(chunk) => self.begin_plan(chunk),
+            SenderStatus::New if self.progress.is_of_plan(chunk) => {
+                self.sessions.adopt(chunk.session)
+            }
             SenderStatus::New => return self.ignore_gap(),
-            SenderStatus::Current if self.is_of_plan(chunk) => {}
+            SenderStatus::Current if self.progress.is_of_plan(chunk) => {}
             SenderStatus::Current
-                if chunk.sequence == 0 && Some((chunk.plan_id, chunk.epoch)) > self.plan =>
+                if chunk.sequence == 0
+                    && Some((chunk.plan_id, chunk.epoch)) > self.progress.plan =>
             {
                 self.begin_plan(chunk)
             }
@@ -150,13 +251,7 @@ impl StreamState {
         margins: &Margins,
         executed: &PlanChunk,
     ) {
-        self.stream = stream;
-        if self.next == 0 {
-            self.stream_after_first = self.stream;
-        }
-        self.next += 1;
-        self.finished = chunk.flags & FLAG_LAST != 0;
-        self.margins = self.margins.min(margins);
+        self.progress.accept(chunk, stream, margins);
         let last = executed.waypoints().last().unwrap_or(&self.rest_state.waypoint);
         self.rest_state = self.rest_state.after(executed.mode, executed.contacts(), last);
         self.walked += 1;
@@ -171,7 +266,7 @@ impl StreamState {
         waypoint: u32,
         correction: Option<WorldCorrection>,
     ) {
-        self.refusal = Some(Refusal { sequence: self.next, check, waypoint });
+        self.progress.refusal = Some(Refusal { sequence: self.progress.next, check, waypoint });
         if let Some(correction) = correction {
             let _ = self.corrections.push(correction);
         }
@@ -184,17 +279,17 @@ impl StreamState {
 
     /// The refusal that holds, if any.
     pub(crate) fn refusal(&self) -> Option<Refusal> {
-        self.refusal
+        self.progress.refusal
     }
 
     /// Whether the plan's last chunk is accepted.
     pub(crate) fn is_finished(&self) -> bool {
-        self.finished
+        self.progress.finished
     }
 
     /// Whether a plan has begun and is neither finished nor refused.
     pub(crate) fn is_mid_plan(&self) -> bool {
-        self.next > 0 && !self.finished && self.refusal.is_none()
+        self.progress.next > 0 && !self.progress.finished && self.progress.refusal.is_none()
     }
 
     /// Counters of the received chunks.
@@ -204,12 +299,9 @@ impl StreamState {
 
     /// The `count`th feedback to the planner.
     pub(crate) fn feedback(&self, count: u64) -> Feedback {
-        let (plan_id, epoch) = self.plan.unwrap_or_default();
-        let verdict = match (self.refusal, self.next) {
-            (Some(_), _) => Verdict::Refused,
-            (None, 0) => Verdict::Waiting,
-            (None, _) => Verdict::Accepted,
-        };
+        let progress = &self.progress;
+        let (plan_id, epoch) = progress.plan.unwrap_or_default();
+        let refusal = progress.refusal;
         let mut corrections = [bytemuck::Zeroable::zeroed(); CORRECTIONS_MAX];
         corrections[..self.corrections.len()].copy_from_slice(&self.corrections);
         let mut feedback = Feedback {
@@ -218,13 +310,13 @@ impl StreamState {
             session: self.sessions.current().unwrap_or(0),
             plan_id,
             epoch,
-            next_sequence: self.next,
+            next_sequence: progress.next,
             count,
-            verdict: verdict as u32,
-            check: self.refusal.map_or(0, |refusal| refusal.check as u32),
-            refused_sequence: self.refusal.map_or(0, |refusal| refusal.sequence),
-            refused_waypoint: self.refusal.map_or(0, |refusal| refusal.waypoint),
-            finished: u32::from(self.finished),
+            verdict: progress.verdict() as u32,
+            check: refusal.map_or(0, |refusal| refusal.check as u32),
+            refused_sequence: refusal.map_or(0, |refusal| refusal.sequence),
+            refused_waypoint: refusal.map_or(0, |refusal| refusal.waypoint),
+            finished: u32::from(progress.finished),
             duplicated: self.stats.duplicates,
             gaps: self.stats.gaps,
             walked: self.walked,
@@ -232,8 +324,8 @@ impl StreamState {
             corrections_len: self.corrections.len() as u32,
             reserved: 0,
             crc: 0,
-            stream: self.stream,
-            margins: self.margins,
+            stream: progress.stream,
+            margins: progress.margins,
             rest_state: self.rest_state,
             corrections,
         };
@@ -241,40 +333,24 @@ impl StreamState {
         feedback
     }
 
-    fn is_of_plan(&self, chunk: &PlanChunk) -> bool {
-        self.plan == Some((chunk.plan_id, chunk.epoch))
-    }
-
-    /// Whether a chunk of a new session begins a stream other than the one in execution. A
-    /// restarted planner that made the same plan again does not.
-    fn begins_other_stream(&self, chunk: &PlanChunk) -> bool {
-        let repeats_ours = self.is_of_plan(chunk)
-            && self.next > 0
-            && chunk.stream_after() == self.stream_after_first;
-        chunk.sequence == 0 && !repeats_ours
-    }
-
     fn begin_plan(&mut self, chunk: &PlanChunk) {
         self.sessions.adopt(chunk.session);
-        self.plan = Some((chunk.plan_id, chunk.epoch));
-        self.next = 0;
-        self.finished = false;
-        self.refusal = None;
-        self.margins = Margins::UNMEASURED;
+        self.progress.begin(chunk);
     }
 
     fn triage_sequence(&mut self, chunk: &PlanChunk) -> ChunkTriage {
-        if chunk.sequence < self.next {
+        let progress = &self.progress;
+        if chunk.sequence < progress.next {
             self.stats.duplicates += 1;
             return ChunkTriage::Ignore;
         }
-        if chunk.sequence > self.next || self.finished {
+        if chunk.sequence > progress.next || progress.finished {
             return self.ignore_gap();
         }
-        if self.refusal.is_some() {
+        if self.progress.refusal.is_some() {
             return ChunkTriage::Ignore;
         }
-        let continues = self.next == 0 || chunk.stream == self.stream;
+        let continues = progress.next == 0 || chunk.stream == progress.stream;
         if continues { ChunkTriage::Check } else { ChunkTriage::Refuse(Check::Stream) }
     }
 

@@ -9,10 +9,10 @@ use surefoot_shared_types::message::{Check, Waypoint};
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::is_at_most;
-use crate::check::checker::Violation;
+use crate::check::segment::Violation;
 
 /// What rounding of the waypoints' times may add to an acceleration, as a share of its limit.
-const ROUNDING: f64 = 1e-6;
+const SHARE_ROUNDING: f64 = 1e-6;
 
 /// An acceleration of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +27,7 @@ pub struct PeakAcceleration {
 /// increase.
 pub fn check_acceleration(model: &RobotModel, waypoints: &[Waypoint]) -> Result<f64, Violation> {
     let PeakAcceleration { share, waypoint, joint } = peak_acceleration(model, waypoints);
-    if is_at_most(share, 1.0 + ROUNDING) {
+    if is_at_most(share, 1.0 + SHARE_ROUNDING) {
         return Ok(1.0 - share);
     }
     let joint = &model.joints[joint];

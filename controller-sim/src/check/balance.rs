@@ -5,14 +5,12 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::is_at_most;
-use crate::check::checker::{Case, Violation};
+use crate::check::segment::{Case, Violation};
+use crate::check::tuning::FRICTION_STEPS;
 use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium};
 
-/// Steps in which the friction reserve is measured.
-const FRICTION_STEPS: u32 = 16;
-
-/// The share of the friction that is not needed to hold the robot, in sixteenths, rounded down:
-/// with the rest alone the centre of mass stays inside the region by the margin demanded.
+/// The share of the friction that is not needed to hold the robot, in sixteenths, rounded down.
+/// With the rest alone the centre of mass keeps the required margin inside the region.
 pub fn friction_reserve(config: &CheckerConfig, equilibrium: &mut Equilibrium, case: &Case) -> f64 {
     let share = |steps: u32| f64::from(steps) / f64::from(FRICTION_STEPS);
     let mut holds = |steps: u32| {
@@ -52,9 +50,10 @@ pub fn check_balance(
             let detail = if margin == f64::NEG_INFINITY {
                 format!("no contact forces of the {feet} foot hold the robot")
             } else {
+                let margin = 1e3 * margin;
                 format!(
-                    "the centre of mass is {:.2} mm inside what the {feet} foot can hold, at least {limit:.2} mm are needed",
-                    1e3 * margin
+                    "the centre of mass is {margin:.2} mm inside the region that the {feet} foot \
+                     can hold, at least {limit:.2} mm are needed"
                 )
             };
             return Err(Violation::new(Check::Balance, sample.waypoint, detail));

@@ -9,16 +9,16 @@ use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 
 use crate::base::comparison::is_at_most;
 use crate::check::allowed_pairs::LinkPair;
-use crate::check::checker::{Case, Violation};
-use crate::check::continuous_collision::{BodyPair, ContinuousCollision, OtherBody};
+use crate::check::continuous_collision::{
+    BodyPair, ContinuousCollision, OtherBody, overlap_violation,
+};
 use crate::check::motion::Sample;
 use crate::check::motion_bounds::LeverArms;
+use crate::check::segment::{Case, Violation};
+use crate::check::tuning::DISTANCE_CAP;
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::separation::{is_inside_mesh, separation};
 use crate::geometry::solid::Solid;
-
-/// Larger distances are reported as this one, m.
-pub const DISTANCE_CAP: f64 = 0.1;
 
 /// The bodies of the robot and of the world, and the pairs that must stay apart.
 pub struct CollisionModel {
@@ -178,22 +178,4 @@ impl CollisionModel {
         }
         Ok(())
     }
-}
-
-/// The violation by two bodies `distance` (negative, m) apart.
-pub fn overlap_violation(
-    check: Check,
-    waypoint: usize,
-    (a, b): (&CollisionBody, &CollisionBody),
-    distance: f64,
-    limit: f64,
-) -> Violation {
-    let detail = format!(
-        "{} overlaps {} by {:.2} mm, limit {:.2} mm",
-        a.name,
-        b.name,
-        -1e3 * distance,
-        1e3 * limit
-    );
-    Violation::new(check, waypoint, detail)
 }

@@ -6,8 +6,8 @@ use surefoot_shared_types::message::{Check, Contact};
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::is_at_most;
-use crate::check::checker::{Case, Violation};
 use crate::check::motion::Sample;
+use crate::check::segment::{Case, Violation};
 use crate::statics::sole_support::SoleSupport;
 
 /// What remains of the position tolerance of the stance soles, m.
@@ -21,7 +21,7 @@ pub fn check_contact(
     }
     let mut worst = f64::INFINITY;
     for sample in &case.motion.samples {
-        for contact in &case.contacts {
+        for contact in case.contacts {
             worst = worst.min(pose_margin(model, config, contact, sample)?);
         }
     }

@@ -1,4 +1,4 @@
-//! Distances over a continuous motion, by bounds on how far anything can move between two instants.
+//! Distances over a continuous motion, by bounds on the displacement between two instants.
 //!
 //! The signed distance of two bodies changes no faster than they move. If it is `d0` and `d1` at
 //! the ends of an interval in which no point moves more than `w` relative to the other body, it
@@ -11,16 +11,13 @@ use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::RobotModel;
 
 use crate::base::comparison::{is_at_most, is_below};
-use crate::check::checker::Violation;
-use crate::check::collision::overlap_violation;
 use crate::check::motion::Change;
 use crate::check::motion_bounds::LeverArms;
+use crate::check::segment::Violation;
+use crate::check::tuning::RESOLUTION;
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::separation::{body_separation, separation};
 use crate::kinematics::forward::{Configuration, Posture};
-
-/// For motions up to this length (m) only their ends are checked.
-const RESOLUTION: f64 = 1e-3;
 
 /// The second body of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,7 +43,7 @@ pub struct BodyPair {
 }
 
 impl BodyPair {
-    /// A pair about which nothing is known.
+    /// A pair without a separating direction yet.
     pub fn new(body: usize, other_body: OtherBody, measured: bool) -> Self {
         Self { body, other_body, measured, hint: None }
     }
@@ -60,13 +57,13 @@ pub struct ContinuousCollision<'a> {
     pub robot: &'a [CollisionBody],
     /// The world's bodies.
     pub world: &'a [CollisionBody],
-    /// Where the world's bodies are.
+    /// The poses of the world's bodies.
     pub world_poses: &'a [SolidPose],
     /// Lever arms of the robot's bodies.
     pub lever_arms: &'a [LeverArms],
     /// The pairs to keep apart.
     pub pairs: &'a mut [BodyPair],
-    /// What an overlap violates.
+    /// The check that an overlap violates.
     pub check: Check,
     /// The deepest overlap allowed, m.
     pub penetration_max: f64,
@@ -74,7 +71,7 @@ pub struct ContinuousCollision<'a> {
     pub worst: f64,
 }
 
-/// Where everything is at an instant.
+/// The poses of the robot's bodies at an instant.
 struct BodyPoses {
     robot: Vec<SolidPose>,
 }
@@ -229,4 +226,22 @@ impl ContinuousCollision<'_> {
         self.pairs[index].hint = Some(found.direction);
         Ok(found.distance)
     }
+}
+
+/// The violation by two bodies `distance` (negative, m) apart.
+pub fn overlap_violation(
+    check: Check,
+    waypoint: usize,
+    (a, b): (&CollisionBody, &CollisionBody),
+    distance: f64,
+    limit: f64,
+) -> Violation {
+    let detail = format!(
+        "{} overlaps {} by {:.2} mm, limit {:.2} mm",
+        a.name,
+        b.name,
+        -1e3 * distance,
+        1e3 * limit
+    );
+    Violation::new(check, waypoint, detail)
 }

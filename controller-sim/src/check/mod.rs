@@ -1,12 +1,18 @@
-//! check.
+//! The physical checks of a motion in one mode on given contacts, one file per check.
 
 pub(crate) mod acceleration;
 pub(crate) mod allowed_pairs;
 pub(crate) mod balance;
 pub mod checker;
+pub(crate) mod checks;
 pub(crate) mod collision;
 pub(crate) mod contact;
 pub(crate) mod continuous_collision;
 pub(crate) mod limits;
 pub(crate) mod motion;
 pub(crate) mod motion_bounds;
+pub(crate) mod segment;
+pub(crate) mod torque;
+pub(crate) mod tuning;
+
+pub use segment::{MotionSegment, Reserves, SegmentReport, Violation};

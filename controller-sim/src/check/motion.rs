@@ -5,17 +5,15 @@ use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::check::limits::Spacing;
+use crate::base::comparison::largest;
+use crate::check::tuning::SUBSTEP_MAX;
 use crate::kinematics::forward::{Configuration, Posture};
-
-/// The largest joint (rad, m), root position (m) or root rotation (rad) change between two samples.
-const SUBSTEP_MAX: f64 = 0.01;
 
 /// A configuration of the motion, with its posture and centre of mass.
 pub struct Sample {
     /// The waypoint at or before it.
     pub waypoint: usize,
-    /// Where all links are.
+    /// The poses of all links.
     pub posture: Posture,
     /// The centre of mass in the world.
     pub centre_of_mass: DVec3,
@@ -30,7 +28,7 @@ impl Sample {
     }
 }
 
-/// How far a motion from one configuration to another turns and moves things.
+/// The size of a motion from one configuration to another.
 pub struct Change {
     /// Root displacement, m.
     pub root_position: f64,
@@ -53,10 +51,16 @@ impl Change {
         }
     }
 
-    /// The largest of all its numbers.
+    /// The largest of these numbers; NaN if one of them is NaN.
     pub fn largest(&self) -> f64 {
-        self.joints.iter().copied().fold(self.root_position.max(self.root_rotation), f64::max)
+        largest(self.joints.iter().copied().chain([self.root_position, self.root_rotation]))
     }
+}
+
+/// Proof that the steps of a segment are bounded: the change over each step.
+pub struct Spacing {
+    /// One change per pair of successive waypoints.
+    pub changes: Vec<Change>,
 }
 
 /// A segment's motion.

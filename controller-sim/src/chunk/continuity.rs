@@ -1,5 +1,4 @@
-//! Which step from one mode to the next is legal: one foot at a time, and the foot that stays does
-//! not move.
+//! Legal changes of mode: one foot at a time, and the foot that stays does not move.
 
 use surefoot_shared_types::base::spatial::rotation_distance;
 use surefoot_shared_types::message::{Contact, SupportMode};
@@ -13,9 +12,9 @@ pub const KEPT_POSE_MAX: f64 = 1e-6;
 /// A mode with its contacts.
 #[derive(Debug, Clone, Copy)]
 pub struct Stance<'a> {
-    /// Which feet carry the robot.
+    /// The feet that carry the robot.
     pub mode: SupportMode,
-    /// Where they stand.
+    /// Their contacts.
     pub contacts: &'a [Contact],
 }
 
@@ -35,10 +34,10 @@ pub fn contacts_match(stance: &Stance) -> bool {
     limbs == stance_limbs(stance.mode)
 }
 
-/// Whether a robot may go over from one stance to the next at an instant; why not, if not.
+/// Whether a robot may change from one stance to the next at an instant.
 ///
 /// # Errors
-/// The reason, where the robot may not.
+/// The reason for which it may not.
 pub fn check_transition(before: &Stance, after: &Stance) -> Result<(), String> {
     let both_single = before.mode != SupportMode::Double && after.mode != SupportMode::Double;
     if both_single && before.mode != after.mode {

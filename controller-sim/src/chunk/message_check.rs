@@ -10,7 +10,7 @@ use surefoot_shared_types::base::limits::{
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
 
-use crate::check::checker::Violation;
+use crate::check::segment::Violation;
 use crate::chunk::continuity::{Stance, contacts_match};
 
 /// No number of a message may be larger than this.
@@ -31,65 +31,19 @@ pub struct Identity {
     pub config: Digest,
 }
 
-/// A sound message: its CRC is right, its form is right, and it is meant for this controller,
-/// robot, world and scenario. Returns its mode. Tested in the order CRC, form, instance, robot,
-/// world, configuration.
+/// Whether the bytes of a chunk are undamaged and its form is sound, in this order: CRC; schema,
+/// flags, counts, mode, contacts, numbers. Returns the chunk's mode.
 ///
 /// # Errors
-/// The first of these conditions that does not hold, as a [`Violation`].
-pub fn check_message(
-    chunk: &PlanChunk,
-    identity: &Identity,
-    joints: usize,
-) -> Result<SupportMode, Violation> {
+/// The first of these conditions that does not hold.
+pub fn check_message(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Violation> {
     let computed = chunk.computed_crc();
     if chunk.crc != computed {
         let detail = format!("the CRC is {:08x}, that of the bytes {computed:08x}", chunk.crc);
         return Err(Violation::new(Check::Crc, 0, detail));
     }
-    let mode = check_form(chunk, joints)?;
-    for (check, right, what) in [
-        (Check::Controller, chunk.target_controller == identity.controller_id, "controller"),
-        (Check::Robot, chunk.robot == identity.robot, "robot"),
-        (Check::World, chunk.world == identity.world, "world"),
-        (Check::Config, chunk.config == identity.config, "scenario or configuration"),
-    ] {
-        if !right {
-            return Err(Violation::new(check, 0, format!("made for another {what}")));
-        }
-    }
-    Ok(mode)
-}
-
-fn check_form(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Violation> {
     let bad = |detail: String| Violation::new(Check::Malformed, 0, detail);
-    if chunk.schema != CHUNK_SCHEMA {
-        return Err(bad(format!("schema {}, known is {CHUNK_SCHEMA}", chunk.schema)));
-    }
-    if chunk.flags & !(FLAG_FIRST | FLAG_LAST) != 0 {
-        return Err(bad(format!("unknown flags {:#x}", chunk.flags)));
-    }
-    if (chunk.flags & FLAG_FIRST != 0) != (chunk.sequence == 0) {
-        return Err(bad(format!(
-            "the first-chunk flag does not fit sequence number {}",
-            chunk.sequence
-        )));
-    }
-    if chunk.joints_len as usize != joints {
-        return Err(bad(format!("{} joints, the robot has {joints}", chunk.joints_len)));
-    }
-    if !(1..=CHUNK_WAYPOINTS_MAX).contains(&(chunk.waypoints_len as usize)) {
-        return Err(bad(format!(
-            "{} waypoints, 1 to {CHUNK_WAYPOINTS_MAX} are possible",
-            chunk.waypoints_len
-        )));
-    }
-    if chunk.contacts_len as usize > CONTACTS_MAX {
-        return Err(bad(format!(
-            "{} contacts, at most {CONTACTS_MAX} are possible",
-            chunk.contacts_len
-        )));
-    }
+    check_header(chunk, joints).map_err(bad)?;
     let mode = SupportMode::from_wire(chunk.mode)
         .ok_or_else(|| bad(format!("unknown mode {}", chunk.mode)))?;
     chunk.contacts().iter().try_for_each(|contact| check_contact(contact).map_err(bad))?;
@@ -101,6 +55,50 @@ fn check_form(chunk: &PlanChunk, joints: usize) -> Result<SupportMode, Violation
             .map_err(|detail| Violation::new(Check::Malformed, index, detail))?;
     }
     Ok(mode)
+}
+
+/// Whether a chunk is addressed to this controller and made for its robot, world and scenario.
+///
+/// # Errors
+/// The first of these, in this order, that differs.
+pub fn check_identity(chunk: &PlanChunk, identity: &Identity) -> Result<(), Violation> {
+    for (check, is_same, what) in [
+        (Check::Controller, chunk.target_controller == identity.controller_id, "controller"),
+        (Check::Robot, chunk.robot == identity.robot, "robot"),
+        (Check::World, chunk.world == identity.world, "world"),
+        (Check::Config, chunk.config == identity.config, "scenario or configuration"),
+    ] {
+        if !is_same {
+            return Err(Violation::new(check, 0, format!("made for another {what}")));
+        }
+    }
+    Ok(())
+}
+
+/// The schema, the flags and the counts.
+fn check_header(chunk: &PlanChunk, joints: usize) -> Result<(), String> {
+    if chunk.schema != CHUNK_SCHEMA {
+        return Err(format!("schema {}, known is {CHUNK_SCHEMA}", chunk.schema));
+    }
+    if chunk.flags & !(FLAG_FIRST | FLAG_LAST) != 0 {
+        return Err(format!("unknown flags {:#x}", chunk.flags));
+    }
+    if (chunk.flags & FLAG_FIRST != 0) != (chunk.sequence == 0) {
+        let sequence = chunk.sequence;
+        return Err(format!("the first-chunk flag does not fit sequence number {sequence}"));
+    }
+    if chunk.joints_len as usize != joints {
+        return Err(format!("{} joints, the robot has {joints}", chunk.joints_len));
+    }
+    if !(1..=CHUNK_WAYPOINTS_MAX).contains(&(chunk.waypoints_len as usize)) {
+        let count = chunk.waypoints_len;
+        return Err(format!("{count} waypoints, 1 to {CHUNK_WAYPOINTS_MAX} are possible"));
+    }
+    if chunk.contacts_len as usize > CONTACTS_MAX {
+        let count = chunk.contacts_len;
+        return Err(format!("{count} contacts, at most {CONTACTS_MAX} are possible"));
+    }
+    Ok(())
 }
 
 fn check_contact(contact: &Contact) -> Result<(), String> {
@@ -115,10 +113,8 @@ fn check_contact(contact: &Contact) -> Result<(), String> {
 }
 
 fn check_waypoint(waypoint: &Waypoint) -> Result<(), String> {
-    check_numbers(
-        waypoint.root_position.iter().chain(&waypoint.q).chain([&waypoint.time]),
-        "waypoint",
-    )?;
+    let numbers = waypoint.root_position.iter().chain(&waypoint.q).chain([&waypoint.time]);
+    check_numbers(numbers, "waypoint")?;
     check_unit(waypoint.root_rotation, "waypoint")
 }
 

@@ -1,6 +1,7 @@
-//! chunk.
+//! Whether a received chunk is a sound message, and whether its contacts legally continue those of
+//! the robot.
 
 pub(crate) mod continuity;
-pub mod message_check;
+pub(crate) mod message_check;
 
 pub use message_check::Identity;

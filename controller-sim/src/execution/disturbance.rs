@@ -12,18 +12,13 @@ use surefoot_shared_types::base::spatial::{interpolate, rotation_about};
 use surefoot_shared_types::message::{Contact, Margins, PlanChunk, SupportMode, Waypoint};
 
 use crate::base::random;
-use crate::check::checker::{Checker, MotionSegment};
+use crate::check::checker::Checker;
+use crate::check::segment::MotionSegment;
 use crate::execution::executor::ChunkExecutor;
 use crate::execution::executor::RestState;
+use crate::execution::tuning::{LANDING_ATTEMPTS_MAX, OFFSET_MAX, YAW_MAX};
 use crate::kinematics::forward::{Configuration, Posture};
 use crate::kinematics::leg_ik::solve_leg_ik;
-
-/// Largest distance of a landed foot from its planned position, m.
-const OFFSET_MAX: f64 = 0.005;
-/// Largest yaw of a landed foot from its planned orientation, rad.
-const YAW_MAX: f64 = 1.0 / 180.0 * std::f64::consts::PI;
-/// Landings that are tried where the support is insufficient.
-const LANDING_ATTEMPTS_MAX: u64 = 4;
 
 /// Result of executing an accepted chunk.
 #[derive(Debug, Clone, PartialEq)]

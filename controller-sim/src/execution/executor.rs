@@ -1,7 +1,10 @@
 //! Executes received chunks: checks a chunk from its bytes to its physics and moves the robot.
 //!
-//! The robot stands at a statically stable configuration. A chunk that passes every check moves it
-//! to the chunk's end; any other leaves it where it stands, so a refusal is always safe.
+//! The robot stands in a statically stable configuration. A chunk passes the stages of [`STAGES`]
+//! in their order. One that passes all of them moves the robot to the chunk's end; any other leaves
+//! the robot where it stands, so a refusal is always safe.
+
+use std::cmp::Ordering;
 
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::message::Margins;
@@ -11,16 +14,35 @@ use surefoot_shared_types::message::{
 };
 use surefoot_shared_types::world::correction::corrected_digest;
 
-use crate::base::comparison::is_at_most;
-use crate::check::checker::{Checker, MotionSegment, Violation};
+use crate::base::comparison::{is_at_most, largest};
+use crate::check::checker::Checker;
+use crate::check::segment::{MotionSegment, Violation};
 use crate::chunk::continuity::{Stance, check_transition, stance_limbs};
-pub use crate::chunk::message_check::Identity;
-use crate::chunk::message_check::check_message;
+use crate::chunk::message_check::{Identity, check_identity, check_message};
 use crate::execution::simulation::Simulation;
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands,
 /// in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
+
+/// A stage of the checks on a chunk. No stage uses content that an earlier one has not checked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    /// The bytes are undamaged and the form is sound.
+    Message,
+    /// Made for this controller, robot, world and scenario.
+    Identity,
+    /// The next chunk of its plan, and of the accepted stream.
+    Stream,
+    /// Begins where and when the robot stands, by a legal change of contacts.
+    Continuity,
+    /// The physical checks of the motion.
+    Physics,
+}
+
+/// The stages in their order; execution follows them.
+const STAGES: [Stage; 5] =
+    [Stage::Message, Stage::Identity, Stage::Stream, Stage::Continuity, Stage::Physics];
 
 /// The simulated robot and its progress in the plan that it executes.
 pub struct ChunkExecutor {
@@ -30,9 +52,9 @@ pub struct ChunkExecutor {
     next_sequence: u64,
     stream: Digest,
     finished: bool,
-    /// Where the robot stands by its plan.
+    /// The rest state of the plan.
     rest_state: Option<RestState>,
-    /// Where it actually stands, if its feet were misplaced.
+    /// The actual rest state, if the feet were misplaced.
     actual: Option<RestState>,
     margins: Margins,
 }
@@ -42,9 +64,9 @@ pub struct ChunkExecutor {
 pub struct RestState {
     /// The configuration, and the plan's time at which it was reached.
     pub waypoint: Waypoint,
-    /// Which feet carry the robot.
+    /// The feet that carry the robot.
     pub mode: SupportMode,
-    /// Where they stand.
+    /// The contacts of these feet.
     pub contacts: Vec<Contact>,
 }
 
@@ -52,8 +74,7 @@ impl RestState {
     /// At the end of a chunk of a known mode.
     fn after(chunk: &PlanChunk) -> Self {
         let waypoint = chunk.waypoints()[chunk.waypoints().len() - 1];
-        let mode = SupportMode::from_wire(chunk.mode).unwrap_or(SupportMode::Double);
-        Self { waypoint, mode, contacts: chunk.contacts().to_vec() }
+        Self { waypoint, mode: mode_of(chunk), contacts: chunk.contacts().to_vec() }
     }
 }
 
@@ -104,9 +125,7 @@ impl ChunkExecutor {
         self.identity.world = corrected_digest(&self.identity.world, &[*correction]);
     }
 
-    /// Checks a chunk and executes it: the worst margins of the chunk, or why it is refused.
-    /// Checked in the order CRC, form, controller, robot, world, configuration, sequence, stream,
-    /// continuity, physics.
+    /// Checks a chunk and executes it. Returns its worst margins.
     ///
     /// # Errors
     /// The first condition that does not hold; the robot stays where it stands.
@@ -120,20 +139,53 @@ impl ChunkExecutor {
     /// then meanwhile.
     ///
     /// # Errors
-    /// The first condition that does not hold.
+    /// The first condition that does not hold, in the order of [`STAGES`].
     pub fn check_chunk(
         &mut self,
         chunk: &PlanChunk,
         heartbeat: &mut dyn FnMut(),
     ) -> Result<Margins, Violation> {
-        let mode = check_message(chunk, &self.identity, self.checker.model().joints.len())?;
-        let starts_plan = self.starts_plan(chunk);
-        self.check_sequence(chunk, starts_plan)?;
-        self.check_stream(chunk, starts_plan)?;
-        self.check_continuity(chunk, mode, starts_plan)?;
-        let segment =
-            MotionSegment { mode, contacts: chunk.contacts(), waypoints: chunk.waypoints() };
-        self.checker.check_segment(&segment, heartbeat)
+        let mut margins = Margins::UNMEASURED;
+        for stage in STAGES {
+            margins = margins.min(&self.step(stage, chunk, heartbeat)?);
+        }
+        Ok(margins)
+    }
+
+    /// Checks one stage of a chunk that has passed the stages before it. Returns the margins that
+    /// the stage measures.
+    fn step(
+        &mut self,
+        stage: Stage,
+        chunk: &PlanChunk,
+        heartbeat: &mut dyn FnMut(),
+    ) -> Result<Margins, Violation> {
+        match stage {
+            Stage::Message => {
+                check_message(chunk, self.checker.model().joints.len())?;
+            }
+            Stage::Identity => check_identity(chunk, &self.identity)?,
+            Stage::Stream => self.check_stream(chunk)?,
+            Stage::Continuity => self.check_continuity(chunk, mode_of(chunk))?,
+            Stage::Physics => {
+                let (contacts, waypoints) = (chunk.contacts(), chunk.waypoints());
+                let segment = MotionSegment { mode: mode_of(chunk), contacts, waypoints };
+                return self.checker.check_segment(&segment, heartbeat);
+            }
+        }
+        Ok(Margins::UNMEASURED)
+    }
+
+    /// Executes a chunk that [`Self::check_chunk`] accepted with these margins.
+    pub fn execute(&mut self, chunk: &PlanChunk, margins: &Margins) {
+        let so_far = if self.starts_plan(chunk) { Margins::UNMEASURED } else { self.margins };
+        self.margins = so_far.min(margins);
+        self.plan = Some((chunk.plan_id, chunk.epoch));
+        self.next_sequence = chunk.sequence + 1;
+        self.stream = chunk.stream_after();
+        self.finished = chunk.flags & FLAG_LAST != 0;
+        self.rest_state = Some(RestState::after(chunk));
+        self.actual = None;
     }
 
     /// The contact of an accepted chunk that the robot does not stand on yet.
@@ -172,7 +224,7 @@ impl ChunkExecutor {
         }
     }
 
-    /// Where the robot actually stands; nothing before the first chunk.
+    /// The actual rest state; nothing before the first chunk.
     pub fn actual_rest_state(&self) -> Option<&RestState> {
         self.actual.as_ref().or(self.rest_state.as_ref())
     }
@@ -212,7 +264,7 @@ impl ChunkExecutor {
         self.finished
     }
 
-    /// Where the robot stands, by the plan; nothing before the first chunk.
+    /// The rest state by the plan; nothing before the first chunk.
     pub fn rest_state(&self) -> Option<&RestState> {
         self.rest_state.as_ref()
     }
@@ -226,84 +278,66 @@ impl ChunkExecutor {
         chunk.sequence == 0 && self.plan != Some((chunk.plan_id, chunk.epoch))
     }
 
-    fn check_sequence(&self, chunk: &PlanChunk, starts_plan: bool) -> Result<(), Violation> {
-        let bad = |detail| Err(Violation::new(Check::Sequence, 0, detail));
-        if starts_plan {
-            return Ok(());
+    /// Whether a chunk is the next one of its plan, and continues the accepted stream.
+    fn check_stream(&self, chunk: &PlanChunk) -> Result<(), Violation> {
+        let starts_plan = self.starts_plan(chunk);
+        if !starts_plan {
+            self.check_sequence(chunk)
+                .map_err(|detail| Violation::new(Check::Sequence, 0, detail))?;
         }
-        let (got, expected) = (chunk.sequence, self.next_sequence);
-        if self.plan != Some((chunk.plan_id, chunk.epoch)) {
-            return bad(format!("chunk {got} of plan {}, which has not begun", chunk.plan_id));
-        }
-        match got.cmp(&expected) {
-            std::cmp::Ordering::Less => bad(format!("chunk {got} again; {expected} comes next")),
-            std::cmp::Ordering::Greater => {
-                bad(format!("chunk {got} leaves a gap; {expected} comes next"))
-            }
-            std::cmp::Ordering::Equal if self.finished => {
-                bad(format!("chunk {got} after the plan's last one"))
-            }
-            std::cmp::Ordering::Equal => Ok(()),
-        }
-    }
-
-    fn check_stream(&self, chunk: &PlanChunk, starts_plan: bool) -> Result<(), Violation> {
         let expected = if starts_plan { Digest::default() } else { self.stream };
         if chunk.stream == expected {
             return Ok(());
         }
-        Err(Violation::new(
-            Check::Stream,
-            0,
-            format!("it continues stream {}, accepted is {expected}", chunk.stream),
-        ))
+        let detail = format!("it continues stream {}, accepted is {expected}", chunk.stream);
+        Err(Violation::new(Check::Stream, 0, detail))
+    }
+
+    /// Whether a chunk that does not start a plan has the sequence number expected next.
+    fn check_sequence(&self, chunk: &PlanChunk) -> Result<(), String> {
+        let (got, expected) = (chunk.sequence, self.next_sequence);
+        if self.plan != Some((chunk.plan_id, chunk.epoch)) {
+            return Err(format!("chunk {got} of plan {}, which has not begun", chunk.plan_id));
+        }
+        match got.cmp(&expected) {
+            Ordering::Less => Err(format!("chunk {got} again; {expected} comes next")),
+            Ordering::Greater => Err(format!("chunk {got} leaves a gap; {expected} comes next")),
+            Ordering::Equal if self.finished => {
+                Err(format!("chunk {got} after the plan's last one"))
+            }
+            Ordering::Equal => Ok(()),
+        }
     }
 
     /// A new plan may start its clock anew and put its weight on another foot, but begins where the
     /// robot stands.
-    fn check_continuity(
-        &self,
-        chunk: &PlanChunk,
-        mode: SupportMode,
-        starts_plan: bool,
-    ) -> Result<(), Violation> {
+    fn check_continuity(&self, chunk: &PlanChunk, mode: SupportMode) -> Result<(), Violation> {
         let bad = |detail| Err(Violation::new(Check::Continuity, 0, detail));
         let Some(rest_state) = &self.rest_state else { return Ok(()) };
-        let first = &chunk.waypoints()[0];
-        let jump = largest_difference(&rest_state.waypoint, first);
+        let (first, last) = (&chunk.waypoints()[0], &rest_state.waypoint);
+        let jump = largest_difference(last, first);
         if !is_at_most(jump, CONTINUITY_MAX) {
             return bad(format!(
                 "it begins {jump:.3e} from where the robot stands, limit {CONTINUITY_MAX:.0e}"
             ));
         }
-        let late = (first.time - rest_state.waypoint.time).abs();
-        if !starts_plan && !is_at_most(late, CONTINUITY_MAX) {
-            return bad(format!(
-                "it begins at {} s, the chunk before ended at {} s",
-                first.time, rest_state.waypoint.time
-            ));
+        let late = (first.time - last.time).abs();
+        if !self.starts_plan(chunk) && !is_at_most(late, CONTINUITY_MAX) {
+            let (begin, end) = (first.time, last.time);
+            return bad(format!("it begins at {begin} s, the chunk before ended at {end} s"));
         }
         let before = Stance { mode: rest_state.mode, contacts: &rest_state.contacts };
         check_transition(&before, &Stance { mode, contacts: chunk.contacts() }).or_else(bad)
     }
-
-    /// Executes a chunk that [`Self::check_chunk`] accepted with these margins.
-    pub fn execute(&mut self, chunk: &PlanChunk, margins: &Margins) {
-        let starts_plan = self.starts_plan(chunk);
-        let so_far = if starts_plan { Margins::UNMEASURED } else { self.margins };
-        self.margins = so_far.min(margins);
-        self.plan = Some((chunk.plan_id, chunk.epoch));
-        self.next_sequence = chunk.sequence + 1;
-        self.stream = chunk.stream_after();
-        self.finished = chunk.flags & FLAG_LAST != 0;
-        self.rest_state = Some(RestState::after(chunk));
-        self.actual = None;
-    }
 }
 
+/// The mode of a chunk that has passed [`Stage::Message`].
+fn mode_of(chunk: &PlanChunk) -> SupportMode {
+    SupportMode::from_wire(chunk.mode).unwrap_or(SupportMode::Double)
+}
+
+/// The largest difference of any coordinate of two waypoints; NaN where one is NaN.
 fn largest_difference(a: &Waypoint, b: &Waypoint) -> f64 {
-    let numbers = |w: &Waypoint| {
-        w.root_position.into_iter().chain(w.root_rotation).chain(w.q).collect::<Vec<f64>>()
-    };
-    numbers(a).iter().zip(numbers(b)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
+    let numbers = |w: &Waypoint| w.root_position.into_iter().chain(w.root_rotation).chain(w.q);
+    largest(numbers(a).zip(numbers(b)).map(|(x, y)| (x - y).abs()))
 }

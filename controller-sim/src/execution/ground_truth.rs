@@ -13,16 +13,15 @@ use surefoot_shared_types::message::{Check, Contact, PlanChunk, WorldCorrection}
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::{World, WorldShape};
 
-use crate::check::checker::Violation;
+use crate::check::segment::Violation;
 use crate::execution::executor::ChunkExecutor;
+use crate::execution::tuning::ENCOUNTER_DISTANCE_MAX;
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::separation::separation;
 use crate::geometry::solid::Solid;
 use crate::kinematics::forward::{Configuration, Posture};
 
-/// A difference this near to the robot's path is encountered, m.
-const ENCOUNTER_DISTANCE_MAX: f64 = 0.05;
 /// A shape that moved less than this (m, rad) did not move.
 const SAME_POSE_MAX: f64 = 1e-9;
 
@@ -41,8 +40,7 @@ struct Difference {
 }
 
 impl GroundTruth {
-    /// The differences between the assumed world of the planner and the actual world; or which
-    /// shape has unusable geometry.
+    /// The differences between the assumed world of the planner and the actual world.
     ///
     /// # Errors
     /// The name of a shape whose geometry the checker cannot represent.

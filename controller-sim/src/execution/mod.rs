@@ -1,6 +1,7 @@
-//! execution.
+//! Executes chunks on a simulated robot, with disturbances and in a world that may differ.
 
 pub mod disturbance;
 pub mod executor;
 pub mod ground_truth;
 pub mod simulation;
+pub(crate) mod tuning;

@@ -101,7 +101,7 @@ fn write_load(state: &mut SimulationState, load: &ContactLoad, joints: usize) {
     state.feet_len = load.feet.len().min(CONTACTS_MAX) as u32;
 }
 
-/// Where the robot is at a time within its waypoints.
+/// The interpolated waypoint at a time within the waypoints of a chunk.
 fn waypoint_at(waypoints: &[Waypoint], time: f64, joints: usize) -> Waypoint {
     let after = waypoints.partition_point(|waypoint| waypoint.time < time).min(waypoints.len() - 1);
     let (from, to) = (&waypoints[after.saturating_sub(1)], &waypoints[after]);

@@ -1,4 +1,4 @@
-//! A solid somewhere: on a link of the robot, or in the world.
+//! Solids on the links of the robot and in the world.
 
 use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 use surefoot_shared_types::world::world::World;
@@ -7,7 +7,7 @@ use surefoot_shared_types::{Pose, Shape};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::solid::Solid;
 
-/// A solid with its place in a frame: its link's, or the world's.
+/// A solid with its pose in the frame of its link, or in the world.
 #[derive(Debug, Clone)]
 pub struct CollisionBody {
     /// The link it belongs to; `None` for a part of the world.
@@ -66,7 +66,7 @@ impl CollisionBody {
     }
 }
 
-/// A body's place at an instant.
+/// The pose of a solid at an instant.
 #[derive(Debug, Clone, Copy)]
 pub struct SolidPose {
     /// The solid's frame in the world.
@@ -76,7 +76,7 @@ pub struct SolidPose {
 }
 
 impl SolidPose {
-    /// Where a body is when its frame is at `world_from_frame`.
+    /// The pose of a body whose frame is at `world_from_frame`.
     pub fn new(body: &CollisionBody, world_from_frame: &Pose) -> Self {
         let world_from_solid = *world_from_frame * body.frame_from_solid;
         Self { world_from_solid, bounds: body.local_bounds.transformed(&world_from_solid) }

@@ -1,4 +1,4 @@
-//! Axis-aligned boxes: the cheap lower bound on a distance.
+//! Axis-aligned boxes, a lower bound on the distance of their contents.
 
 use glam::{DMat3, DVec3};
 use surefoot_shared_types::Pose;
@@ -13,7 +13,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The box around some points; a box of nothing is inside out.
+    /// The box around some points; without points its low corner is above its high one.
     pub fn of_points(points: impl IntoIterator<Item = DVec3>) -> Self {
         let empty = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
         points.into_iter().fold(empty, |bounds, point| Self {

@@ -1,9 +1,8 @@
-//! The checker's geometry: solids as support functions, separating directions, ray casts, plane
-//! polygons.
+//! Solids as support functions, separating directions, ray casts, polygons in a plane.
 
-pub mod body;
-pub mod bounds;
+pub(crate) mod body;
+pub(crate) mod bounds;
 pub mod polygon;
-pub mod rays;
-pub mod separation;
-pub mod solid;
+pub(crate) mod rays;
+pub(crate) mod separation;
+pub(crate) mod solid;

@@ -2,6 +2,8 @@
 
 use glam::DVec2;
 
+use crate::base::comparison::smallest;
+
 /// Twice the area (m2) below which three points count as on one line.
 const COLLINEAR_AREA: f64 = 1e-11;
 
@@ -70,18 +72,17 @@ pub fn area(polygon: &[DVec2]) -> f64 {
 }
 
 /// The signed distance of a point to the boundary: positive inside, minus infinity if the polygon
-/// has no area.
+/// has no area, NaN if a coordinate is NaN.
 pub fn margin(polygon: &[DVec2], point: DVec2) -> f64 {
     if polygon.len() < 3 {
         return f64::NEG_INFINITY;
     }
-    let inside = sides(polygon)
-        .map(|(a, b)| (b - a).normalize_or_zero().perp_dot(point - a))
-        .fold(f64::INFINITY, f64::min);
+    let inside =
+        smallest(sides(polygon).map(|(a, b)| (b - a).normalize_or_zero().perp_dot(point - a)));
     if inside >= 0.0 {
         return inside;
     }
-    -sides(polygon).map(|(a, b)| distance_to_segment(a, b, point)).fold(f64::INFINITY, f64::min)
+    -smallest(sides(polygon).map(|(a, b)| distance_to_segment(a, b, point)))
 }
 
 /// The sides, each from a vertex to the next.
@@ -155,6 +156,17 @@ mod tests {
         assert!((margin(&square(), DVec2::new(0.5, 0.2)) - 0.2).abs() < 1e-12);
         assert!((margin(&square(), DVec2::new(-3.0, -4.0)) + 5.0).abs() < 1e-12);
         assert_eq!(margin(&square()[..2], DVec2::ZERO), f64::NEG_INFINITY);
+    }
+
+    #[test]
+    fn nan_is_inside_nothing() {
+        for point in [DVec2::new(f64::NAN, 0.5), DVec2::new(0.5, f64::NAN), DVec2::NAN] {
+            let margin = margin(&square(), point);
+            assert!(margin.is_nan(), "{point}: {margin}");
+        }
+        let mut polygon = square();
+        polygon[2].x = f64::NAN;
+        assert!(margin(&polygon, DVec2::new(0.5, 0.5)).is_nan());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Where a ray first enters a shape: in closed form, meshes by parry.
+//! The first intersection of a ray with a shape, in closed form; with a mesh by parry.
 
 use glam::{DVec2, DVec3};
 use parry3d_f64::query::{Ray, RayCast};
@@ -13,13 +13,13 @@ use crate::geometry::solid::{Solid, triangle_mesh};
 /// The first intersection of a ray with a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Hit {
-    /// Nothing.
+    /// No intersection.
     Miss,
-    /// It begins inside the solid.
+    /// The ray begins inside the solid.
     Inside,
     /// The surface.
     Surface {
-        /// How far along the unit direction, m.
+        /// Distance along the unit direction, m.
         distance: f64,
         /// The outward unit normal there, in the world.
         normal: DVec3,
@@ -52,7 +52,7 @@ enum Form {
 }
 
 impl Target {
-    /// The ray form of a shape, or why it has none.
+    /// The ray form of a shape.
     ///
     /// # Errors
     /// The hull or mesh is degenerate.

@@ -1,11 +1,11 @@
-//! How far two solids are apart, as a bound that is true whatever an iteration did.
+//! Lower bounds on the signed distance of two solids.
 //!
-//! The signed distance of two convex solids is the largest gap over all directions, where the gap
-//! along a unit direction is how far one must look along it from the end of the first solid to the
-//! beginning of the second (negative: they overlap, and that much translation along it would part
-//! them). So *any* direction gives a lower bound, by two support points. parry's GJK and EPA only
-//! propose directions; if they stop at a cap or fail, the bound is merely poor and reads as
-//! overlap, never as free space. A mesh is taken triangle by triangle.
+//! The gap of two convex solids along a unit direction is the distance from the end of the first to
+//! the beginning of the second; a negative gap is the translation along the direction that
+//! separates them. The signed distance is the largest gap over all directions, so *any* direction
+//! gives a lower bound, by two support points. parry's GJK and EPA only propose directions: if they
+//! stop early or fail, the bound is small and counts as an overlap, never as free space. A mesh is
+//! processed triangle by triangle.
 
 use glam::DVec3;
 use parry3d_f64::bounding_volume::Aabb;
@@ -67,9 +67,9 @@ pub fn separation(
     }
 }
 
-/// The same for bodies that do not stand on each other: two meshes of which triangles cross count
-/// as deep as the boxes around them overlap, a translation that surely parts them. Small triangles
-/// are soon parted, however deep the bodies are in each other.
+/// As [`separation`], for bodies that do not stand on each other: where triangles of two meshes
+/// cross, the depth is that of the boxes around the meshes, a translation that separates them. The
+/// depth of small triangles does not measure the overlap of the bodies.
 pub fn body_separation(
     a: (&Solid, &SolidPose),
     b: (&Solid, &SolidPose),
@@ -85,8 +85,8 @@ pub fn body_separation(
     }
 }
 
-/// Whether a point lies inside a closed mesh: whether most of three rays from it first hit the
-/// back of a triangle.
+/// Whether a point (in the world, m) lies inside a closed mesh: whether at least two of three rays
+/// from it first hit the back of a triangle.
 pub fn is_inside_mesh(mesh: &TriMesh, world_from_mesh: &Pose, point: DVec3) -> bool {
     let origin = world_from_mesh.inverse() * point;
     let directions = [

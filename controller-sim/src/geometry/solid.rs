@@ -1,4 +1,4 @@
-//! What a shape is to the checker: a convex core with a rounding radius, or a closed triangle mesh.
+//! The checker's form of a shape: a convex core with a rounding radius, or a triangle mesh.
 
 use glam::DVec3;
 use parry3d_f64::shape::{SupportMap, TriMesh};
@@ -59,7 +59,7 @@ fn furthest(points: &[DVec3], direction: DVec3) -> DVec3 {
 pub struct Convex {
     /// The sharp part.
     pub core: Core,
-    /// How far the solid reaches beyond its core, m.
+    /// The distance by which the solid extends beyond its core, m.
     pub radius: f64,
 }
 
@@ -73,7 +73,7 @@ pub enum Solid {
 }
 
 impl Solid {
-    /// The checker's form of a shape, or why it has none.
+    /// The checker's form of a shape.
     ///
     /// # Errors
     /// The hull or mesh is degenerate.
@@ -128,7 +128,7 @@ impl Solid {
     }
 }
 
-/// parry's form of a mesh, or why it has none.
+/// parry's form of a mesh.
 ///
 /// # Errors
 /// parry rejects the mesh.

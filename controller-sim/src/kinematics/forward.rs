@@ -92,9 +92,9 @@ impl Posture {
         (world_from_child.rotation * model.joints[joint].axis, world_from_child.translation)
     }
 
-    /// The joint torques (N m) or forces (N) that hold the robot against gravity alone, its root
-    /// being held: the derivative of the potential energy, which is for each joint the weight
-    /// beyond it times its lever about the axis.
+    /// The joint torques (N m) or forces (N) that hold the robot against gravity with its root
+    /// fixed: the derivative of the potential energy, for each joint the weight of the links beyond
+    /// it times its lever arm about the axis.
     pub fn gravity_torques(&self, model: &RobotModel) -> Vec<f64> {
         let mut mass: Vec<f64> = model.links.iter().map(|link| link.mass).collect();
         let mut moment: Vec<DVec3> = model
@@ -118,9 +118,9 @@ impl Posture {
         (0..model.joints.len()).map(lift).collect()
     }
 
-    /// The joint torques (N m) or forces (N) of standing still on one foot: the ground carries the
-    /// whole weight straight through the centre of mass, which unloads the joints between the root
-    /// and that foot.
+    /// The joint torques (N m) or forces (N) of a robot at rest on one foot: the contact force
+    /// carries the whole weight through the centre of mass, which unloads the joints between the
+    /// root and that foot.
     pub fn standing_torques(&self, model: &RobotModel, limb: LimbIndex) -> Vec<f64> {
         let (weight, centre) = (model.mass() * GRAVITY * DVec3::Z, self.centre_of_mass(model));
         let mut torques = self.gravity_torques(model);

@@ -6,15 +6,15 @@ use surefoot_shared_types::Pose;
 use surefoot_shared_types::base::spatial::scaled_axis_from_rotation;
 use surefoot_shared_types::robot::model::{JointKind, LimbIndex, RobotModel};
 
+use crate::base::linear_solve::solve;
 use crate::kinematics::forward::{Configuration, Posture};
-use crate::statics::least_squares::solve;
 
 /// Newton steps; a millimetre takes three or four.
-const STEPS_MAX: usize = 20;
+const IK_STEPS_MAX: usize = 20;
 /// The sole is where it should be within this, m and rad.
 const POSE_ERROR_MAX: f64 = 1e-10;
 /// Added to the normal equations' diagonal.
-const DAMPING: f64 = 1e-9;
+const IK_DAMPING: f64 = 1e-9;
 
 /// Moves the joints of one leg until its sole is at `world_from_sole`. False if it is not reached;
 /// joint limits are the caller's to check.
@@ -25,7 +25,7 @@ pub fn solve_leg_ik(
     world_from_sole: &Pose,
 ) -> bool {
     let chain = model.leg(limb);
-    for _ in 0..STEPS_MAX {
+    for _ in 0..IK_STEPS_MAX {
         let posture = Posture::new(model, configuration);
         let sole = posture.world_from_sole(model, limb);
         let translation_error = world_from_sole.translation - sole.translation;
@@ -62,7 +62,7 @@ fn damped_step(columns: &[[f64; 6]], pose_error: &[f64; 6]) -> Option<Vec<f64>> 
         columns.iter().map(|column| column[row] * column[other]).sum::<f64>()
     };
     let damped =
-        |row: usize, other: usize| entry(row, other) + if row == other { DAMPING } else { 0.0 };
+        |row: usize, other: usize| entry(row, other) + if row == other { IK_DAMPING } else { 0.0 };
     let matrix = (0..6).map(|row| (0..6).map(|other| damped(row, other)).collect()).collect();
     let weights = solve(matrix, pose_error.to_vec())?;
     Some(

@@ -6,7 +6,7 @@ use surefoot_shared_types::message::Waypoint;
 use surefoot_shared_types::plan_format::blocks::{EndBlock, PoseBlock};
 use surefoot_shared_types::robot::model::RobotModel;
 
-use crate::base::comparison::is_at_most;
+use crate::base::comparison::{is_at_most, largest};
 use crate::kinematics::forward::{Configuration, Posture};
 
 /// The yaw tolerance of a root region that names a yaw but no tolerance, rad.
@@ -15,7 +15,7 @@ const YAW_TOLERANCE: f64 = 0.2;
 /// Distance of a plan's first or last waypoint from its start or goal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EndpointReport {
-    /// The largest error: m, or rad, or as the plan format mixes them.
+    /// The largest error, m or rad, combined as the plan format defines.
     pub error: f64,
     /// The largest one allowed.
     pub limit: f64,
@@ -31,8 +31,8 @@ impl EndpointReport {
     }
 }
 
-/// Compares a waypoint with where it must be; `joint_order[j]` is the place of the robot's joint
-/// `j` in the plan's own `q`.
+/// Compares a waypoint with a declared start or goal. `joint_order[j]` is the index of the robot's
+/// joint `j` in the plan's own `q`.
 pub fn check_endpoint(
     model: &RobotModel,
     endpoint: &EndBlock,
@@ -47,10 +47,11 @@ pub fn check_endpoint(
             let off = |(joint, &place): (usize, &usize)| {
                 q.get(place).map_or(f64::INFINITY, |want| (configuration.q[joint] - want).abs())
             };
-            let joints = joint_order.iter().enumerate().map(off).fold(0.0, f64::max);
-            let error = joints
-                .max(root.translation.distance(target.translation))
-                .max(rotation_distance(root.rotation, target.rotation));
+            let joints = joint_order.iter().enumerate().map(off);
+            let error = largest(joints.chain([
+                root.translation.distance(target.translation),
+                rotation_distance(root.rotation, target.rotation),
+            ]));
             EndpointReport::new(error, *tol, "the configuration is off")
         }
         EndBlock::RootRegion { xy, radius, z_range, yaw, yaw_tol } => {
@@ -81,16 +82,12 @@ pub fn check_endpoint(
                     return f64::INFINITY;
                 };
                 let (actual, target) = (posture.world_from_sole(model, limb), pose(block));
-                actual
-                    .translation
-                    .distance(target.translation)
-                    .max(0.5 * rotation_distance(actual.rotation, target.rotation))
+                largest([
+                    actual.translation.distance(target.translation),
+                    0.5 * rotation_distance(actual.rotation, target.rotation),
+                ])
             };
-            EndpointReport::new(
-                soles.iter().map(off).fold(0.0, f64::max),
-                *tol,
-                "a sole is off its pose",
-            )
+            EndpointReport::new(largest(soles.iter().map(off)), *tol, "a sole is off its pose")
         }
     }
 }

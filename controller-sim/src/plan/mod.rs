@@ -1,6 +1,6 @@
-//! plan.
+//! The checks on an exported plan.
 
-pub mod endpoints;
+pub(crate) mod endpoints;
 pub mod plan_check;
 
 pub use endpoints::EndpointReport;

@@ -1,6 +1,5 @@
-//! The checks on an exported plan: what `surefoot check` runs.
+//! The checks on an exported plan, made by `surefoot check`.
 
-use crate::plan::endpoints;
 use std::ops::Range;
 use std::path::Path;
 
@@ -17,10 +16,11 @@ use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::load::world_from_block;
 
-use crate::plan::endpoints::EndpointReport;
-
-use crate::check::checker::{Checker, MotionSegment, PHYSICAL, Reserves, SegmentReport, Violation};
+use crate::check::checker::Checker;
+use crate::check::checks::{PHYSICAL, PhysicalCheck};
+use crate::check::segment::{MotionSegment, Reserves, SegmentReport, Violation};
 use crate::chunk::continuity::{Stance, check_transition, contacts_match};
+use crate::plan::endpoints::{EndpointReport, check_endpoint};
 
 /// Results of all checks of a plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,12 +63,12 @@ pub struct WorstMargin {
 pub struct PhaseViolation {
     /// The phase.
     pub phase: usize,
-    /// What and where.
+    /// The violation, with its waypoint counted from the plan's beginning.
     pub violation: Violation,
 }
 
 impl PlanReport {
-    /// Whether nothing was found wrong.
+    /// Whether every check holds and the plan begins and ends where it declares.
     pub fn is_valid(&self) -> bool {
         self.violations().next().is_none()
             && self.start.violation.is_none()
@@ -80,16 +80,18 @@ impl PlanReport {
         self.checks.iter().filter_map(|result| result.violation.as_ref())
     }
 
-    fn add(&mut self, phase: usize, first_waypoint: usize, report: &SegmentReport) {
+    fn add(&mut self, phase: usize, first_waypoint: usize, report: &mut SegmentReport) {
         self.margins = self.margins.min(&report.margins);
         self.reserves = self.reserves.min(&report.reserves);
-        for result in &mut self.checks {
-            if let Some(margin) = margin_of(report, result.check)
-                && margin.is_finite()
+        for (result, check) in self.checks.iter_mut().zip(PHYSICAL) {
+            let margin = check.margin(report).map(|margin| *margin);
+            if let Some(margin) = margin.filter(|margin| margin.is_finite())
                 && result.worst.is_none_or(|worst| margin < worst.margin)
             {
                 result.worst = Some(WorstMargin { margin, phase });
             }
+        }
+        for result in &mut self.checks {
             let found = report.violations.iter().find(|violation| violation.check == result.check);
             if let (None, Some(violation)) = (&result.violation, found) {
                 let waypoint = first_waypoint + violation.waypoint;
@@ -115,14 +117,19 @@ pub fn check_plan(plan: &PlanFile, plan_path: &Path) -> Result<PlanReport, Input
     let mut checker = Checker::new(model, world, CheckerConfig::default()).map_err(input_error)?;
     let result = |check| CheckResult { check, worst: None, violation: None };
     let mut report = PlanReport {
-        checks: PHYSICAL.into_iter().chain([Check::Continuity]).map(result).collect(),
-        start: endpoints::check_endpoint(
+        checks: PHYSICAL
+            .map(PhysicalCheck::check)
+            .into_iter()
+            .chain([Check::Continuity])
+            .map(result)
+            .collect(),
+        start: check_endpoint(
             checker.model(),
             &plan.start,
             &parsed.waypoints[0],
             &parsed.joint_order,
         ),
-        goal: endpoints::check_endpoint(
+        goal: check_endpoint(
             checker.model(),
             &plan.goal,
             &parsed.waypoints[parsed.waypoints.len() - 1],
@@ -140,7 +147,7 @@ pub fn check_plan(plan: &PlanFile, plan_path: &Path) -> Result<PlanReport, Input
         };
         let mut found = checker.check_all(&segment);
         found.violations.extend(before.and_then(|before| transition_violation(before, phase)));
-        report.add(index, phase.range.start, &found);
+        report.add(index, phase.range.start, &mut found);
         before = Some(phase);
     }
     Ok(report)
@@ -149,20 +156,6 @@ pub fn check_plan(plan: &PlanFile, plan_path: &Path) -> Result<PlanReport, Input
 fn transition_violation(before: &Phase, after: &Phase) -> Option<Violation> {
     let detail = check_transition(&before.stance(), &after.stance()).err()?;
     Some(Violation::new(Check::Continuity, 0, detail))
-}
-
-fn margin_of(report: &SegmentReport, check: Check) -> Option<f64> {
-    let margins = &report.margins;
-    match check {
-        Check::Acceleration => Some(report.acceleration),
-        Check::Limits => Some(margins.limits),
-        Check::Contact => Some(margins.contact),
-        Check::Balance => Some(margins.balance),
-        Check::Collision => Some(margins.collision),
-        Check::SelfCollision => Some(margins.self_collision),
-        Check::Torque => Some(margins.torque),
-        _ => None,
-    }
 }
 
 /// A plan in the checker's own types.

@@ -4,18 +4,20 @@ use glam::DVec3;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::GRAVITY;
 
+use crate::base::comparison::largest;
 use crate::kinematics::forward::Posture;
-use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Generator, PYRAMID_SIDES, balance};
+use crate::statics::equilibrium::{ALL_FRICTION, Equilibrium, Generator, balance};
 use crate::statics::joint_torques::Statics;
 use crate::statics::least_squares::least_squares_forces;
 use crate::statics::sole_support::{ContactPoint, SoleSupport};
+use crate::statics::tuning::PYRAMID_SIDES;
 
 /// Foot forces and joint torques of a standing robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactLoad {
     /// The centre of mass in the world, m.
     pub centre_of_mass: DVec3,
-    /// How far it may still move before no contact forces hold the robot, m.
+    /// Distance that the centre of mass may move before no contact forces hold the robot, m.
     pub balance_margin: f64,
     /// One per stance foot; none where no forces hold the robot.
     pub feet: Vec<FootLoad>,
@@ -34,7 +36,7 @@ pub struct FootLoad {
     pub limb: usize,
     /// The force in the world, N.
     pub force: DVec3,
-    /// Where its pressure is centred, m.
+    /// Its centre of pressure in the world, m.
     pub centre: DVec3,
 }
 
@@ -59,7 +61,7 @@ struct FootPressure {
     force: DVec3,
     /// The part of the forces along their points' normals, N.
     pressure: f64,
-    /// The points, weighed by their pressure, N m.
+    /// The points, weighted by their pressure, N m.
     moment: DVec3,
     /// The mean normal.
     normal: DVec3,
@@ -84,7 +86,7 @@ impl FootPressure {
         Self { normal: foot.normal.normalize_or_zero(), ..foot }
     }
 
-    /// How much of the friction cone about the mean normal the force uses.
+    /// The share of the friction cone about the mean normal that the force uses.
     fn friction_use(&self, mu: f64) -> f64 {
         let along = self.force.dot(self.normal);
         if along > 0.0 { (self.force - along * self.normal).length() / (mu * along) } else { 0.0 }
@@ -99,8 +101,8 @@ impl FootPressure {
     }
 }
 
-/// The load of least squares; without feet, and as if nothing but the root held the robot, where no
-/// forces hold it.
+/// The load by contact forces of least squares. Where no forces hold the robot, the load has no
+/// feet and the torques are those of a robot with a fixed root.
 pub fn least_squares_load(
     model: &RobotModel,
     equilibrium: &mut Equilibrium,
@@ -121,12 +123,9 @@ pub fn least_squares_load(
         centre_of_mass,
         balance_margin: equilibrium.region(supports, ALL_FRICTION).margin(centre_of_mass),
         feet: pressures.iter().filter_map(FootPressure::load).collect(),
-        torque_use: share.fold(0.0, f64::max),
+        torque_use: largest(share),
         torques,
-        friction_use: pressures
-            .iter()
-            .map(|foot| foot.friction_use(equilibrium.mu()))
-            .fold(0.0, f64::max),
+        friction_use: largest(pressures.iter().map(|foot| foot.friction_use(equilibrium.mu()))),
     }
 }
 

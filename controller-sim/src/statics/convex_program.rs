@@ -10,21 +10,22 @@ const ITERATIONS_MAX: u32 = 100;
 
 /// A program over `nonnegative` variables that are at least 0 and some free ones after them.
 pub struct ConvexProgram {
-    /// What to minimise, one coefficient per variable.
+    /// Coefficients of the linear cost, one per variable.
     pub cost: Vec<f64>,
-    /// What to minimise beside: half of this times the sum of the variables' squares.
+    /// Coefficient of the quadratic cost: half of it times the sum of the variables' squares is
+    /// added.
     pub square_cost: f64,
-    /// How many of the variables, from the first, are at least 0.
+    /// The number of variables, from the first, that are at least 0.
     pub nonnegative: usize,
-    /// Rows whose product with the variables must equal the number beside them.
+    /// Rows, each with the number that its product with the variables equals.
     pub equalities: Vec<(Vec<f64>, f64)>,
-    /// Rows whose product with the variables must not exceed the number beside them.
+    /// Rows, each with the number that its product with the variables does not exceed.
     pub inequalities: Vec<(Vec<f64>, f64)>,
 }
 
 impl ConvexProgram {
-    /// A minimiser, its nonnegative variables made so, or nothing where the solver does not find
-    /// one. It is accurate to the solver's tolerance only: verify what matters.
+    /// A minimiser with its nonnegative variables clamped at 0, or nothing where the solver finds
+    /// none. It is accurate to the solver's tolerance only; callers verify it.
     pub fn solve(&self) -> Option<Vec<f64>> {
         let (columns, rows) =
             (self.cost.len(), self.equalities.len() + self.inequalities.len() + self.nonnegative);
@@ -91,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_small_program_is_solved_and_an_impossible_one_refused() {
+    fn a_small_program_is_solved_and_an_infeasible_one_refused() {
         let mut program = ConvexProgram {
             cost: vec![-1.0, -2.0, 0.0],
             square_cost: 0.0,

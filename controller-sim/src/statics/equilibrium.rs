@@ -1,5 +1,5 @@
-//! Static equilibrium with friction: which contact forces carry the robot, and where its centre of
-//! mass may be.
+//! Static equilibrium with friction: the contact forces that carry the robot, and the region of its
+//! centre of mass.
 //!
 //! Friction cones are approximated by inscribed pyramids, so every equilibrium found also holds
 //! with round cones. Forces are in units of the robot's weight.
@@ -13,25 +13,20 @@ use crate::geometry::polygon;
 use crate::statics::convex_program::ConvexProgram;
 use crate::statics::simplex::{Row, Simplex};
 use crate::statics::sole_support::SoleSupport;
+use crate::statics::tuning::{
+    INITIAL_DIRECTIONS, PYRAMID_SIDES, REFINEMENTS_MAX, REGIONS_CACHED_MAX,
+};
 
-/// The friction share of all checks but that of the reserve.
+/// The friction share of all checks except the friction reserve.
 pub const ALL_FRICTION: f64 = 1.0;
-/// Sides of a friction pyramid.
-pub const PYRAMID_SIDES: usize = 8;
-/// Directions in which the region of equilibrium is measured first.
-const INITIAL_DIRECTIONS: usize = 8;
-/// Most directions in which it is refined after that.
-const REFINEMENTS_MAX: usize = 256;
-/// A corner this near (m) to the side it would split is left out: the region found lies inside the
-/// true one.
+/// A corner this near (m) to the side that it would split is left out, so the region lies inside
+/// the exact one.
 const VERTEX_DISTANCE_MIN: f64 = 1e-6;
 /// The largest imbalance of forces (weights) and of torques (weights times metres) that counts as
 /// equilibrium.
 const IMBALANCE_MAX: f64 = 1e-6;
-/// Shares of a limit above this one are not distinguished.
+/// Larger shares of a limit count as this one.
 const SHARE_MAX: f64 = 10.0;
-/// Most regions in the cache.
-const CACHE_MAX: usize = 256;
 
 /// An edge of a friction pyramid at a contact point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,17 +39,17 @@ pub struct Generator {
     pub force: DVec3,
 }
 
-/// Where the centre of mass may be, seen from above.
+/// The region in which the centre of mass may be, seen from above.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
-    /// In static equilibrium by some contact forces; no vertices if nowhere.
+    /// Static equilibrium by some contact forces; no vertices where there is none.
     pub equilibrium: Vec<DVec2>,
-    /// Over the hull of the contact points.
+    /// The hull of the contact points.
     pub hull: Vec<DVec2>,
 }
 
 impl Region {
-    /// How far inside both a centre of mass is, m.
+    /// The distance of a centre of mass to the edge of both polygons, m; negative outside.
     pub fn margin(&self, centre_of_mass: DVec3) -> f64 {
         let at = centre_of_mass.truncate();
         polygon::margin(&self.equilibrium, at).min(polygon::margin(&self.hull, at))
@@ -101,7 +96,7 @@ impl Equilibrium {
             .collect()
     }
 
-    /// Where the centre of mass may be over these contacts, by a share of the friction.
+    /// The region over these contacts with a share of the friction.
     pub fn region(&mut self, supports: &[SoleSupport], friction_share: f64) -> Region {
         let vectors = supports
             .iter()
@@ -113,7 +108,7 @@ impl Equilibrium {
             return region.clone();
         }
         let region = self.measure(supports, friction_share);
-        if self.cache.len() >= CACHE_MAX {
+        if self.cache.len() >= REGIONS_CACHED_MAX {
             self.cache.clear();
         }
         self.cache.insert(key, region.clone());
@@ -161,7 +156,7 @@ fn region_of(generators: &[Generator]) -> Vec<DVec2> {
 /// Finds the centre of mass furthest in a direction that some contact forces hold.
 struct FurthestCentre {
     origin: DVec2,
-    /// Forces add up to one weight upwards and do not turn about the vertical.
+    /// The forces sum to one weight upwards and have no torque about the vertical.
     rows: Vec<Row>,
     about_x: Vec<f64>,
     about_y: Vec<f64>,
@@ -203,7 +198,7 @@ impl FurthestCentre {
 
 /// The contact forces that hold a robot and minimise the largest share of a joint's effort limit.
 pub struct MinimaxEffort {
-    /// What the forces must add up to.
+    /// The balance rows that the forces satisfy.
     balance: Vec<Row>,
     /// One share of a limit each: a row of coefficients and the share without any force.
     shares: Vec<Row>,
@@ -220,8 +215,8 @@ impl MinimaxEffort {
     pub fn by_simplex(&self) -> Option<Vec<f64>> {
         let (count, bounds) = (self.balance[0].0.len(), 2 * self.shares.len());
         let columns = count + 1 + bounds;
-        // Unknown beside the forces: by how much the largest share is below `top`, and how much
-        // room each bound leaves.
+        // Variables after the forces: the distance of the largest share below `top`, and the slack
+        // of each bound.
         let top =
             SHARE_MAX + self.shares.iter().map(|(_, offset)| offset.abs()).fold(0.0, f64::max);
         let widened = |(row, right): &Row| {
@@ -300,7 +295,7 @@ pub fn balance(generators: &[Generator], centre_of_mass: DVec3) -> Vec<Row> {
     rows
 }
 
-/// Six rows: the forces add up to one weight upwards, their torques about `origin` to nothing.
+/// Six rows: the forces sum to one weight upwards, their torques about `origin` to zero.
 fn balance_rows(generators: &[Generator], origin: DVec3) -> Vec<Row> {
     let wrench = |generator: &Generator| {
         (generator.force, (generator.point - origin).cross(generator.force))

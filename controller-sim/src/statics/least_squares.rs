@@ -5,19 +5,20 @@
 //! determine them; Newton's method finds these in microseconds. It is a quadratic program: where
 //! Newton's method ends without forces, Clarabel decides.
 
+use crate::base::linear_solve::solve;
 use crate::statics::convex_program::ConvexProgram;
 use crate::statics::equilibrium::{dot, is_balanced};
 use crate::statics::simplex::Row;
 
 /// Newton steps; the set of positive forces is final long before.
-const STEPS_MAX: usize = 100;
+const NEWTON_STEPS_MAX: usize = 100;
 /// Halvings of one step.
 const HALVINGS_MAX: usize = 30;
 /// Added to the diagonal, so that linearly dependent rows can be solved for.
-const DAMPING: f64 = 1e-12;
+const ROW_DAMPING: f64 = 1e-12;
 
-/// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where there
-/// are none.
+/// The nonnegative variables with the least sum of squares that satisfy `rows`, or nothing where
+/// there are none.
 pub fn least_squares_forces(rows: &[Row]) -> Option<Vec<f64>> {
     by_newton(rows).or_else(|| by_interior_point(rows))
 }
@@ -35,12 +36,11 @@ fn by_interior_point(rows: &[Row]) -> Option<Vec<f64>> {
     program.solve().filter(|forces| is_balanced(rows, forces))
 }
 
-/// The nonnegative variables with the least sum of squares that meet `rows`, or nothing where
-/// Newton's method finds none.
+/// As [`least_squares_forces`], by Newton's method; nothing where it finds none.
 fn by_newton(rows: &[Row]) -> Option<Vec<f64>> {
     let mut weights = vec![0.0; rows.len()];
     let mut forces = vec![0.0; rows.first()?.0.len()];
-    for _ in 0..STEPS_MAX {
+    for _ in 0..NEWTON_STEPS_MAX {
         if is_balanced(rows, &forces) {
             return Some(forces);
         }
@@ -88,38 +88,9 @@ fn newton_step(rows: &[Row], forces: &[f64]) -> Option<Vec<f64>> {
     let mut matrix: Vec<Vec<f64>> =
         rows.iter().map(|(a, _)| rows.iter().map(|(b, _)| product(a, b)).collect()).collect();
     for (index, row) in matrix.iter_mut().enumerate() {
-        row[index] += DAMPING;
+        row[index] += ROW_DAMPING;
     }
     solve(matrix, rows.iter().map(|(row, right)| right - dot(row, forces)).collect())
-}
-
-/// Gaussian elimination with partial pivoting; nothing where the matrix is singular.
-pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Option<Vec<f64>> {
-    let count = right.len();
-    for column in 0..count {
-        let pivot = (column..count)
-            .max_by(|&a, &b| matrix[a][column].abs().total_cmp(&matrix[b][column].abs()))?;
-        matrix.swap(column, pivot);
-        right.swap(column, pivot);
-        if matrix[column][column] == 0.0 {
-            return None;
-        }
-        let (above, below) = matrix.split_at_mut(column + 1);
-        let pivot_row = &above[column];
-        for (offset, row) in below.iter_mut().enumerate() {
-            let factor = row[column] / pivot_row[column];
-            row.iter_mut()
-                .zip(pivot_row)
-                .skip(column)
-                .for_each(|(value, other)| *value -= factor * other);
-            right[column + 1 + offset] -= factor * right[column];
-        }
-    }
-    for row in (0..count).rev() {
-        let known: f64 = (row + 1..count).map(|k| matrix[row][k] * right[k]).sum();
-        right[row] = (right[row] - known) / matrix[row][row];
-    }
-    Some(right)
 }
 
 #[cfg(test)]
@@ -151,8 +122,8 @@ mod tests {
             (vec![0.1, 0.2, -0.3, 0.4, 0.1], 0.02),
         ];
         let forces = by_newton(&rows).unwrap();
-        // Along every way that keeps the rows and pulls nothing, the sum of squares grows: compare
-        // with corner solutions.
+        // The sum of squares grows in every feasible direction: compare with the vertices of the
+        // feasible set.
         for cost in 0..5 {
             let costs: Vec<f64> =
                 (0..5).map(|column| f64::from(u8::from(column == cost))).collect();
@@ -165,6 +136,7 @@ mod tests {
             assert!(slope > -1e-5, "{slope}");
         }
     }
+
     #[test]
     fn clarabel_finds_the_same_forces() {
         let mut seed = 1_u64;

@@ -6,16 +6,16 @@
 
 /// Smaller reduced costs count as zero. The programs here are scaled to about 1.
 const REDUCED_COST_MIN: f64 = 1e-9;
-/// Smaller numbers are never divided by: they may be all that rounding left of a zero.
+/// Smaller numbers are not divided by: they may be a zero with a rounding error.
 const PIVOT_MIN: f64 = 1e-7;
 /// By how much a right side may be off by rounding.
-const ROUNDING: f64 = 1e-10;
+const RIGHT_SIDE_ROUNDING: f64 = 1e-10;
 /// After this many pivots Dantzig's rule is replaced by Bland's, which cannot cycle.
 const DANTZIG_PIVOTS_MAX: usize = 200;
 /// No program here needs nearly as many pivots.
 const PIVOTS_MAX: usize = 2_000;
 
-/// A row of coefficients, and what its product with the variables must be.
+/// A row of coefficients, and the number that its product with the variables equals.
 pub type Row = (Vec<f64>, f64);
 
 /// The tableau at a vertex of a program in which nonnegative variables meet all rows exactly.
@@ -107,7 +107,7 @@ impl Simplex {
         let limiting = entries.filter(|(_, (pivot, _))| *pivot > PIVOT_MIN);
         let growth = limiting
             .clone()
-            .map(|(_, (pivot, right))| (right + ROUNDING) / pivot)
+            .map(|(_, (pivot, right))| (right + RIGHT_SIDE_ROUNDING) / pivot)
             .fold(f64::INFINITY, f64::min);
         let tied = limiting.filter(|(_, (pivot, right))| right / pivot <= growth);
         let best = if bland {

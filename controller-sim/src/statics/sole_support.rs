@@ -10,27 +10,17 @@ use surefoot_shared_types::message::Contact;
 use surefoot_shared_types::robot::model::RobotModel;
 use surefoot_shared_types::world::world::World;
 
-use crate::base::comparison::is_at_most;
-use crate::check::checker::CheckerError;
+use crate::base::comparison::{is_at_most, smallest};
 use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::bounds::Bounds;
 use crate::geometry::polygon;
 use crate::geometry::rays::{Hit, Target};
 use crate::geometry::separation::separation;
 use crate::geometry::solid::{Convex, Core, Solid};
-
-/// Spacing of the samples over the sole, m.
-const GRID: f64 = 5e-3;
-/// Spacing of the samples around partial contact, m.
-const FINE_GRID: f64 = 1e-3;
-/// Rays begin this far above the sole, m.
-const RAY_START: f64 = 0.02;
-/// Edge samples are pulled in by this share of their distance from the middle.
-const EDGE_PULL: f64 = 1e-4;
-/// Most contact points kept of a sole.
-const CONTACT_POINTS_MAX: usize = 16;
-/// Most soles in the cache.
-const CACHE_MAX: usize = 256;
+use crate::statics::error::CheckerError;
+use crate::statics::tuning::{
+    CONTACT_POINTS_MAX, EDGE_PULL, FINE_SAMPLE_SPACING, RAY_START, SAMPLE_SPACING, SOLES_CACHED_MAX,
+};
 
 /// A contact point of a sole with the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,7 +67,10 @@ struct RaySample {
 }
 
 impl SupportFinder {
-    /// Rays against a world, for a robot's soles.
+    /// A finder for the soles of a robot in a world.
+    ///
+    /// # Errors
+    /// A shape of the world has no form for ray casts.
     pub fn new(model: &RobotModel, world: &World, config: &CheckerConfig) -> Result<Self, String> {
         let target = |shape: &surefoot_shared_types::world::world::WorldShape| {
             Target::new(&shape.shape, &shape.world_from_shape)
@@ -108,7 +101,7 @@ impl SupportFinder {
             contact.limb as usize,
             &Pose::from_parts(pose.translation, pose.rotation.normalize()),
         );
-        if self.cache.len() >= CACHE_MAX {
+        if self.cache.len() >= SOLES_CACHED_MAX {
             self.cache.clear();
         }
         self.cache.insert(key, support.clone());
@@ -184,14 +177,15 @@ impl SupportFinder {
 /// A grid over the sole, and points along its edges.
 fn coarse_samples(sole: &[DVec2]) -> Vec<DVec2> {
     let (low, high) = extent(sole);
-    let count = ((high - low) / GRID).ceil();
+    let count = ((high - low) / SAMPLE_SPACING).ceil();
     let cells = (0..count.x as usize)
         .flat_map(|x| (0..count.y as usize).map(move |y| DVec2::new(x as f64, y as f64)));
-    let grid =
-        cells.map(|cell| low + GRID * (cell + 0.5)).filter(|&at| polygon::margin(sole, at) >= 0.0);
+    let grid = cells
+        .map(|cell| low + SAMPLE_SPACING * (cell + 0.5))
+        .filter(|&at| polygon::margin(sole, at) >= 0.0);
     let middle = sole.iter().sum::<DVec2>() / sole.len() as f64;
     let edges = polygon::sides(sole).flat_map(|(a, b)| {
-        let pieces = ((b - a).length() / GRID).ceil().max(1.0) as usize;
+        let pieces = ((b - a).length() / SAMPLE_SPACING).ceil().max(1.0) as usize;
         (0..pieces).map(move |piece| a + (b - a) * (piece as f64 / pieces as f64))
     });
     grid.chain(edges.map(|at| middle + (at - middle) * (1.0 - EDGE_PULL))).collect()
@@ -200,14 +194,14 @@ fn coarse_samples(sole: &[DVec2]) -> Vec<DVec2> {
 /// All points of a fine grid over the sole within half a coarse cell of one of `near`.
 fn fine_samples(sole: &[DVec2], near: &[DVec2]) -> Vec<DVec2> {
     let (low, high) = extent(sole);
-    let count = ((high - low) / FINE_GRID).ceil() + 1.0;
+    let count = ((high - low) / FINE_SAMPLE_SPACING).ceil() + 1.0;
     let (width, height) = (count.x as usize, count.y as usize);
     let mut wanted = vec![false; width * height];
     let cell = |value: f64, count: usize| {
-        (value / FINE_GRID).round().clamp(0.0, count as f64 - 1.0) as usize
+        (value / FINE_SAMPLE_SPACING).round().clamp(0.0, count as f64 - 1.0) as usize
     };
     for at in near {
-        let (first, last) = (*at - low - 0.5 * GRID, *at - low + 0.5 * GRID);
+        let (first, last) = (*at - low - 0.5 * SAMPLE_SPACING, *at - low + 0.5 * SAMPLE_SPACING);
         for x in cell(first.x, width)..=cell(last.x, width) {
             let row = x * height;
             wanted[row + cell(first.y, height)..=row + cell(last.y, height)].fill(true);
@@ -215,7 +209,7 @@ fn fine_samples(sole: &[DVec2], near: &[DVec2]) -> Vec<DVec2> {
     }
     let chosen = (0..wanted.len()).filter(|&index| wanted[index]);
     let at = chosen.map(|index| {
-        low + FINE_GRID * DVec2::new((index / height) as f64, (index % height) as f64)
+        low + FINE_SAMPLE_SPACING * DVec2::new((index / height) as f64, (index % height) as f64)
     });
     at.filter(|&at| polygon::margin(sole, at) >= 0.0).collect()
 }
@@ -226,8 +220,11 @@ fn extent(sole: &[DVec2]) -> (DVec2, DVec2) {
     })
 }
 
-/// Whether each declared sole lies on its foot's own collision shapes: else a robot could claim
-/// giant feet.
+/// Whether each declared sole lies on its foot's own collision shapes within `tolerance` (m), so
+/// that no robot file declares a sole larger than its foot.
+///
+/// # Errors
+/// A vertex of a sole that is farther from the shapes.
 pub fn check_soles(
     model: &RobotModel,
     bodies: &[CollisionBody],
@@ -247,7 +244,7 @@ pub fn check_soles(
                     .distance
                     .abs()
             });
-            let nearest = off.fold(f64::INFINITY, f64::min);
+            let nearest = smallest(off);
             if !is_at_most(nearest, tolerance) {
                 let millimetres = (1e3 * nearest).min(1e6).ceil() as u64;
                 return Err(CheckerError::SoleOffFoot { foot: foot.name.clone(), millimetres });

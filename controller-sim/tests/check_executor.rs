@@ -5,6 +5,8 @@
 
 mod check_robot;
 
+use std::cell::RefCell;
+
 use check_robot::*;
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
 use surefoot_shared_types::base::digest::Digest;
@@ -119,7 +121,7 @@ fn any_flipped_bit_is_refused_by_the_crc() {
 
 /// Runs on one shared executor that must never move.
 fn with_cached_executor<T>(use_it: impl FnOnce(&mut ChunkExecutor) -> T) -> T {
-    thread_local!(static EXECUTOR: std::cell::RefCell<ChunkExecutor> = std::cell::RefCell::new(executor()));
+    thread_local!(static EXECUTOR: RefCell<ChunkExecutor> = RefCell::new(executor()));
     EXECUTOR.with_borrow_mut(use_it)
 }
 

@@ -1,0 +1,111 @@
+//! The table of the physical checks: their order, and the margin that each measures.
+//!
+//! [`PhysicalCheck::of`] matches all variants of [`Check`], and all other matches are over
+//! [`PhysicalCheck`] without a default, so a new check does not compile until the checker makes
+//! it. The assertion below requires each physical check in [`PHYSICAL`], the list that the checker
+//! runs.
+
+use surefoot_shared_types::message::Check;
+
+use crate::check::segment::SegmentReport;
+
+/// A check on the motion; the other checks concern the message and its place in the stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PhysicalCheck {
+    Spacing,
+    Acceleration,
+    Limits,
+    Contact,
+    Balance,
+    Torque,
+    Collision,
+    SelfCollision,
+}
+
+/// The physical checks, in the order in which they are made.
+pub(crate) const PHYSICAL: [PhysicalCheck; 8] = [
+    PhysicalCheck::Spacing,
+    PhysicalCheck::Acceleration,
+    PhysicalCheck::Limits,
+    PhysicalCheck::Contact,
+    PhysicalCheck::Balance,
+    PhysicalCheck::Torque,
+    PhysicalCheck::Collision,
+    PhysicalCheck::SelfCollision,
+];
+
+impl PhysicalCheck {
+    /// The physical check of this name; nothing for checks of the message and of the stream.
+    const fn of(check: Check) -> Option<Self> {
+        match check {
+            Check::Spacing => Some(Self::Spacing),
+            Check::Acceleration => Some(Self::Acceleration),
+            Check::Limits => Some(Self::Limits),
+            Check::Contact => Some(Self::Contact),
+            Check::Balance => Some(Self::Balance),
+            Check::Torque => Some(Self::Torque),
+            Check::Collision => Some(Self::Collision),
+            Check::SelfCollision => Some(Self::SelfCollision),
+            Check::Continuity
+            | Check::Malformed
+            | Check::Crc
+            | Check::Stream
+            | Check::Sequence
+            | Check::Robot
+            | Check::World
+            | Check::Config
+            | Check::Controller
+            | Check::WorldDiffers
+            | Check::FootMisplaced => None,
+        }
+    }
+
+    /// Its name in messages and reports.
+    pub(crate) const fn check(self) -> Check {
+        match self {
+            Self::Spacing => Check::Spacing,
+            Self::Acceleration => Check::Acceleration,
+            Self::Limits => Check::Limits,
+            Self::Contact => Check::Contact,
+            Self::Balance => Check::Balance,
+            Self::Torque => Check::Torque,
+            Self::Collision => Check::Collision,
+            Self::SelfCollision => Check::SelfCollision,
+        }
+    }
+
+    /// The margin of this check in a report; nothing where the check measures none.
+    pub(crate) fn margin(self, report: &mut SegmentReport) -> Option<&mut f64> {
+        let margins = &mut report.margins;
+        match self {
+            Self::Spacing => None,
+            Self::Acceleration => Some(&mut report.acceleration),
+            Self::Limits => Some(&mut margins.limits),
+            Self::Contact => Some(&mut margins.contact),
+            Self::Balance => Some(&mut margins.balance),
+            Self::Torque => Some(&mut margins.torque),
+            Self::Collision => Some(&mut margins.collision),
+            Self::SelfCollision => Some(&mut margins.self_collision),
+        }
+    }
+}
+
+/// Whether [`PHYSICAL`] holds each physical check once.
+const fn is_complete() -> bool {
+    let mut index = 0;
+    while index < Check::ALL.len() {
+        let check = Check::ALL[index];
+        let (mut count, mut place) = (0, 0);
+        while place < PHYSICAL.len() {
+            count += (PHYSICAL[place].check() as u32 == check as u32) as usize;
+            place += 1;
+        }
+        if count != PhysicalCheck::of(check).is_some() as usize {
+            return false;
+        }
+        index += 1;
+    }
+    true
+}
+
+const _: () = assert!(is_complete(), "PHYSICAL must hold each physical check once");

@@ -1,0 +1,22 @@
+//! The resolution of the physical checks. A finer resolution costs time and hides less between two
+//! samples.
+
+// Motion.
+
+/// The largest joint (rad, m), root position (m) or root rotation (rad) change between two samples.
+pub(crate) const SUBSTEP_MAX: f64 = 0.01;
+/// Of the samples between two waypoints one in so many is checked: no joint turns by more than
+/// 0.05 rad from one checked sample to the next.
+pub(crate) const SAMPLES_APART: usize = 5;
+
+// Collision.
+
+/// For motions up to this length (m) only their ends are checked.
+pub(crate) const RESOLUTION: f64 = 1e-3;
+/// Larger distances are reported as this one, m.
+pub(crate) const DISTANCE_CAP: f64 = 0.1;
+
+// Reserves.
+
+/// Steps in which the friction reserve is measured.
+pub(crate) const FRICTION_STEPS: u32 = 16;
