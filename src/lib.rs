@@ -1,22 +1,62 @@
-//! The parts of the `surefoot` command.
+//! Whole-body walk planning for legged robots on arbitrary geometry.
 //!
-//! [`commands::walk`] starts a planner and a controller process, which run [`commands::plan`] and
-//! [`commands::control`] of the same program. [`supervisor`] reads their
-//! [`report::event::RoleEvent`]s, [`report::run_report::Report`] collects them,
-//! [`report::progress`] shows them, and [`report::summary`] prints the result.
+//! A walk is found in two stages, as in Grey's Randomized Possibility Graph. Stage P explores where
+//! the robot's root could go, with conditions that are cheap to test, and returns a guide route.
+//! Stage M places feet along the route and finds configurations and motions of the whole body
+//! between them: balanced, free of collision, within the limits of joints and torques. The search
+//! is deterministic: the same robot, world, stances and seed give the same plan, whatever the
+//! number of threads. It is bounded: it ends at a named budget of work, and allocates before it
+//! begins, not while it runs. A plan is a list of chunks with at most 32 waypoints each. Every
+//! waypoint is statically stable, so the robot may stop there. A [`Checker`] with code of its own
+//! checks each chunk, and a [`Publisher`] delivers them to a controller over shared memory.
 //!
-//! All folders except [`system`] belong to the command and need the default feature `cli`.
+//! ```text
+//! Robot + Parameters ─► Prepared ─┐
+//!                                 ├─► Planner ─► Plan ─► footholds, samples, chunks ─► Publisher
+//! World, Stance, Goal ────────────┘                                            └─► Checker
+//! ```
+//!
+//! # A walk in twenty lines
+//! ```no_run
+#![doc = include_str!("../examples/twenty_lines.rs")]
+//! ```
+//!
+//! # Where to go
+//! - A robot: [`Robot::load`]; a world: [`World::load`] or [`World::builder`].
+//! - A search inside a control loop: [`Planner::begin`] and [`Planner::step`].
+//! - The rest of a walk after something happened: [`Planner::replan`].
+//! - Plans by other programs: [`Checker::check`] and [`Checker::check_file`].
+//! - Other processes: [`Publisher`] and [`Subscriber`].
+//!
+//! `examples/` has a program for each. `docs/ARCHITECTURE.md` is the map of the code, and
+//! `docs/EQUATIONS.md` leads from the thesis to it.
 
+mod api;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod cli;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod commands;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod input;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod picture;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod report;
 #[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod supervisor;
+#[doc(hidden)]
 pub mod system;
+
+pub use api::{
+    BuildError, CheckError, Checker, CheckerConfig, Contacts, Delivery, DeliveryOutcome, Digest,
+    Event, Foot, Foothold, Goal, LoadError, Margins, Message, Parameters, Plan, PlanChunk,
+    PlanError, Planner, PlannerBuilder, PlannerConfig, Pose, PrepareError, Prepared, Publisher,
+    ReplanError, Robot, SearchStats, Shape, Stance, StartError, State, Step, Subscriber,
+    TransportError, World, WorldBuilder, WorldCorrection, WorldError,
+};

@@ -24,7 +24,6 @@ use preparation::preparation_for;
 use private_folder::private_folder;
 use surefoot::system::cores;
 use surefoot_controller_sim::channel::plan_subscriber::{ChunkDecision, PlanSubscriber, StreamEnd};
-use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
 use surefoot_planner::channel::plan_publisher::PlanPublisher;
 use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::{Planner, Status};

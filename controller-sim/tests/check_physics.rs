@@ -388,10 +388,7 @@ fn a_robot_inside_a_closed_mesh_is_refused() {
         [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles =
         quads.iter().flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
-    let source = surefoot_shared_types::geometry::shape::MeshSource {
-        path: "rock.stl".into(),
-        scale: DVec3::ONE,
-    };
+    let source = None;
     let solid = Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source };
     let result = check_motion(
         robot(),

@@ -7,7 +7,6 @@ use surefoot_planner::base::random::{Random, Stream};
 use surefoot_planner::geometry::narrow_phase::is_within;
 use surefoot_planner::geometry::solid::Solid;
 use surefoot_shared_types::base::spatial::rotation_from_scaled_axis;
-use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::{Pose, Shape};
 
 const POSES: usize = 20_000;
@@ -77,11 +76,7 @@ fn bumpy_block() -> Shape {
         quad(at(0, 0, i), at(1, 0, i), at(1, 0, i + 1), at(0, 0, i + 1));
         quad(at(0, CELLS, i), at(0, CELLS, i + 1), at(1, CELLS, i + 1), at(1, CELLS, i));
     }
-    Shape::Mesh {
-        vertices,
-        triangles,
-        source: MeshSource { path: "block".into(), scale: DVec3::ONE },
-    }
+    Shape::Mesh { vertices, triangles, source: None }
 }
 
 /// The same shape for parry: a core, its pose (cylinders lie along y there), and the radius around
@@ -280,7 +275,7 @@ fn a_sphere_of_no_radius_is_a_point() {
 fn errors_of_degenerate_shapes_name_the_owner() {
     let flat =
         [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.0), DVec3::new(0.3, 0.4, 0.0)];
-    let source = || MeshSource { path: "m".into(), scale: DVec3::ONE };
+    let source = || None;
     let bad = [
         Shape::ConvexHull { points: flat.to_vec() },
         Shape::ConvexHull { points: vec![DVec3::ZERO; 9] },

@@ -12,7 +12,6 @@ use surefoot_planner::robot::configuration::Configuration;
 use surefoot_planner::robot::kinematic_state::KinematicState;
 use surefoot_planner::robot::mechanism::Mechanism;
 use surefoot_shared_types::config::PlannerConfig;
-use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
@@ -37,14 +36,7 @@ fn world_of_every_shape() -> World {
         })
         .collect();
     let shapes = [
-        (
-            Shape::Mesh {
-                vertices,
-                triangles,
-                source: MeshSource { path: "sheet".into(), scale: DVec3::ONE },
-            },
-            DVec3::ZERO,
-        ),
+        (Shape::Mesh { vertices, triangles, source: None }, DVec3::ZERO),
         (Shape::Box { half_extents: DVec3::splat(0.2) }, DVec3::new(0.8, 0.0, 0.0)),
         (Shape::Sphere { radius: 0.2 }, DVec3::new(-0.8, 0.0, 0.0)),
         (Shape::Cylinder { radius: 0.1, half_length: 0.5 }, DVec3::new(0.0, 0.8, 0.0)),

@@ -39,7 +39,7 @@ fn a_valid_world_loads_as_written() {
 fn a_mirrored_mesh_keeps_its_normals_outward() {
     let folder = Folder::new();
     let world = world(&folder.path("")).unwrap();
-    let Shape::Mesh { vertices, triangles, source } = &world.shapes[5].shape else {
+    let Shape::Mesh { vertices, triangles, source: Some(source) } = &world.shapes[5].shape else {
         panic!("not a mesh")
     };
     let volume: f64 = triangles

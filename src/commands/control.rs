@@ -19,11 +19,12 @@ use surefoot_shared_types::world::world::World;
 use crate::cli::arguments::ControlArguments;
 use crate::commands::control::chunk_handler::ChunkHandler;
 use crate::commands::control::simulated::Simulated;
-use crate::commands::session::{enter_instance, prepare_process};
+use crate::commands::session::prepare_process;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{CheckSummary, Refusal, RoleEvent};
 use crate::report::reporter::Reporter;
+use crate::system::instance::enter_instance;
 use crate::system::signals;
 
 /// Longest time that the last feedback is repeated for a planner that stays connected.

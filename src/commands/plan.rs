@@ -22,7 +22,7 @@ use surefoot_shared_types::plan_format::blocks::PlanFile;
 
 use crate::cli::arguments::PlanArguments;
 use crate::commands::search_loop;
-use crate::commands::session::{enter_instance, prepare_process, write_report};
+use crate::commands::session::{prepare_process, write_report};
 use crate::input::inputs::Inputs;
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
@@ -35,6 +35,7 @@ use crate::system::{memory, signals, terminal};
 
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::totals::Totals;
+use crate::system::instance::enter_instance;
 
 /// Runs the command.
 ///

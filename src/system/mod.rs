@@ -3,6 +3,7 @@
 pub mod allocations;
 pub mod clock;
 pub mod cores;
+pub mod instance;
 pub mod memory;
 pub mod signals;
 pub mod terminal;

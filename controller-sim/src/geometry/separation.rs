@@ -238,7 +238,6 @@ fn faces(core: &Core) -> Vec<DVec3> {
 mod tests {
     use surefoot_shared_types::Shape;
     use surefoot_shared_types::base::spatial::rotation_from_rpy;
-    use surefoot_shared_types::geometry::shape::MeshSource;
 
     use super::*;
 
@@ -271,7 +270,7 @@ mod tests {
             .iter()
             .flat_map(|q: &[u32; 4]| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
             .collect();
-        let source = MeshSource { path: "cube.stl".into(), scale: DVec3::ONE };
+        let source = None;
         Shape::Mesh { vertices: (0..8).map(corner).collect(), triangles, source }
     }
 
@@ -365,7 +364,7 @@ mod tests {
     fn a_flat_sole_on_a_slanted_triangle_is_not_deep_in_it() {
         let corners =
             [DVec3::new(-0.3, -0.2, -0.05), DVec3::new(0.4, -0.1, 0.02), DVec3::new(0.1, 0.5, 0.0)];
-        let source = MeshSource { path: "ramp.stl".into(), scale: DVec3::ONE };
+        let source = None;
         let ramp = Shape::Mesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]], source };
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;

@@ -2,7 +2,7 @@
 //!
 //! [`Surfaces`] is compiled once from a world: every planar face (coplanar triangles merged), every
 //! line and cap of a curved shape, and a bounding volume hierarchy over them. [`Surfaces::support`]
-//! computes the support of a sole at a pose. [`propose`] finds poses with support: set down where
+//! computes the support of a sole at a pose. [`propose()`] finds poses with support: set down where
 //! the ground is rough, read off the geometry elsewhere, then by the thesis's Algorithm 1.
 //! [`propose_nests`] finds those that only a second face holds. All work in a [`Scratch`] of the
 //! caller and do not allocate.

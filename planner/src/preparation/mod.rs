@@ -1,7 +1,7 @@
 //! All data that is fixed before a search: computed once per robot, from the robot alone
 //! [Grey 4.1.1, 4.2.1, 4.4.5].
 //!
-//! [`build`] computes the reachable space R of each leg, the gait of the primitive trajectories
+//! [`build()`] computes the reachable space R of each leg, the gait of the primitive trajectories
 //! with the range R_S of placement pairs that they hold over, the expanded geometry around them,
 //! and the step limits. [`Preparation`] reads the result. [`necessary`] and [`sufficient`] evaluate
 //! C_N and C_S with it.

@@ -9,7 +9,6 @@ use surefoot_planner::foot_placement::{
     FootPlacementConfig, PlacementQuery, SampleLimits, Scratch, SupportedSole, Surfaces, propose,
 };
 use surefoot_shared_types::base::spatial::{rotation_about, rotation_from_rpy};
-use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -156,7 +155,7 @@ pub fn mesh(size: f64, n: u32, height: impl Fn(f64, f64) -> f64) -> (Shape, Pose
         [[corners[0], corners[1], corners[2]], [corners[0], corners[2], corners[3]]]
     };
     let triangles = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).flat_map(square).collect();
-    let source = MeshSource { path: "test.stl".into(), scale: DVec3::ONE };
+    let source = None;
     (Shape::Mesh { vertices, triangles, source }, Pose::IDENTITY)
 }
 

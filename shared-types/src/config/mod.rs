@@ -1,6 +1,7 @@
 //! Scenarios: their file format, the parameters of planner and checker, and the relations between
 //! them.
 
+pub mod builder;
 pub(crate) mod content_digest;
 pub mod load;
 pub mod planner;

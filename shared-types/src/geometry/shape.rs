@@ -40,8 +40,8 @@ pub enum Shape {
         vertices: Vec<DVec3>,
         /// Vertex indices, counter-clockwise seen from outside.
         triangles: Vec<[u32; 3]>,
-        /// The mesh file, which an exported plan names.
-        source: MeshSource,
+        /// The mesh file, which an exported plan names; `None` for a mesh in memory.
+        source: Option<MeshSource>,
     },
 }
 

@@ -44,7 +44,8 @@ impl MeshStore {
         if triangles.is_empty() {
             return Err(format!("mesh {} has no triangle of any area", path.display()));
         }
-        Ok(Shape::Mesh { vertices, triangles, source: MeshSource { path: absolute(path), scale } })
+        let source = Some(MeshSource { path: absolute(path), scale });
+        Ok(Shape::Mesh { vertices, triangles, source })
     }
 
     /// Whether a file holds any triangles. CAD programs write files without for frames.
@@ -123,6 +124,22 @@ impl MeshStore {
         }
         Ok(&self.files[path])
     }
+}
+
+/// The surface of triangles in memory (m, counter-clockwise seen from outside).
+pub(crate) fn mesh_from_memory(
+    triangles: impl Iterator<Item = Result<[DVec3; 3], String>>,
+) -> Result<Shape, String> {
+    let mut welder = Welder::default();
+    for corners in triangles {
+        welder.push(corners?)?;
+    }
+    let RawMesh { vertices, mut triangles, .. } = welder.mesh;
+    triangles.retain(|triangle| has_area(triangle.map(|index| vertices[index as usize])));
+    if triangles.is_empty() {
+        return Err("has no triangle of any area".to_owned());
+    }
+    Ok(Shape::Mesh { vertices, triangles, source: None })
 }
 
 /// The longest side of the box around points.

@@ -64,6 +64,7 @@ pub fn plan_from_chunks(
 /// The plan violates a rule of the format, or the file cannot be written.
 pub fn save(plan: &PlanFile, path: &Path) -> Result<(), InputError> {
     check_plan(plan).map_err(|(element, message)| InputError::element(path, element, message))?;
+    check_mesh_files(plan).map_err(|(name, message)| InputError::element(path, name, message))?;
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
         return Err(InputError::file(path, "is not the name of a file"));
     };
@@ -72,6 +73,16 @@ pub fn save(plan: &PlanFile, path: &Path) -> Result<(), InputError> {
     written.map_err(|error| {
         let _ = std::fs::remove_file(&part);
         InputError::file(path, format!("cannot be written: {error}"))
+    })
+}
+
+/// A plan file names the files of its meshes: a mesh in memory has none.
+fn check_mesh_files(plan: &PlanFile) -> Result<(), (String, String)> {
+    let has_no_file = |shape: &&SceneShapeBlock| matches!(&shape.shape, ShapeBlock::Mesh { path, .. } if path.is_empty());
+    plan.scene.shapes.iter().find(has_no_file).map_or(Ok(()), |shape| {
+        let message =
+            "is a mesh in memory; save it as an STL or OBJ file and load the world from there";
+        Err((format!("shape '{}'", shape.name), message.to_owned()))
     })
 }
 
@@ -190,10 +201,11 @@ fn shape_block(shape: &WorldShape, plan_dir: &Path) -> SceneShapeBlock {
             path: None,
             scale: None,
         },
-        Shape::Mesh { source: MeshSource { path, scale }, .. } => ShapeBlock::Mesh {
+        Shape::Mesh { source: Some(MeshSource { path, scale }), .. } => ShapeBlock::Mesh {
             path: relative_to(path, plan_dir),
             scale: (*scale != DVec3::ONE).then(|| scale.to_array()),
         },
+        Shape::Mesh { source: None, .. } => ShapeBlock::Mesh { path: String::new(), scale: None },
     };
     SceneShapeBlock {
         name: shape.name.clone(),

@@ -272,7 +272,7 @@ mod tests {
             locked_joints: vec![],
             digest: Default::default(),
         };
-        let source = MeshSource { path: "trough.obj".into(), scale: DVec3::ONE };
+        let source = Some(MeshSource { path: "trough.obj".into(), scale: DVec3::ONE });
         let mesh = Shape::Mesh { vertices, triangles, source };
         let exact = |at: LinkIndex| {
             Some(if at == 0 { link(None, Some(mesh.clone())) } else { sphere.clone() })

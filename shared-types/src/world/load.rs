@@ -16,7 +16,7 @@ use crate::world::world::{World, WorldShape};
 use crate::world::world_file::RawWorld;
 
 /// The largest coefficient of friction.
-const MU_MAX: f64 = 10.0;
+pub(crate) const MU_MAX: f64 = 10.0;
 /// A mesh file whose scale is not stated is asked about if it comes out wider than this, m.
 const EXTENT_MAX: f64 = 200.0;
 

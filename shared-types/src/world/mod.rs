@@ -1,5 +1,6 @@
 //! Worlds: their file format, the validated value and its corrections.
 
+pub mod builder;
 pub mod correction;
 pub mod load;
 pub(crate) mod shape_block;

@@ -8,7 +8,6 @@
 use glam::{DVec2, DVec3};
 use surefoot_planner::base::random::{Random, Stream};
 use surefoot_shared_types::base::digest::Digest;
-use surefoot_shared_types::geometry::shape::MeshSource;
 use surefoot_shared_types::world::world::{World, WorldShape};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -88,7 +87,7 @@ fn world_of(vertices: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> World {
     let numbers: Vec<u8> =
         vertices.iter().flat_map(|v| v.to_array()).flat_map(f64::to_le_bytes).collect();
     let digest = Digest::of(&[b"mesh_terrain", &numbers]);
-    let source = MeshSource { path: "mesh_terrain".into(), scale: DVec3::ONE };
+    let source = None;
     let shape = Shape::Mesh { vertices, triangles, source };
     World {
         mu: 0.6,

@@ -20,12 +20,12 @@ use crate::cli::arguments::PlanArguments;
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::request_queue::RequestQueue;
 use crate::commands::search_loop;
-use crate::commands::session::enter_instance;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{PlanResult, Planned, RoleEvent};
 use crate::report::reporter::Reporter;
 use crate::report::summary;
+use crate::system::instance::enter_instance;
 use crate::system::signals;
 
 /// Time between two polls of the request server.

@@ -1,0 +1,30 @@
+//! The library's interface.
+
+mod checker;
+mod error;
+mod event;
+mod parameters;
+mod plan;
+mod planner;
+mod pose;
+mod prepared;
+mod robot;
+mod stance;
+mod transport;
+mod world;
+
+pub use checker::{Checker, Margins};
+pub use error::{
+    BuildError, CheckError, LoadError, PlanError, PrepareError, ReplanError, StartError,
+    TransportError, WorldError,
+};
+pub use event::{Event, WorldCorrection};
+pub use parameters::{CheckerConfig, Parameters, PlannerConfig};
+pub use plan::{Contacts, Digest, Foot, Foothold, Plan, PlanChunk, State};
+pub use planner::{Planner, PlannerBuilder, SearchStats, Step};
+pub use pose::Pose;
+pub use prepared::Prepared;
+pub use robot::Robot;
+pub use stance::{Goal, Stance};
+pub use transport::{Delivery, DeliveryOutcome, Message, Publisher, Subscriber};
+pub use world::{Shape, World, WorldBuilder};

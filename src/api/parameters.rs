@@ -1,0 +1,14 @@
+//! The parameters of planning and checking.
+
+pub use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
+
+/// Everything that bounds or shapes a search, and the checker's tolerances. `docs/PARAMETERS.md`
+/// lists them with unit, range and source. [`PlannerBuilder::build`](crate::PlannerBuilder::build)
+/// validates them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Parameters {
+    /// The planner's budget and margins, as in a scenario's `[planner]`.
+    pub planner: PlannerConfig,
+    /// The checker's tolerances, as in a scenario's `[checker]`.
+    pub checker: CheckerConfig,
+}
