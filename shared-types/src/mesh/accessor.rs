@@ -4,8 +4,9 @@
 use glam::DVec3;
 use roxmltree::Node;
 
-use crate::mesh::collada::{Ids, child, children, damaged, numbers, quoted};
-use crate::mesh::collada_geometry::{check_count, input, whole_number};
+use crate::mesh::collada_xml::{
+    Ids, check_count, child, children, damaged, input, numbers, quoted, whole_number,
+};
 
 /// The positions of a mesh. Ids are looked up in the mesh alone: some exporters use the same ones
 /// in every geometry.

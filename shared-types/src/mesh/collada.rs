@@ -1,7 +1,6 @@
 //! The triangles of COLLADA files: geometries, placed by the nodes of a scene.
 
 use std::collections::BTreeMap;
-use std::str::FromStr;
 
 use glam::{DAffine3, DMat3, DVec3};
 use roxmltree::{Document, Node};
@@ -10,7 +9,7 @@ use crate::base::spatial::rotation_about;
 use crate::base::text_file::check_positive;
 use crate::base::xml::plain_xml;
 use crate::mesh::collada_geometry::{Face, geometry_faces};
-use crate::mesh::file_name::percent_decoded;
+use crate::mesh::collada_xml::{Ids, child, damaged, exactly, quoted};
 use crate::mesh::raw_mesh::{MeshError, Welder};
 
 /// Most children of a scene's nodes, counted at each instance: nodes that instantiate each other
@@ -19,9 +18,6 @@ const SCENE_ELEMENTS_MAX: usize = 1_000_000;
 /// Most triangles of a scene; instances multiply those of the file. The largest STL file holds
 /// fewer.
 const TRIANGLES_MAX: usize = 1 << 25;
-/// Characters of the file that an error message repeats at most.
-const QUOTED_MAX: usize = 24;
-
 /// Reads a file's scene, or all its geometries where it has no scene, in metres. `<up_axis>` does
 /// not count: ROS takes coordinates as they stand, and its robots rely on that.
 pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
@@ -47,38 +43,6 @@ pub(crate) fn read(bytes: &[u8], welder: &mut Welder) -> Result<(), MeshError> {
         place(&geometry_faces(geometry)?, &mesh_from_scene, reader.welder)?;
     }
     Ok(())
-}
-
-/// The elements below one that others refer to, by tag and id. Of several with the same id the
-/// first counts.
-pub(crate) struct Ids<'a, 'input>(BTreeMap<(&'a str, &'a str), Node<'a, 'input>>);
-
-impl<'a, 'input> Ids<'a, 'input> {
-    pub(crate) fn below(scope: Node<'a, 'input>) -> Self {
-        let mut ids = BTreeMap::new();
-        for node in scope.descendants() {
-            if let Some(id) = node.attribute("id") {
-                ids.entry((node.tag_name().name(), id)).or_insert(node);
-            }
-        }
-        Self(ids)
-    }
-
-    /// The `<tag>` that an attribute of `from` refers to.
-    pub(crate) fn find(
-        &self,
-        from: Node,
-        attribute: &str,
-        tag: &str,
-    ) -> Result<Node<'a, 'input>, String> {
-        let url = from.attribute(attribute).unwrap_or_default();
-        let id = url.strip_prefix('#').unwrap_or_default();
-        let decoded = percent_decoded(id);
-        let found = self.0.get(&(tag, id)).or_else(|| self.0.get(&(tag, decoded.as_str())));
-        found.copied().ok_or_else(|| {
-            damaged(from, format!("refers to the <{tag}> '{}', which is not there", quoted(url)))
-        })
-    }
 }
 
 struct Reader<'a, 'input, 'w> {
@@ -212,40 +176,4 @@ fn transform(element: Node) -> Result<DAffine3, String> {
         }
         _ => Ok(DAffine3::IDENTITY),
     }
-}
-
-pub(crate) fn children<'a, 'input>(
-    node: Node<'a, 'input>,
-    tag: &str,
-) -> impl Iterator<Item = Node<'a, 'input>> {
-    node.children().filter(move |child| child.has_tag_name(tag))
-}
-
-pub(crate) fn child<'a, 'input>(node: Node<'a, 'input>, tag: &str) -> Option<Node<'a, 'input>> {
-    children(node, tag).next()
-}
-
-/// The numbers that stand in an element.
-pub(crate) fn numbers<T: FromStr>(element: Node) -> Result<Vec<T>, String> {
-    let texts = element.children().filter(Node::is_text).filter_map(|text| text.text());
-    let input_error =
-        |word: &str| damaged(element, format!("holds '{}' for a number", quoted(word)));
-    texts
-        .flat_map(str::split_ascii_whitespace)
-        .map(|word| word.parse().map_err(|_| input_error(word)))
-        .collect()
-}
-
-fn exactly<const N: usize>(element: Node) -> Result<[f64; N], String> {
-    numbers(element)?.try_into().map_err(|numbers: Vec<f64>| {
-        damaged(element, format!("holds {} numbers instead of {N}", numbers.len()))
-    })
-}
-
-pub(crate) fn damaged(element: Node, problem: String) -> String {
-    format!("is damaged: a <{}> {problem}; export it again", element.tag_name().name())
-}
-
-pub(crate) fn quoted(text: &str) -> String {
-    text.chars().take(QUOTED_MAX).collect()
 }

@@ -4,7 +4,9 @@ use glam::DVec3;
 use roxmltree::Node;
 
 use crate::mesh::accessor::positions;
-use crate::mesh::collada::{child, children, damaged, numbers, quoted};
+use crate::mesh::collada_xml::{
+    check_count, child, children, damaged, input, numbers, quoted, whole_number,
+};
 
 /// A face: the positions of its corners, in the geometry's frame and unit.
 pub(crate) type Face = Vec<DVec3>;
@@ -134,34 +136,4 @@ fn strip(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
         .windows(3)
         .enumerate()
         .map(|(at, of)| if at % 2 == 0 { [of[0], of[1], of[2]] } else { [of[0], of[2], of[1]] })
-}
-
-pub(crate) fn input<'a, 'input>(
-    node: Node<'a, 'input>,
-    semantic: &str,
-) -> Result<Node<'a, 'input>, String> {
-    let mut inputs = children(node, "input");
-    let found = inputs.find(|input| input.attribute("semantic") == Some(semantic));
-    found.ok_or_else(|| damaged(node, format!("has no <input semantic=\"{semantic}\">")))
-}
-
-pub(crate) fn whole_number(
-    element: Node,
-    attribute: &str,
-    default: usize,
-) -> Result<usize, String> {
-    let Some(text) = element.attribute(attribute) else { return Ok(default) };
-    text.trim()
-        .parse()
-        .map_err(|_| damaged(element, format!("has {attribute}=\"{}\"", quoted(text))))
-}
-
-/// An error unless as much was found in an element as its `count` says.
-pub(crate) fn check_count(element: Node, found: usize) -> Result<(), String> {
-    match whole_number(element, "count", found)? {
-        said if said != found => {
-            Err(damaged(element, format!("says count=\"{said}\" but holds {found}")))
-        }
-        _ => Ok(()),
-    }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod accessor;
 pub(crate) mod collada;
 pub(crate) mod collada_geometry;
+pub(crate) mod collada_xml;
 #[cfg(test)]
 mod corpus;
 pub(crate) mod file_name;

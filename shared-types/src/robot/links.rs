@@ -11,12 +11,7 @@ use crate::robot::mesh_path::find_mesh;
 use crate::robot::model::{Link, LinkShape};
 use crate::robot::tree::TreeLink;
 use crate::robot::urdf::Urdf;
-use crate::robot::urdf_link::Geometry;
-
-/// Links up to this mass may have any inertia, kg.
-const LIGHT_MAX: f64 = 0.1;
-/// What rounding does to the moments of inertia in files, as a share of the largest.
-const ROUNDING: f64 = 1e-3;
+use crate::robot::urdf_link::{Geometry, LIGHT_MAX};
 
 /// Builds a link without its attachment. `exact` keeps its meshes; otherwise they become convex
 /// hulls. Shapes that cannot be read are left out, and join `complaints`.
@@ -82,21 +77,6 @@ pub(crate) fn check_moving_masses(
             input_error("moves but its inertia is zero, not positive definite; correct <inertia>");
         }
     }
-}
-
-/// Refuses an inertia that no body has. One that is singular by rounding, or of a light
-/// body, is taken: a quasi-static motion does not depend on it.
-pub(crate) fn check_inertia(mass: f64, inertia: &DMat3) -> Result<(), String> {
-    let is_checked = mass > LIGHT_MAX && *inertia != DMat3::ZERO;
-    let moments = DVec3::new(inertia.x_axis.x, inertia.y_axis.y, inertia.z_axis.z);
-    let rounding = DMat3::from_diagonal(DVec3::splat(ROUNDING * moments.abs().max_element()));
-    let rounded = *inertia + rounding;
-    let minor = rounded.x_axis.x * rounded.y_axis.y - rounded.x_axis.y * rounded.x_axis.y;
-    let is_positive = rounded.x_axis.x > 0.0 && minor > 0.0 && rounded.determinant() > 0.0;
-    if is_checked && !is_positive {
-        return Err("its inertia is not positive definite; correct <inertia>".into());
-    }
-    Ok(())
 }
 
 /// The shape of a geometry; `None` for a mesh file without triangles.

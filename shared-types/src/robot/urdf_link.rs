@@ -10,6 +10,10 @@ use crate::robot::element::{Element, own_children};
 
 /// How far from 1 the length of a `quat_xyzw` may be, which files write with few digits.
 const QUATERNION_TOLERANCE: f64 = 1e-2;
+/// What rounding does to the moments of inertia in files, as a share of the largest.
+const ROUNDING: f64 = 1e-3;
+/// Links up to this mass may have any inertia, kg.
+pub(crate) const LIGHT_MAX: f64 = 0.1;
 
 /// A link as it is written.
 pub(crate) struct UrdfLink {
@@ -127,7 +131,7 @@ fn read_inertial<'a, 'input>(
             DVec3::new(ixy, iyy, iyz),
             DVec3::new(ixz, iyz, izz),
         );
-        if let Err(message) = super::links::check_inertia(link.mass, &link.inertia) {
+        if let Err(message) = check_inertia(link.mass, &link.inertia) {
             element.input_error(inertia, message);
         }
     }
@@ -194,4 +198,19 @@ fn read_geometry<'a, 'input>(
     } else {
         Geometry::Capsule { radius, length }
     })
+}
+
+/// Refuses an inertia that no body has. One that is singular by rounding, or of a light
+/// body, is taken: a quasi-static motion does not depend on it.
+fn check_inertia(mass: f64, inertia: &DMat3) -> Result<(), String> {
+    let is_checked = mass > LIGHT_MAX && *inertia != DMat3::ZERO;
+    let moments = DVec3::new(inertia.x_axis.x, inertia.y_axis.y, inertia.z_axis.z);
+    let rounding = DMat3::from_diagonal(DVec3::splat(ROUNDING * moments.abs().max_element()));
+    let rounded = *inertia + rounding;
+    let minor = rounded.x_axis.x * rounded.y_axis.y - rounded.x_axis.y * rounded.x_axis.y;
+    let is_positive = rounded.x_axis.x > 0.0 && minor > 0.0 && rounded.determinant() > 0.0;
+    if is_checked && !is_positive {
+        return Err("its inertia is not positive definite; correct <inertia>".into());
+    }
+    Ok(())
 }
