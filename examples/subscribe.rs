@@ -1,7 +1,6 @@
 //! Receives the messages of a running walk in another process, without taking part.
 //!
-//! `surefoot walk SCENARIO --instance demo --rate 1`, and beside it
-//! `cargo run --release --example subscribe demo`
+//! `surefoot walk SCENARIO --rate 1 & cargo run --release --example subscribe walk-$!`
 
 use std::time::Duration;
 

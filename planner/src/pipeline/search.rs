@@ -118,6 +118,12 @@ impl Search {
         }
         Ok(())
     }
+
+    /// Whether a transition on partial support keeps its prior cost: only once better footholds
+    /// have failed.
+    pub fn may_use_partial_support(&self) -> bool {
+        self.stats.routes > 1 || self.stats.sweeps > 1
+    }
 }
 
 /// Statistics of a search.
@@ -151,12 +157,4 @@ pub struct SearchStats {
     pub tree_edges: LabelStats,
     /// Rejected configurations and motions, by [`Rejection`].
     pub rejections: [u64; Rejection::COUNT],
-}
-
-impl SearchStats {
-    /// Whether a transition on partial support keeps its prior cost: only once better footholds
-    /// have failed.
-    pub(crate) fn may_use_partial_support(&self) -> bool {
-        self.routes > 1 || self.sweeps > 1
-    }
 }

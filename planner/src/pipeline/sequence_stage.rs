@@ -179,7 +179,7 @@ impl SequenceStage {
         budget: u64,
     ) -> bool {
         let Self { searcher, estimates } = self;
-        let may_be_partial = search.stats.may_use_partial_support();
+        let may_be_partial = search.may_use_partial_support();
         let graph = &search.roadmap.graph;
         let estimate = |budget| estimates.estimate(context, graph, may_be_partial, budget);
         let (spent, priors) = if searcher.is_running {
