@@ -23,9 +23,9 @@ use crate::commands::session::prepare_process;
 use crate::input::inputs::Inputs;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{CheckSummary, Refusal, RoleEvent};
+use crate::report::liveness;
 use crate::report::reporter::Reporter;
 use crate::system::instance::enter_instance;
-use crate::system::signals;
 
 /// Longest time that the last feedback is repeated for a planner that stays connected.
 const LINGER_TIME_MAX: Duration = Duration::from_secs(10);
@@ -46,7 +46,7 @@ struct Controller {
     subscriber: PlanSubscriber,
     handler: ChunkHandler,
     reporter: Reporter,
-    /// How long the controller stays after a plan; without limit if `None`.
+    /// Longest time that the controller stays after a complete plan; no limit if `None`.
     linger_max: Option<Duration>,
 }
 
@@ -105,7 +105,7 @@ impl Controller {
             };
             let is_refused = refusal.is_some();
             self.report(refusal)?;
-            match self.linger()? {
+            match self.linger(is_refused)? {
                 Some(next) => ended = next,
                 None if is_refused => return Ok(CommandOutcome::Refused),
                 None => return Ok(CommandOutcome::Done),
@@ -118,18 +118,18 @@ impl Controller {
         let handler = &mut self.handler;
         Ok(self
             .subscriber
-            .run(&mut |chunk, heartbeat| handler.handle(chunk, heartbeat), &|| {
-                signals::raised().is_none()
-            })?)
+            .run(&mut |chunk, heartbeat| handler.handle(chunk, heartbeat), &liveness::keep_going)?)
     }
 
-    /// Repeats the last feedback. Returns the end of the next stream, if another one comes.
-    fn linger(&mut self) -> Result<Option<StreamEnd>, CommandError> {
+    /// Repeats the last feedback. Returns the end of the next stream, if another one comes. After a
+    /// refusal it stays while a planner is connected, which may plan again for any time.
+    fn linger(&mut self, is_refused: bool) -> Result<Option<StreamEnd>, CommandError> {
         let handler = &mut self.handler;
+        let linger_max = self.linger_max.map(|max| if is_refused { Duration::MAX } else { max });
         Ok(self.subscriber.linger(
             &mut |chunk, heartbeat| handler.handle(chunk, heartbeat),
-            self.linger_max,
-            &|| signals::raised().is_none(),
+            linger_max,
+            &liveness::keep_going,
         )?)
     }
 

@@ -39,8 +39,10 @@ fn report_error(error: &CommandError, to_supervisor: bool) {
     match error {
         CommandError::Interrupted(_) | CommandError::ReportsClosed(_) if to_supervisor => {}
         _ if to_supervisor => {
-            let emitted =
-                Reporter::Supervisor.emit(&RoleEvent::Failed { message: error.to_string() });
+            let emitted = Reporter::Supervisor.emit(&RoleEvent::Failed {
+                is_transport: error.is_transport(),
+                message: error.to_string(),
+            });
             emitted.unwrap_or_else(|closed| terminal::print_error(&closed));
         }
         _ => terminal::print_error(error),

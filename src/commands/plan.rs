@@ -27,11 +27,12 @@ use crate::input::inputs::Inputs;
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{PlanResult, RoleEvent};
+use crate::report::liveness;
 use crate::report::reporter::Reporter;
 use crate::report::run_report::Report;
 use crate::report::summary;
 use crate::system::clock::Stopwatch;
-use crate::system::{memory, signals, terminal};
+use crate::system::{memory, terminal};
 
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
 use crate::commands::plan::totals::Totals;
@@ -159,7 +160,7 @@ impl Run<'_> {
                     let _ = self.emit(&RoleEvent::Delivering { accepted, chunks: total });
                 }
             },
-            &|| signals::raised().is_none(),
+            &liveness::keep_going,
         )?;
         Ok(delivery)
     }

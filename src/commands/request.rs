@@ -57,23 +57,37 @@ fn request_of(arguments: &RequestArguments) -> PlanRequest {
     }
 }
 
+/// Silence of the planner after which the client looks whether it is still connected, s.
+const SILENCE_SECONDS_MAX: f64 = 2.0;
+
 /// Repeats the request until a status names it, then follows its status to the final one.
 fn follow(client: &RequestClient, request: &PlanRequest) -> Result<PlanStatus, CommandError> {
     let watch = Stopwatch::start();
     let mut sent_at = f64::NEG_INFINITY;
-    let mut acknowledged = false;
+    // The session of the planner that has taken the request.
+    let mut session: Option<u64> = None;
+    let mut silence = Stopwatch::start();
     loop {
         if let Some(signal) = signals::raised() {
             return Err(CommandError::Interrupted(signal));
         }
-        if !acknowledged && watch.seconds() > ACKNOWLEDGE_SECONDS_MAX {
+        if session.is_none() && watch.seconds() > ACKNOWLEDGE_SECONDS_MAX {
             return Err(CommandError::NoPlanner);
         }
-        if !acknowledged && watch.seconds() - sent_at > REPEAT_SECONDS {
+        if session.is_some() && silence.seconds() > SILENCE_SECONDS_MAX {
+            if !client.has_server() {
+                return Err(CommandError::NoPlanner);
+            }
+            silence = Stopwatch::start();
+        }
+        if session.is_none() && watch.seconds() - sent_at > REPEAT_SECONDS {
             client.send(request)?;
             sent_at = watch.seconds();
         }
         let status = client.status()?;
+        if status.is_some() {
+            silence = Stopwatch::start();
+        }
         let is_ours = status.is_some_and(|status| {
             (status.client, status.number) == (request.client, request.number)
         });
@@ -81,8 +95,13 @@ fn follow(client: &RequestClient, request: &PlanRequest) -> Result<PlanStatus, C
             Some(status) if is_ours && status.known_state().is_some_and(RequestState::is_final) => {
                 return Ok(status);
             }
-            Some(_) if is_ours => acknowledged = true,
-            Some(status) if acknowledged => {
+            Some(status) if is_ours => session = Some(status.session),
+            Some(status) if session.is_some_and(|session| session != status.session) => {
+                return Err(CommandError::Usage(
+                    "another planner replaced the one that had this request; send it again".into(),
+                ));
+            }
+            Some(status) if session.is_some() => {
                 return Ok(PlanStatus { state: RequestState::Cancelled as u32, ..status });
             }
             _ => {}

@@ -5,6 +5,7 @@ use surefoot_planner::{Outcome, Planner, Status};
 
 use crate::report::command_error::CommandError;
 use crate::report::event::{Bottleneck, Diagnosis, Planned, RoleEvent, SearchProgress};
+use crate::report::liveness;
 use crate::system::clock::Stopwatch;
 use crate::system::{allocations, signals};
 
@@ -46,7 +47,7 @@ pub fn run_until(
     loop {
         let before = allocations::count();
         let work = (planner.stats().work / SHARE_PER_STEP).max(WORK_PER_STEP_MIN);
-        let status = planner.step_while(work, &|| signals::raised().is_none());
+        let status = planner.step_while(work, &liveness::keep_going);
         allocations += allocations::count() - before;
         if let Status::Done(outcome) = status {
             return Ok(Some(planned(planner, &outcome, watch.seconds(), allocations)));

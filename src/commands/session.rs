@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::cli::arguments::RoleArguments;
 use crate::input::output_files;
 use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::report::liveness;
 use crate::report::run_report::Report;
 use crate::system::cores;
 use crate::system::signals;
@@ -13,6 +14,7 @@ use crate::system::signals;
 pub(crate) fn prepare_process(role: &RoleArguments) {
     if role.report_lines {
         signals::end_with_parent();
+        liveness::start();
     }
     signals::install();
     cores::pin(role.core);

@@ -4,7 +4,7 @@ mod role_commands;
 
 use std::path::{Path, PathBuf};
 
-use surefoot_shared_types::instance::instance::Instance;
+use surefoot_shared_types::instance::{Instance, Participant};
 use surefoot_shared_types::plan_file::read::load_plan;
 use surefoot_shared_types::world::load::load_world;
 
@@ -84,6 +84,12 @@ fn walk(
 ) -> Result<(), CommandError> {
     Instance::clean_dead()?;
     let instance = Instance::create(&format!("walk-{}", std::process::id()))?;
+    // The node and the services exist before the roles start, and outlive a killed role.
+    let participant = Participant::open(&instance)?;
+    let _state = {
+        let _making = participant.making()?;
+        participant.open_state()?
+    };
     let commands = RoleCommands { inputs, instance: instance.name(), arguments, export };
     let command_of = |role| commands.command_of(role);
     let mut progress = Progress::new(arguments.outputs.quiet);

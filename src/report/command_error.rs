@@ -153,6 +153,22 @@ impl CommandError {
         Self::Interrupted(signals::raised().unwrap_or(libc::SIGTERM))
     }
 
+    /// Whether the transport failed in a way that a restart of the process may repair.
+    pub fn is_transport(&self) -> bool {
+        let instance = match self {
+            Self::Channel(ChannelError::Transport { .. }) => return true,
+            Self::Channel(ChannelError::Instance(error)) | Self::Instance(error) => error,
+            _ => return false,
+        };
+        matches!(
+            instance,
+            InstanceError::Making { .. }
+                | InstanceError::Missing { .. }
+                | InstanceError::InUse { .. }
+                | InstanceError::Io { .. }
+        )
+    }
+
     /// The exit code: 2, or 128 and the signal's number.
     pub fn code(&self) -> u8 {
         match self {

@@ -61,8 +61,13 @@ pub enum RoleEvent {
         /// How the one before ended.
         how: String,
     },
+    /// The process runs. Emitted every second.
+    Alive,
     /// The process cannot go on.
     Failed {
+        /// Whether the transport failed, so that a restart may help.
+        #[serde(default)]
+        is_transport: bool,
         /// The reason and what to do, one line.
         message: String,
     },

@@ -2,6 +2,7 @@
 
 pub mod command_error;
 pub mod event;
+pub(crate) mod liveness;
 pub mod margins;
 pub mod progress;
 pub mod reporter;

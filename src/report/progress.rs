@@ -98,7 +98,8 @@ fn show_on_bar(bar: &mut Option<ProgressBar>, event: &RoleEvent) {
         | RoleEvent::Restarted { .. }
         | RoleEvent::Replanning { .. }
         | RoleEvent::Failed { .. } => clear(bar),
-        RoleEvent::Retracing
+        RoleEvent::Alive
+        | RoleEvent::Retracing
         | RoleEvent::PlannerServes
         | RoleEvent::Holding { .. }
         | RoleEvent::PlannerReady { .. }

@@ -123,7 +123,8 @@ impl Report {
             RoleEvent::Checked(checked) => self.record_checked(checked),
             RoleEvent::Restarted { .. } => self.restarts += 1,
             RoleEvent::Replanning { .. } => self.replans += 1,
-            RoleEvent::PlannerServes
+            RoleEvent::Alive
+            | RoleEvent::PlannerServes
             | RoleEvent::Retracing
             | RoleEvent::Holding { .. }
             | RoleEvent::Planning(_)

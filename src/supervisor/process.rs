@@ -63,6 +63,12 @@ impl Process {
         signals::ask_to_end(&self.child);
     }
 
+    /// Kills it.
+    pub(crate) fn kill(&mut self) {
+        // Fails only if it has ended.
+        let _ = self.child.kill();
+    }
+
     /// Waits for its end, kills it if it takes too long, and returns its exit status as text.
     pub(crate) fn wait(mut self) -> String {
         let watch = Stopwatch::start();

@@ -10,10 +10,14 @@ use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
 use crate::report::role::Role;
 use crate::supervisor::process::{Process, ProcessOutput};
+use crate::system::clock::Stopwatch;
 use crate::system::signals;
 
-/// Time between two checks for a signal.
+/// Time between two checks for a signal and for silent processes.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
+/// Longest time without an event of a process, s. A process emits one every second, after it has
+/// loaded its inputs.
+const SILENCE_SECONDS_MAX: f64 = 20.0;
 
 /// An event of a process.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,10 +33,21 @@ pub(crate) enum ProcessEvent {
     },
 }
 
+/// A running process and its last signs.
+#[derive(Debug)]
+struct RoleProcess {
+    role: Role,
+    process: Process,
+    /// Time since its start or its last event.
+    silence: Stopwatch,
+    /// The reason why it ends or is killed, if it is known before its end.
+    failure: Option<String>,
+}
+
 /// The running processes. Dropping the value ends them.
 #[derive(Debug)]
 pub(crate) struct RoleProcesses {
-    processes: Vec<(Role, Process)>,
+    processes: Vec<RoleProcess>,
     sender: Sender<(Role, ProcessOutput)>,
     receiver: Receiver<(Role, ProcessOutput)>,
 }
@@ -52,56 +67,88 @@ impl RoleProcesses {
     pub(crate) fn start(&mut self, role: Role, command: Command) -> Result<(), CommandError> {
         let process = Process::start(command, role, self.sender.clone())
             .map_err(|source| CommandError::Start { role, source })?;
-        self.processes.push((role, process));
+        let silence = Stopwatch::start();
+        self.processes.push(RoleProcess { role, process, silence, failure: None });
         Ok(())
     }
 
-    /// Waits for the next event.
+    /// Waits for the next event. Kills a process that emits none for [`SILENCE_SECONDS_MAX`].
     ///
     /// # Errors
-    /// A signal asks this process to end, a role reports an error, or its output is not an event.
+    /// A signal asks this process to end, a role reports an error other than of the transport, or
+    /// its output is not an event.
     pub(crate) fn next_event(&mut self) -> Result<ProcessEvent, CommandError> {
         loop {
             if let Some(signal) = signals::raised() {
                 return Err(CommandError::Interrupted(signal));
             }
-            if let Ok((role, output)) = self.receiver.recv_timeout(POLL_INTERVAL) {
-                return self.event_of(role, output);
+            if let Ok((role, output)) = self.receiver.recv_timeout(POLL_INTERVAL)
+                && let Some(event) = self.event_of(role, output)?
+            {
+                return Ok(event);
+            }
+            self.kill_silent();
+        }
+    }
+
+    fn kill_silent(&mut self) {
+        for process in &mut self.processes {
+            if process.failure.is_none() && process.silence.seconds() > SILENCE_SECONDS_MAX {
+                process.failure = Some(format!("no event for {SILENCE_SECONDS_MAX} s"));
+                process.process.kill();
             }
         }
+    }
+
+    fn process_of(&mut self, role: Role) -> Option<&mut RoleProcess> {
+        self.processes.iter_mut().find(|process| process.role == role)
     }
 
     fn event_of(
         &mut self,
         role: Role,
         output: ProcessOutput,
-    ) -> Result<ProcessEvent, CommandError> {
+    ) -> Result<Option<ProcessEvent>, CommandError> {
+        if let Some(process) = self.process_of(role) {
+            process.silence = Stopwatch::start();
+        }
         match output {
-            ProcessOutput::Event(RoleEvent::Failed { message }) => {
+            ProcessOutput::Event(RoleEvent::Alive) => Ok(None),
+            ProcessOutput::Event(RoleEvent::Failed { is_transport: true, message }) => {
+                // The process ends by itself; its end is the event.
+                if let Some(process) = self.process_of(role) {
+                    process.failure = Some(message);
+                }
+                Ok(None)
+            }
+            ProcessOutput::Event(RoleEvent::Failed { message, .. }) => {
                 Err(CommandError::Role { role, message })
             }
-            ProcessOutput::Event(event) => Ok(ProcessEvent::Reported(event)),
+            ProcessOutput::Event(event) => Ok(Some(ProcessEvent::Reported(event))),
             ProcessOutput::NonEvent(text) => {
                 let message =
                     format!("printed '{text}', which is not an event; use one surefoot for both");
                 Err(CommandError::Role { role, message })
             }
-            ProcessOutput::Closed => Ok(ProcessEvent::Ended { role, how: self.reap(role) }),
+            ProcessOutput::Closed => Ok(Some(ProcessEvent::Ended { role, how: self.reap(role) })),
         }
     }
 
-    /// Waits for the end of a process that closed its stdout, and returns its exit status.
+    /// Waits for the end of a process that closed its stdout. Returns its failure, or else its exit
+    /// status.
     fn reap(&mut self, role: Role) -> String {
-        match self.processes.iter().position(|(other, _)| *other == role) {
-            Some(index) => self.processes.swap_remove(index).1.wait(),
-            None => "it was not running".to_owned(),
-        }
+        let Some(index) = self.processes.iter().position(|process| process.role == role) else {
+            return "it was not running".to_owned();
+        };
+        let RoleProcess { process, failure, .. } = self.processes.swap_remove(index);
+        let status = process.wait();
+        failure.unwrap_or(status)
     }
 }
 
 impl Drop for RoleProcesses {
     fn drop(&mut self) {
-        self.processes.iter().for_each(|(_, process)| process.ask_to_end());
-        self.processes.drain(..).for_each(|(_, process)| drop(process.wait()));
+        self.processes.iter().for_each(|process| process.process.ask_to_end());
+        self.processes.drain(..).for_each(|process| drop(process.process.wait()));
     }
 }

@@ -9,13 +9,14 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::port::SendError;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
 use iceoryx2::sample_mut::SampleMut;
 use surefoot_shared_types::instance::instance::Instance;
 use surefoot_shared_types::instance::loan_pool::LoanPool;
 use surefoot_shared_types::instance::participant::Participant;
-use surefoot_shared_types::instance::tuning::PEER_POLLING_TIME;
-use surefoot_shared_types::instance::tuning::{CHUNK_POOL, LOANS_AHEAD, WINDOW_CHUNKS};
+use surefoot_shared_types::instance::tuning::{
+    CHUNK_POOL, LOANS_AHEAD, PEER_POLLING_TIME, WINDOW_CHUNKS,
+};
 use surefoot_shared_types::instance::wake_pipe::keep_polling;
 use surefoot_shared_types::message::{Feedback, PlanChunk, WithCrc};
 
@@ -73,6 +74,9 @@ struct DeliveryState<'a> {
     cleaned_up_at: Instant,
     /// Whether this process slept since the last chunk; then the controller may sleep, too.
     has_slept: bool,
+    /// Whether no reader took the last chunk. Then there is no controller, and the planner blocks
+    /// before it sends again.
+    has_no_reader: bool,
 }
 
 impl PlanPublisher {
@@ -172,6 +176,11 @@ impl PlanPublisher {
         Ok(None)
     }
 
+    /// Whether a controller is connected. A killed one counts until a process cleans up.
+    pub fn has_controller(&self) -> bool {
+        self.participant.feedback.dynamic_config().number_of_publishers() > 0
+    }
+
     /// The participant of this process in the instance.
     pub fn participant(&self) -> &Participant {
         &self.participant
@@ -247,15 +256,17 @@ impl PlanPublisher {
     /// Writes the next chunk into shared memory. Otherwise polls again soon after activity; later
     /// refills the loan pool and waits for the wake pipe.
     fn prepare_or_sleep(&mut self, state: &mut DeliveryState<'_>) -> Result<(), ChannelError> {
+        let has_no_reader = std::mem::take(&mut state.has_no_reader);
         let next = state
             .window
             .next_chunk()
+            .filter(|_| !has_no_reader)
             .filter(|next| state.ready.as_ref().is_none_or(|ready| ready.target != *next));
         if let Some(next) = next {
             state.ready = Some(self.write_ready(state.window.chunk(next.0), next)?);
             return Ok(());
         }
-        if keep_polling(state.polled_at.duration_since(state.active_at)) {
+        if !has_no_reader && keep_polling(state.polled_at.duration_since(state.active_at)) {
             return Ok(());
         }
         self.loans.refill(LOANS_AHEAD)?;
@@ -285,6 +296,7 @@ impl PlanPublisher {
                 None => self.write_ready(state.window.chunk(target.0), target)?,
             };
             if send(ready)? == 0 {
+                state.has_no_reader = true;
                 break;
             }
             state.window.record_sent();
@@ -340,6 +352,7 @@ impl<'a> DeliveryState<'a> {
             progress_at,
             cleaned_up_at,
             has_slept: true,
+            has_no_reader: false,
         }
     }
 

@@ -11,7 +11,7 @@ use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::instance::sender::{SenderStatus, SenderTracker};
 use surefoot_shared_types::message::{Check, Feedback, PlanChunk, Verdict};
 
-use crate::channel::tuning::{GO_BACKS_MAX, IDLE_HEARTBEATS};
+use crate::channel::tuning::{GO_BACKS_MAX, HORIZON_SECONDS, IDLE_HEARTBEATS};
 
 /// Result of a delivery.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,9 +117,18 @@ impl<'a> SendWindow<'a> {
 
     /// Index of the chunk to send now and its controller, if the window is open.
     pub(crate) fn to_send(&self) -> Option<(usize, u64)> {
-        let is_open =
-            self.refusal.is_none() && self.progress.next < self.progress.acknowledged + self.size;
-        self.next_chunk().filter(|_| is_open)
+        let StreamProgress { acknowledged, next, .. } = self.progress;
+        let is_open = self.refusal.is_none() && next < acknowledged + self.size;
+        self.next_chunk().filter(|_| is_open && self.is_within_horizon())
+    }
+
+    /// Whether the next chunk starts soon after the first one that is not acknowledged. Two chunks
+    /// may always be in flight.
+    fn is_within_horizon(&self) -> bool {
+        let StreamProgress { acknowledged, next, .. } = self.progress;
+        let start =
+            |index: usize| self.chunks.get(index).map_or(0.0, |chunk| chunk.waypoints[0].time);
+        next < acknowledged + 2 || start(next) - start(acknowledged) < HORIZON_SECONDS
     }
 
     /// Index of the chunk to send next and its controller, whether the window is open or not.
@@ -223,7 +232,9 @@ impl<'a> SendWindow<'a> {
             return None;
         }
         let is_this_session = feedback.session == self.session && self.is_this_plan(feedback);
-        if !(is_this_session || feedback.session == 0 || self.acknowledged_in(feedback) > 0) {
+        let concerns_this_plan =
+            is_this_session || feedback.session == 0 || self.acknowledged_in(feedback) > 0;
+        if !(concerns_this_plan || self.is_correction_of_first_chunk(feedback)) {
             return None;
         }
         Check::from_wire(feedback.check).map(|check| DeliveryOutcome::Refused {
@@ -231,6 +242,15 @@ impl<'a> SendWindow<'a> {
             check,
             waypoint: feedback.refused_waypoint,
         })
+    }
+
+    /// Whether the controller refused the first chunk of this plan, from any session, and reports
+    /// corrections. They hold for every plan, so a restarted planner plans again with them.
+    fn is_correction_of_first_chunk(&self, feedback: &Feedback) -> bool {
+        self.is_this_plan(feedback)
+            && Check::from_wire(feedback.check) == Some(Check::WorldDiffers)
+            && feedback.refused_sequence == 0
+            && feedback.corrections_len > 0
     }
 
     /// Supersession, if the controller executes a later epoch of this plan.

@@ -21,3 +21,5 @@ pub(crate) const WAIT_MAX: Duration = Duration::from_millis(4);
 /// Longest time between two polls that counts as silence of the controller. A sender that was
 /// stopped for longer may have missed feedback.
 pub(crate) const POLL_GAP_MAX: Duration = Duration::from_millis(100);
+/// Motion in flight to the controller, s. A request to a robot that moves takes effect after it.
+pub(crate) const HORIZON_SECONDS: f64 = 1.0;

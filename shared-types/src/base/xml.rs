@@ -6,7 +6,7 @@ use quick_xml::events::{BytesStart, Event};
 /// Deepest nesting of XML elements: a recursive reader would overflow its stack.
 const XML_DEPTH_MAX: usize = 64;
 
-/// What is wrong with an XML text, and its line, from 1.
+/// An error in an XML text, and its line, from 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct XmlError {
     pub(crate) line: usize,

@@ -14,7 +14,7 @@ use crate::config::validation::check_relations;
 pub struct ScenarioError {
     /// The name of the parameter, as in a scenario file.
     pub parameter: String,
-    /// What is wrong with it, and what it may be.
+    /// The error, and the valid values.
     pub problem: String,
 }
 

@@ -5,7 +5,7 @@
 
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{BackpressureStrategy, ipc};
+use iceoryx2::prelude::{BackpressureStrategy, PortFactory, ipc};
 
 use crate::instance::error::ChannelError;
 use crate::instance::participant::Participant;
@@ -110,8 +110,8 @@ impl RequestServer {
 pub struct RequestClient {
     requests: Publisher<ipc::Service, PlanRequest, ()>,
     status: Subscriber<ipc::Service, PlanStatus, ()>,
-    _services: RequestServices,
-    _participant: Participant,
+    services: RequestServices,
+    participant: Participant,
     id: u64,
     number: u64,
 }
@@ -140,7 +140,7 @@ impl RequestClient {
             .map_err(|error| ChannelError::transport("creating the status subscriber", error))?;
         participant.instance.reserve_segments()?;
         drop(making);
-        Ok(Self { requests, status, _services: services, _participant: participant, id, number: 0 })
+        Ok(Self { requests, status, services, participant, id, number: 0 })
     }
 
     /// A copy of `request` with schema, client, number and CRC written. Send it repeatedly until a
@@ -166,6 +166,12 @@ impl RequestClient {
             .send_copy(*request)
             .map(drop)
             .map_err(|error| ChannelError::transport("sending a request", error))
+    }
+
+    /// Whether a request server is connected. Cleans up first, so that a killed one does not count.
+    pub fn has_server(&self) -> bool {
+        self.participant.clean_up_dead();
+        self.services.status.dynamic_config().number_of_publishers() > 0
     }
 
     /// The planner's latest well-formed status, if a new one arrived.

@@ -60,7 +60,7 @@ pub(crate) const OPEN_PAUSE: Duration = Duration::from_millis(5);
 
 /// Longest wait for the lock `making`. A process holds it for some milliseconds, and for
 /// [`UNFINISHED_AGE_MIN`] longer after another process was killed.
-pub(crate) const MAKING_WAIT_MAX: Duration = Duration::from_secs(20);
+pub(crate) const MAKING_WAIT_MAX: Duration = Duration::from_secs(25);
 /// Time between two attempts to lock `making`.
 pub(crate) const MAKING_PAUSE: Duration = Duration::from_millis(2);
 /// A connection that stays unfinished for this time belongs to a dead process. A running process

@@ -36,7 +36,7 @@ impl UnfinishedWatch {
     }
 }
 
-/// Removes every connection that two scans in succession find unfinished, until `end` is set.
+/// Removes every connection that two consecutive scans find unfinished, until `end` is set.
 fn watch(prefix: &str, (end, changed): &(Mutex<bool>, Condvar)) {
     let mut known = Unfinished::new();
     let mut is_over = end.lock().unwrap_or_else(PoisonError::into_inner);

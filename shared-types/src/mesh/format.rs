@@ -1,4 +1,4 @@
-//! Which format a mesh file has, by its name and, where that is none that is read, by its content.
+//! The format of a mesh file: by its name or, if the name shows no known format, by its content.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ pub(crate) enum Format {
 }
 
 /// What to do about any other format.
-const REMEDY: &str = "is not read; convert it to STL, OBJ or COLLADA";
+const UNKNOWN_FORMAT: &str = "is not read; convert it to STL, OBJ or COLLADA";
 /// How files of other formats begin.
 const BEGINNINGS: &[(&[u8], &str)] = &[
     (b"version https://git-lfs", "a Git LFS pointer"),
@@ -73,7 +73,7 @@ pub(crate) fn format_of(path: &Path, bytes: &[u8]) -> Result<Format, String> {
         _ => match foreign(path, bytes) {
             Some(name) => Err(name),
             None if is_xml(bytes) => Ok(Format::Collada),
-            None => Err(format!("ends in '.{ending}', which {REMEDY}")),
+            None => Err(format!("ends in '.{ending}', which {UNKNOWN_FORMAT}")),
         },
     }
 }
@@ -87,7 +87,7 @@ pub(crate) fn foreign(path: &Path, bytes: &[u8]) -> Option<String> {
     Some(match name {
         "a Git LFS pointer" => format!("is {name}, not the mesh itself; fetch it (git lfs pull)"),
         "an STL" => format!("is {name} file by its content; name it .stl"),
-        _ => format!("is {name} file, which {REMEDY}"),
+        _ => format!("is {name} file, which {UNKNOWN_FORMAT}"),
     })
 }
 

@@ -1,4 +1,4 @@
-//! The triangles of a file, with joined vertices, and what is wrong with the file.
+//! The triangles of a file, with joined vertices, and the defects of the file.
 
 use std::collections::BTreeMap;
 

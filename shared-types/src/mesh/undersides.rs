@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_wholly_covered_stays() {
+    fn a_side_that_is_not_wholly_covered_stays() {
         let half = [[0, 1, 2], [2, 1, 0], [3, 2, 0]];
         assert_eq!(left(&half, DQuat::IDENTITY), [[0, 1, 2], [3, 2, 0]]);
         // A cover that is there twice covers no more.

@@ -8,7 +8,7 @@ use crate::base::text_file::{TextFile, check_numbers};
 /// Names that differ from a known one by this many letters are taken for mistypings of it.
 const TYPO_LETTERS_MAX: usize = 2;
 
-/// A link or joint, and what is wrong with the file so far.
+/// A link or joint, and the errors in the file so far.
 pub(crate) struct Element<'a, 'input> {
     pub(crate) source: &'a TextFile,
     pub(crate) node: Node<'a, 'input>,
@@ -16,7 +16,7 @@ pub(crate) struct Element<'a, 'input> {
 }
 
 impl<'a, 'input> Element<'a, 'input> {
-    /// Notes what is wrong where `at` stands.
+    /// Records an error at the location of `at`.
     pub(crate) fn input_error(&mut self, at: Node, message: impl Into<String>) {
         let tag = self.node.tag_name().name();
         let owner = match self.node.attribute("name") {
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn mistypings_are_told_from_other_words() {
+    fn misspellings_are_distinguished_from_other_names() {
         let known = ["origin", "collision", "ixx", "iyy"];
         for (name, meant) in [("orgin", "origin"), ("Collision", "collision"), ("yy", "iyy")] {
             assert_eq!(mistyped(name, &known), Some(meant), "{name}");

@@ -148,7 +148,7 @@ fn moving_joint(
     };
     if !(lower < upper && lower.is_finite() && upper.is_finite()) {
         refuse(format!(
-            "its limits {lower}..{upper} leave no room to move; correct them or lock it in the robot file"
+            "its limits {lower}..{upper} leave no range of motion; correct them or lock it in the robot file"
         ));
     }
     let mut positive = |name: &str, stated: Option<f64>, instead: &str| match stated {
@@ -184,7 +184,7 @@ fn moving_joint(
     }))
 }
 
-/// A locked joint needs no limits of its own: what is not stated is not limited.
+/// A locked joint needs no limits of its own: limits that are not stated are infinite.
 fn locked_joint(
     joint: &UrdfJoint,
     (kind, axis): (JointKind, DVec3),

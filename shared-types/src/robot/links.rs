@@ -45,7 +45,7 @@ pub(crate) fn build_link(
     }
 }
 
-/// Refuses moving links that have no mass, counting what is rigidly fixed to them, and
+/// Refuses moving links that have no mass, counting the links rigidly fixed to them, and
 /// those that are mere point masses. Point masses occur as sensor frames; fixed to a body, or
 /// light, they do no harm.
 pub(crate) fn check_moving_masses(

@@ -56,7 +56,7 @@ fn check_forward(robot: &RobotModel, spec: &RobotSpec) -> Result<(), InputError>
         .map(|foot| yaw_of((root_from_links[foot.link] * foot.link_from_sole).rotation))
         .collect();
     let is_apart = |yaw: &f64| wrap_angle(yaw - toes[0]).abs() > FORWARD_TURN_MAX;
-    let remedy = if toes.iter().any(is_apart) {
+    let correction = if toes.iter().any(is_apart) {
         "turn the sole (sole_rpy)".to_owned()
     } else {
         let turn = robot.root_from_urdf_root().rotation.inverse();
@@ -68,7 +68,7 @@ fn check_forward(robot: &RobotModel, spec: &RobotSpec) -> Result<(), InputError>
         if toes.abs() > FORWARD_TURN_MAX {
             let root = &robot.links[0].name;
             let message = format!(
-                "its sole's x points {:.0} degrees off the x axis of the root link '{root}' in the standing posture; both must point ahead: {remedy}",
+                "its sole's x points {:.0} degrees off the x axis of the root link '{root}' in the standing posture; both must point ahead: {correction}",
                 toes.to_degrees()
             );
             complaints.push(foot_spec.location.error(format!("foot '{}'", foot.name), message));

@@ -66,7 +66,7 @@ fn package_folders(urdf: &Urdf, above: &[&Path], package: &str) -> Vec<PathBuf> 
         folders.extend(below.filter(|folder| folder.is_dir() && is_package(folder)));
     }
     if folders.is_empty() {
-        folders.extend(above.iter().flat_map(|base| siblings_that_say(base, &names)));
+        folders.extend(above.iter().flat_map(|base| siblings_with_package_name(base, &names)));
     }
     if folders.is_empty() && urdf.packages.len() == 1 && has_left_its_package(above) {
         folders.push(above[0].to_owned());
@@ -75,7 +75,7 @@ fn package_folders(urdf: &Urdf, above: &[&Path], package: &str) -> Vec<PathBuf> 
 }
 
 /// Folders in `base` whose package.xml says one of some names, in the order of their names.
-fn siblings_that_say(base: &Path, names: &[String]) -> Vec<PathBuf> {
+fn siblings_with_package_name(base: &Path, names: &[String]) -> Vec<PathBuf> {
     let Ok(entries) = base.read_dir() else { return Vec::new() };
     let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
     folders.retain(|folder| package_name(folder).is_some_and(|name| names.contains(&name)));

@@ -33,7 +33,7 @@ pub(crate) struct Urdf {
     pub(crate) packages: BTreeSet<String>,
 }
 
-/// Reads a URDF. What is wrong with its elements joins `complaints`.
+/// Reads a URDF. Errors in its elements join `complaints`.
 ///
 /// # Errors
 /// When it is no URDF.

@@ -65,7 +65,7 @@ impl UrdfJoint {
     }
 }
 
-/// A `<limit>`. What is not stated is `None`; numbers that mean "none" are infinite.
+/// A `<limit>`. Limits that are not stated are `None`; numbers that mean "none" are infinite.
 pub(crate) struct Limit {
     pub(crate) location: FileLocation,
     /// From the lower to the upper position, where one of them is stated.

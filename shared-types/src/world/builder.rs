@@ -22,12 +22,12 @@ pub enum WorldError {
     /// There is no shape.
     #[error("a world needs at least one shape to stand on")]
     Empty,
-    /// A shape is none that can be used.
+    /// A shape cannot be used.
     #[error("shape '{name}': {problem}")]
     Shape {
         /// The shape's name.
         name: String,
-        /// What is wrong with it.
+        /// The error.
         problem: String,
     },
 }
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_order_is_named() {
+    fn an_invalid_shape_is_named() {
         assert_eq!(build_world(-1.0, &[floor()]), Err(WorldError::Friction(-1.0)));
         assert_eq!(build_world(0.6, &[]), Err(WorldError::Empty));
         let problem = |shapes: &[NamedGeometry]| match build_world(0.6, shapes).unwrap_err() {

@@ -1,4 +1,4 @@
-//! A small robot, world and scenario that are in order, for tests to spoil.
+//! A small valid robot, world and scenario, for tests to change.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
 #![allow(dead_code, reason = "each test binary uses a part of it")]
@@ -122,7 +122,7 @@ f 1 4 3\nf 1 3 2\nf 5 6 7\nf 5 7 8\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
-    /// A new folder in which everything is in order.
+    /// A new folder with these valid files.
     pub fn new() -> Self {
         let folder = Self(tempfile::tempdir().unwrap());
         std::fs::create_dir(folder.path("meshes")).unwrap();
@@ -149,13 +149,13 @@ impl Folder {
     }
 }
 
-/// A change to a text that spoils it, and what the complaint must say.
+/// A change that makes a text invalid, and the expected error.
 pub struct Spoiling {
-    /// What is replaced.
+    /// The replaced text.
     pub from: &'static str,
-    /// What replaces it, once.
+    /// Its replacement, made once.
     pub to: &'static str,
-    /// Parts of the complaint.
+    /// Parts of the error.
     pub complaint: &'static [&'static str],
 }
 
@@ -183,8 +183,7 @@ pub fn check_spoilings<T: std::fmt::Debug>(
     }
 }
 
-/// Truncates `good` at many places and flips many of its bytes: loading may refuse, but must
-/// return.
+/// Truncates `good` at many offsets and flips many of its bits. Loading may fail, but not panic.
 pub fn check_no_panic<T>(file: &str, good: &[u8], load: impl Fn(&Path) -> Result<T, InputError>) {
     let folder = Folder::new();
     let stride = (good.len() / 150).max(1);

@@ -9,8 +9,8 @@ use surefoot_controller_sim::execution::simulation::Simulation;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::message::PlanChunk;
 
+use crate::report::liveness;
 use crate::system::clock::Stopwatch;
-use crate::system::signals;
 
 /// Simulated time between two ticks, s.
 const TICK_SECONDS: f64 = 0.01;
@@ -96,7 +96,7 @@ impl Pace {
         heartbeat();
         while self.rate > 0.0
             && self.watch.seconds() < self.over_at + seconds / self.rate
-            && signals::raised().is_none()
+            && liveness::keep_going()
         {
             std::thread::sleep(SLEEP);
             heartbeat();

@@ -5,7 +5,11 @@ use surefoot_shared_types::instance::requests::RequestServer;
 use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
 
 use crate::report::command_error::CommandError;
+use crate::system::clock::Stopwatch;
 use crate::system::signals;
+
+/// Time between two repetitions of the status while nothing changes, s.
+const REPEAT_SECONDS: f64 = 0.5;
 
 /// A request with its kind.
 pub(crate) type IncomingRequest = (PlanRequest, RequestKind);
@@ -16,12 +20,15 @@ pub(crate) struct RequestQueue {
     /// The status that is published.
     pub(crate) status: PlanStatus,
     next: Option<IncomingRequest>,
+    /// Time since the status was published.
+    published: Stopwatch,
 }
 
 impl RequestQueue {
     /// An empty queue.
     pub(crate) fn new(server: RequestServer) -> Self {
-        Self { server, status: PlanStatus::zeroed(), next: None }
+        let published = Stopwatch::start();
+        Self { server, status: PlanStatus::zeroed(), next: None, published }
     }
 
     /// The next request, if there is one.
@@ -44,11 +51,21 @@ impl RequestQueue {
         self.next.is_some() || signals::raised().is_some()
     }
 
+    /// As [`Self::is_interrupted`]; also repeats the status when [`REPEAT_SECONDS`] have passed.
+    pub(crate) fn is_interrupted_or_repeat(&mut self) -> bool {
+        if self.published.seconds() > REPEAT_SECONDS {
+            // A transport that fails here fails again in the next `publish`.
+            let _ = self.publish();
+        }
+        self.is_interrupted()
+    }
+
     /// Publishes the status.
     ///
     /// # Errors
     /// The transport fails.
     pub(crate) fn publish(&mut self) -> Result<(), CommandError> {
+        self.published = Stopwatch::start();
         Ok(self.server.publish(&self.status)?)
     }
 

@@ -14,7 +14,9 @@ use surefoot_planner::channel::send_window::DeliveryOutcome;
 use surefoot_planner::preparation::Preparation;
 use surefoot_shared_types::instance::requests::RequestServer;
 use surefoot_shared_types::instance::sender::random_id;
-use surefoot_shared_types::message::{PlanRequest, PlanStatus, RequestKind, RequestState};
+use surefoot_shared_types::message::{
+    Feedback, PlanRequest, PlanStatus, RequestKind, RequestState,
+};
 
 use crate::cli::arguments::PlanArguments;
 use crate::commands::plan::planning_task::{PlanningTask, may_replan};
@@ -25,13 +27,16 @@ use crate::report::command_error::{CommandError, CommandOutcome};
 use crate::report::event::{PlanResult, Planned, RoleEvent};
 use crate::report::reporter::Reporter;
 use crate::report::summary;
+use crate::system::clock::Stopwatch;
 use crate::system::instance::enter_instance;
 use crate::system::signals;
 
 /// Time between two polls of the request server.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
-/// Longest wait until a controller publishes its rest state.
-const REST_STATE_WAIT_MAX: Duration = Duration::from_millis(300);
+/// Silence after which the planner looks whether a controller is connected.
+const SILENCE_MAX: Duration = Duration::from_millis(300);
+/// Silence of a connected controller after which it counts as lost, s.
+const LOST_SECONDS: f64 = 30.0;
 
 /// A stage of serving.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -106,6 +111,7 @@ pub(crate) fn run(
         planner: None,
         replans: 0,
         result: RequestState::Invalid,
+        has_robot: false,
     };
     server.reporter.emit(&RoleEvent::PlannerServes)?;
     let mut stage = Stage::Wait;
@@ -129,7 +135,12 @@ struct Server<'a> {
     replans: u32,
     /// The final state of the request.
     result: RequestState,
+    /// Whether a controller has reported a rest state.
+    has_robot: bool,
 }
+
+/// The task of a request, or the request's final state.
+type Task = Result<PlanningTask, RequestState>;
 
 impl Server<'_> {
     fn step(&mut self, stage: Stage) -> Result<Event, CommandError> {
@@ -163,34 +174,69 @@ impl Server<'_> {
         if kind == RequestKind::Cancel {
             return Ok(self.finish(RequestState::Cancelled));
         }
-        let Some(task) = self.task_of(&request, kind)? else {
-            return Ok(self.finish(RequestState::Invalid));
-        };
-        (self.task, self.replans) = (task, 0);
-        Ok(Event::Requested)
+        self.queue.borrow_mut().set_state(RequestState::Planning)?;
+        match self.task_of(&request, kind)? {
+            Ok(task) => {
+                (self.task, self.replans) = (task, 0);
+                Ok(Event::Requested)
+            }
+            Err(result) => Ok(self.finish(result)),
+        }
     }
 
-    /// The planning task of a request, if the request is valid.
-    fn task_of(
-        &mut self,
-        request: &PlanRequest,
-        kind: RequestKind,
-    ) -> Result<Option<PlanningTask>, CommandError> {
-        let feedback =
-            self.publisher.wait_until_idle(REST_STATE_WAIT_MAX, &|| signals::raised().is_none())?;
-        let Ok(task) = PlanningTask::fresh(self.inputs, feedback.as_ref()) else { return Ok(None) };
+    /// The planning task of a request.
+    fn task_of(&mut self, request: &PlanRequest, kind: RequestKind) -> Result<Task, CommandError> {
+        let feedback = match self.rest_feedback()? {
+            Ok(feedback) => feedback,
+            Err(result) => return Ok(Err(result)),
+        };
+        let Ok(task) = PlanningTask::fresh(self.inputs, feedback.as_ref()) else {
+            return Ok(Err(RequestState::Invalid));
+        };
         let goal = match kind {
             RequestKind::Replan => Some(self.task.scenario.goal),
             _ => request.goal.stance_pose(),
         };
-        let Some(goal) = goal else { return Ok(None) };
+        let Some(goal) = goal else { return Ok(Err(RequestState::Invalid)) };
         let task = task.towards(goal, request.seed, request.work_max);
         Ok(match kind {
             RequestKind::StartAndGoal => {
-                request.start.stance_pose().map(|start| task.starting_at(start))
+                let start = request.start.stance_pose().ok_or(RequestState::Invalid);
+                start.map(|start| task.starting_at(start))
             }
-            _ => Some(task),
+            _ => Ok(task),
         })
+    }
+
+    /// The feedback of a controller that has executed all chunks; `None` if no controller has
+    /// connected yet. Waits while a connected controller executes or is silent. Ends with the
+    /// request's final state if another request arrives or the controller is lost.
+    fn rest_feedback(&mut self) -> Result<Result<Option<Feedback>, RequestState>, CommandError> {
+        let queue = self.queue;
+        let mut silence = Stopwatch::start();
+        loop {
+            let wait = Stopwatch::start();
+            let keep_going = || !queue.borrow_mut().is_interrupted_or_repeat();
+            if let Some(feedback) = self.publisher.wait_until_idle(SILENCE_MAX, &keep_going)? {
+                self.has_robot |= feedback.rest_state.is_known();
+                return Ok(Ok(Some(feedback)));
+            }
+            if queue.borrow_mut().is_interrupted() {
+                return Ok(Err(RequestState::Cancelled));
+            }
+            if wait.seconds() > 2.0 * SILENCE_MAX.as_secs_f64() {
+                // The controller published feedback in between.
+                silence = Stopwatch::start();
+            }
+            self.publisher.participant().clean_up_dead();
+            let is_connected = self.publisher.has_controller();
+            if !is_connected && !self.has_robot {
+                return Ok(Ok(None));
+            }
+            if silence.seconds() > LOST_SECONDS {
+                return Ok(Err(RequestState::ControllerLost));
+            }
+        }
     }
 
     /// Searches. If no plan is found, searches again from a state that the robot retraces to.
@@ -259,6 +305,7 @@ impl Server<'_> {
         };
         self.queue.borrow_mut().set_state(RequestState::Delivering)?;
         let delivery = self.send(&planner)?;
+        self.has_robot |= delivery.feedback.is_some_and(|feedback| feedback.rest_state.is_known());
         let result = match delivery.outcome {
             DeliveryOutcome::Accepted => RequestState::Accepted,
             DeliveryOutcome::Stopped => RequestState::Cancelled,
@@ -284,7 +331,7 @@ impl Server<'_> {
                     let _ = queue.publish();
                 }
             },
-            &|| !queue.borrow_mut().is_interrupted(),
+            &|| !queue.borrow_mut().is_interrupted_or_repeat(),
         )?;
         Ok(delivery)
     }

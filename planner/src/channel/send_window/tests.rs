@@ -2,9 +2,12 @@
 
 use bytemuck::Zeroable;
 use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::base::limits::CORRECTIONS_MAX;
 use surefoot_shared_types::instance::error::ChannelError;
 use surefoot_shared_types::message::feedback::FEEDBACK_SCHEMA;
-use surefoot_shared_types::message::{Check, Feedback, PlanChunk, WithCrc};
+use surefoot_shared_types::message::{
+    Check, Feedback, PlanChunk, Verdict, WithCrc, WorldCorrection,
+};
 
 use crate::channel::send_window::{DeliveryOutcome, SendWindow};
 use crate::channel::tuning::{GO_BACKS_MAX, IDLE_HEARTBEATS};
@@ -138,6 +141,31 @@ fn refusals_end_the_delivery_unless_they_are_of_another_session() {
 }
 
 #[test]
+fn corrections_of_the_first_chunk_count_for_another_session() {
+    let chunks = stream(3);
+    let refusal = |check: Check, refused_sequence: u64| {
+        with_crc(Feedback {
+            session: SESSION + 1,
+            verdict: Verdict::Refused as u32,
+            check: check as u32,
+            refused_sequence,
+            corrections_len: 1,
+            corrections: [WorldCorrection::missing(0); CORRECTIONS_MAX],
+            ..feedback(5, 1, 0, &chunks)
+        })
+    };
+    let outcome = |feedback: &Feedback| {
+        let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+        assert!(window.receive(feedback));
+        window.outcome()
+    };
+    let refused = DeliveryOutcome::Refused { sequence: 0, check: Check::WorldDiffers, waypoint: 0 };
+    assert_eq!(outcome(&refusal(Check::WorldDiffers, 0)), Some(refused));
+    assert_eq!(outcome(&refusal(Check::World, 0)), None);
+    assert_eq!(outcome(&refusal(Check::WorldDiffers, 1)), None);
+}
+
+#[test]
 fn forged_feedback_does_not_move_the_window() {
     let chunks = stream(6);
     let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
@@ -215,4 +243,19 @@ fn a_later_epoch_supersedes_the_delivery() {
     window.receive(&with_crc(Feedback { epoch: 2, session: 1, ..feedback(5, 1, 3, &chunks) }));
     assert_eq!(window.outcome(), Some(DeliveryOutcome::Superseded));
     assert!(window.to_send().is_none());
+}
+
+#[test]
+fn a_second_of_motion_is_on_its_way() {
+    let mut chunks = stream(20);
+    for index in 0..chunks.len() {
+        chunks[index].waypoints[0].time = 0.4 * index as f64;
+        chunks[index].stream =
+            if index == 0 { Digest::default() } else { chunks[index - 1].stream_after() };
+    }
+    let mut window = SendWindow::new(&chunks, SESSION, 8).unwrap();
+    window.receive(&feedback(5, 1, 0, &chunks));
+    assert_eq!(send_all(&mut window), [0, 1, 2]);
+    window.receive(&feedback(5, 2, 1, &chunks));
+    assert_eq!(send_all(&mut window), [3]);
 }
