@@ -34,9 +34,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("planned in {cycles} cycles; the longest step took {longest:?}");
 
     let cycles = (plan.duration() / CYCLE.as_secs_f64()) as u64;
-    let knees = |time: f64| plan.sample(time).q.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
+    let largest = |time: f64| plan.sample(time).q.iter().fold(0.0_f64, |most, q| most.max(q.abs()));
     let most =
-        (0..cycles).map(|cycle| knees(cycle as f64 * CYCLE.as_secs_f64())).fold(0.0, f64::max);
+        (0..cycles).map(|cycle| largest(cycle as f64 * CYCLE.as_secs_f64())).fold(0.0, f64::max);
     println!("{cycles} set-points; the largest joint position is {most:.3} rad");
     Ok(())
 }

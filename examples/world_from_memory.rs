@@ -10,13 +10,16 @@ use surefoot::{Goal, Parameters, Planner, Pose, Prepared, Robot, Shape, Stance, 
 const SIZE: [u32; 2] = [41, 21];
 /// Distance between neighbouring vertices, m.
 const CELL: f64 = 0.1;
+/// Distance from the terrain's corner to the middle of the way, m.
+const LEFT: f64 = 1.0;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let robot = Robot::load("configs/robots/hubo/robot.toml")?;
-    let (vertices, triangles) = terrain(|x, y| 0.02 * (x + y).sin());
+    let height = |x: f64, y: f64| 0.02 * (x + y).sin();
+    let (vertices, triangles) = terrain(height);
     let world = World::builder()
         .friction(0.7)
-        .mesh("terrain", Pose::at(0.0, -1.0, 0.0), &vertices, &triangles)
+        .mesh("terrain", Pose::at(0.0, -LEFT, 0.0), &vertices, &triangles)
         .shape(
             "log",
             Pose::at(1.5, 0.0, 0.02).with_rpy(FRAC_PI_2, 0.0, 0.0),
@@ -26,7 +29,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let parameters = Parameters::default();
     let prepared = Prepared::new(&robot, &parameters)?;
     let mut planner = Planner::builder(&prepared, &world).threads(2).build()?;
-    let plan = planner.plan(Stance::at(0.5, 0.0, 0.01), Goal::at(3.0, 0.0, 0.0))?;
+    let start = Stance::at(0.5, 0.0, height(0.5, LEFT));
+    let plan = planner.plan(start, Goal::at(3.0, 0.0, height(3.0, LEFT)))?;
     for foothold in plan.footholds() {
         let [x, y, z] = foothold.position;
         println!(

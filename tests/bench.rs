@@ -338,7 +338,7 @@ fn scale_walks_over_meshes_and_draws() {
 }
 
 #[test]
-fn scale_names_what_is_missing() {
+fn scale_names_the_missing_file() {
     let missing = run(&["bench", "scale", "--part", "gauntlet", "--configs", "nowhere"]);
     assert_bad_input(&missing, "nowhere/gauntlet_1.toml");
     assert_bad_input(

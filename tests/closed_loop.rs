@@ -270,7 +270,7 @@ fn an_unsupported_stance_foot_ends_the_walk_with_an_invalid_start() {
     assert_eq!(limb, sole.limb as usize);
 }
 
-/// A plan from where the robot stands once it has gone so many places back.
+/// A plan from where the robot stands once it has retraced so many stances.
 fn plan_from_back(
     case: &Case,
     rest_state: &RestState,
@@ -295,9 +295,9 @@ fn the_robot_retraces_its_steps() {
     let at = landings(&chunks)[3];
     let mut executor = case.executor();
     let rest_state = walk(&mut executor, &chunks[..at], RestState::zeroed());
-    let (rest, way_back) = plan_from_back(&case, &rest_state, &chunks[..at], 2);
-    assert_eq!(way_back.depth, 2);
-    for (back, walked) in rest[..way_back.chunks].iter().zip(chunks[..at].iter().rev()) {
+    let (rest, retrace) = plan_from_back(&case, &rest_state, &chunks[..at], 2);
+    assert_eq!(retrace.depth, 2);
+    for (back, walked) in rest[..retrace.chunks].iter().zip(chunks[..at].iter().rev()) {
         let configurations = |chunk: &PlanChunk| {
             chunk.waypoints().iter().map(|at| (at.root_position, at.q)).collect::<Vec<_>>()
         };
@@ -308,7 +308,7 @@ fn the_robot_retraces_its_steps() {
             (backwards, walked.mode, walked.contacts())
         );
     }
-    let lift_offs = rest[..way_back.chunks]
+    let lift_offs = rest[..retrace.chunks]
         .windows(2)
         .filter(|pair| pair[0].mode != pair[1].mode && pair[1].mode == SupportMode::Double as u32);
     assert_eq!(lift_offs.count(), 1, "one foot is set down on the way, the other one at its end");

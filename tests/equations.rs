@@ -86,15 +86,15 @@ fn every_file_and_test_it_names_exists() {
 }
 
 #[test]
-fn what_is_wrong_with_a_row_is_seen() {
+fn the_fault_of_a_row_is_found() {
     let row = |rest: &str| faults(&format!("| Eq | rule | {rest} |"));
     assert_eq!(
-        row("`tests/equations.rs` | `tests/equations.rs::what_is_wrong_with_a_row_is_seen` | done"),
+        row("`tests/equations.rs` | `tests/equations.rs::the_fault_of_a_row_is_found` | done"),
         Vec::<String>::new()
     );
     for (rest, expected) in [
         (
-            "`tests/no.rs` | `tests/equations.rs::what_is_wrong_with_a_row_is_seen` | done",
+            "`tests/no.rs` | `tests/equations.rs::the_fault_of_a_row_is_found` | done",
             "no file tests/no.rs",
         ),
         ("`tests/equations.rs` | `tests/equations.rs::rows` | done", "no test"),

@@ -2,8 +2,8 @@
 //! checked as a user would.
 //!
 //! `cargo test --release --test false_refusals -- --ignored --nocapture` makes 500 plans.
-//! `SUREFOOT_PLANS=N` makes N, and `SUREFOOT_PLANS_KEPT=DIR` keeps the refused plans there, and every
-//! 33rd plan for the independent judge.
+//! `SUREFOOT_PLANS=N` makes N, and `SUREFOOT_PLANS_KEPT=DIR` keeps the refused plans there, and
+//! every 33rd plan for the independent checker.
 
 #![allow(clippy::print_stdout, reason = "a test prints its results")]
 #![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]

@@ -15,7 +15,7 @@ use std::process::Command;
 use command::{finish, run, scenario, surefoot};
 use serde_json::Value;
 
-/// What glibc is told not to use: all that came after the first x86-64 processors.
+/// The processor features that glibc must not use: all that came after the first x86-64 processors.
 const MASK: &str = "glibc.cpu.hwcaps=-AVX512F,-AVX512VL,-AVX2,-AVX,-FMA,-FMA4,-BMI1,-BMI2,-ERMS,-FSRM,-LZCNT,-MOVBE,-POPCNT,-SSE4_2,-SSE4_1,-SSSE3";
 const TUNABLES: &str = "GLIBC_TUNABLES";
 const LOADER: &str = "/lib64/ld-linux-x86-64.so.2";
@@ -62,7 +62,7 @@ fn neither_processor_features_nor_addresses_nor_load_change_a_plan() {
         );
     }
     let folder = tempfile::tempdir().unwrap();
-    // Whoever comes first prepares the robot; the others find it.
+    // The first process prepares the robot; the others find the preparation.
     assert_eq!(run(&["prepare", "configs/robots/hubo/robot.toml", "--quiet"]).code, 0);
     let mut running = vec![];
     for name in SCENARIOS {

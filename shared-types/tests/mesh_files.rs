@@ -111,7 +111,7 @@ fn what_single_precision_would_bend_is_refused() {
     }
 }
 
-/// A `<geometry>` of these positions. All of them use the same ids for what is inside.
+/// A `<geometry>` of these positions. All of them use the same ids for the elements inside.
 fn geometry(id: &str, positions: &str, primitive: &str) -> String {
     let numbers = positions.split_whitespace().count();
     format!(

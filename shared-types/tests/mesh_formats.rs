@@ -366,7 +366,7 @@ fn what_holds_no_surface_may_stand_in_a_collada_file() {
 }
 
 /// A file cut at any byte is refused or gives the whole mesh. OBJ has neither counts nor an end, so
-/// that a cut can be seen within a face only: what is left is then the first of its faces.
+/// that a cut can be seen within a face only: the rest is then the first of its faces.
 #[test]
 fn cut_files_are_refused_or_whole() {
     let folder = Folder::new();

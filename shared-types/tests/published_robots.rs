@@ -1,5 +1,5 @@
-//! Robots as programs and people publish them are read, and what planning does not need refuses
-//! none; what is wrong is told all at once, with its places.
+//! Robots as programs and people publish them are read, and no robot is refused for what planning
+//! does not need; all errors are reported at once, with their places.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests, not input handling")]
 
@@ -185,7 +185,7 @@ fn attributes_of_urdf_1_1_and_1_2_are_used_or_refused() {
 }
 
 #[test]
-fn every_mistake_of_a_robot_is_told_at_once() {
+fn every_mistake_of_a_robot_is_reported_at_once() {
     let urdf = URDF
         .replacen("<mass value=\"10\"/>", "", 1)
         .replacen("size=\"0.2 0.1 0.04\"", "size=\"0.2 0.1\"", 1)

@@ -203,7 +203,10 @@ fn what_other_programs_add_to_a_urdf_is_passed_over() {
         .replace("<link name=\"imu\"/>", "<link name=\"imu\"/><drake:joint name=\"ball\" type=\"ball\"><drake:part/></drake:joint>")
         .replace("</collision>", "</collision><visual><material/><material/></visual>")
         .replace("<link name=\"imu\"/>", "<link name=\"imu\"/><material/><sensor><link/></sensor>")
-        .replace("foot.obj\"/>", "foot.obj\"><drake:declare_convex/><!-- a note --><convex/></mesh>");
+        .replace(
+            "foot.obj\"/>",
+            "foot.obj\"><drake:declare_convex/><!-- a note --><convex/></mesh>",
+        );
     assert_eq!(extended.matches("drake").count(), 6);
     folder.write("stilts.urdf", extended.as_bytes());
     let robot = load(&folder.path("")).unwrap();

@@ -24,14 +24,14 @@ impl Checker {
     /// Prepares all that does not depend on the motion. The tolerances are `parameters.checker`.
     ///
     /// # Errors
-    /// The robot is not a biped, or a shape of the robot or the world is none that the checker can
-    /// compute with.
+    /// The robot is not a biped, or the checker cannot compute with a shape of the robot or the
+    /// world.
     pub fn new(robot: &Robot, world: &World, parameters: &Parameters) -> Result<Self, CheckError> {
         let (model, world) = (robot.model().clone(), world.model().clone());
         Ok(Self { checker: SegmentChecker::new(model, world, parameters.checker.clone())? })
     }
 
-    /// Checks the motion of a chunk, whoever made it, and returns its worst margins.
+    /// Checks the motion of a chunk of any origin, and returns its worst margins.
     ///
     /// # Errors
     /// The first violation: which check, at which waypoint, by how much.

@@ -1,4 +1,4 @@
-//! Errors, one enum an operation. Each message says what is wrong and what to do.
+//! Errors, one enum an operation. Each message names the problem and its correction.
 
 use surefoot_controller_sim::CheckerError;
 use surefoot_planner::pipeline::PlannerError;
@@ -11,7 +11,7 @@ use surefoot_shared_types::world::correction::CorrectionError;
 
 pub use surefoot_shared_types::world::builder::WorldError;
 
-/// Why a file cannot be used: file, line, element and what is wrong.
+/// Why a file cannot be used: file, line, element and problem.
 #[derive(Debug, thiserror::Error)]
 #[error(transparent)]
 pub struct LoadError(#[from] InputError);
@@ -39,8 +39,8 @@ pub enum BuildError {
     /// A planner needs a thread.
     #[error("a planner needs at least one thread")]
     NoThread,
-    /// The robot or the world is none that the planner can use, the preparation was made with other
-    /// margins, or the threads cannot be started.
+    /// The planner cannot use the robot or the world, the preparation was made with other margins,
+    /// or the threads cannot be started.
     #[error(transparent)]
     Planner(#[from] PlannerError),
 }
@@ -99,7 +99,7 @@ pub enum ReplanError {
 /// Why a checker or a plan file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckError {
-    /// The robot or the world is none that the checker can compute with.
+    /// The checker cannot compute with the robot or the world.
     #[error(transparent)]
     Checker(#[from] CheckerError),
     /// The plan file, its robot or its world cannot be used.

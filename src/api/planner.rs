@@ -83,7 +83,7 @@ impl PlannerBuilder {
     }
 }
 
-/// What is planned: from where, to where, in which world, under which name.
+/// A planning problem: start, goal, world and plan name.
 #[derive(Debug, Clone)]
 struct Task {
     start: Stance,

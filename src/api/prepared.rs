@@ -1,4 +1,4 @@
-//! What is made once for a robot and a set of margins.
+//! The preparation of a robot: made once for a robot and a set of margins.
 
 use std::io::{Read, Write};
 

@@ -27,7 +27,7 @@ impl Publisher {
     }
 
     /// Delivers all chunks of a plan in order, without a copy. Returns when all are accepted, one
-    /// is refused, or no controller is heard for 30 s.
+    /// is refused, or no controller answers for 30 s.
     ///
     /// # Errors
     /// The transport fails.

@@ -58,7 +58,7 @@ pub fn file_of(house: &House, target: &Target) -> Option<usize> {
     }
 }
 
-/// The arrows between files, down to the file that defines what is imported.
+/// The arrows between files, down to the file that defines the imported item.
 pub fn arrows<'a>(house: &House, mentions: &'a [Mention], resolved: &[Vec<Found>]) -> Arrows<'a> {
     let mut arrows = Arrows::default();
     for (mention, found) in mentions.iter().zip(resolved) {

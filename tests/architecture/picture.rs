@@ -134,17 +134,9 @@ pub fn diagram(crates: &[Crate]) -> String {
         planner_sources & controller-sim_sources --> shared-types_sources\n```\n"
 }
 
-/// The section of the document: the diagram, and each folder's duty.
+/// The section of the document.
 pub fn section(house: &House) -> String {
-    let mut text = diagram(&house.crates);
-    text += "\n| folder | duty |\n| --- | --- |\n";
-    for (at, krate) in house.crates.iter().enumerate().rev() {
-        for floor in krate.floors.iter().rev() {
-            let duty = duty(house, at, floor.folder);
-            text += &format!("| `{}/{}` | {duty} |\n", krate.sources, floor.folder);
-        }
-    }
-    text
+    diagram(&house.crates)
 }
 
 /// A document with its section replaced; none where it has no markers.

@@ -120,8 +120,8 @@ pub fn long_prose(source: &Source) -> Vec<String> {
         let trimmed = line.trim_start();
         is_block ^= trimmed.starts_with("```");
         let length = line.chars().count();
-        let last_word = line.rfind(' ').map_or(0, |end| line[..end].chars().count());
-        let is_free = is_block || trimmed.starts_with('|') || last_word == 0;
+        let last_space = line.rfind(' ').map_or(0, |end| line[..end].chars().count());
+        let is_free = is_block || trimmed.starts_with('|') || last_space == 0;
         if length > COLUMNS_MAX && !is_free {
             offences.push(format!("{}:{}: {length} columns", source.path, at + 1));
         }

@@ -10,7 +10,7 @@ pub const FIELDS_MAX: usize = 12;
 /// The `impl` blocks of a type stand in at most this many files.
 pub const IMPL_FILES_MAX: usize = 2;
 
-/// What is known of a type.
+/// The properties of a type.
 #[derive(Default)]
 struct Type {
     line: usize,

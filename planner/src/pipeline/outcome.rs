@@ -55,7 +55,7 @@ pub enum EndpointError {
     NoPosture {
         /// The condition that failed.
         rejection: Rejection,
-        /// What is too near to what, where that is why.
+        /// The pair that is too near, if that is the reason.
         hit: Option<Hit>,
     },
     /// It is not known where both feet stand, or stood last.
@@ -70,13 +70,15 @@ impl Outcome {
             Self::BudgetExhausted(Bound::Work) => {
                 "no plan: the work limit planner.work_max was reached; raise it in the scenario file".into()
             }
-            Self::ArenaFull(full) => format!("no plan: the arena planner.{} is full; raise it", full.parameter()),
+            Self::ArenaFull(full) => {
+                format!("no plan: the arena planner.{} is full; raise it", full.parameter())
+            }
             Self::StartInvalid(error) => format!("the start is invalid: {}", error.describe()),
             Self::GoalInvalid(error) => format!("the goal is invalid: {}", error.describe()),
         }
     }
 
-    /// What is too near to what where the robot would stand, if that is why it cannot.
+    /// The pair that is too near where the robot would stand, if that is why it cannot.
     pub fn hit(&self) -> Option<Hit> {
         match self {
             Self::StartInvalid(EndpointError::NoPosture { hit, .. })

@@ -138,7 +138,7 @@ impl<'a> PlannerBuilder<'a> {
     }
 
     /// Keeps soles out of a rectangle with these half sides (m) around a sole pose; see
-    /// [`CollisionModel::shun`].
+    /// [`CollisionModel::add_keep_out_zone`].
     pub fn keep_out(mut self, world_from_sole: Pose, half_sides: [f64; 2]) -> Self {
         self.keep_out.push((world_from_sole, half_sides));
         self

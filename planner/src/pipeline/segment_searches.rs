@@ -183,14 +183,14 @@ impl SegmentSearches {
             self.current = index;
             return Event::Failed;
         }
-        let seeking = self.find(|state| state == SegmentState::Seek);
-        if let Some(index) = seeking {
+        let waiting = self.find(|state| state == SegmentState::Seek);
+        if let Some(index) = waiting {
             self.current = index;
         }
         if self.is_estimating() {
             return Event::NeedsEstimates;
         }
-        if seeking.is_some() {
+        if waiting.is_some() {
             return Event::NeedsSequence;
         }
         if self.find(|state| matches!(state, SegmentState::Sample { .. })).is_some() {
@@ -207,7 +207,7 @@ impl SegmentSearches {
     }
 
     /// Whether a search needs a sequence.
-    pub fn is_seeking(&self) -> bool {
+    pub fn needs_sequence(&self) -> bool {
         self.find(|state| state == SegmentState::Seek).is_some()
     }
 

@@ -148,7 +148,7 @@ impl SequenceStage {
         search: &mut Search,
         budget: u64,
     ) -> Result<Event, ArenaFull> {
-        if self.searcher.query.is_none() && search.segments.is_seeking() {
+        if self.searcher.query.is_none() && search.segments.needs_sequence() {
             self.searcher.begin(search);
         }
         let is_estimating = search.segments.is_estimating();

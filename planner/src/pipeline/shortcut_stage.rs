@@ -23,8 +23,8 @@ enum Task {
     Begin,
     /// Rank the motions of the plan from `next` on.
     Rank { next: usize },
-    /// Shorten motions in batches.
-    Shorten(Pass),
+    /// Apply shortcuts to motions in batches.
+    Shortcut(Pass),
 }
 
 /// The motions that are to be shortened.
@@ -86,7 +86,7 @@ impl ShortcutStage {
             self.task = Task::Rank { next: 0 };
         }
         match self.task {
-            Task::Shorten(goal) => self.shorten(context, search, goal, budget),
+            Task::Shortcut(goal) => self.apply_shortcuts(context, search, goal, budget),
             Task::Rank { next } => Ok(self.rank(search, next)),
             Task::Begin => Ok(Event::Continue),
         }
@@ -96,7 +96,7 @@ impl ShortcutStage {
     fn rank(&mut self, search: &mut Search, next: usize) -> Event {
         search.stats.work += 1;
         let Some(edge) = edge_of(search.segmentation.plan(), next) else {
-            self.task = Task::Shorten(Pass::Shortcuts);
+            self.task = Task::Shortcut(Pass::Shortcuts);
             return Event::Continue;
         };
         let ratio = detour_ratio(&search.roadmap, edge);
@@ -107,8 +107,8 @@ impl ShortcutStage {
         Event::Continue
     }
 
-    /// Shortens motions of the plan, one batch after the other.
-    fn shorten(
+    /// Applies shortcuts to motions of the plan, one batch after the other.
+    fn apply_shortcuts(
         &mut self,
         context: &PlanningContext,
         search: &mut Search,
@@ -126,7 +126,7 @@ impl ShortcutStage {
             return Ok(Event::Continue);
         }
         if goal == Pass::Shortcuts {
-            self.task = Task::Shorten(Pass::Corners);
+            self.task = Task::Shortcut(Pass::Corners);
             return Ok(Event::Continue);
         }
         self.task = Task::Begin;

@@ -38,8 +38,8 @@ pub struct ScenarioContent {
 }
 
 impl ScenarioContent {
-    /// The scenario, with the rules of a scenario file. Its name and its paths are empty, its digest
-    /// is that of a file with the same content.
+    /// The scenario, with the rules of a scenario file. Its name and its paths are empty. Its
+    /// digest is that of a file with the same content.
     ///
     /// # Errors
     /// A number is out of range, or a planner margin is not strictly stronger than what the checker

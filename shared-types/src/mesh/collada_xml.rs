@@ -101,8 +101,8 @@ pub(crate) fn whole_number(
 /// An error unless as much was found in an element as its `count` says.
 pub(crate) fn check_count(element: Node, found: usize) -> Result<(), String> {
     match whole_number(element, "count", found)? {
-        said if said != found => {
-            Err(damaged(element, format!("says count=\"{said}\" but holds {found}")))
+        stated if stated != found => {
+            Err(damaged(element, format!("says count=\"{stated}\" but holds {found}")))
         }
         _ => Ok(()),
     }

@@ -19,9 +19,9 @@ pub(crate) struct Polygons {
     indices: Vec<u32>,
 }
 
-/// A polygon in triangles.
+/// The triangles of a polygon.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Cut {
+pub(crate) struct PolygonTriangles {
     /// Indices of the polygon's corners, wound as the polygon is.
     pub(crate) triangles: Vec<[usize; 3]>,
     /// How far the corners lie off one plane; infinite where the outline crosses itself.
@@ -32,11 +32,11 @@ impl Polygons {
     /// Cuts a polygon. The triangles do not depend on the corner that is named first, nor, but for
     /// their winding, on the polygon's. A polygon without area has none. One that crosses itself
     /// becomes a fan, which has at least its corners.
-    pub(crate) fn cut(&mut self, corners: &[DVec3]) -> Cut {
-        let (ring, is_reversed) = ring(corners);
+    pub(crate) fn cut(&mut self, corners: &[DVec3]) -> PolygonTriangles {
+        let (ring, is_reversed) = distinct_corners(corners);
         let points: Vec<DVec3> = ring.iter().map(|at| corners[*at]).collect();
         if are_collinear(&points) {
-            return Cut { triangles: Vec::new(), off_plane: 0.0 };
+            return PolygonTriangles { triangles: Vec::new(), off_plane: 0.0 };
         }
         let (triangles, off_plane) = match self.triangulate(&points) {
             Some(triangles) => (triangles, off_plane(&points)),
@@ -44,7 +44,7 @@ impl Polygons {
         };
         let wound = |[a, b, c]: [usize; 3]| if is_reversed { [a, c, b] } else { [a, b, c] };
         let named = |triangle: [usize; 3]| wound(triangle.map(|at| ring[at]));
-        Cut { triangles: triangles.into_iter().map(named).collect(), off_plane }
+        PolygonTriangles { triangles: triangles.into_iter().map(named).collect(), off_plane }
     }
 
     /// Triangles that together have the area of a polygon; `None` where there are none.
@@ -68,7 +68,7 @@ impl Polygons {
 /// The corners, without one that repeats the one before it, from the first in the order of
 /// coordinates towards the first of its two neighbours; and whether this is against the polygon's
 /// winding.
-fn ring(corners: &[DVec3]) -> (Vec<usize>, bool) {
+fn distinct_corners(corners: &[DVec3]) -> (Vec<usize>, bool) {
     let before = |at: usize| corners[(at + corners.len() - 1) % corners.len()];
     let mut ring: Vec<usize> =
         (0..corners.len()).filter(|at| corners[*at] != before(*at)).collect();
@@ -115,12 +115,12 @@ fn off_plane(points: &[DVec3]) -> f64 {
 mod tests {
     use super::*;
 
-    fn cut(outline: &[[f64; 3]]) -> Cut {
+    fn cut(outline: &[[f64; 3]]) -> PolygonTriangles {
         Polygons::default()
             .cut(&outline.iter().map(|at| DVec3::from_array(*at)).collect::<Vec<_>>())
     }
 
-    fn area(outline: &[[f64; 3]], cut: &Cut) -> DVec3 {
+    fn area(outline: &[[f64; 3]], cut: &PolygonTriangles) -> DVec3 {
         let corner = |at: usize| DVec3::from_array(outline[at]);
         let areas = cut.triangles.iter().map(|of| of.map(corner));
         areas.map(|[a, b, c]| 0.5 * (b - a).cross(c - a)).sum()
@@ -169,8 +169,8 @@ mod tests {
     #[test]
     fn repeated_corners_and_lines_have_no_area() {
         let line = [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [3.0, 3.0, 0.0], [2.0, 2.0, 0.0]];
-        assert_eq!(cut(&line), Cut { triangles: vec![], off_plane: 0.0 });
-        assert_eq!(cut(&[[1.0; 3]; 4]), Cut { triangles: vec![], off_plane: 0.0 });
+        assert_eq!(cut(&line), PolygonTriangles { triangles: vec![], off_plane: 0.0 });
+        assert_eq!(cut(&[[1.0; 3]; 4]), PolygonTriangles { triangles: vec![], off_plane: 0.0 });
         let square = [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 1.0]];
         let square = square.map(|[x, y]| [1e4 + x, y, 5.0]);
         assert!((area(&square, &cut(&square)) - DVec3::Z).length() < 1e-9);

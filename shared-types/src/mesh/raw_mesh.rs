@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::mesh::polygon::{Cut, Polygons};
+use crate::mesh::polygon::{PolygonTriangles, Polygons};
 
 /// Why a mesh file cannot be used, and the line, where the format has lines.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -82,7 +82,7 @@ impl Welder {
         }
         check_finite(corners)?;
         let indices: Vec<u32> = corners.iter().map(|corner| self.weld(*corner)).collect();
-        let Cut { triangles, off_plane } = self.polygons.cut(corners);
+        let PolygonTriangles { triangles, off_plane } = self.polygons.cut(corners);
         self.mesh.triangles.extend(triangles.iter().map(|of| of.map(|at| indices[at])));
         let known = self.mesh.most_bent.as_ref().map_or(0.0, |face| face.off_plane);
         if off_plane > known {

@@ -90,7 +90,7 @@ fn read_text(text: &str, welder: &mut Welder) -> Result<(), MeshError> {
 fn facet(words: &mut Words) -> Result<[DVec3; 3], MeshError> {
     words.expect("normal")?;
     // Normals follow from the corners; some exporters write words for theirs.
-    (0..3).try_for_each(|_| words.word().map(|_| ()))?;
+    (0..3).try_for_each(|_| words.next_token().map(|_| ()))?;
     words.expect("outer")?;
     words.expect("loop")?;
     let mut corners = [DVec3::ZERO; 3];
@@ -142,15 +142,15 @@ impl<'a> Words<'a> {
         }
     }
 
-    fn word(&mut self) -> Result<&'a str, MeshError> {
+    fn next_token(&mut self) -> Result<&'a str, MeshError> {
         let end = "ends within a solid, as if it were cut; copy or export it again";
         self.next().ok_or_else(|| self.error(end.into()))
     }
 
     /// A word in small letters; "end" is one with the word that follows it.
     fn keyword(&mut self) -> Result<String, MeshError> {
-        let word = self.word()?.to_ascii_lowercase();
-        Ok(if word == "end" { word + &self.word()?.to_ascii_lowercase() } else { word })
+        let word = self.next_token()?.to_ascii_lowercase();
+        Ok(if word == "end" { word + &self.next_token()?.to_ascii_lowercase() } else { word })
     }
 
     fn expect(&mut self, wanted: &str) -> Result<(), MeshError> {
@@ -161,7 +161,7 @@ impl<'a> Words<'a> {
     }
 
     fn number(&mut self) -> Result<f64, MeshError> {
-        let word = self.word()?;
+        let word = self.next_token()?;
         let number: Result<f32, _> = word.parse();
         number.map(f64::from).map_err(|_| self.unexpected(word, "a number"))
     }

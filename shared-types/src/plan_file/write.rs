@@ -78,7 +78,10 @@ pub fn save(plan: &PlanFile, path: &Path) -> Result<(), InputError> {
 
 /// A plan file names the files of its meshes: a mesh in memory has none.
 fn check_mesh_files(plan: &PlanFile) -> Result<(), (String, String)> {
-    let has_no_file = |shape: &&SceneShapeBlock| matches!(&shape.shape, ShapeBlock::Mesh { path, .. } if path.is_empty());
+    let has_no_file = |shape: &&SceneShapeBlock| match &shape.shape {
+        ShapeBlock::Mesh { path, .. } => path.is_empty(),
+        _ => false,
+    };
     plan.scene.shapes.iter().find(has_no_file).map_or(Ok(()), |shape| {
         let message =
             "is a mesh in memory; save it as an STL or OBJ file and load the world from there";

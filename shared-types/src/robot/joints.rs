@@ -60,7 +60,7 @@ pub(crate) fn joint_role(
 }
 
 /// Where a joint is held that mimics one that is held, or that never moves; `None` for one that
-/// mimics none, or none that the file has.
+/// mimics no joint of the file.
 fn followed_position(
     urdf: &Urdf,
     index: usize,

@@ -18,7 +18,8 @@ use surefoot_shared_types::plan_file::write::plan_from_chunks;
 use surefoot_shared_types::robot::load::load_robot;
 use surefoot_shared_types::world::load::load_world;
 
-/// Swings over obstacles, primitives on a floor, steps on edges, and hardly any room for the feet.
+/// Swings over obstacles, primitives on a floor, steps on edges, and footholds hardly larger than
+/// the soles.
 const SCENARIOS: [&str; 6] =
     ["flat_walk", "ibeam_gap", "ibeam_hallway", "stairs", "cinder_blocks", "monkey_bars"];
 /// Far more work than by default, so that all motions are gone through.
