@@ -23,5 +23,6 @@ pub use chunk::Identity;
 pub use execution::disturbance::Disturbance;
 pub use execution::executor::ChunkExecutor;
 pub use execution::ground_truth::{GroundTruth, missing_contact};
-pub use plan::plan_check::{PlanReport, check_plan};
+pub use plan::plan_check::{PlanReport, check_plan, check_plan_in};
+pub use plan::problem::Problem;
 pub use statics::CheckerError;

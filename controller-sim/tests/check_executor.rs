@@ -11,6 +11,7 @@ use check_robot::*;
 use surefoot_controller_sim::{Checker, ChunkExecutor, Identity};
 use surefoot_shared_types::base::digest::Digest;
 use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::chunk::{CHUNK_SCHEMA, FLAG_FIRST, FLAG_LAST};
 use surefoot_shared_types::message::{Check, Contact, PlanChunk, SupportMode, Waypoint, WithCrc};
 
@@ -215,4 +216,49 @@ fn physics_is_checked_last_and_a_new_plan_begins_where_the_robot_stands() {
     here.plan_id = 1;
     executor.check_and_execute(&signed(here)).unwrap();
     assert_eq!((executor.plan_id(), executor.next_sequence()), (Some(1), 1));
+}
+
+#[test]
+fn a_kept_foot_does_not_creep() {
+    let mut executor = executor();
+    let (mut stream, mut moved) = (Digest::default(), 0.0);
+    for sequence in 0..5 {
+        // Each chunk declares the soles 0.9 um from those of the chunk before.
+        let mut feet = both_feet();
+        feet.iter_mut().for_each(|foot| foot.position[0] += moved);
+        let time = sequence as f64;
+        let still = [waypoint(time, 0.0, 0.0), waypoint(time + 1.0, 0.0, 0.0)];
+        let next = chunk(sequence, stream, SupportMode::Double, &feet, &still);
+        match executor.check_and_execute(&next) {
+            Ok(_) => stream = next.stream_after(),
+            Err(violation) => {
+                assert_eq!((violation.check, sequence), (Check::Continuity, 2), "{violation}");
+                return;
+            }
+        }
+        moved += 0.9e-6;
+    }
+    panic!("both feet slid by {moved} m");
+}
+
+#[test]
+fn the_first_chunk_begins_at_the_start() {
+    let start = |x: f64| StancePose {
+        position: glam::DVec3::new(x, 0.0, 0.0),
+        yaw: 0.0,
+        stance_width: 0.2,
+    };
+    executor().starting_at(start(0.03)).check_and_execute(&first()).unwrap();
+    let mut elsewhere = executor().starting_at(start(2.0));
+    let violation = elsewhere.check_and_execute(&first()).unwrap_err();
+    assert_eq!(violation.check, Check::Continuity, "{violation}");
+    assert_eq!(elsewhere.rest_state(), None);
+}
+
+#[test]
+fn a_chunk_of_days_is_refused() {
+    let mut motion = swing((0.0, 0.0), (0.2, 0.0), 2);
+    motion[1].time = 2e4;
+    let long = chunk(0, Digest::default(), SupportMode::Double, &both_feet(), &motion);
+    assert_eq!(executor().check_and_execute(&long).unwrap_err().check, Check::Spacing);
 }

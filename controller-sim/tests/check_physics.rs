@@ -13,7 +13,7 @@ use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
-use surefoot_shared_types::robot::model::{Joint, LockedJoint, RobotModel};
+use surefoot_shared_types::robot::model::{Joint, LinkShape, LockedJoint, RobotModel};
 use surefoot_shared_types::world::world::{GRAVITY, World};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -53,8 +53,8 @@ fn standing_is_accepted_with_the_margins_computed_by_hand() {
     // The shin ends 0.04 m over the floor but belongs to the foot's link; the hand hangs 0.33 m
     // over the floor.
     assert_eq!(margins.collision, 0.1);
-    // The forearm hangs 0.25 - 0.03 - 0.14 m beside the torso, and 0.08 m beside the thigh.
-    assert!((margins.self_collision - 0.08).abs() < 1e-6, "{margins:?}");
+    // The upper arm ends 0.38 m below the shoulder, the forearm begins 0.42 m below it.
+    assert!((margins.self_collision - 0.04).abs() < 1e-6, "{margins:?}");
 }
 
 #[test]
@@ -368,16 +368,89 @@ fn feet_may_not_penetrate_shapes_beside_their_soles() {
     );
 }
 
+/// The robot with a fin on its upper arm, in the frame of that link.
+fn robot_with_fin(x: f64, y: f64, z: f64) -> RobotModel {
+    let mut finned = robot();
+    let (link_from_shape, shape) = (at(x, y, z), box_of(0.02, 0.02, 0.02));
+    finned.links[3].shapes.push(LinkShape { link_from_shape, shape });
+    finned
+}
+
 #[test]
-fn links_that_overlap_at_joint_position_zero_may_touch_if_they_are_near() {
-    // A torso wide enough to hold the upper part of the forearm, two joints away.
-    let mut wide = robot();
-    wide.links[0].shapes[0].shape = box_of(0.1, 0.3, 0.25);
-    wide.links[4].shapes[0].link_from_shape = at(0.0, 0.0, -0.15);
-    wide.links[3].shapes.clear();
-    let margins =
-        check_motion(wide, world(vec![]), &both_feet(), &[waypoint(0.0, 0.0, 0.0)]).unwrap();
-    assert!(margins.self_collision > 0.0, "{margins:?}");
+fn neighbours_that_overlap_in_the_standing_posture_are_excused_and_named() {
+    let finned = robot_with_fin(0.0, 0.045, -0.6);
+    let motion = swing((0.0, 0.0), (0.0, 0.1), 4);
+    check_motion(finned.clone(), world(vec![]), &both_feet(), &motion).unwrap();
+    let checker = Checker::new(finned, world(vec![]), CheckerConfig::default()).unwrap();
+    let named = checker.allowed_overlaps();
+    assert!(named.len() == 1 && named[0].contains("upper_arm and forearm"), "{named:?}");
+}
+
+#[test]
+fn neighbours_that_are_clear_in_the_standing_posture_stay_clear() {
+    // The forearm reaches the fin only when the elbow bends.
+    let finned = robot_with_fin(0.0, 0.15, -0.35);
+    let still = [waypoint(0.0, 0.0, 0.0)];
+    check_motion(finned.clone(), world(vec![]), &both_feet(), &still).unwrap();
+    refused(
+        check_motion(finned, world(vec![]), &both_feet(), &swing((0.0, 0.0), (0.0, 2.0), 21)),
+        Check::SelfCollision,
+        "upper_arm overlaps forearm",
+    );
+}
+
+#[test]
+fn a_robot_under_an_open_roof_is_not_inside_it() {
+    let corners =
+        [(-2., -2., 0.), (4., -2., 0.), (4., 0., 3.), (-2., 0., 3.), (-2., 2., 0.), (4., 2., 0.)];
+    let source = None;
+    let roof = Shape::Mesh {
+        vertices: corners.map(DVec3::from).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3], [3, 2, 5], [3, 5, 4]],
+        source,
+    };
+    let still = [waypoint(0.0, 0.0, 0.0)];
+    let under = world(vec![("roof", at(0., 0., 0.), roof)]);
+    check_motion(robot(), under, &both_feet(), &still).unwrap();
+}
+
+/// A robot light enough on its right leg to stand on the left foot.
+fn robot_on_the_left_foot() -> RobotModel {
+    let mut light = robot();
+    light.links[2].mass = 0.1;
+    light.links[0].com.y = 0.1;
+    light
+}
+
+#[test]
+fn a_swing_foot_may_not_slide_over_the_ground() {
+    // The right hip swings the foot along an arc that begins and ends on the floor or 10 cm over it.
+    let motion = |angle: f64, count: usize| -> Vec<Waypoint> {
+        let part = |i: usize| i as f64 / (count - 1) as f64;
+        let at = |i: usize| {
+            let mut at = waypoint(i as f64, 0.0, 0.0);
+            at.q[1] = angle * part(i);
+            at
+        };
+        (0..count).map(at).collect()
+    };
+    let lowered = |height: f64| {
+        let mut floor = world(vec![]);
+        // Under the right foot the floor is lower.
+        floor.shapes[0].world_from_shape = at(0.0, 3.0, -0.25);
+        floor.shapes.push(surefoot_shared_types::world::world::WorldShape {
+            name: "low".into(),
+            world_from_shape: at(0.0, -3.05, -0.25 - height),
+            shape: box_of(3.0, 3.0, 0.25),
+        });
+        floor
+    };
+    let check = |height: f64, angle: f64| {
+        check_motion(robot_on_the_left_foot(), lowered(height), &[contact(0)], &motion(angle, 4))
+    };
+    check(0.05, 0.02).unwrap();
+    check(0.0, 0.005).unwrap();
+    refused(check(0.0, 0.02), Check::Collision, "right foot slides over the world while it swings");
 }
 
 #[test]

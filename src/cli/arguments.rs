@@ -233,6 +233,9 @@ pub struct CheckArguments {
     /// The exported plan
     #[arg(value_name = "PLAN.json")]
     pub plan: PathBuf,
+    /// Check against this scenario's robot, world, tolerances, start and goal
+    #[arg(long, value_name = "SCENARIO.toml")]
+    pub scenario: Option<PathBuf>,
     /// Print the report as JSON
     #[arg(long)]
     pub json: bool,

@@ -1,10 +1,10 @@
 //! `surefoot check`: the controller's checks on an exported plan.
 
 use serde::Serialize;
-use surefoot_controller_sim::check_plan;
 use surefoot_controller_sim::plan::EndpointReport;
 use surefoot_controller_sim::plan::plan_check::CheckResult;
-use surefoot_controller_sim::{PlanReport, Reserves};
+use surefoot_controller_sim::{PlanReport, Problem, Reserves, check_plan_in};
+use surefoot_shared_types::config::load::load_scenario;
 use surefoot_shared_types::plan_file::read::load_plan;
 
 use crate::cli::arguments::CheckArguments;
@@ -18,7 +18,11 @@ use crate::system::terminal;
 /// When the plan, its robot or its world cannot be used.
 pub fn run(arguments: &CheckArguments) -> Result<CommandOutcome, CommandError> {
     let plan = load_plan(&arguments.plan)?;
-    let report = check_plan(&plan, &arguments.plan)?;
+    let problem = match &arguments.scenario {
+        Some(path) => Problem::of_scenario(&load_scenario(path)?, &plan, &arguments.plan)?,
+        None => Problem::of_plan(&plan, &arguments.plan)?,
+    };
+    let report = check_plan_in(&plan, &arguments.plan, &problem)?;
     if arguments.json {
         let text = serde_json::to_string_pretty(&JsonReport::from(&report));
         terminal::print_result(&text.unwrap_or_else(|error| error.to_string()));
@@ -37,6 +41,7 @@ fn table(report: &PlanReport) -> String {
     let Reserves { friction, least_squares_torque } = report.reserves;
     let reserves = [("friction unused", friction), ("least-sq torque", least_squares_torque)];
     rows.extend(reserves.map(|(name, reserve)| reserve_row(name, reserve)));
+    rows.extend(report.notes.iter().cloned());
     rows.push(if report.is_valid() { "accepted".to_owned() } else { "refused".to_owned() });
     rows.join("\n")
 }
@@ -76,6 +81,7 @@ struct JsonReport {
     checks: Vec<JsonCheck>,
     start: JsonEnd,
     goal: JsonEnd,
+    notes: Vec<String>,
 }
 
 /// See `surefoot_controller_sim::Reserves`.
@@ -119,6 +125,7 @@ impl From<&PlanReport> for JsonReport {
             checks: report.checks.iter().map(JsonCheck::from).collect(),
             start: (&report.start).into(),
             goal: (&report.goal).into(),
+            notes: report.notes.clone(),
         }
     }
 }

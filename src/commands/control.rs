@@ -65,7 +65,8 @@ impl Controller {
         let mut subscriber = PlanSubscriber::open(&enter_instance(&arguments.instance)?, id)?;
         let executor = match subscriber.taken_over() {
             Some(feedback) => ChunkExecutor::take_over(checker, identity, feedback),
-            None => ChunkExecutor::new(checker, identity),
+            None if arguments.serve => ChunkExecutor::new(checker, identity),
+            None => ChunkExecutor::new(checker, identity).starting_at(scenario.start),
         };
         let simulated =
             arguments.rate.map(|rate| Simulated::new(&subscriber, id, rate)).transpose()?;

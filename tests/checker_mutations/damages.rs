@@ -224,7 +224,7 @@ fn collisions() -> Vec<Damage> {
                 ShapeBlock::Mesh { path: "cube.obj".into(), scale: None },
             );
         }),
-        ("the robot is inside a closed mesh", Violates(Check::Collision, "inside"), |damaged| {
+        ("the robot is inside a closed mesh", Violates(Check::Collision, "intruder"), |damaged| {
             std::fs::write(damaged.folder.join("rock.obj"), cube_obj(20.0)).unwrap();
             damaged.add(DVec3::ZERO, ShapeBlock::Mesh { path: "rock.obj".into(), scale: None });
         }),

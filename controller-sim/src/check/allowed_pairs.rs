@@ -1,118 +1,91 @@
-//! Which links may touch each other: decided from the robot alone, as MoveIt's setup assistant
-//! does.
+//! How deep two links of the robot may overlap, decided from the robot alone.
 //!
-//! Links at most one joint apart; links that overlap in nearly every random configuration; and
-//! links at most three joints apart that overlap at joint position 0. Joints that are held still
-//! part links, too.
+//! Links without a joint between them do not move against each other and are not checked. Links at
+//! most three joints apart whose covers overlap in the standing posture are not checked either: the
+//! overlap about a joint grows as the joint bends. Any other pair that overlaps in the standing
+//! posture may overlap as deep as there, and all pairs that are clear there must stay apart. Joints
+//! that are locked separate links, too.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::f64::consts::PI;
+use std::collections::BTreeMap;
 
 use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 
 use crate::geometry::body::{CollisionBody, SolidPose};
-use crate::geometry::separation::separation;
+use crate::geometry::penetration::body_separation;
 use crate::kinematics::forward::{Configuration, Posture};
 
-/// Random configurations tried.
-const CONFIGURATIONS: u32 = 300;
-/// Overlapping in this many of them, a pair always overlaps (95 %).
-const ALWAYS_MIN: u32 = 285;
-/// Links this many moving joints apart are one piece or neighbours.
-const NEIGHBOURS_MAX: usize = 1;
-/// Links this many moving joints apart may overlap at joint position 0.
+/// Covers of links this many joints apart may overlap as the joints bend: a hip, an ankle or a wrist
+/// has up to three joints.
 const NEAR_MAX: usize = 3;
+/// Depths are allowed with this rounding, m.
+const DEPTH_ROUNDING: f64 = 1e-6;
 
-/// A pair of links, the smaller index first.
-pub type LinkPair = (LinkIndex, LinkIndex);
+/// The depth that each pair of bodies may overlap, m; infinite for a pair that is not checked, and
+/// no entry for bodies of one rigid piece. The smaller index of the bodies comes first.
+pub type AllowedDepths = BTreeMap<(usize, usize), f64>;
 
-/// All pairs of links that carry bodies and may touch.
-pub fn allowed_pairs(model: &RobotModel, bodies: &[CollisionBody]) -> BTreeSet<LinkPair> {
-    let links: BTreeSet<LinkIndex> = bodies.iter().filter_map(|body| body.link).collect();
-    let pairs = links.iter().flat_map(|&a| links.range(a + 1..).map(move |&b| (a, b)));
-    let distances: BTreeMap<LinkPair, usize> =
-        pairs.map(|pair| (pair, joints_apart(model, pair))).collect();
-    let in_doubt: Vec<LinkPair> = distances
+/// The allowed depths of all pairs of bodies with a joint between them. `model` has its locked
+/// joints as joints.
+pub fn allowed_depths(model: &RobotModel, bodies: &[CollisionBody]) -> AllowedDepths {
+    let posture = standing_posture(model);
+    let placed: Vec<Option<(LinkIndex, SolidPose)>> = bodies
         .iter()
-        .filter(|(_, apart)| **apart > NEIGHBOURS_MAX)
-        .map(|(pair, _)| *pair)
+        .map(|body| {
+            body.link.map(|link| (link, SolidPose::new(body, &posture.world_from_link[link])))
+        })
         .collect();
-    let at_zero: BTreeSet<LinkPair> =
-        overlapping(model, bodies, &in_doubt, neutral(model)).into_iter().collect();
-    let mut random = SplitMix(0);
-    let mut counts: BTreeMap<LinkPair, u32> = BTreeMap::new();
-    for _ in 0..CONFIGURATIONS {
-        let q = model
-            .joints
-            .iter()
-            .map(|joint| random.between(joint.lower.max(-PI), joint.upper.min(PI)))
-            .collect();
-        for pair in overlapping(model, bodies, &in_doubt, q) {
-            *counts.entry(pair).or_default() += 1;
+    let mut depths = AllowedDepths::new();
+    for (first, second) in
+        (0..bodies.len()).flat_map(|a| (a + 1..bodies.len()).map(move |b| (a, b)))
+    {
+        let (Some((a, at)), Some((b, there))) = (&placed[first], &placed[second]) else { continue };
+        let apart = if a == b { 0 } else { joints_apart(model, (*a, *b)) };
+        if apart == 0 {
+            continue;
         }
+        let direction = (there.bounds.centre() - at.bounds.centre()).normalize_or(DVec3::X);
+        let solids = ((&bodies[first].solid, at), (&bodies[second].solid, there));
+        let distance = body_separation(solids.0, solids.1, direction, 0.0).distance;
+        let depth = match apart {
+            _ if distance >= 0.0 => 0.0,
+            1..=NEAR_MAX => f64::INFINITY,
+            _ => DEPTH_ROUNDING - distance,
+        };
+        depths.insert((first, second), depth);
     }
-    let allowed = |pair: &LinkPair, apart: usize| {
-        apart <= NEIGHBOURS_MAX
-            || counts.get(pair).is_some_and(|count| *count >= ALWAYS_MIN)
-            || (apart <= NEAR_MAX && at_zero.contains(pair))
-    };
-    distances
-        .into_iter()
-        .filter(|(pair, apart)| allowed(pair, *apart))
-        .map(|(pair, _)| pair)
-        .collect()
+    depths
 }
 
-fn neutral(model: &RobotModel) -> Vec<f64> {
-    model.joints.iter().map(|joint| 0.0_f64.max(joint.lower).min(joint.upper)).collect()
+/// The pairs that may overlap, one line each, with the reason.
+pub fn describe(depths: &AllowedDepths, bodies: &[CollisionBody]) -> Vec<String> {
+    let mut lines: Vec<String> = depths
+        .iter()
+        .filter(|(_, depth)| **depth > 0.0)
+        .map(|(&(a, b), depth)| {
+            let (a, b) = (&bodies[a].name, &bodies[b].name);
+            if depth.is_infinite() {
+                return format!("may overlap: {a} and {b}, near each other, as when standing");
+            }
+            let depth = 1e3 * depth;
+            format!("may overlap: {a} and {b}, by {depth:.1} mm as when standing")
+        })
+        .collect();
+    lines.dedup();
+    lines
 }
 
-/// The moving joints on the way from one link to the other.
-fn joints_apart(model: &RobotModel, (a, b): LinkPair) -> usize {
+/// The standing posture of a robot whose root is at the origin. Locked joints stand at their
+/// positions.
+fn standing_posture(model: &RobotModel) -> Posture {
+    let q = model.standing_q.clone();
+    Posture::new(model, &Configuration { world_from_root: Pose::IDENTITY, q })
+}
+
+/// The joints between two links.
+fn joints_apart(model: &RobotModel, (a, b): (LinkIndex, LinkIndex)) -> usize {
     let (first, second) = (model.chain(a), model.chain(b));
     let shared = first.iter().zip(&second).take_while(|(x, y)| x == y).count();
     first.len() + second.len() - 2 * shared
-}
-
-fn overlapping(
-    model: &RobotModel,
-    bodies: &[CollisionBody],
-    pairs: &[LinkPair],
-    q: Vec<f64>,
-) -> Vec<LinkPair> {
-    let posture = Posture::new(model, &Configuration { world_from_root: Pose::IDENTITY, q });
-    let mut on_link: Vec<Vec<(&CollisionBody, SolidPose)>> = vec![Vec::new(); model.links.len()];
-    for body in bodies {
-        if let Some(link) = body.link {
-            on_link[link].push((body, SolidPose::new(body, &posture.world_from_link[link])));
-        }
-    }
-    let touch = |(a, b): &LinkPair| {
-        on_link[*a].iter().any(|(first, at)| {
-            on_link[*b].iter().any(|(second, there)| {
-                let direction = (there.bounds.centre() - at.bounds.centre()).normalize_or(DVec3::X);
-                separation((&first.solid, at), (&second.solid, there), direction, 0.0).distance
-                    < 0.0
-            })
-        })
-    };
-    pairs.iter().copied().filter(touch).collect()
-}
-
-/// Steele, Lea and Flood's SplitMix64.
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.next() >> 11) as f64 / (1_u64 << 53) as f64)
-    }
 }

@@ -7,11 +7,11 @@
 use surefoot_shared_types::base::limits::JOINTS_MAX;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::{Contact, Margins, Waypoint};
-use surefoot_shared_types::robot::model::RobotModel;
+use surefoot_shared_types::robot::model::{Link, RobotModel};
 use surefoot_shared_types::world::world::World;
 
 use crate::check::acceleration::{check_acceleration, peak_acceleration};
-use crate::check::allowed_pairs::allowed_pairs;
+use crate::check::allowed_pairs::{allowed_depths, describe};
 use crate::check::balance::{check_balance, friction_reserve};
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
 use crate::check::collision::CollisionModel;
@@ -42,6 +42,8 @@ pub struct Checker {
     supports: SupportFinder,
     equilibrium: Equilibrium,
     collisions: CollisionModel,
+    /// The pairs of links that may overlap, one line each.
+    allowed_overlaps: Vec<String>,
 }
 
 impl Checker {
@@ -69,10 +71,20 @@ impl Checker {
         check_soles(&model, &robot_bodies, config.contact_gap_max)?;
         let supports = SupportFinder::new(&model, &world, &config).map_err(CheckerError::Shape)?;
         let unlocked = model.unlocked();
-        let allowed = allowed_pairs(&unlocked, &robot_bodies);
+        let allowed = allowed_depths(&unlocked, &robot_bodies);
+        let allowed_overlaps = describe(&allowed, &robot_bodies);
         let collisions = CollisionModel::new(&model, &allowed, robot_bodies, world_bodies);
         let equilibrium = Equilibrium::new(world.mu);
-        Ok(Self { model, unlocked, world, config, supports, equilibrium, collisions })
+        Ok(Self {
+            model,
+            unlocked,
+            world,
+            config,
+            supports,
+            equilibrium,
+            collisions,
+            allowed_overlaps,
+        })
     }
 
     /// The robot.
@@ -83,6 +95,19 @@ impl Checker {
     /// The world.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// The pairs of links that may overlap, one line each, with the reason.
+    pub fn allowed_overlaps(&self) -> &[String] {
+        &self.allowed_overlaps
+    }
+
+    /// The links with mass that have no collision shape, each with its mass. No collision check
+    /// covers them.
+    pub fn unshaped_links(&self) -> impl Iterator<Item = String> {
+        let unshaped = |link: &&Link| link.mass > 0.0 && link.shapes.is_empty();
+        let named = |link: &Link| format!("{} ({:.2} kg)", link.name, link.mass);
+        self.model.links.iter().filter(unshaped).map(named)
     }
 
     /// The worst margins of a segment. `heartbeat` is called now and then meanwhile.

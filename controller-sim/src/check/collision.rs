@@ -1,24 +1,29 @@
 //! The robot collides neither with the world nor with itself, at the waypoints and between them.
 
-use std::collections::BTreeSet;
-
+use glam::DVec3;
 use surefoot_shared_types::Pose;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Check;
 use surefoot_shared_types::robot::model::{LinkIndex, RobotModel};
 
 use crate::base::comparison::is_at_most;
-use crate::check::allowed_pairs::LinkPair;
+use crate::check::allowed_pairs::AllowedDepths;
 use crate::check::continuous_collision::{
     BodyPair, ContinuousCollision, OtherBody, overlap_violation,
 };
 use crate::check::motion::Sample;
 use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::{Case, Violation};
+use crate::check::swing_clearance::check_swing_clearance;
 use crate::check::tuning::DISTANCE_CAP;
 use crate::geometry::body::{CollisionBody, SolidPose};
-use crate::geometry::separation::{is_inside_mesh, separation};
+use crate::geometry::penetration::solid_separation;
+use crate::geometry::separation::{Separation, is_inside_mesh, separation};
 use crate::geometry::solid::Solid;
+
+/// A measure of the distance of two solids, given a direction to try first and a sufficient
+/// distance.
+type SeparationOf = fn((&Solid, &SolidPose), (&Solid, &SolidPose), DVec3, f64) -> Separation;
 
 /// The bodies of the robot and of the world, and the pairs that must stay apart.
 pub struct CollisionModel {
@@ -31,26 +36,23 @@ pub struct CollisionModel {
 }
 
 impl CollisionModel {
-    /// Finds the pairs that must stay apart: all but the allowed ones.
+    /// Lists the pairs that must stay apart, or may overlap up to a depth.
     pub fn new(
         model: &RobotModel,
-        allowed: &BTreeSet<LinkPair>,
+        allowed: &AllowedDepths,
         robot: Vec<CollisionBody>,
         world: Vec<CollisionBody>,
     ) -> Self {
         let lever_arms = robot.iter().map(|body| LeverArms::new(model, body)).collect();
-        let forbidden = |a: &CollisionBody, b: &CollisionBody| match (a.link, b.link) {
-            (Some(a), Some(b)) => a != b && !allowed.contains(&(a.min(b), a.max(b))),
-            _ => false,
+        // A pair that may overlap has no distance to report.
+        let self_pair = |(&(i, k), &depth): (&(usize, usize), &f64)| {
+            BodyPair::new(i, OtherBody::Robot(k), depth == 0.0).allowing(depth)
         };
-        let all = 0..robot.len();
-        let self_pairs = all.clone().flat_map(|i| (i + 1..robot.len()).map(move |k| (i, k)));
-        let self_pairs = self_pairs.filter(|&(i, k)| forbidden(&robot[i], &robot[k]));
-        let self_pairs =
-            self_pairs.map(|(i, k)| BodyPair::new(i, OtherBody::Robot(k), true)).collect();
+        let checked = allowed.iter().filter(|(_, depth)| depth.is_finite());
+        let self_pairs = checked.map(self_pair).collect();
         let is_foot =
             |link: Option<LinkIndex>| model.feet.iter().any(|foot| Some(foot.link) == link);
-        let world_pairs = all.flat_map(|i| (0..world.len()).map(move |k| (i, k)));
+        let world_pairs = (0..robot.len()).flat_map(|i| (0..world.len()).map(move |k| (i, k)));
         let world_pairs = world_pairs
             .map(|(i, k)| BodyPair::new(i, OtherBody::World(k), !is_foot(robot[i].link)))
             .collect();
@@ -70,9 +72,11 @@ impl CollisionModel {
     ) -> Result<f64, Violation> {
         let stance: Vec<LinkIndex> =
             case.contacts.iter().map(|contact| model.feet[contact.limb as usize].link).collect();
-        for sample in &case.motion.samples {
+        for (index, sample) in case.motion.samples.iter().enumerate() {
             heartbeat();
-            self.check_stance(config, &stance, sample)?;
+            // The stance feet keep their pose, so the depth of meshes is measured once.
+            let separation = if index == 0 { solid_separation } else { separation };
+            self.check_stance(config, &stance, sample, separation)?;
             self.check_inside(sample)?;
         }
         let moving = |pair: &BodyPair| {
@@ -83,7 +87,9 @@ impl CollisionModel {
         let found =
             self.check_pairs(model, config, case, (Check::Collision, &mut checked), heartbeat);
         self.world_pairs = checked.into_iter().chain(resting).collect();
-        found
+        let nearest = found?;
+        check_swing_clearance(model, case, &self.robot, (&self.world, &self.world_poses))?;
+        Ok(nearest)
     }
 
     /// The smallest distance between links that may collide, m, at most [`DISTANCE_CAP`].
@@ -133,18 +139,15 @@ impl CollisionModel {
         config: &CheckerConfig,
         stance: &[LinkIndex],
         sample: &Sample,
+        separation: SeparationOf,
     ) -> Result<(), Violation> {
         let deepest = -config.contact_gap_max;
         for body in &self.robot {
             let Some(link) = body.link.filter(|link| stance.contains(link)) else { continue };
             let placed = SolidPose::new(body, &sample.posture.world_from_link[link]);
             for (other, there) in self.world.iter().zip(&self.world_poses) {
-                let found = separation(
-                    (&body.solid, &placed),
-                    (&other.solid, there),
-                    -glam::DVec3::Z,
-                    deepest,
-                );
+                let found =
+                    separation((&body.solid, &placed), (&other.solid, there), -DVec3::Z, deepest);
                 if !is_at_most(deepest, found.distance) {
                     return Err(overlap_violation(
                         Check::Collision,
@@ -163,12 +166,15 @@ impl CollisionModel {
     fn check_inside(&self, sample: &Sample) -> Result<(), Violation> {
         for (mesh_body, mesh_placed) in self.world.iter().zip(&self.world_poses) {
             let Solid::Mesh(mesh) = &mesh_body.solid else { continue };
+            if !mesh.is_closed {
+                continue;
+            }
             for body in self.robot.iter().filter(|_| sample.is_waypoint()) {
                 let Some(link) = body.link else { continue };
                 let placed = SolidPose::new(body, &sample.posture.world_from_link[link]);
                 let centre = placed.world_from_solid * body.local_bounds.centre();
                 if mesh_placed.bounds.distance(&placed.bounds) <= 0.0
-                    && is_inside_mesh(mesh, &mesh_placed.world_from_solid, centre)
+                    && is_inside_mesh(&mesh.surface, &mesh_placed.world_from_solid, centre)
                 {
                     let detail =
                         format!("link {} is inside the closed mesh {}", body.name, mesh_body.name);

@@ -16,7 +16,7 @@ use crate::check::motion_bounds::LeverArms;
 use crate::check::segment::Violation;
 use crate::check::tuning::RESOLUTION;
 use crate::geometry::body::{CollisionBody, SolidPose};
-use crate::geometry::separation::{body_separation, separation};
+use crate::geometry::penetration::{body_separation, solid_separation};
 use crate::kinematics::forward::{Configuration, Posture};
 
 /// The second body of a pair.
@@ -38,6 +38,8 @@ pub struct BodyPair {
     /// Whether its distance counts as a margin; that of a foot and the world, on which it comes to
     /// stand, does not.
     measured: bool,
+    /// How deep the bodies may overlap beyond the tolerance, m.
+    allowed_depth: f64,
     /// The last separating direction.
     hint: Option<DVec3>,
 }
@@ -45,7 +47,12 @@ pub struct BodyPair {
 impl BodyPair {
     /// A pair without a separating direction yet.
     pub fn new(body: usize, other_body: OtherBody, measured: bool) -> Self {
-        Self { body, other_body, measured, hint: None }
+        Self { body, other_body, measured, allowed_depth: 0.0, hint: None }
+    }
+
+    /// The same pair, which may overlap by `depth` (m) beyond the tolerance.
+    pub fn allowing(self, depth: f64) -> Self {
+        Self { allowed_depth: depth, ..self }
     }
 }
 
@@ -167,7 +174,8 @@ impl ContinuousCollision<'_> {
             let at_start = self.distance(interval.waypoint, ends.0, pair, displacement)?;
             let at_end = self.distance(interval.waypoint, ends.1, pair, displacement)?;
             let lowest = 0.5 * (at_start + at_end - displacement);
-            if !is_at_most(-self.penetration_max, lowest) && !is_at_most(displacement, RESOLUTION) {
+            let deepest = -self.penetration_max - self.pairs[pair].allowed_depth;
+            if !is_at_most(deepest, lowest) && !is_at_most(displacement, RESOLUTION) {
                 in_doubt.push(pair);
             }
         }
@@ -209,16 +217,13 @@ impl ContinuousCollision<'_> {
         let hint = pair.hint.unwrap_or_else(|| {
             (there.bounds.centre() - placed.bounds.centre()).normalize_or(DVec3::X)
         });
-        let separation = if pair.measured { body_separation } else { separation };
+        let stands_on = matches!(pair.other_body, OtherBody::World(_)) && !pair.measured;
+        let separation = if stands_on { solid_separation } else { body_separation };
         let found = separation((&body.solid, placed), (&other.solid, there), hint, enough);
-        if !is_at_most(-self.penetration_max, found.distance) {
-            return Err(overlap_violation(
-                self.check,
-                waypoint,
-                (body, other),
-                found.distance,
-                self.penetration_max,
-            ));
+        let depth_max = self.penetration_max + pair.allowed_depth;
+        if !is_at_most(-depth_max, found.distance) {
+            let bodies = (body, other);
+            return Err(overlap_violation(self.check, waypoint, bodies, found.distance, depth_max));
         }
         if pair.measured {
             self.worst = self.worst.min(found.distance);

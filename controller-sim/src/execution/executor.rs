@@ -7,6 +7,7 @@
 use std::cmp::Ordering;
 
 use surefoot_shared_types::base::digest::Digest;
+use surefoot_shared_types::config::scenario::StancePose;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::chunk::FLAG_LAST;
 use surefoot_shared_types::message::{
@@ -20,10 +21,15 @@ use crate::check::segment::{MotionSegment, Violation};
 use crate::chunk::continuity::{Stance, check_transition, stance_limbs};
 use crate::chunk::message_check::{Identity, check_identity, check_message};
 use crate::execution::simulation::Simulation;
+use crate::kinematics::forward::{Configuration, Posture};
 
 /// How far the first waypoint of a chunk may be from the configuration in which the robot stands,
 /// in any number.
 const CONTINUITY_MAX: f64 = 1e-9;
+
+/// How far a sole of the first waypoint may be from the start stance, m: the ground may be up to
+/// 10 cm higher or lower than the stance states.
+const START_DISTANCE_MAX: f64 = 0.12;
 
 /// A stage of the checks on a chunk. No stage uses content that an earlier one has not checked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,6 +54,8 @@ const STAGES: [Stage; 5] =
 pub struct ChunkExecutor {
     checker: Checker,
     identity: Identity,
+    /// The stance at which the first chunk must begin, if it is known.
+    start: Option<StancePose>,
     plan: Option<(u64, u64)>,
     next_sequence: u64,
     stream: Digest,
@@ -76,6 +84,16 @@ impl RestState {
         let waypoint = chunk.waypoints()[chunk.waypoints().len() - 1];
         Self { waypoint, mode: mode_of(chunk), contacts: chunk.contacts().to_vec() }
     }
+
+    /// A foot that stays keeps the pose at which it was set down, so that the deviation allowed
+    /// from one chunk to the next does not add up.
+    fn keep_contacts_of(&mut self, before: Option<&Self>) {
+        for old in before.iter().flat_map(|before| &before.contacts) {
+            if let Some(new) = self.contacts.iter_mut().find(|new| new.limb == old.limb) {
+                *new = *old;
+            }
+        }
+    }
 }
 
 impl ChunkExecutor {
@@ -84,6 +102,7 @@ impl ChunkExecutor {
         Self {
             checker,
             identity,
+            start: None,
             plan: None,
             next_sequence: 0,
             stream: Digest::default(),
@@ -92,6 +111,11 @@ impl ChunkExecutor {
             actual: None,
             margins: Margins::UNMEASURED,
         }
+    }
+
+    /// The same robot, whose first chunk must begin at this stance.
+    pub fn starting_at(self, start: StancePose) -> Self {
+        Self { start: Some(start), ..self }
     }
 
     /// A robot that another controller moved before; `feedback` is the last one that it published.
@@ -105,6 +129,7 @@ impl ChunkExecutor {
         Self {
             checker,
             identity: Identity { world, ..identity },
+            start: None,
             plan: (feedback.session != 0).then_some((feedback.plan_id, feedback.epoch)),
             next_sequence: feedback.next_sequence,
             stream: feedback.stream,
@@ -184,7 +209,9 @@ impl ChunkExecutor {
         self.next_sequence = chunk.sequence + 1;
         self.stream = chunk.stream_after();
         self.finished = chunk.flags & FLAG_LAST != 0;
-        self.rest_state = Some(RestState::after(chunk));
+        let mut rest_state = RestState::after(chunk);
+        rest_state.keep_contacts_of(self.rest_state.as_ref());
+        self.rest_state = Some(rest_state);
         self.actual = None;
     }
 
@@ -309,11 +336,33 @@ impl ChunkExecutor {
         }
     }
 
+    /// Whether the soles of the first waypoint are at the start stance.
+    fn check_start(&self, chunk: &PlanChunk) -> Result<(), String> {
+        let Some(start) = &self.start else { return Ok(()) };
+        let model = self.checker.model();
+        let first = Configuration::of_waypoint(&chunk.waypoints()[0], model.joints.len());
+        let posture = Posture::new(model, &first);
+        for (limb, stance) in start.world_from_soles().iter().enumerate() {
+            let sole = posture.world_from_sole(model, limb);
+            let distance = sole.translation.distance(stance.translation);
+            if !is_at_most(distance, START_DISTANCE_MAX) {
+                let foot = &model.feet[limb].name;
+                return Err(format!(
+                    "the {foot} sole begins {distance:.3} m from the start stance, limit \
+                     {START_DISTANCE_MAX} m"
+                ));
+            }
+        }
+        Ok(())
+    }
+
     /// A new plan may start its clock anew and put its weight on another foot, but begins where the
     /// robot stands.
     fn check_continuity(&self, chunk: &PlanChunk, mode: SupportMode) -> Result<(), Violation> {
         let bad = |detail| Err(Violation::new(Check::Continuity, 0, detail));
-        let Some(rest_state) = &self.rest_state else { return Ok(()) };
+        let Some(rest_state) = &self.rest_state else {
+            return self.check_start(chunk).or_else(bad);
+        };
         let (first, last) = (&chunk.waypoints()[0], &rest_state.waypoint);
         let jump = largest_difference(last, first);
         if !is_at_most(jump, CONTINUITY_MAX) {

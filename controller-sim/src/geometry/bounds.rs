@@ -49,6 +49,11 @@ impl Bounds {
         (self.high.min(other.high) - self.low.max(other.low)).min_element()
     }
 
+    /// Whether another box lies in this one.
+    pub fn holds(&self, other: &Self) -> bool {
+        self.low.cmple(other.low).all() && self.high.cmpge(other.high).all()
+    }
+
     /// The distance between two boxes, m; 0 where they overlap.
     pub fn distance(&self, other: &Self) -> f64 {
         (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length()

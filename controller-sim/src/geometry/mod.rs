@@ -2,6 +2,8 @@
 
 pub(crate) mod body;
 pub(crate) mod bounds;
+pub(crate) mod mesh_solid;
+pub(crate) mod penetration;
 pub mod polygon;
 pub(crate) mod rays;
 pub(crate) mod separation;

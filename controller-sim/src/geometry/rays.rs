@@ -2,13 +2,13 @@
 
 use glam::{DVec2, DVec3};
 use parry3d_f64::query::{Ray, RayCast};
-use parry3d_f64::shape::TriMesh;
 use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::{Pose, Shape};
 
 use crate::geometry::bounds::Bounds;
+use crate::geometry::mesh_solid::MeshSolid;
 use crate::geometry::separation::face_normal;
-use crate::geometry::solid::{Solid, triangle_mesh};
+use crate::geometry::solid::Solid;
 
 /// The first intersection of a ray with a shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,7 +48,7 @@ enum Form {
         radius: f64,
         half_length: f64,
     },
-    Mesh(Box<TriMesh>),
+    Mesh(Box<MeshSolid>),
 }
 
 impl Target {
@@ -69,7 +69,7 @@ impl Target {
             }
             Shape::ConvexHull { points } => Form::HalfSpaces(hull_faces(points)?),
             Shape::Mesh { vertices, triangles, .. } => {
-                Form::Mesh(Box::new(triangle_mesh(vertices, triangles)?))
+                Form::Mesh(Box::new(MeshSolid::new(vertices, triangles)?))
             }
         };
         Ok(Self { world_from_shape: *world_from_shape, form, bounds })
@@ -230,15 +230,15 @@ fn clip_height(
     (clipped.0 <= clipped.1).then_some(clipped)
 }
 
-fn cast_mesh(mesh: &TriMesh, origin: DVec3, direction: DVec3) -> Hit {
-    let Some(hit) =
-        mesh.cast_local_ray_and_get_normal(&Ray::new(origin, direction), f64::MAX, false)
-    else {
+/// The back of a closed mesh means that the ray begins inside; that of an open one is no surface.
+fn cast_mesh(mesh: &MeshSolid, origin: DVec3, direction: DVec3) -> Hit {
+    let ray = Ray::new(origin, direction);
+    let Some(hit) = mesh.surface.cast_local_ray_and_get_normal(&ray, f64::MAX, false) else {
         return Hit::Miss;
     };
-    let normal = face_normal(mesh, hit.subshape);
+    let normal = face_normal(&mesh.surface, hit.subshape);
     if normal.dot(direction) > 0.0 {
-        Hit::Inside
+        if mesh.is_closed { Hit::Inside } else { Hit::Miss }
     } else {
         Hit::Surface { distance: hit.time_of_impact, normal }
     }

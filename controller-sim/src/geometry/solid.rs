@@ -1,11 +1,12 @@
 //! The checker's form of a shape: a convex core with a rounding radius, or a triangle mesh.
 
 use glam::DVec3;
-use parry3d_f64::shape::{SupportMap, TriMesh};
+use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder, SupportMap};
 use parry3d_f64::transformation::try_convex_hull;
 use surefoot_shared_types::Shape;
 
 use crate::geometry::bounds::Bounds;
+use crate::geometry::mesh_solid::MeshSolid;
 
 /// The sharp part of a convex solid.
 #[derive(Debug, Clone)]
@@ -63,13 +64,42 @@ pub struct Convex {
     pub radius: f64,
 }
 
+/// Sides of the polyhedron around a round solid.
+const ROUND_SIDES: u32 = 24;
+
+impl Convex {
+    /// The triangles of its surface; of a round solid, of a polyhedron with its vertices on the
+    /// surface.
+    pub fn surface(&self) -> Vec<[DVec3; 3]> {
+        let (vertices, triangles) = match &self.core {
+            Core::Box(half) => Cuboid::new(*half).to_trimesh(),
+            Core::Segment(0.0) => Ball::new(self.radius).to_trimesh(ROUND_SIDES, ROUND_SIDES),
+            Core::Segment(half_length) => {
+                let ends = [-*half_length, *half_length].map(|z| DVec3::new(0.0, 0.0, z));
+                Capsule::new(ends[0], ends[1], self.radius).to_trimesh(ROUND_SIDES, ROUND_SIDES)
+            }
+            Core::Cylinder { radius, half_length } => {
+                // parry's cylinder lies along y.
+                let (vertices, triangles) =
+                    Cylinder::new(*half_length, *radius).to_trimesh(ROUND_SIDES);
+                let turned = |at: DVec3| DVec3::new(at.x, -at.z, at.y);
+                (vertices.into_iter().map(turned).collect(), triangles)
+            }
+            Core::Points(points) => try_convex_hull(points).unwrap_or_default(),
+            Core::Triangle(corners) => (corners.to_vec(), vec![[0, 1, 2]]),
+        };
+        let corners = |triangle: [u32; 3]| triangle.map(|index| vertices[index as usize]);
+        triangles.into_iter().map(corners).collect()
+    }
+}
+
 /// A solid in its own frame.
 #[derive(Debug, Clone)]
 pub enum Solid {
     /// A convex one.
     Convex(Convex),
-    /// A closed surface of triangles.
-    Mesh(Box<TriMesh>),
+    /// A surface of triangles.
+    Mesh(Box<MeshSolid>),
 }
 
 impl Solid {
@@ -92,7 +122,7 @@ impl Solid {
                 convex(Core::Points(vertices), 0.0)
             }
             Shape::Mesh { vertices, triangles, .. } => {
-                Ok(Self::Mesh(Box::new(triangle_mesh(vertices, triangles)?)))
+                Ok(Self::Mesh(Box::new(MeshSolid::new(vertices, triangles)?)))
             }
         }
     }
@@ -105,7 +135,7 @@ impl Solid {
                 let ends = DVec3::AXES.into_iter().flat_map(|axis| [reach(axis), reach(-axis)]);
                 Bounds::of_points(ends).expanded(convex.radius)
             }
-            Self::Mesh(mesh) => Bounds::of_points(mesh.vertices().iter().copied()),
+            Self::Mesh(mesh) => Bounds::of_points(mesh.surface.vertices().iter().copied()),
         }
     }
 
@@ -123,16 +153,7 @@ impl Solid {
                 let bounds = self.local_bounds();
                 (bounds.low - centre).abs().max((bounds.high - centre).abs()).length()
             }
-            Self::Mesh(mesh) => furthest(mesh.vertices()),
+            Self::Mesh(mesh) => furthest(mesh.surface.vertices()),
         }
     }
-}
-
-/// parry's form of a mesh.
-///
-/// # Errors
-/// parry rejects the mesh.
-pub fn triangle_mesh(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Result<TriMesh, String> {
-    TriMesh::new(vertices.to_vec(), triangles.to_vec())
-        .map_err(|error| format!("unusable mesh: {error}"))
 }

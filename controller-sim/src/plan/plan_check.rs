@@ -5,22 +5,20 @@ use std::path::Path;
 
 use surefoot_shared_types::InputError;
 use surefoot_shared_types::base::limits::{JOINTS_MAX, POLYGON_VERTICES_MAX};
-use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
 use surefoot_shared_types::plan_file::read::joint_order;
 use surefoot_shared_types::plan_format::blocks::{
-    ContactBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
+    ContactBlock, EndBlock, PhaseBlock, PlanFile, PoseBlock, WaypointBlock,
 };
-use surefoot_shared_types::robot::load::robot_from_block;
 use surefoot_shared_types::robot::model::RobotModel;
-use surefoot_shared_types::world::load::world_from_block;
 
 use crate::check::checker::Checker;
 use crate::check::checks::{PHYSICAL, PhysicalCheck};
 use crate::check::segment::{MotionSegment, Reserves, SegmentReport, Violation};
 use crate::chunk::continuity::{Stance, check_transition, contacts_match};
 use crate::plan::endpoints::{EndpointReport, check_endpoint};
+use crate::plan::problem::Problem;
 
 /// Results of all checks of a plan.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +33,9 @@ pub struct PlanReport {
     pub margins: Margins,
     /// The worst reserves.
     pub reserves: Reserves,
+    /// Whose limits hold, the plan's entries that are not used, and the links that no collision
+    /// check covers, one line each.
+    pub notes: Vec<String>,
 }
 
 /// Result of one check of a plan.
@@ -104,39 +105,44 @@ impl PlanReport {
     }
 }
 
-/// Checks a plan that was loaded from `plan_path`, with the checker's default tolerances.
+/// Checks a plan that was loaded from `plan_path`, by its own robot and world and with the
+/// checker's default tolerances.
 ///
 /// # Errors
-/// When its robot or world cannot be loaded, or the plan does not fit them.
+/// Its robot or world cannot be loaded, or the plan does not fit them.
 pub fn check_plan(plan: &PlanFile, plan_path: &Path) -> Result<PlanReport, InputError> {
-    let base_dir = plan_path.parent().unwrap_or(Path::new(""));
-    let model = robot_from_block(&plan.robot, base_dir, plan_path)?;
-    let world = world_from_block(&plan.scene, base_dir, plan_path)?;
+    check_plan_in(plan, plan_path, &Problem::of_plan(plan, plan_path)?)
+}
+
+/// Checks a plan that was loaded from `plan_path` as an answer to `problem`.
+///
+/// # Errors
+/// The plan does not fit the robot, or the robot or the world cannot be checked.
+pub fn check_plan_in(
+    plan: &PlanFile,
+    plan_path: &Path,
+    problem: &Problem,
+) -> Result<PlanReport, InputError> {
+    let Problem { model, world, config, start, goal, mut notes } = problem.clone();
     let parsed = ParsedPlan::new(plan, &model, plan_path)?;
     let input_error = |error| InputError::element(plan_path, "robot", format!("{error}"));
-    let mut checker = Checker::new(model, world, CheckerConfig::default()).map_err(input_error)?;
+    let mut checker = Checker::new(model, world, config).map_err(input_error)?;
+    notes.extend(checker.unshaped_links().map(|link| {
+        format!("not checked for collisions: link {link} has mass and no collision shape")
+    }));
+    notes.extend(checker.allowed_overlaps().iter().cloned());
+    let endpoint = |block: &EndBlock, waypoint: &Waypoint| {
+        check_endpoint(checker.model(), block, waypoint, &parsed.joint_order)
+    };
     let result = |check| CheckResult { check, worst: None, violation: None };
+    let physical = PHYSICAL.map(PhysicalCheck::check);
     let mut report = PlanReport {
-        checks: PHYSICAL
-            .map(PhysicalCheck::check)
-            .into_iter()
-            .chain([Check::Continuity])
-            .map(result)
-            .collect(),
-        start: check_endpoint(
-            checker.model(),
-            &plan.start,
-            &parsed.waypoints[0],
-            &parsed.joint_order,
-        ),
-        goal: check_endpoint(
-            checker.model(),
-            &plan.goal,
-            &parsed.waypoints[parsed.waypoints.len() - 1],
-            &parsed.joint_order,
-        ),
+        checks: physical.into_iter().chain([Check::Continuity]).map(result).collect(),
+        start: endpoint(&start, &parsed.waypoints[0]),
+        goal: endpoint(&goal, &parsed.waypoints[parsed.waypoints.len() - 1]),
         margins: Margins::UNMEASURED,
         reserves: Reserves::UNMEASURED,
+        notes,
     };
     let mut before: Option<&Phase> = None;
     for (index, phase) in parsed.phases.iter().enumerate() {

@@ -1,0 +1,110 @@
+//! A swing foot comes clear of the world: it does not slide over the ground.
+//!
+//! Within a segment on one foot, the other foot may touch the world before it lifts off, where it
+//! lands, and where it is set down on its way. As long as it touches, it keeps its pose.
+
+use glam::DVec3;
+use surefoot_shared_types::Pose;
+use surefoot_shared_types::base::spatial::rotation_distance;
+use surefoot_shared_types::message::Check;
+use surefoot_shared_types::robot::model::RobotModel;
+
+use crate::base::comparison::is_at_most;
+use crate::check::segment::{Case, Violation};
+use crate::geometry::body::{CollisionBody, SolidPose};
+use crate::geometry::separation::separation;
+
+/// A foot nearer to the world than this touches it, m.
+const CLEAR_MIN: f64 = 1e-3;
+/// A foot that touches the world may be this far from the pose at which it began to, m.
+/// A misplaced foot slides by up to 5 mm and 1 degree to where it comes to rest.
+const SLIDE_MAX: f64 = 6e-3;
+/// The same for its rotation, rad.
+const SLIDE_TURN_MAX: f64 = 0.025;
+
+/// Whether each swing foot keeps its pose from the sample at which it begins to touch the world to
+/// that at which it comes clear.
+///
+/// # Errors
+/// The first sample at which a foot has slid.
+pub fn check_swing_clearance(
+    model: &RobotModel,
+    case: &Case,
+    robot: &[CollisionBody],
+    world: (&[CollisionBody], &[SolidPose]),
+) -> Result<(), Violation> {
+    let stance = case.stance();
+    for limb in (0..model.feet.len()).filter(|limb| !stance.contains(limb)) {
+        let link = model.feet[limb].link;
+        let bodies: Vec<&CollisionBody> =
+            robot.iter().filter(|body| body.link == Some(link)).collect();
+        let mut contact = FootContact::new(bodies, world);
+        let mut rest: Option<Pose> = None;
+        for sample in &case.motion.samples {
+            if !contact.touches(&sample.posture.world_from_link[link]) {
+                rest = None;
+                continue;
+            }
+            let at = sample.posture.world_from_sole(model, limb);
+            if let Some(slide) = slide(rest.get_or_insert(at), &at) {
+                let foot = &model.feet[limb].name;
+                let detail =
+                    format!("the {foot} foot slides over the world while it swings{slide}");
+                return Err(Violation::new(Check::Collision, sample.waypoint, detail));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The distance and rotation from a pose of rest, as a part of a message; nothing if both are small.
+fn slide(rest: &Pose, pose: &Pose) -> Option<String> {
+    let distance = rest.translation.distance(pose.translation);
+    let turn = rotation_distance(rest.rotation, pose.rotation);
+    let is_small = is_at_most(distance, SLIDE_MAX) && is_at_most(turn, SLIDE_TURN_MAX);
+    (!is_small).then(|| {
+        format!(
+            ", {:.1} mm and {:.2} deg from its pose of rest; limits {:.1} mm and {:.2} deg",
+            1e3 * distance,
+            turn.to_degrees(),
+            1e3 * SLIDE_MAX,
+            SLIDE_TURN_MAX.to_degrees()
+        )
+    })
+}
+
+/// Contact of the bodies of one foot with the world.
+struct FootContact<'a> {
+    foot: Vec<&'a CollisionBody>,
+    world: &'a [CollisionBody],
+    poses: &'a [SolidPose],
+    /// The last separating direction of each body of the foot and each of the world.
+    hints: Vec<DVec3>,
+}
+
+impl<'a> FootContact<'a> {
+    fn new(
+        foot: Vec<&'a CollisionBody>,
+        (world, poses): (&'a [CollisionBody], &'a [SolidPose]),
+    ) -> Self {
+        let hints = vec![-DVec3::Z; foot.len() * world.len()];
+        Self { foot, world, poses, hints }
+    }
+
+    /// Whether the foot is nearer than [`CLEAR_MIN`] to the world.
+    fn touches(&mut self, world_from_link: &Pose) -> bool {
+        let mut hints = self.hints.iter_mut();
+        let mut touches = false;
+        for body in &self.foot {
+            let placed = SolidPose::new(body, world_from_link);
+            for (other, there) in self.world.iter().zip(self.poses) {
+                let Some(hint) = hints.next() else { continue };
+                let solids = ((&body.solid, &placed), (&other.solid, there));
+                let found = separation(solids.0, solids.1, *hint, CLEAR_MIN);
+                *hint = found.direction;
+                touches |= !is_at_most(CLEAR_MIN, found.distance);
+            }
+        }
+        touches
+    }
+}

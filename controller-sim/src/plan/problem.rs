@@ -1,0 +1,117 @@
+//! The problem that a plan answers: the robot with its limits, the world, the tolerances, the start
+//! and the goal.
+//!
+//! A plan may tighten a limit of the robot and never loosen it. Without a scenario the plan's own
+//! robot block is all that is known: its effort limits cannot exceed those of the URDF, and its
+//! acceleration limits count only where they are below the default.
+
+use std::path::Path;
+
+use surefoot_shared_types::InputError;
+use surefoot_shared_types::config::CheckerConfig;
+use surefoot_shared_types::config::scenario::{Scenario, StancePose};
+use surefoot_shared_types::plan_format::blocks::{EndBlock, PlanFile, PoseBlock};
+use surefoot_shared_types::robot::load::{load_robot, robot_from_block};
+use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotModel};
+use surefoot_shared_types::world::load::{load_world, world_from_block};
+use surefoot_shared_types::world::world::World;
+
+/// Distance of a sole from the start stance of a scenario, m: the ground may be up to 10 cm higher or
+/// lower than the stance states, and on a slope a sole is not level.
+const START_TOLERANCE: f64 = 0.12;
+
+/// The problem that a plan answers.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    pub(crate) model: RobotModel,
+    pub(crate) world: World,
+    pub(crate) config: CheckerConfig,
+    pub(crate) start: EndBlock,
+    pub(crate) goal: EndBlock,
+    /// Whose limits hold, one line each.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Problem {
+    /// The problem that a plan states itself, with the default tolerances.
+    ///
+    /// # Errors
+    /// The plan's robot or world cannot be loaded.
+    pub fn of_plan(plan: &PlanFile, plan_path: &Path) -> Result<Self, InputError> {
+        let base_dir = plan_path.parent().unwrap_or(Path::new(""));
+        let mut model = robot_from_block(&plan.robot, base_dir, plan_path)?;
+        let mut notes = vec![
+            "limits: the plan's own robot, world, start and goal; name the scenario to check \
+             against its"
+                .to_owned(),
+        ];
+        for joint in &mut model.joints {
+            if joint.acceleration > ACCELERATION_DEFAULT {
+                notes.push(format!(
+                    "limits: the plan states an acceleration of {} for joint {}; it may tighten \
+                     the default of {ACCELERATION_DEFAULT} and not loosen it",
+                    joint.acceleration, joint.name
+                ));
+                joint.acceleration = ACCELERATION_DEFAULT;
+            }
+        }
+        let world = world_from_block(&plan.scene, base_dir, plan_path)?;
+        let (start, goal) = (plan.start.clone(), plan.goal.clone());
+        Ok(Self { model, world, config: CheckerConfig::default(), start, goal, notes })
+    }
+
+    /// The problem of a scenario. Limits of the plan's robot hold where they are tighter.
+    ///
+    /// # Errors
+    /// The scenario's or the plan's robot, or the world, cannot be loaded.
+    pub fn of_scenario(
+        scenario: &Scenario,
+        plan: &PlanFile,
+        plan_path: &Path,
+    ) -> Result<Self, InputError> {
+        let base_dir = plan_path.parent().unwrap_or(Path::new(""));
+        let planned = robot_from_block(&plan.robot, base_dir, plan_path)?;
+        let mut model = load_robot(&scenario.robot_path)?;
+        let mut notes = vec![format!("limits: those of {}", scenario.robot_path.display())];
+        for joint in &mut model.joints {
+            if let Some(other) = planned.joints.iter().find(|other| other.name == joint.name) {
+                tighten(joint, other, &mut notes);
+            }
+        }
+        Ok(Self {
+            start: end_block(&model, &scenario.start, START_TOLERANCE),
+            goal: end_block(&model, &scenario.goal, scenario.goal_position_tolerance),
+            model,
+            world: load_world(&scenario.world_path)?,
+            config: scenario.checker.clone(),
+            notes,
+        })
+    }
+}
+
+/// Lowers the effort and acceleration limits of a joint to those of the plan.
+fn tighten(joint: &mut Joint, planned: &Joint, notes: &mut Vec<String>) {
+    let mut lower = |limit: &mut f64, other: f64, what: &str| {
+        if other < *limit {
+            notes.push(format!(
+                "limits: joint {}: {what} {other}, tightened by the plan from {limit}",
+                joint.name
+            ));
+            *limit = other;
+        }
+    };
+    lower(&mut joint.effort, planned.effort, "effort");
+    lower(&mut joint.acceleration, planned.acceleration, "acceleration");
+}
+
+fn end_block(model: &RobotModel, stance: &StancePose, tol: f64) -> EndBlock {
+    let soles = model.feet.iter().zip(stance.world_from_soles());
+    let block = |pose: surefoot_shared_types::Pose| PoseBlock {
+        xyz: pose.translation.to_array(),
+        quat_xyzw: pose.rotation.to_array(),
+    };
+    EndBlock::Feet {
+        soles: soles.map(|(foot, pose)| (foot.name.clone(), block(pose))).collect(),
+        tol,
+    }
+}

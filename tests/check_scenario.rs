@@ -1,0 +1,69 @@
+//! `surefoot check --scenario`: a plan is an answer to the scenario's problem, by its limits.
+
+#![allow(clippy::unwrap_used, reason = "a test ends where the command does not do its part")]
+
+#[allow(dead_code, reason = "each test binary uses its own part")]
+#[path = "common/command.rs"]
+mod command;
+
+use command::{run, scenario};
+use serde_json::Value;
+
+/// The plan of a short scenario, changed, in a folder that lives as long as the test.
+fn planned(change: impl Fn(&mut Value)) -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plan.json").to_str().unwrap().to_owned();
+    let arguments = ["plan", &scenario("stairs_bauzil"), "--seed", "1", "--export", &path];
+    assert_eq!(run(&arguments).code, 0);
+    let mut plan: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    change(&mut plan);
+    std::fs::write(&path, plan.to_string()).unwrap();
+    (folder, path)
+}
+
+#[test]
+fn a_plan_is_an_answer_to_its_own_scenario_only() {
+    let (_folder, plan) = planned(|_| ());
+    let own = run(&["check", &plan, "--scenario", &scenario("stairs_bauzil")]);
+    assert_eq!(own.code, 0, "{}{}", own.out, own.err);
+    assert!(own.out.contains("limits: those of"), "{}", own.out);
+    let other = run(&["check", &plan, "--scenario", &scenario("flat_walk")]);
+    assert_eq!(other.code, 4, "{}{}", other.out, other.err);
+}
+
+#[test]
+fn a_plan_may_tighten_limits_and_never_loosen_them() {
+    let limit = |plan: &mut Value, value: f64| {
+        let names: Vec<Value> = plan["joint_names"].as_array().unwrap().clone();
+        let limits =
+            names.into_iter().map(|name| (name.as_str().unwrap().to_owned(), value.into()));
+        plan["robot"]["acceleration_limits"] = Value::Object(limits.collect());
+    };
+    let (_folder, tight) = planned(|plan| limit(plan, 1.0));
+    let (_other, loose) = planned(|plan| {
+        limit(plan, 1e6);
+        for waypoint in plan["waypoints"].as_array_mut().unwrap() {
+            waypoint["t"] = (0.14 * waypoint["t"].as_f64().unwrap()).into();
+        }
+    });
+    for plan in [&tight, &loose] {
+        for arguments in
+            [&["check", plan][..], &["check", plan, "--scenario", &scenario("stairs_bauzil")]]
+        {
+            let output = run(arguments);
+            assert_eq!(output.code, 4, "{arguments:?}: {}{}", output.out, output.err);
+            assert!(output.out.contains("accelerates"), "{}", output.out);
+        }
+    }
+    let output = run(&["check", &loose]);
+    assert!(output.out.contains("may tighten the default"), "{}", output.out);
+}
+
+#[test]
+fn links_without_a_shape_and_pairs_that_may_overlap_are_named() {
+    let (_folder, plan) = planned(|_| ());
+    let output = run(&["check", &plan]).out;
+    for text in ["link left_hip_roll_link (1.60 kg)", "may overlap: left_thigh and left_shin"] {
+        assert!(output.contains(text), "{text}: {output}");
+    }
+}
