@@ -377,6 +377,33 @@ fn robot_with_fin(x: f64, y: f64, z: f64) -> RobotModel {
 }
 
 #[test]
+fn distant_links_that_overlap_in_the_standing_posture_may_overlap_as_deep_as_there() {
+    // A fin on the left leg is 5 mm deep in the forearm, which the elbow turns towards it.
+    let mut arched = robot();
+    let (link_from_shape, shape) = (at(0.0, 0.195, -0.4), box_of(0.02, 0.02, 0.02));
+    arched.links[1].shapes.push(LinkShape { link_from_shape, shape });
+    // The leg hangs on the hip, the forearm on shoulder and elbow: three joints.
+    let check = |robot: RobotModel, elbow: f64| {
+        let motion = swing((0.0, 0.0), (0.0, elbow), 4);
+        check_motion(robot, world(vec![]), &both_feet(), &motion)
+    };
+    check(arched.clone(), 0.1).unwrap();
+    // One more joint between them.
+    let mut distant = arched;
+    let wrist = Joint { child: 5, name: "wrist".into(), ..distant.joints[ELBOW].clone() };
+    distant.joints.push(wrist);
+    distant.standing_q.push(0.0);
+    let mut hand = distant.links[4].clone();
+    hand.name = "hand".into();
+    hand.parent = Some(Attachment { parent: 4, parent_from_joint: Pose::IDENTITY, joint: Some(4) });
+    hand.mass = 0.1;
+    distant.links[4].shapes.clear();
+    distant.links.push(hand);
+    check(distant.clone(), 0.005).unwrap();
+    refused(check(distant, 0.1), Check::SelfCollision, "left_leg overlaps hand");
+}
+
+#[test]
 fn neighbours_that_overlap_in_the_standing_posture_are_excused_and_named() {
     let finned = robot_with_fin(0.0, 0.045, -0.6);
     let motion = swing((0.0, 0.0), (0.0, 0.1), 4);

@@ -2,8 +2,8 @@
 
 use crate::geometry::bvh::Aabb;
 use crate::possibility::tree::Vertex;
-use crate::possibility::tuning::BRANCHES_MAX;
-use crate::possibility::vertex_sampling::{bounds_around, is_short, samples_max};
+use crate::possibility::tuning::{BRANCHES_MAX, WIDENINGS_MAX};
+use crate::possibility::vertex_sampling::{bounds_around, is_short, samples_max, widened};
 
 /// Result of an advance of the search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,6 +72,8 @@ pub struct Run {
     pub generation: u64,
     /// Number of searches before for a route from start to goal.
     pub restarts: u64,
+    /// How often the region was widened, part of the random streams' names.
+    pub widenings: u32,
 }
 
 impl Run {
@@ -79,8 +81,36 @@ impl Run {
     pub fn begin(&mut self, ends: [Vertex; 2], world: &Aabb) {
         self.ends = ends;
         self.bounds = bounds_around(ends.map(|end| end.pose.position), world);
-        self.samples = 0;
-        self.relaxed = false;
+        (self.samples, self.relaxed, self.widenings) = (0, false, 0);
+    }
+
+    /// Continues in a wider region, first under C_S again. Returns `false` if the region is the
+    /// whole world.
+    pub fn widen(&mut self, world: &Aabb) -> bool {
+        let bounds = widened(&self.bounds, world);
+        let is_wider = bounds != self.bounds;
+        if is_wider {
+            (self.samples, self.relaxed) = (0, false);
+            self.widenings += 1;
+            self.bounds = bounds;
+        }
+        is_wider
+    }
+
+    /// Begins anew in the same region with other samples. Returns `false` after
+    /// [`WIDENINGS_MAX`] attempts.
+    pub fn renew(&mut self) -> bool {
+        let may_renew = (1..WIDENINGS_MAX).contains(&self.widenings);
+        if may_renew {
+            (self.samples, self.relaxed) = (0, false);
+            self.widenings += 1;
+        }
+        may_renew
+    }
+
+    /// Name of the random streams of this search and its region.
+    pub fn stream(&self) -> u64 {
+        u64::from(self.widenings) << 32 | self.generation
     }
 
     /// Whether the robot may sidestep: once half of the samples are spent. In a long region only

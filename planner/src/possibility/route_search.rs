@@ -74,6 +74,7 @@ impl RouteSearch {
                 heading_offset: 0.0,
                 generation: 0,
                 restarts: 0,
+                widenings: 0,
             },
             route: GuideRoute::new(ends[0], ends[1], vertices_max),
             shortcuts: RouteShortcuts::default(),
@@ -330,9 +331,9 @@ impl RouteSearch {
 
     /// Draws a sample and begins a branch toward it.
     fn sample(&mut self, seed: u64) {
-        let Run { samples, relaxed, generation, heading_offset, .. } = self.run;
+        let Run { samples, relaxed, heading_offset, .. } = self.run;
         let object = u64::from(samples) << 1 | u64::from(relaxed);
-        let mut random = Random::new(seed, Stream::Possibility, object, generation);
+        let mut random = Random::new(seed, Stream::Possibility, object, self.run.stream());
         let tree = (samples % 2) as usize;
         let toward = self.forest.trees[1 - tree][0].pose.position;
         let request = SampleRequest {
@@ -349,11 +350,15 @@ impl RouteSearch {
         self.grow(BranchKind::Sample { tip }, extension, self.forest.trees[tree][tip as usize]);
     }
 
-    /// No route meets C_S: the search continues under C_N alone, with the same trees; if it already
-    /// did, it is over.
+    /// No route meets C_S: the search continues under C_N alone, with the same trees. If it already
+    /// did, the first search continues in a wider region; the search is over once that is the whole
+    /// world.
     fn relax(&mut self) {
         if self.run.relaxed {
-            self.run.activity = Activity::Over(Progress::Exhausted);
+            let is_first = self.run.generation == 0;
+            if !(is_first && self.run.widen(&self.region.world)) {
+                self.run.activity = Activity::Over(Progress::Exhausted);
+            }
             return;
         }
         self.run.relaxed = true;
@@ -361,15 +366,19 @@ impl RouteSearch {
         self.connect_directly();
     }
 
-    /// A tree is full: the search restarts under C_N alone, which may need fewer vertices; if it
-    /// already did, it is over.
+    /// A tree is full: the search restarts under C_N alone, which may need fewer vertices. If it
+    /// already did, the first search restarts in its wider region with other samples; otherwise it
+    /// is over.
     fn overflow(&mut self) {
-        if self.run.relaxed {
+        if !self.run.relaxed {
+            self.reset_trees();
+            self.relax();
+        } else if self.run.generation == 0 && self.run.renew() {
+            self.reset_trees();
+            self.connect_directly();
+        } else {
             self.run.activity = Activity::Over(Progress::Full);
-            return;
         }
-        self.reset_trees();
-        self.relax();
     }
 
     /// Adds the next branch to its tree. The first branch that reaches the other tree makes a

@@ -57,6 +57,11 @@ pub(crate) const SHORT_LENGTH_MAX: f64 = 12.0;
 /// Margin of the sampled region around the box of both ends: at least this, m, and this share of
 /// their distance.
 pub(crate) const REGION_MARGIN: (f64, f64) = (2.5, 0.5);
+/// Growth of the sampled region on each side where it holds no route, as a share of its horizontal
+/// diagonal: a detour as long as the wall that asks for it is found after few widenings.
+pub(crate) const REGION_GROWTH: f64 = 0.25;
+/// Attempts of the first search in wider regions after a tree was full.
+pub(crate) const WIDENINGS_MAX: u32 = 16;
 /// One of this many samples of a tree lies anywhere; the others lie ahead of a vertex.
 pub(crate) const ANYWHERE_EVERY: u32 = 4;
 /// Only this many of the latest vertices are extended; older ones are assumed to be exhausted.

@@ -15,7 +15,8 @@ use crate::possibility::mid_feet_pose::MidFeetPose;
 use crate::possibility::tree::{PossibilityTree, Vertex};
 use crate::possibility::tuning::{
     AHEAD_DISTANCES, AHEAD_RISE_MAX, AHEAD_TURN_MAX, ANYWHERE_EVERY, NEIGHBOURS_PER_METRE,
-    RECENT_VERTICES, REGION_MARGIN, REGION_SAMPLES_MAX, SAMPLED_LENGTH, SHORT_LENGTH_MAX,
+    RECENT_VERTICES, REGION_GROWTH, REGION_MARGIN, REGION_SAMPLES_MAX, SAMPLED_LENGTH,
+    SHORT_LENGTH_MAX,
 };
 
 /// Heading offset of a robot that walks backward, rad.
@@ -30,6 +31,15 @@ pub(crate) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
         .grown((distance_share * start.distance(goal)).max(margin_min));
     let (min, max) = (around.min.max(world.min), around.max.min(world.max));
     Aabb { min: min.min(max), max: max.max(min) }
+}
+
+/// The region grown by a quarter of its horizontal diagonal on each side, within the world's bounds.
+pub(crate) fn widened(bounds: &Aabb, world: &Aabb) -> Aabb {
+    let around = bounds.grown(REGION_GROWTH * length(bounds));
+    Aabb {
+        min: bounds.min.min(around.min.max(world.min)),
+        max: bounds.max.max(around.max.min(world.max)),
+    }
 }
 
 /// Number of samples for a region.
