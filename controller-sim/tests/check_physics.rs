@@ -13,7 +13,7 @@ use surefoot_shared_types::base::spatial::rotation_about;
 use surefoot_shared_types::config::CheckerConfig;
 use surefoot_shared_types::message::Margins;
 use surefoot_shared_types::message::{Check, Contact, SupportMode, Waypoint};
-use surefoot_shared_types::robot::model::{Joint, LinkShape, LockedJoint, RobotModel};
+use surefoot_shared_types::robot::model::{Attachment, Joint, LinkShape, LockedJoint, RobotModel};
 use surefoot_shared_types::world::world::{GRAVITY, World};
 use surefoot_shared_types::{Pose, Shape};
 
@@ -451,7 +451,8 @@ fn robot_on_the_left_foot() -> RobotModel {
 
 #[test]
 fn a_swing_foot_may_not_slide_over_the_ground() {
-    // The right hip swings the foot along an arc that begins and ends on the floor or 10 cm over it.
+    // The right hip swings the foot along an arc that begins and ends on the floor or 10 cm over
+    // it.
     let motion = |angle: f64, count: usize| -> Vec<Waypoint> {
         let part = |i: usize| i as f64 / (count - 1) as f64;
         let at = |i: usize| {

@@ -245,7 +245,11 @@ fn invalid_scenarios_are_refused() {
         },
         Spoiling { from: work, to: "waypoints_max = 1", complaint: &["planner.waypoints_max"] },
         Spoiling { from: work, to: "work = 3", complaint: &["scenario.toml:14", "work"] },
-        Spoiling { from: work, to: "clearance = 0", complaint: &["planner.clearance", "positive"] },
+        Spoiling {
+            from: work,
+            to: "clearance = 0",
+            complaint: &["planner.clearance", "above 0.0005"],
+        },
         Spoiling { from: work, to: "joint_margin = -0.1", complaint: &["planner.joint_margin"] },
         Spoiling { from: work, to: "collision_step = nan", complaint: &["planner.collision_step"] },
         Spoiling {
@@ -296,7 +300,7 @@ fn invalid_scenarios_are_refused() {
         Spoiling {
             from: work,
             to: "waypoint_joint_step = 1e-12",
-            complaint: &["planner.waypoint_joint_step", "between"],
+            complaint: &["planner.waypoint_joint_step", "at least"],
         },
         Spoiling {
             from: work,

@@ -49,6 +49,9 @@ pub enum Command {
     Prepare(PrepareArguments),
     /// Run the controller's checks on an exported plan
     Check(CheckArguments),
+    /// Print the parameters of the planner and the checker
+    #[command(subcommand)]
+    Config(ConfigCommand),
     /// Measure on this machine
     Bench(BenchArguments),
     /// Report whether this machine can run a walk
@@ -237,6 +240,23 @@ pub struct CheckArguments {
     #[arg(long, value_name = "SCENARIO.toml")]
     pub scenario: Option<PathBuf>,
     /// Print the report as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `surefoot config`.
+#[derive(Debug, Subcommand)]
+pub enum ConfigCommand {
+    /// Print every parameter with value, unit, default, range and the origin of the value
+    Show(ConfigShowArguments),
+}
+
+/// `surefoot config show`.
+#[derive(Debug, Args)]
+pub struct ConfigShowArguments {
+    /// The scenario; without it, the defaults are printed
+    pub scenario: Option<PathBuf>,
+    /// Print one JSON object
     #[arg(long)]
     pub json: bool,
 }

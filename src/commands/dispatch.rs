@@ -1,8 +1,8 @@
 //! Runs the command that the command line names.
 
-use crate::cli::arguments::{Arguments, Command};
+use crate::cli::arguments::{Arguments, Command, ConfigCommand};
 use crate::commands::bench::command;
-use crate::commands::{check, control, doctor, monitor, plan, prepare, request, walk};
+use crate::commands::{check, config, control, doctor, monitor, plan, prepare, request, walk};
 use crate::report::command_error::CommandError;
 use crate::report::event::RoleEvent;
 use crate::report::reporter::Reporter;
@@ -18,6 +18,7 @@ pub fn run(arguments: &Arguments) -> u8 {
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Prepare(arguments) => prepare::run(arguments),
         Command::Check(arguments) => check::run(arguments),
+        Command::Config(ConfigCommand::Show(arguments)) => config::run(arguments),
         Command::Bench(arguments) => command::run(arguments),
         Command::Doctor(arguments) => doctor::run(arguments),
     };

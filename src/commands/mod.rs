@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod check;
+pub mod config;
 pub mod control;
 pub mod dispatch;
 pub mod doctor;

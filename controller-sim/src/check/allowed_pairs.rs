@@ -16,8 +16,8 @@ use crate::geometry::body::{CollisionBody, SolidPose};
 use crate::geometry::penetration::body_separation;
 use crate::kinematics::forward::{Configuration, Posture};
 
-/// Covers of links this many joints apart may overlap as the joints bend: a hip, an ankle or a wrist
-/// has up to three joints.
+/// Covers of links this many joints apart may overlap as the joints bend: a hip, an ankle or a
+/// wrist has up to three joints.
 const NEAR_MAX: usize = 3;
 /// Depths are allowed with this rounding, m.
 const DEPTH_ROUNDING: f64 = 1e-6;

@@ -57,7 +57,8 @@ pub fn check_swing_clearance(
     Ok(())
 }
 
-/// The distance and rotation from a pose of rest, as a part of a message; nothing if both are small.
+/// The distance and rotation from a pose of rest, as a part of a message; nothing if both are
+/// small.
 fn slide(rest: &Pose, pose: &Pose) -> Option<String> {
     let distance = rest.translation.distance(pose.translation);
     let turn = rotation_distance(rest.rotation, pose.rotation);

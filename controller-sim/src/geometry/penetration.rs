@@ -21,8 +21,8 @@ const SIDE_SAMPLES_MAX: usize = 64;
 /// Triangles that overlap less than this count as touching, m.
 const CROSSING_DEPTH_MIN: f64 = 1e-4;
 
-/// As [`separation`], but where one solid is a mesh, and the surfaces cross or one solid lies inside
-/// the mesh, the depth is at least that of [`deepest_sample`].
+/// As [`separation`], but where one solid is a mesh, and the surfaces cross or one solid lies
+/// inside the mesh, the depth is at least that of [`deepest_sample`].
 pub fn solid_separation(
     a: (&Solid, &SolidPose),
     b: (&Solid, &SolidPose),

@@ -16,8 +16,8 @@ use surefoot_shared_types::robot::model::{ACCELERATION_DEFAULT, Joint, RobotMode
 use surefoot_shared_types::world::load::{load_world, world_from_block};
 use surefoot_shared_types::world::world::World;
 
-/// Distance of a sole from the start stance of a scenario, m: the ground may be up to 10 cm higher or
-/// lower than the stance states, and on a slope a sole is not level.
+/// Distance of a sole from the start stance of a scenario, m: the ground may be up to 10 cm higher
+/// or lower than the stance states, and on a slope a sole is not level.
 const START_TOLERANCE: f64 = 0.12;
 
 /// The problem that a plan answers.

@@ -33,7 +33,8 @@ pub(crate) fn bounds_around([start, goal]: [DVec3; 2], world: &Aabb) -> Aabb {
     Aabb { min: min.min(max), max: max.max(min) }
 }
 
-/// The region grown by a quarter of its horizontal diagonal on each side, within the world's bounds.
+/// The region grown by a quarter of its horizontal diagonal on each side, within the world's
+/// bounds.
 pub(crate) fn widened(bounds: &Aabb, world: &Aabb) -> Aabb {
     let around = bounds.grown(REGION_GROWTH * length(bounds));
     Aabb {

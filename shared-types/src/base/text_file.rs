@@ -59,7 +59,12 @@ impl TextFile {
 
     /// The location of the byte at `offset`.
     pub(crate) fn location(&self, offset: usize) -> FileLocation {
-        FileLocation { path: self.path.clone(), line: Some(line_at(self.text.as_bytes(), offset)) }
+        FileLocation { path: self.path.clone(), line: Some(self.line(offset)) }
+    }
+
+    /// The number of the line that holds the byte at `offset`, from 1.
+    pub(crate) fn line(&self, offset: usize) -> usize {
+        line_at(self.text.as_bytes(), offset)
     }
 
     /// The whole text as a TOML document.

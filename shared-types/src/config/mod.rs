@@ -4,6 +4,9 @@
 pub mod builder;
 pub(crate) mod content_digest;
 pub mod load;
+pub mod parameter;
+pub mod parameter_lines;
+pub mod parameters;
 pub mod planner;
 pub mod scenario;
 pub(crate) mod validation;

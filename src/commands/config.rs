@@ -1,0 +1,133 @@
+//! `surefoot config show`: every parameter with its value and where the value comes from.
+
+use std::collections::BTreeMap;
+use std::ops::Bound;
+use std::path::Path;
+
+use serde_json::json;
+use surefoot_shared_types::config::load::load_scenario;
+use surefoot_shared_types::config::parameter::{Parameter, Range, Value};
+use surefoot_shared_types::config::parameter_lines::parameter_lines;
+use surefoot_shared_types::config::parameters::PARAMETERS;
+use surefoot_shared_types::config::{CheckerConfig, PlannerConfig};
+
+use crate::cli::arguments::ConfigShowArguments;
+use crate::report::command_error::{CommandError, CommandOutcome};
+use crate::system::terminal;
+
+/// The parameters in use, and the lines of the scenario file that set them.
+struct Configuration<'a> {
+    scenario: Option<&'a Path>,
+    planner: PlannerConfig,
+    checker: CheckerConfig,
+    lines: BTreeMap<String, usize>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The scenario cannot be used.
+pub fn run(arguments: &ConfigShowArguments) -> Result<CommandOutcome, CommandError> {
+    let configuration = configuration(arguments.scenario.as_deref())?;
+    let text = if arguments.json { configuration.json() } else { configuration.table() };
+    terminal::print_result(&text);
+    Ok(CommandOutcome::Done)
+}
+
+fn configuration(scenario: Option<&Path>) -> Result<Configuration<'_>, CommandError> {
+    let (planner, checker, lines) = match scenario {
+        Some(path) => {
+            let loaded = load_scenario(path)?;
+            (loaded.planner, loaded.checker, parameter_lines(path)?)
+        }
+        None => Default::default(),
+    };
+    Ok(Configuration { scenario, planner, checker, lines })
+}
+
+impl Configuration<'_> {
+    fn value(&self, parameter: &Parameter) -> Value {
+        (parameter.value)(&self.planner, &self.checker)
+    }
+
+    /// The scenario file and the line, or `default`.
+    fn origin(&self, parameter: &Parameter) -> String {
+        match (self.scenario, self.lines.get(parameter.name)) {
+            (Some(path), Some(line)) => format!("{}:{line}", path.display()),
+            _ => "default".to_owned(),
+        }
+    }
+
+    fn table(&self) -> String {
+        let header = ["parameter", "value", "unit", "default", "range", "origin"];
+        let mut rows = vec![header.map(str::to_owned)];
+        rows.extend(PARAMETERS.iter().map(|parameter| {
+            [
+                parameter.name.to_owned(),
+                self.value(parameter).rounded().to_string(),
+                parameter.unit.to_owned(),
+                parameter.default_value().rounded().to_string(),
+                parameter.range.to_string(),
+                self.origin(parameter),
+            ]
+        }));
+        let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
+        let widths: [usize; 6] = std::array::from_fn(width);
+        let lines = rows.iter().map(|row| {
+            let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}"));
+            cells.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
+    fn json(&self) -> String {
+        let parameters: Vec<serde_json::Value> =
+            PARAMETERS.iter().map(|parameter| self.json_of(parameter)).collect();
+        let scenario = self.scenario.map(|path| path.display().to_string());
+        json!({ "scenario": scenario, "parameters": parameters }).to_string()
+    }
+
+    fn json_of(&self, parameter: &Parameter) -> serde_json::Value {
+        let line = self.lines.get(parameter.name);
+        json!({
+            "name": parameter.name,
+            "value": number(self.value(parameter)),
+            "unit": parameter.unit,
+            "default": number(parameter.default_value()),
+            "range": range(parameter.range),
+            "relation": parameter.relation,
+            "effect": parameter.effect.replace('`', ""),
+            "source": parameter.source.replace('`', ""),
+            "origin": if line.is_some() { "scenario" } else { "default" },
+            "line": line,
+        })
+    }
+}
+
+fn number(value: Value) -> serde_json::Value {
+    match value {
+        Value::Count(count) => count.into(),
+        Value::Real(number) => number.into(),
+    }
+}
+
+/// The ends of a range, and whether it includes them.
+fn range(range: Range) -> serde_json::Value {
+    let end = |bound: Bound<f64>| match bound {
+        Bound::Included(end) => (Some(end), true),
+        Bound::Excluded(end) => (Some(end), false),
+        Bound::Unbounded => (None, false),
+    };
+    match range {
+        Range::Counts { least, most } => json!({
+            "min": least, "min_included": true, "max": most, "max_included": true,
+        }),
+        Range::Reals { low, high } => {
+            let ((min, min_included), (max, max_included)) = (end(low), end(high));
+            json!({
+                "min": min, "min_included": min_included,
+                "max": max, "max_included": max_included,
+            })
+        }
+    }
+}
